@@ -1,0 +1,1 @@
+"""craftmesh: from labelled microstructures and cracks to gradated tetrahedral finite-element models."""

@@ -1,0 +1,34 @@
+"""Connectivity of triangle soups, computed by free functions and passed, never stored."""
+
+import numpy as np
+
+
+def facet_edges(facets: np.ndarray) -> np.ndarray:
+    """Return the directed edges (3m, 2) of `facets` (m, 3): row 3 * f + i goes from corner i to i + 1."""
+    return np.asarray(facets, np.int64)[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+
+
+def unique_edges(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return undirected edges (e, 2), for each corner its edge (m, 3), and facets per edge (e,).
+
+    Edges come sorted by their lower, then higher point; column i of the second array is the edge
+    from corner i to corner i + 1.
+    """
+    directed = facet_edges(facets)
+    if not len(directed):
+        return np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64), np.zeros(0, np.int64)
+    low, high = directed.min(1), directed.max(1)
+    stride = high.max() + 1
+    keys, inverse, count = np.unique(low * stride + high, return_inverse=True, return_counts=True)
+    edges = np.stack([keys // stride, keys % stride], axis=1)
+    return edges, inverse.reshape(-1, 3), count
+
+
+def compact(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Drop unused points: return the used points, the renumbered cells and the old ids kept, in order."""
+    used = np.zeros(len(points), bool)
+    used[np.asarray(cells).ravel()] = True
+    kept = np.flatnonzero(used)
+    new = np.full(len(points), -1, np.int64)
+    new[kept] = np.arange(len(kept))
+    return points[kept], new[cells], kept

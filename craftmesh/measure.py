@@ -1,0 +1,35 @@
+"""Areas, normals, angles and volumes of triangle sets."""
+
+import numpy as np
+
+
+def area_vectors(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Return (m, 3) vectors along the facets' normals with the facets' areas as lengths."""
+    a, b, c = (points[facets[:, i]] for i in range(3))
+    return 0.5 * np.cross(b - a, c - a)
+
+
+def facet_angles(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Return the (m, 3) corner angles in degrees; a degenerate facet has angles of 0 or 180."""
+    corner = points[facets]
+    angles = np.empty(facets.shape)
+    for i in range(3):
+        u = corner[:, (i + 1) % 3] - corner[:, i]
+        v = corner[:, (i + 2) % 3] - corner[:, i]
+        cross = np.linalg.norm(np.cross(u, v), axis=1)
+        angles[:, i] = np.degrees(np.arctan2(cross, np.einsum("ij,ij->i", u, v)))
+    return angles
+
+
+def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> dict[int, float]:
+    """Return the volume enclosed per label by the divergence theorem; labels <= 0 are left out.
+
+    A facet's volume counts for the label behind it and against the label ahead of it, so a crack
+    facet with one grain on both sides adds nothing.
+    """
+    centre = points.mean(axis=0) if len(points) else np.zeros(3)
+    swept = np.einsum("ij,ij->i", points[facets].mean(axis=1) - centre, area_vectors(points, facets)) / 3
+    labels, index = np.unique(sides, return_inverse=True)
+    index = index.reshape(-1, 2)
+    volume = np.bincount(index[:, 0], swept, len(labels)) - np.bincount(index[:, 1], swept, len(labels))
+    return {int(k): float(v) for k, v in zip(labels, volume) if k > 0}

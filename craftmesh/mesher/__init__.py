@@ -1,0 +1,1 @@
+"""Replaceable tetrahedral meshers behind one small interface."""

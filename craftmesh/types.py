@@ -1,0 +1,151 @@
+"""The four types that stages exchange: small, frozen, array-only."""
+
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Mapping
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+
+# Facet kinds of a Surface. Box planes are numbered 1..6 in the order of BOX_PLANES.
+INTERFACE = 0
+CRACK = 7
+BOX_PLANES = ("XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX")
+
+
+def _array(owner: str, name: str, value, dtype, shape: tuple) -> np.ndarray:
+    """Return `value` as a read-only C-contiguous array of `dtype`; None in `shape` admits any length."""
+    array = np.array(value, dtype=dtype, order="C")
+    if array.ndim != len(shape) or any(s is not None and s != n for s, n in zip(shape, array.shape)):
+        wanted = "(" + ", ".join("n" if s is None else str(s) for s in shape) + ")"
+        raise CraftmeshError(f"{owner}.{name} has shape {array.shape}; expected {wanted}")
+    array.flags.writeable = False
+    return array
+
+
+def _check_indices(owner: str, name: str, indices: np.ndarray, count: int) -> None:
+    if indices.size and (indices.min() < 0 or indices.max() >= count):
+        raise CraftmeshError(
+            f"{owner}.{name} refers to points {indices.min()}..{indices.max()}; there are {count} points"
+        )
+
+
+@dataclass(frozen=True)
+class Voxels:
+    """A labelled volume on a regular grid.
+
+    labels (nx, ny, nz) int32: > 0 a grain; 0 outside the material (open to the box's faces);
+    -k the enclosed void k. spacing, origin (3,) float64 in model units; the box is
+    [origin, origin + shape * spacing]. orientations (g, 4) float64 or None: row = grain id, unit
+    quaternion (w, x, y, z) of the active rotation that turns crystal axes into sample axes, NaN
+    where unknown. phases (g,) int32 or None: row = grain id.
+    Raises CraftmeshError on shapes that do not fit or spacing <= 0.
+    """
+
+    labels: np.ndarray
+    spacing: np.ndarray
+    origin: np.ndarray
+    orientations: np.ndarray | None = None
+    phases: np.ndarray | None = None
+
+    def __post_init__(self):
+        put = object.__setattr__
+        put(self, "labels", _array("Voxels", "labels", self.labels, np.int32, (None,) * 3))
+        put(self, "spacing", _array("Voxels", "spacing", self.spacing, float, (3,)))
+        put(self, "origin", _array("Voxels", "origin", self.origin, float, (3,)))
+        if self.orientations is not None:
+            put(self, "orientations", _array("Voxels", "orientations", self.orientations, float, (None, 4)))
+        if self.phases is not None:
+            put(self, "phases", _array("Voxels", "phases", self.phases, np.int32, (None,)))
+        if not (np.isfinite(self.spacing).all() and (self.spacing > 0).all()):
+            raise CraftmeshError(f"spacing is {self.spacing.tolist()}; expected three numbers > 0")
+
+    @property
+    def box(self) -> np.ndarray:
+        """(2, 3) lower and upper corner of the volume."""
+        return np.stack([self.origin, self.origin + self.spacing * self.labels.shape])
+
+
+@dataclass(frozen=True)
+class Crack:
+    """A triangulated crack surface, one-to-one with its parameters (u, v), and its fronts.
+
+    points (n, 3); triangles (m, 3) int32, all oriented alike; uv (n, 2). fronts: one int32 array of
+    point ids per ordered front, the first id repeated at the end where the front is closed. Boundary
+    edges that belong to no front are the crack's mouth and lie on or outside the box.
+    """
+
+    points: np.ndarray
+    triangles: np.ndarray
+    uv: np.ndarray
+    fronts: tuple
+
+    def __post_init__(self):
+        put = object.__setattr__
+        put(self, "points", _array("Crack", "points", self.points, float, (None, 3)))
+        put(self, "triangles", _array("Crack", "triangles", self.triangles, np.int32, (None, 3)))
+        put(self, "uv", _array("Crack", "uv", self.uv, float, (len(self.points), 2)))
+        fronts = tuple(_array("Crack", "fronts", f, np.int32, (None,)) for f in self.fronts)
+        put(self, "fronts", fronts)
+        _check_indices("Crack", "triangles", self.triangles, len(self.points))
+        for front in fronts:
+            _check_indices("Crack", "fronts", front, len(self.points))
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A conformal multi-material surface: each facet is there once, between two sides.
+
+    points (n, 3) float64; facets (m, 3) int32; sides (m, 2) int32: labels behind and ahead of the
+    facet's normal (right-hand rule), > 0 a grain, 0 outside, -k the void k. kind (m,) uint8:
+    INTERFACE, 1..6 a plane of the box (exact coordinates), or CRACK. A crack facet inside a grain
+    has that grain on both sides. Invariant: closed and oriented per grain, crack facets aside.
+    """
+
+    points: np.ndarray
+    facets: np.ndarray
+    sides: np.ndarray
+    kind: np.ndarray
+
+    def __post_init__(self):
+        put = object.__setattr__
+        put(self, "points", _array("Surface", "points", self.points, float, (None, 3)))
+        put(self, "facets", _array("Surface", "facets", self.facets, np.int32, (None, 3)))
+        put(self, "sides", _array("Surface", "sides", self.sides, np.int32, (len(self.facets), 2)))
+        put(self, "kind", _array("Surface", "kind", self.kind, np.uint8, (len(self.facets),)))
+        _check_indices("Surface", "facets", self.facets, len(self.points))
+
+    @property
+    def grains(self) -> np.ndarray:
+        """Sorted ids of the grains that the facets bound."""
+        ids = np.unique(self.sides)
+        return ids[ids > 0]
+
+
+@dataclass(frozen=True)
+class TetMesh:
+    """A conformal tetrahedral mesh with named sets.
+
+    points (n, 3) float64; tets (m, 4) or (m, 10) int64 in Abaqus order, positive volumes; grain (m,)
+    int32. node_sets: name -> (k,) int64 node ids, order kept. face_sets: name -> (k, 2) int64 rows of
+    (tet, face), faces 0..3 = Abaqus S1..S4 = nodes 123, 142, 243, 341.
+    """
+
+    points: np.ndarray
+    tets: np.ndarray
+    grain: np.ndarray
+    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    face_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def __post_init__(self):
+        put = object.__setattr__
+        put(self, "points", _array("TetMesh", "points", self.points, float, (None, 3)))
+        width = 10 if np.shape(self.tets)[1:] == (10,) else 4
+        put(self, "tets", _array("TetMesh", "tets", self.tets, np.int64, (None, width)))
+        put(self, "grain", _array("TetMesh", "grain", self.grain, np.int32, (len(self.tets),)))
+        _check_indices("TetMesh", "tets", self.tets, len(self.points))
+        nodes = {k: _array("TetMesh", k, v, np.int64, (None,)) for k, v in self.node_sets.items()}
+        faces = {k: _array("TetMesh", k, v, np.int64, (None, 2)) for k, v in self.face_sets.items()}
+        put(self, "node_sets", MappingProxyType(nodes))
+        put(self, "face_sets", MappingProxyType(faces))
