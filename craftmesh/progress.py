@@ -1,0 +1,49 @@
+"""Progress of long stages: stages call `progress(fraction, text)`; where it goes is the caller's choice."""
+
+import sys
+import time
+from typing import TextIO
+
+
+def silent(fraction: float, text: str) -> None:
+    """Say nothing: the default of every stage."""
+
+
+class ProgressLine:
+    """A progress line on a terminal, or now and then a line in a log.
+
+    Calling it with a fraction 0..1 and a short text writes `stage  42% text (12 s)`. A terminal's line is
+    rewritten in place; a log gets a new line at most every `interval` seconds. Stages that end
+    before `first` seconds write nothing.
+    """
+
+    def __init__(
+        self, stage: str, stream: TextIO | None = None, first: float = 2.0, interval: float = 10.0
+    ):
+        self.stage = stage
+        self.stream = sys.stderr if stream is None else stream
+        self.is_terminal = self.stream.isatty()
+        self.interval = 0.2 if self.is_terminal else interval
+        self.start = time.monotonic()
+        self.next = self.start + first
+        self.width = 0
+
+    def __call__(self, fraction: float, text: str) -> None:
+        now = time.monotonic()
+        if now < self.next:
+            return
+        self.next = now + self.interval
+        line = f"{self.stage} {100 * fraction:3.0f}% {text} ({now - self.start:.0f} s)"
+        if self.is_terminal:
+            self.stream.write("\r" + line.ljust(self.width))
+            self.width = len(line)
+        else:
+            self.stream.write(line + "\n")
+        self.stream.flush()
+
+    def close(self) -> None:
+        """End the terminal's line, so that what follows starts on its own."""
+        if self.width:
+            self.stream.write("\n")
+            self.stream.flush()
+            self.width = 0
