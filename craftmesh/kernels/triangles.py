@@ -1,0 +1,341 @@
+"""Intersection of triangles that may share vertices, and the search for all intersecting pairs."""
+
+import numpy as np
+from numba import njit
+
+# Points closer to a plane or a line than this fraction of the triangles' size count as on it.
+CONTACT = 1e-9
+# The sine of the angle between two facets of one edge below which they count as folded onto each other.
+FOLD = 1e-6
+# Triangles whose height is below this fraction of their size have no usable normal.
+FLAT = 1e-13
+
+
+@njit(cache=True)
+def _between(points, a, b):
+    return (points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2])
+
+
+@njit(cache=True)
+def _dot(u, v):
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+@njit(cache=True)
+def _cross(u, v):
+    return (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+
+
+@njit(cache=True)
+def _normal(points, a, b, c):
+    return _cross(_between(points, a, b), _between(points, a, c))
+
+
+@njit(cache=True)
+def _squared_size(points, a, b, c):
+    u, v = _between(points, a, b), _between(points, a, c)
+    return max(_dot(u, u), _dot(v, v))
+
+
+@njit(cache=True)
+def _height(points, origin, normal, length, contact, x):
+    """Signed distance of point x from a plane, snapped to 0 within `contact`."""
+    if length == 0.0:
+        return 0.0
+    distance = _dot(normal, _between(points, origin, x)) / length
+    return 0.0 if abs(distance) <= contact else distance
+
+
+@njit(cache=True)
+def _dominant_axes(normal):
+    """The two axes of the coordinate plane that sees a triangle with this normal best."""
+    x, y, z = abs(normal[0]), abs(normal[1]), abs(normal[2])
+    if x >= y and x >= z:
+        return 1, 2
+    if y >= z:
+        return 2, 0
+    return 0, 1
+
+
+@njit(cache=True)
+def _cross_2d(points, o, a, b, i, j):
+    return (points[a, i] - points[o, i]) * (points[b, j] - points[o, j]) - (points[a, j] - points[o, j]) * (
+        points[b, i] - points[o, i]
+    )
+
+
+@njit(cache=True)
+def _edges_separate(points, a0, a1, a2, b0, b1, b2, i, j, contact):
+    """Whether a line along an edge of triangle a has all of triangle b strictly on its outer side."""
+    turn = 1.0 if _cross_2d(points, a0, a1, a2, i, j) > 0.0 else -1.0
+    for p, q in ((a0, a1), (a1, a2), (a2, a0)):
+        length = np.hypot(points[q, i] - points[p, i], points[q, j] - points[p, j])
+        nearest = max(
+            turn * _cross_2d(points, p, q, b0, i, j),
+            turn * _cross_2d(points, p, q, b1, i, j),
+            turn * _cross_2d(points, p, q, b2, i, j),
+        )
+        if nearest < -contact * length:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _in_sector(points, s, p, q, x, i, j):
+    """Whether the ray from s to x lies in the closed angle p-s-q of a coplanar triangle."""
+    turn = 1.0 if _cross_2d(points, s, p, q, i, j) > 0.0 else -1.0
+    lp = np.hypot(points[p, i] - points[s, i], points[p, j] - points[s, j])
+    lq = np.hypot(points[q, i] - points[s, i], points[q, j] - points[s, j])
+    lx = np.hypot(points[x, i] - points[s, i], points[x, j] - points[s, j])
+    return (
+        turn * _cross_2d(points, s, p, x, i, j) >= -CONTACT * lp * lx
+        and turn * _cross_2d(points, s, x, q, i, j) >= -CONTACT * lq * lx
+    )
+
+
+@njit(cache=True)
+def _edge_hits(points, p, q, hp, hq, a, b, c, i, j):
+    """Whether the edge p-q, at heights hp and hq over the plane of a-b-c, meets the closed triangle."""
+    if (hp == 0.0 and hq == 0.0) or hp * hq > 0.0:
+        return False
+    s = hp / (hp - hq)
+    xi = points[p, i] + s * (points[q, i] - points[p, i]) - points[a, i]
+    xj = points[p, j] + s * (points[q, j] - points[p, j]) - points[a, j]
+    ui, uj = points[b, i] - points[a, i], points[b, j] - points[a, j]
+    vi, vj = points[c, i] - points[a, i], points[c, j] - points[a, j]
+    area = ui * vj - uj * vi
+    if area == 0.0:
+        return False
+    u = (xi * vj - xj * vi) / area
+    v = (ui * xj - uj * xi) / area
+    return u >= -CONTACT and v >= -CONTACT and u + v <= 1.0 + CONTACT
+
+
+@njit(cache=True)
+def _folded(points, a, b, c, d):
+    """Whether triangles a-b-c and a-b-d lie on each other (or one of them is flat)."""
+    edge = _between(points, a, b)
+    n, m = _cross(edge, _between(points, a, c)), _cross(edge, _between(points, a, d))
+    length = np.sqrt(_dot(n, n) * _dot(m, m))
+    if length == 0.0:
+        return True
+    turn = _cross(n, m)
+    return _dot(n, m) > 0.0 and np.sqrt(_dot(turn, turn)) <= FOLD * length
+
+
+@njit(cache=True)
+def _meet_beyond_vertex(points, s, p, q, r, t):
+    """Whether triangles s-p-q and s-r-t meet in more than their common vertex s."""
+    n, m = _normal(points, s, p, q), _normal(points, s, r, t)
+    ln, lm = np.sqrt(_dot(n, n)), np.sqrt(_dot(m, m))
+    size = max(_squared_size(points, s, p, q), _squared_size(points, s, r, t))
+    contact = CONTACT * np.sqrt(size)
+    flat = FLAT * size
+    if ln <= flat and lm <= flat:
+        return False
+    i, j = _dominant_axes(m)
+    k, l = _dominant_axes(n)
+    if lm > flat:
+        hp, hq = _height(points, s, m, lm, contact, p), _height(points, s, m, lm, contact, q)
+        if hp * hq > 0.0:
+            return False
+        if hp == 0.0 and hq == 0.0:
+            return ln > flat and _sectors_meet(points, s, p, q, r, t, i, j)
+        if _edge_hits(points, p, q, hp, hq, s, r, t, i, j):
+            return True
+    if ln > flat:
+        hr, ht = _height(points, s, n, ln, contact, r), _height(points, s, n, ln, contact, t)
+        if hr == 0.0 and ht == 0.0:
+            return lm > flat and _sectors_meet(points, s, p, q, r, t, k, l)
+        return _edge_hits(points, r, t, hr, ht, s, p, q, k, l)
+    return False
+
+
+@njit(cache=True)
+def _sectors_meet(points, s, p, q, r, t, i, j):
+    return (
+        _in_sector(points, s, p, q, r, i, j)
+        or _in_sector(points, s, p, q, t, i, j)
+        or _in_sector(points, s, r, t, p, i, j)
+        or _in_sector(points, s, r, t, q, i, j)
+    )
+
+
+@njit(cache=True)
+def _disjoint_triangles_meet(points, a0, a1, a2, b0, b1, b2):
+    """Whether two triangles without a common vertex touch, cross or overlap."""
+    n, m = _normal(points, a0, a1, a2), _normal(points, b0, b1, b2)
+    ln, lm = np.sqrt(_dot(n, n)), np.sqrt(_dot(m, m))
+    size = max(_squared_size(points, a0, a1, a2), _squared_size(points, b0, b1, b2))
+    contact = CONTACT * np.sqrt(size)
+    has_n, has_m = ln > FLAT * size, lm > FLAT * size
+    ha0 = ha1 = ha2 = hb0 = hb1 = hb2 = 0.0
+    if has_n:
+        hb0 = _height(points, a0, n, ln, contact, b0)
+        hb1 = _height(points, a0, n, ln, contact, b1)
+        hb2 = _height(points, a0, n, ln, contact, b2)
+        if (hb0 > 0.0 and hb1 > 0.0 and hb2 > 0.0) or (hb0 < 0.0 and hb1 < 0.0 and hb2 < 0.0):
+            return False
+    if has_m:
+        ha0 = _height(points, b0, m, lm, contact, a0)
+        ha1 = _height(points, b0, m, lm, contact, a1)
+        ha2 = _height(points, b0, m, lm, contact, a2)
+        if (ha0 > 0.0 and ha1 > 0.0 and ha2 > 0.0) or (ha0 < 0.0 and ha1 < 0.0 and ha2 < 0.0):
+            return False
+    i, j = _dominant_axes(m)
+    k, l = _dominant_axes(n)
+    if has_n and has_m and ((ha0 == ha1 == ha2 == 0.0) or (hb0 == hb1 == hb2 == 0.0)):
+        if lm < ln:
+            i, j = k, l
+        return not (
+            _edges_separate(points, a0, a1, a2, b0, b1, b2, i, j, contact)
+            or _edges_separate(points, b0, b1, b2, a0, a1, a2, i, j, contact)
+        )
+    if has_m and (
+        _edge_hits(points, a0, a1, ha0, ha1, b0, b1, b2, i, j)
+        or _edge_hits(points, a1, a2, ha1, ha2, b0, b1, b2, i, j)
+        or _edge_hits(points, a2, a0, ha2, ha0, b0, b1, b2, i, j)
+    ):
+        return True
+    return has_n and (
+        _edge_hits(points, b0, b1, hb0, hb1, a0, a1, a2, k, l)
+        or _edge_hits(points, b1, b2, hb1, hb2, a0, a1, a2, k, l)
+        or _edge_hits(points, b2, b0, hb2, hb0, a0, a1, a2, k, l)
+    )
+
+
+@njit(cache=True)
+def triangles_intersect(points, a0, a1, a2, b0, b1, b2):
+    """Whether two triangles, given by ids into points (n, 3), meet in more than the vertices they share.
+
+    Touching counts as meeting. Triangles with three common ids meet; with two, when they are folded
+    onto each other; with one, when an opposite edge meets the other triangle or, in one plane, their
+    angles at the common vertex overlap; with none, when they touch, cross or overlap in one plane.
+    """
+    shared = 0
+    a_first = a_second = b_first = b_second = 0
+    a, b = (a0, a1, a2), (b0, b1, b2)
+    for i in range(3):
+        for j in range(3):
+            if a[i] == b[j]:
+                shared += 1
+                if shared == 1:
+                    a_first, b_first = i, j
+                else:
+                    a_second, b_second = i, j
+    if shared == 0:
+        return _disjoint_triangles_meet(points, a0, a1, a2, b0, b1, b2)
+    if shared == 1:
+        p, q = a[(a_first + 1) % 3], a[(a_first + 2) % 3]
+        r, t = b[(b_first + 1) % 3], b[(b_first + 2) % 3]
+        return _meet_beyond_vertex(points, a[a_first], p, q, r, t)
+    if shared == 2:
+        p, q = a[3 - a_first - a_second], b[3 - b_first - b_second]
+        return _folded(points, a[a_first], a[a_second], p, q)
+    return True
+
+
+@njit(cache=True)
+def _bounds(points, facets):
+    low, high = np.empty((len(facets), 3)), np.empty((len(facets), 3))
+    for f in range(len(facets)):
+        for k in range(3):
+            a, b, c = points[facets[f, 0], k], points[facets[f, 1], k], points[facets[f, 2], k]
+            low[f, k] = min(a, b, c)
+            high[f, k] = max(a, b, c)
+    return low, high
+
+
+@njit(cache=True)
+def _fill_grid(first, last, shape):
+    """Compressed rows: the facets of each grid cell, in ascending order."""
+    count = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
+    for f in range(len(first)):
+        for i in range(first[f, 0], last[f, 0] + 1):
+            for j in range(first[f, 1], last[f, 1] + 1):
+                row = (i * shape[1] + j) * shape[2]
+                for k in range(first[f, 2], last[f, 2] + 1):
+                    count[row + k + 1] += 1
+    start = np.cumsum(count)
+    free = start[:-1].copy()
+    items = np.empty(start[-1], np.int64)
+    for f in range(len(first)):
+        for i in range(first[f, 0], last[f, 0] + 1):
+            for j in range(first[f, 1], last[f, 1] + 1):
+                row = (i * shape[1] + j) * shape[2]
+                for k in range(first[f, 2], last[f, 2] + 1):
+                    items[free[row + k]] = f
+                    free[row + k] += 1
+    return start, items
+
+
+@njit(cache=True)
+def _bounds_meet_in_cell(low, high, first, f, g, cell):
+    """Whether the facets' bounds meet and the lower corner of what they share lies in this cell."""
+    for k in range(3):
+        if low[f, k] > high[g, k] or low[g, k] > high[f, k] or max(first[f, k], first[g, k]) != cell[k]:
+            return False
+    return True
+
+
+@njit(cache=True)
+def _pairs_in_cell(points, facets, low, high, first, cell, items, pairs, found):
+    """Append the intersecting pairs whose common bounds begin in this cell."""
+    for x in range(len(items)):
+        f = items[x]
+        for y in range(x + 1, len(items)):
+            g = items[y]
+            if not _bounds_meet_in_cell(low, high, first, f, g, cell):
+                continue
+            if triangles_intersect(
+                points, facets[f, 0], facets[f, 1], facets[f, 2], facets[g, 0], facets[g, 1], facets[g, 2]
+            ):
+                if found == len(pairs):
+                    return found
+                pairs[found, 0] = f
+                pairs[found, 1] = g
+                found += 1
+    return found
+
+
+@njit(cache=True)
+def _search(points, facets, low, high, first, last, shape, limit):
+    start, items = _fill_grid(first, last, shape)
+    pairs = np.empty((limit, 2), np.int64)
+    found = 0
+    cell = np.empty(3, np.int64)
+    for c in range(len(start) - 1):
+        if start[c + 1] - start[c] > 1:
+            cell[0] = c // (shape[1] * shape[2])
+            cell[1] = c // shape[2] % shape[1]
+            cell[2] = c % shape[2]
+            found = _pairs_in_cell(
+                points, facets, low, high, first, cell, items[start[c] : start[c + 1]], pairs, found
+            )
+            if found == limit:
+                break
+    return pairs[:found].copy()
+
+
+def intersecting_pairs(points: np.ndarray, facets: np.ndarray, limit: int = 100_000) -> np.ndarray:
+    """Return the pairs (k, 2) int64 of `facets` (m, 3) that meet in more than their shared vertices.
+
+    Pairs come sorted, lower facet first. The search ends after `limit` pairs.
+    """
+    facets = np.ascontiguousarray(facets, np.int64)
+    points = np.ascontiguousarray(points, np.float64)
+    if len(facets) < 2:
+        return np.zeros((0, 2), np.int64)
+    low, high = _bounds(points, facets)
+    extent = (high - low).max(axis=1)
+    span = high.max(axis=0) - low.min(axis=0)
+    cell = max(float(np.median(extent)), float(extent.mean()) / 2, 1e-300)
+    most = 8 * len(facets) + 1000
+    while np.prod(np.floor(span / cell) + 1) > most:
+        cell *= 1.25
+    origin = low.min(axis=0)
+    first = ((low - origin) / cell).astype(np.int64)
+    last = ((high - origin) / cell).astype(np.int64)
+    shape = last.max(axis=0) + 1
+    pairs = _search(points, facets, low, high, first, last, shape, int(limit))
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
