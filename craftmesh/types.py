@@ -1,8 +1,8 @@
-"""The four types that stages exchange: small, frozen, array-only."""
+"""The types that stages exchange: small, frozen, array-only."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Mapping
 
 import numpy as np
 
@@ -149,3 +149,25 @@ class TetMesh:
         faces = {k: _array("TetMesh", k, v, np.int64, (None, 2)) for k, v in self.face_sets.items()}
         put(self, "node_sets", MappingProxyType(nodes))
         put(self, "face_sets", MappingProxyType(faces))
+
+
+@dataclass(frozen=True)
+class GrainTets:
+    """The tetrahedra of one grain, on the points of the Surface that bounds it.
+
+    nodes (k,) int64: ids of surface points; interior (p, 3) float64: points added inside; tets (n, 4)
+    int64 of positive volume: id i < k is surface point nodes[i], id k + j is interior point j.
+    """
+
+    grain: int
+    nodes: np.ndarray
+    interior: np.ndarray
+    tets: np.ndarray
+
+    def __post_init__(self):
+        put = object.__setattr__
+        put(self, "grain", int(self.grain))
+        put(self, "nodes", _array("GrainTets", "nodes", self.nodes, np.int64, (None,)))
+        put(self, "interior", _array("GrainTets", "interior", self.interior, float, (None, 3)))
+        put(self, "tets", _array("GrainTets", "tets", self.tets, np.int64, (None, 4)))
+        _check_indices("GrainTets", "tets", self.tets, len(self.nodes) + len(self.interior))

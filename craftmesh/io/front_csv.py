@@ -1,0 +1,101 @@
+"""Crack fronts as csv text with a header that names x, y, z."""
+
+import csv
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.atomic import atomic_path
+from craftmesh.errors import CraftmeshError
+
+_CRAFTMESHER_XYZ = slice(7, 10)
+
+
+def write_front(path: str | os.PathLike, columns: Mapping[str, np.ndarray]) -> None:
+    """Write one row per front node, in order; a column (k, 3) becomes `name_x`, `name_y`, `name_z`.
+
+    The column `points` (k, 3) is written as x, y, z. Floats keep every bit; integers stay integers.
+    """
+    flat: dict[str, np.ndarray] = {}
+    for name, values in columns.items():
+        values = np.asarray(values)
+        if values.ndim == 2:
+            names = list("xyz") if name == "points" else [f"{name}_{axis}" for axis in "xyz"]
+            flat |= dict(zip(names, values.T))
+        else:
+            flat[name] = values
+    with atomic_path(path) as temporary, open(temporary, "w", newline="", encoding="ascii") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(flat)
+        writer.writerows(zip(*(values.tolist() for values in flat.values())))
+
+
+def read_front(path: str | os.PathLike) -> dict[str, np.ndarray]:
+    """Read a front: its columns (k,) by their names in the header, at least x, y and z.
+
+    A file without a header is taken as craftmesher's, with x, y, z in columns 7, 8, 9 counted from 0,
+    or as bare x,y,z when it has three columns. Columns with text are left out. Raises CraftmeshError
+    for a missing file, missing columns or coordinates that are not finite numbers.
+    """
+    rows = _rows(path)
+    if _is_number(rows[0][0]):
+        names = _headerless_names(path, len(rows[0]))
+    else:
+        names, rows = [name.strip() for name in rows[0]], rows[1:]
+    for number, row in enumerate(rows, 1):
+        if len(row) != len(names):
+            raise CraftmeshError(
+                f"{path}: row {number} has {len(row)} columns; expected {len(names)} as in the first"
+            )
+    columns = {name: _numbers([row[i] for row in rows]) for i, name in enumerate(names) if name}
+    for axis in "xyz":
+        if axis not in columns:
+            raise CraftmeshError(
+                f"{path}: no column {axis!r} (found: {', '.join(names)}); the header must name x, y, z"
+            )
+        if columns[axis] is None or not len(columns[axis]) or not np.isfinite(columns[axis]).all():
+            raise CraftmeshError(f"{path}: column {axis!r} has to hold finite numbers, at least one row")
+    return {name: values for name, values in columns.items() if values is not None}
+
+
+def read_front_points(path: str | os.PathLike) -> np.ndarray:
+    """Return the points (k, 3) of a front file, in its order; errors as `read_front`."""
+    columns = read_front(path)
+    return np.stack([columns[axis] for axis in "xyz"], axis=1)
+
+
+def _rows(path) -> list[list[str]]:
+    if not Path(path).is_file():
+        raise CraftmeshError(f"{path}: no such file; give a csv with columns x, y, z")
+    with open(path, newline="", encoding="utf-8-sig", errors="replace") as stream:
+        rows = [row for row in csv.reader(stream) if any(field.strip() for field in row)]
+    if not rows:
+        raise CraftmeshError(f"{path}: empty; expected a csv with columns x, y, z")
+    return rows
+
+
+def _headerless_names(path, width: int) -> list[str]:
+    if width == 3:
+        return list("xyz")
+    if width < _CRAFTMESHER_XYZ.stop:
+        raise CraftmeshError(f"{path}: {width} columns and no header; add a header that names x, y, z")
+    names = [""] * width
+    names[_CRAFTMESHER_XYZ] = "xyz"
+    return names
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _numbers(texts: list[str]) -> np.ndarray | None:
+    try:
+        return np.array([float(text) for text in texts])
+    except ValueError:
+        return None

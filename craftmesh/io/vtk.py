@@ -1,0 +1,172 @@
+"""The stages' files in VTK XML, for ParaView too: .vti voxels, .vtp surfaces and cracks, .vtu tetrahedra.
+
+Coordinates are float64 bit for bit, and the same input gives the same bytes.
+"""
+
+import os
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.io import vtk_xml
+from craftmesh.io.grain_tets import read_grain_tets, write_grain_tets
+from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Crack, Surface, TetMesh, Voxels
+
+__all__ = [
+    "read_crack",
+    "read_grain_tets",
+    "read_surface",
+    "read_tets",
+    "read_voxels",
+    "write_crack",
+    "write_grain_tets",
+    "write_surface",
+    "write_tets",
+    "write_voxels",
+]
+
+_NODE_SET, _FACE_SET = "node_set:", "face_set:"
+_VTK_CELL_TYPE = {4: 10, 10: 24}  # VTK_TETRA, VTK_QUADRATIC_TETRA: both number nodes as Abaqus does
+
+
+def write_surface(path: str | os.PathLike, surface: Surface) -> None:
+    """Write a .vtp with cell data `sides` (m, 2) int32, `crack` (m,) uint8 and `kind` (m,) uint8."""
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    poly = vtkPolyData()
+    poly.SetPoints(vtk_xml.vtk_points(surface.points))
+    poly.SetPolys(vtk_xml.uniform_cells(surface.facets))
+    crack = (surface.kind == CRACK).astype(np.uint8)
+    vtk_xml.add_arrays(poly.GetCellData(), {"sides": surface.sides, "crack": crack, "kind": surface.kind})
+    vtk_xml.write_dataset(path, poly, "PolyData")
+
+
+def read_surface(path: str | os.PathLike) -> Surface:
+    """Read a .vtp of triangles with cell data `sides`, and `kind` or `crack`.
+
+    A file without `kind` gets it from `crack` and from the bounding box: a facet open to one side
+    whose corners lie exactly on one of the box's planes belongs to that plane. Raises CraftmeshError
+    for a missing file or array, and for cells that are not triangles.
+    """
+    poly = vtk_xml.read_dataset(path, "PolyData")
+    points = vtk_xml.points_of(poly)
+    facets, rows = _triangles(path, poly)
+    data = poly.GetCellData()
+    sides = vtk_xml.named_array(path, data, ["sides"], "cell data")[rows]
+    kind = vtk_xml.named_array(path, data, ["kind", "crack"], "cell data")[rows]
+    if data.GetArray("kind") is None:
+        kind = _kind_from_box(points, facets, sides, kind != 0)
+    return Surface(points, facets, sides, kind)
+
+
+def write_crack(path: str | os.PathLike, crack: Crack) -> None:
+    """Write a .vtp with the crack's triangles as polygons, its fronts as lines and point data `uv`."""
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    poly = vtkPolyData()
+    poly.SetPoints(vtk_xml.vtk_points(crack.points))
+    poly.SetPolys(vtk_xml.uniform_cells(crack.triangles))
+    if crack.fronts:
+        offsets = np.cumsum([0, *(len(front) for front in crack.fronts)])
+        poly.SetLines(vtk_xml.cell_array(np.concatenate(crack.fronts), offsets))
+    vtk_xml.add_arrays(poly.GetPointData(), {"uv": crack.uv})
+    vtk_xml.write_dataset(path, poly, "PolyData")
+
+
+def read_crack(path: str | os.PathLike) -> Crack:
+    """Read a crack .vtp; raises CraftmeshError for a missing file or `uv`, or cells that are not triangles."""
+    poly = vtk_xml.read_dataset(path, "PolyData")
+    triangles, _ = _triangles(path, poly)
+    uv = vtk_xml.named_array(path, poly.GetPointData(), ["uv"], "point data")
+    ids, offsets = vtk_xml.cells_of(poly.GetLines())
+    fronts = tuple(np.split(ids, offsets[1:-1])) if len(ids) else ()
+    return Crack(vtk_xml.points_of(poly), triangles, uv, fronts)
+
+
+def write_voxels(path: str | os.PathLike, voxels: Voxels) -> None:
+    """Write a .vti with cell data `labels` int32; orientations and phases go into the field data."""
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    image = vtkImageData()
+    image.SetDimensions(*(n + 1 for n in voxels.labels.shape))
+    image.SetSpacing(*voxels.spacing.tolist())
+    image.SetOrigin(*voxels.origin.tolist())
+    vtk_xml.add_arrays(image.GetCellData(), {"labels": voxels.labels.ravel(order="F")})
+    exact = {"spacing": voxels.spacing, "origin": voxels.origin}  # the file's own attributes may be rounded
+    optional = {"orientations": voxels.orientations, "phases": voxels.phases}
+    known = {name: values for name, values in optional.items() if values is not None}
+    vtk_xml.add_arrays(image.GetFieldData(), exact | known)
+    vtk_xml.write_dataset(path, image, "ImageData")
+
+
+def read_voxels(path: str | os.PathLike) -> Voxels:
+    """Read a .vti written by `write_voxels`; raises CraftmeshError for a missing file or `labels`."""
+    image = vtk_xml.read_dataset(path, "ImageData")
+    labels = vtk_xml.named_array(path, image.GetCellData(), ["labels"], "cell data")
+    shape = [n - 1 for n in image.GetDimensions()]
+    spacing, origin = (vtk_xml.field_array(image, name) for name in ("spacing", "origin"))
+    return Voxels(
+        labels.reshape(shape, order="F"),
+        image.GetSpacing() if spacing is None else spacing,
+        image.GetOrigin() if origin is None else origin,
+        vtk_xml.field_array(image, "orientations"),
+        vtk_xml.field_array(image, "phases"),
+    )
+
+
+def write_tets(path: str | os.PathLike, mesh: TetMesh) -> None:
+    """Write a .vtu with cell data `grain` int32; the sets go into the field data, one array a set."""
+    from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
+
+    grid = vtkUnstructuredGrid()
+    grid.SetPoints(vtk_xml.vtk_points(mesh.points))
+    grid.SetCells(_VTK_CELL_TYPE[mesh.tets.shape[1]], vtk_xml.uniform_cells(mesh.tets))
+    vtk_xml.add_arrays(grid.GetCellData(), {"grain": mesh.grain})
+    sets = {_NODE_SET + name: ids for name, ids in mesh.node_sets.items()}
+    sets |= {_FACE_SET + name: rows for name, rows in mesh.face_sets.items()}
+    vtk_xml.add_arrays(grid.GetFieldData(), sets)
+    vtk_xml.write_dataset(path, grid, "UnstructuredGrid")
+
+
+def read_tets(path: str | os.PathLike) -> TetMesh:
+    """Read a .vtu of 4- or 10-node tetrahedra; raises CraftmeshError for other cells or missing `grain`."""
+    grid = vtk_xml.read_dataset(path, "UnstructuredGrid")
+    connectivity, offsets = vtk_xml.cells_of(grid.GetCells())
+    types = vtk_xml.as_numpy(grid.GetCellTypes()) if grid.GetNumberOfCells() else np.zeros(0, np.uint8)
+    width = next((w for w, t in _VTK_CELL_TYPE.items() if len(types) and (types == t).all()), None)
+    if width is None:
+        raise CraftmeshError(
+            f"{path}: cell types {np.unique(types).tolist()}; expected only 10 or only 24 (tets)"
+        )
+    grain = vtk_xml.named_array(path, grid.GetCellData(), ["grain"], "cell data")
+    field = grid.GetFieldData()
+    names = [field.GetArrayName(i) for i in range(field.GetNumberOfArrays())]
+    sets = [
+        {name[len(prefix) :]: vtk_xml.field_array(grid, name) for name in names if name.startswith(prefix)}
+        for prefix in (_NODE_SET, _FACE_SET)
+    ]
+    return TetMesh(vtk_xml.points_of(grid), connectivity.reshape(-1, width), grain, *sets)
+
+
+def _triangles(path, poly) -> tuple[np.ndarray, slice]:
+    """Return the triangles (m, 3) of a poly data and their rows in its cell data."""
+    connectivity, offsets = vtk_xml.cells_of(poly.GetPolys())
+    if (np.diff(offsets) != 3).any() or poly.GetNumberOfStrips():
+        raise CraftmeshError(
+            f"{path}: holds polygons that are not triangles; triangulate the surface first"
+        )
+    before = poly.GetNumberOfVerts() + poly.GetNumberOfLines()
+    return connectivity.reshape(-1, 3), slice(before, before + len(offsets) - 1)
+
+
+def _kind_from_box(points, facets, sides, crack) -> np.ndarray:
+    kind = np.full(len(facets), INTERFACE, np.uint8)
+    if len(facets):
+        used = points[np.unique(facets)]
+        limits = np.stack([used.min(axis=0), used.max(axis=0)], axis=1).ravel()
+        open_side = (sides <= 0).any(axis=1)
+        for plane in range(len(BOX_PLANES)):
+            on_plane = (points[facets][:, :, plane // 2] == limits[plane]).all(axis=1)
+            kind[on_plane & open_side] = plane + 1
+    kind[crack] = CRACK
+    return kind
