@@ -1,0 +1,172 @@
+"""The facets between the labels of one cell of the dual grid.
+
+Each connected set of face segments is spanned on its own:
+
+    no face point (a loop of one label pair)    | best triangulation of the loop, else a fan
+    two face points joined by three chains      | a junction edge between them closes each chain
+    anything else                               | a cone from a cell point, tied wedges cut off
+"""
+
+from collections import namedtuple
+
+import numpy as np
+from numba import njit
+
+from craftmesh.kernels.cell_faces import face_segments, triangulate
+from craftmesh.kernels.cell_tables import FIRST_CELL_POINT, FIRST_FACE_POINT, POINT_AT
+from craftmesh.kernels.cell_wedges import cone, cut_tied_wedge, middle_of
+
+MAX_FACETS = 256
+
+# segments (64, 4), link (64, 4); sheets (256, 5): three local points, labels behind and ahead;
+# at: positions of the local points; group, after: component and outgoing segment of each point.
+Scratch = namedtuple(
+    "Scratch", "segments link sheets at group after polygon triangles cost split stack used ring across"
+)
+
+
+def new_scratch() -> Scratch:
+    """Return the arrays that one sweep works in."""
+    integers = {
+        "segments": (64, 4),
+        "link": (64, 4),
+        "sheets": (MAX_FACETS, 5),
+        "group": FIRST_CELL_POINT,
+        "after": FIRST_CELL_POINT,
+        "polygon": 16,
+        "triangles": (16, 3),
+        "split": (16, 16),
+        "stack": (32, 2),
+        "ring": 64,
+        "across": 64,
+    }
+    arrays = {name: np.zeros(shape, np.int64) for name, shape in integers.items()}
+    return Scratch(at=POINT_AT.copy(), cost=np.zeros((16, 16)), used=np.zeros(64, bool), **arrays)
+
+
+@njit(cache=True)
+def _find_components(segments, count, group, after):
+    """Label each point with the lowest point it is connected to, and note each point's outgoing segment."""
+    for p in range(FIRST_CELL_POINT):
+        group[p] = p
+        after[p] = -1
+    changed = True
+    while changed:
+        changed = False
+        for s in range(count):
+            a, b = group[segments[s, 0]], group[segments[s, 1]]
+            if a != b:
+                group[segments[s, 0]] = group[segments[s, 1]] = min(a, b)
+                changed = True
+    for s in range(count):
+        after[segments[s, 0]] = s
+
+
+@njit(cache=True)
+def _append_polygon(triangles, number, right, left, sheets, count):
+    for t in range(number):
+        sheets[count, :3] = triangles[t]
+        sheets[count, 3], sheets[count, 4] = right, left
+        count += 1
+    return count
+
+
+@njit(cache=True)
+def _span_loop(link, size, new, scratch, count):
+    """Fill a loop of one label pair; return the count of facets and of cell points (a fan needs one)."""
+    polygon, triangles, at = scratch.polygon, scratch.triangles, scratch.at
+    p = link[0, 0]
+    for i in range(size):
+        polygon[i] = p
+        p = scratch.segments[scratch.after[p], 1]
+    right, left = link[0, 2], link[0, 3]
+    number = triangulate(polygon, size, at, scratch, triangles)
+    if number:
+        return _append_polygon(triangles, number, right, left, scratch.sheets, count), new
+    middle_of(link, size, at, new)
+    return cone(link, size, new, scratch.sheets, count), new + 1
+
+
+@njit(cache=True)
+def _span_junction(link, size, scratch, count):
+    """Join two face points by an edge that closes the three chains between them.
+
+    Returns the new count of facets, or -1 when the chains are not three or cannot be triangulated.
+    """
+    polygon, triangles = scratch.polygon, scratch.triangles
+    chains = 0
+    for s in range(size):
+        if link[s, 0] < FIRST_FACE_POINT:
+            continue
+        polygon[0] = link[s, 0]
+        n, p = 1, link[s, 1]
+        while p < FIRST_FACE_POINT:
+            polygon[n] = p
+            n += 1
+            p = scratch.segments[scratch.after[p], 1]
+        if p == polygon[0]:
+            return -1
+        polygon[n] = p
+        number = triangulate(polygon, n + 1, scratch.at, scratch, triangles)
+        if number == 0:
+            return -1
+        count = _append_polygon(triangles, number, link[s, 2], link[s, 3], scratch.sheets, count)
+        chains += 1
+    return count if chains == 3 else -1
+
+
+@njit(cache=True)
+def _span_cone(link, size, new, is_first, scratch, count):
+    """Cone from a cell point without a grain that meets itself there; return the counts of facets and points."""
+    at, apex = scratch.at, new
+    at[apex] = 0.5
+    if not is_first:
+        middle_of(link, size, at, apex)
+    new += 1
+    tied = True
+    while tied:
+        tied, size, count = cut_tied_wedge(link, size, apex, new, at, scratch.sheets, count, scratch)
+        new += tied
+    return cone(link, size, apex, scratch.sheets, count), new
+
+
+@njit(cache=True)
+def _component(segments, count, group, root, link):
+    """Copy the segments of one component to `link`; return their number and that of its face points."""
+    size = face_points = 0
+    for s in range(count):
+        if group[segments[s, 0]] == root:
+            link[size] = segments[s]
+            size += 1
+    if size:
+        for p in range(FIRST_FACE_POINT, FIRST_CELL_POINT):
+            face_points += group[p] == root
+    return size, face_points
+
+
+@njit(cache=True)
+def cell_sheets(labels, scratch):
+    """Fill scratch.sheets with the facets of a cell with eight corner `labels`; return their number.
+
+    Rows are three local points (positions in scratch.at), the label behind and the label ahead,
+    behind < ahead. Labels below 6 are the outside labels x-, x+, y-, y+, z-, z+.
+    """
+    segments, link, group = scratch.segments, scratch.link, scratch.group
+    total = 0
+    for face in range(6):
+        total = face_segments(labels, face, segments, total)
+    _find_components(segments, total, group, scratch.after)
+    count, new, cones = 0, FIRST_CELL_POINT, 0
+    for root in range(FIRST_CELL_POINT):
+        size, face_points = _component(segments, total, group, root, link)
+        if size == 0:
+            continue
+        if face_points == 0:
+            count, new = _span_loop(link, size, new, scratch, count)
+            continue
+        spanned = _span_junction(link, size, scratch, count) if face_points == 2 else -1
+        if spanned < 0:
+            spanned, new = _span_cone(link, size, new, cones == 0, scratch, count)
+            cones += 1
+        count = spanned
+    return count

@@ -1,0 +1,152 @@
+"""Cell points at which a grain would meet itself: its smaller wedge is cut off to a point of its own.
+
+The segments seen from a cell point form the link of that point. Around each grain they close to
+cycles, one per wedge of the grain; a grain with two wedges would touch itself at the point.
+"""
+
+from numba import njit
+
+from craftmesh.kernels.cell_faces import add_segment
+
+OUTSIDE_LABELS = 6
+_MANY = 1000
+
+
+@njit(cache=True)
+def _bounds_grain(segment, grain):
+    return segment[2] == grain or segment[3] == grain
+
+
+@njit(cache=True)
+def _walk_wedge(link, size, grain, start, used, ring, across):
+    """Walk one cycle of the link with `grain` on the right; return its length.
+
+    ring[i] to ring[i + 1] has the label across[i] on its left; the segments passed become `used`.
+    """
+    n, segment = 0, start
+    while segment >= 0 and not used[segment]:
+        used[segment] = True
+        tail, head, right, left = link[segment]
+        ring[n], across[n], end = (tail, left, head) if right == grain else (head, right, tail)
+        n += 1
+        segment = -1
+        for s in range(size):
+            if not used[s] and (
+                (link[s, 2] == grain and link[s, 0] == end) or (link[s, 3] == grain and link[s, 1] == end)
+            ):
+                segment = s
+                break
+    return n
+
+
+@njit(cache=True)
+def _is_simple_wedge(across, n):
+    """Whether the wedge has two neighbours or more, each along one run of the cycle."""
+    runs = 0
+    for i in range(n):
+        if across[i] == across[i - 1 if i else n - 1]:
+            continue
+        runs += 1
+        for k in range(n):
+            if k != i and across[k] == across[i] and across[k] != across[k - 1 if k else n - 1]:
+                return False
+    return runs > 0
+
+
+@njit(cache=True)
+def _smallest_wedge(link, size, grain, used, ring, across):
+    """Return the number of wedges of a grain, the length of its smallest simple one and where it starts."""
+    used[:size] = False
+    wedges, shortest, start = 0, _MANY, -1
+    for s in range(size):
+        if not used[s] and _bounds_grain(link[s], grain):
+            n = _walk_wedge(link, size, grain, s, used, ring, across)
+            wedges += 1
+            if n < shortest and _is_simple_wedge(across, n):
+                shortest, start = n, s
+    return wedges, shortest, start
+
+
+@njit(cache=True)
+def _wedge_to_cut(link, size, used, ring, across):
+    """Return the grain and first segment of the smallest wedge of a tied grain; segment -1 if there is none."""
+    best, best_grain, best_start = _MANY, -1, -1
+    for first in range(size):
+        for column in (2, 3):
+            grain = link[first, column]
+            if grain < OUTSIDE_LABELS:
+                continue
+            seen = False
+            for s in range(first):
+                seen |= _bounds_grain(link[s], grain)
+            if seen:
+                continue
+            wedges, shortest, start = _smallest_wedge(link, size, grain, used, ring, across)
+            if wedges > 1 and shortest < best:
+                best, best_grain, best_start = shortest, grain, start
+    return best_grain, best_start
+
+
+@njit(cache=True)
+def _place_wedge_point(at, new, apex, ring, across, n):
+    """Halfway from the cell point to the wedge's middle, kept on the planes of the box it touches."""
+    at[new] = 0.0
+    for i in range(n):
+        at[new] += at[ring[i]] / n
+    at[new] = 0.5 * (at[new] + at[apex])
+    for i in range(n):
+        if across[i] < OUTSIDE_LABELS:
+            axis = across[i] // 2
+            at[new, axis] = at[apex, axis]
+
+
+@njit(cache=True)
+def add_facet(sheets, count, segment, point):
+    """Append the facet from a segment to a cell point; return the new count."""
+    row = sheets[count]
+    row[0], row[1], row[2], row[3], row[4] = segment[0], segment[1], point, segment[2], segment[3]
+    return count + 1
+
+
+@njit(cache=True)
+def cut_tied_wedge(link, size, apex, new, at, sheets, count, scratch):
+    """Cut the smallest wedge of a tied grain off to the point `new`, if there is one.
+
+    Its facets are appended to `sheets`; each sheet that ended on the wedge is prolonged to `new`, so
+    `link` stays the link of `apex`. Returns whether it did so, the size of the link and the count.
+    """
+    used, ring, across = scratch.used, scratch.ring, scratch.across
+    grain, start = _wedge_to_cut(link, size, used, ring, across)
+    if start < 0:
+        return False, size, count
+    used[:size] = False
+    n = _walk_wedge(link, size, grain, start, used, ring, across)
+    _place_wedge_point(at, new, apex, ring, across, n)
+    kept = 0
+    for s in range(size):
+        if used[s]:
+            count = add_facet(sheets, count, link[s], new)
+        else:
+            link[kept] = link[s]
+            kept += 1
+    for i in range(n):
+        before = across[i - 1 if i else n - 1]
+        if before != across[i]:
+            kept = add_segment(link, kept, ring[i], new, before, across[i])
+    return True, kept, count
+
+
+@njit(cache=True)
+def cone(link, size, apex, sheets, count):
+    """Append a facet from each segment of the link to the cell point; return the new count."""
+    for s in range(size):
+        count = add_facet(sheets, count, link[s], apex)
+    return count
+
+
+@njit(cache=True)
+def middle_of(link, size, at, apex):
+    """Put the cell point `apex` in the middle of its link's segments."""
+    at[apex] = 0.0
+    for s in range(size):
+        at[apex] += 0.5 * (at[link[s, 0]] + at[link[s, 1]]) / size
