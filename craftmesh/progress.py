@@ -2,7 +2,7 @@
 
 import sys
 import time
-from typing import TextIO
+from typing import Self, TextIO
 
 
 def silent(fraction: float, text: str) -> None:
@@ -10,7 +10,7 @@ def silent(fraction: float, text: str) -> None:
 
 
 class ProgressLine:
-    """A progress line on a terminal, or now and then a line in a log.
+    """A progress line on a terminal, or now and then a line in a log; a context manager that closes itself.
 
     Calling it with a fraction 0..1 and a short text writes `stage  42% text (12 s)`. A terminal's line is
     rewritten in place; a log gets a new line at most every `interval` seconds. Stages that end
@@ -40,6 +40,12 @@ class ProgressLine:
         else:
             self.stream.write(line + "\n")
         self.stream.flush()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
 
     def close(self) -> None:
         """End the terminal's line, so that what follows starts on its own."""

@@ -12,9 +12,8 @@ class Terminal(io.StringIO):
 
 def test_short_stage_writes_nothing():
     log = io.StringIO()
-    progress = ProgressLine("gradate", log, first=60)
-    progress(0.5, "collapse")
-    progress.close()
+    with ProgressLine("gradate", log, first=60) as progress:
+        progress(0.5, "collapse")
     assert log.getvalue() == ""
 
 

@@ -1,0 +1,263 @@
+"""A campaign: the checked configuration and cases sheet that the Snakemake workflow runs.
+
+All is checked before any job starts. Functions are pure but for reading the sheet and looking whether
+files exist; the Snakefile only calls them.
+"""
+
+import csv
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from craftmesh.digest import digest
+from craftmesh.errors import CraftmeshError
+
+SYNTHETIC = "synthetic"
+NO_CRACK = "none"
+COLUMNS = ("case", "microstructure", "crack", "increments")
+RESERVED = ("logs", "benchmarks")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One row of the sheet: its name, the microstructure's path or SYNTHETIC, its crack or NO_CRACK."""
+
+    name: str
+    microstructure: str
+    crack: str
+    increments: int
+
+    @property
+    def increment_names(self) -> tuple[str, ...]:
+        """The increments' folder names: 000, 001, ..."""
+        return tuple(f"{k:03d}" for k in range(self.increments))
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A checked configuration with its cases by name."""
+
+    config: Mapping[str, Any]
+    cases: Mapping[str, Case]
+
+    @property
+    def results(self) -> str:
+        return self.config["results"]
+
+    def increments(self, pattern: str) -> list[str]:
+        """Return `pattern` with {case} and {inc} filled in for every increment of every case."""
+        return [
+            pattern.format(case=case.name, inc=inc)
+            for case in self.cases.values()
+            for inc in case.increment_names
+        ]
+
+    def flags(self, section: str) -> str:
+        """Return the command-line flags of one section of the configuration."""
+        return flags(self.config[section])
+
+    def crack_flags(self, case: str) -> str:
+        """Return the command-line flags of a case's crack."""
+        return flags(self.config["cracks"][self.cases[case].crack])
+
+    def has_crack(self, case: str) -> bool:
+        return self.cases[case].crack != NO_CRACK
+
+    def code(self, verb: str) -> str:
+        """Return the digest of the modules that a verb of the command line runs."""
+        return digest(f"craftmesh.commands.{verb}")
+
+
+def read_campaign(config: Mapping[str, Any], schemas: Path) -> Campaign:
+    """Check `config` against the schemas, its sheet and its files, and fill in the defaults.
+
+    `schemas` is the folder of config.schema.yaml and cases.schema.yaml. Raises CraftmeshError with
+    one line that names the key, case or file, the value found and what is expected.
+    """
+    config = completed(config, load_schema(schemas / "config.schema.yaml"))
+    check_sizes(config["sizing"])
+    cases = read_cases(Path(config["cases"]), load_schema(schemas / "cases.schema.yaml"))
+    for case in cases.values():
+        _check_case(case, config)
+    data = Path(config["data"])
+    located = {
+        case.name: Case(case.name, _located(case.microstructure, data), case.crack, case.increments)
+        for case in cases.values()
+    }
+    return Campaign(config, located)
+
+
+def load_schema(path: Path) -> dict:
+    import yaml
+
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
+def completed(config: Mapping[str, Any], schema: dict) -> dict:
+    """Return a copy of `config` with the schema's defaults; raises CraftmeshError for its first fault."""
+    from jsonschema import Draft202012Validator
+
+    filled = _with_defaults(config, schema)
+    faults = list(Draft202012Validator(schema).iter_errors(filled))
+    if faults:
+        # an unknown key explains more than the missing key that it was meant to be
+        faults.sort(
+            key=lambda fault: (fault.validator != "additionalProperties", list(map(str, fault.path)))
+        )
+        raise CraftmeshError(_explain(faults[0]))
+    return filled
+
+
+def check_sizes(sizing: Mapping[str, float | None]) -> None:
+    """Raise CraftmeshError unless l_min <= l_max and R_0 <= R_1, with the defaults that follow from l0."""
+    l0 = sizing["l0"]
+    value = {key: l0 * factor for key, factor in (("l_min", 0.5), ("l_max", 3.0), ("r0", 8.0))}
+    value |= {key: sizing[key] for key in value if sizing[key] is not None}
+    value["r1"] = 2 * value["r0"] if sizing["r1"] is None else sizing["r1"]
+    for low, high in (("l_min", "l_max"), ("r0", "r1")):
+        if value[low] > value[high]:
+            raise CraftmeshError(
+                f"sizing.{low} is {value[low]:g}, sizing.{high} {value[high]:g}; expected {low} <= {high}"
+            )
+
+
+def read_cases(path: Path, schema: dict) -> dict[str, Case]:
+    """Read the tab-separated sheet of cases; lines that start with # are left out.
+
+    Raises CraftmeshError that names the file, and the line and the case where they matter.
+    """
+    if not path.is_file():
+        raise CraftmeshError(
+            f"cases: {path} is not there; expected a tab-separated sheet with {_listed(COLUMNS)}"
+        )
+    lines = path.read_text(encoding="utf-8-sig").splitlines()
+    numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+    rows = list(csv.reader((line for _, line in numbered), delimiter="\t"))
+    if not rows or tuple(name.strip() for name in rows[0]) != COLUMNS:
+        found = _listed(rows[0]) if rows else "nothing"
+        raise CraftmeshError(f"{path}: columns {found}; expected {_listed(COLUMNS)}, separated by tabs")
+    cases: dict[str, Case] = {}
+    for (number, _), row in zip(numbered[1:], rows[1:]):
+        case = _case(row, schema, f"{path}, line {number}")
+        if case.name in cases:
+            raise CraftmeshError(
+                f"{path}, line {number}: case {case.name!r} is there twice; names must differ"
+            )
+        cases[case.name] = case
+    if not cases:
+        raise CraftmeshError(f"{path}: no case; expected at least one row under the header")
+    return cases
+
+
+def flags(options: Mapping[str, Any]) -> str:
+    """Return options as the command line takes them; keys whose value is null or empty are left out."""
+    words: list[str] = []
+    for key, value in options.items():
+        flag = key.replace("_", "-")
+        if isinstance(value, bool):
+            words.append(f"--{flag}" if value else f"--no-{flag}")
+        elif value is not None and value != [] and value != "":
+            values = value if isinstance(value, (list, tuple)) else [value]
+            words += [f"--{flag}", *map(str, values)]
+    return shlex.join(words)
+
+
+def _case(row: list[str], schema: dict, place: str) -> Case:
+    values: dict[str, Any] = dict(zip(COLUMNS, (field.strip() for field in row)))
+    if len(row) != len(COLUMNS):
+        raise CraftmeshError(f"{place}, case {row[0]!r}: {len(row)} columns; expected {len(COLUMNS)}")
+    if values["increments"].isdecimal():
+        values["increments"] = int(values["increments"])
+    try:
+        values = completed(values, schema)
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{place}, case {row[0]!r}: {error}") from None
+    if values["case"] in RESERVED:
+        raise CraftmeshError(
+            f"{place}: case {values['case']!r} is a folder of the results; choose another name"
+        )
+    return Case(values["case"], values["microstructure"], values["crack"], values["increments"])
+
+
+def _check_case(case: Case, config: Mapping[str, Any]) -> None:
+    place = f"{config['cases']}, case {case.name!r}"
+    known = (*config["cracks"], NO_CRACK)
+    if case.crack not in known:
+        raise CraftmeshError(
+            f"{place}: crack is {case.crack!r}; expected one of {_listed(known)} (key `cracks`)"
+        )
+    if case.crack == NO_CRACK and case.increments != 1:
+        raise CraftmeshError(f"{place}: increments is {case.increments} without a crack; expected 1")
+    path = Path(_located(case.microstructure, Path(config["data"])))
+    if case.microstructure != SYNTHETIC and not path.exists():
+        raise CraftmeshError(
+            f"{place}: microstructure {path} is not there; expected a file, or a path under the key `data`"
+        )
+
+
+def _located(microstructure: str, data: Path) -> str:
+    return microstructure if microstructure == SYNTHETIC else str(data / microstructure)
+
+
+def _with_defaults(value: Any, schema: dict) -> Any:
+    """Return a copy of `value` where objects have the defaults of their properties."""
+    if not isinstance(value, Mapping):
+        return list(value) if isinstance(value, tuple) else value
+    properties = schema.get("properties", {})
+    others = schema.get("additionalProperties") or {}
+    filled = {key: _with_defaults(item, properties.get(key, others)) for key, item in value.items()}
+    for key, sub in properties.items():
+        if key not in filled and "default" in sub:
+            filled[key] = _with_defaults(sub["default"], sub)
+    return filled
+
+
+def _explain(fault) -> str:
+    """Return one line for a fault that jsonschema found."""
+    path = ".".join(map(str, fault.absolute_path))
+    if fault.validator == "additionalProperties":
+        known = list(fault.schema.get("properties", {}))
+        key = next(key for key in fault.instance if key not in known)
+        near = get_close_matches(key, known, 1)
+        hint = f"did you mean {near[0]!r}?" if near else f"expected one of {_listed(known)}"
+        return f"unknown key {f'{path}.{key}' if path else key!r}; {hint}"
+    if fault.validator == "required":
+        key = next(key for key in fault.validator_value if key not in fault.instance)
+        text = fault.schema["properties"][key].get("description", "")
+        return f"key {f'{path}.{key}' if path else key} is missing; expected {text}"
+    return f"{path or 'the configuration'} is {fault.instance!r}; expected {_expectation(fault.schema)}"
+
+
+def _expectation(schema: dict) -> str:
+    if "enum" in schema:
+        return "one of " + _listed([value for value in schema["enum"] if value is not None])
+    names = {
+        "number": "a number",
+        "integer": "a whole number",
+        "string": "text",
+        "boolean": "true or false",
+    }
+    names |= {"array": "a list", "object": "keys with values", "null": "null"}
+    kinds = schema.get("type", [])
+    text = " or ".join(names[kind] for kind in ([kinds] if isinstance(kinds, str) else kinds))
+    if "minItems" in schema:
+        text += f" of {schema['minItems']} values"
+    for key, sign in (
+        ("minimum", ">="),
+        ("exclusiveMinimum", ">"),
+        ("maximum", "<="),
+        ("exclusiveMaximum", "<"),
+    ):
+        if key in schema:
+            text += f" {sign} {schema[key]}"
+    if "pattern" in schema:
+        text += f" that fits {schema['pattern']}"
+    about = schema.get("description")
+    return f"{text} ({about})" if about else text
+
+
+def _listed(names) -> str:
+    return ", ".join(map(str, names))

@@ -1,0 +1,97 @@
+"""Check the invariants of any stage file: one line per breach and exit status 1; measure the mesh."""
+
+from pathlib import Path
+
+from craftmesh.commands.stage_io import existing, read_json, write_json
+from craftmesh.errors import CraftmeshError
+
+
+def add_arguments(parser):
+    parser.add_argument("file", type=Path, help=f"a stage file: {', '.join(CHECKS)}")
+    parser.add_argument("--labels", type=Path, metavar="FILE", help="labels .npz for the volume per grain")
+    parser.add_argument(
+        "--quality", type=Path, metavar="FILE", help="write the mesh's measures to this .json"
+    )
+
+
+def run(arguments):
+    file = existing(arguments.file)
+    if file.suffix not in CHECKS:
+        raise CraftmeshError(
+            f"{file}: suffix {file.suffix!r} is not a stage file's; expected {', '.join(CHECKS)}"
+        )
+    if arguments.quality and file.suffix != ".vtu":
+        raise CraftmeshError(f"--quality measures a mesh .vtu; {file} is none")
+    breaches = CHECKS[file.suffix](file, arguments)
+    for breach in breaches:
+        print(breach)
+    return 1 if breaches else 0
+
+
+def check_mesh(file: Path, arguments) -> list[str]:
+    from craftmesh.check_tets import check_tets
+    from craftmesh.io.npz import read_labels
+    from craftmesh.io.vtk import read_tets
+
+    mesh = read_tets(file)
+    breaches = check_tets(mesh)
+    if arguments.quality:
+        from craftmesh.quality import quality
+
+        voxels = read_labels(existing(arguments.labels)) if arguments.labels else None
+        write_json(arguments.quality, {"breaches": breaches} | quality(mesh, voxels))
+    return breaches
+
+
+def check_polygons(file: Path, arguments) -> list[str]:
+    """Check a surface or, where the file has no `sides`, a crack."""
+    from craftmesh.io.vtk import holds_crack, read_crack, read_surface
+
+    if holds_crack(file):
+        from craftmesh.cracking import check_crack
+
+        return check_crack(read_crack(file))
+    from craftmesh.check_surface import check_surface
+
+    return check_surface(read_surface(file))
+
+
+def check_volume(file: Path, arguments) -> list[str]:
+    from craftmesh.io.npz import read_labels
+    from craftmesh.io.vtk import read_voxels
+
+    voxels = read_voxels(file) if file.suffix == ".vti" else read_labels(file)
+    return (
+        [] if (voxels.labels > 0).any() else [f"{file}: no voxel belongs to a grain; expected labels > 0"]
+    )
+
+
+def check_islands(file: Path, arguments) -> list[str]:
+    from craftmesh.islands import islands_from_json
+
+    islands_from_json(read_json(file))
+    return []
+
+
+def check_front(file: Path, arguments) -> list[str]:
+    from craftmesh.io.front_csv import read_front
+
+    read_front(file)
+    return []
+
+
+def check_input_deck(file: Path, arguments) -> list[str]:
+    from craftmesh.check_deck import check_deck
+
+    return check_deck(file)
+
+
+CHECKS = {
+    ".vti": check_volume,
+    ".npz": check_volume,
+    ".vtp": check_polygons,
+    ".vtu": check_mesh,
+    ".inp": check_input_deck,
+    ".json": check_islands,
+    ".csv": check_front,
+}

@@ -1,0 +1,87 @@
+"""Command-line flags made from the stages' option classes, and back."""
+
+import argparse
+import dataclasses
+import re
+import types
+import typing
+from collections.abc import Iterable
+from typing import Any
+
+from craftmesh.errors import CraftmeshError
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that raises CraftmeshError instead of printing its usage and exiting."""
+
+    def __init__(self, **keywords):
+        super().__init__(allow_abbrev=False, **keywords)
+        # argparse takes -1e-3 for a flag unless its pattern of negative numbers knows exponents
+        self._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
+
+    def error(self, message: str):
+        raise CraftmeshError(f"{message}; see `{self.prog} --help`")
+
+
+def add_options(parser: argparse.ArgumentParser, *classes: type, skip: Iterable[str] = ()) -> None:
+    """Add one group of flags for each option class; `skip` names fields that the verb sets itself."""
+    for cls in classes:
+        group = parser.add_argument_group(_title(cls))
+        hints = typing.get_type_hints(cls)
+        for field in dataclasses.fields(cls):
+            if field.name not in skip:
+                _add_flag(group, field, hints[field.name])
+
+
+def options_from(arguments: argparse.Namespace, cls: type, **values: Any) -> Any:
+    """Return an instance of `cls` with the flags that were given, and `values` over them."""
+    given = {
+        field.name: getattr(arguments, field.name)
+        for field in dataclasses.fields(cls)
+        if hasattr(arguments, field.name)
+    }
+    return cls(**(given | values))
+
+
+def _title(cls: type) -> str:
+    words = re.findall("[A-Z][a-z]+", cls.__name__.removesuffix("Options"))
+    return " ".join(words).lower() + " options"
+
+
+def _add_flag(group, field: dataclasses.Field, hint: Any) -> None:
+    """Add the flag of one field; when it is not given, the class keeps its default."""
+    flag = "--" + field.name.replace("_", "-")
+    required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+    keywords: dict[str, Any] = {"default": argparse.SUPPRESS, "required": required, "help": _help(field)}
+    kind, count = value_type(hint)
+    choices = field.metadata.get("choices") or None
+    if kind is bool:
+        group.add_argument(flag, action=argparse.BooleanOptionalAction, **keywords)
+    else:
+        name = field.name.upper() if choices is None else None
+        group.add_argument(flag, type=kind, nargs=count, choices=choices, metavar=name, **keywords)
+
+
+def value_type(hint: Any) -> tuple[type, int | str | None]:
+    """Return the type of a field's values and their count as argparse has it: None, "+" or a number."""
+    if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
+        hint = next(part for part in typing.get_args(hint) if part is not type(None))
+    if typing.get_origin(hint) is not tuple:
+        return hint, None
+    parts = typing.get_args(hint)
+    kind, inner = value_type(parts[0])
+    if inner is not None:
+        raise TypeError(f"{hint} has no form as a flag; expected a flat tuple")
+    return kind, "+" if parts[-1] is Ellipsis else len(parts)
+
+
+def _help(field: dataclasses.Field) -> str:
+    text = field.metadata.get("help", "")
+    unit = field.metadata.get("unit")
+    default = field.default
+    if isinstance(default, tuple):
+        default = " ".join(map(str, default))
+    notes = [f"in {unit}"] if unit else []
+    if default not in (None, "", dataclasses.MISSING):
+        notes.append(f"default {default}")
+    return (text + (f" ({'; '.join(notes)})" if notes else "")).replace("%", "%%")

@@ -1,0 +1,15 @@
+"""Make a synthetic polycrystal: columnar Voronoi or Laguerre grains with voids and embedded grains."""
+
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.stage_io import add_output
+from craftmesh.generate import GenerateOptions, generate
+from craftmesh.io.npz import write_labels
+
+
+def add_arguments(parser):
+    add_output(parser, "labelled volume .npz (labels[x,y,z], spacing, origin, orientations)")
+    add_options(parser, GenerateOptions)
+
+
+def run(arguments):
+    write_labels(arguments.output, generate(options_from(arguments, GenerateOptions)))

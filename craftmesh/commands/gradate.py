@@ -1,0 +1,27 @@
+"""Fit the edges of a stitched surface to the sizing function (Eq. 2-3) around the crack front."""
+
+from pathlib import Path
+
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.sizing_flags import add_sizing, sizing_from
+from craftmesh.commands.stage_io import add_output, add_report, tell
+from craftmesh.gradate import GradateOptions, gradate
+from craftmesh.io.vtk import read_surface, write_surface
+from craftmesh.progress import ProgressLine
+
+
+def add_arguments(parser):
+    parser.add_argument("surface", type=Path, help="stitched surface .vtp")
+    add_output(parser, "gradated surface .vtp")
+    add_report(parser)
+    add_sizing(parser)
+    add_options(parser, GradateOptions)
+
+
+def run(arguments):
+    surface = read_surface(arguments.surface)
+    sizing = sizing_from(arguments, surface)
+    with ProgressLine("gradate") as progress:
+        surface, report = gradate(surface, sizing, options_from(arguments, GradateOptions), progress)
+    write_surface(arguments.output, surface)
+    tell(report, arguments.report)

@@ -1,0 +1,39 @@
+"""Read a labelled microstructure, clean it, and find its voids and embedded grains."""
+
+from pathlib import Path
+
+from craftmesh.clean import CleanOptions, clean
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.stage_io import add_report, existing, tell, write_json
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.npz import write_labels
+from craftmesh.io.readers import ReadOptions, read_voxels
+from craftmesh.io.vtk import write_voxels
+from craftmesh.islands import find_islands, islands_as_json
+
+
+def add_arguments(parser):
+    parser.add_argument("input", type=Path, help="microstructure file, or folder of TIFF slices")
+    for flag, what in (
+        ("--image", "volume .vti for viewing"),
+        ("--labels", "cleaned volume .npz that GRAIN_<id> refers to"),
+        ("--islands", "voids and embedded grains .json"),
+    ):
+        parser.add_argument(flag, type=Path, metavar="FILE", help=what)
+    add_report(parser)
+    add_options(parser, ReadOptions, CleanOptions)
+
+
+def run(arguments):
+    if not (arguments.image or arguments.labels or arguments.islands):
+        raise CraftmeshError("nothing to write; give at least one of --labels, --image, --islands")
+    raw = read_voxels(existing(arguments.input), options_from(arguments, ReadOptions))
+    voxels, report = clean(raw, options_from(arguments, CleanOptions))
+    islands = find_islands(voxels)
+    if arguments.image:
+        write_voxels(arguments.image, voxels)
+    if arguments.islands:
+        write_json(arguments.islands, islands_as_json(islands))
+    if arguments.labels:
+        write_labels(arguments.labels, voxels)
+    tell(report, arguments.report)

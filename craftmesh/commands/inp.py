@@ -1,0 +1,27 @@
+"""Write the complete input deck for Abaqus and CalculiX: sets, sections, materials, a tension step."""
+
+from pathlib import Path
+
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.stage_io import add_output, existing
+from craftmesh.inp import DeckOptions, write_deck
+from craftmesh.io.npz import read_labels
+from craftmesh.io.vtk import read_tets
+
+
+def add_arguments(parser):
+    parser.add_argument("volume", type=Path, help="mesh .vtu")
+    add_output(parser, "input deck .inp")
+    parser.add_argument(
+        "--microstructure", type=Path, metavar="FILE", help="labels .npz with the grains' orientations"
+    )
+    add_options(parser, DeckOptions)
+
+
+def run(arguments):
+    orientations = None
+    if arguments.microstructure:
+        orientations = read_labels(existing(arguments.microstructure)).orientations
+    write_deck(
+        arguments.output, read_tets(arguments.volume), options_from(arguments, DeckOptions), orientations
+    )

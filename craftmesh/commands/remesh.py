@@ -1,0 +1,25 @@
+"""Turn a labelled volume into one conformal, smoothed surface by multi-material marching cubes."""
+
+from pathlib import Path
+
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.stage_io import add_output, add_report, existing, tell
+from craftmesh.io.npz import read_labels
+from craftmesh.io.vtk import write_surface
+from craftmesh.progress import ProgressLine
+from craftmesh.remesh import RemeshOptions, remesh
+
+
+def add_arguments(parser):
+    parser.add_argument("labels", type=Path, help="cleaned volume .npz of `craftmesh import`")
+    add_output(parser, "surface .vtp")
+    add_report(parser)
+    add_options(parser, RemeshOptions)
+
+
+def run(arguments):
+    voxels = read_labels(existing(arguments.labels))
+    with ProgressLine("remesh") as progress:
+        surface, report = remesh(voxels, options_from(arguments, RemeshOptions), progress)
+    write_surface(arguments.output, surface)
+    tell(report, arguments.report)

@@ -1,0 +1,52 @@
+"""The flags of the sizing function and its sources, shared by the stages that use it."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.front_csv import read_front_points
+from craftmesh.io.vtk import read_crack
+from craftmesh.sizing import Sizing, SizingOptions, densify, sizing_for
+from craftmesh.types import Crack, Surface
+
+
+def add_sizing(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--front",
+        type=Path,
+        metavar="FILE",
+        help="crack front to refine around: .csv with columns x, y, z, or a crack .vtp",
+    )
+    parser.add_argument(
+        "--around-voids", action="store_true", help="refine around the enclosed voids' surfaces as well"
+    )
+    add_options(parser, SizingOptions)
+
+
+def sizing_from(arguments: argparse.Namespace, surface: Surface) -> Sizing:
+    """Return the sizing function around the front and the voids that the flags name."""
+    plain = sizing_for(surface, options_from(arguments, SizingOptions), np.zeros((0, 3)))
+    sources = [read_front_sources(arguments.front, plain.l_min)] if arguments.front else []
+    if arguments.around_voids:
+        sources.append(surface.points[np.unique(surface.facets[(surface.sides < 0).any(axis=1)])])
+    return replace(plain, sources=np.concatenate([plain.sources, *sources]))
+
+
+def read_front_sources(path: Path, l_min: float) -> np.ndarray:
+    """Return the points (k, 3) of a front .csv, or points at most l_min / 2 apart on a crack .vtp's fronts."""
+    if path.suffix != ".vtp":
+        return read_front_points(path)
+    points = front_sources(read_crack(path), l_min)
+    if not len(points):
+        raise CraftmeshError(f"{path}: the crack has no front inside the box; expected at least one")
+    return points
+
+
+def front_sources(crack: Crack, l_min: float) -> np.ndarray:
+    """Return points (k, 3) at most l_min / 2 apart along all fronts of a crack."""
+    lines = [densify(crack.points[front], l_min / 2) for front in crack.fronts]
+    return np.concatenate([np.zeros((0, 3)), *lines])

@@ -1,0 +1,65 @@
+"""What all verbs share: the output flag, the stage's report, and existing input files."""
+
+import argparse
+import json
+import math
+from pathlib import Path
+
+from craftmesh.atomic import atomic_path
+from craftmesh.errors import CraftmeshError
+
+
+def add_output(parser: argparse.ArgumentParser, what: str) -> None:
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help=what)
+
+
+def add_report(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--report", type=Path, metavar="FILE", help="write the stage's counts to this .json"
+    )
+
+
+def tell(report: dict, path: Path | None) -> None:
+    """Print the plain numbers of a stage's report, one a line, and write the whole to `path` if given."""
+    for key, value in report.items():
+        if isinstance(value, (bool, int, float, str)):
+            print(f"{key}: {value:.6g}" if isinstance(value, float) else f"{key}: {value}")
+        elif value:
+            print(f"{key}: {len(value)} entries")
+    if path is not None:
+        write_json(path, report)
+
+
+def write_json(path: Path, content: dict) -> None:
+    """Write `content` whole or not at all; numbers that are not finite become null."""
+    with atomic_path(path) as temporary:
+        text = json.dumps(_finite(content), indent=1, allow_nan=False)
+        temporary.write_text(text + "\n", encoding="utf-8")
+
+
+def read_json(path: Path) -> dict:
+    """Read a .json object; raises CraftmeshError for a missing file and for text that is not JSON."""
+    try:
+        content = json.loads(existing(path).read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise CraftmeshError(f"{path}: not JSON ({error}); expected a file written by craftmesh") from None
+    if not isinstance(content, dict):
+        raise CraftmeshError(f"{path}: holds a {type(content).__name__}; expected a JSON object")
+    return content
+
+
+def existing(path: Path) -> Path:
+    """Return `path`; raises CraftmeshError when nothing is there."""
+    if not path.exists():
+        raise CraftmeshError(f"{path}: no such file; check the path")
+    return path
+
+
+def _finite(value):
+    if isinstance(value, dict):
+        return {str(k): _finite(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,41 @@
+"""Join the surfaces of the grains into one conformal surface and insert the crack."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.sizing_flags import front_sources
+from craftmesh.commands.stage_io import add_output, add_report, existing, tell
+from craftmesh.io.stl import read_stl_folder
+from craftmesh.io.vtk import read_crack, read_surface, write_surface
+from craftmesh.progress import ProgressLine
+from craftmesh.sizing import SizingOptions, sizing_for
+from craftmesh.stitch import StitchOptions, insert_crack, stitch_grains
+
+
+def add_arguments(parser):
+    parser.add_argument("surface", type=Path, help="surface .vtp, or folder of .stl files, one per grain")
+    add_output(parser, "stitched surface .vtp")
+    parser.add_argument("--crack", type=Path, metavar="FILE", help="crack .vtp to insert")
+    add_report(parser)
+    add_options(parser, StitchOptions, SizingOptions)
+
+
+def run(arguments):
+    options = options_from(arguments, StitchOptions)
+    report = {}
+    if existing(arguments.surface).is_dir():
+        surface, report = stitch_grains(read_stl_folder(arguments.surface), options)
+    else:
+        surface = read_surface(arguments.surface)
+    if arguments.crack:
+        crack = read_crack(arguments.crack)
+        plain = sizing_for(surface, options_from(arguments, SizingOptions), np.zeros((0, 3)))
+        sizing = replace(plain, sources=front_sources(crack, plain.l_min))
+        with ProgressLine("stitch") as progress:
+            surface, inserted = insert_crack(surface, crack, sizing, options, progress)
+        report = report | inserted
+    write_surface(arguments.output, surface)
+    tell(report, arguments.report)

@@ -1,0 +1,79 @@
+"""Fill the grains of a surface with tetrahedra; the surface stays as it is, bit for bit."""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.sizing_flags import add_sizing, sizing_from
+from craftmesh.commands.stage_io import add_output, add_report, read_json, tell
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.grain_tets import write_grain_tets
+from craftmesh.io.vtk import read_surface, write_tets
+from craftmesh.islands import islands_from_json
+from craftmesh.progress import ProgressLine
+from craftmesh.tetrahedralize import TetrahedralizeOptions, tetrahedralize
+from craftmesh.types import Surface
+
+
+def add_arguments(parser):
+    parser.add_argument("surface", type=Path, help="gradated surface .vtp")
+    add_output(parser, "mesh .vtu with the crack opened; with --chunk the chunk's grains .npz")
+    parser.add_argument("--islands", type=Path, metavar="FILE", help="voids and embedded grains .json")
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="worker processes (default 1)")
+    parser.add_argument(
+        "--chunk", type=chunk, metavar="K/N", help="only the K-th of N parts of the grains, K = 1..N"
+    )
+    add_report(parser)
+    add_sizing(parser)
+    add_options(parser, TetrahedralizeOptions)
+
+
+def run(arguments):
+    surface = read_surface(arguments.surface)
+    islands = islands_from_json(read_json(arguments.islands)) if arguments.islands else ()
+    if arguments.workers < 1:
+        raise CraftmeshError(f"--workers is {arguments.workers}; expected a number >= 1")
+    grains = None if arguments.chunk is None else grains_of_chunk(surface, *arguments.chunk)
+    with ProgressLine("tetrahedralize") as progress:
+        grain_tets, report = tetrahedralize(
+            surface,
+            sizing_from(arguments, surface),
+            islands,
+            options_from(arguments, TetrahedralizeOptions),
+            grains=grains,
+            workers=arguments.workers,
+            progress=progress,
+        )
+    if arguments.chunk is None:
+        from craftmesh.assemble import assemble
+
+        mesh, opened = assemble(surface, grain_tets)
+        write_tets(arguments.output, mesh)
+        report = report | opened
+    else:
+        write_grain_tets(arguments.output, grain_tets)
+    tell(report, arguments.report)
+
+
+def chunk(text: str) -> tuple[int, int]:
+    """Read K/N with 1 <= K <= N."""
+    part, _, parts = text.partition("/")
+    if not (part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
+        raise argparse.ArgumentTypeError(f"{text!r} is not K/N with 1 <= K <= N")
+    return int(part), int(parts)
+
+
+def grains_of_chunk(surface: Surface, part: int, parts: int) -> list[int]:
+    """Return the grain ids of one part; the parts hold all grains and about equally many facets."""
+    labels, facets = np.unique(surface.sides, return_counts=True)
+    facets, labels = facets[labels > 0], labels[labels > 0]
+    load = np.zeros(parts, np.int64)
+    mine = []
+    for index in np.argsort(-facets, kind="stable"):
+        lightest = int(np.argmin(load))
+        load[lightest] += facets[index]
+        if lightest == part - 1:
+            mine.append(int(labels[index]))
+    return sorted(mine)
