@@ -117,7 +117,7 @@ def _span_junction(link, size, scratch, count):
 
 @njit(cache=True)
 def _span_cone(link, size, new, is_first, scratch, count):
-    """Cone from a cell point without a grain that meets itself there; return the counts of facets and points."""
+    """Span a cone from a cell point, tied wedges cut off; return the counts of facets and cell points."""
     at, apex = scratch.at, new
     at[apex] = 0.5
     if not is_first:

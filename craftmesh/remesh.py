@@ -1,0 +1,121 @@
+"""Remeshing: from labelled voxels to a smooth, conformal surface without self-intersections."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.kernels.marching import march
+from craftmesh.kernels.smoothing import lap, spoiled_facets
+from craftmesh.kernels.triangles import intersecting_pairs
+from craftmesh.measure import facet_angles
+from craftmesh.options import option
+from craftmesh.progress import silent
+from craftmesh.types import Surface, Voxels
+from craftmesh.vertex_classes import smoothing_neighbours, vertex_classes
+
+
+@dataclass(frozen=True)
+class RemeshOptions:
+    """Options of the stage `remesh`."""
+
+    laplace_laps: int = option(4, "laps of Laplacian smoothing that take the voxel steps away")
+    taubin_laps: int = option(20, "pairs of Taubin laps (in and out) that follow and keep volumes")
+    laplace_weight: float = option(0.5, "part of the way to the neighbours' mean in an inward lap")
+    taubin_weight: float = option(-0.53, "the same in an outward lap of Taubin's pairs, negative")
+    sliver_quality: float = option(0.05, "facets that smoothing brings below this quality go back")
+    sliver_edge: float = option(0.05, "facets that smoothing leaves with a shorter edge go back", "voxels")
+
+
+def remesh(
+    voxels: Voxels, options: RemeshOptions | None = None, progress: Callable[[float, str], None] = silent
+) -> tuple[Surface, dict]:
+    """Return the surface of every grain of `voxels`, smoothed, in model units, and a report.
+
+    The surface is conformal, closed and oriented per grain; the planes, edges and corners of the box
+    are exact; no two facets intersect. Raises CraftmeshError when there is no grain.
+    """
+    options = options or RemeshOptions()
+    if not (voxels.labels > 0).any():
+        raise CraftmeshError("the volume holds no label > 0; expected at least one grain")
+    progress(0.0, "marching cubes")
+    points, facets, sides, kind = march(voxels.labels)
+    progress(0.3, "smoothing")
+    points, frozen = smooth(points, facets, sides, kind, options, progress)
+    surface = Surface(_in_model_units(points, facets, kind, voxels), facets, sides, kind)
+    report = {
+        "facets": len(facets),
+        "points": len(points),
+        "frozen_points": frozen,
+        "smallest_angle": float(facet_angles(surface.points, surface.facets).min()),
+    }
+    return surface, report
+
+
+def _in_model_units(points: np.ndarray, facets: np.ndarray, kind: np.ndarray, voxels: Voxels) -> np.ndarray:
+    """Return points given in voxels from the volume's corner in model units, the box's planes bitwise exact."""
+    placed = voxels.origin + voxels.spacing * points
+    for plane in range(1, 7):
+        axis, upper = divmod(plane - 1, 2)
+        placed[facets[kind == plane].ravel(), axis] = voxels.box[upper, axis]
+    return placed
+
+
+def _smoothing_stages(options: RemeshOptions) -> list[list[float]]:
+    """Weights of the laps between checkpoints: one Laplace lap, the other ones, the Taubin pairs."""
+    laplace = [options.laplace_weight] * options.laplace_laps
+    taubin = [options.laplace_weight, options.taubin_weight] * options.taubin_laps
+    return [stage for stage in (laplace[:1], laplace[1:], taubin) if stage]
+
+
+def smooth(
+    points: np.ndarray,
+    facets: np.ndarray,
+    sides: np.ndarray,
+    kind: np.ndarray,
+    options: RemeshOptions,
+    progress: Callable[[float, str], None] = silent,
+) -> tuple[np.ndarray, int]:
+    """Return smoothed points of a raw surface in voxel units, and how many were frozen.
+
+    Laps weigh neighbours alike, so that smoothing in voxels equals smoothing in model units whatever the
+    spacing; only the sliver limits are measured in voxels. The raw surface must be free of
+    intersections; so is the result: facets that intersect or become slivers go back to the last
+    checkpoint with a growing neighbourhood and stay there.
+    """
+    classes = vertex_classes(len(points), facets, sides, kind)
+    start, neighbour = smoothing_neighbours(classes)
+    fixed = classes.fixed.copy()
+    stages = _smoothing_stages(options)
+    for number, weights in enumerate(stages):
+        reach = 1
+        while True:
+            moved = points
+            for weight in weights:
+                moved = lap(moved, start, neighbour, fixed, weight)
+            bad = _bad_facets(moved, points, facets, options)
+            if not bad.any():
+                break
+            fixed[_vertices_around(facets, bad, reach, len(points))] = True
+            reach += 1
+        points = moved
+        progress(0.3 + 0.6 * (number + 1) / len(stages), "smoothing")
+    return points, int(fixed.all(axis=1).sum() - classes.fixed.all(axis=1).sum())
+
+
+def _bad_facets(
+    moved: np.ndarray, before: np.ndarray, facets: np.ndarray, options: RemeshOptions
+) -> np.ndarray:
+    bad = spoiled_facets(moved, before, facets, options.sliver_quality, options.sliver_edge)
+    bad[intersecting_pairs(moved, facets).ravel()] = True
+    return bad
+
+
+def _vertices_around(facets: np.ndarray, chosen: np.ndarray, rings: int, n_points: int) -> np.ndarray:
+    """(n_points,) bool: vertices of the chosen facets and of `rings` rings of facets around them."""
+    around = np.zeros(n_points, bool)
+    around[facets[chosen].ravel()] = True
+    for _ in range(rings):
+        around[facets[around[facets].any(axis=1)].ravel()] = True
+    return around

@@ -1,0 +1,69 @@
+"""What a surface's vertices may do: classes, the planes of the box they lie on, and their neighbours."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.connectivity import unique_edges
+from craftmesh.types import CRACK, INTERFACE
+
+ON_INTERFACE, ON_LINE, AT_JUNCTION = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class VertexClasses:
+    """Classes of the vertices of a conformal surface with n points.
+
+    rank (n,) uint8: ON_INTERFACE, ON_LINE (triple line, or line on or along the box) or AT_JUNCTION
+    (quadruple point, or where lines meet the box). fixed (n, 3) bool: coordinates held by the box's
+    planes; three at a corner. edges (e, 2) int64 and is_line (e,) bool: edges where other than two
+    facets of one patch meet.
+    """
+
+    rank: np.ndarray
+    fixed: np.ndarray
+    edges: np.ndarray
+    is_line: np.ndarray
+
+
+def facet_patches(sides: np.ndarray, kind: np.ndarray) -> np.ndarray:
+    """Return (m,) int64 numbers of the patches: facets between the same labels and of the same kind."""
+    key = np.column_stack([sides.min(axis=1), sides.max(axis=1), kind])
+    return np.unique(key, axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def vertex_classes(n_points: int, facets: np.ndarray, sides: np.ndarray, kind: np.ndarray) -> VertexClasses:
+    """Classify the `n_points` vertices of the surface facets (m, 3) with sides (m, 2) and kind (m,)."""
+    edges, edge_of, count = unique_edges(facets)
+    patch = np.repeat(facet_patches(sides, kind), 3)
+    lowest, highest = np.full(len(edges), len(facets)), np.full(len(edges), -1)
+    np.minimum.at(lowest, edge_of.ravel(), patch)
+    np.maximum.at(highest, edge_of.ravel(), patch)
+    is_line = (count != 2) | (lowest != highest)
+    lines = np.bincount(edges[is_line].ravel(), minlength=n_points)
+    rank = np.where(lines == 0, ON_INTERFACE, np.where(lines == 2, ON_LINE, AT_JUNCTION)).astype(np.uint8)
+    fixed = np.zeros((n_points, 3), bool)
+    on_box = (kind != INTERFACE) & (kind != CRACK)
+    for axis in range(3):
+        fixed[facets[on_box & ((kind - 1) // 2 == axis)].ravel(), axis] = True
+    return VertexClasses(rank, fixed, edges, is_line)
+
+
+def smoothing_neighbours(classes: VertexClasses) -> tuple[np.ndarray, np.ndarray]:
+    """Return compressed rows (start (n + 1,), neighbour (k,)) of the vertices that each vertex is drawn to.
+
+    Interface vertices have all their neighbours; vertices on lines and at junctions those along
+    lines. On an edge of the box a vertex follows the edge, but where a grain boundary reaches the edge
+    it follows the boundary's lines, so that the boundary may slide along.
+    """
+    tail, head = np.concatenate([classes.edges, classes.edges[:, ::-1]]).T
+    is_line = np.tile(classes.is_line, 2)
+    on_box_edge = classes.fixed.sum(axis=1) >= 2
+    along_box_edge = is_line & ((classes.fixed[tail] & classes.fixed[head]).sum(axis=1) >= 2)
+    meets_boundary = on_box_edge & (classes.rank == AT_JUNCTION)
+    drawn = is_line | (classes.rank[tail] == ON_INTERFACE)
+    drawn &= ~(along_box_edge & meets_boundary[tail])
+    tail, head = tail[drawn], head[drawn]
+    order = np.lexsort((head, tail))
+    start = np.searchsorted(tail[order], np.arange(len(classes.rank) + 1))
+    return start, head[order]
