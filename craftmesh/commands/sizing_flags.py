@@ -37,7 +37,7 @@ def sizing_from(arguments: argparse.Namespace, surface: Surface) -> Sizing:
 
 
 def read_front_sources(path: Path, l_min: float) -> np.ndarray:
-    """Return the points (k, 3) of a front .csv, or points at most l_min / 2 apart on a crack .vtp's fronts."""
+    """Return the points (k, 3) of a front .csv, or points l_min / 2 apart on the fronts of a crack .vtp."""
     if path.suffix != ".vtp":
         return read_front_points(path)
     points = front_sources(read_crack(path), l_min)

@@ -1,0 +1,30 @@
+# `make demo` and `make test` need only python3 (3.11 or later) with its venv module, and pip.
+PYTHON ?= python3
+BIN := $(CURDIR)/.venv/bin
+READY := .venv/.ready
+
+.PHONY: setup demo test test-slow lint bench
+
+setup: $(READY)
+
+# Debian splits pip off the venv module, so the environment is made without pip and filled from outside.
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -m venv --without-pip .venv
+	$(PYTHON) -m pip --python .venv/bin/python install -q -c constraints.txt -e '.[test]'
+	touch $@
+
+demo: setup
+	$(BIN)/snakemake --cores all
+
+test: setup
+	$(BIN)/python -m pytest -m "not slow" -n 2
+
+test-slow: setup
+	$(BIN)/python -m pytest -m slow
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+bench: setup
+	set -e; for file in $(wildcard benchmarks/*.py); do $(BIN)/python $$file; done
