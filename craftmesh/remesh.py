@@ -13,7 +13,8 @@ from craftmesh.measure import facet_angles
 from craftmesh.options import option
 from craftmesh.progress import silent
 from craftmesh.types import Surface, Voxels
-from craftmesh.vertex_classes import smoothing_neighbours, vertex_classes
+from craftmesh.vertex_classes import smoothing_neighbours, vertex_classes, vertices_around
+from craftmesh.volumes import restore_volumes
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,7 @@ class RemeshOptions:
     taubin_weight: float = option(-0.53, "the same in an outward lap of Taubin's pairs, negative")
     sliver_quality: float = option(0.05, "facets that smoothing brings below this quality go back")
     sliver_edge: float = option(0.05, "facets that smoothing leaves with a shorter edge go back", "voxels")
+    volume_rounds: int = option(8, "corrections of the grains' volumes at most; 0 leaves them as smoothed")
 
 
 def remesh(
@@ -44,17 +46,31 @@ def remesh(
     progress(0.3, "smoothing")
     points, frozen = smooth(points, facets, sides, kind, options, progress)
     surface = Surface(_in_model_units(points, facets, kind, voxels), facets, sides, kind)
+    surface, volumes = restore_volumes(
+        surface,
+        voxel_volumes(voxels),
+        rounds=options.volume_rounds,
+        min_quality=options.sliver_quality,
+        min_edge=options.sliver_edge * float(voxels.spacing.min()),
+    )
     report = {
         "facets": len(facets),
         "points": len(points),
         "frozen_points": frozen,
         "smallest_angle": float(facet_angles(surface.points, surface.facets).min()),
+        "volumes": volumes,
     }
     return surface, report
 
 
+def voxel_volumes(voxels: Voxels) -> dict[int, float]:
+    """Return the volume of each grain's voxels in model units."""
+    grains, count = np.unique(voxels.labels[voxels.labels > 0], return_counts=True)
+    return {int(g): float(n * voxels.spacing.prod()) for g, n in zip(grains, count)}
+
+
 def _in_model_units(points: np.ndarray, facets: np.ndarray, kind: np.ndarray, voxels: Voxels) -> np.ndarray:
-    """Return points given in voxels from the volume's corner in model units, the box's planes bitwise exact."""
+    """Return points given in voxels in model units, the planes of the box bitwise exact."""
     placed = voxels.origin + voxels.spacing * points
     for plane in range(1, 7):
         axis, upper = divmod(plane - 1, 2)
@@ -97,7 +113,7 @@ def smooth(
             bad = _bad_facets(moved, points, facets, options)
             if not bad.any():
                 break
-            fixed[_vertices_around(facets, bad, reach, len(points))] = True
+            fixed[vertices_around(facets, bad, reach, len(points))] = True
             reach += 1
         points = moved
         progress(0.3 + 0.6 * (number + 1) / len(stages), "smoothing")
@@ -110,12 +126,3 @@ def _bad_facets(
     bad = spoiled_facets(moved, before, facets, options.sliver_quality, options.sliver_edge)
     bad[intersecting_pairs(moved, facets).ravel()] = True
     return bad
-
-
-def _vertices_around(facets: np.ndarray, chosen: np.ndarray, rings: int, n_points: int) -> np.ndarray:
-    """(n_points,) bool: vertices of the chosen facets and of `rings` rings of facets around them."""
-    around = np.zeros(n_points, bool)
-    around[facets[chosen].ravel()] = True
-    for _ in range(rings):
-        around[facets[around[facets].any(axis=1)].ravel()] = True
-    return around

@@ -67,3 +67,12 @@ def smoothing_neighbours(classes: VertexClasses) -> tuple[np.ndarray, np.ndarray
     order = np.lexsort((head, tail))
     start = np.searchsorted(tail[order], np.arange(len(classes.rank) + 1))
     return start, head[order]
+
+
+def vertices_around(facets: np.ndarray, chosen: np.ndarray, rings: int, n_points: int) -> np.ndarray:
+    """Return (n_points,) bool: vertices of the chosen facets and of `rings` rings of facets around them."""
+    around = np.zeros(n_points, bool)
+    around[facets[chosen].ravel()] = True
+    for _ in range(rings):
+        around[facets[around[facets].any(axis=1)].ravel()] = True
+    return around

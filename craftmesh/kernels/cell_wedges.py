@@ -69,7 +69,7 @@ def _smallest_wedge(link, size, grain, used, ring, across):
 
 @njit(cache=True)
 def _wedge_to_cut(link, size, used, ring, across):
-    """Return the grain and first segment of the smallest wedge of a tied grain; segment -1 if there is none."""
+    """Return a tied grain and the first segment of its smallest wedge; segment -1 if there is none."""
     best, best_grain, best_start = _MANY, -1, -1
     for first in range(size):
         for column in (2, 3):

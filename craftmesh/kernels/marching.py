@@ -98,7 +98,7 @@ def _march(ranks, solid, scratch):
 
 
 def _ranks_by_volume(labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return each voxel's rank among the labels, ascending by voxel count, then label, and the labels ranked."""
+    """Return each voxel's rank among the labels, sorted by voxel count, then label, and those labels."""
     found, index, count = np.unique(labels, return_inverse=True, return_counts=True)
     order = np.lexsort((found, count))
     rank = np.empty(len(found), np.int64)
