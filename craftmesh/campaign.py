@@ -47,6 +47,10 @@ class Campaign:
     def results(self) -> str:
         return self.config["results"]
 
+    @property
+    def chunks(self) -> int:
+        return self.config["chunks"]
+
     def increments(self, pattern: str) -> list[str]:
         """Return `pattern` with {case} and {inc} filled in for every increment of every case."""
         return [
@@ -55,16 +59,31 @@ class Campaign:
             for inc in case.increment_names
         ]
 
+    def microstructure(self, case: str) -> str:
+        """Return the file that `craftmesh import` reads."""
+        path = self.cases[case].microstructure
+        return f"{self.results}/{case}/generated.npz" if path == SYNTHETIC else path
+
+    def crack(self, case: str, inc: str) -> dict[str, str]:
+        """Return the crack of an increment as the input `crack`; nothing for a case without a crack."""
+        has_crack = self.cases[case].crack != NO_CRACK
+        return {"crack": f"{self.results}/{case}/{inc}/crack.vtp"} if has_crack else {}
+
+    def previous_crack(self, case: str, inc: str) -> dict[str, str]:
+        """Return the crack of the increment before as the input `previous`; nothing for the first."""
+        return {"previous": self.crack(case, f"{int(inc) - 1:03d}")["crack"]} if int(inc) else {}
+
     def flags(self, section: str) -> str:
         """Return the command-line flags of one section of the configuration."""
-        return flags(self.config[section])
+        return command_flags(self.config[section])
+
+    def import_flags(self, case: str) -> str:
+        """Return the flags of `craftmesh import`; a synthetic volume is clean and needs none."""
+        return "" if self.cases[case].microstructure == SYNTHETIC else self.flags("import")
 
     def crack_flags(self, case: str) -> str:
         """Return the command-line flags of a case's crack."""
-        return flags(self.config["cracks"][self.cases[case].crack])
-
-    def has_crack(self, case: str) -> bool:
-        return self.cases[case].crack != NO_CRACK
+        return command_flags(self.config["cracks"][self.cases[case].crack])
 
     def code(self, verb: str) -> str:
         """Return the digest of the modules that a verb of the command line runs."""
@@ -111,17 +130,15 @@ def completed(config: Mapping[str, Any], schema: dict) -> dict:
     return filled
 
 
-def check_sizes(sizing: Mapping[str, float | None]) -> None:
-    """Raise CraftmeshError unless l_min <= l_max and R_0 <= R_1, with the defaults that follow from l0."""
-    l0 = sizing["l0"]
-    value = {key: l0 * factor for key, factor in (("l_min", 0.5), ("l_max", 3.0), ("r0", 8.0))}
-    value |= {key: sizing[key] for key in value if sizing[key] is not None}
-    value["r1"] = 2 * value["r0"] if sizing["r1"] is None else sizing["r1"]
-    for low, high in (("l_min", "l_max"), ("r0", "r1")):
-        if value[low] > value[high]:
-            raise CraftmeshError(
-                f"sizing.{low} is {value[low]:g}, sizing.{high} {value[high]:g}; expected {low} <= {high}"
-            )
+def check_sizes(sizing: Mapping[str, Any]) -> None:
+    """Raise CraftmeshError unless the numbers of Eq. 3 fit each other, with the defaults that follow from l0."""
+    from craftmesh.sizing import SizingOptions, sizing_for
+
+    numbers = {key: value for key, value in sizing.items() if key != "around_voids"}
+    try:
+        sizing_for(None, SizingOptions(**numbers), ())
+    except CraftmeshError as error:
+        raise CraftmeshError(f"sizing: {error}") from None
 
 
 def read_cases(path: Path, schema: dict) -> dict[str, Case]:
@@ -152,8 +169,11 @@ def read_cases(path: Path, schema: dict) -> dict[str, Case]:
     return cases
 
 
-def flags(options: Mapping[str, Any]) -> str:
-    """Return options as the command line takes them; keys whose value is null or empty are left out."""
+def command_flags(options: Mapping[str, Any]) -> str:
+    """Return options as the command line takes them: lists as several values, lists in lists as a,b.
+
+    Keys whose value is null or empty are left out.
+    """
     words: list[str] = []
     for key, value in options.items():
         flag = key.replace("_", "-")
@@ -161,7 +181,10 @@ def flags(options: Mapping[str, Any]) -> str:
             words.append(f"--{flag}" if value else f"--no-{flag}")
         elif value is not None and value != [] and value != "":
             values = value if isinstance(value, (list, tuple)) else [value]
-            words += [f"--{flag}", *map(str, values)]
+            words += [
+                f"--{flag}",
+                *(",".join(map(str, v)) if isinstance(v, list) else str(v) for v in values),
+            ]
     return shlex.join(words)
 
 

@@ -5,7 +5,7 @@ import dataclasses
 import re
 import types
 import typing
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from craftmesh.errors import CraftmeshError
@@ -40,7 +40,8 @@ def options_from(arguments: argparse.Namespace, cls: type, **values: Any) -> Any
         for field in dataclasses.fields(cls)
         if hasattr(arguments, field.name)
     }
-    return cls(**(given | values))
+    lists = {name: tuple(value) for name, value in given.items() if isinstance(value, list)}
+    return cls(**(given | lists | values))
 
 
 def _title(cls: type) -> str:
@@ -53,7 +54,7 @@ def _add_flag(group, field: dataclasses.Field, hint: Any) -> None:
     flag = "--" + field.name.replace("_", "-")
     required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
     keywords: dict[str, Any] = {"default": argparse.SUPPRESS, "required": required, "help": _help(field)}
-    kind, count = value_type(hint)
+    kind, count = value_type(hint, field.default)
     choices = field.metadata.get("choices") or None
     if kind is bool:
         group.add_argument(flag, action=argparse.BooleanOptionalAction, **keywords)
@@ -62,17 +63,29 @@ def _add_flag(group, field: dataclasses.Field, hint: Any) -> None:
         group.add_argument(flag, type=kind, nargs=count, choices=choices, metavar=name, **keywords)
 
 
-def value_type(hint: Any) -> tuple[type, int | str | None]:
-    """Return the type of a field's values and their count as argparse has it: None, "+" or a number."""
+def value_type(hint: Any, default: Any = None) -> tuple[Callable, int | str | None]:
+    """Return the type of a field's values and their count as argparse has it: None, "+" or a number.
+
+    A plain `tuple` takes the type and count of its default; without one it takes any words.
+    """
     if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
         hint = next(part for part in typing.get_args(hint) if part is not type(None))
+    if hint is tuple:
+        return (type(default[0]), len(default)) if default else (word, "+")
     if typing.get_origin(hint) is not tuple:
         return hint, None
     parts = typing.get_args(hint)
-    kind, inner = value_type(parts[0])
-    if inner is not None:
-        raise TypeError(f"{hint} has no form as a flag; expected a flat tuple")
+    kind = word if typing.get_origin(parts[0]) is tuple else parts[0]
     return kind, "+" if parts[-1] is Ellipsis else len(parts)
+
+
+def word(text: str) -> float | str | tuple:
+    """Read a number, numbers joined by commas as a tuple, or text."""
+    try:
+        numbers = tuple(map(float, text.split(",")))
+    except ValueError:
+        return text
+    return numbers if "," in text else numbers[0]
 
 
 def _help(field: dataclasses.Field) -> str:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import add_sizing, sizing_from
+from craftmesh.commands.sizing_flags import add_front, add_sizing, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, tell
 from craftmesh.gradate import GradateOptions, gradate
 from craftmesh.io.vtk import read_surface, write_surface
@@ -14,13 +14,14 @@ def add_arguments(parser):
     parser.add_argument("surface", type=Path, help="stitched surface .vtp")
     add_output(parser, "gradated surface .vtp")
     add_report(parser)
+    add_front(parser)
     add_sizing(parser)
     add_options(parser, GradateOptions)
 
 
 def run(arguments):
     surface = read_surface(arguments.surface)
-    sizing = sizing_from(arguments, surface)
+    sizing = sizing_from(arguments, surface, arguments.front)
     with ProgressLine("gradate") as progress:
         surface, report = gradate(surface, sizing, options_from(arguments, GradateOptions), progress)
     write_surface(arguments.output, surface)

@@ -11,26 +11,32 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import read_front_points
 from craftmesh.io.vtk import read_crack
 from craftmesh.sizing import Sizing, SizingOptions, densify, sizing_for
-from craftmesh.types import Crack, Surface
+from craftmesh.types import Surface
 
 
-def add_sizing(parser: argparse.ArgumentParser) -> None:
+def add_front(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--front",
         type=Path,
         metavar="FILE",
         help="crack front to refine around: .csv with columns x, y, z, or a crack .vtp",
     )
-    parser.add_argument(
-        "--around-voids", action="store_true", help="refine around the enclosed voids' surfaces as well"
-    )
+
+
+def add_sizing(parser: argparse.ArgumentParser) -> None:
     add_options(parser, SizingOptions)
+    parser.add_argument(
+        "--around-voids",
+        action=argparse.BooleanOptionalAction,
+        default=False,
+        help="refine around the enclosed voids as well",
+    )
 
 
-def sizing_from(arguments: argparse.Namespace, surface: Surface) -> Sizing:
-    """Return the sizing function around the front and the voids that the flags name."""
+def sizing_from(arguments: argparse.Namespace, surface: Surface, front: Path | None) -> Sizing:
+    """Return the sizing function around the front in a file and, if the flags say so, around the voids."""
     plain = sizing_for(surface, options_from(arguments, SizingOptions), np.zeros((0, 3)))
-    sources = [read_front_sources(arguments.front, plain.l_min)] if arguments.front else []
+    sources = [read_front_sources(front, plain.l_min)] if front else []
     if arguments.around_voids:
         sources.append(surface.points[np.unique(surface.facets[(surface.sides < 0).any(axis=1)])])
     return replace(plain, sources=np.concatenate([plain.sources, *sources]))
@@ -40,13 +46,7 @@ def read_front_sources(path: Path, l_min: float) -> np.ndarray:
     """Return the points (k, 3) of a front .csv, or points l_min / 2 apart on the fronts of a crack .vtp."""
     if path.suffix != ".vtp":
         return read_front_points(path)
-    points = front_sources(read_crack(path), l_min)
-    if not len(points):
+    crack = read_crack(path)
+    if not crack.fronts:
         raise CraftmeshError(f"{path}: the crack has no front inside the box; expected at least one")
-    return points
-
-
-def front_sources(crack: Crack, l_min: float) -> np.ndarray:
-    """Return points (k, 3) at most l_min / 2 apart along all fronts of a crack."""
-    lines = [densify(crack.points[front], l_min / 2) for front in crack.fronts]
-    return np.concatenate([np.zeros((0, 3)), *lines])
+    return np.concatenate([densify(crack.points[front], l_min / 2) for front in crack.fronts])

@@ -1,17 +1,13 @@
 """Join the surfaces of the grains into one conformal surface and insert the crack."""
 
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import front_sources
+from craftmesh.commands.sizing_flags import add_sizing, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.io.stl import read_stl_folder
 from craftmesh.io.vtk import read_crack, read_surface, write_surface
 from craftmesh.progress import ProgressLine
-from craftmesh.sizing import SizingOptions, sizing_for
 from craftmesh.stitch import StitchOptions, insert_crack, stitch_grains
 
 
@@ -20,7 +16,8 @@ def add_arguments(parser):
     add_output(parser, "stitched surface .vtp")
     parser.add_argument("--crack", type=Path, metavar="FILE", help="crack .vtp to insert")
     add_report(parser)
-    add_options(parser, StitchOptions, SizingOptions)
+    add_sizing(parser)
+    add_options(parser, StitchOptions)
 
 
 def run(arguments):
@@ -32,8 +29,7 @@ def run(arguments):
         surface = read_surface(arguments.surface)
     if arguments.crack:
         crack = read_crack(arguments.crack)
-        plain = sizing_for(surface, options_from(arguments, SizingOptions), np.zeros((0, 3)))
-        sizing = replace(plain, sources=front_sources(crack, plain.l_min))
+        sizing = sizing_from(arguments, surface, arguments.crack)
         with ProgressLine("stitch") as progress:
             surface, inserted = insert_crack(surface, crack, sizing, options, progress)
         report = report | inserted

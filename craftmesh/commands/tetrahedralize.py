@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import add_sizing, sizing_from
+from craftmesh.commands.sizing_flags import add_front, add_sizing, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, read_json, tell
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.grain_tets import write_grain_tets
@@ -26,6 +26,7 @@ def add_arguments(parser):
         "--chunk", type=chunk, metavar="K/N", help="only the K-th of N parts of the grains, K = 1..N"
     )
     add_report(parser)
+    add_front(parser)
     add_sizing(parser)
     add_options(parser, TetrahedralizeOptions)
 
@@ -39,7 +40,7 @@ def run(arguments):
     with ProgressLine("tetrahedralize") as progress:
         grain_tets, report = tetrahedralize(
             surface,
-            sizing_from(arguments, surface),
+            sizing_from(arguments, surface, arguments.front),
             islands,
             options_from(arguments, TetrahedralizeOptions),
             grains=grains,

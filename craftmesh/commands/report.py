@@ -1,0 +1,18 @@
+"""Put tables and histograms of all increments on one self-contained html page."""
+
+from pathlib import Path
+
+from craftmesh.commands.stage_io import add_output, read_json
+from craftmesh.report import write_report
+
+
+def add_arguments(parser):
+    parser.add_argument(
+        "quality", type=Path, nargs="+", metavar="QUALITY", help="files case/increment/quality.json"
+    )
+    add_output(parser, "page .html")
+
+
+def run(arguments):
+    rows = [(path.parent.parent.name, path.parent.name, read_json(path)) for path in arguments.quality]
+    write_report(arguments.output, rows)

@@ -1,0 +1,19 @@
+rule crack:
+    input:
+        unpack(lambda wildcards: CAMPAIGN.previous_crack(wildcards.case, wildcards.inc)),
+        labels=f"{CASE}/labels.npz",
+    output:
+        f"{INC}/crack.vtp",
+    log:
+        f"{LOG}/{{inc}}/crack.log",
+    benchmark:
+        f"{BENCHMARK}/{{inc}}/crack.tsv"
+    params:
+        options=lambda wildcards: CAMPAIGN.crack_flags(wildcards.case),
+        increment=lambda wildcards: int(wildcards.inc),
+        previous=lambda wildcards, input: command_flags({"previous": input.get("previous")}),
+        code=CAMPAIGN.code("crack"),
+    localrule: True
+    shell:
+        "craftmesh crack {input.labels} {params.options} --increment {params.increment} {params.previous}"
+        " -o {output} > {log} 2>&1"

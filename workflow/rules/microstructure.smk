@@ -1,0 +1,38 @@
+rule generate:
+    output:
+        f"{CASE}/generated.npz",
+    log:
+        f"{LOG}/generated.log",
+    benchmark:
+        f"{BENCHMARK}/generated.tsv"
+    params:
+        options=CAMPAIGN.flags("generate"),
+        code=CAMPAIGN.code("generate"),
+    resources:
+        mem_mb=lambda wildcards, attempt: 2000 * attempt,
+        runtime=10,
+    shell:
+        "craftmesh generate {params.options} -o {output} > {log} 2>&1"
+
+
+rule import_microstructure:
+    input:
+        lambda wildcards: CAMPAIGN.microstructure(wildcards.case),
+    output:
+        image=f"{CASE}/microstructure.vti",
+        labels=f"{CASE}/labels.npz",
+        islands=f"{CASE}/islands.json",
+        report=f"{CASE}/import.json",
+    log:
+        f"{LOG}/microstructure.log",
+    benchmark:
+        f"{BENCHMARK}/microstructure.tsv"
+    params:
+        options=lambda wildcards: CAMPAIGN.import_flags(wildcards.case),
+        code=CAMPAIGN.code("import_"),
+    resources:
+        mem_mb=lambda wildcards, attempt: 4000 * attempt,
+        runtime=30,
+    shell:
+        "craftmesh import {input} {params.options} --image {output.image} --labels {output.labels}"
+        " --islands {output.islands} --report {output.report} > {log} 2>&1"

@@ -1,0 +1,14 @@
+rule report:
+    input:
+        CAMPAIGN.increments(f"{INC}/quality.json"),
+    output:
+        f"{CAMPAIGN.results}/report.html",
+    log:
+        f"{CAMPAIGN.results}/logs/report.log",
+    benchmark:
+        f"{CAMPAIGN.results}/benchmarks/report.tsv"
+    params:
+        code=CAMPAIGN.code("report"),
+    localrule: True
+    shell:
+        "craftmesh report {input} -o {output} > {log} 2>&1"

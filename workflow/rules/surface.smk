@@ -1,0 +1,67 @@
+rule remesh:
+    input:
+        f"{CASE}/labels.npz",
+    output:
+        f"{CASE}/remeshed.vtp",
+    log:
+        f"{LOG}/remeshed.log",
+    benchmark:
+        f"{BENCHMARK}/remeshed.tsv"
+    params:
+        options=CAMPAIGN.flags("remesh"),
+        code=CAMPAIGN.code("remesh"),
+    resources:
+        mem_mb=lambda wildcards, attempt: 8000 * attempt,
+        runtime=60,
+    shell:
+        "craftmesh remesh {input} {params.options} -o {output} > {log} 2>&1"
+
+
+rule stitch:
+    input:
+        unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
+        surface=f"{CASE}/remeshed.vtp",
+    output:
+        f"{INC}/surface.vtp",
+    log:
+        f"{LOG}/{{inc}}/surface.log",
+    benchmark:
+        f"{BENCHMARK}/{{inc}}/surface.tsv"
+    params:
+        options=CAMPAIGN.flags("stitch"),
+        sizing=CAMPAIGN.flags("sizing"),
+        crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
+        code=CAMPAIGN.code("stitch"),
+    resources:
+        mem_mb=lambda wildcards, attempt: 4000 * attempt,
+        runtime=30,
+    group:
+        "surface_{case}_{inc}"
+    shell:
+        "craftmesh stitch {input.surface} {params.crack} {params.sizing} {params.options}"
+        " -o {output} > {log} 2>&1"
+
+
+rule gradate:
+    input:
+        unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
+        surface=f"{INC}/surface.vtp",
+    output:
+        f"{INC}/gradated.vtp",
+    log:
+        f"{LOG}/{{inc}}/gradated.log",
+    benchmark:
+        f"{BENCHMARK}/{{inc}}/gradated.tsv"
+    params:
+        options=CAMPAIGN.flags("gradate"),
+        sizing=CAMPAIGN.flags("sizing"),
+        front=lambda wildcards, input: command_flags({"front": input.get("crack")}),
+        code=CAMPAIGN.code("gradate"),
+    resources:
+        mem_mb=lambda wildcards, attempt: 8000 * attempt,
+        runtime=60,
+    group:
+        "surface_{case}_{inc}"
+    shell:
+        "craftmesh gradate {input.surface} {params.front} {params.sizing} {params.options}"
+        " -o {output} > {log} 2>&1"

@@ -1,0 +1,47 @@
+rule tetrahedralize:
+    input:
+        unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
+        surface=f"{INC}/gradated.vtp",
+        islands=f"{CASE}/islands.json",
+    output:
+        f"{INC}/tets/{{part}}-of-{{parts}}.npz",
+    log:
+        f"{LOG}/{{inc}}/tets/{{part}}-of-{{parts}}.log",
+    benchmark:
+        f"{BENCHMARK}/{{inc}}/tets/{{part}}-of-{{parts}}.tsv"
+    params:
+        options=CAMPAIGN.flags("tetrahedralize"),
+        sizing=CAMPAIGN.flags("sizing"),
+        front=lambda wildcards, input: command_flags({"front": input.get("crack")}),
+        code=CAMPAIGN.code("tetrahedralize"),
+    threads: 1
+    resources:
+        mem_mb=lambda wildcards, attempt: 8000 * attempt,
+        runtime=120,
+    shell:
+        "craftmesh tetrahedralize {input.surface} --islands {input.islands} {params.front} {params.sizing}"
+        " {params.options} --chunk {wildcards.part}/{wildcards.parts} --workers {threads}"
+        " -o {output} > {log} 2>&1"
+
+
+rule assemble:
+    input:
+        surface=f"{INC}/gradated.vtp",
+        chunks=expand(f"{INC}/tets/{{part}}-of-{CAMPAIGN.chunks}.npz", part=range(1, CAMPAIGN.chunks + 1), allow_missing=True),
+    output:
+        volume=f"{INC}/volume.vtu",
+        front=f"{INC}/front.csv",
+    log:
+        f"{LOG}/{{inc}}/volume.log",
+    benchmark:
+        f"{BENCHMARK}/{{inc}}/volume.tsv"
+    params:
+        code=CAMPAIGN.code("assemble"),
+    resources:
+        mem_mb=lambda wildcards, attempt: 8000 * attempt,
+        runtime=30,
+    group:
+        "deck_{case}_{inc}"
+    shell:
+        "craftmesh assemble {input.surface} {input.chunks} -o {output.volume} --front-csv {output.front}"
+        " > {log} 2>&1"
