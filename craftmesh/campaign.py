@@ -131,7 +131,7 @@ def completed(config: Mapping[str, Any], schema: dict) -> dict:
 
 
 def check_sizes(sizing: Mapping[str, Any]) -> None:
-    """Raise CraftmeshError unless the numbers of Eq. 3 fit each other, with the defaults that follow from l0."""
+    """Raise CraftmeshError unless the numbers of Eq. 3, defaults included, fit each other."""
     from craftmesh.sizing import SizingOptions, sizing_for
 
     numbers = {key: value for key, value in sizing.items() if key != "around_voids"}

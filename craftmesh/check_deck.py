@@ -1,0 +1,126 @@
+"""Syntax and references of an input deck, read back from its text alone."""
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+LINE_LIMIT = 256
+NAME_LIMIT = 80
+ROW_LIMIT = 16
+
+
+@dataclass(frozen=True)
+class Block:
+    """One keyword with its parameters (upper case), its data lines and its line in the file."""
+
+    keyword: str
+    parameters: dict[str, str]
+    data: str
+    line: int
+
+
+def check_deck(path: str | os.PathLike) -> list[str]:
+    """Return one sentence per breach of what Abaqus and CalculiX both read.
+
+    Checked: ASCII, length of lines, names and rows of sets, ids that occur twice, and that elements,
+    sets, surfaces and sections name nodes, elements, sets and materials that are there.
+    """
+    raw = Path(path).read_bytes()
+    breaches = [] if raw.isascii() else ["the deck holds bytes that are not ASCII; expected 7-bit text"]
+    text = raw.decode("latin-1")
+    breaches += _check_lines(text)
+    blocks = read_blocks(text)
+    nodes = _ids(blocks, "NODE")
+    elements = _ids(blocks, "ELEMENT")
+    for name, ids in (("node", nodes), ("element", elements)):
+        if not len(ids):
+            breaches.append(f"the deck has no {name}s; expected at least one")
+        elif len(np.unique(ids)) < len(ids):
+            breaches.append(
+                f"{len(ids) - len(np.unique(ids))} {name} ids are there twice; expected each once"
+            )
+    for block in blocks:
+        breaches += [f"line {block.line}: {breach}" for breach in _check_block(block, nodes, elements)]
+    return breaches + _check_references(blocks)
+
+
+def read_blocks(text: str) -> list[Block]:
+    """Split a deck at its keyword lines; comments are left out."""
+    heads = list(re.finditer(r"^\*(?!\*)[^\n]*$", text, re.M))
+    ends = [head.start() for head in heads[1:]] + [len(text)]
+    blocks = []
+    line, seen = 1, 0
+    for head, end in zip(heads, ends):
+        line += text.count("\n", seen, head.start())
+        seen = head.start()
+        keyword, *words = (word.strip() for word in head.group()[1:].split(","))
+        pairs = (word.partition("=") for word in words if word)
+        parameters = {key.strip().upper(): value.strip().upper() for key, _, value in pairs}
+        data = re.sub(r"^\*\*[^\n]*\n?", "", text[head.end() + 1 : end], flags=re.M)
+        blocks.append(Block(keyword.upper(), parameters, data, line))
+    return blocks
+
+
+def _check_lines(text: str) -> list[str]:
+    long = [number for number, row in enumerate(text.splitlines(), 1) if len(row) > LINE_LIMIT]
+    return [f"line {long[0]}: over {LINE_LIMIT} characters ({len(long)} such lines)"] if long else []
+
+
+def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[str]:
+    names = [value for value in block.parameters.values() if len(value) > NAME_LIMIT]
+    breaches = [f"name {name[:20]}... has over {NAME_LIMIT} characters" for name in names]
+    if block.keyword == "ELEMENT":
+        table = _table(block)
+        breaches += (
+            _unknown("node", table[:, 1:], nodes) if table.size else ["an element block without elements"]
+        )
+    elif block.keyword in ("NSET", "ELSET"):
+        if any(row.rstrip(", ").count(",") >= ROW_LIMIT for row in block.data.splitlines()):
+            breaches.append(f"a row of the set has over {ROW_LIMIT} entries")
+        members = re.findall(r"[^,\s]+", block.data)
+        ids = np.array([int(word) for word in members if word.isdecimal()], np.int64)
+        if "GENERATE" not in block.parameters:
+            known = nodes if block.keyword == "NSET" else elements
+            breaches += _unknown("node" if known is nodes else "element", ids, known)
+    return breaches
+
+
+def _check_references(blocks: list[Block]) -> list[str]:
+    """Return the sets, materials and orientations that are named and not there."""
+    defined: dict[str, set[str]] = {"ELSET": set(), "NSET": set(), "MATERIAL": set(), "ORIENTATION": set()}
+    for block in blocks:
+        if block.keyword in ("NODE", "ELEMENT", "NSET", "ELSET"):
+            for kind in ("NSET", "ELSET"):
+                defined[kind].add(block.parameters.get(kind, ""))
+        elif block.keyword in ("MATERIAL", "ORIENTATION"):
+            defined[block.keyword].add(block.parameters.get("NAME", ""))
+    return [
+        f"line {block.line}: the section names {kind} {block.parameters[kind]}, which is not in the deck"
+        for block in blocks
+        if block.keyword == "SOLID SECTION"
+        for kind in ("ELSET", "MATERIAL", "ORIENTATION")
+        if kind in block.parameters and block.parameters[kind] not in defined[kind]
+    ]
+
+
+def _ids(blocks: list[Block], keyword: str) -> np.ndarray:
+    tables = [_table(block)[:, 0].astype(np.int64) for block in blocks if block.keyword == keyword]
+    return np.concatenate([np.zeros(0, np.int64), *tables])
+
+
+def _table(block: Block) -> np.ndarray:
+    """Return the numbers of a block of nodes or elements, one row each."""
+    joined = re.sub(r",\s*\n", ",", block.data).strip()
+    if not joined:
+        return np.zeros((0, 1))
+    width = joined.partition("\n")[0].rstrip(", ").count(",") + 1
+    numbers = np.fromstring(joined.replace("\n", ","), sep=",")
+    return numbers.reshape(-1, width)
+
+
+def _unknown(kind: str, ids: np.ndarray, known: np.ndarray) -> list[str]:
+    lost = np.setdiff1d(ids, known)
+    return [f"{kind} {int(lost[0])} is not in the deck ({len(lost)} such ids)"] if len(lost) else []
