@@ -64,9 +64,24 @@ def remesh(
 
 
 def voxel_volumes(voxels: Voxels) -> dict[int, float]:
-    """Return the volume of each grain's voxels in model units."""
-    grains, count = np.unique(voxels.labels[voxels.labels > 0], return_counts=True)
-    return {int(g): float(n * voxels.spacing.prod()) for g, n in zip(grains, count)}
+    """Return the volume in model units of the voxels of each grain, and of each void within grains."""
+    labels, count = np.unique(voxels.labels, return_counts=True)
+    within = (labels > 0) | ((labels < 0) & ~np.isin(labels, _voids_at_the_outside(voxels.labels)))
+    volume = count * voxels.spacing.prod()
+    return {int(label): float(v) for label, v in zip(labels[within], volume[within])}
+
+
+def _voids_at_the_outside(labels: np.ndarray) -> np.ndarray:
+    """Labels < 0 of voxels that touch the box, the outside or another void: facets there are not kept."""
+    met = []
+    for axis in range(3):
+        line = np.moveaxis(labels, axis, 0)
+        met += [line[0].ravel(), line[-1].ravel()]
+        below, above = line[:-1], line[1:]
+        open_pair = (below <= 0) & (above <= 0) & (below != above)
+        met += [below[open_pair], above[open_pair]]
+    found = np.unique(np.concatenate(met))
+    return found[found < 0]
 
 
 def _in_model_units(points: np.ndarray, facets: np.ndarray, kind: np.ndarray, voxels: Voxels) -> np.ndarray:
@@ -111,7 +126,7 @@ def smooth(
             for weight in weights:
                 moved = lap(moved, start, neighbour, fixed, weight)
             bad = _bad_facets(moved, points, facets, options)
-            if not bad.any():
+            if not bad.any() or fixed.all():
                 break
             fixed[vertices_around(facets, bad, reach, len(points))] = True
             reach += 1

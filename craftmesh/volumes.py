@@ -1,6 +1,7 @@
 """Restoring the volumes of grains: the least-squares displacement that a smoothed surface is short of."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_matrix, diags
@@ -10,7 +11,7 @@ from craftmesh.connectivity import facet_edges
 from craftmesh.errors import CraftmeshError
 from craftmesh.kernels.smoothing import spoiled_facets
 from craftmesh.kernels.triangles import intersecting_pairs
-from craftmesh.measure import area_vectors, side_volumes
+from craftmesh.measure import area_vectors
 from craftmesh.progress import silent
 from craftmesh.types import CRACK, Surface
 from craftmesh.vertex_classes import vertex_classes, vertices_around
@@ -34,32 +35,31 @@ def restore_volumes(
 ) -> tuple[Surface, dict]:
     """Return the surface with its vertices moved so that each grain has its target volume, and a report.
 
-    targets: grain id -> volume in model units. The displacement is the smallest one, in the sense of the
-    area-weighted mean square, that corrects all volumes together to first order; it is repeated up to
-    `rounds` times, until every grain is within `tolerance` of its target. Vertices stay on their planes,
+    targets: grain id, or -k for void k, -> volume in model units. The displacement is the smallest one,
+    in the sense of the area-weighted mean square, that corrects all volumes together to first order; it
+    is repeated up to `rounds` times, until every grain is within `tolerance` of its target. Vertices stay on their planes,
     edges and corners of the box, and those of crack facets stay where they are. No facet comes to
     intersect another one, turns over or falls below `min_quality` or `min_edge`; where one would, its
     vertices are held for the round and the others make up for it.
     Raises CraftmeshError when a target is not positive or the surface has no such grain.
     """
-    volumes = side_volumes(surface.points, surface.facets, surface.sides)
-    for grain, target in targets.items():
-        if grain not in volumes or not target > 0:
-            raise CraftmeshError(
-                f"target volume {target} of grain {grain}: expected a volume > 0 of a grain of the surface"
-            )
-    grains = np.array(sorted(targets), np.int64)
-    target = np.array([targets[int(g)] for g in grains])
     facets = surface.facets.astype(np.int64)
+    grains = np.array(sorted(targets), np.int64)
+    target = np.array([targets[int(g)] for g in grains], float)
+    for grain in grains[~((target > 0) & np.isin(grains, surface.sides))].tolist():
+        raise CraftmeshError(
+            f"target volume of grain {grain} is {targets[grain]}; expected a volume > 0 of a grain "
+            "that the surface bounds"
+        )
+    boundaries = _boundaries(facets, surface.sides, grains)
     free = _free_directions(surface, facets)
-    first = drift = _drift(surface.points, surface, grains, target)
     points, done = surface.points.copy(), 0
-    while done < rounds and len(drift) and np.abs(drift).max() > tolerance:
+    first = drift = boundaries.volumes(points) / target - 1
+    while done < rounds and np.abs(drift).max(initial=0) > tolerance:
         progress(done / rounds, "restoring volumes")
-        missing = -drift * target
-        moved = _guarded_round(points, surface, facets, grains, missing, free, min_quality, min_edge)
+        moved = _guarded_round(points, facets, boundaries, -drift * target, free, min_quality, min_edge)
+        new_drift = boundaries.volumes(moved) / target - 1
         done += 1
-        new_drift = _drift(moved, surface, grains, target)
         if np.abs(new_drift).sum() >= 0.99 * np.abs(drift).sum():
             break
         points, drift = moved, new_drift
@@ -72,11 +72,6 @@ def _drift_report(when: str, drift: np.ndarray) -> dict:
     return {f"mean_drift_{when}": float(size.mean()), f"worst_drift_{when}": float(size.max())}
 
 
-def _drift(points: np.ndarray, surface: Surface, grains: np.ndarray, target: np.ndarray) -> np.ndarray:
-    volumes = side_volumes(points, surface.facets, surface.sides)
-    return np.array([volumes[int(g)] for g in grains]) / target - 1
-
-
 def _free_directions(surface: Surface, facets: np.ndarray) -> np.ndarray:
     """(n, 3) bool: coordinates that may change."""
     free = ~vertex_classes(len(surface.points), facets, surface.sides, surface.kind).fixed
@@ -84,9 +79,54 @@ def _free_directions(surface: Surface, facets: np.ndarray) -> np.ndarray:
     return free
 
 
-def _guarded_round(points, surface, facets, grains, missing, free, min_quality, min_edge) -> np.ndarray:
+@dataclass(frozen=True)
+class _Boundaries:
+    """Which vertices bound which grains: the pattern of the gradient of volumes.
+
+    row_start (g + 1,), vertex (k,): compressed rows, one per grain. facet, sign, entry (c,): each corner
+    of each facet on each of its sides adds sign / 3 of the facet's area vector to one entry.
+    """
+
+    facets: np.ndarray
+    row_start: np.ndarray
+    vertex: np.ndarray
+    facet: np.ndarray
+    sign: np.ndarray
+    entry: np.ndarray
+
+    def gradient(self, points: np.ndarray) -> list[csr_matrix]:
+        """Return three (g, n) matrices: the change of volumes with the vertices' x, y and z."""
+        third = area_vectors(points, self.facets) / 3
+        shape = (len(self.row_start) - 1, len(points))
+        values = (
+            np.bincount(self.entry, self.sign * third[self.facet, k], len(self.vertex)) for k in range(3)
+        )
+        return [csr_matrix((value, self.vertex, self.row_start), shape=shape) for value in values]
+
+    def volumes(self, points: np.ndarray) -> np.ndarray:
+        """Return the (g,) volumes: a third of their gradient times the positions (Euler's theorem)."""
+        centred = points - points.mean(axis=0)
+        return sum(matrix @ centred[:, k] for k, matrix in enumerate(self.gradient(points))) / 3
+
+
+def _boundaries(facets: np.ndarray, sides: np.ndarray, grains: np.ndarray) -> _Boundaries:
+    rows, corner_facet, signs = [], [], []
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        bounds = np.flatnonzero(np.isin(sides[:, side], grains) & (sides[:, 0] != sides[:, 1]))
+        rows.append(np.repeat(np.searchsorted(grains, sides[bounds, side]), 3))
+        corner_facet.append(np.repeat(bounds, 3))
+        signs.append(np.full(3 * len(bounds), sign))
+    row, facet, sign = (np.concatenate(part) for part in (rows, corner_facet, signs))
+    vertex = facets[facet, np.tile(np.arange(3), len(facet) // 3)]
+    stride = int(facets.max(initial=0)) + 1
+    pairs, entry = np.unique(row * stride + vertex, return_inverse=True)
+    row_start = np.searchsorted(pairs, np.arange(len(grains) + 1) * stride)
+    return _Boundaries(facets, row_start, pairs % stride, facet, sign, entry.reshape(-1))
+
+
+def _guarded_round(points, facets, boundaries, missing, free, min_quality, min_edge) -> np.ndarray:
     """Return points after one correction; vertices around facets that it would spoil are held."""
-    gradient = _volume_gradient(points, facets, surface.sides, grains)
+    gradient = boundaries.gradient(points)
     reach, weight = _vertex_scales(points, facets)
     before = area_vectors(points, facets)
     free, rings = free.copy(), 0
@@ -121,30 +161,13 @@ def _vertex_scales(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, 
     return np.bincount(ends, np.repeat(length, 2), n) / count, 1 / np.maximum(area, 1e-9 * area.mean())
 
 
-def _volume_gradient(points, facets, sides, grains) -> csr_matrix:
-    """(g, 3n) change of each grain's volume with the coordinates: a third of the area vectors around."""
-    third = area_vectors(points, facets) / 3
-    columns = (3 * facets[:, :, None] + np.arange(3)).reshape(len(facets), 9)
-    values = np.tile(third, 3)
-    parts = []
-    for side, sign in ((0, 1.0), (1, -1.0)):
-        row = np.searchsorted(grains, sides[:, side])
-        known = row < len(grains)
-        known[known] = grains[row[known]] == sides[known, side]
-        known &= sides[:, 0] != sides[:, 1]
-        parts.append((np.repeat(row[known], 9), columns[known].ravel(), sign * values[known].ravel()))
-    rows, columns, values = (np.concatenate(part) for part in zip(*parts))
-    return csr_matrix((values, (rows, columns)), shape=(len(grains), 3 * len(points)))
-
-
 def _displacement(gradient, missing, weight, free, limit) -> np.ndarray:
     """Return the (n, 3) least-squares displacement that adds the missing volumes, capped per vertex."""
-    mobility = (weight[:, None] * free).ravel()
-    weighted = gradient @ diags(mobility)
-    system = (weighted @ gradient.T).tocsc()
+    weighted = [matrix @ diags(weight * free[:, k]) for k, matrix in enumerate(gradient)]
+    system = sum(left @ matrix.T for left, matrix in zip(weighted, gradient)).tocsc()
     diagonal = system.diagonal()
     lift = np.where(diagonal > 0, DAMPING * diagonal, 1.0)
-    pressure = spsolve((system + diags(lift)).tocsc(), missing)
-    displacement = (weighted.T @ np.atleast_1d(pressure)).reshape(-1, 3)
+    pressure = np.atleast_1d(spsolve((system + diags(lift)).tocsc(), missing))
+    displacement = np.stack([matrix.T @ pressure for matrix in weighted], axis=1)
     size = np.linalg.norm(displacement, axis=1)
     return displacement * np.minimum(1.0, limit / np.maximum(size, 1e-300))[:, None]

@@ -1,0 +1,181 @@
+"""The costly invariants of a surface: each breach said in one sentence."""
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from craftmesh.connectivity import facet_edges
+from craftmesh.kernels.triangles import intersecting_pairs
+from craftmesh.measure import area_vectors, side_volumes
+from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Surface
+
+# A facet is degenerate when its area is below this part of its longest edge squared.
+FLAT = 1e-10
+
+
+def check_surface(surface: Surface) -> list[str]:
+    """Return one sentence per kind of breach of a surface's invariants; an empty list when it keeps them.
+
+    Checked are: finite and used points; degenerate and duplicate facets; sides and kinds that fit each
+    other; planes of the box; closedness, orientation and volume per grain and void; intersections.
+    Crack facets inside a grain belong to no boundary.
+    """
+    if not len(surface.facets):
+        return ["the surface has no facets"]
+    if not np.isfinite(surface.points).all():
+        bad = np.flatnonzero(~np.isfinite(surface.points).all(axis=1))
+        return [f"{len(bad)} points are not finite; first: point {bad[0]}"]
+    checks = (_points, _shapes, _duplicates, _labels, _planes, _closedness, _volumes, _intersections)
+    return [breach for check in checks for breach in check(surface)]
+
+
+def tied_vertices(surface: Surface) -> dict[int, int]:
+    """Return per grain the number of vertices at which it touches itself (grains without any left out).
+
+    Such a vertex (or edge) is a weakness of a mesh, not a breach.
+    """
+    label, triangle = _oriented_boundaries(surface)
+    edges = facet_edges(triangle)
+    corner = np.arange(3 * len(triangle)).reshape(-1, 3)
+    tail, head = corner.ravel(), np.roll(corner, -1, axis=1).ravel()
+    swapped = edges[:, 0] > edges[:, 1]
+    low, high = np.where(swapped, head, tail), np.where(swapped, tail, head)
+    order, start = _edge_groups(np.repeat(label, 3), edges)
+    count = np.diff(np.append(start, len(order)))
+    first = order[start[count == 2]]
+    second = order[start[count == 2] + 1]
+    links = np.concatenate([low[first], high[first]]), np.concatenate([low[second], high[second]])
+    graph = coo_matrix((np.ones(len(links[0]), np.int8), links), shape=(len(tail), len(tail)))
+    fan = connected_components(graph, directed=False)[1]
+    fans = np.unique(np.stack([np.repeat(label, 3), triangle.ravel(), fan], axis=1), axis=0)
+    vertices, parts = np.unique(fans[:, :2], axis=0, return_counts=True)
+    grains, tied = np.unique(vertices[parts > 1, 0], return_counts=True)
+    return {int(g): int(n) for g, n in zip(grains, tied) if g > 0}
+
+
+def _at(point: np.ndarray) -> str:
+    return "at (" + ", ".join(f"{x:.6g}" for x in point) + ")"
+
+
+def _some(labels: np.ndarray) -> str:
+    """Name at most five labels."""
+    found = np.unique(labels)
+    names = [f"grain {g}" if g > 0 else f"void {-g}" if g < 0 else "outside" for g in found[:5].tolist()]
+    return ", ".join(names) + (f" and {len(found) - 5} more" if len(found) > 5 else "")
+
+
+def _facets_breach(surface: Surface, bad: np.ndarray, what: str) -> list[str]:
+    """One sentence on the facets that are `bad` (m,) bool."""
+    if not bad.any():
+        return []
+    place = _at(surface.points[surface.facets[bad.argmax()]].mean(axis=0))
+    return [f"{bad.sum()} facets {what}, between {_some(surface.sides[bad])}; first {place}"]
+
+
+def _points(surface: Surface) -> list[str]:
+    used = np.zeros(len(surface.points), bool)
+    used[surface.facets.ravel()] = True
+    if used.all():
+        return []
+    return [f"{(~used).sum()} points belong to no facet; first {_at(surface.points[used.argmin()])}"]
+
+
+def _shapes(surface: Surface) -> list[str]:
+    corners = surface.points[surface.facets]
+    longest = (np.roll(corners, -1, axis=1) - corners) ** 2
+    longest = longest.sum(axis=2).max(axis=1)
+    area = np.linalg.norm(area_vectors(surface.points, surface.facets), axis=1)
+    return _facets_breach(surface, area <= FLAT * longest, "are degenerate")
+
+
+def _duplicates(surface: Surface) -> list[str]:
+    key = np.sort(surface.facets, axis=1)
+    _, index, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+    return _facets_breach(surface, count[index.reshape(-1)] > 1, "lie on the same three points as another")
+
+
+def _labels(surface: Surface) -> list[str]:
+    behind, ahead = surface.sides.T
+    kind = surface.kind
+    on_box = (kind != INTERFACE) & (kind != CRACK)
+    return (
+        _facets_breach(surface, kind > CRACK, f"have a kind past {CRACK}")
+        + _facets_breach(surface, (behind <= 0) & (ahead <= 0), "bound no grain")
+        + _facets_breach(surface, (behind == ahead) & (kind != CRACK), "have the same grain on both sides")
+        + _facets_breach(surface, on_box & (behind != 0) & (ahead != 0), "on the box have no outside")
+    )
+
+
+def _planes(surface: Surface) -> list[str]:
+    """Facets of a plane lie on it exactly, look outwards, and no point lies beyond."""
+    breaches = []
+    outward = np.where(surface.sides[:, 0] > 0, 1, -1)[:, None] * area_vectors(
+        surface.points, surface.facets
+    )
+    for plane, name in enumerate(BOX_PLANES):
+        axis, upper = divmod(plane, 2)
+        mine = surface.kind == plane + 1
+        if not mine.any():
+            continue
+        reach = surface.points[:, axis].max() if upper else surface.points[:, axis].min()
+        off = mine & (surface.points[surface.facets][:, :, axis] != reach).any(axis=1)
+        inward = mine & ~off & (outward[:, axis] * (1 if upper else -1) < 0)
+        breaches += _facets_breach(
+            surface, off, f"of {name} are not exactly on the outermost plane {reach:.17g}"
+        )
+        breaches += _facets_breach(surface, inward, f"of {name} have their grain outside the box")
+    return breaches
+
+
+def _oriented_boundaries(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Return labels (k,) and triangles (k, 3) with outward normals, of grains and voids."""
+    bounds = surface.sides[:, 0] != surface.sides[:, 1]
+    facets = surface.facets[bounds].astype(np.int64)
+    label = surface.sides[bounds].T.ravel().astype(np.int64)
+    triangle = np.concatenate([facets, facets[:, ::-1]])
+    inside = label != 0
+    return label[inside], triangle[inside]
+
+
+def _edge_groups(label: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return an order of directed edges that groups them by label and ends, and where groups begin."""
+    low, high = edges.min(axis=1), edges.max(axis=1)
+    order = np.lexsort((high, low, label))
+    key = np.stack([label, low, high], axis=1)[order]
+    return order, np.flatnonzero(np.append(True, (np.diff(key, axis=0) != 0).any(axis=1)))
+
+
+def _closedness(surface: Surface) -> list[str]:
+    """Round each grain and void every directed edge has as many partners as there are edges."""
+    label, triangle = _oriented_boundaries(surface)
+    if not len(label):
+        return ["no facet bounds a grain"]
+    edges, label = facet_edges(triangle), np.repeat(label, 3)
+    order, start = _edge_groups(label, edges)
+    balance = np.add.reduceat(np.where(edges[order, 0] < edges[order, 1], 1, -1), start)
+    open_edges = order[start[balance != 0]]
+    if not len(open_edges):
+        return []
+    place = _at(surface.points[edges[open_edges[0]]].mean(axis=0))
+    return [
+        f"{len(open_edges)} edges have no partner, so the boundary is open or turned round: "
+        f"{_some(label[open_edges])}; first {place}"
+    ]
+
+
+def _volumes(surface: Surface) -> list[str]:
+    volumes = side_volumes(surface.points, surface.facets, surface.sides)
+    return [
+        f"grain {grain} has the volume {volume:.6g}, so its facets are turned inside out or missing"
+        for grain, volume in volumes.items()
+        if not volume > 0
+    ]
+
+
+def _intersections(surface: Surface) -> list[str]:
+    pairs = intersecting_pairs(surface.points, surface.facets)
+    if not len(pairs):
+        return []
+    places = [_at(surface.points[surface.facets[pair]].mean(axis=(0, 1))) for pair in pairs[:3]]
+    labels = _some(surface.sides[pairs.ravel()])
+    return [f"{len(pairs)} pairs of facets intersect, between {labels}; first {', '.join(places)}"]
