@@ -1,0 +1,1 @@
+"""Cracks: prescribed and given shapes, and their insertion into a conformal surface."""

@@ -1,0 +1,164 @@
+"""Cut the facets of a surface along a crack's extended surface: edges are split, all their facets with them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from craftmesh.connectivity import unique_edges
+from craftmesh.cracking.sheet import Sheet
+
+NEVER = np.nan  # offset of points that the cut does not look at
+
+
+@dataclass(frozen=True, eq=False)
+class CutSurface:
+    """A surface while a crack is being cut into it.
+
+    points (n, 3), facets (m, 3), sides (m, 2), kind (m,) as in Surface. psi (n,): offset from the
+    crack, exactly 0 on it, NaN far from it. phi (n,): distance inside (> 0) the front of points with
+    psi = 0, exactly 0 on the front, NaN elsewhere. size (n,): the edge length around each point
+    before the cut. front, arc (n,): number of the front and arc length of points with phi = 0.
+    """
+
+    points: np.ndarray
+    facets: np.ndarray
+    sides: np.ndarray
+    kind: np.ndarray
+    psi: np.ndarray
+    phi: np.ndarray
+    size: np.ndarray
+    front: np.ndarray
+    arc: np.ndarray
+
+
+def split_edges(surface: CutSurface, edges, new_points, size) -> CutSurface:
+    """Split edges (k, 2), lower id first, each once, at new_points (k, 3); new ids follow the old ones.
+
+    Every facet on a split edge is divided. The new points have psi = 0 and phi unknown.
+    """
+    count = len(surface.points)
+    points = np.concatenate([surface.points, new_points])
+    facets, parent = _divide(points, surface.facets, np.asarray(edges, np.int64), count)
+    extra = len(new_points)
+    return CutSurface(
+        points, facets, surface.sides[parent], surface.kind[parent],
+        np.concatenate([surface.psi, np.zeros(extra)]), np.concatenate([surface.phi, np.full(extra, np.nan)]),
+        np.concatenate([surface.size, size]), np.concatenate([surface.front, np.full(extra, -1)]),
+        np.concatenate([surface.arc, np.full(extra, np.nan)]),
+    )  # fmt: skip
+
+
+def _divide(points, facets, edges, first_new) -> tuple[np.ndarray, np.ndarray]:
+    """Return the facets after the split and the old facet of each, in the old facets' order."""
+    stride = np.int64(len(points) + 1)
+    keys = edges[:, 0] * stride + edges[:, 1]
+    order = np.argsort(keys)
+    touched = np.zeros(len(points), bool)
+    touched[edges] = True
+    rows = np.flatnonzero(touched[facets].sum(axis=1) >= 2)
+    corners = facets[rows].astype(np.int64)
+    following = np.roll(corners, -1, axis=1)
+    wanted = np.minimum(corners, following) * stride + np.maximum(corners, following)
+    slot = np.minimum(np.searchsorted(keys, wanted, sorter=order), len(keys) - 1)
+    middle = np.where(keys[order[slot]] == wanted, first_new + order[slot], -1)
+    split = (middle >= 0).sum(axis=1)
+    kept = np.ones(len(facets), bool)
+    kept[rows[split > 0]] = False
+    pieces, parents = [facets[kept]], [np.flatnonzero(kept)]
+    for number, divide in ((1, _in_two), (2, _in_three), (3, _in_four)):
+        chosen = split == number
+        for piece in divide(points, corners[chosen], middle[chosen]):
+            pieces.append(piece)
+            parents.append(rows[chosen])
+    parent = np.concatenate(parents)
+    stable = np.argsort(parent, kind="stable")
+    return np.concatenate(pieces)[stable].astype(np.int32), parent[stable]
+
+
+def _turn(corners, middle, first) -> tuple[np.ndarray, np.ndarray]:
+    """Rotate each facet so that its edge `first` becomes edge 0 (corner 0 to corner 1)."""
+    index = (first[:, None] + np.arange(3)) % 3
+    return np.take_along_axis(corners, index, 1), np.take_along_axis(middle, index, 1)
+
+
+def _in_two(points, corners, middle):
+    corners, middle = _turn(corners, middle, np.argmax(middle >= 0, axis=1))
+    a, b, c, m = *corners.T, middle[:, 0]
+    return np.stack([a, m, c], axis=1), np.stack([m, b, c], axis=1)
+
+
+def _in_three(points, corners, middle):
+    corners, middle = _turn(corners, middle, np.argmax(middle < 0, axis=1))
+    a, b, c, bc, ca = *corners.T, middle[:, 1], middle[:, 2]
+    to_a = np.linalg.norm(points[a] - points[bc], axis=1) <= np.linalg.norm(points[b] - points[ca], axis=1)
+    third = np.where(to_a, bc, ca)
+    return (
+        np.stack([bc, c, ca], axis=1),
+        np.stack([a, b, third], axis=1),
+        np.stack([np.where(to_a, a, b), bc, ca], axis=1),
+    )
+
+
+def _in_four(points, corners, middle):
+    a, b, c, ab, bc, ca = *corners.T, *middle.T
+    return (
+        np.stack([a, ab, ca], axis=1),
+        np.stack([ab, b, bc], axis=1),
+        np.stack([bc, c, ca], axis=1),
+        np.stack([ab, bc, ca], axis=1),
+    )
+
+
+def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:
+    """Split every edge whose ends lie on opposite sides of the crack, on the crack or near its front."""
+    near = np.isfinite(surface.psi[surface.facets]).all(axis=1)
+    edges, _, _ = unique_edges(surface.facets[near])
+    psi = surface.psi[edges]
+    edges = edges[np.sign(psi[:, 0]) * np.sign(psi[:, 1]) < 0]
+    if not len(edges):
+        return surface
+    fraction = _roots(surface, sheet, edges)
+    start, end = surface.points[edges[:, 0]], surface.points[edges[:, 1]]
+    points = start + fraction[:, None] * (end - start)
+    longest = np.linalg.norm(end - start, axis=1).max()
+    chosen = sheet.inside(sheet.uv(points)) > -2 * longest
+    size = surface.size[edges]
+    size = size[:, 0] + fraction * (size[:, 1] - size[:, 0])
+    return split_edges(surface, edges[chosen], points[chosen], size[chosen])
+
+
+def _roots(surface: CutSurface, sheet: Sheet, edges) -> np.ndarray:
+    """Return the fraction along each edge at which psi changes sign (false position, Illinois)."""
+    low, high = np.zeros(len(edges)), np.ones(len(edges))
+    at_low, at_high = surface.psi[edges[:, 0]], surface.psi[edges[:, 1]]
+    root = at_low / (at_low - at_high)
+    if sheet.planar:
+        return root
+    start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
+    for _ in range(30):
+        value = sheet.offset(start + root[:, None] * step)
+        right = value * at_high > 0
+        at_low, at_high = np.where(right, 0.5 * at_low, value), np.where(right, value, 0.5 * at_high)
+        low, high = np.where(right, low, root), np.where(right, root, high)
+        if np.abs(value).max() <= 1e-12 * np.abs(step).max():
+            break
+        span = at_low - at_high
+        root = np.where(value == 0, root, low + (high - low) * at_low / np.where(span == 0, 1, span))
+        root = np.clip(root, low, high)
+    return root
+
+
+def trace_edges(surface: CutSurface) -> np.ndarray:
+    """Return the edges (k, 2) of the facets with psi = 0 at both ends."""
+    on = surface.psi == 0
+    rows = np.flatnonzero(on[surface.facets].sum(axis=1) >= 2)
+    edges, _, _ = unique_edges(surface.facets[rows])
+    return edges[on[edges].all(axis=1)]
+
+
+def with_phi(surface: CutSurface, sheet: Sheet) -> CutSurface:
+    """Fill in phi of the points on the crack that have none yet."""
+    rows = np.flatnonzero((surface.psi == 0) & np.isnan(surface.phi))
+    phi = surface.phi.copy()
+    phi[rows] = sheet.inside(sheet.uv(surface.points[rows]))
+    return replace(surface, phi=phi)

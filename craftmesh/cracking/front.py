@@ -1,0 +1,222 @@
+"""The crack front on a cut surface: pierce points on the traces, and front nodes between them."""
+
+from dataclasses import dataclass, replace
+from typing import Callable
+
+import numpy as np
+import shapely
+
+from craftmesh.cracking.cut import CutSurface, split_edges, trace_edges, with_phi
+from craftmesh.cracking.sheet import Sheet
+from craftmesh.errors import CraftmeshError
+
+TOUCHING = 1e-6  # of the local size: a trace point this near the front counts as on it
+ALONG = 0.1  # of its length: a trace edge this near the front replaces it
+CORNER = np.cos(np.radians(20.0))  # front corners sharper than this keep a node
+
+
+def pierce(surface: CutSurface, sheet: Sheet, rounds: int = 12) -> CutSurface:
+    """Split trace edges where they meet the front; the new points have phi = 0, front number and arc."""
+    for _ in range(rounds):
+        surface = _touch(with_phi(surface, sheet), sheet)
+        edges = trace_edges(surface)
+        edges = edges[_may_cross(surface, edges)]
+        row, fraction = _first_crossing(surface, sheet, edges)
+        if not len(row):
+            return surface
+        surface = _split_at_front(surface, sheet, edges[row], fraction)
+    raise CraftmeshError(
+        "a trace crosses the crack front too often; smooth the front or move the crack a little"
+    )
+
+
+def _touch(surface: CutSurface, sheet: Sheet) -> CutSurface:
+    """Count trace points that nearly touch the front as on it."""
+    with np.errstate(invalid="ignore"):
+        rows = np.flatnonzero((surface.front < 0) & (np.abs(surface.phi) <= TOUCHING * surface.size))
+    return put_on_front(surface, sheet, rows) if len(rows) else surface
+
+
+def put_on_front(surface: CutSurface, sheet: Sheet, rows) -> CutSurface:
+    """Return the surface with the given points marked as on the nearest front, not moved."""
+    _, number, along = sheet.nearest_front(sheet.uv(surface.points[rows]))
+    phi, front, arc = surface.phi.copy(), surface.front.copy(), surface.arc.copy()
+    phi[rows], front[rows], arc[rows] = 0.0, number, along
+    return replace(surface, phi=phi, front=front, arc=arc)
+
+
+def _lengths(surface: CutSurface, edges) -> np.ndarray:
+    return np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
+
+
+def _may_cross(surface: CutSurface, edges) -> np.ndarray:
+    phi, length = surface.phi[edges], _lengths(surface, edges)
+    return np.abs(phi).sum(axis=1) <= 1.0001 * length
+
+
+def _first_crossing(surface: CutSurface, sheet: Sheet, edges) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows of edges that cross the front and the fraction of the edge of the first crossing."""
+    if not len(edges):
+        return np.zeros(0, np.int64), np.zeros(0)
+    start, end = sheet.uv(surface.points[edges[:, 0]]), sheet.uv(surface.points[edges[:, 1]])
+    row, segment = sheet.rim_tree.query(shapely.linestrings(np.stack([start, end], axis=1)), "intersects")
+    a, d = start[row], end[row] - start[row]
+    b, e = sheet.rim[segment, 0], sheet.rim[segment, 1] - sheet.rim[segment, 0]
+    cross = d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0]
+    with np.errstate(all="ignore"):
+        fraction = ((b - a)[:, 0] * e[:, 1] - (b - a)[:, 1] * e[:, 0]) / cross
+    length, size = np.linalg.norm(d, axis=1), surface.size[edges[row]]
+    margin = np.where(surface.front[edges[row]] >= 0, 1e-3, 1e-9) * size
+    keep = np.isfinite(fraction) & (fraction * length > margin[:, 0])
+    keep &= (1 - fraction) * length > margin[:, 1]
+    row, fraction = row[keep], fraction[keep]
+    at = a[keep] + fraction[:, None] * d[keep]
+    near_front = np.linalg.norm(sheet.nearest_front(at)[0] - at, axis=1) <= TOUCHING * size[keep, 0]
+    row, fraction = row[near_front], fraction[near_front]
+    order = np.lexsort([fraction, row])
+    row, fraction = row[order], fraction[order]
+    row, first = np.unique(row, return_index=True)
+    return row, fraction[first]
+
+
+def _split_at_front(surface: CutSurface, sheet: Sheet, edges, fraction) -> CutSurface:
+    start, end = surface.points[edges[:, 0]], surface.points[edges[:, 1]]
+    points = start + fraction[:, None] * (end - start)
+    size = surface.size[edges]
+    first = len(surface.points)
+    surface = split_edges(surface, edges, points, size[:, 0] + fraction * (size[:, 1] - size[:, 0]))
+    return put_on_front(surface, sheet, np.arange(first, len(surface.points)))
+
+
+@dataclass(frozen=True, eq=False)
+class FrontChain:
+    """Front edges (k, 2) between ids of the cut surface and new nodes: uv (n, 2) of ids first, first + 1, ..."""
+
+    edges: np.ndarray
+    first: int
+    uv: np.ndarray
+    arc: np.ndarray
+
+
+def inside_traces(surface: CutSurface, sheet: Sheet) -> tuple[np.ndarray, np.ndarray]:
+    """Return trace edges inside the front, and those that join two points of the front (with their phi)."""
+    edges = trace_edges(surface)
+    phi = surface.phi[edges]
+    chords = edges[(phi == 0).all(axis=1)]
+    return edges[(phi >= 0).all(axis=1) & (phi > 0).any(axis=1)], chords
+
+
+def split_chords(surface: CutSurface, sheet: Sheet) -> tuple[CutSurface, np.ndarray]:
+    """Split trace edges across the crack that join two front points; return the trace edges along the front.
+
+    A trace edge between neighbouring front points, close to the front, is taken as the front's edge.
+    """
+    _, chords = inside_traces(surface, sheet)
+    if not len(chords):
+        return surface, chords
+    middle = (surface.points[chords[:, 0]] + surface.points[chords[:, 1]]) / 2
+    phi, length = sheet.inside(sheet.uv(middle)), _lengths(surface, chords)
+    along = _neighbours(surface, sheet, chords) & (np.abs(phi) <= ALONG * length)
+    across = ~along & (phi > 0)
+    surface = split_edges(
+        surface, chords[across], middle[across], surface.size[chords[across]].mean(axis=1)
+    )
+    return with_phi(surface, sheet), chords[along]
+
+
+def _neighbours(surface: CutSurface, sheet: Sheet, chords) -> np.ndarray:
+    """Tell which chords join front points that follow each other along one front."""
+    on = np.flatnonzero(surface.front >= 0)
+    on = on[np.lexsort([surface.arc[on], surface.front[on]])]
+    following = np.roll(on, -1)
+    front = surface.front[on]
+    last = np.flatnonzero(front != np.roll(front, -1))
+    for i in last.tolist():
+        following[i] = on[np.flatnonzero(front == front[i])[0]] if sheet.closed[front[i]] else -1
+    if len(on) and not len(last) and not sheet.closed[front[0]]:
+        following[-1] = -1
+    stride = len(surface.points) + 1
+    known = np.minimum(on, following) * stride + np.maximum(on, following)
+    return np.isin(chords[:, 0] * stride + chords[:, 1], known)
+
+
+def chain(surface: CutSurface, sheet: Sheet, along, target: Callable, crowd: np.ndarray) -> FrontChain:
+    """Return the front's edges: pierce points in order with nodes at the target size between them.
+
+    along (k, 2): trace edges that are front edges. target(points) -> sizes. crowd: extra halvings of
+    each interval between pierce points, by position in the order of fronts and arcs.
+    """
+    taken = set(map(tuple, np.sort(along, axis=1).tolist()))
+    edges, uv, arcs, interval = [], [], [], 0
+    first = len(surface.points)
+    for front in range(len(sheet.curves)):
+        ids, arc = _forced_nodes(surface, sheet, front)
+        nodes = []
+        for k, (position, corner_uv) in enumerate(arc):
+            if ids[k] < 0:
+                ids[k] = first + len(uv)
+                uv.append(corner_uv)
+                arcs.append(position)
+            nodes.append((ids[k], position))
+        pairs = list(zip(nodes[:-1], nodes[1:]))
+        if sheet.closed[front]:
+            pairs.append((nodes[-1], (nodes[0][0], nodes[0][1] + sheet.curves[front][-1, 2])))
+        for (a, start), (b, end) in pairs:
+            inner = np.zeros(0)
+            if (min(a, b), max(a, b)) not in taken:
+                inner = _spread(
+                    sheet, front, start, end, target, crowd[interval] if interval < len(crowd) else 0
+                )
+            interval += 1
+            between = list(range(first + len(uv), first + len(uv) + len(inner)))
+            uv.extend(sheet.on_front(front, inner))
+            arcs.extend(inner)
+            line = [a, *between, b]
+            edges.extend(zip(line[:-1], line[1:], [interval - 1] * (len(line) - 1)))
+    return FrontChain(
+        np.array(edges, np.int64).reshape(-1, 3), first, np.array(uv).reshape(-1, 2), np.array(arcs)
+    )
+
+
+def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int):
+    """Return ids (-1: new) and (arc, uv) of the nodes a front must have: pierce points, ends, corners."""
+    curve, closed = sheet.curves[front], sheet.closed[front]
+    ids = np.flatnonzero(surface.front == front)
+    ids = ids[np.argsort(surface.arc[ids], kind="stable")]
+    known = surface.arc[ids]
+    step = np.diff(curve[:, :2], axis=0)
+    step /= np.linalg.norm(step, axis=1)[:, None]
+    sharp = np.flatnonzero(np.einsum("ij,ij->i", step[1:], step[:-1]) < CORNER) + 1
+    wanted = curve[sharp, 2]
+    if not closed:
+        wanted = np.concatenate([[0.0], wanted, [curve[-1, 2]]])
+    elif not len(wanted) and not len(ids):
+        wanted = np.zeros(1)
+    near = 1e-3 * np.median(surface.size)
+    wanted = [w for w in wanted.tolist() if not len(known) or np.abs(known - w).min() > near]
+    uv = sheet.uv(surface.points[ids])
+    items = [(a, int(i), tuple(p)) for a, i, p in zip(known.tolist(), ids.tolist(), uv.tolist())]
+    items += [(w, -1, tuple(sheet.on_front(front, np.array([w]))[0])) for w in wanted]
+    items.sort(key=lambda item: item[0])
+    return [item[1] for item in items], [(item[0], item[2]) for item in items]
+
+
+def _spread(
+    sheet: Sheet, front: int, start: float, end: float, target: Callable, halvings: int
+) -> np.ndarray:
+    """Return arc lengths between start and end, evenly in units of the target size."""
+    samples = np.linspace(start, end, 65)
+    density = 1.0 / target(sheet.lift(sheet.on_front(front, samples)))
+    total = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(samples))])
+    count = max(1, int(round(total[-1]))) * 2**halvings
+    return np.interp(np.arange(1, count) * total[-1] / count, total, samples)
+
+
+def conflicts(edges, traces, uv) -> np.ndarray:
+    """Return the intervals whose front edges cross a trace edge in (u, v)."""
+    if not len(traces):
+        return np.zeros(0, np.int64)
+    tree = shapely.STRtree(shapely.linestrings(uv[edges[:, :2]]))
+    row, hit = tree.query(shapely.linestrings(uv[traces]), "intersects")
+    shared = (edges[hit, :2][:, :, None] == traces[row][:, None, :]).any(axis=(1, 2))
+    return np.unique(edges[hit[~shared], 2])

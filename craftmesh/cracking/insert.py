@@ -1,0 +1,194 @@
+"""Insert a crack into a conformal surface: cut along the crack, triangulate it, name its grains."""
+
+from dataclasses import replace
+from typing import Callable
+
+import numpy as np
+
+from craftmesh.connectivity import compact, unique_edges
+from craftmesh.cracking.cut import CutSurface, cut_along, with_phi
+from craftmesh.cracking.front import chain, conflicts, inside_traces, pierce, split_chords
+from craftmesh.cracking.patch import refine, smooth_points, split_ears, triangulate
+from craftmesh.cracking.regions import labels_of_regions, regions_of
+from craftmesh.cracking.sheet import Sheet, sheet_of
+from craftmesh.errors import CraftmeshError
+from craftmesh.measure import area_vectors
+from craftmesh.progress import silent
+from craftmesh.stitch import StitchOptions
+from craftmesh.types import CRACK, INTERFACE, Crack, Surface
+
+ON = 1e-9  # of the local size: points this near the crack are on it
+
+
+def insert_crack(
+    surface: Surface,
+    crack: Crack,
+    sizing,
+    options: StitchOptions = StitchOptions(),
+    progress: Callable = silent,
+) -> tuple[Surface, dict]:
+    """Return the surface with the crack's facets in it (kind CRACK), conformal with the grain boundaries.
+
+    sizing.at(points) gives the lengths of front edges and crack facets; None: the surface's median edge
+    length. Grain boundaries keep their shape but for points snapped onto the crack (options.snap).
+    Raises CraftmeshError where the crack meets no grain or its traces cannot be triangulated.
+    """
+    progress(0.0, "cut")
+    box = np.stack([surface.points.min(axis=0), surface.points.max(axis=0)])
+    sheet = sheet_of(crack, box)
+    cut = _prepared(surface, sheet)
+    target = _target(cut, sizing)
+    cut = with_phi(cut_along(cut, sheet), sheet)
+    progress(0.3, "front")
+    cut = pierce(cut, sheet)
+    cut, along = split_chords(cut, sheet)
+    front, traces = _front_and_traces(cut, sheet, along, target)
+    progress(0.5, "crack facets")
+    cut, patch, is_front = _patch(cut, sheet, front, traces, along, target)
+    progress(0.8, "grains")
+    result, numbers = _assembled(cut, sheet, patch, is_front)
+    progress(1.0, "done")
+    return result, numbers
+
+
+def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:
+    """Return the surface with psi near the crack, exactly 0 where a point counts as on it."""
+    count = len(surface.points)
+    uv = sheet.uv(surface.points)
+    edges, _, _ = unique_edges(surface.facets)
+    length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
+    size = _mean_at_points(edges, length, count)
+    reach = 3 * length.max()
+    u0, v0, u1, v1 = sheet.domain.bounds
+    height = (surface.points - sheet.origin) @ sheet.frame[2]
+    lowest, highest = sheet.height.min() - 2 * reach, sheet.height.max() + 2 * reach
+    near = (uv >= [u0 - reach, v0 - reach]).all(axis=1) & (uv <= [u1 + reach, v1 + reach]).all(axis=1)
+    rows = np.flatnonzero(near & (height >= lowest) & (height <= highest))
+    psi = np.full(count, np.nan)
+    psi[rows] = sheet.offset(surface.points[rows])
+    psi[rows[np.abs(psi[rows]) <= ON * size[rows]]] = 0.0
+    nothing = np.full(count, np.nan)
+    return CutSurface(
+        surface.points, surface.facets, surface.sides, surface.kind, psi, nothing, size,
+        np.full(count, -1), nothing.copy(),
+    )  # fmt: skip
+
+
+def _mean_at_points(edges, values, count: int) -> np.ndarray:
+    total = sum(np.bincount(edges[:, i], values, count) for i in range(2))
+    number = sum(np.bincount(edges[:, i], minlength=count) for i in range(2))
+    return total / np.maximum(number, 1)
+
+
+def _target(cut: CutSurface, sizing) -> Callable:
+    if sizing is None:
+        uniform = float(np.median(cut.size))
+        return lambda points: np.full(len(points), uniform)
+    return sizing.at
+
+
+def _front_and_traces(cut: CutSurface, sheet: Sheet, along, target):
+    """Return the front chain, refined where its chords would cross a trace, and the traces inside it."""
+    traces, _ = inside_traces(cut, sheet)
+    crowd = np.zeros(0, np.int64)
+    for _ in range(10):
+        front = chain(cut, sheet, along, target, crowd)
+        uv = np.concatenate([sheet.uv(cut.points), front.uv])
+        bad = conflicts(front.edges, traces, uv)
+        if not len(bad):
+            return front, traces
+        crowd = np.pad(crowd, (0, int(front.edges[:, 2].max()) + 1 - len(crowd)))
+        crowd[bad] += 1
+    position = uv[front.edges[front.edges[:, 2] == bad[0]][0, 0]]
+    raise CraftmeshError(
+        f"the crack front near {sheet.lift(position[None])[0].tolist()} runs along a grain boundary too "
+        "closely to be meshed; move the crack a little"
+    )
+
+
+def _patch(cut: CutSurface, sheet: Sheet, front, traces, along, target):
+    """Return the cut surface with the patch's points added, the patch, and which points are front nodes."""
+    uv = np.concatenate([sheet.uv(cut.points), front.uv])
+    segments = np.unique(np.sort(np.concatenate([front.edges[:, :2], traces]), axis=1), axis=0)
+    loose = np.flatnonzero((cut.psi == 0) & (cut.phi > 0))
+    nodes = np.unique(np.concatenate([segments.ravel(), loose]))
+    local = np.full(len(uv), -1)
+    local[nodes] = np.arange(len(nodes))
+    flat = _flat_facets(cut)
+    local_flat = local[cut.facets[flat]]
+    local_flat = local_flat[(local_flat >= 0).all(axis=1)]
+    patch = triangulate(
+        uv[nodes], local[segments], np.setdiff1d(local[loose], local[segments]), sheet.inside
+    )
+    patch = refine(patch, lambda at: target(sheet.lift(at)), local_flat)
+    is_front = np.zeros(len(uv), bool)
+    is_front[front.edges[:, :2]] = True
+    first = patch.used[0].copy()
+    split_ears(patch, is_front[nodes])
+    smooth_points(patch, np.arange(first, patch.used[0]))
+    return _with_new_points(cut, sheet, patch, nodes, front), _global(patch, nodes, len(uv)), is_front
+
+
+def _flat_facets(cut: CutSurface) -> np.ndarray:
+    """Return rows of interface facets that lie on the crack between two grains."""
+    on = (cut.psi[cut.facets] == 0).all(axis=1)
+    return np.flatnonzero(on & (cut.kind == INTERFACE) & (cut.sides > 0).all(axis=1))
+
+
+def _with_new_points(cut: CutSurface, sheet: Sheet, patch, nodes, front) -> CutSurface:
+    interior = patch.uv[len(nodes) : patch.used[0]]
+    points = np.concatenate([cut.points, sheet.lift(front.uv), sheet.lift(interior)])
+    return replace(cut, points=points)
+
+
+def _global(patch, nodes, count: int):
+    """Return the patch's triangles and fixed edges with the ids of all points."""
+    ids = np.concatenate([nodes, count + np.arange(patch.used[0] - len(nodes))])
+    return ids[patch.triangles], patch.fixed[: patch.used[1]]
+
+
+def _assembled(cut: CutSurface, sheet: Sheet, patch, is_front) -> tuple[Surface, dict]:
+    """Return the surface with the crack facets named, and the numbers of the report."""
+    triangles, fixed = patch
+    region = regions_of(triangles, fixed)
+    kind, sides, facets = cut.kind.copy(), cut.sides.copy(), cut.facets.copy()
+    flat, covered = _same_triangles(facets, _flat_facets(cut), triangles)
+    turned = area_vectors(cut.points, facets[flat]) @ sheet.frame[2] < 0
+    facets[flat[turned]] = facets[flat[turned]][:, ::-1]
+    sides[flat[turned]] = sides[flat[turned]][:, ::-1]
+    kind[flat] = CRACK
+    label = labels_of_regions(cut.points, triangles, region, cut.facets, cut.sides)[region]
+    keep = (label > 0) & ~covered
+    if not keep.any() and not len(flat):
+        raise CraftmeshError("the crack lies in no grain; expected a crack within the material: move it")
+    facets = np.concatenate([facets, triangles[keep].astype(np.int32)])
+    sides = np.concatenate([sides, np.stack([label[keep]] * 2, axis=1)])
+    kind = np.concatenate([kind, np.full(int(keep.sum()), CRACK)])
+    points, facets, kept = compact(cut.points, facets)
+    result = Surface(points, facets, sides, kind)
+    return result, _numbers(result, int(len(flat)), int((label <= 0).sum()))
+
+
+def _same_triangles(facets, rows, triangles) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows of `facets` that are patch triangles too, and which triangles they are."""
+    known = {tuple(t): i for i, t in enumerate(np.sort(triangles, axis=1).tolist())}
+    found = [
+        (row, known.get(tuple(key)))
+        for row, key in zip(rows.tolist(), np.sort(facets[rows], axis=1).tolist())
+    ]
+    found = [(row, i) for row, i in found if i is not None]
+    covered = np.zeros(len(triangles), bool)
+    covered[[i for _, i in found]] = True
+    return np.array([row for row, _ in found], np.int64), covered
+
+
+def _numbers(surface: Surface, flat: int, dropped: int) -> dict:
+    crack = surface.kind == CRACK
+    area = np.linalg.norm(area_vectors(surface.points, surface.facets[crack]), axis=1).sum()
+    return {
+        "crack_facets": int(crack.sum()),
+        "crack_facets_on_grain_boundaries": flat,
+        "crack_facets_outside_material": dropped,
+        "crack_area": float(area),
+        "crack_grains": int(len(np.unique(surface.sides[crack]))),
+    }

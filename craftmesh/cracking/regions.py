@@ -1,0 +1,116 @@
+"""The grain of each region of a crack patch: from the traces around it, else from the nearest facet."""
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from craftmesh.connectivity import facet_edges
+
+
+def regions_of(triangles, fixed) -> np.ndarray:
+    """Return the region number (t,) of each patch triangle: joined across edges that are not fixed."""
+    directed = facet_edges(triangles)
+    low, high = directed.min(axis=1), directed.max(axis=1)
+    key = low * (high.max() + 1) + high
+    free = np.flatnonzero(~fixed.ravel())
+    free = free[np.argsort(key[free], kind="stable")]
+    same = key[free][1:] == key[free][:-1]
+    a, b = free[:-1][same] // 3, free[1:][same] // 3
+    graph = coo_matrix((np.ones(len(a)), (a, b)), shape=(len(triangles), len(triangles)))
+    return connected_components(graph, directed=False)[1].astype(np.int64)
+
+
+def labels_of_regions(points, triangles, region, facets, sides) -> np.ndarray:
+    """Return the label (r,) of each region of the patch.
+
+    At each trace edge the facet next to the patch around the edge tells the label on its side; the
+    region takes what most of its edge length tells. Regions without a trace are found by rays.
+    """
+    count = int(region.max()) + 1
+    owner, label, weight = _votes(points, triangles, region, facets, sides)
+    labels = np.zeros(count, np.int64)
+    known = np.zeros(count, bool)
+    if len(owner):
+        names, index = np.unique(label, return_inverse=True)
+        tally = np.zeros((count, len(names)))
+        np.add.at(tally, (owner, index), weight)
+        known = tally.max(axis=1) > 0
+        labels[known] = names[np.argmax(tally[known], axis=1)]
+    for lost in np.flatnonzero(~known).tolist():
+        members = np.flatnonzero(region == lost)
+        labels[lost] = _label_by_rays(points, points[triangles[members]].mean(axis=1), facets, sides)
+    return labels
+
+
+def _votes(points, triangles, region, facets, sides):
+    """Return region, label and weight for every patch triangle that has facets on one of its edges."""
+    stride = np.int64(len(points) + 1)
+    mine, theirs = facet_edges(triangles), facet_edges(facets)
+    on_patch = np.zeros(len(points), bool)
+    on_patch[triangles] = True
+    near = np.flatnonzero(on_patch[theirs].all(axis=1))
+    key_mine = mine.min(axis=1) * stride + mine.max(axis=1)
+    key_theirs = theirs[near].min(axis=1) * stride + theirs[near].max(axis=1)
+    order = np.argsort(key_theirs, kind="stable")
+    near, key_theirs = near[order], key_theirs[order]
+    begin, end = np.searchsorted(key_theirs, key_mine), np.searchsorted(key_theirs, key_mine, side="right")
+    rows = np.repeat(np.arange(len(mine)), end - begin)
+    offset = np.arange(len(rows)) - np.repeat(np.cumsum(end - begin) - (end - begin), end - begin)
+    wing = near[begin[rows] + offset]
+    angle, same_way = _angle_around(points, mine, triangles, rows, theirs, wing, facets)
+    order = np.lexsort([angle, rows])
+    rows, wing, angle, same_way = rows[order], wing[order], angle[order], same_way[order]
+    first = np.concatenate([[True], rows[1:] != rows[:-1]]) if len(rows) else np.zeros(0, bool)
+    rows, wing, angle, same_way = rows[first], wing[first], angle[first], same_way[first]
+    # Turning from the patch about its edge, a facet that runs along the edge the same way as the patch
+    # is met from behind, any other from ahead.
+    label = np.where(same_way, sides[wing // 3, 0], sides[wing // 3, 1])
+    length = np.linalg.norm(points[mine[rows, 1]] - points[mine[rows, 0]], axis=1)
+    return region[rows // 3], label, length * np.minimum(np.abs(np.sin(angle)) + 1e-3, 1)
+
+
+def _angle_around(points, mine, triangles, rows, theirs, wing, facets):
+    """Return the angle 0..2 pi from the patch triangle to each facet about the shared edge (right-handed)."""
+    a, b = mine[rows, 0], mine[rows, 1]
+    axis = points[b] - points[a]
+    axis /= np.linalg.norm(axis, axis=1)[:, None]
+    apex = triangles[rows // 3, (rows % 3 + 2) % 3]
+    across = facets[wing // 3, (wing % 3 + 2) % 3]
+    x = _perpendicular(points[apex] - points[a], axis)
+    y = np.cross(axis, x)
+    d = points[across] - points[a]
+    angle = np.arctan2(np.einsum("ij,ij->i", d, y), np.einsum("ij,ij->i", d, x))
+    return np.where(angle < -1e-9, angle + 2 * np.pi, np.maximum(angle, 0.0)), theirs[wing, 0] == a
+
+
+def _perpendicular(vectors, axis) -> np.ndarray:
+    vectors = vectors - np.einsum("ij,ij->i", vectors, axis)[:, None] * axis
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)[:, None]
+
+
+def _label_by_rays(points, origins, facets, sides) -> int:
+    """Return the label that most of nine rays from a region's triangles meet first."""
+    directions = np.array([[0.9, 0.31, 0.17], [-0.23, 0.87, 0.41], [0.37, -0.19, 0.91]])
+    chosen = origins[np.unique(np.linspace(0, len(origins) - 1, 3).astype(int))]
+    found = [_first_label(points, o, d, facets, sides) for o in chosen for d in directions]
+    labels, count = np.unique(found, return_counts=True)
+    return int(labels[np.argmax(count)])
+
+
+def _first_label(points, origin, direction, facets, sides) -> int:
+    """Return the label before the first facet that a ray meets, 0 where it meets none."""
+    a = points[facets[:, 0]]
+    u, v = points[facets[:, 1]] - a, points[facets[:, 2]] - a
+    p = np.cross(direction, v)
+    determinant = np.einsum("ij,ij->i", u, p)
+    with np.errstate(all="ignore"):
+        t = origin - a
+        s = np.einsum("ij,ij->i", t, p) / determinant
+        q = np.cross(t, u)
+        r = q @ direction / determinant
+        distance = np.einsum("ij,ij->i", v, q) / determinant
+    hit = np.flatnonzero((s >= 0) & (r >= 0) & (s + r <= 1) & (distance > 0))
+    if not len(hit):
+        return 0
+    nearest = hit[np.argmin(distance[hit])]
+    return int(sides[nearest, 1] if determinant[nearest] > 0 else sides[nearest, 0])
