@@ -1,0 +1,118 @@
+"""Gradation of a surface mesh to the sizing function (paper, sections 2.2-2.5), and its cleaning."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.gradation.cleaning import clean_facets, split_ears
+from craftmesh.gradation.passes import (
+    Limits,
+    Workshop,
+    collapse_short,
+    even_lines,
+    filled_grid,
+    slide_all,
+    split_long,
+    swap_all,
+)
+from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
+from craftmesh.gradation.report import gradation_report
+from craftmesh.gradation.state import make_state, surface_of
+from craftmesh.options import option
+from craftmesh.progress import silent
+from craftmesh.sizing import Sizing
+from craftmesh.types import Surface
+
+
+@dataclass(frozen=True)
+class GradateOptions:
+    """How far the gradation may go from the input surface, and what is done before and after it."""
+
+    normal_tolerance: float = option(40.0, "largest turn of a facet's normal from the input's", "degree")
+    distance_tolerance: float = option(0.15, "largest distance of input vertices over the target length")
+    crack_tolerance: float = option(0.04, "the same on the crack, over l_min")
+    volume_tolerance: float = option(0.02, "largest relative change of a grain's volume")
+    collapse_ratio: float = option(0.75, "edges under this ratio to their target are collapsed")
+    split_ratio: float = option(1.4, "edges over this ratio to their target are split, none longer is made")
+    passes: int = option(4, "rounds of collapse, swap and split")
+    cleaning_passes: int = option(8, "rounds of needle and cap removal after the gradation")
+    cleaning_angle: float = option(30.0, "angle towards which the cleaning raises the facets", "degree")
+    remove_unnecessary_nodes: bool = option(True, "first remove vertices of three facets (section 2.2)")
+    junction_smoothing: int = option(0, "iterations of sawtooth smoothing of junctions first (Eq. 1)")
+
+    def __post_init__(self):
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if not np.isfinite(value) or value < 0:
+                raise CraftmeshError(f"{item.name} is {value}; expected a finite number >= 0")
+        if not 0 < self.normal_tolerance < 90:
+            raise CraftmeshError(f"normal_tolerance is {self.normal_tolerance}; expected 0 < degrees < 90")
+        if not self.collapse_ratio < 1 < self.split_ratio:
+            raise CraftmeshError(
+                f"collapse_ratio is {self.collapse_ratio} and split_ratio {self.split_ratio}; "
+                "expected collapse_ratio < 1 < split_ratio"
+            )
+
+
+def gradate(
+    surface: Surface,
+    sizing: Sizing,
+    options: GradateOptions | None = None,
+    progress: Callable[[float, str], None] = silent,
+) -> tuple[Surface, dict]:
+    """Return `surface` with edges as long as `sizing` asks, and a report.
+
+    Junction lines, box planes, crack and front stay what and where they are, every grain stays closed
+    and keeps its topology, and no step makes facets intersect. The report counts operations and
+    refusals and holds size adherence, angles, drift of volumes and the facets left under 12 degrees.
+    Raises CraftmeshError on a surface without facets.
+    """
+    options = options or GradateOptions()
+    if not len(surface.facets):
+        raise CraftmeshError("the surface has no facets; expected at least one to gradate")
+    progress(0.0, "preprocess")
+    source = surface
+    removed = 0
+    if options.remove_unnecessary_nodes:
+        surface, removed = remove_unnecessary_nodes(surface)
+    surface, smoothed = smooth_junctions(surface, options.junction_smoothing)
+    state = make_state(surface, sizing.at(surface.points))
+    shop = Workshop(state, filled_grid(state), {"unnecessary nodes": removed, "smoothed nodes": smoothed})
+    limits = _limits(options, sizing)
+    for n in range(options.passes):
+        progress(0.05 + 0.7 * n / options.passes, f"gradate, round {n + 1} of {options.passes}")
+        _round(shop, sizing, limits)
+    progress(0.75, "clean")
+    clean_facets(shop, sizing, limits, options.cleaning_passes, options.cleaning_angle)
+    split_ears(shop, limits)
+    result = surface_of(shop.state, surface)
+    progress(1.0, "done")
+    return result, gradation_report(shop, source, result, sizing)
+
+
+def _limits(options: GradateOptions, sizing: Sizing) -> Limits:
+    return Limits(
+        collapse=float(options.collapse_ratio),
+        split=float(options.split_ratio),
+        longest=float(options.split_ratio),
+        floor=1.0,
+        gain=0.0,
+        cosine=float(np.cos(np.radians(options.normal_tolerance))),
+        distance=float(options.distance_tolerance),
+        crack_distance=float(options.crack_tolerance * sizing.l_min),
+        drift=float(options.volume_tolerance),
+        merge_points=False,
+    )
+
+
+def _round(shop: Workshop, sizing: Sizing, limits: Limits) -> None:
+    shop.set_sizes(sizing)
+    collapse_short(shop, limits)
+    swap_all(shop, limits)
+    shop.set_sizes(sizing)
+    split_long(shop, limits, 1.0)
+    swap_all(shop, limits)
+    even_lines(shop, limits)
+    slide_all(shop, limits, 2.0)

@@ -1,0 +1,1 @@
+"""Parts of the gradation: working arrays, passes, preprocessing, cleaning and the report."""

@@ -1,0 +1,72 @@
+"""Cleaning after the gradation: needles and caps go by collapse, swap and sliding; ears are split."""
+
+import numpy as np
+
+from craftmesh.gradation.passes import Limits, Workshop, relative_lengths, slide_all, swap_all
+from craftmesh.gradation.state import ON_FRONT
+from craftmesh.kernels.collapse import collapse_pass
+from craftmesh.kernels.facet_shape import LEAST_ANGLE
+from craftmesh.kernels.split import split_pass
+from craftmesh.measure import facet_angles
+
+POOR_ANGLE = 12.0
+SHORT = 0.5
+
+
+def clean_facets(shop: Workshop, sizing, limits: Limits, rounds: int, goal: float) -> None:
+    """Raise facet angles towards `goal` degrees in `rounds` of collapse, swap and slide."""
+    score = (1 - np.cos(np.radians(goal))) / (1 - np.cos(np.radians(LEAST_ANGLE)))
+    for n in range(rounds):
+        shop.set_sizes(sizing)
+        loose = _loosened(limits, n, rounds)
+        done = collapse_poor(shop, loose, goal)
+        done += swap_all(shop, loose, 2)
+        done += slide_all(shop, loose._replace(longest=1.2 * limits.longest), score)
+        if not done:
+            break
+
+
+def _loosened(limits: Limits, n: int, rounds: int) -> Limits:
+    """Return the limits of round `n`: the later, the longer an edge and the further a normal may go."""
+    late = n >= rounds // 2
+    return limits._replace(
+        collapse=9.0,
+        longest=limits.longest * (1.4 if late else 1.2),
+        gain=1e-3,
+        cosine=np.cos(np.arccos(limits.cosine) * (1.5 if late else 1.0)),
+        merge_points=late,
+    )
+
+
+def collapse_poor(shop: Workshop, limits: Limits, goal: float) -> int:
+    """Collapse the shortest edges of facets under `goal` degrees where these are needles or short."""
+    state = shop.state
+    living = np.flatnonzero(state.alive[: state.used[1]])
+    facets = state.facets[living]
+    angles = facet_angles(state.points, facets)
+    smallest = angles.argmin(1)
+    worst = angles[np.arange(len(facets)), smallest]
+    rows = np.arange(len(facets))
+    edges = np.stack([facets[rows, (smallest + 1) % 3], facets[rows, (smallest + 2) % 3]], axis=1)
+    ratio = relative_lengths(state, edges)
+    chosen = np.flatnonzero((worst < goal) & ((ratio < SHORT) | (worst < POOR_ANGLE)))
+    order = chosen[np.argsort(worst[chosen], kind="stable")]
+    return shop.repeat("cleaning collapses", collapse_pass, len(order), limits, edges, order, ())
+
+
+def ear_edges(shop: Workshop) -> np.ndarray:
+    """Return the crack edges (k, 2), other than front edges, that join two front vertices."""
+    state = shop.state
+    living = np.flatnonzero(state.alive[: state.used[1]] & state.patch_crack[state.patch[: state.used[1]]])
+    facets = state.facets[living]
+    pairs = facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    on_front = (state.flags[pairs] & ON_FRONT).all(1)
+    pairs, count = np.unique(np.sort(pairs[on_front], axis=1), axis=0, return_counts=True)
+    return pairs[count > 1]
+
+
+def split_ears(shop: Workshop, limits: Limits) -> int:
+    """Split crack edges that join two front vertices, so that every crack facet can open."""
+    edges = ear_edges(shop)
+    free = limits._replace(split=0.0, floor=0.0)
+    return shop.repeat("split ears", split_pass, len(edges), free, edges, np.arange(len(edges)), (0.0,))

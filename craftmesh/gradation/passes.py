@@ -1,0 +1,133 @@
+"""Passes of the gradation over all edges or vertices, with arrays that grow as they need to."""
+
+from collections import namedtuple
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.gradation.state import State, grown
+from craftmesh.kernels.collapse import collapse_pass
+from craftmesh.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
+from craftmesh.kernels.rings import list_edges
+from craftmesh.kernels.slide import even_lines_pass, slide_pass
+from craftmesh.kernels.split import split_pass
+from craftmesh.kernels.swap import swap_pass
+
+# collapse, split: bounds of length over target; longest: of new edges; floor, gain: least angle score
+# and the rise asked of poorer ones; cosine: of the normal tolerance; distance: to the input over the
+# target length; crack_distance: in lengths; drift: of volumes; merge_points: junction points may merge.
+Limits = namedtuple(
+    "Limits", "collapse split longest floor gain cosine distance crack_distance drift merge_points"
+)
+
+
+@dataclass
+class Workshop:
+    """The state and its grid, with the counts of what was done; passes replace both as they grow."""
+
+    state: State
+    grid: FacetGrid
+    done: dict
+
+    def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return edges (e, 2), whether each is a feature, and its length over its target."""
+        s = self.state
+        edges, feature = list_edges(
+            s.facets, s.patch, s.first, s.after, s.rank, s.used[0], s.used[1], s.stamp, s.clock
+        )
+        return edges, feature, relative_lengths(s, edges)
+
+    def set_sizes(self, sizing) -> None:
+        """Set the target lengths of all living vertices from the sizing."""
+        living = np.flatnonzero(self.state.first[: self.state.used[0]] >= 0)
+        self.state.size[living] = sizing.at(self.state.points[living])
+
+    def repeat(self, name: str, kernel, count: int, *arguments) -> int:
+        """Run a pass kernel up to item `count`, making room whenever it stops short; return its work."""
+        start, total = 0, 0
+        while True:
+            start, done = kernel(self.state, self.grid, *arguments[:-1], start, *arguments[-1])
+            total += done
+            if start >= count:
+                break
+            self.make_room()
+        self.done[name] = self.done.get(name, 0) + total
+        return total
+
+    def make_room(self) -> None:
+        """Refresh the grid and lengthen whatever is nearly full."""
+        m = int(self.state.alive.sum())
+        self.state = grown(self.state, max(1000, m // 4), max(4000, m // 2))
+        self.grid = filled_grid(self.state)
+
+
+def relative_lengths(state: State, edges: np.ndarray) -> np.ndarray:
+    """Return the lengths of `edges` (e, 2) over the mean target of their ends."""
+    span = state.points[edges[:, 1]] - state.points[edges[:, 0]]
+    return np.sqrt(np.einsum("ij,ij->i", span, span)) / (0.5 * state.size[edges].sum(axis=1))
+
+
+def filled_grid(state: State) -> FacetGrid:
+    """Return a grid of the living facets with room for changes; cells of two mean edges."""
+    m = int(state.used[1])
+    living = np.flatnonzero(state.alive[:m])
+    if not len(living):
+        raise CraftmeshError("the surface has no facets; expected at least one to gradate")
+    corners = state.points[state.facets[living]]
+    edge = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
+    used = state.points[np.unique(state.facets[living])]
+    items = 12 * len(living) + 2 * ROOM_PER_STEP
+    grid = make_grid(used, max(2.0 * float(edge.mean()), 1e-300), items)
+    while not fill_grid(grid, state.points, state.facets, state.alive, m) or (
+        grid.used[0] + 2 * ROOM_PER_STEP > len(grid.facet)
+    ):
+        items *= 2
+        grid = make_grid(used, max(2.0 * float(edge.mean()), 1e-300), items)
+    return grid
+
+
+def collapse_short(shop: Workshop, limits: Limits) -> int:
+    """Collapse edges under limits.collapse of their target: junction lines first, shortest first."""
+    total = 0
+    for lines in (True, False):
+        edges, feature, ratio = shop.edges()
+        chosen = np.flatnonzero((feature == lines) & (ratio < limits.collapse))
+        order = chosen[np.argsort(ratio[chosen], kind="stable")]
+        name = "collapsed junction edges" if lines else "collapsed regular edges"
+        total += shop.repeat(name, collapse_pass, len(order), limits, edges, order, ())
+    return total
+
+
+def split_long(shop: Workshop, limits: Limits, share: float) -> int:
+    """Split edges over limits.split of their target, longest first."""
+    edges, _, ratio = shop.edges()
+    chosen = np.flatnonzero(ratio > limits.split)
+    order = chosen[np.argsort(-ratio[chosen], kind="stable")]
+    return shop.repeat("split edges", split_pass, len(order), limits, edges, order, (share,))
+
+
+def swap_all(shop: Workshop, limits: Limits, times: int = 3) -> int:
+    """Swap edges inside patches until few gain."""
+    total = 0
+    for _ in range(times):
+        edges, feature, _ = shop.edges()
+        edges = edges[~feature]
+        done = shop.repeat("swapped edges", swap_pass, len(edges), limits, edges, ())
+        total += done
+        if done <= len(edges) // 1000:
+            break
+    return total
+
+
+def slide_all(shop: Workshop, limits: Limits, goal: float) -> int:
+    """Slide vertices whose facets score under `goal`."""
+    order = np.flatnonzero(shop.state.first[: shop.state.used[0]] >= 0)
+    return shop.repeat("slid vertices", slide_pass, len(order), limits, order, (goal,))
+
+
+def even_lines(shop: Workshop, limits: Limits) -> int:
+    """Even out the edges along junction lines and crack fronts."""
+    s = shop.state
+    order = np.flatnonzero((s.first[: s.used[0]] >= 0) & (s.rank[: s.used[0]] == 1))
+    return shop.repeat("slid line vertices", even_lines_pass, len(order), limits, order, ())

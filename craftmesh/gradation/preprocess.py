@@ -1,0 +1,109 @@
+"""Preprocessing of the input surface (paper, section 2.2): unnecessary nodes and sawtooth junctions."""
+
+import numpy as np
+
+from craftmesh.connectivity import compact, unique_edges
+from craftmesh.gradation.state import ON_CRACK, oriented, patch_ids, vertex_flags
+from craftmesh.kernels.rings import classify, link_all
+from craftmesh.kernels.triangles import intersecting_pairs
+from craftmesh.measure import area_vectors
+from craftmesh.types import Surface
+
+
+def remove_unnecessary_nodes(surface: Surface) -> tuple[Surface, int]:
+    """Replace each vertex of three neighbours and three facets by one facet; return how many went.
+
+    All three facets must be of one patch, and the new facet must not fold or exist already.
+    """
+    facets, sides = oriented(surface)
+    facets = facets.astype(np.int64)
+    patch, _ = patch_ids(sides, surface.kind)
+    count = np.bincount(facets.ravel(), minlength=len(surface.points))
+    corner_order = np.argsort(facets.ravel(), kind="stable")
+    start = np.concatenate([[0], np.cumsum(count)])
+    near = np.isin(facets, facets[count[facets].min(1) == 3]).any(1)
+    present = {tuple(f) for f in np.sort(facets[near], axis=1)}
+    alive = np.ones(len(facets), bool)
+    removed = 0
+    for v in np.flatnonzero(count == 3):
+        three = corner_order[start[v] : start[v + 1]] // 3
+        new = _lid(surface.points, facets, patch, alive, three, v, present)
+        if new is not None:
+            facets[three[0]] = new
+            alive[three[1:]] = False
+            removed += 1
+    points, facets, _ = compact(surface.points, facets[alive])
+    return Surface(points, facets, sides[alive], surface.kind[alive]), removed
+
+
+def _lid(points, facets, patch, alive, three, v, present) -> np.ndarray | None:
+    """Return the facet that can stand for the facets `three` around `v`, or None."""
+    if not alive[three].all() or len(set(patch[three])) > 1 or (facets[three] == v).sum() != 3:
+        return None
+    turned = [np.roll(facets[f], -int(np.flatnonzero(facets[f] == v)[0])) for f in three]
+    following = {int(t[1]): int(t[2]) for t in turned}
+    a = int(turned[0][1])
+    b = following.get(a, -1)
+    c = following.get(b, -1)
+    if len(following) != 3 or following.get(c, -1) != a:
+        return None
+    new = np.array([a, b, c])
+    if tuple(np.sort(new)) in present:
+        return None
+    normal = area_vectors(points, new[None])[0]
+    if (area_vectors(points, facets[three]) @ normal <= 0).any():
+        return None
+    present.add(tuple(np.sort(new)))
+    return new
+
+
+def smooth_junctions(surface: Surface, iterations: int) -> tuple[Surface, int]:
+    """Smooth junction lines by Eq. 1, `iterations` times; return how many nodes moved for good.
+
+    Nodes inside the material lines, on the box's faces along these, none on the crack or at junction
+    points. Nodes of facets that come to intersect go back to where they were.
+    """
+    if not iterations:
+        return surface, 0
+    nodes, before, after = _line_neighbours(surface)
+    points = surface.points.copy()
+    known = {tuple(p) for p in intersecting_pairs(points, surface.facets)}
+    for _ in range(int(iterations)):
+        points[nodes] = 0.25 * (points[before] + points[after]) + 0.5 * points[nodes]
+    moved = np.zeros(len(points), bool)
+    moved[nodes] = True
+    while True:
+        pairs = [p for p in intersecting_pairs(points, surface.facets) if tuple(p) not in known]
+        back = np.zeros(len(points), bool)
+        back[surface.facets[np.array(pairs, np.int64).reshape(-1)]] = True
+        back &= moved
+        if not back.any():
+            break
+        points[back] = surface.points[back]
+        moved &= ~back
+    return Surface(points, surface.facets, surface.sides, surface.kind), int(moved.sum())
+
+
+def _line_neighbours(surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the free junction-line vertices and their two neighbours on the line."""
+    facets, sides = oriented(surface)
+    facets = facets.astype(np.int64)
+    patch, _ = patch_ids(sides, surface.kind)
+    n, m = len(surface.points), len(facets)
+    first, after = np.full(n, -1, np.int64), np.full(3 * m, -1, np.int64)
+    rank, stamp, clock = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(2, np.int64)
+    link_all(facets, np.ones(m, bool), m, first, after)
+    classify(facets, patch, first, after, n, rank, stamp, clock)
+    edges, of_corner, count = unique_edges(facets)
+    low, high = np.full(len(edges), m), np.full(len(edges), -1)
+    np.minimum.at(low, of_corner, patch[:, None])
+    np.maximum.at(high, of_corner, patch[:, None])
+    lines = edges[(count != 2) | (low != high)]
+    both = np.concatenate([lines, lines[:, ::-1]])
+    both = both[np.lexsort((both[:, 1], both[:, 0]))]
+    flags = vertex_flags(surface)
+    free = (rank == 1) & ((flags & ON_CRACK) == 0)
+    rows = both[free[both[:, 0]]].reshape(-1, 2, 2)
+    node, ends = rows[:, 0, 0], rows[:, :, 1]
+    same_plane = ((flags[ends] & flags[node][:, None]) == flags[node][:, None]).all(1)
+    return node[same_plane], ends[same_plane, 0], ends[same_plane, 1]

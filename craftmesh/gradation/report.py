@@ -1,0 +1,86 @@
+"""What a gradation did and how well the result keeps sizes, angles and volumes."""
+
+import numpy as np
+
+from craftmesh.connectivity import unique_edges
+from craftmesh.gradation.passes import Workshop
+from craftmesh.gradation.state import REFUSALS, front_edges, oriented, patch_ids
+from craftmesh.measure import facet_angles, side_volumes
+from craftmesh.sizing import Sizing
+from craftmesh.types import Surface
+
+NEEDLE_ANGLE = 12.0
+
+
+def gradation_report(shop: Workshop, source: Surface, result: Surface, sizing: Sizing) -> dict:
+    """Return counts, refusals, size adherence, angles and drift as JSON-able numbers."""
+    angles = facet_angles(result.points, result.facets)
+    return {
+        "facets": [len(source.facets), len(result.facets)],
+        "operations": {k: int(v) for k, v in shop.done.items()},
+        "refusals": {k: int(v) for k, v in zip(REFUSALS, shop.state.refused)},
+        "adherence": size_adherence(result, sizing),
+        "smallest angle": float(angles.min()),
+        "largest angle": float(angles.max()),
+        "facets under 12 degrees": int((angles.min(1) < NEEDLE_ANGLE).sum()),
+        "facets under 3 degrees": int((angles.min(1) < 3).sum()),
+        "facets over 135 degrees": int((angles.max(1) > 135).sum()),
+        "left": _left_over(result, angles),
+        "drift": volume_drift(source, result),
+    }
+
+
+def size_adherence(surface: Surface, sizing: Sizing) -> dict:
+    """Return 5, 50 and 95% of length over target for regular edges far off, junctions and fronts."""
+    _, sides = oriented(surface)
+    patch, _ = patch_ids(sides, surface.kind)
+    edges, of_corner, count = unique_edges(surface.facets)
+    low, high = np.full(len(edges), len(patch)), np.full(len(edges), -1)
+    np.minimum.at(low, of_corner, patch[:, None])
+    np.maximum.at(high, of_corner, patch[:, None])
+    feature = (count != 2) | (low != high)
+    lone = front_edges(surface)
+    width = len(surface.points) + 1
+    front = np.isin(edges[:, 0] * width + edges[:, 1], lone[:, 0] * width + lone[:, 1])
+    target = sizing.at(surface.points)[edges].mean(1)
+    ratio = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1) / target
+    far = target > 0.95 * sizing.l_max
+    groups = {
+        "regular": ~feature,
+        "regular far": ~feature & far,
+        "junction": feature & ~front,
+        "junction far": feature & far & ~front,
+        "front": front,
+    }
+    return {k: _percentiles(ratio[chosen]) for k, chosen in groups.items()}
+
+
+def _percentiles(values: np.ndarray) -> list[float]:
+    return [round(float(v), 4) for v in np.percentile(values, (5, 50, 95))] if len(values) else []
+
+
+def volume_drift(source: Surface, result: Surface) -> dict:
+    """Return the mean and the largest relative change of volume over the grains, and where it is."""
+    before = side_volumes(source.points, source.facets, source.sides)
+    after = side_volumes(result.points, result.facets, result.sides)
+    drift = {k: abs(after.get(k, 0.0) / v - 1) if v else 0.0 for k, v in before.items()}
+    if not drift:
+        return {"mean": 0.0, "max": 0.0, "grain": 0}
+    worst = max(drift, key=drift.get)
+    return {"mean": float(np.mean(list(drift.values()))), "max": drift[worst], "grain": worst}
+
+
+def _left_over(result: Surface, angles: np.ndarray) -> list[dict]:
+    """Return the facets under 12 degrees with their grains, the worst first."""
+    smallest = angles.min(1)
+    poor = np.flatnonzero(smallest < NEEDLE_ANGLE)
+    poor = poor[np.argsort(smallest[poor], kind="stable")]
+    return [
+        {
+            "facet": int(f),
+            "angle": round(float(smallest[f]), 2),
+            "sides": result.sides[f].tolist(),
+            "centre": [round(float(x), 6) for x in result.points[result.facets[f]].mean(0)],
+        }
+        for f in poor
+    ]

@@ -1,0 +1,417 @@
+"""Edge collapse on multi-material surfaces: checks first, each with its reason, then the change."""
+
+import numpy as np
+from numba import njit
+
+from craftmesh.kernels.cones import add_cone, book_drift, drift_allows, volume_shift
+from craftmesh.kernels.facet_grid import has_room, insert_facet, star_intersects
+from craftmesh.kernels.facet_shape import angle_score, area_vector, squared_distance
+from craftmesh.kernels.rings import edge_facets, has_corner, is_feature, link_corner, unlink_corner
+from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
+
+ON_CRACK = 64
+ON_FRONT = 128
+DONE = -1
+# Reasons of refusal, in the order of craftmesh.gradation.state.REFUSALS.
+JUNCTION, CONSTRAINT, LINK, JUNCTION_TRIANGLE, CONTACT = range(5)
+ANGLE, NORMAL, LENGTH, DISTANCE, VOLUME, EAR, HIT = range(5, 12)
+
+# Which end of an edge may move: neither, the second onto the first, the first onto the second, both.
+NEITHER, ONTO_A, ONTO_B, EITHER = range(4)
+
+
+@njit(cache=True)
+def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
+    """Return which end of an edge may give way, and on NEITHER the reason.
+
+    The end of higher rank stays; between ends of one rank the one with more box planes stays.
+    """
+    if rank_a > 0 and rank_b > 0 and not feature:
+        return NEITHER, JUNCTION
+    if rank_a == 2 and rank_b == 2 and not merge_points:
+        return NEITHER, JUNCTION
+    a_covers_b = (flags_a & flags_b) == flags_b
+    b_covers_a = (flags_a & flags_b) == flags_a
+    onto_a = rank_a >= rank_b and a_covers_b
+    onto_b = rank_b >= rank_a and b_covers_a
+    if onto_a and onto_b:
+        return EITHER, DONE
+    if onto_a:
+        return ONTO_A, DONE
+    if onto_b:
+        return ONTO_B, DONE
+    return NEITHER, CONSTRAINT
+
+
+@njit(cache=True)
+def link_refusal(state, a, b):
+    """Return why merging (a, b) would change the topology, or DONE.
+
+    Vertices joined to both ends must be corners of facets on the edge (link condition), and none of
+    these may be joined to both by feature edges, or two junction lines would fall into one.
+    """
+    facets, first, after, stamp = state.facets, state.first, state.after, state.stamp
+    mark = state.clock[0] + 1
+    state.clock[0] += 2
+    c = first[a]
+    while c >= 0:
+        stamp[facets[c // 3, (c + 1) % 3]] = mark
+        stamp[facets[c // 3, (c + 2) % 3]] = mark
+        c = after[c]
+    shared = 0
+    c = first[b]
+    while c >= 0:
+        f = c // 3
+        if has_corner(facets, f, a):
+            shared += 1
+            u = facets[f, 0] + facets[f, 1] + facets[f, 2] - a - b
+            if stamp[u] == mark + 1:
+                return LINK
+            stamp[u] = mark + 1
+            if (
+                state.rank[u] > 0
+                and state.rank[a] > 0
+                and state.rank[b] > 0
+                and is_feature(facets, state.patch, first, after, a, u)
+                and is_feature(facets, state.patch, first, after, b, u)
+            ):
+                return JUNCTION_TRIANGLE
+        c = after[c]
+    if shared == 0:
+        return LINK
+    c = first[b]
+    while c >= 0:
+        for i in range(1, 3):
+            u = facets[c // 3, (c + i) % 3]
+            if u != a and stamp[u] == mark:
+                return LINK
+        c = after[c]
+    if _twin_facet(state, a, b, mark + 1):
+        return LINK
+    return DONE
+
+
+@njit(cache=True)
+def _twin_facet(state, a, b, mark):
+    """Tell whether a facet at `a` and one at `b` would become the same facet."""
+    facets, stamp = state.facets, state.stamp
+    c = state.first[a]
+    while c >= 0:
+        u = facets[c // 3, (c + 1) % 3]
+        v = facets[c // 3, (c + 2) % 3]
+        if u != b and v != b and stamp[u] == mark and stamp[v] == mark:
+            d = state.first[b]
+            while d >= 0:
+                if has_corner(facets, d // 3, u) and has_corner(facets, d // 3, v):
+                    return True
+                d = state.after[d]
+        c = state.after[c]
+    return False
+
+
+@njit(cache=True)
+def _grains_touch(state, a, b):
+    """Tell whether a side that the edge does not bound has both ends, so that merging would pinch it."""
+    c = state.first[a]
+    while c >= 0:
+        for k in range(2):
+            side = state.patch_sides[state.patch[c // 3], k]
+            on_edge = False
+            on_b = False
+            d = state.first[b]
+            while d >= 0:
+                g = d // 3
+                both = state.patch_sides[state.patch[g]]
+                if both[0] == side or both[1] == side:
+                    on_b = True
+                    if has_corner(state.facets, g, a):
+                        on_edge = True
+                        break
+                d = state.after[d]
+            if on_b and not on_edge:
+                return True
+        c = state.after[c]
+    return False
+
+
+@njit(cache=True)
+def makes_ear(state, a, b):
+    """Tell whether moving `b` onto the front vertex `a` joins two front vertices by another crack edge."""
+    if not (state.flags[a] & ON_FRONT):
+        return False
+    c = state.first[b]
+    while c >= 0:
+        f = c // 3
+        if state.patch_crack[state.patch[f]] and not has_corner(state.facets, f, a):
+            for i in range(1, 3):
+                u = state.facets[f, (c + i) % 3]
+                if state.flags[u] & ON_FRONT:
+                    old, _, _ = edge_facets(state.facets, state.first, state.after, b, u)
+                    new, _, _ = edge_facets(state.facets, state.first, state.after, a, u)
+                    if old != 1 and new != 1:
+                        return True
+        c = state.after[c]
+    return False
+
+
+@njit(cache=True)
+def add_star(state, v, other, kept, count):
+    """Append the facets at `v` that do not hold `other`, with `v` read as `kept`; -1 when too many."""
+    c = state.first[v]
+    while c >= 0:
+        f = c // 3
+        if not has_corner(state.facets, f, other):
+            if count >= len(state.star):
+                return -1
+            state.star[count] = f
+            for i in range(3):
+                u = state.facets[f, i]
+                state.star_corners[count, i] = kept if u == v else u
+            count += 1
+        c = state.after[c]
+    return count
+
+
+@njit(cache=True)
+def _add_dying(state, a, b):
+    count = 0
+    c = state.first[b]
+    while c >= 0:
+        if has_corner(state.facets, c // 3, a):
+            if count >= len(state.dying):
+                return -1
+            state.dying[count] = c // 3
+            count += 1
+        c = state.after[c]
+    return count
+
+
+@njit(cache=True)
+def worst_score(state, moved, dying):
+    """Return the least angle score of the star's old facets."""
+    worst = np.inf
+    for i in range(moved):
+        a, b, c = state.facets[state.star[i]]
+        worst = min(worst, angle_score(state.points, a, b, c))
+    for i in range(dying):
+        a, b, c = state.facets[state.dying[i]]
+        worst = min(worst, angle_score(state.points, a, b, c))
+    return worst
+
+
+@njit(cache=True)
+def shape_refusal(state, moved, a, floor, cosine, longest):
+    """Return why the star's new facets are bad, or DONE: normals against the references, angles, lengths.
+
+    `a` already has its new place and `floor` is the least angle score.
+    """
+    points, size = state.points, state.size
+    for i in range(moved):
+        p, q, r = state.star_corners[i]
+        x, y, z = area_vector(points, p, q, r)
+        n = state.reference[state.star[i]]
+        length = np.sqrt(x * x + y * y + z * z)
+        if not x * n[0] + y * n[1] + z * n[2] >= cosine * length or length == 0.0:
+            return NORMAL
+        if angle_score(points, p, q, r) < floor:
+            return ANGLE
+        for k in range(3):
+            u = state.star_corners[i, k]
+            if u != a:
+                limit = longest * 0.5 * (size[a] + size[u])
+                if squared_distance(points, a, u) > limit * limit:
+                    return LENGTH
+    return DONE
+
+
+@njit(cache=True)
+def _collect_loose(state, moved, dying, a, b, halfway):
+    """List the witnesses that the collapse sets free, the ends' own homes among them."""
+    count = 0
+    for i in range(moved + dying):
+        count = collect(state, state.star[i] if i < moved else state.dying[i - moved], count)
+        if count == TOO_MANY:
+            return TOO_MANY
+    for end in (a, b):
+        if end < len(state.home) and not state.is_witness[end] and (halfway or end == b):
+            state.loose[count] = end
+            state.loose_facet[count] = state.dying[0]
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def grain_cones(state, moved, dying, place):
+    """Fill the grains' rows with the cones from `place` over the star's old facets."""
+    count = 0
+    for i in range(moved):
+        count = add_cone(state, state.star[i], place, 1.0, count)
+    for i in range(dying):
+        count = add_cone(state, state.dying[i], place, 1.0, count)
+    return count
+
+
+@njit(cache=True)
+def _new_place(state, a, b, moved, dying, place):
+    """Set `place` to the middle of the edge, moved so that the grains keep their volumes."""
+    for k in range(3):
+        place[k] = 0.5 * (state.points[a, k] + state.points[b, k])
+    planes = state.flags[a]
+    shift = np.empty(3)
+    volume_shift(state, grain_cones(state, moved, dying, place), planes, shift)
+    reach = 0.3 * np.sqrt(squared_distance(state.points, a, b)) + 0.05 * state.size[a]
+    length = np.sqrt(shift[0] ** 2 + shift[1] ** 2 + shift[2] ** 2)
+    if length > reach:
+        shift *= reach / length
+    for k in range(3):
+        if (planes >> (2 * k)) & 3:
+            place[k] = state.points[a, k]
+        else:
+            place[k] += shift[k]
+
+
+@njit(cache=True)
+def merge(state, a, b, dying):
+    """Put the facets of `b` on `a` and take out the dying ones."""
+    facets, first, after = state.facets, state.first, state.after
+    for i in range(dying):
+        f = state.dying[i]
+        state.alive[f] = False
+        state.witness_first[f] = -1
+        for k in range(3):
+            unlink_corner(first, after, facets[f, k], 3 * f + k)
+    c = first[b]
+    while c >= 0:
+        following = after[c]
+        facets[c // 3, c % 3] = a
+        link_corner(first, after, a, c)
+        c = following
+    first[b] = -1
+    state.rank[a] = max(state.rank[a], state.rank[b])
+    state.flags[a] |= state.flags[b]
+
+
+@njit(cache=True)
+def collapse(state, grid, limits, a, b, halfway):
+    """Merge `b` into `a`, at a's place or halfway where the volumes are kept; return DONE or why not.
+
+    The link condition must hold already (link_refusal).
+    """
+    points = state.points
+    if makes_ear(state, a, b):
+        return EAR
+    dying = _add_dying(state, a, b)
+    moved = add_star(state, b, a, a, 0)
+    if halfway and moved >= 0:
+        moved = add_star(state, a, b, a, moved)
+    if dying < 0 or moved < 0:
+        return LINK
+    place = np.empty(3)
+    if halfway:
+        _new_place(state, a, b, moved, dying, place)
+    else:
+        place[:] = points[a]
+    floor = min(limits.floor, worst_score(state, moved, dying) + limits.gain)
+    before = points[a].copy()
+    size = state.size[a]
+    rows = grain_cones(state, moved, dying, place)
+    if not drift_allows(state, rows, limits.drift):
+        return VOLUME
+    points[a] = place
+    if halfway:
+        state.size[a] = 0.5 * (size + state.size[b])
+    reason = shape_refusal(state, moved, a, floor, limits.cosine, limits.longest)
+    loose = 0
+    if reason == DONE:
+        loose = _collect_loose(state, moved, dying, a, b, halfway)
+        total = moved if halfway else add_star(state, a, b, a, moved)
+        tolerance = limits.distance * state.size[a]
+        if loose == TOO_MANY or total < 0:
+            reason = DISTANCE
+        elif not find_new_homes(state, loose, total, tolerance, limits.crack_distance):
+            reason = DISTANCE
+    if reason == DONE and hits(state, grid, moved, dying):
+        reason = HIT
+    if reason != DONE:
+        points[a] = before
+        state.size[a] = size
+        return reason
+    book_drift(state, rows)
+    for i in range(moved):
+        state.witness_first[state.star[i]] = -1
+    merge(state, a, b, dying)
+    settle(state, loose)
+    for i in range(moved):
+        p, q, r = state.star_corners[i]
+        insert_facet(grid, points, state.star[i], p, q, r)
+    return DONE
+
+
+@njit(cache=True)
+def hits(state, grid, moved, dying):
+    """Tell whether the star's new facets meet each other or the rest of the surface."""
+    mark = state.clock[1] + 1
+    state.clock[1] += 2
+    for i in range(moved):
+        state.facet_stamp[state.star[i]] = mark + 1
+    for i in range(dying):
+        state.facet_stamp[state.dying[i]] = mark + 1
+    return star_intersects(
+        grid, state.points, state.facets, state.alive, state.facet_stamp, mark, state.star_corners, moved
+    )
+
+
+@njit(cache=True)
+def collapse_edge(state, grid, limits, a, b):
+    """Collapse edge (a, b) into the place that suits first: halfway, then either end."""
+    feature = (
+        state.rank[a] > 0
+        and state.rank[b] > 0
+        and is_feature(state.facets, state.patch, state.first, state.after, a, b)
+    )
+    ends, reason = movable_end(
+        state.rank[a], state.rank[b], state.flags[a], state.flags[b], feature, limits.merge_points
+    )
+    if ends == NEITHER:
+        return reason
+    reason = link_refusal(state, a, b)
+    if reason != DONE:
+        return reason
+    if state.rank[a] == 2 and state.rank[b] == 2:
+        if (state.flags[a] | state.flags[b]) & ON_CRACK or _grains_touch(state, a, b):
+            return CONTACT
+    if ends == EITHER and not (state.flags[a] & ON_CRACK):
+        reason = collapse(state, grid, limits, a, b, True)
+        if reason == DONE:
+            return DONE
+    if ends != ONTO_B:
+        reason = collapse(state, grid, limits, a, b, False)
+    if ends != ONTO_A and reason != DONE:
+        reason = collapse(state, grid, limits, b, a, False)
+    return reason
+
+
+@njit(cache=True)
+def collapse_pass(state, grid, limits, edges, order, start):
+    """Collapse edges under limits.collapse of their target, in `order` from `start` on.
+
+    Returns where it stopped (len(order), or earlier when the grid must be rebuilt) and how many it
+    collapsed.
+    """
+    done = 0
+    for n in range(start, len(order)):
+        if not has_room(grid):
+            return n, done
+        a = edges[order[n], 0]
+        b = edges[order[n], 1]
+        if state.first[a] < 0 or state.first[b] < 0:
+            continue
+        limit = limits.collapse * 0.5 * (state.size[a] + state.size[b])
+        if squared_distance(state.points, a, b) >= limit * limit:
+            continue
+        reason = collapse_edge(state, grid, limits, a, b)
+        if reason == DONE:
+            done += 1
+        else:
+            state.refused[reason] += 1
+    return len(order), done

@@ -1,0 +1,104 @@
+"""Volumes between a changing star of facets and a point, per grain: placement and drift."""
+
+import numpy as np
+from numba import njit
+
+from craftmesh.kernels.facet_shape import area_vector
+
+
+@njit(cache=True)
+def _slot_row(state, slot, count):
+    for i in range(count):
+        if state.near_slot[i] == slot:
+            return i, count
+    if count < len(state.near_slot):
+        state.near_slot[count] = slot
+        state.near_volume[count] = 0.0
+        state.near_area[count] = 0.0
+        return count, count + 1
+    return -1, count
+
+
+@njit(cache=True)
+def add_cone(state, f, place, sign, count):
+    """Add the cone from `place` (3,) over facet `f` to its grains' rows; return the number of rows."""
+    a, b, c = state.facets[f]
+    x, y, z = area_vector(state.points, a, b, c)
+    height = (
+        x * (state.points[a, 0] - place[0])
+        + y * (state.points[a, 1] - place[1])
+        + z * (state.points[a, 2] - place[2])
+    )
+    for k in range(2):
+        slot = state.patch_sides[state.patch[f], k]
+        if slot >= 0:
+            row, count = _slot_row(state, slot, count)
+            if row >= 0:
+                turn = sign if k == 0 else -sign
+                state.near_volume[row] += turn * height / 6.0
+                state.near_area[row, 0] += turn * x / 2.0
+                state.near_area[row, 1] += turn * y / 2.0
+                state.near_area[row, 2] += turn * z / 2.0
+    return count
+
+
+@njit(cache=True)
+def _solve(m, right, x):
+    """Set `x` (3,) to the solution of the symmetric, definite 3 x 3 system."""
+    c00 = m[1, 1] * m[2, 2] - m[1, 2] * m[2, 1]
+    c01 = m[1, 2] * m[2, 0] - m[1, 0] * m[2, 2]
+    c02 = m[1, 0] * m[2, 1] - m[1, 1] * m[2, 0]
+    c11 = m[0, 0] * m[2, 2] - m[0, 2] * m[2, 0]
+    c12 = m[0, 1] * m[2, 0] - m[0, 0] * m[2, 1]
+    c22 = m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]
+    determinant = m[0, 0] * c00 + m[0, 1] * c01 + m[0, 2] * c02
+    x[0] = (c00 * right[0] + c01 * right[1] + c02 * right[2]) / determinant
+    x[1] = (c01 * right[0] + c11 * right[1] + c12 * right[2]) / determinant
+    x[2] = (c02 * right[0] + c12 * right[1] + c22 * right[2]) / determinant
+
+
+@njit(cache=True)
+def volume_shift(state, count, planes, shift):
+    """Set `shift` (3,) to the smallest move of the cones' tip that keeps every grain's volume.
+
+    Coordinates fixed by the bits of the box `planes` do not move. Grains along a line of three
+    determine the move across it; inside a patch only the part along the normal is determined.
+    """
+    matrix = np.zeros((3, 3))
+    right = np.zeros(3)
+    for n in range(count):
+        for i in range(3):
+            if (planes >> (2 * i)) & 3:
+                state.near_area[n, i] = 0.0
+        for i in range(3):
+            right[i] += 3.0 * state.near_volume[n] * state.near_area[n, i]
+            for j in range(3):
+                matrix[i, j] += state.near_area[n, i] * state.near_area[n, j]
+    trace = matrix[0, 0] + matrix[1, 1] + matrix[2, 2]
+    shift[:] = 0.0
+    if trace <= 0.0:
+        return
+    for i in range(3):
+        matrix[i, i] += 0.01 * trace
+    _solve(matrix, right, shift)
+
+
+@njit(cache=True)
+def drift_allows(state, count, cap):
+    """Tell whether the volumes gained by the rows' grains keep every drift within `cap` of the volume.
+
+    A grain that is beyond the cap already may still come back toward its volume.
+    """
+    for n in range(count):
+        slot = state.near_slot[n]
+        after = abs(state.drift[slot] - state.near_volume[n])
+        if after > cap * state.volume[slot] and after > abs(state.drift[slot]):
+            return False
+    return True
+
+
+@njit(cache=True)
+def book_drift(state, count):
+    """Add the rows' volumes to the grains' drifts."""
+    for n in range(count):
+        state.drift[state.near_slot[n]] -= state.near_volume[n]

@@ -1,0 +1,192 @@
+"""A grid of facet lists that stays valid while facets change, for intersection tests inside kernels."""
+
+from collections import namedtuple
+
+import numpy as np
+from numba import njit
+
+from craftmesh.kernels.triangles import triangles_intersect
+
+# origin (3,), inverse cell size (1,), cells per axis (3,); first item per cell; facet and next item
+# per item; number of items used (1,); per candidate of the last query its facet and bounds.
+FacetGrid = namedtuple("FacetGrid", "origin scale dims first facet after used candidate bounds")
+ROOM_PER_STEP = 60000
+MOST_CELLS = 6_000_000
+
+
+def make_grid(points: np.ndarray, cell: float, items: int) -> FacetGrid:
+    """Return an empty grid over `points` with cells of about `cell` and room for `items` entries."""
+    low, high = points.min(0) - cell, points.max(0) + cell
+    while np.prod(np.ceil((high - low) / cell)) > MOST_CELLS:
+        cell *= 1.25
+    dims = np.ceil((high - low) / cell).astype(np.int64) + 1
+    return FacetGrid(
+        low,
+        np.array([1.0 / cell]),
+        dims,
+        np.full(int(dims.prod()), -1, np.int64),
+        np.empty(items, np.int64),
+        np.empty(items, np.int64),
+        np.zeros(1, np.int64),
+        np.empty(16384, np.int64),
+        np.empty((16384, 6)),
+    )
+
+
+@njit(cache=True)
+def has_room(grid):
+    """Tell whether one more operation surely fits into the grid's item lists."""
+    return grid.used[0] + ROOM_PER_STEP < len(grid.facet)
+
+
+@njit(cache=True)
+def _cell(x, axis, origin, scale, dims):
+    return max(0, min(dims[axis] - 1, np.int64((x - origin[axis]) * scale[0])))
+
+
+@njit(cache=True)
+def insert_facet(grid, points, f, a, b, c):
+    """Enter facet `f` with corners (a, b, c) into the cells that its bounds meet; False when full."""
+    low = np.empty(3, np.int64)
+    high = np.empty(3, np.int64)
+    for k in range(3):
+        p = points[a, k]
+        q = points[b, k]
+        r = points[c, k]
+        low[k] = _cell(min(p, q, r), k, grid.origin, grid.scale, grid.dims)
+        high[k] = _cell(max(p, q, r), k, grid.origin, grid.scale, grid.dims)
+    for i in range(low[0], high[0] + 1):
+        for j in range(low[1], high[1] + 1):
+            for k in range(low[2], high[2] + 1):
+                cell = (i * grid.dims[1] + j) * grid.dims[2] + k
+                if grid.first[cell] >= 0 and grid.facet[grid.first[cell]] == f:
+                    continue
+                item = grid.used[0]
+                if item >= len(grid.facet):
+                    return False
+                grid.facet[item] = f
+                grid.after[item] = grid.first[cell]
+                grid.first[cell] = item
+                grid.used[0] = item + 1
+    return True
+
+
+@njit(cache=True)
+def fill_grid(grid, points, facets, alive, facet_count):
+    """Empty the grid and enter all living facets; False when the item lists are too short."""
+    grid.first[:] = -1
+    grid.used[0] = 0
+    for f in range(facet_count):
+        if alive[f] and not insert_facet(grid, points, f, facets[f, 0], facets[f, 1], facets[f, 2]):
+            return False
+    return True
+
+
+@njit(cache=True)
+def _bounds(points, facets, f, bounds, row):
+    for axis in range(3):
+        p = points[facets[f, 0], axis]
+        q = points[facets[f, 1], axis]
+        r = points[facets[f, 2], axis]
+        bounds[row, 2 * axis] = min(p, q, r)
+        bounds[row, 2 * axis + 1] = max(p, q, r)
+
+
+@njit(cache=True)
+def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high):
+    """List the living, unmarked facets whose bounds meet the box; return their number, -1 if too many.
+
+    Facets with facet_stamp >= `mark` are passed over; listed ones get facet_stamp = mark.
+    """
+    origin, scale, dims = grid.origin, grid.scale, grid.dims
+    first, after, item_facet = grid.first, grid.after, grid.facet
+    candidate, bounds = grid.candidate, grid.bounds
+    i0 = _cell(low[0], 0, origin, scale, dims)
+    i1 = _cell(high[0], 0, origin, scale, dims)
+    j0 = _cell(low[1], 1, origin, scale, dims)
+    j1 = _cell(high[1], 1, origin, scale, dims)
+    k0 = _cell(low[2], 2, origin, scale, dims)
+    k1 = _cell(high[2], 2, origin, scale, dims)
+    count = 0
+    for i in range(i0, i1 + 1):
+        for j in range(j0, j1 + 1):
+            for k in range(k0, k1 + 1):
+                cell = (i * dims[1] + j) * dims[2] + k
+                last = -1
+                item = first[cell]
+                while item >= 0:
+                    f = item_facet[item]
+                    following = after[item]
+                    if not alive[f]:
+                        if last < 0:
+                            first[cell] = following
+                        else:
+                            after[last] = following
+                    else:
+                        last = item
+                        if facet_stamp[f] < mark:
+                            facet_stamp[f] = mark
+                            meets = True
+                            _bounds(points, facets, f, bounds, count)
+                            for axis in range(3):
+                                if bounds[count, 2 * axis] > high[axis]:
+                                    meets = False
+                                if bounds[count, 2 * axis + 1] < low[axis]:
+                                    meets = False
+                            if meets:
+                                candidate[count] = f
+                                count += 1
+                                if count >= len(candidate):
+                                    return -1
+                    item = following
+    return count
+
+
+@njit(cache=True)
+def _star_meets_itself(points, star, count):
+    for i in range(count):
+        for j in range(i):
+            if triangles_intersect(
+                points, star[i, 0], star[i, 1], star[i, 2], star[j, 0], star[j, 1], star[j, 2]
+            ):
+                return True
+    return False
+
+
+@njit(cache=True)
+def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count):
+    """Tell whether one of the new facets star[:count] (k, 3) meets another one or a facet in the grid.
+
+    Facets that the new ones replace must carry facet_stamp > `mark`.
+    """
+    low = np.full(3, np.inf)
+    high = np.full(3, -np.inf)
+    for i in range(count):
+        for j in range(3):
+            for axis in range(3):
+                low[axis] = min(low[axis], points[star[i, j], axis])
+                high[axis] = max(high[axis], points[star[i, j], axis])
+    near = gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high)
+    if near < 0:
+        return True
+    candidate, bounds = grid.candidate, grid.bounds
+    for i in range(count):
+        a = star[i, 0]
+        b = star[i, 1]
+        c = star[i, 2]
+        for axis in range(3):
+            low[axis] = min(points[a, axis], points[b, axis], points[c, axis])
+            high[axis] = max(points[a, axis], points[b, axis], points[c, axis])
+        for n in range(near):
+            if (
+                bounds[n, 0] <= high[0]
+                and bounds[n, 1] >= low[0]
+                and bounds[n, 2] <= high[1]
+                and bounds[n, 3] >= low[1]
+                and bounds[n, 4] <= high[2]
+                and bounds[n, 5] >= low[2]
+            ):
+                f = candidate[n]
+                if triangles_intersect(points, a, b, c, facets[f, 0], facets[f, 1], facets[f, 2]):
+                    return True
+    return _star_meets_itself(points, star, count)

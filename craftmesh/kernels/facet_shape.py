@@ -1,0 +1,103 @@
+"""Shape of single facets: normals, angle scores and distances, on points held by id."""
+
+import numpy as np
+from numba import njit
+
+LEAST_ANGLE = 15.0
+LARGEST_ANGLE = 135.0
+_LEAST = 1.0 - np.cos(np.radians(LEAST_ANGLE))
+_LARGEST = 1.0 + np.cos(np.radians(LARGEST_ANGLE))
+
+
+@njit(cache=True)
+def area_vector(points, a, b, c):
+    """Return the components of twice the area vector of facet (a, b, c)."""
+    ux = points[b, 0] - points[a, 0]
+    uy = points[b, 1] - points[a, 1]
+    uz = points[b, 2] - points[a, 2]
+    vx = points[c, 0] - points[a, 0]
+    vy = points[c, 1] - points[a, 1]
+    vz = points[c, 2] - points[a, 2]
+    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+
+
+@njit(cache=True)
+def squared_distance(points, a, b):
+    """Return the squared length of edge (a, b)."""
+    x = points[b, 0] - points[a, 0]
+    y = points[b, 1] - points[a, 1]
+    z = points[b, 2] - points[a, 2]
+    return x * x + y * y + z * z
+
+
+@njit(cache=True)
+def cosine_range(points, a, b, c):
+    """Return the cosines of the smallest and of the largest angle; 1 and -1 where degenerate."""
+    x = squared_distance(points, b, c)
+    y = squared_distance(points, a, c)
+    z = squared_distance(points, a, b)
+    if x > y:
+        x, y = y, x
+    if y > z:
+        y, z = z, y
+    if x > y:
+        x, y = y, x
+    if x <= 0.0:
+        return 1.0, -1.0
+    smallest = (y + z - x) / (2.0 * np.sqrt(y * z))
+    largest = (x + y - z) / (2.0 * np.sqrt(x * y))
+    return min(smallest, 1.0), max(largest, -1.0)
+
+
+@njit(cache=True)
+def angle_score(points, a, b, c):
+    """Return 1 for a facet at 15 or 135 degrees, less beyond, 0 for a degenerate one, more when better."""
+    smallest, largest = cosine_range(points, a, b, c)
+    return min((1.0 - smallest) / _LEAST, (1.0 + largest) / _LARGEST)
+
+
+@njit(cache=True)
+def segment_distance2(points, p, a, b):
+    """Return the squared distance of the coordinates `p` (3,) from the segment (a, b)."""
+    dx = points[b, 0] - points[a, 0]
+    dy = points[b, 1] - points[a, 1]
+    dz = points[b, 2] - points[a, 2]
+    px = p[0] - points[a, 0]
+    py = p[1] - points[a, 1]
+    pz = p[2] - points[a, 2]
+    length2 = dx * dx + dy * dy + dz * dz
+    t = 0.0
+    if length2 > 0.0:
+        t = min(1.0, max(0.0, (px * dx + py * dy + pz * dz) / length2))
+    px -= t * dx
+    py -= t * dy
+    pz -= t * dz
+    return px * px + py * py + pz * pz
+
+
+@njit(cache=True)
+def facet_distance2(points, p, a, b, c):
+    """Return the squared distance of the coordinates `p` (3,) from facet (a, b, c)."""
+    nx, ny, nz = area_vector(points, a, b, c)
+    n2 = nx * nx + ny * ny + nz * nz
+    if n2 > 0.0:
+        inside = True
+        for i in range(3):
+            u = a if i == 0 else (b if i == 1 else c)
+            v = b if i == 0 else (c if i == 1 else a)
+            ex = points[v, 0] - points[u, 0]
+            ey = points[v, 1] - points[u, 1]
+            ez = points[v, 2] - points[u, 2]
+            wx = p[0] - points[u, 0]
+            wy = p[1] - points[u, 1]
+            wz = p[2] - points[u, 2]
+            side = (ey * wz - ez * wy) * nx + (ez * wx - ex * wz) * ny + (ex * wy - ey * wx) * nz
+            if side < 0.0:
+                inside = False
+                break
+        if inside:
+            h = (p[0] - points[a, 0]) * nx + (p[1] - points[a, 1]) * ny + (p[2] - points[a, 2]) * nz
+            return h * h / n2
+    d = segment_distance2(points, p, a, b)
+    d = min(d, segment_distance2(points, p, b, c))
+    return min(d, segment_distance2(points, p, c, a))

@@ -1,0 +1,280 @@
+"""Moving vertices: inside their patch for better angles, along their junction line for even edges."""
+
+import numpy as np
+from numba import njit
+
+from craftmesh.kernels.collapse import (
+    DISTANCE,
+    DONE,
+    HIT,
+    LINK,
+    ON_CRACK,
+    ON_FRONT,
+    VOLUME,
+    add_star,
+    grain_cones,
+    hits,
+    shape_refusal,
+    worst_score,
+)
+from craftmesh.kernels.cones import book_drift, drift_allows, volume_shift
+from craftmesh.kernels.facet_grid import has_room, insert_facet
+from craftmesh.kernels.facet_shape import angle_score, area_vector, squared_distance
+from craftmesh.kernels.projection import put_on_crack, put_on_front
+from craftmesh.kernels.rings import is_feature
+from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
+
+STEPS = 7
+DIRECTIONS = 8
+
+
+@njit(cache=True)
+def _collect_loose(state, moved, v):
+    count = 0
+    for i in range(moved):
+        count = collect(state, state.star[i], count)
+    if count != TOO_MANY and v < len(state.home) and not state.is_witness[v]:
+        state.loose[count] = v
+        state.loose_facet[count] = state.star[0]
+        count += 1
+    return count
+
+
+@njit(cache=True)
+def relocate(state, grid, limits, v, place, floor):
+    """Move vertex `v` to `place` when every guard holds and all angle scores reach `floor`."""
+    moved = add_star(state, v, -1, v, 0)
+    if moved < 0:
+        return LINK
+    rows = grain_cones(state, moved, 0, place)
+    if not drift_allows(state, rows, limits.drift):
+        return VOLUME
+    before = state.points[v].copy()
+    state.points[v] = place
+    reason = shape_refusal(state, moved, v, floor, limits.cosine, limits.longest)
+    loose = 0
+    if reason == DONE:
+        loose = _collect_loose(state, moved, v)
+        if loose == TOO_MANY or not find_new_homes(
+            state, loose, moved, limits.distance * state.size[v], limits.crack_distance
+        ):
+            reason = DISTANCE
+    if reason == DONE and hits(state, grid, moved, 0):
+        reason = HIT
+    if reason != DONE:
+        state.points[v] = before
+        return reason
+    book_drift(state, rows)
+    for i in range(moved):
+        state.witness_first[state.star[i]] = -1
+    settle(state, loose)
+    for i in range(moved):
+        p, q, r = state.star_corners[i]
+        insert_facet(grid, state.points, state.star[i], p, q, r)
+    return DONE
+
+
+@njit(cache=True)
+def constrain(state, v, place):
+    """Put `place` back onto what holds vertex `v`: front, crack, box planes; else keep the volumes."""
+    flags = state.flags[v]
+    if flags & ON_FRONT:
+        put_on_front(state.front, place)
+    elif flags & ON_CRACK:
+        put_on_crack(state.crack_corners, state.crack_centre, state.crack_reach, place)
+    else:
+        moved = add_star(state, v, -1, v, 0)
+        shift = np.empty(3)
+        volume_shift(state, grain_cones(state, moved, 0, place), flags, shift)
+        reach = 0.2 * state.size[v]
+        length = np.sqrt(shift[0] ** 2 + shift[1] ** 2 + shift[2] ** 2)
+        if length > reach:
+            shift *= reach / length
+        place += shift
+    for k in range(3):
+        if (flags >> (2 * k)) & 3:
+            place[k] = state.points[v, k]
+
+
+@njit(cache=True)
+def line_neighbours(state, v):
+    """Return the two vertices joined to the line vertex `v` by feature edges, or -1, -1."""
+    found = -1
+    other = -1
+    c = state.first[v]
+    while c >= 0:
+        for i in range(1, 3):
+            u = state.facets[c // 3, (c + i) % 3]
+            if state.rank[u] > 0 and u != found and u != other:
+                if is_feature(state.facets, state.patch, state.first, state.after, v, u):
+                    if found < 0:
+                        found = u
+                    elif other < 0:
+                        other = u
+                    else:
+                        return -1, -1
+        c = state.after[c]
+    if other < 0:
+        return -1, -1
+    return found, other
+
+
+@njit(cache=True)
+def _score_at(state, moved, v, place, cosine):
+    """Return the star's least angle score with `v` at `place`; -1 when a normal turns too far."""
+    before = state.points[v].copy()
+    state.points[v] = place
+    worst = np.inf
+    for i in range(moved):
+        p, q, r = state.star_corners[i]
+        x, y, z = area_vector(state.points, p, q, r)
+        n = state.reference[state.star[i]]
+        if x * n[0] + y * n[1] + z * n[2] < cosine * np.sqrt(x * x + y * y + z * z):
+            worst = -1.0
+            break
+        worst = min(worst, angle_score(state.points, p, q, r))
+    state.points[v] = before
+    return worst
+
+
+@njit(cache=True)
+def _tangents(state, moved, v, first, second):
+    """Set two unit directions along the patch at `v`, inside the box planes that hold it."""
+    normal = np.zeros(3)
+    for i in range(moved):
+        p, q, r = state.star_corners[i]
+        x, y, z = area_vector(state.points, p, q, r)
+        normal[0] += x
+        normal[1] += y
+        normal[2] += z
+    for k in range(3):
+        if (state.flags[v] >> (2 * k)) & 3:
+            normal[:] = 0.0
+            normal[k] = 1.0
+            break
+    length = np.sqrt(np.dot(normal, normal))
+    if length == 0.0:
+        return False
+    normal /= length
+    first[:] = 0.0
+    first[np.argmin(np.abs(normal))] = 1.0
+    first -= np.dot(first, normal) * normal
+    first /= np.sqrt(np.dot(first, first))
+    second[:] = np.cross(normal, first)
+    return True
+
+
+@njit(cache=True)
+def _best_in_patch(state, moved, v, cosine, score, place):
+    """Climb from `place` along the patch to a better least angle score; return the score."""
+    first = np.empty(3)
+    second = np.empty(3)
+    if not _tangents(state, moved, v, first, second):
+        return score
+    step = 0.3 * state.size[v]
+    for _ in range(STEPS):
+        found = False
+        start = place.copy()
+        for n in range(DIRECTIONS):
+            angle = 2.0 * np.pi * n / DIRECTIONS
+            trial = start + step * (np.cos(angle) * first + np.sin(angle) * second)
+            new = _score_at(state, moved, v, trial, cosine)
+            if new > score:
+                score = new
+                place[:] = trial
+                found = True
+        if not found:
+            step *= 0.5
+    return score
+
+
+@njit(cache=True)
+def _best_on_line(state, moved, v, cosine, score, place):
+    """Climb along the junction line at `v` to a better least angle score; return the score."""
+    p, q = line_neighbours(state, v)
+    if p < 0:
+        return score
+    start = place.copy()
+    for n in range(1, 8):
+        for end in (p, q):
+            trial = start + 0.1 * n * (state.points[end] - start)
+            new = _score_at(state, moved, v, trial, cosine)
+            if new > score:
+                score = new
+                place[:] = trial
+    return score
+
+
+@njit(cache=True)
+def slide_vertex(state, grid, limits, v, goal):
+    """Move `v` for a better least angle when that is under the score `goal`; tell whether it moved."""
+    moved = add_star(state, v, -1, v, 0)
+    if moved <= 0:
+        return False
+    old = worst_score(state, moved, 0)
+    if old >= goal:
+        return False
+    best = state.points[v].copy()
+    if state.rank[v] == 0:
+        score = _best_in_patch(state, moved, v, limits.cosine, old, best)
+    else:
+        score = _best_on_line(state, moved, v, limits.cosine, old, best)
+    if score <= old + 1e-3:
+        return False
+    start = state.points[v].copy()
+    for share in (1.0, 0.5, 0.25):
+        place = start + share * (best - start)
+        constrain(state, v, place)
+        if relocate(state, grid, limits, v, place, old + 1e-3) == DONE:
+            return True
+    return False
+
+
+@njit(cache=True)
+def slide_pass(state, grid, limits, order, start, goal):
+    """Slide the vertices in `order` from `start` on; return where it stopped and how many moved."""
+    done = 0
+    for n in range(start, len(order)):
+        if not has_room(grid):
+            return n, done
+        v = order[n]
+        if state.first[v] >= 0 and state.rank[v] < 2 and slide_vertex(state, grid, limits, v, goal):
+            done += 1
+    return len(order), done
+
+
+@njit(cache=True)
+def _even_place(state, v, p, q, place):
+    """Set `place` on the line p - v - q where both edges have the same length over target."""
+    to_p = np.sqrt(squared_distance(state.points, v, p))
+    to_q = np.sqrt(squared_distance(state.points, v, q))
+    share = (state.size[v] + state.size[p]) / (2.0 * state.size[v] + state.size[p] + state.size[q])
+    ahead = share * (to_p + to_q) - to_p
+    end = q if ahead > 0.0 else p
+    length = to_q if ahead > 0.0 else to_p
+    part = 0.0 if length == 0.0 else abs(ahead) / length
+    for k in range(3):
+        place[k] = state.points[v, k] + part * (state.points[end, k] - state.points[v, k])
+    return abs(ahead) > 0.05 * state.size[v]
+
+
+@njit(cache=True)
+def even_lines_pass(state, grid, limits, order, start):
+    """Move line vertices to where their two line edges are equally long over their targets."""
+    done = 0
+    place = np.empty(3)
+    for n in range(start, len(order)):
+        if not has_room(grid):
+            return n, done
+        v = order[n]
+        if state.first[v] < 0 or state.rank[v] != 1:
+            continue
+        p, q = line_neighbours(state, v)
+        if p < 0 or not _even_place(state, v, p, q, place):
+            continue
+        constrain(state, v, place)
+        moved = add_star(state, v, -1, v, 0)
+        floor = min(limits.floor, worst_score(state, moved, 0))
+        if relocate(state, grid, limits, v, place, floor) == DONE:
+            done += 1
+    return len(order), done

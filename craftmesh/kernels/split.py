@@ -1,0 +1,207 @@
+"""Edge split on multi-material surfaces: all facets on the edge at once, sides and patches inherited."""
+
+import numpy as np
+from numba import njit
+
+from craftmesh.kernels.collapse import ON_CRACK, ON_FRONT, grain_cones
+from craftmesh.kernels.cones import book_drift
+from craftmesh.kernels.facet_grid import has_room, insert_facet, star_intersects
+from craftmesh.kernels.facet_shape import angle_score, area_vector, squared_distance
+from craftmesh.kernels.projection import put_on_crack, put_on_front
+from craftmesh.kernels.rings import has_corner, link_corner, unlink_corner
+from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
+
+
+@njit(cache=True)
+def _parents(state, a, b):
+    """List the facets on edge (a, b) in `dying`; return how many."""
+    count = 0
+    c = state.first[a]
+    while c >= 0 and count < len(state.dying):
+        if has_corner(state.facets, c // 3, b):
+            state.dying[count] = c // 3
+            count += 1
+        c = state.after[c]
+    return count
+
+
+@njit(cache=True)
+def _edge_class(state, a, b, parents):
+    """Return the rank and flags of a vertex on edge (a, b)."""
+    flags = state.flags[a] & state.flags[b] & (ON_CRACK - 1)
+    rank = 0
+    for i in range(parents):
+        patch = state.patch[state.dying[i]]
+        if patch != state.patch[state.dying[0]]:
+            rank = 1
+        if state.patch_crack[patch]:
+            flags |= ON_CRACK
+            if parents == 1:
+                flags |= ON_FRONT
+    return (1 if parents != 2 else rank), flags
+
+
+@njit(cache=True)
+def _split_place(state, a, b, flags, place):
+    """Set `place` to the middle of the edge, on the crack or its front where it belongs; True if moved."""
+    for k in range(3):
+        place[k] = 0.5 * (state.points[a, k] + state.points[b, k])
+    middle = place.copy()
+    if flags & ON_FRONT:
+        put_on_front(state.front, place)
+    elif flags & ON_CRACK:
+        put_on_crack(state.crack_corners, state.crack_centre, state.crack_reach, place)
+    for k in range(3):
+        if (flags >> (2 * k)) & 3:
+            place[k] = state.points[a, k]
+    return (place[0] - middle[0]) ** 2 + (place[1] - middle[1]) ** 2 + (place[2] - middle[2]) ** 2 > 0.0
+
+
+@njit(cache=True)
+def _children(state, a, b, m, parents):
+    """Put the parents' halves, the one at `a` first, into star_corners."""
+    for i in range(parents):
+        f = state.dying[i]
+        for k in range(3):
+            u = state.facets[f, k]
+            state.star[2 * i] = f
+            state.star[2 * i + 1] = f
+            state.star_corners[2 * i, k] = m if u == b else u
+            state.star_corners[2 * i + 1, k] = m if u == a else u
+
+
+@njit(cache=True)
+def _shapes_allow(state, parents, floor, share):
+    """Tell whether every half scores `floor` or `share` of its parent's score."""
+    for i in range(2 * parents):
+        p, q, r = state.facets[state.dying[i // 2]]
+        old = angle_score(state.points, p, q, r)
+        p, q, r = state.star_corners[i]
+        if angle_score(state.points, p, q, r) < min(floor, share * old):
+            return False
+    return True
+
+
+@njit(cache=True)
+def _bends_too_much(state, parents, cosine):
+    for i in range(2 * parents):
+        p, q, r = state.star_corners[i]
+        x, y, z = area_vector(state.points, p, q, r)
+        n = state.reference[state.dying[i // 2]]
+        if x * n[0] + y * n[1] + z * n[2] < cosine * np.sqrt(x * x + y * y + z * z):
+            return True
+    return False
+
+
+@njit(cache=True)
+def _moved_split_is_sound(state, grid, parents, cosine):
+    """Check the halves round a place off the edge: normals and intersections."""
+    if _bends_too_much(state, parents, cosine):
+        return False
+    mark = state.clock[1] + 1
+    state.clock[1] += 2
+    for i in range(parents):
+        state.facet_stamp[state.dying[i]] = mark + 1
+    return not star_intersects(
+        grid,
+        state.points,
+        state.facets,
+        state.alive,
+        state.facet_stamp,
+        mark,
+        state.star_corners,
+        2 * parents,
+    )
+
+
+@njit(cache=True)
+def _divide(state, f, g, a, b, m):
+    """Turn facet `f` into its half at `a` and the new facet `g` into its half at `b`."""
+    facets = state.facets
+    for k in range(3):
+        u = facets[f, k]
+        facets[g, k] = m if u == a else u
+        link_corner(state.first, state.after, facets[g, k], 3 * g + k)
+    for k in range(3):
+        if facets[f, k] == b:
+            unlink_corner(state.first, state.after, b, 3 * f + k)
+            facets[f, k] = m
+            link_corner(state.first, state.after, m, 3 * f + k)
+    state.alive[g] = True
+    state.patch[g] = state.patch[f]
+    state.reference[g] = state.reference[f]
+
+
+@njit(cache=True)
+def _share_witnesses(state, f, g):
+    loose = collect(state, f, 0)
+    if loose == TOO_MANY:
+        return
+    state.witness_first[f] = -1
+    state.witness_first[g] = -1
+    state.star[0] = f
+    state.star[1] = g
+    state.star_corners[0] = state.facets[f]
+    state.star_corners[1] = state.facets[g]
+    for n in range(loose):
+        state.loose_facet[n] = f
+    find_new_homes(state, loose, 2, np.inf, np.inf)
+    settle(state, loose)
+
+
+@njit(cache=True)
+def split_edge(state, grid, limits, a, b, share):
+    """Split edge (a, b); False when a half would be too poor (`share` of its parent's score) or hit."""
+    m = state.used[0]
+    parents = _parents(state, a, b)
+    if parents == 0:
+        return False
+    rank, flags = _edge_class(state, a, b, parents)
+    place = np.empty(3)
+    moved = _split_place(state, a, b, flags, place)
+    state.points[m] = place
+    _children(state, a, b, m, parents)
+    if not _shapes_allow(state, parents, limits.floor, share):
+        return False
+    if moved:
+        if not _moved_split_is_sound(state, grid, parents, limits.cosine):
+            return False
+        book_drift(state, grain_cones(state, 0, parents, place))
+    state.rank[m] = rank
+    state.flags[m] = flags
+    state.size[m] = 0.5 * (state.size[a] + state.size[b])
+    state.used[0] += 1
+    for i in range(parents):
+        f = state.dying[i]
+        g = state.used[1]
+        state.used[1] += 1
+        _divide(state, f, g, a, b, m)
+    for i in range(parents):
+        f = state.dying[i]
+        g = state.used[1] - parents + i
+        _share_witnesses(state, f, g)
+        insert_facet(grid, state.points, g, state.facets[g, 0], state.facets[g, 1], state.facets[g, 2])
+        if moved:
+            insert_facet(grid, state.points, f, state.facets[f, 0], state.facets[f, 1], state.facets[f, 2])
+    return True
+
+
+@njit(cache=True)
+def split_pass(state, grid, limits, edges, order, start, share):
+    """Split edges over limits.split of their target, in `order` from `start` on.
+
+    Returns where it stopped (earlier than len(order) when the arrays or the grid are full) and how
+    many it split.
+    """
+    done = 0
+    for n in range(start, len(order)):
+        full = state.used[0] + 2 > len(state.points) or state.used[1] + len(state.dying) > len(state.facets)
+        if full or not has_room(grid):
+            return n, done
+        a = edges[order[n], 0]
+        b = edges[order[n], 1]
+        limit = limits.split * 0.5 * (state.size[a] + state.size[b])
+        if squared_distance(state.points, a, b) > limit * limit:
+            if split_edge(state, grid, limits, a, b, share):
+                done += 1
+    return len(order), done

@@ -1,0 +1,113 @@
+"""Witnesses: input vertices that are gone, each kept by the facet it lies nearest to.
+
+They bound the distance from the input to the changed surface: an operation may only move a witness
+out of its facet when one of the new facets (for a vertex of a junction line: one of the new junction
+edges) passes it closely enough.
+"""
+
+import numpy as np
+from numba import njit
+
+from craftmesh.kernels.facet_shape import facet_distance2, segment_distance2
+from craftmesh.kernels.rings import is_feature
+
+TOO_MANY = -1
+
+
+@njit(cache=True)
+def collect(state, f, count):
+    """Append the witnesses of facet `f` to state.loose; return the new count or TOO_MANY."""
+    if count == TOO_MANY:
+        return TOO_MANY
+    w = state.witness_first[f]
+    while w >= 0:
+        if count >= len(state.loose) - 4:
+            return TOO_MANY
+        state.loose[count] = w
+        state.loose_facet[count] = f
+        count += 1
+        w = state.witness_after[w]
+    return count
+
+
+@njit(cache=True)
+def _mark_features(state, total):
+    """Set star_feature: which edges of the star's facets are features in the mesh as it stands."""
+    for i in range(total):
+        f = state.star[i]
+        for k in range(3):
+            u = state.facets[f, k]
+            v = state.facets[f, (k + 1) % 3]
+            state.star_feature[i, k] = (
+                state.rank[u] > 0
+                and state.rank[v] > 0
+                and is_feature(state.facets, state.patch, state.first, state.after, u, v)
+            )
+
+
+@njit(cache=True)
+def _nearest_facet(state, p, patch, total):
+    best = np.inf
+    where = -1
+    for i in range(total):
+        if state.patch[state.star[i]] == patch:
+            a, b, c = state.star_corners[i]
+            d = facet_distance2(state.points, p, a, b, c)
+            if d < best:
+                best = d
+                where = i
+    return best, where
+
+
+@njit(cache=True)
+def _nearest_line(state, p, total):
+    best = np.inf
+    where = -1
+    for i in range(total):
+        for k in range(3):
+            if state.star_feature[i, k]:
+                u = state.star_corners[i, k]
+                v = state.star_corners[i, (k + 1) % 3]
+                d = segment_distance2(state.points, p, u, v)
+                if d < best:
+                    best = d
+                    where = i
+    return best, where
+
+
+@njit(cache=True)
+def find_new_homes(state, loose, total, tolerance, crack_tolerance):
+    """Find for each of the `loose` witnesses its nearest of the star's facets; False if one is too far.
+
+    The star's new corners are star_corners[:total]; loose_facet holds on entry the old facet, whose
+    patch the new one must have, and on success the new one.
+    """
+    marked = False
+    for n in range(loose):
+        w = state.loose[n]
+        patch = state.patch[state.loose_facet[n]]
+        limit = tolerance
+        if state.witness_crack[w]:
+            limit = min(tolerance, crack_tolerance)
+        if state.witness_rank[w] > 0:
+            if not marked:
+                _mark_features(state, total)
+                marked = True
+            d, where = _nearest_line(state, state.home[w], total)
+        else:
+            d, where = _nearest_facet(state, state.home[w], patch, total)
+        if where < 0 or d > limit * limit:
+            return False
+        state.loose_facet[n] = state.star[where]
+    return True
+
+
+@njit(cache=True)
+def settle(state, loose):
+    """Hand the loose witnesses to the facets found for them."""
+    for n in range(loose):
+        w = state.loose[n]
+        f = state.loose_facet[n]
+        state.is_witness[w] = True
+        state.witness_after[w] = state.witness_first[f]
+        state.witness_first[f] = w
