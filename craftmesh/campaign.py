@@ -214,11 +214,28 @@ def _check_case(case: Case, config: Mapping[str, Any]) -> None:
         )
     if case.crack == NO_CRACK and case.increments != 1:
         raise CraftmeshError(f"{place}: increments is {case.increments} without a crack; expected 1")
+    if case.crack != NO_CRACK:
+        _check_crack(case, config)
     path = Path(_located(case.microstructure, Path(config["data"])))
     if case.microstructure != SYNTHETIC and not path.exists():
         raise CraftmeshError(
             f"{place}: microstructure {path} is not there; expected a file, or a path under the key `data`"
         )
+
+
+def _check_crack(case: Case, config: Mapping[str, Any]) -> None:
+    key, crack = f"cracks.{case.crack}", config["cracks"][case.crack]
+    series = crack["increments"]
+    if series is not None and len(series) < case.increments:
+        raise CraftmeshError(
+            f"{key}.increments prescribes {len(series)} increments; "
+            f"case {case.name!r} of {config['cases']} asks for {case.increments}"
+        )
+    files = [("file", crack["file"]), ("front", crack["front"])]
+    files += [("increments", item) for item in series or () if isinstance(item, str)]
+    for name, path in files:
+        if path and not Path(path).exists():
+            raise CraftmeshError(f"{key}.{name}: {path} is not there; expected a file")
 
 
 def _located(microstructure: str, data: Path) -> str:

@@ -1,0 +1,104 @@
+"""Each mistake in a configuration or sheet is one line: the key or file, the value, what is expected."""
+
+from pathlib import Path
+
+import pytest
+
+from craftmesh.campaign import Campaign, command_flags, read_campaign
+from craftmesh.errors import CraftmeshError
+
+SCHEMAS = Path(__file__).parents[1] / "workflow" / "schemas"
+HEADER = "case\tmicrostructure\tcrack\tincrements\n"
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    """Return a function that reads a configuration with the given keys and sheet rows."""
+
+    def read(rows: str = "one\tsynthetic\tpenny\t3\n", header: str = HEADER, **keys) -> Campaign:
+        sheet = tmp_path / "cases.tsv"
+        sheet.write_text(header + rows)
+        config = {"cases": str(sheet), "data": str(tmp_path), "sizing": {"l0": 1.0}}
+        config["cracks"] = {"penny": {"radius": 5.0}}
+        return read_campaign(config | keys, SCHEMAS)
+
+    return read
+
+
+def test_sound_campaign_has_defaults_cases_and_files(campaign):
+    found = campaign()
+    assert found.config["results"] == "results" and found.chunks == 2
+    assert found.cases["one"].increment_names == ("000", "001", "002")
+    assert found.increments("{case}/{inc}") == ["one/000", "one/001", "one/002"]
+    assert found.microstructure("one") == "results/one/generated.npz"
+    assert found.crack("one", "001") == {"crack": "results/one/001/crack.vtp"}
+    assert found.previous_crack("one", "000") == {}
+    assert found.previous_crack("one", "002") == {"previous": "results/one/001/crack.vtp"}
+    assert "--radius 5.0" in found.crack_flags("one")
+
+
+def test_paths_of_microstructures_start_at_the_data_folder(campaign, tmp_path):
+    (tmp_path / "volume.npz").touch()
+    assert campaign("one\tvolume.npz\tnone\t1\n").microstructure("one") == str(tmp_path / "volume.npz")
+
+
+def test_case_without_crack_has_no_crack_file(campaign):
+    found = campaign("one\tsynthetic\tnone\t1\n")
+    assert found.crack("one", "000") == {}
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"sizng": {}}, "unknown key 'sizng'; did you mean 'sizing'"),
+        ({"sizing": {"l0": 1, "zzz": 2}}, "unknown key 'sizing.zzz'; expected one of l_min"),
+        ({"sizing": {}}, "key sizing.l0 is missing"),
+        ({"sizing": {"l0": "1e-3"}}, "sizing.l0 is '1e-3'; expected a number > 0"),
+        ({"sizing": {"l0": 1, "r0": 8, "r1": 4}}, "sizing: r1 is 4.* r0.* 8"),
+        ({"sizing": {"l0": 1, "r0": 20, "r1": 10}}, "sizing: r1 is 10.* r0.* 20"),
+        ({"sizing": {"l0": 1, "l_min": 4}}, "sizing: l_min is 4.* l_max.* 3"),
+        ({"chunks": 0}, "chunks is 0; expected a whole number >= 1"),
+        ({"cracks": {"penny": {"shape": "star"}}}, "cracks.penny.shape is 'star'; expected one of penny"),
+        ({"cracks": {"penny": {"centre": [1, 2]}}}, "cracks.penny.centre is .1, 2.; expected a list of 3"),
+        ({"cracks": {"penny": {"file": "gone.stl"}}}, "cracks.penny.file: gone.stl is not there"),
+        ({"cracks": {"penny": {"increments": [1.0]}}}, "prescribes 1 increments; .*'one'.* 3"),
+        ({"cases": "gone.tsv"}, "gone.tsv is not there"),
+    ],
+)
+def test_mistakes_in_the_configuration(campaign, keys, said):
+    with pytest.raises(CraftmeshError, match=said) as caught:
+        campaign(**keys)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("one\tsynthetic\tpenny\t3\n" * 2, "line 3: case 'one' is there twice"),
+        (
+            "one\tsynthetic\tpenny\tx\n",
+            "line 2, case 'one': increments is 'x'; expected a whole number >= 1",
+        ),
+        ("one\tsynthetic\tpenny\t0\n", "case 'one': increments is 0"),
+        ("one\tsynthetic\tpenny\n", "case 'one': 3 columns; expected 4"),
+        ("a/b\tsynthetic\tpenny\t1\n", "case is 'a/b'"),
+        ("logs\tsynthetic\tpenny\t1\n", "case 'logs' is a folder of the results"),
+        ("one\tsynthetic\tpeny\t1\n", "case 'one': crack is 'peny'; expected one of penny, none"),
+        ("one\tsynthetic\tnone\t2\n", "increments is 2 without a crack; expected 1"),
+        ("one\tgone.npz\tpenny\t1\n", "case 'one': microstructure .*gone.npz is not there"),
+        ("", "no case"),
+    ],
+)
+def test_mistakes_in_the_sheet(campaign, rows, said):
+    with pytest.raises(CraftmeshError, match=said) as caught:
+        campaign(rows)
+    assert "cases.tsv" in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_wrong_columns_are_named(campaign):
+    with pytest.raises(CraftmeshError, match="columns case, crack; expected case, microstructure"):
+        campaign(header="case\tcrack\n")
+
+
+def test_empty_values_make_no_flags():
+    assert command_flags({"a": None, "b": [], "c": "", "d_e": 0, "f": True}) == "--d-e 0 --f"

@@ -1,0 +1,59 @@
+"""Digests follow imports, and nothing but imports."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+import craftmesh
+from craftmesh.digest import digest
+
+
+@pytest.fixture
+def package(tmp_path) -> Path:
+    """A small package: stage `a` imports `shared` inside a function, stage `b` imports it relatively."""
+    root = tmp_path / "craftmesh"
+    (root / "kernels").mkdir(parents=True)
+    (root / "__init__.py").write_text("from craftmesh.a import run\n")
+    (root / "kernels" / "__init__.py").write_text("")
+    (root / "a.py").write_text("def run():\n    from craftmesh.shared import x\n")
+    (root / "b.py").write_text("import numpy\nfrom .kernels import swap\n")
+    (root / "shared.py").write_text("x = 1\n")
+    (root / "kernels" / "swap.py").write_text("from ..shared import x\n")
+    (root / "c.py").write_text("import os\n")
+    return root
+
+
+def changed_by(package: Path, tmp_path: Path, touched: str) -> set[str]:
+    """Return the stages whose digest changes when a module does."""
+    other = tmp_path / "other" / "craftmesh"
+    shutil.copytree(package, other)
+    with open(other / touched, "a") as stream:
+        stream.write("# touched\n")
+    stages = ("craftmesh.a", "craftmesh.b", "craftmesh.c")
+    return {stage[-1] for stage in stages if digest(stage, package) != digest(stage, other)}
+
+
+@pytest.mark.parametrize(
+    ("touched", "stages"),
+    [("shared.py", "ab"), ("kernels/swap.py", "b"), ("a.py", "a"), ("c.py", "c"), ("__init__.py", "")],
+)
+def test_change_reaches_the_stages_that_import_it(package, tmp_path, touched, stages):
+    assert changed_by(package, tmp_path, touched) == set(stages)
+
+
+def test_digest_does_not_depend_on_the_place(package, tmp_path):
+    moved = shutil.copytree(package, tmp_path / "moved" / "craftmesh")
+    assert digest("craftmesh.b", package) == digest("craftmesh.b", moved)
+
+
+def test_unknown_module_is_refused(package):
+    with pytest.raises(FileNotFoundError, match="craftmesh.nothing"):
+        digest("craftmesh.nothing", package)
+
+
+def test_stages_of_the_real_package_have_their_own_digests():
+    root = Path(craftmesh.__file__).parent
+    verbs = [path.stem for path in (root / "commands").glob("*.py") if "add_arguments" in path.read_text()]
+    digests = {digest(f"craftmesh.commands.{verb}") for verb in verbs}
+    assert len(digests) == len(verbs) > 8
