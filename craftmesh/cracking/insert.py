@@ -11,6 +11,7 @@ from craftmesh.cracking.front import chain, conflicts, inside_traces, pierce, sp
 from craftmesh.cracking.patch import refine, smooth_points, split_ears, triangulate
 from craftmesh.cracking.regions import labels_of_regions, regions_of
 from craftmesh.cracking.sheet import Sheet, sheet_of
+from craftmesh.cracking.snap import snap_to_crack, snap_to_front
 from craftmesh.errors import CraftmeshError
 from craftmesh.measure import area_vectors
 from craftmesh.progress import silent
@@ -38,8 +39,10 @@ def insert_crack(
     sheet = sheet_of(crack, box)
     cut = _prepared(surface, sheet)
     target = _target(cut, sizing)
+    cut = snap_to_crack(cut, sheet, options)
     cut = with_phi(cut_along(cut, sheet), sheet)
     progress(0.3, "front")
+    cut = snap_to_front(cut, sheet, target, options)
     cut = pierce(cut, sheet)
     cut, along = split_chords(cut, sheet)
     front, traces = _front_and_traces(cut, sheet, along, target)

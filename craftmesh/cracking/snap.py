@@ -1,0 +1,195 @@
+"""Move points of a surface onto a crack and its front where that leaves the surface sound."""
+
+from dataclasses import replace
+from typing import Callable
+
+import numpy as np
+
+from craftmesh.connectivity import unique_edges
+from craftmesh.cracking.cut import CutSurface
+from craftmesh.cracking.front import put_on_front
+from craftmesh.cracking.sheet import Sheet
+from craftmesh.kernels.triangles import intersecting_pairs
+from craftmesh.measure import area_vectors, facet_angles
+from craftmesh.stitch import StitchOptions
+from craftmesh.types import CRACK, INTERFACE
+
+FARTHEST = 0.5  # of the local size: points slide along their line by at most this much
+LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
+LEAST_ANGLE = 4.0  # degrees: a move may not leave a facet below this, unless it was worse before
+
+
+def snap_to_crack(surface: CutSurface, sheet: Sheet, options: StitchOptions) -> CutSurface:
+    """Move points near the crack onto it: free points straight, box points in their plane, lines along.
+
+    Quadruple points and box corners stay. A move that turns, flattens or pierces a facet is left out.
+    """
+    with np.errstate(invalid="ignore"):
+        close = (np.abs(surface.psi) < options.snap * surface.size) & (surface.psi != 0)
+    rows = np.flatnonzero(close)
+    if not len(rows):
+        return surface
+    junctions, planes = _classes(surface)
+    targets = np.full((len(surface.points), 3), np.nan)
+    free = rows[junctions.degree[rows] == 0]
+    targets[free] = _onto_crack(surface.points[free], planes[free], sheet)
+    on_line = np.zeros(len(surface.points), bool)
+    on_line[rows[junctions.degree[rows] == 2]] = True
+    _along_lines(surface, junctions.edges, on_line, targets)
+    step = np.linalg.norm(targets - surface.points, axis=1)
+    with np.errstate(invalid="ignore"):
+        rows = np.flatnonzero(step < FARTHEST * surface.size)
+    points, moved = guarded_move(surface, rows, targets[rows], options)
+    psi = surface.psi.copy()
+    psi[moved] = 0.0
+    return replace(surface, points=points, psi=psi)
+
+
+def snap_to_front(surface: CutSurface, sheet: Sheet, target: Callable, options: StitchOptions) -> CutSurface:
+    """Move trace points near the front onto it along the crack; box points to the front's end on their plane."""
+    with np.errstate(invalid="ignore"):
+        rows = np.flatnonzero((np.abs(surface.phi) < options.snap_front * surface.size) & (surface.front < 0))
+    if not len(rows):
+        return surface
+    junctions, planes = _classes(surface)
+    reach = options.snap_front * np.minimum(surface.size[rows], target(surface.points[rows]))
+    reach[junctions.degree[rows] == 2] *= LINE_SHARE
+    reach[junctions.degree[rows] > 2] = 0.0
+    foot, _, _ = sheet.nearest_front(sheet.uv(surface.points[rows]))
+    targets = sheet.lift(foot)
+    on_box = np.flatnonzero(planes[rows].any(axis=1))
+    targets[on_box] = _front_ends(surface.points[rows[on_box]], planes[rows[on_box]], sheet)
+    reach[on_box] *= 2
+    with np.errstate(invalid="ignore"):
+        chosen = np.linalg.norm(targets - surface.points[rows], axis=1) < reach
+    points, moved = guarded_move(surface, rows[chosen], targets[chosen], options)
+    return put_on_front(replace(surface, points=points), sheet, moved) if len(moved) else surface
+
+
+class _Junctions:
+    """Edges where patches meet (k, 2) and how many of them end at each point."""
+
+    def __init__(self, edges: np.ndarray, count: int):
+        self.edges = edges
+        self.degree = np.bincount(edges.ravel(), minlength=count)
+
+
+def _classes(surface: CutSurface) -> tuple[_Junctions, np.ndarray]:
+    """Return the junction edges near the crack and, per point, whether it is on x, y, z box planes (n, 3)."""
+    rows = np.flatnonzero(np.isfinite(surface.psi[surface.facets]).any(axis=1))
+    facets, kind = surface.facets[rows], surface.kind[rows].astype(np.int64)
+    pair = np.sort(surface.sides[rows], axis=1).astype(np.int64)
+    _, patch = np.unique(np.column_stack([pair, kind]), axis=0, return_inverse=True)
+    edges, of_corner, count = unique_edges(facets)
+    low, high = np.full(len(edges), len(rows)), np.full(len(edges), -1)
+    np.minimum.at(low, of_corner, patch.ravel()[:, None])
+    np.maximum.at(high, of_corner, patch.ravel()[:, None])
+    planes = np.zeros((len(surface.points), 3), bool)
+    boxed = (kind != INTERFACE) & (kind != CRACK)
+    for axis in range(3):
+        planes[facets[boxed & ((kind - 1) // 2 == axis)], axis] = True
+    return _Junctions(edges[(count != 2) | (low != high)], len(surface.points)), planes
+
+
+def _onto_crack(points, planes, sheet: Sheet) -> np.ndarray:
+    """Return the points moved onto the crack, in their box plane where they have one; NaN if hopeless."""
+    points = points.copy()
+    direction = np.where(planes, 0.0, sheet.frame[2])
+    square = np.einsum("ij,ij->i", direction, direction)
+    square[square < 0.1] = np.nan
+    for _ in range(1 if sheet.planar else 8):
+        points -= (sheet.offset(points) / square)[:, None] * direction
+    return points
+
+
+def _along_lines(surface: CutSurface, edges, on_line, targets) -> None:
+    """Fill in where the junction edges of the marked points cross the crack."""
+    psi = surface.psi[edges]
+    crossing = np.sign(psi[:, 0]) * np.sign(psi[:, 1]) < 0
+    for start, end in ((0, 1), (1, 0)):
+        a, b = edges[crossing, start], edges[crossing, end]
+        chosen = on_line[a]
+        a, b = a[chosen], b[chosen]
+        fraction = surface.psi[a] / (surface.psi[a] - surface.psi[b])
+        targets[a] = surface.points[a] + fraction[:, None] * (surface.points[b] - surface.points[a])
+
+
+def _front_ends(points, planes, sheet: Sheet) -> np.ndarray:
+    """Return the nearest end of a front on the box plane of each point; NaN where there is none."""
+    ends = np.array([c[i, :2] for c, closed in zip(sheet.curves, sheet.closed) if not closed for i in (0, -1)])
+    result = np.full(points.shape, np.nan)
+    if not len(ends) or not len(points):
+        return result
+    ends = sheet.lift(ends)
+    distance = np.linalg.norm(points[:, None] - ends[None], axis=2)
+    nearest = ends[np.argmin(distance, axis=1)]
+    off_plane = np.abs(np.where(planes, nearest - points, 0.0)).max(axis=1)
+    good = off_plane <= 1e-6 * distance.max()
+    result[good] = np.where(planes, points, nearest)[good]
+    return result
+
+
+def guarded_move(surface: CutSurface, rows, targets, options: StitchOptions) -> tuple[np.ndarray, np.ndarray]:
+    """Move points `rows` to `targets` as far as no facet turns, flattens or pierces another.
+
+    Returns the points and the rows that were moved. Where a facet objects, its longest move is undone.
+    """
+    position = np.full(len(surface.points), -1)
+    position[rows] = np.arange(len(rows))
+    facets = surface.facets[(position[surface.facets] >= 0).any(axis=1)]
+    mover = position[facets]
+    step = np.linalg.norm(targets - surface.points[rows], axis=1)
+    active = np.ones(len(rows), bool)
+    before = _shape(surface.points, facets)
+    known = _pairs(surface, surface.points, rows)
+    while True:
+        points = _moved(surface.points, rows, targets, active)
+        bad = mover[_worse(before, _shape(points, facets), options)]
+        if not len(bad):
+            after = _pairs(surface, points, rows)
+            hit = after[~np.isin(after[:, 0] * len(surface.facets) + after[:, 1], _keys(known, surface))]
+            bad = position[surface.facets[hit.ravel()]]
+        undo = _longest(bad, step, active)
+        if not len(undo):
+            break
+        active[undo] = False
+    return points, rows[active]
+
+
+def _longest(movers, step, active) -> np.ndarray:
+    """Return, for each row of movers (k, 3), -1 for none, the active one with the longest step."""
+    usable = (movers >= 0) & active[movers]
+    movers, usable = movers[usable.any(axis=1)], usable[usable.any(axis=1)]
+    choice = np.argmax(np.where(usable, step[movers], -1.0), axis=1)
+    return np.unique(movers[np.arange(len(movers)), choice])
+
+
+def _moved(points, rows, targets, active) -> np.ndarray:
+    points = points.copy()
+    points[rows[active]] = targets[active]
+    return points
+
+
+def _shape(points, facets):
+    return area_vectors(points, facets), facet_angles(points, facets).min(axis=1)
+
+
+def _worse(before, after, options: StitchOptions) -> np.ndarray:
+    """Tell which facets turned too far or became too flat."""
+    cosine = np.einsum("ij,ij->i", before[0], after[0])
+    length = np.linalg.norm(before[0], axis=1) * np.linalg.norm(after[0], axis=1)
+    turned = cosine < np.cos(np.radians(options.max_turn)) * length
+    return turned | (after[1] < np.minimum(LEAST_ANGLE, 0.999 * before[1]))
+
+
+def _pairs(surface: CutSurface, points, rows) -> np.ndarray:
+    """Return the intersecting pairs among the facets near the crack that may meet a moved facet."""
+    with np.errstate(invalid="ignore"):
+        near = np.abs(surface.psi) <= 2 * np.nanmax(surface.size)
+    near[rows] = True
+    band = np.flatnonzero(near[surface.facets].any(axis=1))
+    return band[intersecting_pairs(points, surface.facets[band])]
+
+
+def _keys(pairs, surface) -> np.ndarray:
+    return pairs[:, 0] * len(surface.facets) + pairs[:, 1]
