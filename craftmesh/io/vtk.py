@@ -13,6 +13,7 @@ from craftmesh.io.grain_tets import read_grain_tets, write_grain_tets
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Crack, Surface, TetMesh, Voxels
 
 __all__ = [
+    "holds_crack",
     "read_crack",
     "read_grain_tets",
     "read_surface",
@@ -74,13 +75,19 @@ def write_crack(path: str | os.PathLike, crack: Crack) -> None:
 
 
 def read_crack(path: str | os.PathLike) -> Crack:
-    """Read a crack .vtp; raises CraftmeshError for a missing file or `uv`, or cells that are not triangles."""
+    """Read a crack .vtp; raises CraftmeshError for a missing file, missing `uv` or polygons."""
     poly = vtk_xml.read_dataset(path, "PolyData")
     triangles, _ = _triangles(path, poly)
     uv = vtk_xml.named_array(path, poly.GetPointData(), ["uv"], "point data")
     ids, offsets = vtk_xml.cells_of(poly.GetLines())
     fronts = tuple(np.split(ids, offsets[1:-1])) if len(ids) else ()
     return Crack(vtk_xml.points_of(poly), triangles, uv, fronts)
+
+
+def holds_crack(path: str | os.PathLike) -> bool:
+    """Return whether a .vtp is a crack: it has point data `uv` and no cell data `sides`."""
+    poly = vtk_xml.read_dataset(path, "PolyData")
+    return bool(poly.GetPointData().HasArray("uv")) and not poly.GetCellData().HasArray("sides")
 
 
 def write_voxels(path: str | os.PathLike, voxels: Voxels) -> None:

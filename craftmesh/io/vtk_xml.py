@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -96,7 +97,7 @@ def write_dataset(path: str | os.PathLike, dataset, kind: str) -> None:
     writer.SetCompressor(compressor)
     writer.SetInputData(dataset)
     faults = _collect_errors(writer)
-    with atomic_path(path) as temporary:
+    with atomic_path(path) as temporary, _without_messages():
         writer.SetFileName(os.fspath(temporary))
         if not writer.Write() or faults or writer.GetErrorCode():
             raise CraftmeshError(f"{path}: cannot be written; check the folder and the space left on it")
@@ -105,21 +106,16 @@ def write_dataset(path: str | os.PathLike, dataset, kind: str) -> None:
 def read_dataset(path: str | os.PathLike, kind: str):
     """Read a VTK XML file of `kind`; raises CraftmeshError if it is missing, broken or of another kind."""
     from vtkmodules import vtkIOXML
-    from vtkmodules.vtkCommonCore import vtkObject
 
     if not Path(path).is_file():
         raise CraftmeshError(f"{path}: no such file; run the stage that writes it or give another path")
     reader = getattr(vtkIOXML, f"vtkXML{kind}Reader")()
     faults = _collect_errors(reader)
-    shown = vtkObject.GetGlobalWarningDisplay()
-    vtkObject.SetGlobalWarningDisplay(0)
-    try:
+    with _without_messages():
         readable = reader.CanReadFile(os.fspath(path))
         if readable:
             reader.SetFileName(os.fspath(path))
             reader.Update()
-    finally:
-        vtkObject.SetGlobalWarningDisplay(shown)
     if not readable or faults or reader.GetErrorCode():
         raise CraftmeshError(f"{path}: not a whole VTK XML {kind} file; write it again")
     return reader.GetOutput()
@@ -140,6 +136,19 @@ def field_array(dataset, name: str) -> np.ndarray | None:
     """Return the field data array `name`, or None where there is none."""
     array = dataset.GetFieldData().GetArray(name)
     return None if array is None else as_numpy(array)
+
+
+@contextmanager
+def _without_messages():
+    """Keep VTK from printing what is raised as CraftmeshError."""
+    from vtkmodules.vtkCommonCore import vtkObject
+
+    shown = vtkObject.GetGlobalWarningDisplay()
+    vtkObject.SetGlobalWarningDisplay(0)
+    try:
+        yield
+    finally:
+        vtkObject.SetGlobalWarningDisplay(shown)
 
 
 def _collect_errors(algorithm) -> list:

@@ -148,6 +148,12 @@ def test_missing_arrays_are_named(tmp_path):
         vtk.read_crack(tmp_path / "s.vtp")
 
 
+def test_cracks_and_surfaces_are_told_apart(tmp_path):
+    vtk.write_surface(tmp_path / "s.vtp", cube_surface())
+    vtk.write_crack(tmp_path / "c.vtp", crack_with_two_fronts())
+    assert vtk.holds_crack(tmp_path / "c.vtp") and not vtk.holds_crack(tmp_path / "s.vtp")
+
+
 def test_a_file_of_another_kind_is_refused(tmp_path):
     vtk.write_surface(tmp_path / "s.vtp", cube_surface())
     with pytest.raises(CraftmeshError, match="UnstructuredGrid"):

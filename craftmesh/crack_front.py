@@ -1,0 +1,160 @@
+"""The front of an opened crack: its ordered nodes and the frames along it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.measure import area_vectors
+from craftmesh.tet_connectivity import face_nodes, group_edges
+from craftmesh.types import TetMesh
+
+
+@dataclass(frozen=True)
+class FrontFrames:
+    """One row per front node, in order; several fronts follow one another.
+
+    front (k,) number of the front from 1; closed (k,) 1 on closed fronts; node (k,) node id from 0;
+    s (k,) arc length from the front's first node; points, tangent, normal, binormal (k, 3). normal is
+    the crack plane's, from lip B to lip A; binormal = tangent x normal points out of the crack, into the
+    material that it has not reached.
+    """
+
+    front: np.ndarray
+    closed: np.ndarray
+    node: np.ndarray
+    s: np.ndarray
+    points: np.ndarray
+    tangent: np.ndarray
+    normal: np.ndarray
+    binormal: np.ndarray
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return the columns of front.csv in order; nodes are numbered from 1 as in the deck."""
+        names = ("s", "points", "tangent", "normal", "binormal", "front", "closed")
+        return {name: getattr(self, name) for name in names} | {"node": self.node + 1}
+
+
+def front_polylines(points: np.ndarray, tets: np.ndarray, face_sets) -> list[tuple[np.ndarray, bool]]:
+    """Return the crack's fronts as (ordered corner nodes, closed?), sorted by their first points.
+
+    A front edge lies on the rim of lip A, joins two nodes that lip B shares and is on no other free
+    face. It runs so that the crack is on its left seen from lip A. Open fronts start at their tail,
+    closed ones at their point of lowest x, then y, then z; closed ones do not repeat the first node.
+    """
+    edges = _front_edges(tets[:, :4], face_sets)
+    chains = _chains(edges, points)
+    return sorted(chains, key=lambda chain: tuple(points[chain[0][0]]))
+
+
+def front_frames(mesh: TetMesh) -> FrontFrames:
+    """Return the frames along the front nodes of `mesh`, mid nodes included when it has them.
+
+    Tangents are those of the parabola through a node and its two neighbours; normals are the
+    area-weighted mean of lip A's facets at the node, made square to the tangent. Empty without crack.
+    """
+    normals = _lip_normals(mesh)
+    columns: dict[str, list] = {name: [] for name in FrontFrames.__dataclass_fields__}
+    for number, (nodes, closed) in enumerate(mesh_fronts(mesh), 1):
+        points = mesh.points[nodes]
+        s, tangent = _tangents(points, closed)
+        normal = normals[nodes] - (normals[nodes] * tangent).sum(axis=1, keepdims=True) * tangent
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        rows = (np.full(len(nodes), number), np.full(len(nodes), int(closed)), nodes, s, points)
+        for name, values in zip(columns, (*rows, tangent, normal, np.cross(tangent, normal))):
+            columns[name].append(values)
+    if not columns["node"]:
+        return FrontFrames(*(np.zeros(0, np.int64),) * 3, np.zeros(0), *(np.zeros((0, 3)),) * 4)
+    return FrontFrames(**{name: np.concatenate(parts) for name, parts in columns.items()})
+
+
+def mesh_fronts(mesh: TetMesh) -> list[tuple[np.ndarray, bool]]:
+    """Return the ordered fronts of a mesh, mid nodes between the corners when it has them."""
+    fronts = front_polylines(mesh.points, mesh.tets, mesh.face_sets)
+    if mesh.tets.shape[1] == 4:
+        return fronts
+    nodes = face_nodes(mesh.tets, mesh.face_sets["CRACK_LIP_A"]) if fronts else np.zeros((0, 6), np.int64)
+    mid_of = {(a, b): mid for i in range(3) for a, b, mid in nodes[:, [i, (i + 1) % 3, 3 + i]].tolist()}
+    return [(with_mid_nodes(corners, closed, mid_of), closed) for corners, closed in fronts]
+
+
+def with_mid_nodes(corners: np.ndarray, closed: bool, mid_of: dict) -> np.ndarray:
+    """Return the front with `mid_of[tail, head]` after each tail; a closed front ends with a mid node."""
+    ahead = np.roll(corners, -1) if closed else corners[1:]
+    mids = [mid_of[edge] for edge in zip(corners.tolist(), ahead.tolist())]
+    result = np.empty(len(corners) + len(mids), np.int64)
+    result[0::2], result[1::2] = corners, mids
+    return result
+
+
+def _front_edges(tets, face_sets) -> np.ndarray:
+    """Return the directed front edges (k, 2)."""
+    empty = np.zeros((0, 2), np.int64)
+    corners = {name: face_nodes(tets, faces) for name, faces in face_sets.items() if len(faces)}
+    lips = [corners.pop(name, np.zeros((0, 3), np.int64)) for name in ("CRACK_LIP_A", "CRACK_LIP_B")]
+    if not all(map(len, lips)):
+        return empty
+    on_both = np.intersect1d(*lips)
+    directed = _edges_of(lips[0])
+    directed = directed[np.isin(directed, on_both).all(axis=1)]
+    others = [edges[np.isin(edges, on_both).all(axis=1)] for edges in map(_edges_of, corners.values())]
+    together = np.concatenate([directed, *others]) if len(directed) else empty
+    groups = group_edges(together)
+    once = groups.lead[groups.count == 1]
+    return directed[np.sort(once[once < len(directed)])]
+
+
+def _edges_of(triangles: np.ndarray) -> np.ndarray:
+    return triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+
+
+def _chains(edges: np.ndarray, points: np.ndarray) -> Iterator[tuple[np.ndarray, bool]]:
+    """Yield the chains of directed edges, broken where more or fewer than two edges meet."""
+    ahead: dict[int, list[int]] = {}
+    behind: dict[int, int] = {}
+    for tail, head in edges.tolist():
+        ahead.setdefault(tail, []).append(head)
+        behind[head] = behind.get(head, 0) + 1
+    joints = {node for node in ahead.keys() | behind.keys() if len(ahead.get(node, ())) != 1}
+    joints |= {node for node in ahead if behind.get(node, 0) != 1}
+    for start in sorted(joints & ahead.keys()):
+        for node in ahead.pop(start):
+            chain = [start, node]
+            while node not in joints:
+                node = ahead.pop(node)[0]
+                chain.append(node)
+            closed = chain[0] == chain[-1]
+            yield np.array(chain[:-1] if closed else chain, np.int64), closed
+    for start in sorted(ahead, key=lambda node: tuple(points[node])):
+        chain = []
+        while start in ahead:
+            chain.append(start)
+            start = ahead.pop(start)[0]
+        if chain:
+            yield np.array(chain, np.int64), True
+
+
+def _lip_normals(mesh: TetMesh) -> np.ndarray:
+    """Return at each node the sum of the area vectors of lip A's facets, zero elsewhere."""
+    normals = np.zeros(mesh.points.shape)
+    if "CRACK_LIP_A" in mesh.face_sets:
+        nodes = face_nodes(mesh.tets, mesh.face_sets["CRACK_LIP_A"])
+        np.add.at(normals, nodes, area_vectors(mesh.points, nodes[:, :3])[:, None, :])
+    return normals
+
+
+def _tangents(points: np.ndarray, closed: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return arc lengths (k,) and unit tangents (k, 3) of an ordered polyline."""
+    following = np.roll(points, -1, axis=0) - points
+    length = np.linalg.norm(following, axis=1)
+    slope = following / length[:, None]
+    before, before_length = np.roll(slope, 1, axis=0), np.roll(length, 1)
+    weight = (before_length / (before_length + length))[:, None]
+    tangent = weight * slope + (1 - weight) * before
+    if not closed:
+        first, last = slope[0], slope[-2]
+        if len(points) > 2:
+            first, last = 2 * slope[0] - tangent[1], 2 * slope[-2] - tangent[-2]
+        tangent[0], tangent[-1] = first, last
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    return np.concatenate([[0.0], np.cumsum(length[:-1])]), tangent

@@ -1,0 +1,62 @@
+"""From 4-node to 10-node tetrahedra with straight edges."""
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from craftmesh.crack_front import mesh_fronts
+from craftmesh.errors import CraftmeshError
+from craftmesh.mesh_sets import node_sets_of
+from craftmesh.tet_connectivity import EDGE_CORNERS, group_edges, tet_edges
+from craftmesh.types import TetMesh
+
+_OFF_EDGE = np.array([[2, 3], [0, 3], [1, 3], [1, 2], [0, 2], [0, 1]])  # the corners that an edge lacks
+
+
+def raise_order(mesh: TetMesh) -> TetMesh:
+    """Return `mesh` with a shared node midway on each edge, in Abaqus' order 12 23 31 14 24 34.
+
+    Corner nodes keep their ids. Mid nodes join the sets of the box, of the lips and of the fronts
+    (between their corners); other node sets stay as they are. An edge across the crack whose ends are
+    both on the front gets one mid node per lip. Raises CraftmeshError when the mesh has 10 nodes already.
+    """
+    if mesh.tets.shape[1] != 4:
+        raise CraftmeshError("the mesh has 10-node tetrahedra already; expected 4-node ones")
+    groups = group_edges(tet_edges(mesh.tets))
+    mid = _open_chords(mesh, groups.index.reshape(-1, 6), len(groups.lead))
+    lead = np.empty(mid.max(initial=-1) + 1, np.int64)
+    lead[mid.ravel()[::-1]] = np.arange(mid.size)[::-1]
+    ends = mesh.points[mesh.tets[lead[:, None] // 6, EDGE_CORNERS[lead % 6]]]
+    points = np.concatenate([mesh.points, 0.5 * (ends[:, 0] + ends[:, 1])])
+    tets = np.hstack([mesh.tets, len(mesh.points) + mid])
+    raised = TetMesh(points, tets, mesh.grain, mesh.node_sets, mesh.face_sets)
+    sets = dict(mesh.node_sets) | node_sets_of(tets, mesh.face_sets, mesh_fronts(raised))
+    return TetMesh(points, tets, mesh.grain, sets, mesh.face_sets)
+
+
+def _open_chords(mesh: TetMesh, edge: np.ndarray, count: int) -> np.ndarray:
+    """Return `edge` (m, 6) with a new number for the second lip of edges between two front nodes.
+
+    Elements around such an edge belong together when they share a face at it; the first component
+    keeps the edge's number, others get numbers from `count` on.
+    """
+    on_front = np.zeros(len(mesh.points), bool)
+    on_front[mesh.node_sets.get("CRACK_FRONT", [])] = True
+    tet, local = np.nonzero(on_front[mesh.tets][:, EDGE_CORNERS].all(axis=2))
+    if not len(tet):
+        return edge
+    third = mesh.tets[tet[:, None], _OFF_EDGE[local]]
+    number = edge[tet, local]
+    _, face = np.unique(number[:, None] * len(mesh.points) + third, return_inverse=True)
+    rows = np.repeat(np.arange(len(tet)), 2)
+    n = len(tet) + face.max() + 1
+    graph = coo_array((np.ones(len(rows), np.int8), (rows, len(tet) + face.ravel())), shape=(n, n))
+    _, component = connected_components(graph, directed=False)
+    _, first, which = np.unique(component[: len(tet)], return_index=True, return_inverse=True)
+    order = np.lexsort((first, number[first]))
+    repeated = order[1:][number[first[order[1:]]] == number[first[order[:-1]]]]
+    new_number = number[first]
+    new_number[repeated] = count + np.arange(len(repeated))
+    edge = edge.copy()
+    edge[tet, local] = new_number[which]
+    return edge

@@ -1,0 +1,88 @@
+"""Faces and edges of tetrahedra in Abaqus' numbering, and how they meet; computed, never stored."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.kernels.row_groups import group_rows
+
+# Corners of S1..S4; by the right-hand rule their normals point into an element of positive volume.
+FACE_CORNERS = np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
+# Corners of the edges that carry the mid nodes 5..10.
+EDGE_CORNERS = np.array([[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]])
+# Edges of S1..S4 from each corner to the next.
+FACE_EDGES = np.array([[0, 1, 2], [3, 4, 0], [4, 5, 1], [5, 3, 2]])
+
+
+@dataclass(frozen=True)
+class RowGroups:
+    """Rows with equal contents: group j holds rows order[first[j] : first[j + 1]], ascending."""
+
+    order: np.ndarray
+    first: np.ndarray
+
+    @property
+    def count(self) -> np.ndarray:
+        """(g,) number of rows per group."""
+        return np.diff(self.first)
+
+    @property
+    def lead(self) -> np.ndarray:
+        """(g,) the lowest row of each group."""
+        return self.order[self.first[:-1]]
+
+    @property
+    def index(self) -> np.ndarray:
+        """(k,) the group of each row."""
+        index = np.empty(len(self.order), np.int64)
+        index[self.order] = np.repeat(np.arange(len(self.first) - 1), self.count)
+        return index
+
+    @property
+    def pairs(self) -> np.ndarray:
+        """(p, 2) the two rows of the groups that have exactly two."""
+        start = self.first[:-1][self.count == 2]
+        return np.stack([self.order[start], self.order[start + 1]], axis=1)
+
+
+def half_faces(tets: np.ndarray) -> np.ndarray:
+    """Return the corners (4m, 3) of all faces: row 4 * tet + face."""
+    return tets[:, FACE_CORNERS].reshape(-1, 3)
+
+
+def half_face_corners(tets: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return the corners (..., 3) of the half faces `rows` (...) = 4 * tet + face."""
+    return tets[(rows // 4)[..., None], FACE_CORNERS[rows % 4]]
+
+
+def tet_edges(tets: np.ndarray) -> np.ndarray:
+    """Return the end nodes (6m, 2) of all edges: row 6 * tet + edge."""
+    return tets[:, EDGE_CORNERS].reshape(-1, 2)
+
+
+def group_triples(triples: np.ndarray) -> RowGroups:
+    """Group triangles (k, 3) that have the same three corners, whatever their order."""
+    a, b, c = (np.asarray(triples[:, i], np.int64) for i in range(3))
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    stride = int(high.max()) + 1 if len(high) else 0
+    middle = a + b + c - low - high
+    return RowGroups(*group_rows(low, middle * stride + high, stride))
+
+
+def group_edges(edges: np.ndarray) -> RowGroups:
+    """Group edges (k, 2) that have the same two ends, whatever their order."""
+    a, b = (np.asarray(edges[:, i], np.int64) for i in range(2))
+    stride = int(edges.max()) + 1 if len(edges) else 0
+    return RowGroups(*group_rows(np.minimum(a, b), np.maximum(a, b), stride))
+
+
+def face_nodes(tets: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return the nodes of `faces` (k, 2) rows (tet, face): (k, 3) corners, or (k, 6) with the mid nodes."""
+    local = FACE_CORNERS if tets.shape[1] == 4 else np.hstack([FACE_CORNERS, 4 + FACE_EDGES])
+    return tets[faces[:, :1], local[faces[:, 1]]]
+
+
+def tet_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
+    """Return the signed volumes (m,); positive when corners 1, 2, 3 turn right-handed towards corner 4."""
+    a, b, c, d = (points[tets[:, i]] for i in range(4))
+    return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
