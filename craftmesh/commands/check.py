@@ -45,15 +45,15 @@ def check_mesh(file: Path, arguments) -> list[str]:
 
 def check_polygons(file: Path, arguments) -> list[str]:
     """Check a surface or, where the file has no `sides`, a crack."""
-    from craftmesh.io.vtk import holds_crack, read_crack, read_surface
+    from craftmesh.io import vtk, vtk_xml
 
-    if holds_crack(file):
-        from craftmesh.cracking import check_crack
+    if vtk_xml.read_dataset(file, "PolyData").GetCellData().HasArray("sides"):
+        from craftmesh.check_surface import check_surface
 
-        return check_crack(read_crack(file))
-    from craftmesh.check_surface import check_surface
+        return check_surface(vtk.read_surface(file))
+    from craftmesh.check_crack import check_crack
 
-    return check_surface(read_surface(file))
+    return check_crack(vtk.read_crack(file))
 
 
 def check_volume(file: Path, arguments) -> list[str]:

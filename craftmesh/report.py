@@ -1,0 +1,75 @@
+"""One self-contained html page with the measures of every case and increment."""
+
+import html
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from craftmesh.atomic import atomic_path
+
+STYLE = """body{font:14px sans-serif;margin:2em;color:#222}table{border-collapse:collapse}
+th,td{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right}th:first-child,td:first-child{text-align:left}
+figure{display:inline-block;margin:.5em 1em .5em 0}figcaption{font-size:12px}rect{fill:#3b6ea5}"""
+WIDTH, HEIGHT = 260, 90
+
+
+def write_report(path: str | os.PathLike, rows: Sequence[tuple[str, str, dict]]) -> None:
+    """Write the page for `rows` of (case, increment, quality): a table of the plain numbers, and histograms.
+
+    A histogram is a dict of `edges` (n + 1) and `counts` (n). Rows are taken in the order given.
+    """
+    title = "craftmesh: measures of every case and increment"
+    body = [f"<h1>{title}</h1>", _table(rows), *(_figures(*row) for row in rows)]
+    page = (
+        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title>'
+        f"<style>{STYLE}</style>\n" + "\n".join(body) + "\n</html>\n"
+    )
+    with atomic_path(Path(path)) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+
+
+def _table(rows: Sequence[tuple[str, str, dict]]) -> str:
+    keys = list(dict.fromkeys(key for _, _, quality in rows for key in quality if _is_number(quality[key])))
+    head = "".join(f"<th>{html.escape(key.replace('_', ' '))}</th>" for key in ("case", "increment", *keys))
+    lines = []
+    for case, increment, quality in rows:
+        cells = [html.escape(case), html.escape(increment), *(_number(quality.get(key)) for key in keys)]
+        lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    return f"<table><tr>{head}</tr>\n" + "\n".join(lines) + "</table>"
+
+
+def _figures(case: str, increment: str, quality: dict) -> str:
+    figures = [
+        f"<figure>{_histogram(value['edges'], value['counts'])}"
+        f"<figcaption>{html.escape(key.replace('_', ' '))}</figcaption></figure>"
+        for key, value in quality.items()
+        if isinstance(value, dict) and {"edges", "counts"} <= value.keys()
+    ]
+    heading = f"<h2>{html.escape(case)} {html.escape(increment)}</h2>"
+    return heading + "".join(figures) if figures else ""
+
+
+def _histogram(edges: Sequence[float], counts: Sequence[int]) -> str:
+    """Return an inline picture of bars with the first and the last edge written under them."""
+    top = max([*counts, 1])
+    wide = WIDTH / max(len(counts), 1)
+    bars = "".join(
+        f'<rect x="{i * wide:.1f}" y="{HEIGHT * (1 - n / top):.1f}" width="{wide * 0.9:.1f}" '
+        f'height="{HEIGHT * n / top:.1f}"/>'
+        for i, n in enumerate(counts)
+    )
+    ends = (
+        f'<text x="0" y="{HEIGHT + 14}" font-size="11">{edges[0]:g}</text>'
+        f'<text x="{WIDTH}" y="{HEIGHT + 14}" font-size="11" text-anchor="end">{edges[-1]:g}</text>'
+    )
+    return f'<svg width="{WIDTH}" height="{HEIGHT + 18}">{bars}{ends}</svg>'
+
+
+def _is_number(value) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _number(value) -> str:
+    if value is None:
+        return "–"
+    return f"{value:,}" if isinstance(value, int) else f"{value:.5g}"

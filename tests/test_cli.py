@@ -1,0 +1,109 @@
+"""The command line: verbs in the order of the way, one line and status 1 for every error, quick start."""
+
+import importlib
+import subprocess
+import sys
+
+import pytest
+
+from craftmesh import cli
+from craftmesh.errors import CraftmeshError
+
+
+def module_of(verb: str):
+    return importlib.import_module("craftmesh.commands." + {"import": "import_"}.get(verb, verb))
+
+
+def said(capsys) -> str:
+    """Return the one line on stderr; nothing else was printed."""
+    out, err = capsys.readouterr()
+    assert out == "" and err.endswith("\n") and err.count("\n") == 1
+    return err
+
+
+def test_help_lists_the_stages_in_the_order_of_the_way(capsys):
+    assert cli.main(["--help"]) == 0
+    text = capsys.readouterr().out
+    way = [
+        "import",
+        "remesh",
+        "crack",
+        "stitch",
+        "gradate",
+        "tetrahedralize",
+        "assemble",
+        "inp",
+        "check",
+        "report",
+    ]
+    places = [text.index(f"\n  {verb} ") for verb in way]
+    assert places == sorted(places)
+
+
+def test_help_does_not_load_the_stages():
+    code = "import sys; from craftmesh import cli; cli.main(['--help']); print('numpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "False"
+
+
+@pytest.mark.parametrize("verb", cli.VERBS)
+def test_every_verb_has_help(verb, capsys):
+    with pytest.raises(SystemExit) as exit:
+        cli.main([verb, "--help"])
+    assert exit.value.code == 0
+    text = capsys.readouterr().out
+    assert (
+        text.startswith(f"usage: craftmesh {verb}") and module_of(verb).__doc__.split(".")[0][:30] in text
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        ("unknown", "'unknown' is not a verb; expected one of generate, import"),
+        ("remesh", "the following arguments are required"),
+        ("remesh gone.npz -o s.vtp", "gone.npz: no such file"),
+        ("gradate gone.vtp -o s.vtp", "gone.vtp"),
+        ("import gone.npz --labels l.npz", "gone.npz: no such file"),
+        ("import gone.npz", "nothing to write"),
+        ("tetrahedralize s.vtp --chunk 3/2 -o c.npz", "'3/2' is not K/N"),
+        ("check gone.vtu", "gone.vtu: no such file"),
+        ("inp gone.vtu -o model.inp", "gone.vtu"),
+        ("stitch gone -o s.vtp", "gone: no such file"),
+        ("report gone.json -o r.html", "gone.json: no such file"),
+    ],
+)
+def test_mistakes_are_one_line(words, line, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(words.split()) == 1
+    text = said(capsys)
+    assert text.startswith("craftmesh: error: ") and line in text
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "line"),
+    [
+        (CraftmeshError("grain 7:\n open"), 1, "craftmesh: error: grain 7: open\n"),
+        (MemoryError(), 1, "craftmesh: error: out of memory"),
+        (KeyboardInterrupt(), 130, "craftmesh: error: interrupted"),
+        (
+            PermissionError(13, "Permission denied", "a.vtp"),
+            1,
+            "craftmesh: error: a.vtp: Permission denied\n",
+        ),
+    ],
+)
+def test_every_kind_of_failure_is_one_line(error, status, line, capsys, monkeypatch):
+    def fail(argv):
+        raise error
+
+    monkeypatch.setattr(cli, "run", fail)
+    assert cli.main([]) == status
+    assert said(capsys).startswith(line)
+
+
+def test_check_refuses_other_files(tmp_path, capsys):
+    (tmp_path / "a.txt").touch()
+    assert cli.main(["check", str(tmp_path / "a.txt")]) == 1
+    assert "suffix '.txt'" in said(capsys)

@@ -1,0 +1,70 @@
+"""Snakemake runs on campaigns in temporary folders."""
+
+import os
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+CONFIG = """
+cases: cases.tsv
+chunks: 2
+generate: {shape: [16, 15, 14], grains: 5, voids: 0, embedded: 0, pairs: 0}
+sizing: {l0: 1.0, l_min: 0.7, l_max: 2.5, r0: 3.0, r1: 6.0}
+cracks:
+  tiny: {centre: [8.0, 0.0, 7.3], radius: 3.5, growth: 1.0}
+"""
+CASES = "case\tmicrostructure\tcrack\tincrements\ntiny\tsynthetic\ttiny\t2\n"
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a finished Snakemake run said."""
+
+    status: int
+    text: str
+
+    @property
+    def jobs(self) -> dict[str, int]:
+        """Jobs by rule, from the run's statistics; empty when there is nothing to do."""
+        table = self.text.partition("Job stats:")[2].partition("\n\n")[0]
+        return {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", table, re.M)}
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A folder with a configuration and a sheet that Snakemake runs in."""
+
+    path: Path
+
+    def snakemake(self, *flags: str, package: Path | None = None) -> Run:
+        """Run Snakemake here; the craftmesh in the folder `package` takes the installed one's place."""
+        command = [str(Path(sys.executable).parent / "snakemake"), "-s", str(ROOT / "Snakefile"), *flags]
+        environment = os.environ | ({"PYTHONPATH": str(package)} if package else {})
+        done = subprocess.run(
+            [*command, "--configfile", "config.yaml"],
+            cwd=self.path,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=500,
+        )
+        return Run(done.returncode, done.stdout)
+
+
+@pytest.fixture(scope="session")
+def new_folder(tmp_path_factory):
+    """Return a function that makes a campaign's folder with lines added to its configuration."""
+
+    def make(cases: str = CASES, config: str = CONFIG) -> Folder:
+        path = tmp_path_factory.mktemp("campaign")
+        (path / "config.yaml").write_text(config)
+        (path / "cases.tsv").write_text(cases)
+        return Folder(path)
+
+    return make

@@ -1,0 +1,87 @@
+"""A tiny campaign through Snakemake: complete, repeated byte for byte, and rerun only where it must be."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.xdist_group("tiny campaign")
+FILES_OF_INCREMENT = {
+    "crack.vtp",
+    "surface.vtp",
+    "gradated.vtp",
+    "volume.vtu",
+    "front.csv",
+    "model.inp",
+    "quality.json",
+}
+AFTER_ASSEMBLE = {"inp", "check", "report", "all"}
+AFTER_GRADATE = {"tetrahedralize", "assemble"} | AFTER_ASSEMBLE
+
+
+@pytest.fixture(scope="module")
+def finished(new_folder):
+    folder = new_folder()
+    run = folder.snakemake("--cores", "2")
+    assert run.status == 0, run.text
+    return folder
+
+
+def test_all_files_are_there(finished):
+    results = finished.path / "results"
+    for inc in ("000", "001"):
+        assert FILES_OF_INCREMENT <= {path.name for path in (results / "tiny" / inc).iterdir()}
+        assert (results / "logs" / "tiny" / inc / "gradated.log").is_file()
+        assert (results / "benchmarks" / "tiny" / inc / "gradated.tsv").is_file()
+    assert "tiny" in (results / "report.html").read_text()
+    assert not list(results.rglob(".tmp-*"))
+
+
+def test_rerun_does_nothing(finished):
+    run = finished.snakemake("--cores", "1")
+    assert run.status == 0 and run.jobs == {} and "Nothing to be done" in run.text
+
+
+@pytest.mark.parametrize(
+    ("module", "rules"),
+    [
+        ("gradate.py", {"gradate"} | AFTER_GRADATE),
+        ("second_order.py", {"inp", "all"}),
+        ("digest.py", set()),
+    ],
+)
+def test_touched_module_reruns_its_stage_and_what_follows(finished, tmp_path, module, rules):
+    package = shutil.copytree(
+        ROOT / "craftmesh", tmp_path / "craftmesh", ignore=shutil.ignore_patterns("*.nbi", "*.nbc")
+    )
+    with open(package / module, "a") as stream:
+        stream.write("\n# touched\n")
+    run = finished.snakemake("--dry-run", package=tmp_path)
+    assert run.status == 0, run.text
+    assert set(run.jobs) - {"total"} == rules
+
+
+def test_changed_option_reruns_its_stage_and_what_follows(finished):
+    run = finished.snakemake("--dry-run", "--config", "chunks=2", "results=results")
+    assert run.jobs == {}
+    run = finished.snakemake("--dry-run", "--config", "chunks=3")
+    assert set(run.jobs) - {"total"} == AFTER_GRADATE
+
+
+def test_one_more_increment_runs_only_that_increment(finished, tmp_path):
+    more = shutil.copytree(finished.path, tmp_path / "more")
+    sheet = more / "cases.tsv"
+    sheet.write_text(sheet.read_text().replace("\t2\n", "\t3\n"))
+    run = type(finished)(more).snakemake("--dry-run")
+    assert run.jobs["gradate"] == 1 and run.jobs["crack"] == 1 and "remesh" not in run.jobs
+
+
+def test_second_run_gives_the_same_bytes(finished, new_folder):
+    again = new_folder()
+    run = again.snakemake("--cores", "2", "--config", "chunks=3")
+    assert run.status == 0, run.text
+    for inc in ("000", "001"):
+        for name in sorted(FILES_OF_INCREMENT):
+            file = Path("results") / "tiny" / inc / name
+            assert (again.path / file).read_bytes() == (finished.path / file).read_bytes(), file

@@ -1,0 +1,92 @@
+"""What Snakemake plans, and what it refuses, before any job runs."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from craftmesh.config_schema import config_schema
+
+ROOT = Path(__file__).resolve().parents[2]
+PER_CASE = {"generate": 1, "import_microstructure": 1, "remesh": 1}
+PER_INCREMENT = {
+    "crack": 1,
+    "stitch": 1,
+    "gradate": 1,
+    "tetrahedralize": 2,
+    "assemble": 1,
+    "inp": 1,
+    "check": 1,
+}
+HEADER = "case\tmicrostructure\tcrack\tincrements\n"
+
+
+def test_plan_of_a_new_campaign(new_folder):
+    cases = HEADER + "a\tsynthetic\ttiny\t3\nb\tsynthetic\ttiny\t1\nc\tsynthetic\tnone\t1\n"
+    run = new_folder(cases).snakemake("--dry-run")
+    wanted = {rule: 3 * count for rule, count in PER_CASE.items()}
+    wanted |= {rule: 5 * count for rule, count in PER_INCREMENT.items()}
+    wanted |= {"crack": 4, "report": 1, "all": 1}
+    assert run.status == 0, run.text
+    assert run.jobs == wanted | {"total": sum(wanted.values())}
+
+
+def test_slurm_profile_plans_the_same_jobs_in_groups(new_folder):
+    folder = new_folder()
+    run = folder.snakemake("--dry-run", "--profile", str(ROOT / "profiles" / "slurm"))
+    assert run.status == 0, run.text
+    assert run.jobs == folder.snakemake("--dry-run").jobs
+    for inc in ("000", "001"):
+        assert f"Group job surface_tiny_{inc}" in run.text and f"Group job deck_tiny_{inc}" in run.text
+
+
+@pytest.mark.parametrize(
+    ("cases", "line", "said"),
+    [
+        (HEADER + "a\tsynthetic\ttiny\t1\n" * 2, "", "case 'a' is there twice"),
+        (HEADER + "a\tgone.npz\ttiny\t1\n", "", "gone.npz is not there"),
+        (HEADER + "a\tsynthetic\ttiny\t1\n", "gradte: {}", "unknown key 'gradte'; did you mean 'gradate'?"),
+    ],
+)
+def test_mistakes_stop_the_campaign_with_one_line(new_folder, cases, line, said):
+    folder = new_folder(cases)
+    with open(folder.path / "config.yaml", "a") as stream:
+        stream.write(line)
+    before = sorted(path.name for path in folder.path.iterdir())
+    run = folder.snakemake("--cores", "1")
+    errors = [text for text in run.text.splitlines() if "error" in text.lower()]
+    assert run.status == 1
+    assert len(errors) == 1 and errors[0].startswith("craftmesh: error: ") and said in errors[0]
+    after = sorted(path.name for path in folder.path.iterdir() if path.name != ".snakemake")
+    assert after == before
+
+
+def test_schema_is_made_from_the_option_classes():
+    path = ROOT / "workflow" / "schemas" / "config.schema.yaml"
+    assert yaml.safe_load(path.read_text()) == config_schema(), (
+        f"run `python -m craftmesh.config_schema {path.relative_to(ROOT)}`"
+    )
+
+
+def test_default_configuration_names_and_explains_every_key():
+    text = (ROOT / "config" / "config.yaml").read_text()
+    given = yaml.safe_load(text)
+    for key, schema in config_schema()["properties"].items():
+        assert key in given, f"config/config.yaml does not name {key}"
+        missing = set(schema.get("properties", ())) - set(
+            given[key] if isinstance(given[key], dict) else ()
+        )
+        assert not missing, f"config/config.yaml does not name {sorted(missing)} of {key}"
+    bare = [line for line in text.splitlines() if line.strip() and "#" not in line]
+    assert not bare, f"keys without a comment: {bare}"
+
+
+@pytest.mark.parametrize("name", ["al1050", "al6xn", "copper"])
+def test_examples_are_complete(name, shared_data, new_folder, monkeypatch):
+    folder = new_folder()
+    example = ROOT / "examples" / name
+    run = folder.snakemake(
+        "--dry-run", "--directory", str(ROOT), "--configfile", str(example / "config.yaml")
+    )
+    assert run.status == 0, run.text
+    assert run.jobs["inp"] == 3
