@@ -20,7 +20,7 @@ SECTIONS = {
     ),
     "remesh": ("surface from labelled voxels", ["remesh.RemeshOptions"]),
     "sizing": ("the sizing function, Eq. 2-3", ["sizing.SizingOptions"]),
-    "stitch": ("joining of surfaces and insertion of the crack", ["stitch.StitchOptions"]),
+    "stitch": ("joining of surfaces and insertion of the crack", ["stitch_options.StitchOptions"]),
     "gradate": ("gradation of the surface", ["gradate.GradateOptions"]),
     "tetrahedralize": ("tetrahedra in the grains", ["tetrahedralize.TetrahedralizeOptions"]),
     "inp": ("the input deck", ["inp.DeckOptions"]),
@@ -90,7 +90,7 @@ def _property(field: dataclasses.Field, hint: Any) -> dict:
     made: dict[str, Any] = {"type": kinds[0] if len(kinds) == 1 else kinds, "description": about}
     if field.default is not dataclasses.MISSING:
         made["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
-    if isinstance(field.default, tuple) and field.default:
+    if isinstance(field.default, tuple) and field.default and Ellipsis not in typing.get_args(hint):
         made |= {"minItems": len(field.default), "maxItems": len(field.default)}
     if field.metadata.get("choices"):
         made["enum"] = [*field.metadata["choices"], *([None] if "null" in kinds else [])]

@@ -8,13 +8,14 @@ from pathlib import Path
 from craftmesh.atomic import atomic_path
 
 STYLE = """body{font:14px sans-serif;margin:2em;color:#222}table{border-collapse:collapse}
-th,td{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right}th:first-child,td:first-child{text-align:left}
+th,td{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right}
+th:first-child,td:first-child{text-align:left}
 figure{display:inline-block;margin:.5em 1em .5em 0}figcaption{font-size:12px}rect{fill:#3b6ea5}"""
 WIDTH, HEIGHT = 260, 90
 
 
 def write_report(path: str | os.PathLike, rows: Sequence[tuple[str, str, dict]]) -> None:
-    """Write the page for `rows` of (case, increment, quality): a table of the plain numbers, and histograms.
+    """Write the page for `rows` of (case, increment, quality): a table of the numbers, and histograms.
 
     A histogram is a dict of `edges` (n + 1) and `counts` (n). Rows are taken in the order given.
     """

@@ -51,7 +51,7 @@ def check_polygons(file: Path, arguments) -> list[str]:
         from craftmesh.check_surface import check_surface
 
         return check_surface(vtk.read_surface(file))
-    from craftmesh.check_crack import check_crack
+    from craftmesh.cracking.series import check_crack
 
     return check_crack(vtk.read_crack(file))
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output, existing
-from craftmesh.cracking import CrackOptions, prescribed_crack
+from craftmesh.cracking.series import crack_of_increment
+from craftmesh.cracking.shapes import CrackOptions
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import read_crack, read_surface, read_voxels, write_crack
@@ -30,7 +31,7 @@ def add_arguments(parser):
 
 
 def run(arguments):
-    crack = prescribed_crack(
+    crack = crack_of_increment(
         options_from(arguments, CrackOptions), arguments.increment, box_of(arguments.volume)
     )
     if arguments.previous:

@@ -13,15 +13,18 @@ def add_arguments(parser):
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     add_output(parser, "input deck .inp")
     parser.add_argument(
-        "--microstructure", type=Path, metavar="FILE", help="labels .npz with the grains' orientations"
+        "--microstructure",
+        type=Path,
+        metavar="FILE",
+        help="labels .npz with the grains' orientations and phases",
     )
     add_options(parser, DeckOptions)
 
 
 def run(arguments):
-    orientations = None
+    options = options_from(arguments, DeckOptions)
+    known = {}
     if arguments.microstructure:
-        orientations = read_labels(existing(arguments.microstructure)).orientations
-    write_deck(
-        arguments.output, read_tets(arguments.volume), options_from(arguments, DeckOptions), orientations
-    )
+        voxels = read_labels(existing(arguments.microstructure))
+        known = {"orientations": voxels.orientations, "phases": voxels.phases}
+    write_deck(arguments.output, read_tets(arguments.volume), options, **known)
