@@ -13,7 +13,12 @@ from craftmesh.measure import facet_angles
 from craftmesh.options import option
 from craftmesh.progress import silent
 from craftmesh.types import Surface, Voxels
-from craftmesh.vertex_classes import smoothing_neighbours, vertex_classes, vertices_around
+from craftmesh.vertex_classes import (
+    facets_beyond_box,
+    smoothing_neighbours,
+    vertex_classes,
+    vertices_around,
+)
 from craftmesh.volumes import restore_volumes
 
 
@@ -125,7 +130,9 @@ def smooth(
             moved = points
             for weight in weights:
                 moved = lap(moved, start, neighbour, fixed, weight)
-            bad = _bad_facets(moved, points, facets, options)
+            bad = spoiled_facets(moved, points, facets, options.sliver_quality, options.sliver_edge)
+            bad |= facets_beyond_box(moved, points, facets, kind)
+            bad[intersecting_pairs(moved, facets).ravel()] = True
             if not bad.any() or fixed.all():
                 break
             fixed[vertices_around(facets, bad, reach, len(points))] = True
@@ -133,11 +140,3 @@ def smooth(
         points = moved
         progress(0.3 + 0.6 * (number + 1) / len(stages), "smoothing")
     return points, int(fixed.all(axis=1).sum() - classes.fixed.all(axis=1).sum())
-
-
-def _bad_facets(
-    moved: np.ndarray, before: np.ndarray, facets: np.ndarray, options: RemeshOptions
-) -> np.ndarray:
-    bad = spoiled_facets(moved, before, facets, options.sliver_quality, options.sliver_edge)
-    bad[intersecting_pairs(moved, facets).ravel()] = True
-    return bad

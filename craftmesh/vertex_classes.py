@@ -69,6 +69,20 @@ def smoothing_neighbours(classes: VertexClasses) -> tuple[np.ndarray, np.ndarray
     return start, head[order]
 
 
+def facets_beyond_box(
+    moved: np.ndarray, points: np.ndarray, facets: np.ndarray, kind: np.ndarray
+) -> np.ndarray:
+    """Return (m,) bool: facets with a vertex moved past a plane of the box (one with facets)."""
+    beyond = np.zeros(len(points), bool)
+    for plane in range(1, 7):
+        on_plane = facets[kind == plane]
+        if len(on_plane):
+            axis, upper = divmod(plane - 1, 2)
+            level = points[on_plane[0, 0], axis]
+            beyond |= moved[:, axis] > level if upper else moved[:, axis] < level
+    return beyond[facets].any(axis=1)
+
+
 def vertices_around(facets: np.ndarray, chosen: np.ndarray, rings: int, n_points: int) -> np.ndarray:
     """Return (n_points,) bool: vertices of the chosen facets and of `rings` rings of facets around them."""
     around = np.zeros(n_points, bool)

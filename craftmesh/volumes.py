@@ -14,7 +14,7 @@ from craftmesh.kernels.triangles import intersecting_pairs
 from craftmesh.measure import area_vectors
 from craftmesh.progress import silent
 from craftmesh.types import CRACK, Surface
-from craftmesh.vertex_classes import vertex_classes, vertices_around
+from craftmesh.vertex_classes import facets_beyond_box, vertex_classes, vertices_around
 
 # A vertex moves at most this part of its mean edge in one round.
 STEP = 0.3
@@ -37,8 +37,8 @@ def restore_volumes(
 
     targets: grain id, or -k for void k, -> volume in model units. The displacement is the smallest one,
     in the sense of the area-weighted mean square, that corrects all volumes together to first order; it
-    is repeated up to `rounds` times, until every grain is within `tolerance` of its target. Vertices stay on their planes,
-    edges and corners of the box, and those of crack facets stay where they are. No facet comes to
+    is repeated up to `rounds` times, until every grain is within `tolerance` of its target. Vertices stay
+    on their planes, edges and corners of the box; those of crack facets do not move. No facet comes to
     intersect another one, turns over or falls below `min_quality` or `min_edge`; where one would, its
     vertices are held for the round and the others make up for it.
     Raises CraftmeshError when a target is not positive or the surface has no such grain.
@@ -57,7 +57,9 @@ def restore_volumes(
     first = drift = boundaries.volumes(points) / target - 1
     while done < rounds and np.abs(drift).max(initial=0) > tolerance:
         progress(done / rounds, "restoring volumes")
-        moved = _guarded_round(points, facets, boundaries, -drift * target, free, min_quality, min_edge)
+        moved = _guarded_round(
+            points, surface.kind, facets, boundaries, -drift * target, free, min_quality, min_edge
+        )
         new_drift = boundaries.volumes(moved) / target - 1
         done += 1
         if np.abs(new_drift).sum() >= 0.99 * np.abs(drift).sum():
@@ -124,7 +126,7 @@ def _boundaries(facets: np.ndarray, sides: np.ndarray, grains: np.ndarray) -> _B
     return _Boundaries(facets, row_start, pairs % stride, facet, sign, entry.reshape(-1))
 
 
-def _guarded_round(points, facets, boundaries, missing, free, min_quality, min_edge) -> np.ndarray:
+def _guarded_round(points, kind, facets, boundaries, missing, free, min_quality, min_edge) -> np.ndarray:
     """Return points after one correction; vertices around facets that it would spoil are held."""
     gradient = boundaries.gradient(points)
     reach, weight = _vertex_scales(points, facets)
@@ -133,6 +135,7 @@ def _guarded_round(points, facets, boundaries, missing, free, min_quality, min_e
     while free.any():
         moved = points + _displacement(gradient, missing, weight, free, STEP * reach)
         bad = spoiled_facets(moved, points, facets, min_quality, min_edge)
+        bad |= facets_beyond_box(moved, points, facets, kind)
         bad |= _turned(before, area_vectors(moved, facets))
         bad[intersecting_pairs(moved, facets).ravel()] = True
         if not bad.any():

@@ -2,7 +2,8 @@
 
 Each connected set of face segments is spanned on its own:
 
-    no face point (a loop of one label pair)    | best triangulation of the loop, else a fan
+    no face point (a loop of one label pair)    | best triangulation of the loop, else a fan;
+                                                | a fan for long loops beside another sheet
     two face points joined by three chains      | a junction edge between them closes each chain
     anything else                               | a cone from a cell point, tied wedges cut off
 """
@@ -17,6 +18,7 @@ from craftmesh.kernels.cell_tables import FIRST_CELL_POINT, FIRST_FACE_POINT, PO
 from craftmesh.kernels.cell_wedges import cone, cut_tied_wedge, middle_of
 
 MAX_FACETS = 256
+LONG_LOOP = 6
 
 # segments (64, 4), link (64, 4); sheets (256, 5): three local points, labels behind and ahead;
 # at: positions of the local points; group, after: component and outgoing segment of each point.
@@ -72,15 +74,20 @@ def _append_polygon(triangles, number, right, left, sheets, count):
 
 
 @njit(cache=True)
-def _span_loop(link, size, new, scratch, count):
-    """Fill a loop of one label pair; return the count of facets and of cell points (a fan needs one)."""
+def _span_loop(link, size, is_alone, new, scratch, count):
+    """Fill a loop of one label pair; return the count of facets and of cell points (a fan needs one).
+
+    Two long loops would meet in the middle of the cell when spanned by diagonals.
+    """
     polygon, triangles, at = scratch.polygon, scratch.triangles, scratch.at
     p = link[0, 0]
     for i in range(size):
         polygon[i] = p
         p = scratch.segments[scratch.after[p], 1]
     right, left = link[0, 2], link[0, 3]
-    number = triangulate(polygon, size, at, scratch, triangles)
+    number = 0
+    if is_alone or size < LONG_LOOP:
+        number = triangulate(polygon, size, at, scratch, triangles)
     if number:
         return _append_polygon(triangles, number, right, left, scratch.sheets, count), new
     middle_of(link, size, at, new)
@@ -162,7 +169,7 @@ def cell_sheets(labels, scratch):
         if size == 0:
             continue
         if face_points == 0:
-            count, new = _span_loop(link, size, new, scratch, count)
+            count, new = _span_loop(link, size, size == total, new, scratch, count)
             continue
         spanned = _span_junction(link, size, scratch, count) if face_points == 2 else -1
         if spanned < 0:
