@@ -173,6 +173,12 @@ def add_star(state, v, other, kept, count):
 
 
 @njit(cache=True)
+def star_of(state, v):
+    """Put all facets at `v` into the star; return how many, or -1 when too many."""
+    return add_star(state, v, np.int64(-1), v, np.int64(0))
+
+
+@njit(cache=True)
 def _add_dying(state, a, b):
     count = 0
     c = state.first[b]
@@ -301,7 +307,7 @@ def collapse(state, grid, limits, a, b, halfway):
     if makes_ear(state, a, b):
         return EAR
     dying = _add_dying(state, a, b)
-    moved = add_star(state, b, a, a, 0)
+    moved = add_star(state, b, a, a, np.int64(0))
     if halfway and moved >= 0:
         moved = add_star(state, a, b, a, moved)
     if dying < 0 or moved < 0:
@@ -381,13 +387,13 @@ def collapse_edge(state, grid, limits, a, b):
         if (state.flags[a] | state.flags[b]) & ON_CRACK or _grains_touch(state, a, b):
             return CONTACT
     if ends == EITHER and not (state.flags[a] & ON_CRACK):
-        reason = collapse(state, grid, limits, a, b, True)
+        reason = collapse(state, grid, limits, a, b, np.bool_(True))
         if reason == DONE:
             return DONE
     if ends != ONTO_B:
-        reason = collapse(state, grid, limits, a, b, False)
+        reason = collapse(state, grid, limits, a, b, np.bool_(False))
     if ends != ONTO_A and reason != DONE:
-        reason = collapse(state, grid, limits, b, a, False)
+        reason = collapse(state, grid, limits, b, a, np.bool_(False))
     return reason
 
 

@@ -11,10 +11,10 @@ from craftmesh.kernels.collapse import (
     ON_CRACK,
     ON_FRONT,
     VOLUME,
-    add_star,
     grain_cones,
     hits,
     shape_refusal,
+    star_of,
     worst_score,
 )
 from craftmesh.kernels.cones import book_drift, drift_allows, volume_shift
@@ -43,10 +43,10 @@ def _collect_loose(state, moved, v):
 @njit(cache=True)
 def relocate(state, grid, limits, v, place, floor):
     """Move vertex `v` to `place` when every guard holds and all angle scores reach `floor`."""
-    moved = add_star(state, v, -1, v, 0)
+    moved = star_of(state, v)
     if moved < 0:
         return LINK
-    rows = grain_cones(state, moved, 0, place)
+    rows = grain_cones(state, moved, np.int64(0), place)
     if not drift_allows(state, rows, limits.drift):
         return VOLUME
     before = state.points[v].copy()
@@ -59,7 +59,7 @@ def relocate(state, grid, limits, v, place, floor):
             state, loose, moved, limits.distance * state.size[v], limits.crack_distance
         ):
             reason = DISTANCE
-    if reason == DONE and hits(state, grid, moved, 0):
+    if reason == DONE and hits(state, grid, moved, np.int64(0)):
         reason = HIT
     if reason != DONE:
         state.points[v] = before
@@ -83,9 +83,9 @@ def constrain(state, v, place):
     elif flags & ON_CRACK:
         put_on_crack(state.crack_corners, state.crack_centre, state.crack_reach, place)
     else:
-        moved = add_star(state, v, -1, v, 0)
+        moved = star_of(state, v)
         shift = np.empty(3)
-        volume_shift(state, grain_cones(state, moved, 0, place), flags, shift)
+        volume_shift(state, grain_cones(state, moved, np.int64(0), place), flags, shift)
         reach = 0.2 * state.size[v]
         length = np.sqrt(shift[0] ** 2 + shift[1] ** 2 + shift[2] ** 2)
         if length > reach:
@@ -208,10 +208,10 @@ def _best_on_line(state, moved, v, cosine, score, place):
 @njit(cache=True)
 def slide_vertex(state, grid, limits, v, goal):
     """Move `v` for a better least angle when that is under the score `goal`; tell whether it moved."""
-    moved = add_star(state, v, -1, v, 0)
+    moved = star_of(state, v)
     if moved <= 0:
         return False
-    old = worst_score(state, moved, 0)
+    old = worst_score(state, moved, np.int64(0))
     if old >= goal:
         return False
     best = state.points[v].copy()
@@ -273,8 +273,8 @@ def even_lines_pass(state, grid, limits, order, start):
         if p < 0 or not _even_place(state, v, p, q, place):
             continue
         constrain(state, v, place)
-        moved = add_star(state, v, -1, v, 0)
-        floor = min(limits.floor, worst_score(state, moved, 0))
+        moved = star_of(state, v)
+        floor = min(limits.floor, worst_score(state, moved, np.int64(0)))
         if relocate(state, grid, limits, v, place, floor) == DONE:
             done += 1
     return len(order), done

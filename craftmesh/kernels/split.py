@@ -134,7 +134,7 @@ def _divide(state, f, g, a, b, m):
 
 @njit(cache=True)
 def _share_witnesses(state, f, g):
-    loose = collect(state, f, 0)
+    loose = collect(state, f, np.int64(0))
     if loose == TOO_MANY:
         return
     state.witness_first[f] = -1
@@ -145,7 +145,7 @@ def _share_witnesses(state, f, g):
     state.star_corners[1] = state.facets[g]
     for n in range(loose):
         state.loose_facet[n] = f
-    find_new_homes(state, loose, 2, np.inf, np.inf)
+    find_new_homes(state, loose, np.int64(2), np.inf, np.inf)
     settle(state, loose)
 
 
@@ -166,7 +166,7 @@ def split_edge(state, grid, limits, a, b, share):
     if moved:
         if not _moved_split_is_sound(state, grid, parents, limits.cosine):
             return False
-        book_drift(state, grain_cones(state, 0, parents, place))
+        book_drift(state, grain_cones(state, np.int64(0), parents, place))
     state.rank[m] = rank
     state.flags[m] = flags
     state.size[m] = 0.5 * (state.size[a] + state.size[b])

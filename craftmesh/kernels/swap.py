@@ -102,16 +102,16 @@ def swap_edge(state, grid, limits, a, b):
     _set_star(state, f, g, u, v, p, q)
     if not _keeps_normals(state, limits.cosine) or not _stays_near(state, limits, u, v, p, q):
         return False
-    rows = add_cone(state, g, state.points[u], 1.0, 0)
+    rows = add_cone(state, g, state.points[u], 1.0, np.int64(0))
     if not drift_allows(state, rows, limits.drift):
         return False
-    loose = collect(state, g, collect(state, f, 0))
+    loose = collect(state, g, collect(state, f, np.int64(0)))
     size = 0.25 * (state.size[u] + state.size[v] + state.size[p] + state.size[q])
     if loose == TOO_MANY:
         return False
-    if not find_new_homes(state, loose, 2, limits.distance * size, limits.crack_distance):
+    if not find_new_homes(state, loose, np.int64(2), limits.distance * size, limits.crack_distance):
         return False
-    if hits(state, grid, 2, 0):
+    if hits(state, grid, np.int64(2), np.int64(0)):
         return False
     book_drift(state, rows)
     state.witness_first[f] = -1
