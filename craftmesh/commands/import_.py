@@ -10,6 +10,7 @@ from craftmesh.io.npz import write_labels
 from craftmesh.io.readers import ReadOptions, read_voxels
 from craftmesh.io.vtk import write_voxels
 from craftmesh.islands import find_islands, islands_as_json
+from craftmesh.progress import ProgressLine
 
 
 def add_arguments(parser):
@@ -28,7 +29,8 @@ def run(arguments):
     if not (arguments.image or arguments.labels or arguments.islands):
         raise CraftmeshError("nothing to write; give at least one of --labels, --image, --islands")
     raw = read_voxels(existing(arguments.input), options_from(arguments, ReadOptions))
-    voxels, report = clean(raw, options_from(arguments, CleanOptions))
+    with ProgressLine("import") as progress:
+        voxels, report = clean(raw, options_from(arguments, CleanOptions), progress)
     islands = find_islands(voxels)
     if arguments.image:
         write_voxels(arguments.image, voxels)

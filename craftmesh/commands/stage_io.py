@@ -3,10 +3,13 @@
 import argparse
 import json
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
+
+SHORT = 12
 
 
 def add_output(parser: argparse.ArgumentParser, what: str) -> None:
@@ -20,14 +23,25 @@ def add_report(parser: argparse.ArgumentParser) -> None:
 
 
 def tell(report: dict, path: Path | None) -> None:
-    """Print the plain numbers of a stage's report, one a line, and write the whole to `path` if given."""
-    for key, value in report.items():
-        if isinstance(value, (bool, int, float, str)):
-            print(f"{key}: {value:.6g}" if isinstance(value, float) else f"{key}: {value}")
-        elif value:
-            print(f"{key}: {len(value)} entries")
+    """Print a stage's report, one number or text a line, and write it to `path` if given."""
+    for line in _lines(report):
+        print(line)
     if path is not None:
         write_json(path, report)
+
+
+def _lines(report: dict, prefix: str = "") -> Iterator[str]:
+    """Yield the report's lines; tables and lists of more than a few entries are only counted."""
+    for key, value in report.items():
+        name = f"{prefix}{key}".replace("_", " ")
+        if isinstance(value, dict) and len(value) <= SHORT:
+            yield from _lines(value, f"{name}: ")
+        elif isinstance(value, (dict, list, tuple)) and len(value) > SHORT:
+            yield f"{name}: {len(value)} entries"
+        elif isinstance(value, float):
+            yield f"{name}: {value:.6g}"
+        else:
+            yield f"{name}: {value}"
 
 
 def write_json(path: Path, content: dict) -> None:

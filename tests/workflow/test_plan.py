@@ -77,12 +77,13 @@ def test_default_configuration_names_and_explains_every_key():
             given[key] if isinstance(given[key], dict) else ()
         )
         assert not missing, f"config/config.yaml does not name {sorted(missing)} of {key}"
-    bare = [line for line in text.splitlines() if line.strip() and "#" not in line]
+    lines = ["", *text.splitlines()]
+    bare = [line for above, line in zip(lines, lines[1:]) if line.strip() and "#" not in above + line]
     assert not bare, f"keys without a comment: {bare}"
 
 
 @pytest.mark.parametrize("name", ["al1050", "al6xn", "copper"])
-def test_examples_are_complete(name, shared_data, new_folder, monkeypatch):
+def test_examples_are_complete(name, shared_data, new_folder):
     folder = new_folder()
     example = ROOT / "examples" / name
     run = folder.snakemake(
