@@ -1,0 +1,74 @@
+"""Numbers, rows and sets as Abaqus and CalculiX read them."""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+_FIELD = 20  # CalculiX reads no more characters of a number and refuses or cuts the rest
+_ROWS = 50_000  # rows formatted at once
+_IDS_PER_LINE = 16
+
+
+def number(value: float) -> str:
+    """Return the shortest text that reads back as `value`, or the closest one of 20 characters.
+
+    Only numbers of 16 or 17 digits below 0.1 are too long; they keep 13 digits or more.
+    """
+    text = repr(value)
+    return text if len(text) <= _FIELD else _shortened(value, text)
+
+
+def _shortened(value: float, text: str) -> str:
+    sign = "-" if value < 0 else ""
+    if "e" not in text:
+        decimals = f"{abs(value):.{_FIELD - 1 - len(sign)}f}"
+        return sign + decimals.removeprefix("0").rstrip("0")
+    exponent = f"e{int(text.partition('e')[2])}"
+    rounded = f"{abs(value):.{_FIELD - 2 - len(sign) - len(exponent)}e}"
+    digits, _, power = rounded.partition("e")
+    return f"{sign}{digits.rstrip('0')}e{int(power)}"
+
+
+def integer_rows(rows: np.ndarray) -> Iterator[str]:
+    """Yield the lines of an integer table (k, c), many at a time."""
+    line = ",".join(["%d"] * rows.shape[1]) + "\n"
+    for block in _blocks(rows):
+        yield line * len(block) % tuple(block.ravel().tolist())
+
+
+def node_rows(points: np.ndarray) -> Iterator[str]:
+    """Yield the lines `id,x,y,z` of nodes numbered from 1."""
+    start = 1
+    for block in _blocks(points):
+        texts = [t if len(t := repr(v)) <= _FIELD else _shortened(v, t) for v in block.ravel().tolist()]
+        ids = range(start, start + len(block))
+        yield "".join(
+            [f"{i},{x},{y},{z}\n" for i, x, y, z in zip(ids, texts[::3], texts[1::3], texts[2::3])]
+        )
+        start += len(block)
+
+
+def id_lines(ids: np.ndarray) -> Iterator[str]:
+    """Yield ids, counted from 0, as lines of up to 16 ids counted from 1."""
+    whole = len(ids) // _IDS_PER_LINE * _IDS_PER_LINE
+    yield from integer_rows(np.asarray(ids[:whole]).reshape(-1, _IDS_PER_LINE) + 1)
+    if whole < len(ids):
+        yield from integer_rows(np.asarray(ids[whole:])[None] + 1)
+
+
+def name_lines(names: Iterable[str]) -> Iterator[str]:
+    """Yield names of sets, up to 8 a line."""
+    names = list(names)
+    for start in range(0, len(names), 8):
+        yield ",".join(names[start : start + 8]) + "\n"
+
+
+def constant_lines(values: list[float]) -> Iterator[str]:
+    """Yield material constants, up to 8 a line."""
+    for start in range(0, len(values), 8):
+        yield ",".join(map(number, values[start : start + 8])) + "\n"
+
+
+def _blocks(rows: np.ndarray) -> Iterator[np.ndarray]:
+    for start in range(0, len(rows), _ROWS):
+        yield rows[start : start + _ROWS]

@@ -1,0 +1,93 @@
+"""Linear elastic materials: isotropic, cubic or with all 21 constants."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+
+_COUNT = {"isotropic": 2, "cubic": 3, "anisotropic": 21}
+# Column by column of the upper triangle over 11, 22, 33, 12, 13, 23: D1111, D1122, D2222, D1133, ...
+_UPPER = tuple((row, column) for column in range(6) for row in range(column + 1))
+
+
+@dataclass(frozen=True)
+class Material:
+    """A linear elastic material in its own axes; stresses in the model's unit.
+
+    kind and constants: "isotropic" (E, nu); "cubic" (c11, c12, c44); "anisotropic" the 21 constants
+    D1111, D1122, D2222, D1133, D2233, D3333, D1112, ... D2323 as Abaqus and CalculiX order them, with
+    engineering shear strains. Raises CraftmeshError for another kind, a wrong count, or constants
+    that do not give a positive strain energy for every strain.
+    """
+
+    kind: str
+    constants: tuple[float, ...]
+
+    def __post_init__(self):
+        if self.kind not in _COUNT:
+            raise CraftmeshError(f"material {self.kind!r} is unknown; expected one of {', '.join(_COUNT)}")
+        constants = tuple(float(value) for value in self.constants)
+        object.__setattr__(self, "constants", constants)
+        if len(constants) != _COUNT[self.kind]:
+            raise CraftmeshError(
+                f"{self.kind} material has {len(constants)} constants; expected {_COUNT[self.kind]}"
+            )
+        stable = np.isfinite(constants).all() and (self.kind != "isotropic" or -1 < constants[1] < 0.5)
+        if not stable or np.linalg.eigvalsh(self.stiffness()).min() <= 0:
+            raise CraftmeshError(
+                f"{self.kind} material {', '.join(map(repr, constants))} has no positive strain energy for "
+                "every strain; check the constants and their order"
+            )
+
+    def stiffness(self) -> np.ndarray:
+        """Return the (6, 6) stiffness over 11, 22, 33, 12, 13, 23 with engineering shear strains."""
+        stiffness = np.zeros((6, 6))
+        if self.kind == "anisotropic":
+            for value, (row, column) in zip(self.constants, _UPPER):
+                stiffness[row, column] = stiffness[column, row] = value
+            return stiffness
+        if self.kind == "cubic":
+            c11, c12, c44 = self.constants
+        else:
+            young, poisson = self.constants
+            c44 = young / (2 * (1 + poisson))
+            c12 = 2 * c44 * poisson / (1 - 2 * poisson)
+            c11 = c12 + 2 * c44
+        stiffness[:3, :3] = c12
+        np.fill_diagonal(stiffness, [c11] * 3 + [c44] * 3)
+        return stiffness
+
+    def upper_triangle(self) -> list[float]:
+        """Return the 21 constants in the order of `anisotropic`."""
+        stiffness = self.stiffness()
+        return [float(stiffness[place]) for place in _UPPER]
+
+
+def parse_materials(texts: Iterable[str]) -> dict[int | None, Material]:
+    """Return materials by phase from texts such as "cubic:108e3,61e3,28e3" or "2=isotropic:200e3,0.3".
+
+    A text without a phase holds for every phase (key None). Raises CraftmeshError for other texts.
+    """
+    materials: dict[int | None, Material] = {}
+    for text in texts:
+        head, found, constants = text.partition(":")
+        phase, named, kind = head.rpartition("=")
+        try:
+            key = int(phase) if named else None
+            values = tuple(float(value) for value in constants.split(","))
+        except ValueError:
+            found = ""
+        if not found:
+            raise CraftmeshError(
+                f"material {text!r}; expected KIND:CONSTANTS or PHASE=KIND:CONSTANTS as cubic:8e3,6e3,2e3"
+            )
+        if key in materials:
+            raise CraftmeshError(f"material {text!r}: there is one for the same phase already; keep one")
+        materials[key] = Material(kind.strip(), values)
+    if not materials or (None in materials and len(materials) > 1):
+        raise CraftmeshError(
+            "material: expected one for all phases, or each with its phase, as 1=isotropic:70e3,0.33"
+        )
+    return materials

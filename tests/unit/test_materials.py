@@ -1,0 +1,66 @@
+"""Elastic materials: the constants mean what their names say."""
+
+import numpy as np
+import pytest
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.materials import Material, parse_materials
+
+
+def test_isotropic_stiffness_inverts_to_hooke():
+    compliance = np.linalg.inv(Material("isotropic", (200e3, 0.3)).stiffness())
+    assert compliance[0, :3] == pytest.approx([1 / 200e3, -0.3 / 200e3, -0.3 / 200e3])
+    assert compliance[3, 3] == pytest.approx(2 * 1.3 / 200e3)
+
+
+def test_cubic_with_zener_ratio_one_is_isotropic():
+    isotropic = Material("isotropic", (70e3, 0.33)).stiffness()
+    c11, c12, c44 = isotropic[0, 0], isotropic[0, 1], isotropic[5, 5]
+    assert np.allclose(Material("cubic", (c11, c12, c44)).stiffness(), isotropic, rtol=1e-14)
+
+
+def test_anisotropic_constants_go_where_their_indices_say():
+    names = "1111 1122 2222 1133 2233 3333 1112 2212 3312 1212 1113 2213 3313 1213 1313 "
+    names += "1123 2223 3323 1223 1323 2323"
+    pairs = ["11", "22", "33", "12", "13", "23"]
+    stiff = [10.0 if name[:2] == name[2:] else 0.01 * k for k, name in enumerate(names.split())]
+    material = Material("anisotropic", stiff)
+    for value, name in zip(stiff, names.split()):
+        row, column = pairs.index(name[:2]), pairs.index(name[2:])
+        assert material.stiffness()[row, column] == material.stiffness()[column, row] == value
+    assert material.upper_triangle() == stiff
+
+
+@pytest.mark.parametrize(
+    "kind, constants, said",
+    [
+        ("elastic", (1, 2), "unknown"),
+        ("cubic", (1, 2), "expected 3"),
+        ("cubic", (61.3e3, 108.2e3, 28.5e3), "strain energy"),
+        ("isotropic", (70e3, 0.5), "strain energy"),
+        ("isotropic", (70e3, 0.7), "strain energy"),
+        ("isotropic", (float("nan"), 0.3), "strain energy"),
+    ],
+)
+def test_impossible_materials_are_refused(kind, constants, said):
+    with pytest.raises(CraftmeshError, match=said):
+        Material(kind, constants)
+
+
+def test_materials_are_read_by_phase():
+    assert parse_materials(["isotropic:70e3,0.33"]) == {None: Material("isotropic", (70e3, 0.33))}
+    two = parse_materials(["1=cubic:108.2e3, 61.3e3, 28.5e3", "2=isotropic:200e3,.3"])
+    assert two == {1: Material("cubic", (108.2e3, 61.3e3, 28.5e3)), 2: Material("isotropic", (200e3, 0.3))}
+
+
+@pytest.mark.parametrize(
+    "texts", [[], ["cubic"], ["x=cubic:1,2,3"], ["cubic:1;2;3"], ["isotropic:1,0", "1=isotropic:1,0"]]
+)
+def test_other_texts_are_refused(texts):
+    with pytest.raises(CraftmeshError, match="^material"):
+        parse_materials(texts)
+
+
+def test_a_phase_given_twice_is_refused():
+    with pytest.raises(CraftmeshError, match="already"):
+        parse_materials(["1=isotropic:1,0", "1=isotropic:2,0"])
