@@ -1,15 +1,313 @@
-"""Stitch grains' closed surfaces, or a surface and a crack, to one conformal surface."""
+"""Stitch the closed surfaces of grains to one conformal surface; insert_crack adds a crack to it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from craftmesh.options import option
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from craftmesh.connectivity import compact, facet_edges
+from craftmesh.cracking.insert import insert_crack
+from craftmesh.errors import CraftmeshError
+from craftmesh.measure import area_vectors
+from craftmesh.stitch_options import StitchOptions
+from craftmesh.types import INTERFACE, Surface
+
+__all__ = ["StitchOptions", "insert_crack", "stitch_grains"]
+
+GAP = 0.15  # of the edge length: facets of two grains that face each other this closely should have matched
+FLAT_SHELL = 0.01  # volume over area and edge length below which a closed shell is no void
 
 
-@dataclass(frozen=True)
-class StitchOptions:
-    """How near points have to be to be joined, and how far the stitch may move them."""
+@dataclass(frozen=True, eq=False)
+class _Soup:
+    """All grains' facets on shared points, outward normals, rows in the order of the grain ids."""
 
-    tolerance: float = option(1e-6, "points of two grains closer than this share of the diagonal are one")
-    snap: float = option(0.2, "points this near the crack move onto it, in local edge lengths; 0: none")
-    snap_front: float = option(0.3, "trace points this near the front move onto it, in local edge lengths")
-    max_turn: float = option(40.0, "facets may turn by at most this much when points are moved", "degrees")
+    points: np.ndarray
+    facets: np.ndarray
+    grain: np.ndarray
+
+
+def stitch_grains(grains: Sequence, options: StitchOptions | None = None) -> tuple[Surface, dict]:
+    """Return the conformal surface of grains given as (id, points (n, 3), triangles (m, 3)).
+
+    Points closer than options.tolerance of the diagonal are one. A facet that two grains share becomes
+    one facet between them; one without a partner bounds the box's planes, a void -k (a closed shell off
+    the box, numbered by its lowest point) or the exterior 0. Box planes come out exact.
+    Raises CraftmeshError where a grain is open or neighbours do not match, naming grains and places.
+    """
+    options = options or StitchOptions()
+    soup, merged, dropped = _joined(grains, options)
+    facets, sides = _paired(soup)
+    points, kind = _on_box(soup.points, facets, sides, options)
+    alone = np.flatnonzero((sides[:, 1] == 0) & (kind == INTERFACE))
+    _refuse_gaps(points, facets, sides, alone)
+    sides, voids = _with_voids(points, facets, sides, kind, alone)
+    points, facets, _ = compact(points, facets)
+    report = {
+        "grains": len(grains),
+        "points": len(points),
+        "facets": len(facets),
+        "points_joined": merged,
+        "degenerate_facets_dropped": dropped,
+        "box_facets": int((kind != INTERFACE).sum()),
+        "voids": voids,
+        "exterior_facets": int(((sides == 0).any(axis=1) & (kind == INTERFACE)).sum()),
+    }
+    return Surface(points, facets, sides, kind), report
+
+
+def _joined(grains, options: StitchOptions) -> tuple[_Soup, int, int]:
+    """Merge coincident points of all grains; drop facets that collapse; turn inverted grains outward."""
+    grains = sorted(
+        ((int(g), np.asarray(p, float), np.asarray(t, np.int64)) for g, p, t in grains), key=_id
+    )
+    _check_grains(grains)
+    sizes = [len(points) for _, points, _ in grains]
+    shift = np.concatenate([[0], np.cumsum(sizes)])[:-1]
+    points = np.concatenate([points for _, points, _ in grains]) + 0.0
+    facets = np.concatenate([triangles + s for (_, _, triangles), s in zip(grains, shift)])
+    grain = np.repeat([g for g, _, _ in grains], [len(t) for _, _, t in grains])
+    first, inverse = _distinct_points(points)
+    inverse = _cluster(points[first], options.tolerance)[inverse]
+    points, facets = points[first], inverse[facets]
+    distinct = (facets != np.roll(facets, 1, axis=1)).all(axis=1)
+    facets, grain = facets[distinct], grain[distinct]
+    facets, grain = _without_folds(facets, grain)
+    swept = np.einsum(
+        "ij,ij->i", points[facets].mean(axis=1) - points.mean(axis=0), area_vectors(points, facets)
+    )
+    ids, row = np.unique(grain, return_inverse=True)
+    inverted = np.bincount(row, swept)[row] < 0
+    facets[inverted] = facets[inverted][:, ::-1]
+    return _Soup(points, facets, grain), sum(sizes) - len(np.unique(facets)), int((~distinct).sum())
+
+
+def _id(entry) -> int:
+    return entry[0]
+
+
+def _check_grains(grains) -> None:
+    if not grains:
+        raise CraftmeshError("no grains to stitch; expected one closed surface per grain")
+    ids = [g for g, _, _ in grains]
+    for i, (grain, points, triangles) in enumerate(grains):
+        if grain <= 0 or grain in ids[max(i - 1, 0) : i]:
+            raise CraftmeshError(
+                f"grain id {grain} is not positive or given twice; expected distinct ids > 0"
+            )
+        if points.ndim != 2 or points.shape[1:] != (3,) or not np.isfinite(points).all():
+            raise CraftmeshError(
+                f"grain {grain}: expected finite points of shape (n, 3), got {points.shape}"
+            )
+        if triangles.ndim != 2 or triangles.shape[1:] != (3,) or not len(triangles):
+            raise CraftmeshError(f"grain {grain}: expected triangles (m, 3), got {triangles.shape}")
+        if triangles.min() < 0 or triangles.max() >= len(points):
+            raise CraftmeshError(f"grain {grain}: triangles refer past its {len(points)} points")
+
+
+def _distinct_points(points) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first rows of distinct points, and each point's place among them."""
+    bits = np.ascontiguousarray(points).view(np.uint64)
+    with np.errstate(over="ignore"):
+        key = bits[:, 0] * np.uint64(0x9E3779B97F4A7C15)
+        for column, factor in ((1, 0xC2B2AE3D27D4EB4F), (2, 0x165667B19E3779F9)):
+            key = (key ^ (key >> np.uint64(29)) ^ bits[:, column]) * np.uint64(factor)
+    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    if not np.array_equal(points[first][inverse], points):
+        _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty(len(order), np.int64)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[inverse.ravel()]
+
+
+def _cluster(points, tolerance: float) -> np.ndarray:
+    """Return for each point the first point of its cluster within the tolerance."""
+    reach = tolerance * np.linalg.norm(np.ptp(points, axis=0))
+    pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
+    lowest = np.arange(len(points))
+    if len(pairs):
+        graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
+        part = connected_components(graph, directed=False)[1]
+        _, first, of = np.unique(part, return_index=True, return_inverse=True)
+        lowest = first[of]
+    return lowest
+
+
+def _groups(facets) -> tuple[np.ndarray, np.ndarray]:
+    """Return an order that puts facets of equal corners together, and the start of each such group."""
+    corner = np.sort(facets, axis=1)
+    order = np.lexsort([np.arange(len(corner)), corner[:, 2], corner[:, 1], corner[:, 0]])
+    changed = (corner[order][1:] != corner[order][:-1]).any(axis=1)
+    return order, np.concatenate([[0], np.flatnonzero(changed) + 1])
+
+
+def _parity(facets) -> np.ndarray:
+    """Return whether each facet runs through its sorted corners in cyclic order."""
+    lowest = np.argmin(facets, axis=1)[:, None]
+    second = np.take_along_axis(facets, (lowest + 1) % 3, 1)
+    third = np.take_along_axis(facets, (lowest + 2) % 3, 1)
+    return (second < third).ravel()
+
+
+def _without_folds(facets, grain) -> tuple[np.ndarray, np.ndarray]:
+    """Drop pairs of facets of one grain that lie on each other, left over where thin parts collapsed."""
+    order, start = _groups(facets)
+    length = np.diff(np.append(start, len(facets)))
+    pair = start[length == 2]
+    a, b = order[pair], order[pair + 1]
+    folded = (grain[a] == grain[b]) & (_parity(facets[a]) != _parity(facets[b]))
+    keep = np.ones(len(facets), bool)
+    keep[a[folded]] = keep[b[folded]] = False
+    return facets[keep], grain[keep]
+
+
+def _paired(soup: _Soup) -> tuple[np.ndarray, np.ndarray]:
+    """Return each facet once, seen from its grain of lower id, with sides; the outside is 0."""
+    _refuse_open(soup)
+    order, start = _groups(soup.facets)
+    length = np.diff(np.append(start, len(order)))
+    if (length > 2).any():
+        rows = order[start[length > 2][0] :][: length[length > 2][0]]
+        raise CraftmeshError(
+            f"grains {_names(soup.grain[rows])} share one facet near {_place(soup, rows[0])}; "
+            "expected two at most"
+        )
+    first = order[start]
+    second = np.where(length == 2, order[np.minimum(start + 1, len(order) - 1)], -1)
+    double = second >= 0
+    same_way = double & (_parity(soup.facets[first]) == _parity(soup.facets[second]))
+    if same_way.any():
+        row = first[same_way][0], second[same_way][0]
+        raise CraftmeshError(
+            f"grains {_names(soup.grain[list(row)])} overlap near {_place(soup, row[0])}: "
+            f"{int(same_way.sum())} facets are on the same side of both; expected grains that only touch"
+        )
+    ahead = np.where(double, soup.grain[second], 0)
+    rank = np.argsort(first)
+    return soup.facets[first][rank], np.stack([soup.grain[first], ahead], axis=1)[rank]
+
+
+def _refuse_open(soup: _Soup) -> None:
+    """Raise where the facets of a grain do not close, naming the grains and a place."""
+    edges = facet_edges(soup.facets)
+    owner = np.repeat(np.searchsorted(np.unique(soup.grain), soup.grain), 3)
+    forward = edges[:, 0] < edges[:, 1]
+    keys = [owner, edges.min(axis=1), edges.max(axis=1)]
+    order = np.lexsort(keys[::-1])
+    changed = np.any([np.diff(key[order]) != 0 for key in keys], axis=0)
+    start = np.concatenate([[0], np.flatnonzero(changed) + 1])
+    balance = np.add.reduceat(np.where(forward, 1, -1)[order], start)
+    rows = order[start[balance != 0]]
+    if len(rows):
+        grains = np.unique(soup.grain[rows // 3])
+        middle = soup.points[edges[rows[0]]].mean(axis=0)
+        raise CraftmeshError(
+            f"grains {_names(grains)} are not closed: {len(rows)} open edges, the first near "
+            f"{np.round(middle, 4).tolist()}; expected closed surfaces: repair the files or raise tolerance"
+        )
+
+
+def _names(grains) -> str:
+    names = [str(int(g)) for g in np.unique(grains)]
+    return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+
+
+def _place(soup: _Soup, row) -> list:
+    return np.round(soup.points[soup.facets[row]].mean(axis=0), 4).tolist()
+
+
+def _on_box(points, facets, sides, options: StitchOptions) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points with box planes made exact, and the kind of each facet."""
+    points, kind = points.copy(), np.zeros(len(facets), np.uint8)
+    alone = np.flatnonzero(sides[:, 1] == 0)
+    reach = options.tolerance * np.linalg.norm(np.ptp(points, axis=0))
+    normals = area_vectors(points, facets[alone])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    for axis in range(3):
+        for end, extreme in enumerate((points[:, axis].min(), points[:, axis].max())):
+            near = np.abs(points[facets[alone], axis] - extreme).max(axis=1) <= reach
+            rows = alone[near & (normals[:, axis] * (2 * end - 1) > 0.9)]
+            if not len(rows):
+                continue
+            plane = np.median(points[np.unique(facets[rows]), axis])
+            points[np.abs(points[:, axis] - plane) <= 2 * reach, axis] = plane
+            kind[rows] = 1 + 2 * axis + end
+    return points, kind
+
+
+def _refuse_gaps(points, facets, sides, alone) -> None:
+    """Raise where facets of two grains face each other closely but do not match."""
+    if not len(alone):
+        return
+    corner = points[facets[alone]]
+    centre = corner.mean(axis=1)
+    edge = np.sqrt(((corner - np.roll(corner, 1, axis=1)) ** 2).sum(axis=2)).mean(axis=1)
+    normal = area_vectors(points, facets[alone])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    distance, near = cKDTree(centre).query(centre, k=min(8, len(alone)))
+    near = near.reshape(len(alone), -1)
+    facing = np.einsum("ij,ikj->ik", normal, normal[near]) < -0.7
+    height = np.abs(np.einsum("ij,ikj->ik", normal, centre[near] - centre[:, None]))
+    other = sides[alone][:, :1] != sides[alone][near, 0]
+    shared = (facets[alone][:, None, :, None] == facets[alone][near][:, :, None, :]).any(axis=(2, 3))
+    bad = (
+        facing
+        & other
+        & ~shared
+        & (height < GAP * edge[:, None])
+        & (distance.reshape(near.shape) < edge[:, None])
+    )
+    crowded = bad.any(axis=1)[near].mean(axis=1) > 0.5  # a sharp edge of a void flags single facets
+    rows = np.flatnonzero(bad.any(axis=1) & crowded)
+    if len(rows):
+        partners = sides[alone][near[rows], 0][bad[rows]]
+        place = np.round(centre[rows[0]], 4).tolist()
+        raise CraftmeshError(
+            f"grains {_names(np.concatenate([sides[alone[rows], 0], partners]))} do not match: "
+            f"{len(rows)} facets have no partner, the first near {place}; "
+            "expected the same triangles on both sides: export the grains from one conformal mesh"
+        )
+
+
+def _with_voids(points, facets, sides, kind, alone) -> tuple[np.ndarray, int]:
+    """Return the sides with -k ahead of the facets of closed shells off the box, and how many there are."""
+    if not len(alone):
+        return sides, 0
+    edges = np.sort(facet_edges(facets[alone]), axis=1)
+    _, index = np.unique(edges @ np.array([len(points), 1]), return_inverse=True)
+    row = np.repeat(np.arange(len(alone)), 3)
+    graph = coo_matrix(
+        (np.ones(len(row)), (row, len(alone) + index)), shape=[len(alone) + index.max() + 1] * 2
+    )
+    shell = connected_components(graph, directed=False)[1][: len(alone)]
+    box_edges = np.sort(facet_edges(facets[kind != INTERFACE]), axis=1) @ np.array([len(points), 1])
+    open_shell = np.unique(
+        shell[np.isin(edges @ np.array([len(points), 1]), box_edges).reshape(-1, 3).any(axis=1)]
+    )
+    vectors = area_vectors(points, facets[alone])
+    swept = np.einsum("ij,ij->i", points[facets[alone]].mean(axis=1), vectors) / 3
+    closed = [n for n in np.unique(shell).tolist() if n not in open_shell]
+    members = {n: alone[shell == n] for n in closed}
+    for name in closed:
+        _refuse_flat(points, facets[members[name]], sides[members[name], 0], swept[shell == name].sum())
+    names = [n for n in closed if swept[shell == n].sum() < 0]
+    lowest = {n: tuple(min(points[facets[members[n]]].reshape(-1, 3).tolist())) for n in names}
+    sides = sides.copy()
+    for k, name in enumerate(sorted(names, key=lowest.get), start=1):
+        sides[members[name], 1] = -k
+    return sides, len(names)
+
+
+def _refuse_flat(points, facets, grains, volume: float) -> None:
+    """Raise where a closed shell has next to no volume: two triangulations of one boundary, not a void."""
+    area = np.linalg.norm(area_vectors(points, facets), axis=1)
+    if abs(volume) < FLAT_SHELL * area.sum() * np.sqrt(area.mean()):
+        place = np.round(points[facets].mean(axis=(0, 1)), 4).tolist()
+        raise CraftmeshError(
+            f"grains {_names(grains)} do not match near {place}: {len(facets)} facets enclose no volume; "
+            "expected the same triangles on both sides: export the grains from one conformal mesh"
+        )

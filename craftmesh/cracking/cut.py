@@ -1,4 +1,4 @@
-"""Cut the facets of a surface along a crack's extended surface: edges are split, all their facets with them."""
+"""Cut the facets of a surface along a crack: edges are split, and all their facets with them."""
 
 from dataclasses import dataclass, replace
 
@@ -6,8 +6,6 @@ import numpy as np
 
 from craftmesh.connectivity import unique_edges
 from craftmesh.cracking.sheet import Sheet
-
-NEVER = np.nan  # offset of points that the cut does not look at
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +38,18 @@ def split_edges(surface: CutSurface, edges, new_points, size) -> CutSurface:
     points = np.concatenate([surface.points, new_points])
     facets, parent = _divide(points, surface.facets, np.asarray(edges, np.int64), count)
     extra = len(new_points)
+    unknown = np.full(extra, np.nan)
     return CutSurface(
-        points, facets, surface.sides[parent], surface.kind[parent],
-        np.concatenate([surface.psi, np.zeros(extra)]), np.concatenate([surface.phi, np.full(extra, np.nan)]),
-        np.concatenate([surface.size, size]), np.concatenate([surface.front, np.full(extra, -1)]),
-        np.concatenate([surface.arc, np.full(extra, np.nan)]),
-    )  # fmt: skip
+        points=points,
+        facets=facets,
+        sides=surface.sides[parent],
+        kind=surface.kind[parent],
+        psi=np.concatenate([surface.psi, np.zeros(extra)]),
+        phi=np.concatenate([surface.phi, unknown]),
+        size=np.concatenate([surface.size, size]),
+        front=np.concatenate([surface.front, np.full(extra, -1)]),
+        arc=np.concatenate([surface.arc, unknown]),
+    )
 
 
 def _divide(points, facets, edges, first_new) -> tuple[np.ndarray, np.ndarray]:

@@ -1,7 +1,7 @@
 """The crack front on a cut surface: pierce points on the traces, and front nodes between them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Callable
 
 import numpy as np
 import shapely
@@ -90,16 +90,14 @@ def _split_at_front(surface: CutSurface, sheet: Sheet, edges, fraction) -> CutSu
 
 @dataclass(frozen=True, eq=False)
 class FrontChain:
-    """Front edges (k, 2) between ids of the cut surface and new nodes: uv (n, 2) of ids first, first + 1, ..."""
+    """Front edges (k, 3): two ids and their interval between pierce points; uv (n, 2) of new ids."""
 
     edges: np.ndarray
-    first: int
     uv: np.ndarray
-    arc: np.ndarray
 
 
-def inside_traces(surface: CutSurface, sheet: Sheet) -> tuple[np.ndarray, np.ndarray]:
-    """Return trace edges inside the front, and those that join two points of the front (with their phi)."""
+def inside_traces(surface: CutSurface) -> tuple[np.ndarray, np.ndarray]:
+    """Return trace edges inside the front, and those that join two points of the front ."""
     edges = trace_edges(surface)
     phi = surface.phi[edges]
     chords = edges[(phi == 0).all(axis=1)]
@@ -107,11 +105,11 @@ def inside_traces(surface: CutSurface, sheet: Sheet) -> tuple[np.ndarray, np.nda
 
 
 def split_chords(surface: CutSurface, sheet: Sheet) -> tuple[CutSurface, np.ndarray]:
-    """Split trace edges across the crack that join two front points; return the trace edges along the front.
+    """Split trace edges across the crack between two front points; return those along the front.
 
     A trace edge between neighbouring front points, close to the front, is taken as the front's edge.
     """
-    _, chords = inside_traces(surface, sheet)
+    _, chords = inside_traces(surface)
     if not len(chords):
         return surface, chords
     middle = (surface.points[chords[:, 0]] + surface.points[chords[:, 1]]) / 2
@@ -147,7 +145,7 @@ def chain(surface: CutSurface, sheet: Sheet, along, target: Callable, crowd: np.
     each interval between pierce points, by position in the order of fronts and arcs.
     """
     taken = set(map(tuple, np.sort(along, axis=1).tolist()))
-    edges, uv, arcs, interval = [], [], [], 0
+    edges, uv, interval = [], [], 0
     first = len(surface.points)
     for front in range(len(sheet.curves)):
         ids, arc = _forced_nodes(surface, sheet, front)
@@ -156,7 +154,6 @@ def chain(surface: CutSurface, sheet: Sheet, along, target: Callable, crowd: np.
             if ids[k] < 0:
                 ids[k] = first + len(uv)
                 uv.append(corner_uv)
-                arcs.append(position)
             nodes.append((ids[k], position))
         pairs = list(zip(nodes[:-1], nodes[1:]))
         if sheet.closed[front]:
@@ -170,12 +167,9 @@ def chain(surface: CutSurface, sheet: Sheet, along, target: Callable, crowd: np.
             interval += 1
             between = list(range(first + len(uv), first + len(uv) + len(inner)))
             uv.extend(sheet.on_front(front, inner))
-            arcs.extend(inner)
             line = [a, *between, b]
             edges.extend(zip(line[:-1], line[1:], [interval - 1] * (len(line) - 1)))
-    return FrontChain(
-        np.array(edges, np.int64).reshape(-1, 3), first, np.array(uv).reshape(-1, 2), np.array(arcs)
-    )
+    return FrontChain(np.array(edges, np.int64).reshape(-1, 3), np.array(uv).reshape(-1, 2))
 
 
 def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int):

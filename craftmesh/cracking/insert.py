@@ -1,7 +1,7 @@
 """Insert a crack into a conformal surface: cut along the crack, triangulate it, name its grains."""
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Callable
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from craftmesh.cracking.snap import snap_to_crack, snap_to_front
 from craftmesh.errors import CraftmeshError
 from craftmesh.measure import area_vectors
 from craftmesh.progress import silent
-from craftmesh.stitch import StitchOptions
+from craftmesh.stitch_options import StitchOptions
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
 
 ON = 1e-9  # of the local size: points this near the crack are on it
@@ -25,7 +25,7 @@ def insert_crack(
     surface: Surface,
     crack: Crack,
     sizing,
-    options: StitchOptions = StitchOptions(),
+    options: StitchOptions | None = None,
     progress: Callable = silent,
 ) -> tuple[Surface, dict]:
     """Return the surface with the crack's facets in it (kind CRACK), conformal with the grain boundaries.
@@ -34,6 +34,7 @@ def insert_crack(
     length. Grain boundaries keep their shape but for points snapped onto the crack (options.snap).
     Raises CraftmeshError where the crack meets no grain or its traces cannot be triangulated.
     """
+    options = options or StitchOptions()
     progress(0.0, "cut")
     box = np.stack([surface.points.min(axis=0), surface.points.max(axis=0)])
     sheet = sheet_of(crack, box)
@@ -92,7 +93,7 @@ def _target(cut: CutSurface, sizing) -> Callable:
 
 def _front_and_traces(cut: CutSurface, sheet: Sheet, along, target):
     """Return the front chain, refined where its chords would cross a trace, and the traces inside it."""
-    traces, _ = inside_traces(cut, sheet)
+    traces, _ = inside_traces(cut)
     crowd = np.zeros(0, np.int64)
     for _ in range(10):
         front = chain(cut, sheet, along, target, crowd)

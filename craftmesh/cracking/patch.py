@@ -1,7 +1,7 @@
 """Triangulate the crack in its own parameters: traces and front kept, interior points to the sizes."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Callable
 
 import numpy as np
 import shapely
@@ -50,7 +50,7 @@ def triangulate(uv, segments, loose, is_inside: Callable) -> Patch:
     a, b, c = (uv[ids[:, i]] for i in range(3))
     turned = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) < (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     ids[turned] = ids[turned][:, ::-1]
-    patch = _with_spare(uv, ids, segments)
+    patch = _linked(uv, ids, segments)
     _add_missing(patch, segments, loose)
     return patch
 
@@ -61,11 +61,24 @@ def _ids_of(uv, candidates, coordinates) -> np.ndarray:
     return np.array([known[tuple(row)] for row in coordinates.tolist()], np.int64)
 
 
-def _with_spare(uv, triangles, segments, spare: int = 4096) -> Patch:
-    count = len(triangles)
-    room = lambda array, rows, fill: np.concatenate(
-        [array, np.full((rows, *array.shape[1:]), fill, array.dtype)]
-    )  # noqa: E731
+def _padded(array, rows: int, fill) -> np.ndarray:
+    return np.concatenate([array, np.full((rows, *array.shape[1:]), fill, array.dtype)])
+
+
+def _with_room(uv, corners, across, fixed, points: int) -> Patch:
+    """Return a patch with room for `points` more points."""
+    used = np.array([len(uv), len(corners)])
+    return Patch(
+        _padded(np.asarray(uv, float), points, 0.0),
+        _padded(corners, 2 * points, -1),
+        _padded(across, 2 * points, -1),
+        _padded(fixed, 2 * points, False),
+        used,
+    )
+
+
+def _linked(uv, triangles, segments) -> Patch:
+    """Return the patch of triangles with their neighbours; segments and the rim are fixed."""
     directed = facet_edges(triangles)
     stride = len(uv) + 1
     key = directed[:, 0] * stride + directed[:, 1]
@@ -77,10 +90,7 @@ def _with_spare(uv, triangles, segments, spare: int = 4096) -> Patch:
     across = np.where(key[order[slot]] == back, order[slot] // 3, -1).reshape(-1, 3)
     wanted = np.sort(segments, axis=1) @ np.array([stride, 1])
     fixed = np.isin(np.sort(directed, axis=1) @ np.array([stride, 1]), wanted).reshape(-1, 3) | (across < 0)
-    return Patch(
-        room(np.asarray(uv, float), spare, 0.0), room(triangles, 2 * spare, -1), room(across, 2 * spare, -1),
-        room(fixed, 2 * spare, False), np.array([len(uv), count]),
-    )  # fmt: skip
+    return _with_room(uv, triangles, across, fixed, len(segments) + 16)
 
 
 def _edges_present(patch: Patch) -> set:
@@ -168,12 +178,14 @@ def _grown(patch: Patch, size_at) -> Patch:
     area = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).sum() / 2
     low = np.min(size_at(patch.uv[np.unique(patch.triangles)]))
     more = int(min(4 * area / low**2, 5e6)) + 4096
-    pad = lambda array, rows: np.concatenate([array, np.zeros((rows, *array.shape[1:]), array.dtype)])  # noqa: E731
     points, triangles = patch.used
-    return Patch(
-        pad(patch.uv[:points], more), pad(patch.corners[:triangles], 2 * more),
-        pad(patch.across[:triangles], 2 * more), pad(patch.fixed[:triangles], 2 * more), patch.used.copy(),
-    )  # fmt: skip
+    return _with_room(
+        patch.uv[:points],
+        patch.corners[:triangles],
+        patch.across[:triangles],
+        patch.fixed[:triangles],
+        more,
+    )
 
 
 def _circumcircles(patch: Patch) -> tuple[np.ndarray, np.ndarray]:
@@ -188,7 +200,7 @@ def _circumcircles(patch: Patch) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _oversized(patch: Patch, centre, radius, size_at):
-    """Return the triangles whose circumradius exceeds SPACING targets, worst first, with centre and target."""
+    """Return the triangles whose circumradius exceeds SPACING targets, worst first."""
     rows = np.flatnonzero(np.isfinite(radius))
     low, high = patch.uv[patch.triangles].min(axis=(0, 1)), patch.uv[patch.triangles].max(axis=(0, 1))
     rows = rows[((centre[rows] >= low) & (centre[rows] <= high)).all(axis=1)]

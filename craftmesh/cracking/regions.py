@@ -70,7 +70,7 @@ def _votes(points, triangles, region, facets, sides):
 
 
 def _angle_around(points, mine, triangles, rows, theirs, wing, facets):
-    """Return the angle 0..2 pi from the patch triangle to each facet about the shared edge (right-handed)."""
+    """Return the angle 0..2 pi from patch triangle to facet about their edge, and if both run alike."""
     a, b = mine[rows, 0], mine[rows, 1]
     axis = points[b] - points[a]
     axis /= np.linalg.norm(axis, axis=1)[:, None]

@@ -67,7 +67,7 @@ def semi_axes(options: CrackOptions, increment: int) -> tuple[float, float]:
     if options.increments is not None:
         if not 0 <= increment < len(options.increments):
             raise CraftmeshError(
-                f"increment is {increment}; crack.increments holds {len(options.increments)}: add one or stop"
+                f"increment is {increment}; crack.increments holds {len(options.increments)}: add one"
             )
         sizes, grown = options.increments[increment], 0.0
     else:
@@ -115,7 +115,7 @@ def _frame(normal: np.ndarray, axis: np.ndarray) -> np.ndarray:
     across = np.linalg.norm(np.cross(normal, axis))
     if not across > 1e-6 * np.linalg.norm(normal) * np.linalg.norm(axis):
         raise CraftmeshError(
-            f"crack.axis is {axis.tolist()} along the normal {normal.tolist()}; expected a direction in the crack"
+            f"crack.axis is {axis.tolist()}, normal {normal.tolist()}; expected an axis across the normal"
         )
     return frame_along(normal, axis)
 

@@ -59,7 +59,7 @@ class Sheet:
         return np.where(shapely.contains_xy(self.domain, uv[:, 0], uv[:, 1]), distance, -distance)
 
     def height_at(self, uv: np.ndarray) -> np.ndarray:
-        """Return the height (n,) at parameters (n, 2), continued with the slope of the nearest rim point."""
+        """Return the height (n,) at parameters (n, 2), continued past the rim with its slope."""
         points = shapely.points(uv)
         row, cell = self.cells.query(points, predicate="intersects")
         row, first = np.unique(row, return_index=True)
@@ -162,7 +162,7 @@ def _push_out_mouth(domain, crack, points, nodes, frame, box) -> shapely.Polygon
 
 
 def _rim(domain, curves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the domain's boundary segments, fronts first, and front and arc length at the start of those."""
+    """Return the domain's boundary segments, fronts first, and of those front and arc length."""
     starts, ends, number, arc = [np.zeros((0, 2))], [np.zeros((0, 2))], [], []
     for front, curve in enumerate(curves):
         starts.append(curve[:-1, :2])

@@ -1,7 +1,7 @@
 """Move points of a surface onto a crack and its front where that leaves the surface sound."""
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Callable
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from craftmesh.cracking.front import put_on_front
 from craftmesh.cracking.sheet import Sheet
 from craftmesh.kernels.triangles import intersecting_pairs
 from craftmesh.measure import area_vectors, facet_angles
-from craftmesh.stitch import StitchOptions
+from craftmesh.stitch_options import StitchOptions
 from craftmesh.types import CRACK, INTERFACE
 
 FARTHEST = 0.5  # of the local size: points slide along their line by at most this much
@@ -45,10 +45,14 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: StitchOptions) -> 
     return replace(surface, points=points, psi=psi)
 
 
-def snap_to_front(surface: CutSurface, sheet: Sheet, target: Callable, options: StitchOptions) -> CutSurface:
-    """Move trace points near the front onto it along the crack; box points to the front's end on their plane."""
+def snap_to_front(
+    surface: CutSurface, sheet: Sheet, target: Callable, options: StitchOptions
+) -> CutSurface:
+    """Move trace points near the front onto it, along the crack; box points to the front's end."""
     with np.errstate(invalid="ignore"):
-        rows = np.flatnonzero((np.abs(surface.phi) < options.snap_front * surface.size) & (surface.front < 0))
+        rows = np.flatnonzero(
+            (np.abs(surface.phi) < options.snap_front * surface.size) & (surface.front < 0)
+        )
     if not len(rows):
         return surface
     junctions, planes = _classes(surface)
@@ -75,7 +79,7 @@ class _Junctions:
 
 
 def _classes(surface: CutSurface) -> tuple[_Junctions, np.ndarray]:
-    """Return the junction edges near the crack and, per point, whether it is on x, y, z box planes (n, 3)."""
+    """Return the junction edges near the crack and which points are on x, y, z box planes (n, 3)."""
     rows = np.flatnonzero(np.isfinite(surface.psi[surface.facets]).any(axis=1))
     facets, kind = surface.facets[rows], surface.kind[rows].astype(np.int64)
     pair = np.sort(surface.sides[rows], axis=1).astype(np.int64)
@@ -116,7 +120,9 @@ def _along_lines(surface: CutSurface, edges, on_line, targets) -> None:
 
 def _front_ends(points, planes, sheet: Sheet) -> np.ndarray:
     """Return the nearest end of a front on the box plane of each point; NaN where there is none."""
-    ends = np.array([c[i, :2] for c, closed in zip(sheet.curves, sheet.closed) if not closed for i in (0, -1)])
+    ends = np.array(
+        [c[i, :2] for c, closed in zip(sheet.curves, sheet.closed) if not closed for i in (0, -1)]
+    )
     result = np.full(points.shape, np.nan)
     if not len(ends) or not len(points):
         return result
@@ -129,7 +135,9 @@ def _front_ends(points, planes, sheet: Sheet) -> np.ndarray:
     return result
 
 
-def guarded_move(surface: CutSurface, rows, targets, options: StitchOptions) -> tuple[np.ndarray, np.ndarray]:
+def guarded_move(
+    surface: CutSurface, rows, targets, options: StitchOptions
+) -> tuple[np.ndarray, np.ndarray]:
     """Move points `rows` to `targets` as far as no facet turns, flattens or pierces another.
 
     Returns the points and the rows that were moved. Where a facet objects, its longest move is undone.

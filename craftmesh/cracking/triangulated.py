@@ -41,7 +41,7 @@ def crack_from_triangles(points, triangles, fronts, box, frame=None) -> Crack:
 
 
 def best_fit_frame(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return rows u, v, normal of the best-fit plane; the normal is on the side of the mean facet normal."""
+    """Return rows u, v, normal of the best-fit plane; the normal is on the facets' side."""
     vectors = area_vectors(points, triangles)
     weight = np.linalg.norm(vectors, axis=1)
     corners = points[triangles].reshape(-1, 3)

@@ -1,7 +1,8 @@
 """Kernels on planar triangulations with fixed edges: flips, insertion, recovery of edges, smoothing.
 
 A triangulation is corners (t, 3) int64 counter-clockwise, across (t, 3) int64 (the triangle across the
-edge from corner i to i + 1, or -1) and fixed (t, 3) bool; all with spare rows, `used` = [points, triangles].
+edge from corner i to i + 1, or -1) and fixed (t, 3) bool; all with spare rows, `used` = [points,
+triangles].
 """
 
 import numpy as np
@@ -112,7 +113,7 @@ def legalise_all(uv, corners, across, fixed, used):
 
 @njit(cache=True)
 def locate(uv, corners, across, fixed, start, point, through_fixed):
-    """Walk from triangle `start` to the one that holds `point`; -1 where a fixed edge or the rim stops it."""
+    """Walk from triangle `start` to the one that holds `point`; -1 where an edge stops it."""
     t = start
     for _ in range(2 * len(corners) + 10):
         worst, exit_edge = -1e-14, -1
@@ -205,9 +206,10 @@ def insert_point(uv, corners, across, fixed, used, t, point, stack):
 
 @njit(cache=True)
 def insert_spaced(uv, corners, across, fixed, frozen, used, starts, candidates, spacing, clearance, stack):
-    """Insert candidates (k, 2) that keep `spacing` from points and `clearance` from fixed edges; return how many.
+    """Insert candidates (k, 2) that keep `spacing` from points and `clearance` from fixed edges.
 
     starts (k,): a triangle from which a candidate can be reached without crossing a fixed edge.
+    Returns how many were inserted.
     """
     inserted = 0
     for k in range(len(candidates)):
