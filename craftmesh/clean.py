@@ -1,0 +1,211 @@
+"""Cleaning of a labelled volume: afterwards every voxel is of a grain, of an enclosed void, or outside.
+
+The order: unindexed voxels are filled, empty ones numbered as voids, islands of few voxels absorbed, grains
+in several pieces split.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from craftmesh.absorb import absorb_small_pieces
+from craftmesh.errors import CraftmeshError
+from craftmesh.options import option
+from craftmesh.progress import silent
+from craftmesh.raw_volume import RawVolume, as_raw
+from craftmesh.types import Voxels
+from craftmesh.voxel_graph import Pieces, find_pieces, pieces_per_grain
+
+_SMALLEST_LISTED = 10
+
+
+@dataclass(frozen=True)
+class CleanOptions:
+    """What to do with unindexed voxels, islands of few voxels, and grains in pieces."""
+
+    fill_unindexed: bool = option(False, "give voxels without a grain to the grains around them")
+    min_island_voxels: int = option(
+        0, "absorb connected pieces of fewer voxels, small grains and voids included, into a neighbour"
+    )
+    split_pieces: bool = option(
+        False, "make each disconnected piece of a grain a grain of its own, with ids after the largest"
+    )
+    allow_single_grain: bool = option(False, "accept a volume that is one grain throughout")
+
+
+def clean(
+    volume: RawVolume | Voxels,
+    options: CleanOptions = CleanOptions(),  # noqa: B008
+    progress: Callable[[float, str], None] = silent,
+) -> tuple[Voxels, dict]:
+    """Return voxels of which none is unindexed, and the report, which counts every changed voxel.
+
+    Grain ids stay; pieces that are split off get new ones and their grain's orientation. Raises
+    CraftmeshError for unindexed voxels that are not to be filled, where no grain is left, and for one grain
+    alone unless that is allowed.
+    """
+    raw = volume if isinstance(volume, RawVolume) else as_raw(volume)
+    unindexed = int(raw.unindexed.sum())
+    if unindexed and not options.fill_unindexed:
+        raise CraftmeshError(
+            f"{unindexed} voxels have no grain: set fill_unindexed to give them to the grains around them, "
+            "or background to void if they are empty space"
+        )
+    progress(0.0, "fill unindexed voxels")
+    labels, filled = fill_unindexed(raw.voxels.labels, raw.unindexed)
+    labels = number_voids(labels)
+    progress(0.4, "absorb islands")
+    pieces = find_pieces(labels)
+    new_label = absorb_small_pieces(pieces, options.min_island_voxels)
+    report = {
+        "filled_voxels": filled,
+        "unindexed_voxels_left_empty": unindexed - filled,
+        "grains_in_pieces_before": len(pieces_per_grain(pieces)),
+        **_absorption(pieces, new_label),
+    }
+    if report["absorbed_pieces"]:
+        labels = number_voids(new_label[pieces.of])
+        pieces = find_pieces(labels)
+    progress(0.8, "pieces of grains")
+    report["grains_in_pieces"] = {str(k): n for k, n in pieces_per_grain(pieces).items()}
+    parents: dict[int, int] = {}
+    if options.split_pieces:
+        labels, parents = split_pieces(pieces, int(raw.voxels.labels.max()))
+    _check_grains(labels, options)
+    report |= _census(labels, raw, parents)
+    return _with_labels(raw.voxels, labels, parents), report
+
+
+def fill_unindexed(labels: np.ndarray, unindexed: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return the labels with unindexed voxels given to the grains around them, and how many were.
+
+    Ring by ring: each voxel takes the grain that most of its six neighbours have, of equals the lowest id.
+    Voxels that no grain reaches stay 0.
+    """
+    padded = np.pad(np.where(unindexed, 0, labels), 1)
+    strides = np.array(padded.strides) // padded.itemsize
+    steps = np.concatenate([strides, -strides])
+    flat = padded.ravel()
+    open_voxels = np.flatnonzero(np.pad(unindexed, 1))
+    total = len(open_voxels)
+    while len(open_voxels):
+        around = np.sort(np.maximum(flat[open_voxels[:, None] + steps], 0), axis=1)
+        votes = ((around[:, :, None] == around[:, None, :]).sum(axis=2)) * (around > 0)
+        winner = around[np.arange(len(around)), votes.argmax(axis=1)]
+        reached = votes.any(axis=1)
+        if not reached.any():
+            break
+        flat[open_voxels[reached]] = winner[reached]
+        open_voxels = open_voxels[~reached]
+    return padded[1:-1, 1:-1, 1:-1].copy(), total - len(open_voxels)
+
+
+def number_voids(labels: np.ndarray) -> np.ndarray:
+    """Return the labels with empty voxels (<= 0) as 0 where connected to the box's faces, else as voids.
+
+    An enclosed connected piece is one void: -k of the declared void k with most of its voxels, else the
+    next free number in scan order.
+    """
+    empty, count = ndimage.label(labels <= 0)
+    ids = np.zeros(count + 1, np.int64)
+    taken = set(np.unique(labels[labels < 0]).tolist())
+    outside = set(np.unique(np.concatenate([a.ravel() for a in _rim(empty)])).tolist())
+    free = -1
+    for piece, window in enumerate(ndimage.find_objects(empty), start=1):
+        if piece in outside:
+            continue
+        inside = labels[window][empty[window] == piece]
+        declared, votes = np.unique(-inside[inside < 0], return_counts=True)
+        if len(declared):
+            ids[piece] = -declared[votes.argmax()]
+            continue
+        while free in taken:
+            free -= 1
+        ids[piece] = free
+        taken.add(free)
+    return np.where(empty > 0, ids[empty], labels).astype(np.int32)
+
+
+def split_pieces(pieces: Pieces, largest_id: int) -> tuple[np.ndarray, dict[int, int]]:
+    """Return labels in which every piece of a grain is a grain, and new id -> the grain it came from.
+
+    The largest piece keeps the id; the others are numbered after `largest_id`, by grain and falling size.
+    """
+    label = pieces.label.copy()
+    parents = {}
+    order = np.lexsort((np.arange(len(label)), -pieces.voxels, label))
+    for before, piece in zip(order[:-1].tolist(), order[1:].tolist()):
+        if pieces.label[piece] > 0 and pieces.label[before] == pieces.label[piece]:
+            new_id = largest_id + len(parents) + 1
+            parents[new_id] = int(pieces.label[piece])
+            label[piece] = new_id
+    if parents and max(parents) >= np.iinfo(np.int32).max:
+        raise CraftmeshError(f"split pieces reach id {max(parents)}; expected int32, renumber the grains")
+    return label[pieces.of].astype(np.int32), parents
+
+
+def _rim(volume: np.ndarray) -> list[np.ndarray]:
+    return [np.take(volume, end, axis=axis) for axis in range(3) for end in (0, -1)]
+
+
+def _absorption(pieces: Pieces, new_label: np.ndarray) -> dict:
+    changed = new_label != pieces.label
+    gone = np.setdiff1d(pieces.label, new_label)
+    return {
+        "absorbed_pieces": int(changed.sum()),
+        "absorbed_voxels": int(pieces.voxels[changed].sum()),
+        "absorbed_grains": gone[gone > 0].tolist(),
+        "absorbed_voids": (-gone[gone < 0][::-1]).tolist(),
+    }
+
+
+def _check_grains(labels: np.ndarray, options: CleanOptions) -> None:
+    low, high = int(labels.min()), int(labels.max())
+    if high <= 0:
+        raise CraftmeshError("the volume has no grain; check the dataset, background and void_labels")
+    if low == high and not options.allow_single_grain:
+        raise CraftmeshError(
+            f"the whole volume is grain {high}, there is no boundary to mesh; "
+            "check the dataset, or set allow_single_grain"
+        )
+
+
+def _with_labels(voxels: Voxels, labels: np.ndarray, parents: dict[int, int]) -> Voxels:
+    """Return voxels with new labels; grains split off take the rows of their parents."""
+    tables = []
+    for table, unknown in ((voxels.orientations, np.nan), (voxels.phases, 0)):
+        if table is not None:
+            size = max(len(table), int(labels.max()) + 1)
+            known = table
+            table = np.full((size, *known.shape[1:]), unknown, known.dtype)
+            table[: len(known)] = known
+            for new_id, parent in parents.items():
+                table[new_id] = table[parent]
+        tables.append(table)
+    return Voxels(labels, voxels.spacing, voxels.origin, *tables)
+
+
+def _census(labels: np.ndarray, raw: RawVolume, parents: dict[int, int]) -> dict:
+    """Return counts of what is there now, and file id -> the labels it has become, none where absorbed."""
+    ids, count = np.unique(labels, return_counts=True)
+    voxels = dict(zip(ids.tolist(), count.tolist()))
+    grains = sorted((n, k) for k, n in voxels.items() if k > 0)
+    pieces: dict[int, list[int]] = {}
+    for new_id, parent in parents.items():
+        pieces.setdefault(parent, []).append(new_id)
+    became = {
+        str(old): [k for k in (new, *pieces.get(new, [])) if k in voxels]
+        for old, new in raw.remap.items()
+        if new != 0
+    }
+    return {
+        "grains": len(grains),
+        "voids": {str(-k): n for k, n in sorted(voxels.items(), reverse=True) if k < 0},
+        "outside_voxels": voxels.get(0, 0),
+        "split_grains": {str(new_id): parent for new_id, parent in parents.items()},
+        "smallest_grains": [[k, n] for n, k in grains[:_SMALLEST_LISTED]],
+        "remap": became,
+        "notes": list(raw.notes),
+    }

@@ -1,0 +1,184 @@
+"""Synthetic polycrystals: Voronoi or Laguerre grains, enclosed voids, embedded grains."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.options import option
+from craftmesh.orientation import random_orientations
+from craftmesh.types import Voxels
+
+_CLEARANCE = 2.0  # voxels between a void and the box, or another void or embedded grain
+_SMALLEST_RADIUS = 1.5  # voxels; smaller bodies are specks that cleaning absorbs
+_TRIALS = 2000  # random centres per void before it is given up
+
+
+@dataclass(frozen=True)
+class GenerateOptions:
+    """A synthetic polycrystal on a grid of voxels."""
+
+    shape: tuple[int, int, int] = option((48, 48, 48), "voxels along x, y, z")
+    spacing: tuple[float, float, float] = option(
+        (1.0, 1.0, 1.0), "voxel spacing along x, y, z", "model units"
+    )
+    origin: tuple[float, float, float] = option((0.0, 0.0, 0.0), "lower corner of the box", "model units")
+    grains: int = option(30, "number of cells, without embedded grains")
+    seed: int = option(0, "seed of all random numbers")
+    relaxation: int = option(1, "rounds that move each cell's seed to the cell's centre")
+    size_spread: float = option(
+        0.0, "spread of grain sizes: 0 a Voronoi, towards 1 a Laguerre tessellation"
+    )
+    columnar_axis: str = option("z", "axis along which columnar_ratio stretches", choices=("x", "y", "z"))
+    columnar_ratio: float = option(1.0, "length of the grains along columnar_axis over their width")
+    voids: int = option(0, "number of enclosed spherical voids")
+    void_radius: float = option(3.0, "radius of the voids", "model units")
+    embedded_grains: int = option(0, "grains wholly inside another grain, one each")
+    embedded_pairs: int = option(0, "pairs of touching grains wholly inside another grain")
+    embedded_fraction: float = option(0.6, "radius of an embedded body over the room in its host")
+
+
+def generate(options: GenerateOptions = GenerateOptions()) -> Voxels:  # noqa: B008
+    """Return a polycrystal: grains 1..n, then embedded grains, then both of each pair; voids -1, -2, ...
+
+    Orientations are uniform; phase 1 throughout. The same options give the same voxels. Raises
+    CraftmeshError for options out of range, and where no room is left for a void or an embedded grain.
+    """
+    _check(options)
+    rng_cells, rng_embedded, rng_voids, rng_orientations = (
+        np.random.default_rng(sequence) for sequence in np.random.SeedSequence(options.seed).spawn(4)
+    )
+    labels = _cells(options, rng_cells)
+    _embed(labels, options, rng_embedded)
+    count = int(labels.max())
+    _carve_voids(labels, options, rng_voids)
+    orientations = np.vstack([np.full((1, 4), np.nan), random_orientations(count, rng_orientations)])
+    phases = np.minimum(np.arange(count + 1), 1)
+    return Voxels(labels, options.spacing, options.origin, orientations, phases)
+
+
+def _check(options: GenerateOptions) -> None:
+    wrong = [
+        (min(options.shape) < 2, "shape", options.shape, "at least 2 voxels along each axis"),
+        (not min(options.spacing) > 0, "spacing", options.spacing, "three lengths > 0"),
+        (
+            not 1 <= options.grains <= np.prod(options.shape),
+            "grains",
+            options.grains,
+            "1 to the voxels' number",
+        ),
+        (options.seed < 0, "seed", options.seed, "an integer >= 0"),
+        (options.relaxation < 0, "relaxation", options.relaxation, "a number of rounds >= 0"),
+        (not 0 <= options.size_spread < 1, "size_spread", options.size_spread, "0 <= size_spread < 1"),
+        (not options.columnar_ratio > 0, "columnar_ratio", options.columnar_ratio, "a ratio > 0"),
+        (options.columnar_axis not in "xyz", "columnar_axis", options.columnar_axis, "x, y or z"),
+        (options.voids < 0, "voids", options.voids, "a number >= 0"),
+        (not options.void_radius > 0, "void_radius", options.void_radius, "a length > 0"),
+        (options.embedded_grains < 0, "embedded_grains", options.embedded_grains, "a number >= 0"),
+        (options.embedded_pairs < 0, "embedded_pairs", options.embedded_pairs, "a number >= 0"),
+        (
+            not 0 < options.embedded_fraction < 1,
+            "embedded_fraction",
+            options.embedded_fraction,
+            "0 < embedded_fraction < 1",
+        ),
+    ]
+    for is_wrong, name, value, expected in wrong:
+        if is_wrong:
+            raise CraftmeshError(f"{name} is {value}; expected {expected}")
+
+
+def _centres(options: GenerateOptions) -> np.ndarray:
+    """Return voxel centres (nx, ny, nz, 3) in model units from the lower corner of the box."""
+    axes = [(np.arange(n) + 0.5) * h for n, h in zip(options.shape, options.spacing)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+
+
+def _cells(options: GenerateOptions, rng: np.random.Generator) -> np.ndarray:
+    """Return labels 1..grains of the cells of a power diagram of random seeds.
+
+    The power distance |x - s|^2 - w is the distance to the seed lifted by sqrt(max w - w) along a fourth
+    axis. Source: Aurenhammer, SIAM J. Comput. 16 (1987).
+    """
+    size = np.array(options.shape) * options.spacing
+    stretch = np.ones(3)
+    stretch["xyz".index(options.columnar_axis)] = 1 / options.columnar_ratio
+    points = (_centres(options) * stretch).reshape(-1, 3)
+    seeds = rng.random((options.grains, 3)) * size * stretch
+    width = (np.prod(size * stretch) / options.grains) ** (1 / 3)
+    lift = width * np.sqrt(options.size_spread * rng.random(options.grains))
+    lifted = np.column_stack([points, np.zeros(len(points))])
+    for round_ in range(options.relaxation + 1):
+        cell = cKDTree(np.column_stack([seeds, lift])).query(lifted)[1]
+        if round_ < options.relaxation:
+            count = np.bincount(cell, minlength=options.grains)
+            sums = np.stack([np.bincount(cell, points[:, i], options.grains) for i in range(3)], axis=1)
+            seeds = np.where(count[:, None] > 0, sums / np.maximum(count, 1)[:, None], seeds)
+    return (cell + 1).astype(np.int32).reshape(options.shape)
+
+
+def _depth(labels: np.ndarray, spacing) -> np.ndarray:
+    """Return the distance of each voxel's centre from the nearest voxel of another grain or off the box."""
+    padded = np.pad(labels, 1)
+    is_boundary = np.zeros(padded.shape, bool)
+    for axis in range(3):
+        low, high = (np.moveaxis(a, axis, 0) for a in (padded, is_boundary))
+        differ = low[:-1] != low[1:]
+        high[:-1] |= differ
+        high[1:] |= differ
+    return ndimage.distance_transform_edt(~is_boundary, sampling=spacing)[1:-1, 1:-1, 1:-1]
+
+
+def _embed(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:
+    """Put balls into the grains with most room, whole ones first, then those cut into two grains."""
+    wanted = options.embedded_grains + options.embedded_pairs
+    if not wanted:
+        return
+    depth = _depth(labels, options.spacing)
+    grains = np.unique(labels)
+    room = ndimage.maximum(depth, labels, grains)
+    hosts = np.argsort(-room, kind="stable")[:wanted]
+    needed = _SMALLEST_RADIUS * max(options.spacing)
+    if len(hosts) < wanted or room[hosts[-1]] * options.embedded_fraction < needed:
+        raise CraftmeshError(
+            f"{wanted} embedded bodies do not fit; give fewer, fewer grains, or more voxels (shape)"
+        )
+    centres = _centres(options)
+    for turn, host in enumerate(hosts):
+        at = np.unravel_index(np.argmax(np.where(labels == grains[host], depth, -1)), labels.shape)
+        offset = centres - centres[at]
+        ball = (offset**2).sum(axis=-1) <= (room[host] * options.embedded_fraction) ** 2
+        new_id = int(labels.max()) + 1
+        labels[ball] = new_id
+        normal = rng.normal(size=3)
+        if turn >= options.embedded_grains:
+            labels[ball & (offset @ normal > 0)] = new_id + 1
+
+
+def _carve_voids(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:
+    """Carve balls off the box, off one another and off embedded grains."""
+    if not options.voids:
+        return
+    spacing = np.array(options.spacing)
+    if options.void_radius < _SMALLEST_RADIUS * spacing.max():
+        raise CraftmeshError(
+            f"void_radius is {options.void_radius:g}; expected at least {_SMALLEST_RADIUS * spacing.max():g}, "
+            f"{_SMALLEST_RADIUS} voxels"
+        )
+    centres = _centres(options)
+    margin = options.void_radius + _CLEARANCE * spacing
+    low, high = margin, np.array(options.shape) * spacing - margin
+    reach = options.void_radius + _CLEARANCE * spacing.max()
+    for void in range(1, options.voids + 1):
+        for _ in range(_TRIALS if (low < high).all() else 0):
+            distance = ((centres - rng.uniform(low, high)) ** 2).sum(axis=-1)
+            near = labels[distance <= reach**2]
+            if near.min() > 0 and near.max() <= options.grains:
+                labels[distance <= options.void_radius**2] = -void
+                break
+        else:
+            raise CraftmeshError(
+                f"no room for void {void} of {options.voids}; give fewer voids or a smaller void_radius"
+            )

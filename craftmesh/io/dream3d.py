@@ -1,0 +1,129 @@
+"""DREAM.3D volumes: the SIMPL layout (versions 6 and 7) and the DREAM.3D-NX layout (simplnx).
+
+Cells are stored (z, y, x, component). SIMPL keeps its geometry in `_SIMPL_GEOMETRY` beside the cell data;
+NX keeps it in the attributes of an object of type ImageGeom, above the cell data.
+"""
+
+import os
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.file_volume import FileVolume, listed, pick
+from craftmesh.io.hdf5 import cells_xyz, opened, volume_paths
+from craftmesh.orientation import bunge_to_quaternion, check_table, mean_by_grain
+
+_IDS = ("FeatureIds", "GrainIds", "FeatureID", "GrainID")
+_FEATURE_ANGLES = ("AvgEulerAngles", "EulerAngles", "AvgEulers")
+_MIXED_ANGLES = 15.0  # degrees of spread within a grain above which an average says little
+
+
+@dataclass(frozen=True)
+class _Image:
+    """An image geometry: its group, and dims, spacing, origin in x, y, z."""
+
+    group: h5py.Group
+    dims: np.ndarray
+    spacing: np.ndarray
+    origin: np.ndarray
+
+
+def read(path: str | os.PathLike, dataset: str) -> FileVolume:
+    """Read FeatureIds (or the path `dataset`), the geometry, and orientations per feature or per cell.
+
+    Euler angles are Bunge's, in radians. Feature 0 is the format's dummy: its row becomes NaN. Raises
+    CraftmeshError.
+    """
+    with opened(path) as file:
+        images = _images(file)
+        if not images:
+            raise CraftmeshError(f"{path}: has no image geometry; expected a DREAM.3D volume of voxels")
+        by_path = {name: image for image in images for name in volume_paths(image.group, image.dims)}
+        name = pick(path, dataset, list(by_path), _preferred(path, by_path))
+        ids = cells_xyz(file[name])
+        image, matrix = by_path[name], file[name].parent
+        orientations, notes = _orientations(path, image, matrix, ids)
+        return FileVolume(
+            ids, image.spacing, image.origin, orientations, _phases(image, matrix), notes=notes
+        )
+
+
+def _images(file: h5py.File) -> list[_Image]:
+    """Return the image geometries of either layout, in the file's order."""
+    found = []
+
+    def visit(name, item):
+        if not isinstance(item, h5py.Group):
+            return
+        if name.endswith("_SIMPL_GEOMETRY") and "DIMENSIONS" in item and "SPACING" in item:
+            values = [item[key][()] for key in ("DIMENSIONS", "SPACING", "ORIGIN")]
+            found.append(_image(item.parent, *values))
+        elif _text(item.attrs.get("ObjectType", "")) == "ImageGeom" and "_DIMENSIONS" in item.attrs:
+            values = [item.attrs[key] for key in ("_DIMENSIONS", "_SPACING", "_ORIGIN")]
+            found.append(_image(item, *values))
+
+    file.visititems(visit)
+    return found
+
+
+def _image(group, dims, spacing, origin) -> _Image:
+    return _Image(group, np.asarray(dims, np.int64), _decimal(spacing), _decimal(origin))
+
+
+def _decimal(values) -> np.ndarray:
+    """Return float32 values as the doubles that were meant: 0.35, not 0.3499999940395355."""
+    return np.array([float(str(v)) for v in np.asarray(values).ravel()])
+
+
+def _text(value) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def _preferred(path, by_path: dict) -> tuple[str, ...]:
+    """Return the paths that end in a usual name of grain ids; refuses a choice between several volumes."""
+    for name in _IDS:
+        found = tuple(p for p in by_path if p.rsplit("/", 1)[1] == name)
+        if len(found) > 1:
+            raise CraftmeshError(f"{path}: holds several volumes; give dataset as one of: {listed(found)}")
+        if found:
+            return found
+    return _IDS
+
+
+def _matrices(image: _Image, cell_matrix: h5py.Group) -> list[h5py.Group]:
+    """Return the feature-level groups of the geometry: those beside its cell data."""
+    groups = [item for item in image.group.values() if isinstance(item, h5py.Group)]
+    return [group for group in groups if group.name != cell_matrix.name]
+
+
+def _feature_table(image, matrix, names, width: int) -> np.ndarray | None:
+    for group in _matrices(image, matrix):
+        for name in names:
+            data = group.get(name)
+            if isinstance(data, h5py.Dataset) and data.ndim == 2 and data.shape[1] == width:
+                return data[()]
+    return None
+
+
+def _orientations(path, image, matrix, ids) -> tuple[np.ndarray | None, tuple[str, ...]]:
+    angles = _feature_table(image, matrix, _FEATURE_ANGLES, 3)
+    if angles is not None:
+        table = bunge_to_quaternion(check_table(f"{path}: Euler angles", angles, 3))
+        table[:1] = np.nan
+        return table, ()
+    cells = matrix.get("EulerAngles")
+    if not isinstance(cells, h5py.Dataset) or cells.shape != (*image.dims[::-1], 3) or ids.min() < 0:
+        return None, ()
+    table, spread = mean_by_grain(ids.ravel(), bunge_to_quaternion(cells_xyz(cells)).reshape(-1, 4))
+    table[:1] = np.nan
+    notes = ("orientations are means over each grain's voxels",)
+    if spread > _MIXED_ANGLES:
+        notes += (f"orientations spread by up to {spread:.0f} degrees within a grain: check the averages",)
+    return table, notes
+
+
+def _phases(image, matrix) -> np.ndarray | None:
+    phases = _feature_table(image, matrix, ("Phases",), 1)
+    return None if phases is None else phases[:, 0]

@@ -1,0 +1,61 @@
+"""What every reader of a microstructure format returns, and the checks that they share."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+
+UNINDEXED = "unindexed"
+VOID = "void"
+GRAIN = "grain"
+
+
+@dataclass(frozen=True)
+class FileVolume:
+    """The arrays of one file, ids untouched.
+
+    labels (nx, ny, nz) of any number type, axes x, y, z; spacing, origin (3,) or None where the file has
+    none; orientations (g, 4) quaternions and phases (g,), row = id in the file, or None; zero: what label 0
+    means in this format; negative_voids: whether a label -k is the enclosed void k; notes for the report.
+    """
+
+    labels: np.ndarray
+    spacing: np.ndarray | None = None
+    origin: np.ndarray | None = None
+    orientations: np.ndarray | None = None
+    phases: np.ndarray | None = None
+    zero: str = UNINDEXED
+    negative_voids: bool = False
+    notes: tuple[str, ...] = ()
+
+
+def to_xyz(labels: np.ndarray, axes: str, where: str) -> np.ndarray:
+    """Return a volume with its axes in the order x, y, z; `axes` names the file's order, as "zyx"."""
+    if labels.ndim != 3:
+        raise CraftmeshError(f"{where} has shape {labels.shape}; expected a volume of three axes")
+    return labels.transpose([axes.index(axis) for axis in "xyz"])
+
+
+def listed(names) -> str:
+    """Return names for an error message, the first dozen where there are many."""
+    names = list(names)
+    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+    return (", ".join(map(str, names[:12])) or "none") + more
+
+
+def pick(path, dataset: str, present: list[str], wanted: tuple[str, ...]) -> str:
+    """Return the dataset to read: the one asked for, else the first of `wanted`, else the only one.
+
+    Raises CraftmeshError that lists those present.
+    """
+    if dataset:
+        if dataset in present:
+            return dataset
+        raise CraftmeshError(f"{path}: no dataset {dataset}; give dataset as one of: {listed(present)}")
+    for name in wanted:
+        if name in present:
+            return name
+    if len(present) == 1:
+        return present[0]
+    raise CraftmeshError(f"{path}: no dataset {wanted[0]}; give dataset as one of: {listed(present)}")

@@ -1,0 +1,54 @@
+"""LabDCT volumes (.h5) as GrainMapper3D writes them: /LabDCT/Data, axes z, y, x, lengths in mm."""
+
+import os
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.file_volume import FileVolume, pick
+from craftmesh.io.hdf5 import cells_xyz, opened, volume_paths
+from craftmesh.orientation import mean_by_grain, rodrigues_to_quaternion
+
+_DATA = "/LabDCT/Data"
+
+
+def read(path: str | os.PathLike, dataset: str) -> FileVolume:
+    """Read GrainId (or the path `dataset`), Spacing (mm), and one Rodrigues vector and phase per grain.
+
+    Id 0 is unindexed; the origin is taken as 0. Raises CraftmeshError.
+    """
+    with opened(path) as file:
+        data = file.get(_DATA)
+        if data is None or "LabDCT/Spacing" not in file:
+            raise CraftmeshError(
+                f"{path}: no {_DATA} with LabDCT/Spacing; expected a LabDCT reconstruction"
+            )
+        ids = data.get("GrainId")
+        present = volume_paths(data, ids.shape[::-1]) if ids is not None else []
+        name = pick(path, dataset, present, (f"{_DATA}/GrainId",))
+        labels = cells_xyz(file[name])
+        orientations = phases = None
+        if labels.min() >= 0:
+            orientations = _orientations(data, labels)
+            phases = _phases(data, labels)
+        spacing = file["LabDCT/Spacing"][()]
+    return FileVolume(labels, spacing, None, orientations, phases, notes=("lengths are in mm",))
+
+
+def _orientations(data, labels) -> np.ndarray | None:
+    if "Rodrigues" not in data or data["Rodrigues"].shape != (*labels.shape[::-1], 3):
+        return None
+    quaternions = rodrigues_to_quaternion(cells_xyz(data["Rodrigues"])).reshape(-1, 4)
+    table, _ = mean_by_grain(labels.ravel(), quaternions)
+    table[0] = np.nan
+    return table
+
+
+def _phases(data, labels) -> np.ndarray | None:
+    """Return the phase of each grain's voxel of highest id; the format gives one phase a grain."""
+    if "PhaseId" not in data or data["PhaseId"].shape != labels.shape[::-1]:
+        return None
+    phases = np.zeros(labels.max() + 1, np.int32)
+    np.maximum.at(phases, labels.ravel(), cells_xyz(data["PhaseId"]).ravel().astype(np.int32))
+    phases[0] = 0
+    return phases

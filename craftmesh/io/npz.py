@@ -1,0 +1,124 @@
+"""NumPy files: labels.npz of a case (written and read back exactly), and volumes from other tools' .npz."""
+
+import os
+import zipfile
+from io import BytesIO
+
+import numpy as np
+
+from craftmesh.atomic import atomic_path
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.file_volume import VOID, FileVolume, pick, to_xyz
+from craftmesh.orientation import (
+    angle_between,
+    bunge_to_quaternion,
+    check_table,
+    normalized,
+    rodrigues_to_quaternion,
+)
+from craftmesh.types import Voxels
+
+FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+_MIXED_UP = 1.0  # degrees between two tables of one file; float32 angles agree within 0.1
+
+
+def write_labels(path: str | os.PathLike, voxels: Voxels) -> None:
+    """Write labels, spacing, origin and, where known, orientations and phases to an .npz.
+
+    The same voxels give the same bytes; the file appears whole or not at all. Raises CraftmeshError where
+    it cannot be written.
+    """
+    arrays = {"format": np.array(FORMAT), "labels": voxels.labels}
+    arrays |= {"spacing": voxels.spacing, "origin": voxels.origin}
+    optional = {"orientations": voxels.orientations, "phases": voxels.phases}
+    arrays |= {name: values for name, values in optional.items() if values is not None}
+    with atomic_path(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
+        for name, values in arrays.items():
+            entry = zipfile.ZipInfo(f"{name}.npy", _EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            content = BytesIO()
+            np.lib.format.write_array(content, np.ascontiguousarray(values), allow_pickle=False)
+            archive.writestr(entry, content.getbuffer(), compresslevel=6)
+
+
+def read_labels(path: str | os.PathLike) -> Voxels:
+    """Read an .npz written by `write_labels`; raises CraftmeshError for a missing file or entry."""
+    arrays = load(path)
+    missing = [name for name in ("labels", "spacing", "origin") if name not in arrays]
+    if missing:
+        raise CraftmeshError(f"{path}: no entry {missing[0]}; expected a labels.npz made by craftmesh")
+    names = ("labels", "spacing", "origin", "orientations", "phases")
+    return Voxels(*(arrays.get(name) for name in names))
+
+
+def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
+    """Read `labels` (or `dataset`), spacing, origin and orientations from an .npz.
+
+    The axes are those of `axes`, else of the file's entry `axes`, else x, y, z. Orientations come from
+    `orientations` (quaternions), `rodrigues` or `eulers` (Bunge, radians), row = grain id; where several
+    are there they have to agree. Raises CraftmeshError.
+    """
+    arrays = load(path)
+    volumes = [name for name, values in arrays.items() if values.ndim == 3]
+    name = pick(path, dataset, volumes, ("labels",))
+    axes = axes or str(arrays.get("axes", "xyz"))
+    if sorted(axes) != list("xyz"):
+        raise CraftmeshError(f"{path}: axes is {axes!r}; expected an order of x, y, z such as zyx")
+    is_ours = str(arrays.get("format", "")) == FORMAT
+    note = () if "spacing" in arrays else ("no spacing in the file: one voxel is one unit of length",)
+    return FileVolume(
+        to_xyz(arrays[name], axes, f"{path}: {name}"),
+        arrays.get("spacing", np.ones(3)),
+        arrays.get("origin"),
+        _orientations(path, arrays),
+        arrays.get("phases"),
+        notes=note,
+        **({"zero": VOID, "negative_voids": True} if is_ours else {}),
+    )
+
+
+def load(path: str | os.PathLike) -> dict[str, np.ndarray]:
+    """Return the entries of an .npz; raises CraftmeshError when it is not one or holds Python objects."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except FileNotFoundError:
+        raise CraftmeshError(f"{path}: no such file; check the path") from None
+    except (ValueError, OSError, EOFError, AttributeError, TypeError, zipfile.BadZipFile) as error:
+        raise CraftmeshError(f"{path}: is not an .npz of plain arrays ({error}); write it anew") from None
+
+
+def _orientations(path, arrays) -> np.ndarray | None:
+    """Return the first table there is as quaternions, compared with the others."""
+    kinds = {
+        "orientations": (4, normalized),
+        "rodrigues": (3, rodrigues_to_quaternion),
+        "eulers": (3, bunge_to_quaternion),
+    }
+    tables = {}
+    for name, (width, convert) in kinds.items():
+        if name in arrays:
+            tables[name] = convert(_checked(path, name, arrays[name], width))
+    if not tables:
+        return None
+    (first, table), *others = tables.items()
+    for name, other in others:
+        rows = min(len(table), len(other))
+        angles = angle_between(table[:rows], other[:rows])
+        if np.nanmax(angles, initial=0.0) > _MIXED_UP:
+            worst = int(np.nanargmax(angles))
+            raise CraftmeshError(
+                f"{path}: {first} and {name} differ by {angles[worst]:.1f} degrees for grain {worst}; "
+                f"expected one rotation from crystal to sample axes: leave one of them out"
+            )
+    return table
+
+
+def _checked(path, name: str, table: np.ndarray, width: int) -> np.ndarray:
+    table = check_table(f"{path}: {name}", table, width)
+    if name == "eulers" and np.nanmax(np.abs(table), initial=0.0) > 4 * np.pi:
+        raise CraftmeshError(
+            f"{path}: eulers reach {np.nanmax(np.abs(table)):.0f}; expected Bunge angles in radians"
+        )
+    return table

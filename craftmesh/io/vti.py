@@ -1,0 +1,42 @@
+"""VTK image data (.vti) with grain ids as cell data: DAMASK's files, other tools', and craftmesh's own."""
+
+import os
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.io import vtk_xml
+from craftmesh.io.file_volume import GRAIN, VOID, FileVolume, pick
+
+_NAMES = ("labels", "material", "FeatureIds", "GrainIds", "grain", "grain_id", "MaterialId")
+
+
+def read(path: str | os.PathLike, dataset: str) -> FileVolume:
+    """Read an integer cell array: `dataset`, or the first of the usual names, or the only one there is.
+
+    In an array `material`, DAMASK's, 0 is a grain. Raises CraftmeshError, also for axes that are turned.
+    """
+    image = vtk_xml.read_dataset(path, "ImageData")
+    matrix = image.GetDirectionMatrix()
+    direction = np.array([[matrix.GetElement(i, j) for j in range(3)] for i in range(3)])
+    if not np.allclose(direction, np.eye(3), atol=1e-9):
+        raise CraftmeshError(
+            f"{path}: its axes are turned (Direction {direction.ravel().tolist()}); "
+            "resample it on axes x, y, z"
+        )
+    name = pick(path, dataset, _scalars(image.GetCellData()), _NAMES)
+    shape = [max(n - 1, 1) for n in image.GetDimensions()]
+    labels = vtk_xml.named_array(path, image.GetCellData(), [name], "cell data").reshape(shape, order="F")
+    exact = {key: vtk_xml.field_array(image, key) for key in ("spacing", "origin")}
+    if name == "labels" and exact["spacing"] is not None and exact["origin"] is not None:
+        tables = (vtk_xml.field_array(image, key) for key in ("orientations", "phases"))
+        return FileVolume(labels, exact["spacing"], exact["origin"], *tables, VOID, negative_voids=True)
+    spacing = np.array(image.GetSpacing())
+    origin = np.array(image.GetOrigin()) + spacing * image.GetExtent()[::2]
+    return FileVolume(labels, spacing, origin, zero=GRAIN if name == "material" else "unindexed")
+
+
+def _scalars(cells) -> list[str]:
+    """Return the names of the cell arrays that have one number a cell."""
+    arrays = [cells.GetArray(i) for i in range(cells.GetNumberOfArrays())]
+    return [a.GetName() for a in arrays if a is not None and a.GetNumberOfComponents() == 1]

@@ -1,0 +1,161 @@
+"""Voids and embedded grains: what is wholly enclosed by one grain, found from the voxels.
+
+The mesher fills a grain's surface with tetrahedra, also where another grain or a void lies inside; it has to
+be told a point of each such place. Source: section 2.5 of the gradation paper (volume meshing), taken further:
+enclosure is a matter of topology, so clusters of touching grains and islands within islands are found too.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.types import Voxels
+from craftmesh.voxel_graph import Pieces, find_pieces, neighbours, shared_faces
+
+VOID = "void"
+GRAIN = "grain"
+
+
+@dataclass(frozen=True)
+class Island:
+    """One place enclosed by the grain `host`, and the pieces of voxels in it that only the host encloses.
+
+    host: grain id. members: label of each piece, > 0 a grain, -k the void k; several pieces where they touch
+    one another. seeds (k, 3): a point inside each piece, in model coordinates. voxels: number in each piece.
+    Pieces that lie inside a member are islands of that member.
+    """
+
+    host: int
+    members: tuple[int, ...]
+    seeds: np.ndarray
+    voxels: tuple[int, ...]
+
+    @property
+    def kind(self) -> str:
+        """VOID where every member is one, else GRAIN."""
+        return VOID if max(self.members) < 0 else GRAIN
+
+
+def find_islands(voxels: Voxels) -> tuple[Island, ...]:
+    """Return the islands of a cleaned volume, ordered by host, then by the scan order of their first voxels.
+
+    A piece is enclosed by a host when every way from it to the outside of the box, from voxel face to voxel
+    face, leads through one and the same piece of the host. Seeds are where the distance to the piece's
+    boundary is largest.
+    """
+    pieces = find_pieces(voxels.labels)
+    enclosures = [(int(pieces.label[host]), sorted(members)) for host, members in _enclosures(pieces)]
+    enclosures = sorted(e for e in enclosures if e[0] > 0)
+    if not enclosures:
+        return ()
+    windows = ndimage.find_objects(pieces.of + 1)
+    islands = []
+    for host, members in enclosures:
+        seeds = np.array([_seed(pieces.of, m, windows[m], voxels) for m in members])
+        seeds.flags.writeable = False
+        labels = tuple(int(pieces.label[m]) for m in members)
+        islands.append(Island(host, labels, seeds, tuple(int(pieces.voxels[m]) for m in members)))
+    return tuple(islands)
+
+
+def islands_as_json(islands: tuple[Island, ...]) -> dict:
+    """Return islands as plain JSON values:
+
+    {"islands": [{"host": 12, "kind": "void" | "grain",
+                  "members": [{"label": -1, "seed": [x, y, z], "voxels": 33}, ...]}, ...]}
+    with seeds in model units.
+    """
+    return {
+        "islands": [
+            {
+                "host": island.host,
+                "kind": island.kind,
+                "members": [
+                    {"label": label, "seed": seed, "voxels": voxels}
+                    for label, seed, voxels in zip(island.members, island.seeds.tolist(), island.voxels)
+                ],
+            }
+            for island in islands
+        ]
+    }
+
+
+def islands_from_json(content: dict) -> tuple[Island, ...]:
+    """Return the islands that `islands_as_json` wrote; raises CraftmeshError that names what is wrong."""
+    try:
+        return tuple(_island(entry) for entry in content["islands"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise CraftmeshError(
+            f"islands: {type(error).__name__} {error}; expected a file made by craftmesh import"
+        ) from None
+
+
+def _island(entry: dict) -> Island:
+    members = entry["members"]
+    seeds = np.array([member["seed"] for member in members], float)
+    if seeds.shape != (len(members), 3) or not members or not np.isfinite(seeds).all():
+        raise ValueError(f"of host {entry['host']} without a seed x, y, z for each member")
+    seeds.flags.writeable = False
+    labels = tuple(int(member["label"]) for member in members)
+    return Island(int(entry["host"]), labels, seeds, tuple(int(member["voxels"]) for member in members))
+
+
+def _enclosures(pieces: Pieces) -> Iterator[tuple[int, list[int]]]:
+    """Yield (host piece, enclosed pieces) for each place that one piece cuts off from the outside.
+
+    Depth-first search from the outside (Tarjan's low points, SIAM J. Comput. 1, 1972): the subtree below
+    the tree edge host - child is cut off when nothing in it reaches above the host.
+    """
+    count = outside = len(pieces.label)
+    open_pieces = np.flatnonzero(pieces.touches_box | (pieces.label == 0))
+    rim = np.stack([open_pieces, np.full(len(open_pieces), outside)], axis=1)
+    pairs, _ = shared_faces(pieces.of, count)
+    starts, ids = (a.tolist() for a in neighbours(np.concatenate([pairs, rim]), count + 1))
+    order, low, parent = [-1] * (count + 1), [0] * (count + 1), [-1] * (count + 1)
+    cursor, path, unassigned = starts[:-1], [outside], []
+    order[outside] = 0
+    found = 1
+    while path:
+        piece = path[-1]
+        if cursor[piece] < starts[piece + 1]:
+            other = ids[cursor[piece]]
+            cursor[piece] += 1
+            if order[other] < 0:
+                order[other] = low[other] = found
+                parent[other] = piece
+                found += 1
+                path.append(other)
+                unassigned.append(other)
+            else:
+                low[piece] = min(low[piece], order[other])
+            continue
+        path.pop()
+        host = parent[piece]
+        if host >= 0 and low[piece] >= order[host]:
+            members = [unassigned.pop()]
+            while members[-1] != piece:
+                members.append(unassigned.pop())
+            if host != outside:
+                yield host, members
+        elif host >= 0:
+            low[host] = min(low[host], low[piece])
+
+
+def _seed(of: np.ndarray, piece: int, window: tuple, voxels: Voxels) -> np.ndarray:
+    """Return the point of a piece farthest from its boundary; of several, the one amid them if it is one.
+
+    The middle of tied voxels is taken where its own voxel is tied too: the centre of a 2 x 2 x 2 void is
+    safer than the centre of one of its voxels.
+    """
+    inside = np.pad(of[window] == piece, 1)
+    distance = ndimage.distance_transform_edt(inside, sampling=voxels.spacing)
+    tied = np.argwhere(distance >= distance.max() * (1 - 1e-9))
+    middle = tied.mean(axis=0)
+    nearest = tied[np.argmin((((tied - middle) * voxels.spacing) ** 2).sum(axis=1))]
+    at = np.floor(middle + 0.5).astype(np.int64)
+    chosen = middle if (tied == at).all(axis=1).any() else nearest
+    corner = np.array([part.start for part in window])
+    return voxels.origin + (chosen - 1 + corner + 0.5) * voxels.spacing

@@ -1,0 +1,94 @@
+"""Crystal orientations: unit quaternions (w, x, y, z) of the active rotation, crystal to sample axes.
+
+The matrix R of such a quaternion turns a vector's components in crystal axes into those in sample axes.
+Bunge's matrix g goes from sample to crystal axes, so R = g^T.
+"""
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+
+
+def normalized(quaternions: np.ndarray) -> np.ndarray:
+    """Return quaternions (..., 4) of unit length with w >= 0; rows of zeros or NaN become NaN."""
+    q = np.asarray(quaternions, float)
+    length = np.linalg.norm(q, axis=-1, keepdims=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        q = np.where(length > 0, q / length, np.nan)
+    return np.where(q[..., :1] < 0, -q, q)
+
+
+def bunge_to_quaternion(angles: np.ndarray) -> np.ndarray:
+    """Return (..., 4) quaternions of Bunge angles (..., 3): phi1, Phi, phi2 in radians, ZXZ.
+
+    NaN angles give NaN. Source: H.-J. Bunge, Texture Analysis in Materials Science (1982), 2.1.
+    """
+    phi1, Phi, phi2 = np.moveaxis(np.asarray(angles, float), -1, 0)
+    half_sum, half_difference = (phi1 + phi2) / 2, (phi1 - phi2) / 2
+    cos, sin = np.cos(Phi / 2), np.sin(Phi / 2)
+    parts = [
+        cos * np.cos(half_sum),
+        sin * np.cos(half_difference),
+        sin * np.sin(half_difference),
+        cos * np.sin(half_sum),
+    ]
+    return normalized(np.stack(parts, axis=-1))
+
+
+def rodrigues_to_quaternion(vectors: np.ndarray) -> np.ndarray:
+    """Return (..., 4) quaternions of Rodrigues vectors (..., 3): axis * tan(angle / 2)."""
+    vectors = np.asarray(vectors, float)
+    return normalized(np.concatenate([np.ones_like(vectors[..., :1]), vectors], axis=-1))
+
+
+def quaternion_to_matrix(quaternions: np.ndarray) -> np.ndarray:
+    """Return rotation matrices (..., 3, 3); the columns are the crystal axes in the sample."""
+    w, x, y, z = np.moveaxis(np.asarray(quaternions, float), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the rotation angles (...,) in degrees between quaternions (..., 4), no symmetry applied."""
+    cosine = np.abs(np.sum(np.asarray(first) * np.asarray(second), axis=-1))
+    return np.degrees(2 * np.arccos(np.clip(cosine, 0, 1)))
+
+
+def random_orientations(count: int, rng: np.random.Generator) -> np.ndarray:
+    """Return (count, 4) quaternions spread uniformly over all rotations."""
+    return normalized(rng.normal(size=(count, 4)))
+
+
+def mean_by_grain(labels: np.ndarray, quaternions: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the mean orientation per label (g, 4), row = label, and the largest root-mean-square spread.
+
+    labels (n,) >= 0; quaternions (n, 4), NaN rows left out; labels without a row get NaN; the spread is in
+    degrees. Crystal symmetry is not applied: equivalents mixed in one grain show as a large spread.
+    Source: Markley et al., J. Guid. Control Dyn. 30 (2007): the mean is the main eigenvector of sum q q^T.
+    """
+    known = np.isfinite(quaternions).all(axis=1)
+    labels, q = labels[known], quaternions[known]
+    size = int(labels.max(initial=0)) + 1
+    count = np.bincount(labels, minlength=size)
+    moments = np.empty((size, 4, 4))
+    for i in range(4):
+        for j in range(4):
+            moments[:, i, j] = np.bincount(labels, q[:, i] * q[:, j], size)
+    values, vectors = np.linalg.eigh(moments / np.maximum(count, 1)[:, None, None])
+    mean = np.where(count[:, None] > 0, normalized(vectors[:, :, 3]), np.nan)
+    spread = 2 * np.arcsin(np.sqrt(np.clip(1 - values[count > 0, 3], 0, 1)))
+    return mean, float(np.degrees(spread.max(initial=0.0)))
+
+
+def check_table(name: str, table: np.ndarray, width: int) -> np.ndarray:
+    """Return `table` as (g, width) float64; raises CraftmeshError when its shape does not fit."""
+    table = np.asarray(table, float)
+    if table.ndim != 2 or table.shape[1] != width:
+        raise CraftmeshError(
+            f"{name} has shape {table.shape}; expected one row of {width} numbers per grain id"
+        )
+    return table
