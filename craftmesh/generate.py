@@ -164,8 +164,8 @@ def _carve_voids(labels: np.ndarray, options: GenerateOptions, rng: np.random.Ge
     spacing = np.array(options.spacing)
     if options.void_radius < _SMALLEST_RADIUS * spacing.max():
         raise CraftmeshError(
-            f"void_radius is {options.void_radius:g}; expected at least {_SMALLEST_RADIUS * spacing.max():g}, "
-            f"{_SMALLEST_RADIUS} voxels"
+            f"void_radius is {options.void_radius:g}; expected at least {_SMALLEST_RADIUS} voxels, "
+            f"{_SMALLEST_RADIUS * spacing.max():g}"
         )
     centres = _centres(options)
     margin = options.void_radius + _CLEARANCE * spacing

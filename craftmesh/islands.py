@@ -1,8 +1,8 @@
 """Voids and embedded grains: what is wholly enclosed by one grain, found from the voxels.
 
-The mesher fills a grain's surface with tetrahedra, also where another grain or a void lies inside; it has to
-be told a point of each such place. Source: section 2.5 of the gradation paper (volume meshing), taken further:
-enclosure is a matter of topology, so clusters of touching grains and islands within islands are found too.
+The mesher fills a grain's surface with tetrahedra, also where another grain or a void lies inside, unless
+it is told a point of each such place. Source: the gradation paper, section 2.6. Enclosure is
+found by topology, so clusters of touching grains and islands within islands are found too.
 """
 
 from collections.abc import Iterator
@@ -23,8 +23,8 @@ GRAIN = "grain"
 class Island:
     """One place enclosed by the grain `host`, and the pieces of voxels in it that only the host encloses.
 
-    host: grain id. members: label of each piece, > 0 a grain, -k the void k; several pieces where they touch
-    one another. seeds (k, 3): a point inside each piece, in model coordinates. voxels: number in each piece.
+    host: grain id. members: label of each piece, > 0 a grain, -k the void k; several where they touch one
+    another. seeds (k, 3): a point inside each piece, in model coordinates. voxels: number in each piece.
     Pieces that lie inside a member are islands of that member.
     """
 
@@ -40,7 +40,7 @@ class Island:
 
 
 def find_islands(voxels: Voxels) -> tuple[Island, ...]:
-    """Return the islands of a cleaned volume, ordered by host, then by the scan order of their first voxels.
+    """Return the islands of a cleaned volume, ordered by host, then in scan order.
 
     A piece is enclosed by a host when every way from it to the outside of the box, from voxel face to voxel
     face, leads through one and the same piece of the host. Seeds are where the distance to the piece's

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import FileVolume, listed, pick
+from craftmesh.io.file_volume import FileVolume, listed, pick, table_rows
 from craftmesh.io.hdf5 import cells_xyz, opened, volume_paths
 from craftmesh.orientation import bunge_to_quaternion, check_table, mean_by_grain
 
@@ -116,6 +116,7 @@ def _orientations(path, image, matrix, ids) -> tuple[np.ndarray | None, tuple[st
     cells = matrix.get("EulerAngles")
     if not isinstance(cells, h5py.Dataset) or cells.shape != (*image.dims[::-1], 3) or ids.min() < 0:
         return None, ()
+    table_rows(path, ids)
     table, spread = mean_by_grain(ids.ravel(), bunge_to_quaternion(cells_xyz(cells)).reshape(-1, 4))
     table[:1] = np.nan
     notes = ("orientations are means over each grain's voxels",)

@@ -9,6 +9,7 @@ from craftmesh.errors import CraftmeshError
 UNINDEXED = "unindexed"
 VOID = "void"
 GRAIN = "grain"
+_TABLE_LIMIT = 10_000_000  # rows of orientations, 32 bytes each
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,17 @@ def to_xyz(labels: np.ndarray, axes: str, where: str) -> np.ndarray:
     if labels.ndim != 3:
         raise CraftmeshError(f"{where} has shape {labels.shape}; expected a volume of three axes")
     return labels.transpose([axes.index(axis) for axis in "xyz"])
+
+
+def table_rows(path, labels: np.ndarray) -> int:
+    """Return the rows of a table by label, its largest + 1; CraftmeshError where too many."""
+    rows = max(int(labels.max(initial=0)), 0) + 1
+    if rows > _TABLE_LIMIT:
+        raise CraftmeshError(
+            f"{path}: ids reach {rows - 1}; expected below {_TABLE_LIMIT} beside orientations or phases, "
+            "renumber the grains"
+        )
+    return rows
 
 
 def listed(names) -> str:

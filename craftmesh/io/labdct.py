@@ -5,7 +5,7 @@ import os
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import FileVolume, pick
+from craftmesh.io.file_volume import FileVolume, pick, table_rows
 from craftmesh.io.hdf5 import cells_xyz, opened, volume_paths
 from craftmesh.orientation import mean_by_grain, rodrigues_to_quaternion
 
@@ -28,9 +28,10 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
         name = pick(path, dataset, present, (f"{_DATA}/GrainId",))
         labels = cells_xyz(file[name])
         orientations = phases = None
-        if labels.min() >= 0:
+        if labels.min(initial=0) >= 0:
+            rows = table_rows(path, labels)
             orientations = _orientations(data, labels)
-            phases = _phases(data, labels)
+            phases = _phases(data, labels, rows)
         spacing = file["LabDCT/Spacing"][()]
     return FileVolume(labels, spacing, None, orientations, phases, notes=("lengths are in mm",))
 
@@ -44,11 +45,11 @@ def _orientations(data, labels) -> np.ndarray | None:
     return table
 
 
-def _phases(data, labels) -> np.ndarray | None:
-    """Return the phase of each grain's voxel of highest id; the format gives one phase a grain."""
+def _phases(data, labels, rows: int) -> np.ndarray | None:
+    """Return the phase of each grain, the highest of its voxels'; the format gives one phase a grain."""
     if "PhaseId" not in data or data["PhaseId"].shape != labels.shape[::-1]:
         return None
-    phases = np.zeros(labels.max() + 1, np.int32)
+    phases = np.zeros(rows, np.int32)
     np.maximum.at(phases, labels.ravel(), cells_xyz(data["PhaseId"]).ravel().astype(np.int32))
     phases[0] = 0
     return phases

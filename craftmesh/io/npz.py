@@ -2,6 +2,7 @@
 
 import os
 import zipfile
+import zlib
 from io import BytesIO
 
 import numpy as np
@@ -19,6 +20,7 @@ from craftmesh.orientation import (
 from craftmesh.types import Voxels
 
 FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
+_BROKEN = (ValueError, OSError, EOFError, AttributeError, TypeError, zipfile.BadZipFile, zlib.error)
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 _MIXED_UP = 1.0  # degrees between two tables of one file; float32 angles agree within 0.1
 
@@ -60,7 +62,7 @@ def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
     are there they have to agree. Raises CraftmeshError.
     """
     arrays = load(path)
-    volumes = [name for name, values in arrays.items() if values.ndim == 3]
+    volumes = [k for k, values in arrays.items() if values.ndim == 3 or k in ("labels", dataset)]
     name = pick(path, dataset, volumes, ("labels",))
     axes = axes or str(arrays.get("axes", "xyz"))
     if sorted(axes) != list("xyz"):
@@ -85,7 +87,7 @@ def load(path: str | os.PathLike) -> dict[str, np.ndarray]:
             return {name: archive[name] for name in archive.files}
     except FileNotFoundError:
         raise CraftmeshError(f"{path}: no such file; check the path") from None
-    except (ValueError, OSError, EOFError, AttributeError, TypeError, zipfile.BadZipFile) as error:
+    except _BROKEN as error:
         raise CraftmeshError(f"{path}: is not an .npz of plain arrays ({error}); write it anew") from None
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import dream3d, labdct, npy, npz, tiff, vti
-from craftmesh.io.file_volume import GRAIN, UNINDEXED, VOID, FileVolume, listed
+from craftmesh.io.file_volume import GRAIN, UNINDEXED, VOID, FileVolume, listed, table_rows
 from craftmesh.io.hdf5 import opened
 from craftmesh.options import option
 from craftmesh.raw_volume import RawVolume
@@ -17,7 +17,6 @@ from craftmesh.types import Voxels
 AUTO = "auto"
 FORMATS = (AUTO, "npz", "npy", "dream3d", "vti", "labdct", "tiff")
 _LARGEST = np.iinfo(np.int32).max
-_TABLE_LIMIT = 50_000_000  # rows of an orientation table, 32 bytes each
 _BY_SUFFIX = {".npz": "npz", ".npy": "npy", ".dream3d": "dream3d", ".vti": "vti"}
 _BY_SUFFIX |= {suffix: "tiff" for suffix in tiff.SUFFIXES}
 _ORIENTATION_MAPS = (".ang", ".ctf", ".h5oina", ".crc", ".osc")
@@ -189,11 +188,7 @@ def _table(path, table: np.ndarray | None, remap: dict[int, int]) -> np.ndarray 
     if table is None:
         return None
     grains = [(old, new) for old, new in remap.items() if new > 0]
-    size = max((new for _, new in grains), default=0) + 1
-    if size > _TABLE_LIMIT:
-        raise CraftmeshError(
-            f"{path}: ids reach {size - 1}, too many rows of orientations; renumber the grains"
-        )
+    size = table_rows(path, np.array([new for _, new in grains], np.int64))
     made = np.full((size, *table.shape[1:]), np.nan if table.dtype.kind == "f" else 0, table.dtype)
     old, new = (np.array(column, np.int64) for column in zip(*grains)) if grains else ([], [])
     has_row = np.asarray(old) < len(table)

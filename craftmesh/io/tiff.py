@@ -60,7 +60,7 @@ def _pages(file: Path) -> np.ndarray:
 def _check_slices(folder: Path, slices: list[np.ndarray]) -> None:
     if not slices:
         raise CraftmeshError(
-            f"{folder}: has no .tif slices; give a microstructure file or a folder of slices"
+            f"{folder}: has no .tif slices; give a folder of slices, or run craftmesh stitch on STL files"
         )
     shapes = sorted({(s.shape, str(s.dtype)) for s in slices})
     if len(shapes) > 1:
