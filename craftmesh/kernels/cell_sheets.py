@@ -3,7 +3,7 @@
 Each connected set of face segments is spanned on its own:
 
     no face point (a loop of one label pair)    | best triangulation of the loop, else a fan;
-                                                | a fan for long loops beside another sheet
+                                                | a fan for one of two long loops
     two face points joined by three chains      | a junction edge between them closes each chain
     anything else                               | a cone from a cell point, tied wedges cut off
 """
@@ -74,10 +74,11 @@ def _append_polygon(triangles, number, right, left, sheets, count):
 
 
 @njit(cache=True)
-def _span_loop(link, size, is_alone, new, scratch, count):
+def _span_loop(link, size, others, new, scratch, count):
     """Fill a loop of one label pair; return the count of facets and of cell points (a fan needs one).
 
-    Two long loops would meet in the middle of the cell when spanned by diagonals.
+    others: segments of the cell's other components; two long loops, both spanned by diagonals, would
+    meet in the middle of the cell.
     """
     polygon, triangles, at = scratch.polygon, scratch.triangles, scratch.at
     p = link[0, 0]
@@ -86,7 +87,7 @@ def _span_loop(link, size, is_alone, new, scratch, count):
         p = scratch.segments[scratch.after[p], 1]
     right, left = link[0, 2], link[0, 3]
     number = 0
-    if is_alone or size < LONG_LOOP:
+    if size < LONG_LOOP or others < LONG_LOOP:
         number = triangulate(polygon, size, at, scratch, triangles)
     if number:
         return _append_polygon(triangles, number, right, left, scratch.sheets, count), new
@@ -169,7 +170,7 @@ def cell_sheets(labels, scratch):
         if size == 0:
             continue
         if face_points == 0:
-            count, new = _span_loop(link, size, size == total, new, scratch, count)
+            count, new = _span_loop(link, size, total - size, new, scratch, count)
             continue
         spanned = _span_junction(link, size, scratch, count) if face_points == 2 else -1
         if spanned < 0:
