@@ -7,3 +7,17 @@ class CraftmeshError(Exception):
     The message names the key, file or grain, the value found, what is expected and what to do.
     The command line prints it as it is and exits with status 1.
     """
+
+
+class MeshingError(CraftmeshError):
+    """Grains that no attempt could mesh.
+
+    `failures`: one GrainFailure (craftmesh.mesher.diagnose) per grain that failed; `done`: GrainTets of
+    all others; `report`: the stage's report with every attempt.
+    """
+
+    def __init__(self, message: str, failures: tuple = (), done: tuple = (), report: dict | None = None):
+        super().__init__(message)
+        self.failures = failures
+        self.done = done
+        self.report = report or {}

@@ -1,0 +1,77 @@
+"""The facets of one grain, cut out of the surface of all grains."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.connectivity import compact
+from craftmesh.errors import CraftmeshError
+from craftmesh.measure import area_vectors
+from craftmesh.types import Surface
+
+
+@dataclass(frozen=True)
+class GrainSurface:
+    """The surface of one grain: what a mesher gets.
+
+    nodes (k,) ids of surface points; points (k, 3) their coordinates; facets (m, 3) local ids, normals
+    out of the grain; internal (m,) bool: crack facets with the grain on both sides; facet_ids (m,) rows
+    of the Surface.
+    """
+
+    grain: int
+    nodes: np.ndarray
+    points: np.ndarray
+    facets: np.ndarray
+    internal: np.ndarray
+    facet_ids: np.ndarray
+
+    @property
+    def volume(self) -> float:
+        """Volume that the boundary facets enclose, by the divergence theorem."""
+        facets = self.facets[~self.internal]
+        centred = self.points - self.points.mean(0)
+        return float(np.einsum("ij,ij->", centred[facets].mean(1), area_vectors(centred, facets)) / 3)
+
+
+def grain_surfaces(surface: Surface, grains: Iterable[int] | None = None) -> list[GrainSurface]:
+    """Return the surfaces of `grains` (default: all), by ascending id.
+
+    Points with the same coordinates count as one, the one of the lowest id. Raises CraftmeshError for
+    a grain that has no facets.
+    """
+    wanted = surface.grains if grains is None else np.unique(np.asarray(list(grains), np.int64))
+    missing = np.setdiff1d(wanted, surface.grains)
+    if len(missing):
+        raise CraftmeshError(f"grain {missing[0]} has no facets; expected ids among those of the surface")
+    corners = lowest_equal_point(surface.points)[surface.facets]
+    inside = surface.sides[:, 0] == surface.sides[:, 1]
+    behind = np.flatnonzero(surface.sides[:, 0] > 0)
+    ahead = np.flatnonzero((surface.sides[:, 1] > 0) & ~inside)
+    facet = np.concatenate([behind, ahead])
+    owner = np.concatenate([surface.sides[behind, 0], surface.sides[ahead, 1]])
+    turned = np.repeat([False, True], [len(behind), len(ahead)])
+    order = np.lexsort((facet, owner))
+    start = np.searchsorted(owner[order], wanted, "left")
+    stop = np.searchsorted(owner[order], wanted, "right")
+    result = []
+    for grain, a, b in zip(wanted, start, stop):
+        rows = order[a:b]
+        facets = corners[facet[rows]]
+        facets[turned[rows]] = facets[turned[rows]][:, [0, 2, 1]]
+        points, facets, nodes = compact(surface.points, facets)
+        result.append(GrainSurface(int(grain), nodes, points, facets, inside[facet[rows]], facet[rows]))
+    return result
+
+
+def lowest_equal_point(points: np.ndarray) -> np.ndarray:
+    """Return for each point (n, 3) the lowest id among the points with the same coordinates."""
+    order = np.lexsort(points.T)
+    sorted_points = points[order]
+    is_new = np.ones(len(points), bool)
+    is_new[1:] = (sorted_points[1:] != sorted_points[:-1]).any(1)
+    lowest = np.empty(len(points), np.int64)
+    # lexsort is stable: the first of a run has the lowest id
+    lowest[order] = order[np.maximum.accumulate(np.where(is_new, np.arange(len(points)), 0))]
+    return lowest
