@@ -40,7 +40,7 @@ def write_labels(path: str | os.PathLike, voxels: Voxels) -> None:
             entry = zipfile.ZipInfo(f"{name}.npy", _EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
             content = BytesIO()
-            np.lib.format.write_array(content, np.ascontiguousarray(values), allow_pickle=False)
+            np.lib.format.write_array(content, np.asarray(values, order="C"), allow_pickle=False)
             archive.writestr(entry, content.getbuffer(), compresslevel=6)
 
 
