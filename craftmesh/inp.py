@@ -75,7 +75,7 @@ def write_deck(
         mesh = raise_order(mesh)
     if mesh.tets.shape[1] != int(options.element[3:]):
         raise CraftmeshError(
-            f"element: {options.element}, but the mesh has {mesh.tets.shape[1]} nodes an element; take C3D10"
+            f"element: {options.element}, but the mesh has {mesh.tets.shape[1]} nodes each; use C3D10"
         )
     grains = np.unique(mesh.grain)
     axes = _crystal_axes(grains, orientations)
@@ -149,8 +149,8 @@ def _sections(grains, axes, materials: dict[int | None, Material], phases) -> It
     if unoriented:
         kind = materials[phase_of[unoriented[0]]].kind
         raise CraftmeshError(
-            f"material: {kind} needs an orientation per grain, and {len(unoriented)} grains have none (the "
-            f"first is {unoriented[0]}); give orientations with the microstructure, or an isotropic material"
+            f"material: {kind} needs an orientation per grain, and {len(unoriented)} have none (the first: "
+            f"{unoriented[0]}); give orientations with the microstructure, or an isotropic material"
         )
     for phase in sorted(set(phase_of.values()), key=lambda phase: phase or 0):
         material = materials[phase]

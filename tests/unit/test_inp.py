@@ -120,7 +120,7 @@ def test_orientations_are_columns_of_the_rotation(tmp_path):
 def test_grains_without_orientation(tmp_path):
     orientations = quaternions()
     orientations[11] = np.nan
-    with pytest.raises(CraftmeshError, match="cubic needs an orientation.* 1 grains have none.*11"):
+    with pytest.raises(CraftmeshError, match="cubic needs an orientation.* 1 have none.*11"):
         write_deck(tmp_path / "model.inp", cracked_mesh(), DeckOptions(material=COPPER), orientations)
     assert list(tmp_path.iterdir()) == []
     write_deck(tmp_path / "model.inp", cracked_mesh(), DeckOptions(), orientations)
@@ -168,7 +168,7 @@ def test_same_input_gives_the_same_bytes_in_files_and_streams(tmp_path):
 
 
 def test_what_the_deck_cannot_say_is_refused(tmp_path):
-    with pytest.raises(CraftmeshError, match="10 nodes an element"):
+    with pytest.raises(CraftmeshError, match="10 nodes each"):
         write_deck(tmp_path / "a.inp", raise_order(cracked_mesh()), DeckOptions(element="C3D4"))
 
     def ball(centres):

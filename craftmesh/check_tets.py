@@ -1,0 +1,162 @@
+"""What a finite-element mesh has to hold, checked from its arrays."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from craftmesh.crack_front import mesh_fronts
+from craftmesh.mesh_sets import LIPS, node_sets_of
+from craftmesh.tet_connectivity import (
+    EDGE_CORNERS,
+    FACE_EDGES,
+    RowGroups,
+    face_nodes,
+    group_triples,
+    half_faces,
+    tet_volumes,
+)
+from craftmesh.types import BOX_PLANES, TetMesh
+
+_MID_NODE_REACH = 0.51  # of the edge's length, off its middle: a quarter-point node is .25 off
+
+
+def check_tets(mesh: TetMesh) -> list[str]:
+    """Return one sentence per breach; none for a sound mesh.
+
+    Checked: finite points, positive volumes, no unused node; every face has two elements or is in
+    exactly one face set, and faces in sets are free; box planes are exact; lips coincide facet by facet
+    and share only the front; front nodes are single; node sets are those of their faces, fronts in
+    order; mid nodes are on their edges and shared with the neighbours.
+    """
+    if not len(mesh.tets):
+        return ["The mesh has no tetrahedra."]
+    if not np.isfinite(mesh.points).all():
+        return [
+            f"{(~np.isfinite(mesh.points)).any(axis=1).sum()} nodes have coordinates that are not finite."
+        ]
+    breaches = list(_check_elements(mesh))
+    wrong_sets = list(_check_ids(mesh))
+    if wrong_sets:
+        return breaches + wrong_sets
+    groups = group_triples(half_faces(mesh.tets))
+    breaches += _check_conformity(mesh, groups)
+    breaches += _check_planes(mesh)
+    breaches += _check_lips(mesh)
+    breaches += _check_node_sets(mesh)
+    if mesh.tets.shape[1] == 10:
+        breaches += _check_mid_nodes(mesh, groups)
+    return breaches
+
+
+def _check_elements(mesh: TetMesh) -> Iterator[str]:
+    flat = np.flatnonzero(~(tet_volumes(mesh.points, mesh.tets) > 0))
+    if len(flat):
+        yield (
+            f"{len(flat)} tetrahedra have a volume <= 0 (the first is tet {flat[0]} of grain "
+            f"{mesh.grain[flat[0]]})."
+        )
+    if (mesh.grain <= 0).any():
+        yield f"{(mesh.grain <= 0).sum()} tetrahedra have a grain id <= 0."
+    unused = len(mesh.points) - np.count_nonzero(np.bincount(mesh.tets.ravel(), minlength=len(mesh.points)))
+    if unused:
+        yield f"{unused} nodes belong to no tetrahedron."
+
+
+def _check_ids(mesh: TetMesh) -> Iterator[str]:
+    for name, nodes in mesh.node_sets.items():
+        if len(nodes) and (nodes.min() < 0 or nodes.max() >= len(mesh.points)):
+            yield f"Node set {name} names nodes {nodes.min()}..{nodes.max()}, of {len(mesh.points)}."
+    for name, faces in mesh.face_sets.items():
+        if len(faces) and ((faces < 0) | (faces >= [len(mesh.tets), 4])).any():
+            yield f"Face set {name} names tetrahedra or faces that are not there."
+
+
+def _check_conformity(mesh: TetMesh, groups: RowGroups) -> Iterator[str]:
+    crowded = int((groups.count > 2).sum())
+    if crowded:
+        yield f"{crowded} faces belong to more than two tetrahedra."
+    times = np.zeros(4 * len(mesh.tets), np.int64)
+    free = np.zeros(len(times), bool)
+    free[groups.lead[groups.count == 1]] = True
+    for name, faces in mesh.face_sets.items():
+        rows = 4 * faces[:, 0] + faces[:, 1]
+        np.add.at(times, rows, 1)
+        if not free[rows].all():
+            yield f"{(~free[rows]).sum()} faces of set {name} have a tetrahedron on both sides."
+    if (times > 1).any():
+        yield f"{(times > 1).sum()} faces are named more than once by the face sets."
+    bare = np.flatnonzero(free & (times == 0))
+    if len(bare):
+        yield (
+            f"{len(bare)} free faces are in no face set (the first is of tet {bare[0] // 4} of grain "
+            f"{mesh.grain[bare[0] // 4]})."
+        )
+
+
+def _check_planes(mesh: TetMesh) -> Iterator[str]:
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    for plane, name in enumerate(BOX_PLANES):
+        if name in mesh.face_sets:
+            axis, limit = plane // 2, (low, high)[plane % 2]
+            off = face_nodes(mesh.tets, mesh.face_sets[name])
+            off = np.unique(off[mesh.points[off, axis] != limit[axis]])
+            if len(off):
+                yield f"{len(off)} nodes of {name} are not on the plane {'xyz'[axis]} = {float(limit[axis])!r}."
+
+
+def _check_lips(mesh: TetMesh) -> Iterator[str]:
+    if not any(name in mesh.face_sets for name in LIPS):
+        return
+    no_face = np.zeros((0, 2), np.int64)
+    lips = [face_nodes(mesh.tets[:, :4], mesh.face_sets.get(name, no_face)) for name in LIPS]
+    used = np.unique(np.concatenate(lips))
+    place, where = np.unique(mesh.points[used], axis=0, return_inverse=True)
+    new = np.zeros(len(mesh.points), np.int64)
+    new[used] = where.ravel()
+    sides = [np.unique(np.sort(new[lip], axis=1), axis=0) for lip in lips]
+    both = np.unique(np.concatenate(sides), axis=0, return_counts=True)[1]
+    if (both != 2).any() or len(sides[0]) != len(lips[0]) or len(sides[1]) != len(lips[1]):
+        yield f"{(both != 2).sum()} facets of the crack's lips lack a coincident facet on the other lip."
+    closed = group_triples(np.concatenate(lips)).count
+    if (closed > 1).any():
+        yield f"{(closed > 1).sum()} facets of the crack have the same three nodes on both lips."
+    front = mesh.node_sets.get("CRACK_FRONT", np.zeros(0, np.int64))
+    ids = np.bincount(new[used], minlength=len(place))
+    stray = [node for node in front.tolist() if node in set(used.tolist()) and ids[new[node]] > 1]
+    if stray:
+        yield f"{len(stray)} front nodes are not single (the first is node {stray[0]})."
+
+
+def _check_node_sets(mesh: TetMesh) -> Iterator[str]:
+    expected = node_sets_of(mesh.tets, mesh.face_sets, mesh_fronts(mesh))
+    own = {name for name in mesh.node_sets if name.split("_")[0] in (*BOX_PLANES, "CRACK")}
+    for name in sorted(own | expected.keys()):
+        found = mesh.node_sets.get(name, np.zeros(0, np.int64))
+        wanted = expected.get(name, np.zeros(0, np.int64))
+        ordered = name.startswith("CRACK_FRONT")
+        if not np.array_equal(found if ordered else np.sort(found), wanted):
+            same = np.array_equal(np.sort(found), np.sort(wanted))
+            what = (
+                "its nodes are not in order"
+                if same
+                else f"{len(found)} nodes, and its faces give {len(wanted)}"
+            )
+            yield f"Node set {name} does not fit the face sets: {what}."
+
+
+def _check_mid_nodes(mesh: TetMesh, groups: RowGroups) -> Iterator[str]:
+    ends = mesh.points[mesh.tets[:, EDGE_CORNERS]]
+    off = np.linalg.norm(mesh.points[mesh.tets[:, 4:]] - ends.mean(axis=2), axis=2)
+    wrong = off > _MID_NODE_REACH * np.linalg.norm(ends[:, :, 0] - ends[:, :, 1], axis=2)
+    if wrong.any():
+        yield f"{wrong.sum()} mid nodes are not on their edges: the node order is not Abaqus'."
+    pairs = groups.pairs
+    mids = [
+        np.sort(
+            mesh.tets[pairs[:, i] // 4][np.arange(len(pairs))[:, None], 4 + FACE_EDGES[pairs[:, i] % 4]]
+        )
+        for i in range(2)
+    ]
+    apart = int((mids[0] != mids[1]).any(axis=1).sum())
+    if apart:
+        yield f"{apart} faces have other mid nodes in one tetrahedron than in its neighbour."

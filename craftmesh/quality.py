@@ -1,0 +1,108 @@
+"""The paper's table for a mesh: size, shape of the elements, volume of the grains, crack."""
+
+import numpy as np
+
+from craftmesh.crack_front import front_frames
+from craftmesh.kernels.shape_measures import shape_measures
+from craftmesh.measure import area_vectors
+from craftmesh.tet_connectivity import face_nodes, group_edges, tet_edges
+from craftmesh.types import TetMesh, Voxels
+
+_ASPECT_EDGES = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 5.0, 10.0, 20.0, np.inf)
+_ANGLE_EDGES = tuple(range(0, 181, 10))
+
+
+def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
+    """Return what quality.json holds: plain numbers, shares in percent, angles in degrees.
+
+    Aspect ratio: longest edge over smallest altitude, as TetGen. Poor elements: the union of shape
+    factor < 0.02, a dihedral under 10 and one over 160 degrees, as Abaqus' analysis checks (paper,
+    section 4). With voxels, `volume_drift` compares each grain's volume with its voxels'.
+    """
+    corners = np.ascontiguousarray(mesh.tets[:, :4])
+    volume, aspect, low, high, factor = shape_measures(mesh.points, corners).T
+    parts = {
+        "poor_shape_factor_pct": factor < 0.02,
+        "poor_dihedral_under_10_pct": low < 10,
+        "poor_dihedral_over_160_pct": high > 160,
+    }
+    counts = {"elements": len(corners), "nodes": len(mesh.points), "dof": 3 * len(mesh.points)}
+    if mesh.tets.shape[1] == 4:
+        edges = len(group_edges(tet_edges(mesh.tets)).lead)
+        counts["dof_second_order"] = 3 * (len(mesh.points) + edges)
+    report = counts | {
+        "ar_mean": float(aspect.mean()),
+        "ar_median": float(np.median(aspect)),
+        "ar_max": float(aspect.max()),
+        "ar_under_5_pct": _percent(aspect < 5),
+        "poor_pct": _percent(np.logical_or.reduce(list(parts.values()))),
+        **{name: _percent(poor) for name, poor in parts.items()},
+        "dihedral_min": float(low.min()),
+        "dihedral_max": float(high.max()),
+        "histograms": {
+            "aspect_ratio": _histogram(aspect, _ASPECT_EDGES),
+            "dihedral_min": _histogram(low, _ANGLE_EDGES),
+            "dihedral_max": _histogram(high, _ANGLE_EDGES),
+        },
+        "volume": float(volume.sum()),
+        "crack_area": _crack_area(mesh),
+        "front_length": _front_length(mesh),
+    }
+    if voxels is not None:
+        report["volume_drift"] = volume_drift(mesh.grain, volume, voxels)
+    return report
+
+
+def volume_drift(grain: np.ndarray, volume: np.ndarray, voxels: Voxels) -> dict:
+    """Return how far each grain's volume is from its voxels', relative to the latter.
+
+    grain, volume (m,) of the elements. `mean`, `p95` and `worst` are of absolute values over the
+    grains in the voxels (a missing grain drifts by -1); `worst_over_500_voxels` leaves small grains
+    out; `without_voxels` lists grains of the mesh that the voxels lack.
+    """
+    labels, count = np.unique(voxels.labels[voxels.labels > 0], return_counts=True)
+    size = int(max(grain.max(initial=0), labels.max(initial=0))) + 1
+    meshed = np.bincount(grain, volume, size)
+    drift = meshed[labels] / (count * np.prod(voxels.spacing)) - 1
+    size_of = np.abs(drift)
+    report = {"grains": len(labels), "by_grain": dict(zip(map(str, labels.tolist()), drift.tolist()))}
+    if len(labels):
+        large = size_of[count > 500]
+        report |= {
+            "mean": float(size_of.mean()),
+            "p95": float(np.percentile(size_of, 95)),
+            "worst": float(size_of.max()),
+            "worst_grain": int(labels[size_of.argmax()]),
+            "worst_over_500_voxels": float(large.max(initial=0.0)),
+        }
+    return report | {"without_voxels": np.setdiff1d(grain, labels).tolist()}
+
+
+def _percent(chosen: np.ndarray) -> float:
+    return float(100 * chosen.mean())
+
+
+def _histogram(values: np.ndarray, edges: tuple) -> dict:
+    """Count values per bin [edge, next edge); an infinite last edge is written as null."""
+    place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    named = [None if np.isinf(edge) else edge for edge in edges]
+    return {"edges": named, "counts": np.bincount(place, minlength=len(edges) - 1).tolist()}
+
+
+def _crack_area(mesh: TetMesh) -> float:
+    if "CRACK_LIP_A" not in mesh.face_sets:
+        return 0.0
+    triangles = face_nodes(mesh.tets[:, :4], mesh.face_sets["CRACK_LIP_A"])
+    return float(np.linalg.norm(area_vectors(mesh.points, triangles), axis=1).sum())
+
+
+def _front_length(mesh: TetMesh) -> float:
+    """Return the length of all fronts, closing segments included."""
+    frames = front_frames(mesh)
+    total = 0.0
+    for front in np.unique(frames.front):
+        points = frames.points[frames.front == front]
+        closed = frames.closed[frames.front == front][0]
+        steps = np.diff(points, axis=0, append=points[:1] if closed else points[-1:])
+        total += float(np.linalg.norm(steps, axis=1).sum())
+    return total
