@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.kernels.marching import march
+from craftmesh.kernels.marching import OUTSIDE, march
 from craftmesh.kernels.smoothing import lap, spoiled_facets
 from craftmesh.kernels.triangles import intersecting_pairs
-from craftmesh.measure import facet_angles
+from craftmesh.measure import area_vectors, facet_angles
 from craftmesh.options import option
 from craftmesh.progress import silent
 from craftmesh.types import Surface, Voxels
@@ -32,6 +32,9 @@ class RemeshOptions:
     taubin_weight: float = option(-0.53, "the same in an outward lap of Taubin's pairs, negative")
     sliver_quality: float = option(0.05, "facets that smoothing brings below this quality go back")
     sliver_edge: float = option(0.05, "facets that smoothing leaves with a shorter edge go back", "voxels")
+    least_volume: float = option(
+        0.5, "grains that smoothing shrinks below this part of their raw volume go back"
+    )
     volume_rounds: int = option(8, "corrections of the grains' volumes at most; 0 leaves them as smoothed")
 
 
@@ -57,6 +60,7 @@ def remesh(
         rounds=options.volume_rounds,
         min_quality=options.sliver_quality,
         min_edge=options.sliver_edge * float(voxels.spacing.min()),
+        progress=lambda fraction, text: progress(0.7 + 0.3 * fraction, text),
     )
     report = {
         "facets": len(facets),
@@ -117,13 +121,14 @@ def smooth(
 
     Laps weigh neighbours alike, so that smoothing in voxels equals smoothing in model units whatever the
     spacing; only the sliver limits are measured in voxels. The raw surface must be free of
-    intersections; so is the result: facets that intersect or become slivers go back to the last
-    checkpoint with a growing neighbourhood and stay there.
+    intersections; so is the result: facets that intersect, become slivers or bound a grain that
+    vanishes go back to the last checkpoint with a growing neighbourhood and stay there.
     """
     classes = vertex_classes(len(points), facets, sides, kind)
     start, neighbour = smoothing_neighbours(classes)
     fixed = classes.fixed.copy()
     stages = _smoothing_stages(options)
+    raw_volume = _label_volumes(points, facets, sides)
     for number, weights in enumerate(stages):
         reach = 1
         while True:
@@ -132,11 +137,28 @@ def smooth(
                 moved = lap(moved, start, neighbour, fixed, weight)
             bad = spoiled_facets(moved, points, facets, options.sliver_quality, options.sliver_edge)
             bad |= facets_beyond_box(moved, points, facets, kind)
+            bad |= _vanishing(moved, facets, sides, raw_volume, options.least_volume)
             bad[intersecting_pairs(moved, facets).ravel()] = True
             if not bad.any() or fixed.all():
                 break
             fixed[vertices_around(facets, bad, reach, len(points))] = True
             reach += 1
         points = moved
-        progress(0.3 + 0.6 * (number + 1) / len(stages), "smoothing")
+        progress(0.3 + 0.4 * (number + 1) / len(stages), "smoothing")
     return points, int(fixed.all(axis=1).sum() - classes.fixed.all(axis=1).sum())
+
+
+def _label_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """Volumes of the grains and voids of a surface, in the order of their labels shifted to start at 0."""
+    swept = np.einsum("ij,ij->i", points[facets[:, 0]], area_vectors(points, facets)) / 3
+    index, count = sides - sides.min(), int(sides.max() - sides.min()) + 1
+    return np.bincount(index[:, 0], swept, count) - np.bincount(index[:, 1], swept, count)
+
+
+def _vanishing(
+    moved: np.ndarray, facets: np.ndarray, sides: np.ndarray, raw_volume: np.ndarray, least: float
+) -> np.ndarray:
+    """(m,) bool: facets of grains and voids with less than the part `least` of their raw volume."""
+    vanishes = _label_volumes(moved, facets, sides) < least * raw_volume
+    vanishes[np.unique(sides[sides == OUTSIDE]) - sides.min()] = False
+    return vanishes[sides - sides.min()].any(axis=1)
