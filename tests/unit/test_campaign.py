@@ -7,7 +7,7 @@ import pytest
 from craftmesh.campaign import Campaign, command_flags, read_campaign
 from craftmesh.errors import CraftmeshError
 
-SCHEMAS = Path(__file__).parents[1] / "workflow" / "schemas"
+SCHEMAS = Path(__file__).parents[2] / "workflow" / "schemas"
 HEADER = "case\tmicrostructure\tcrack\tincrements\n"
 
 
