@@ -17,7 +17,8 @@ WIDTH, HEIGHT = 260, 90
 def write_report(path: str | os.PathLike, rows: Sequence[tuple[str, str, dict]]) -> None:
     """Write the page for `rows` of (case, increment, quality): a table of the numbers, and histograms.
 
-    A histogram is a dict of `edges` (n + 1) and `counts` (n). Rows are taken in the order given.
+    `histograms` of a quality holds dicts of `edges` (n + 1), null for infinite, and `counts` (n). Rows are
+    taken in the order given.
     """
     title = "craftmesh: measures of every case and increment"
     body = [f"<h1>{title}</h1>", _table(rows), *(_figures(*row) for row in rows)]
@@ -30,27 +31,36 @@ def write_report(path: str | os.PathLike, rows: Sequence[tuple[str, str, dict]])
 
 
 def _table(rows: Sequence[tuple[str, str, dict]]) -> str:
-    keys = list(dict.fromkeys(key for _, _, quality in rows for key in quality if _is_number(quality[key])))
-    head = "".join(f"<th>{html.escape(key.replace('_', ' '))}</th>" for key in ("case", "increment", *keys))
+    numbers = [_numbers(quality) for _, _, quality in rows]
+    keys = list(dict.fromkeys(key for row in numbers for key in row))
+    head = "".join(f"<th>{html.escape(key)}</th>" for key in ("case", "increment", *keys))
     lines = []
-    for case, increment, quality in rows:
-        cells = [html.escape(case), html.escape(increment), *(_number(quality.get(key)) for key in keys)]
+    for (case, increment, _), row in zip(rows, numbers):
+        cells = [html.escape(case), html.escape(increment), *(_number(row.get(key)) for key in keys)]
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     return f"<table><tr>{head}</tr>\n" + "\n".join(lines) + "</table>"
+
+
+def _numbers(quality: dict) -> dict[str, float]:
+    """Return the plain numbers of a quality.json and of its dicts, but for those of single grains."""
+    found = {key: value for key, value in quality.items() if _is_number(value)}
+    for name, inner in quality.items():
+        if isinstance(inner, dict):
+            found |= {f"{name} {key}": value for key, value in inner.items() if _is_number(value)}
+    return {key.replace("_", " "): value for key, value in found.items()}
 
 
 def _figures(case: str, increment: str, quality: dict) -> str:
     figures = [
         f"<figure>{_histogram(value['edges'], value['counts'])}"
         f"<figcaption>{html.escape(key.replace('_', ' '))}</figcaption></figure>"
-        for key, value in quality.items()
-        if isinstance(value, dict) and {"edges", "counts"} <= value.keys()
+        for key, value in quality.get("histograms", {}).items()
     ]
     heading = f"<h2>{html.escape(case)} {html.escape(increment)}</h2>"
     return heading + "".join(figures) if figures else ""
 
 
-def _histogram(edges: Sequence[float], counts: Sequence[int]) -> str:
+def _histogram(edges: Sequence[float | None], counts: Sequence[int]) -> str:
     """Return an inline picture of bars with the first and the last edge written under them."""
     top = max([*counts, 1])
     wide = WIDTH / max(len(counts), 1)
@@ -59,9 +69,10 @@ def _histogram(edges: Sequence[float], counts: Sequence[int]) -> str:
         f'height="{HEIGHT * n / top:.1f}"/>'
         for i, n in enumerate(counts)
     )
+    first, last = ("∞" if edge is None else f"{edge:g}" for edge in (edges[0], edges[-1]))
     ends = (
-        f'<text x="0" y="{HEIGHT + 14}" font-size="11">{edges[0]:g}</text>'
-        f'<text x="{WIDTH}" y="{HEIGHT + 14}" font-size="11" text-anchor="end">{edges[-1]:g}</text>'
+        f'<text x="0" y="{HEIGHT + 14}" font-size="11">{first}</text>'
+        f'<text x="{WIDTH}" y="{HEIGHT + 14}" font-size="11" text-anchor="end">{last}</text>'
     )
     return f'<svg width="{WIDTH}" height="{HEIGHT + 18}">{bars}{ends}</svg>'
 

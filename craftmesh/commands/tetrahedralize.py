@@ -1,6 +1,7 @@
 """Fill the grains of a surface with tetrahedra; the surface stays as it is, bit for bit."""
 
 import argparse
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +9,12 @@ import numpy as np
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_front, add_sizing, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, read_json, tell
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, MeshingError
+from craftmesh.io.failed_grain import write_failed_grain
 from craftmesh.io.grain_tets import write_grain_tets
 from craftmesh.io.vtk import read_surface, write_tets
 from craftmesh.islands import islands_from_json
+from craftmesh.mesher.diagnose import GrainFailure
 from craftmesh.progress import ProgressLine
 from craftmesh.tetrahedralize import TetrahedralizeOptions, tetrahedralize
 from craftmesh.types import Surface
@@ -37,16 +40,21 @@ def run(arguments):
     if arguments.workers < 1:
         raise CraftmeshError(f"--workers is {arguments.workers}; expected a number >= 1")
     grains = None if arguments.chunk is None else grains_of_chunk(surface, *arguments.chunk)
-    with ProgressLine("tetrahedralize") as progress:
-        grain_tets, report = tetrahedralize(
-            surface,
-            sizing_from(arguments, surface, arguments.front),
-            islands,
-            options_from(arguments, TetrahedralizeOptions),
-            grains=grains,
-            workers=arguments.workers,
-            progress=progress,
-        )
+    sizing = sizing_from(arguments, surface, arguments.front)
+    options = options_from(arguments, TetrahedralizeOptions)
+    try:
+        with ProgressLine("tetrahedralize") as progress:
+            grain_tets, report = tetrahedralize(
+                surface,
+                sizing,
+                islands,
+                options,
+                grains=grains,
+                workers=arguments.workers,
+                progress=progress,
+            )
+    except MeshingError as error:
+        raise CraftmeshError(f"{error}{write_places(arguments.output, error.failures)}") from None
     if arguments.chunk is None:
         from craftmesh.assemble import assemble
 
@@ -56,6 +64,15 @@ def run(arguments):
     else:
         write_grain_tets(arguments.output, grain_tets)
     tell(report, arguments.report)
+
+
+def write_places(output: Path, failures: Iterable[GrainFailure]) -> str:
+    """Write the surface of each failed grain beside the output; return a note that names the files."""
+    paths = []
+    for failure in failures:
+        paths.append(output.with_name(f"{output.stem}-failed-grain-{failure.grain}.vtp"))
+        write_failed_grain(paths[-1], failure)
+    return f"; see {', '.join(map(str, paths))}" if paths else ""
 
 
 def chunk(text: str) -> tuple[int, int]:
