@@ -101,7 +101,8 @@ def _check_planes(mesh: TetMesh) -> Iterator[str]:
             off = face_nodes(mesh.tets, mesh.face_sets[name])
             off = np.unique(off[mesh.points[off, axis] != limit[axis]])
             if len(off):
-                yield f"{len(off)} nodes of {name} are not on the plane {'xyz'[axis]} = {float(limit[axis])!r}."
+                plane_text = f"{'xyz'[axis]} = {float(limit[axis])!r}"
+                yield f"{len(off)} nodes of {name} are not on the plane {plane_text}."
 
 
 def _check_lips(mesh: TetMesh) -> Iterator[str]:
@@ -135,12 +136,10 @@ def _check_node_sets(mesh: TetMesh) -> Iterator[str]:
         wanted = expected.get(name, np.zeros(0, np.int64))
         ordered = name.startswith("CRACK_FRONT")
         if not np.array_equal(found if ordered else np.sort(found), wanted):
-            same = np.array_equal(np.sort(found), np.sort(wanted))
-            what = (
-                "its nodes are not in order"
-                if same
-                else f"{len(found)} nodes, and its faces give {len(wanted)}"
-            )
+            lacking, beyond = len(np.setdiff1d(wanted, found)), len(np.setdiff1d(found, wanted))
+            what = f"{lacking} nodes are missing, {beyond} too many"
+            if not lacking and not beyond:
+                what = "its nodes are not in order"
             yield f"Node set {name} does not fit the face sets: {what}."
 
 

@@ -105,7 +105,7 @@ BREACHES = {
     "lack a coincident": lambda m: moved(
         m, np.setdiff1d(m.node_sets["CRACK_LIP_A"], m.node_sets["CRACK_FRONT"])[0], [0, 0, 1e-9]
     ),
-    "CRACK_LIP_B does not fit": welded,
+    "set CRACK_LIP_A have a tetrahedron on both": welded,
     "same three nodes on both lips": shut,
     "front nodes are not single": torn_front,
 }
