@@ -1,0 +1,145 @@
+"""Bad microstructure files end in one line that says what is wrong and what to do."""
+
+import h5py
+import numpy as np
+import pytest
+import tifffile
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.npz import read_labels
+from craftmesh.io.readers import ReadOptions, read_voxels
+
+
+def refuse(path, words: str, options: ReadOptions = ReadOptions()):  # noqa: B008
+    with pytest.raises(CraftmeshError, match=words) as caught:
+        read_voxels(path, options)
+    assert "\n" not in str(caught.value)
+    assert path.name in str(caught.value)
+
+
+def labels() -> np.ndarray:
+    made = np.ones((3, 4, 5), np.int32)
+    made[1:] = 2
+    return made
+
+
+def npz(tmp_path, **arrays):
+    np.savez(tmp_path / "bad.npz", **{"labels": labels(), **arrays})
+    return tmp_path / "bad.npz"
+
+
+def test_missing_file(tmp_path):
+    refuse(tmp_path / "none.npz", "no such file")
+
+
+def test_unknown_suffix_names_the_formats(tmp_path):
+    (tmp_path / "v.xyz").write_text("1 2 3")
+    refuse(tmp_path / "v.xyz", "format.*npz, npy, dream3d, vti, labdct, tiff")
+
+
+@pytest.mark.parametrize("suffix", [".ang", ".ctf", ".h5oina"])
+def test_orientation_maps_point_to_segmentation(tmp_path, suffix):
+    (tmp_path / f"v{suffix}").write_text("#")
+    refuse(tmp_path / f"v{suffix}", "segment it first")
+
+
+@pytest.mark.parametrize("name", ["v.npz", "v.npy", "v.dream3d", "v.h5", "v.vti", "v.tif"])
+def test_damaged_files(tmp_path, name):
+    (tmp_path / name).write_bytes(b"not what the name says" * 20)
+    refuse(tmp_path / name, "v\\.", ReadOptions(axes="xyz"))
+
+
+def test_truncated_npz(tmp_path):
+    path = npz(tmp_path)
+    path.write_bytes(path.read_bytes()[:-40])
+    refuse(path, "not an .npz")
+
+
+def test_wrong_dataset_lists_those_present(tmp_path):
+    refuse(npz(tmp_path), "no dataset grains.*labels", ReadOptions(dataset="grains"))
+    with h5py.File(tmp_path / "v.dream3d", "w") as file:
+        image = file.create_group("DataContainers/Image")
+        image["_SIMPL_GEOMETRY/DIMENSIONS"] = np.array([3, 4, 5])
+        image["_SIMPL_GEOMETRY/SPACING"] = image["_SIMPL_GEOMETRY/ORIGIN"] = np.ones(3)
+        image["CellData/Ids"] = labels().transpose(2, 1, 0)
+        image["CellData/Parents"] = labels().transpose(2, 1, 0)
+    refuse(
+        tmp_path / "v.dream3d",
+        "/DataContainers/Image/CellData/Ids, /DataContainers/Image/CellData/Parents",
+        ReadOptions(dataset="/Ids"),
+    )
+
+
+def test_other_hdf5_files_list_their_groups(tmp_path):
+    with h5py.File(tmp_path / "v.h5", "w") as file:
+        file.create_group("Measurement")
+    refuse(tmp_path / "v.h5", "Measurement.*LabDCT")
+
+
+def test_flat_and_empty_volumes(tmp_path):
+    refuse(npz(tmp_path, labels=labels()[:, :1]), "3 x 1 x 5 voxels.*at least 2")
+    refuse(npz(tmp_path, labels=labels()[:0]), "is empty")
+    refuse(npz(tmp_path, labels=labels()[0]), r"shape \(4, 5\)")
+
+
+def test_measured_slice_is_refused(shared_data):
+    refuse(shared_data / "readers/ebsd_slice_nx_v8.dream3d", "201 x 101 x 1 voxels")
+
+
+@pytest.mark.parametrize("spacing", [(1, 0, 1), (1, 1, -2), (np.nan, 1, 1)])
+def test_spacing_has_to_be_positive(tmp_path, spacing):
+    refuse(npz(tmp_path, spacing=np.array(spacing, float)), "spacing is .* > 0")
+    refuse(npz(tmp_path, spacing=np.ones(3)), "spacing is .* > 0", ReadOptions(spacing=spacing))
+
+
+def test_spacing_and_axes_that_no_file_gives(tmp_path):
+    np.save(tmp_path / "v.npy", labels())
+    refuse(tmp_path / "v.npy", "give axes")
+    refuse(tmp_path / "v.npy", "give spacing", ReadOptions(axes="xyz"))
+    tifffile.imwrite(tmp_path / "v.tif", labels().astype(np.uint8), photometric="minisblack")
+    refuse(tmp_path / "v.tif", "give spacing")
+
+
+def test_labels_have_to_be_integers_of_32_bits(tmp_path):
+    refuse(npz(tmp_path, labels=labels() + 0.5), "1.5 is not an integer")
+    refuse(npz(tmp_path, labels=np.where(labels() == 1, np.nan, 1.0)), "nan is not an integer")
+    refuse(npz(tmp_path, labels=labels().astype(np.int64) * 2_000_000_000), "4000000000.*int32")
+    refuse(npz(tmp_path, labels=labels().astype("U3")), "type <U3")
+
+
+def test_undeclared_negative_ids_and_absent_voids(tmp_path):
+    refuse(npz(tmp_path, labels=labels() - 2), "label -1 is negative.*background_value")
+    refuse(npz(tmp_path), "void label 8 does not occur", ReadOptions(void_labels=(8,)))
+
+
+def test_grains_without_orientation_are_named_unless_ignored(tmp_path):
+    quaternions = np.array([[np.nan] * 4, [1.0, 0, 0, 0], [np.nan] * 4])
+    path = npz(tmp_path, orientations=quaternions)
+    refuse(path, "grains 2;.*ignore_unknown_orientations")
+    refuse(npz(tmp_path, orientations=quaternions[:2]), "grains 2;")
+    ignored = read_voxels(path, ReadOptions(ignore_unknown_orientations=True)).voxels.orientations
+    assert np.isnan(ignored[2]).all()
+
+
+def test_orientation_tables_of_other_meaning(tmp_path):
+    refuse(npz(tmp_path, eulers=np.array([[0.0, 0, 0], [120, 30, 70], [1, 2, 3]])), "radians")
+    refuse(npz(tmp_path, rodrigues=np.zeros((3, 4))), r"rodrigues has shape \(3, 4\)")
+    tables = {"rodrigues": np.tile([0.0, 0, 1], (3, 1)), "eulers": np.zeros((3, 3))}
+    refuse(npz(tmp_path, **tables), "rodrigues and eulers differ by 90")
+
+
+def test_sparse_ids_with_orientations(tmp_path):
+    refuse(npz(tmp_path, labels=labels() * 20_000_000, eulers=np.zeros((3, 3))), "renumber")
+
+
+def test_slices_that_differ_and_folders_without_slices(tmp_path):
+    refuse(tmp_path, "no .tif slices")
+    for name, shape in (("a1.tif", (4, 5)), ("a2.tif", (4, 6))):
+        tifffile.imwrite(tmp_path / name, np.ones(shape, np.uint8), photometric="minisblack")
+    refuse(tmp_path, "slices differ", ReadOptions(spacing=(1, 1, 1)))
+
+
+def test_labels_file_of_another_kind(tmp_path):
+    np.savez(tmp_path / "v.npz", points=np.zeros((3, 3)))
+    with pytest.raises(CraftmeshError, match="no entry labels"):
+        read_labels(tmp_path / "v.npz")

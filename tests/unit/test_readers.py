@@ -1,0 +1,279 @@
+"""Every format is written by the test itself and read back: shape, axes, spacing, ids, orientations."""
+
+import h5py
+import numpy as np
+import pytest
+import tifffile
+
+from craftmesh.clean import CleanOptions, clean
+from craftmesh.io import vtk
+from craftmesh.io.npz import read_labels, write_labels
+from craftmesh.io.readers import ReadOptions, read_voxels
+from craftmesh.orientation import (
+    angle_between,
+    bunge_to_quaternion,
+    mean_by_grain,
+    quaternion_to_matrix,
+    random_orientations,
+    rodrigues_to_quaternion,
+)
+from craftmesh.types import Voxels
+
+SHAPE = (4, 5, 7)
+MARKER = (1, 3, 5)
+SPACING = (0.5, 0.25, 2.0)
+ORIGIN = (-1.0, 2.0, 3.5)
+ANGLES = np.array([[0.0, 0.0, 0.0], [0.3, 0.7, 1.1], [2.0, 1.0, 4.0], [5.0, 2.5, 0.2]])
+
+
+def volume(dtype=np.int32) -> np.ndarray:
+    labels = np.ones(SHAPE, dtype)
+    labels[2:] = 2
+    labels[MARKER] = 3
+    return labels
+
+
+def write_npz(folder):
+    np.savez(folder / "v.npz", labels=volume(), spacing=SPACING, origin=ORIGIN, eulers=ANGLES)
+    return folder / "v.npz", ReadOptions()
+
+
+def write_npy(folder):
+    np.save(folder / "v.npy", volume().transpose(2, 1, 0))
+    return folder / "v.npy", ReadOptions(axes="zyx", spacing=SPACING, origin=ORIGIN)
+
+
+def write_simpl(folder):
+    with h5py.File(folder / "v.dream3d", "w") as file:
+        image = file.create_group("DataContainers/Image")
+        image["_SIMPL_GEOMETRY/DIMENSIONS"] = np.array(SHAPE, np.int64)
+        image["_SIMPL_GEOMETRY/SPACING"] = np.array(SPACING, np.float32)
+        image["_SIMPL_GEOMETRY/ORIGIN"] = np.array(ORIGIN, np.float32)
+        image["CellData/Phases"] = np.ones((*SHAPE[::-1], 1), np.int32)
+        image["CellData/FeatureIds"] = volume().transpose(2, 1, 0)[..., None]
+        image["CellFeatureData/AvgEulerAngles"] = ANGLES.astype(np.float32)
+        image["CellFeatureData/Phases"] = np.array([[0], [1], [1], [2]], np.int32)
+    return folder / "v.dream3d", ReadOptions()
+
+
+def write_simplnx(folder):
+    with h5py.File(folder / "v.dream3d", "w") as file:
+        image = file.create_group("DataStructure/Group/Any Name")
+        image.attrs.update(
+            {"ObjectType": np.bytes_(b"ImageGeom"), "_DIMENSIONS": np.array(SHAPE, np.uint64)}
+        )
+        image.attrs.update({"_SPACING": np.array(SPACING, "f4"), "_ORIGIN": np.array(ORIGIN, "f4")})
+        image["Cells/FeatureIds"] = volume().transpose(2, 1, 0)[..., None]
+        image["Cells/EulerAngles"] = ANGLES[volume().transpose(2, 1, 0)].astype(np.float32)
+    return folder / "v.dream3d", ReadOptions()
+
+
+def write_damask(folder):
+    text = " ".join(map(str, (volume() - 1).ravel(order="F")))
+    extent = f"0 {SHAPE[0]} 0 {SHAPE[1]} 0 {SHAPE[2]}"
+    (folder / "v.vti").write_text(
+        '<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian">'
+        f'<ImageData WholeExtent="{extent}" Origin="{" ".join(map(str, ORIGIN))}"'
+        f' Spacing="{" ".join(map(str, SPACING))}"><Piece Extent="{extent}"><CellData>'
+        f'<DataArray type="Int64" Name="material" format="ascii">{text}</DataArray>'
+        "</CellData></Piece></ImageData></VTKFile>"
+    )
+    return folder / "v.vti", ReadOptions()
+
+
+def write_labdct(folder):
+    with h5py.File(folder / "v.h5", "w") as file:
+        file["LabDCT/Spacing"] = np.array(SPACING)
+        file["LabDCT/Data/GrainId"] = volume(np.int64).transpose(2, 1, 0)
+        file["LabDCT/Data/PhaseId"] = np.ones(SHAPE[::-1], np.uint8)
+        w, *xyz = np.moveaxis(bunge_to_quaternion(ANGLES), -1, 0)
+        rodrigues = np.stack(xyz, axis=-1) / w[:, None]
+        file["LabDCT/Data/Rodrigues"] = rodrigues[volume().transpose(2, 1, 0)].astype(np.float32)
+    return folder / "v.h5", ReadOptions(origin=ORIGIN)
+
+
+def write_tiff(folder):
+    tifffile.imwrite(folder / "v.tif", volume(np.uint16).transpose(2, 1, 0), photometric="minisblack")
+    return folder / "v.tif", ReadOptions(spacing=SPACING, origin=ORIGIN)
+
+
+def write_tiff_folder(folder):
+    for z in range(SHAPE[2]):  # slice_8, slice_9, slice_10: the order of names is not that of numbers
+        tifffile.imwrite(
+            folder / f"slice_{z + 8}.tif", volume(np.uint8)[:, :, z].T, photometric="minisblack"
+        )
+    return folder, ReadOptions(spacing=SPACING, origin=ORIGIN)
+
+
+WRITERS = [
+    write_npz,
+    write_npy,
+    write_simpl,
+    write_simplnx,
+    write_damask,
+    write_labdct,
+    write_tiff,
+    write_tiff_folder,
+]
+WITH_ORIENTATIONS = [write_npz, write_simpl, write_simplnx, write_labdct]
+
+
+@pytest.mark.parametrize("write", WRITERS)
+def test_volume_comes_back_with_its_axes_spacing_and_ids(tmp_path, write):
+    raw = read_voxels(*write(tmp_path))
+    np.testing.assert_array_equal(raw.voxels.labels, volume())
+    assert raw.voxels.labels.dtype == np.int32
+    np.testing.assert_array_equal(raw.voxels.spacing, SPACING)
+    np.testing.assert_array_equal(raw.voxels.origin, ORIGIN)
+    assert not raw.unindexed.any()
+    shift = 1 if write is write_damask else 0
+    assert raw.remap == {k - shift: k for k in (1, 2, 3)}
+    assert any("+ 1" in note for note in raw.notes) == bool(shift)
+
+
+@pytest.mark.parametrize("write", WITH_ORIENTATIONS)
+def test_orientations_come_back_by_grain_id(tmp_path, write):
+    orientations = read_voxels(*write(tmp_path)).voxels.orientations
+    apart = angle_between(orientations[1:], bunge_to_quaternion(ANGLES[1:]))
+    assert apart.max() < 0.1  # float32 in the files: half-angles near 0 are good to 0.04 degrees
+    if write is not write_npz:
+        assert np.isnan(orientations[0]).all()
+
+
+def test_phases_of_features(tmp_path):
+    assert read_voxels(*write_simpl(tmp_path)).voxels.phases.tolist() == [0, 1, 1, 2]
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.uint16, np.int64, np.uint64, np.float32])
+def test_number_types_of_labels(tmp_path, dtype):
+    np.savez(tmp_path / "v.npz", labels=volume(dtype))
+    np.testing.assert_array_equal(read_voxels(tmp_path / "v.npz").voxels.labels, volume())
+
+
+def test_ids_beyond_16_bits_are_kept(tmp_path):
+    labels = np.where(volume(np.int64) == 3, 2_000_000_000, volume(np.int64) + 70_000)
+    np.savez(tmp_path / "v.npz", labels=labels)
+    raw = read_voxels(tmp_path / "v.npz")
+    np.testing.assert_array_equal(raw.voxels.labels, labels)
+    voxels, report = clean(raw)
+    np.testing.assert_array_equal(voxels.labels, labels)
+    assert report["remap"]["2000000000"] == [2_000_000_000]
+
+
+@pytest.mark.parametrize("meaning, unindexed", [("unindexed", 1), ("void", 0), ("grain", 0)])
+def test_what_zero_means_is_declared(tmp_path, meaning, unindexed):
+    labels = volume() % 3
+    np.savez(tmp_path / "v.npz", labels=labels)
+    raw = read_voxels(tmp_path / "v.npz", ReadOptions(background=meaning))
+    assert raw.unindexed.sum() == unindexed
+    expected = labels + 1 if meaning == "grain" else labels
+    np.testing.assert_array_equal(raw.voxels.labels, expected)
+
+
+def test_background_of_another_value_and_declared_voids(tmp_path):
+    labels = volume()
+    labels[labels == 2] = -1
+    np.savez(tmp_path / "v.npz", labels=labels)
+    options = ReadOptions(background="void", background_value=-1, void_labels=(3,))
+    raw = read_voxels(tmp_path / "v.npz", options)
+    np.testing.assert_array_equal(np.unique(raw.voxels.labels), [-3, 0, 1])
+    assert raw.voxels.labels[MARKER] == -3
+
+
+def test_eight_bits_at_their_limit_are_noted(tmp_path):
+    stack = volume(np.uint8).transpose(2, 1, 0) * 85  # 3 becomes 255
+    tifffile.imwrite(tmp_path / "v.tif", stack, photometric="minisblack")
+    assert "255" in read_voxels(tmp_path / "v.tif", ReadOptions(spacing=SPACING)).notes[0]
+
+
+def voxels_with_all() -> Voxels:
+    labels = np.pad(volume(), 1, constant_values=1)
+    labels[2, 2, 2] = -1
+    orientations = np.vstack([np.full((1, 4), np.nan), random_orientations(3, np.random.default_rng(0))])
+    return Voxels(labels, SPACING, ORIGIN, orientations, [0, 1, 1, 2])
+
+
+def assert_same(read: Voxels, written: Voxels):
+    for name in ("labels", "spacing", "origin", "orientations", "phases"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(written, name))
+
+
+def test_labels_file_comes_back_and_is_the_same_bytes(tmp_path):
+    written = voxels_with_all()
+    for name in ("a.npz", "b.npz"):
+        write_labels(tmp_path / name, written)
+    assert_same(read_labels(tmp_path / "a.npz"), written)
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.npz", "b.npz"]
+
+
+@pytest.mark.parametrize("name, write", [("v.npz", write_labels), ("v.vti", vtk.write_voxels)])
+def test_own_files_pass_the_import_unchanged(tmp_path, name, write):
+    written = voxels_with_all()
+    write(tmp_path / name, written)
+    voxels, report = clean(read_voxels(tmp_path / name))
+    assert_same(voxels, written)
+    assert report["voids"] == {"1": 1}
+
+
+def test_bunge_angles_against_the_matrix_of_bunge():
+    phi1, Phi, phi2 = ANGLES[3]
+
+    def about(axis, angle):
+        i, j = [k for k in range(3) if k != axis]
+        g = np.eye(3)
+        g[i, i] = g[j, j] = np.cos(angle)
+        g[i, j], g[j, i] = np.sin(angle), -np.sin(angle)
+        return g
+
+    g = about(2, phi2) @ about(0, Phi) @ about(2, phi1)  # sample to crystal
+    np.testing.assert_allclose(quaternion_to_matrix(bunge_to_quaternion(ANGLES[3])), g.T, atol=1e-14)
+
+
+def test_rodrigues_vector_turns_about_its_axis():
+    quarter_turn = quaternion_to_matrix(rodrigues_to_quaternion([0, 0, 1.0]))
+    np.testing.assert_allclose(quarter_turn @ [1, 0, 0], [0, 1, 0], atol=1e-15)
+
+
+def test_mean_orientation_ignores_the_sign_of_quaternions():
+    q = random_orientations(2, np.random.default_rng(1))
+    table, spread = mean_by_grain(np.array([1, 1, 3]), np.stack([q[0], -q[0], q[1]]))
+    np.testing.assert_allclose(table[[1, 3]], q, atol=1e-12)
+    assert np.isnan(table[[0, 2]]).all()
+    assert spread < 1e-5
+
+
+def test_al1050_is_the_same_in_both_files(shared_data):
+    npz = read_voxels(shared_data / "al1050/al1050_labdct_109x103x64.npz")
+    h5 = read_voxels(shared_data / "al1050/lab_dct_Al1050.h5")
+    np.testing.assert_array_equal(npz.voxels.labels, h5.voxels.labels)
+    assert npz.unindexed.sum() == h5.unindexed.sum() == 542
+    assert len(npz.remap) == 106
+    np.testing.assert_allclose(npz.voxels.spacing / 1000, h5.voxels.spacing)  # micrometres and mm
+    apart = angle_between(npz.voxels.orientations[1:], h5.voxels.orientations[1:])
+    assert apart.max() < 0.01  # float32 vectors, averaged over up to 1e5 equal voxels in one file
+
+
+def test_anisotropic_steel_with_gaps_in_its_ids(shared_data):
+    voxels, report = clean(read_voxels(shared_data / "al6xn/prisms_al6xn_68x64x46.npz"))
+    assert report["grains"] == 92
+    assert voxels.labels.max() == 96
+    assert voxels.spacing[0] == voxels.spacing[1] > voxels.spacing[2]
+
+
+def test_damask_ids_start_at_zero(shared_data):
+    raw = read_voxels(shared_data / "readers/damask_20grains.vti")
+    assert raw.voxels.labels.shape == (64, 64, 64)
+    assert raw.remap == {k: k + 1 for k in range(20)}
+
+
+def test_copper_features_and_orientations(shared_data):
+    path = shared_data / "readers/copper_v7.dream3d"
+    voxels, report = clean(read_voxels(path), CleanOptions())
+    assert report["grains"] == 299
+    with h5py.File(path) as file:
+        image = file["DataContainers/SyntheticVolumeDataContainer"]
+        grain = image["CellData/FeatureIds"][7, 11, 3, 0]
+        angles = image["CellData/EulerAngles"][7, 11, 3]
+    assert voxels.labels[3, 11, 7] == grain
+    assert angle_between(voxels.orientations[grain], bunge_to_quaternion(angles)) < 0.01
