@@ -1,7 +1,7 @@
 """The flags of the sizing function and its sources, shared by the stages that use it."""
 
 import argparse
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +30,14 @@ def add_sizing(parser: argparse.ArgumentParser) -> None:
         action=argparse.BooleanOptionalAction,
         default=False,
         help="refine around the enclosed voids as well",
+    )
+
+
+def is_sized(arguments: argparse.Namespace) -> bool:
+    """Return whether a front, the voids or any number of the sizing function was given."""
+    sizes = (field.name for field in fields(SizingOptions))
+    return bool(
+        arguments.front or arguments.around_voids or any(hasattr(arguments, name) for name in sizes)
     )
 
 

@@ -1,4 +1,7 @@
-"""Fill the grains of a surface with tetrahedra; the surface stays as it is, bit for bit."""
+"""Fill the grains of a surface with tetrahedra; the surface stays as it is, bit for bit.
+
+Without --front, --around-voids and sizes, edges inside the grains follow those of the surface.
+"""
 
 import argparse
 from collections.abc import Iterable
@@ -7,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import add_front, add_sizing, sizing_from
+from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, read_json, tell
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.io.failed_grain import write_failed_grain
@@ -40,7 +43,7 @@ def run(arguments):
     if arguments.workers < 1:
         raise CraftmeshError(f"--workers is {arguments.workers}; expected a number >= 1")
     grains = None if arguments.chunk is None else grains_of_chunk(surface, *arguments.chunk)
-    sizing = sizing_from(arguments, surface, arguments.front)
+    sizing = sizing_from(arguments, surface, arguments.front) if is_sized(arguments) else None
     options = options_from(arguments, TetrahedralizeOptions)
     try:
         with ProgressLine("tetrahedralize") as progress:

@@ -7,7 +7,7 @@ from craftmesh.mesher.diagnose import GrainFailure
 
 
 def write_failed_grain(path: str | os.PathLike, failure: GrainFailure) -> None:
-    """Write the grain's surface as .vtp with cell data `at_fault` (1 on the facets to repair) and `crack`."""
+    """Write the grain's surface as .vtp with cell data `at_fault` (1: facets to repair) and `crack`."""
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
     surface = failure.surface
