@@ -38,6 +38,11 @@ class Island:
         """VOID where every member is one, else GRAIN."""
         return VOID if max(self.members) < 0 else GRAIN
 
+    @property
+    def seed(self) -> np.ndarray:
+        """(3,) a point inside the island: the seed of its largest member, the first of equals."""
+        return self.seeds[int(np.argmax(self.voxels))]
+
 
 def find_islands(voxels: Voxels) -> tuple[Island, ...]:
     """Return the islands of a cleaned volume, ordered by host, then in scan order.

@@ -71,6 +71,8 @@ def test_cluster_of_touching_grains_is_one_island_with_a_seed_each():
     (island,) = find_islands(voxels(labels))
     assert (island.host, sorted(island.members), island.kind) == (1, [-1, 5, 6], "grain")
     assert len(island.seeds) == 3
+    largest = int(np.argmax(island.voxels))
+    assert label_at(voxels(labels), island.seed) == island.members[largest]
 
 
 def test_islands_within_islands_belong_to_their_innermost_host():
