@@ -10,8 +10,10 @@ from craftmesh.cracking.cut import CutSurface, split_edges, trace_edges, with_ph
 from craftmesh.cracking.sheet import Sheet
 from craftmesh.errors import CraftmeshError
 
-TOUCHING = 1e-6  # of the local size: a trace point this near the front counts as on it
+TOUCHING = 1e-3  # of the local size: a trace point this near the front counts as on it
 ALONG = 0.1  # of its length: a trace edge this near the front replaces it
+GRAZING = 0.05  # sine of the angle below which an edge between two front points does not cross the front
+END = 0.3  # of the size: a pierce point this near the end of a front is its end
 CORNER = np.cos(np.radians(20.0))  # front corners sharper than this keep a node
 
 
@@ -69,6 +71,8 @@ def _first_crossing(surface: CutSurface, sheet: Sheet, edges) -> tuple[np.ndarra
     margin = np.where(surface.front[edges[row]] >= 0, 1e-3, 1e-9) * size
     keep = np.isfinite(fraction) & (fraction * length > margin[:, 0])
     keep &= (1 - fraction) * length > margin[:, 1]
+    joins_front = (surface.front[edges[row]] >= 0).all(axis=1)
+    keep &= ~joins_front | (np.abs(cross) > GRAZING * length * np.linalg.norm(e, axis=1))
     row, fraction = row[keep], fraction[keep]
     at = a[keep] + fraction[:, None] * d[keep]
     near_front = np.linalg.norm(sheet.nearest_front(at)[0] - at, axis=1) <= TOUCHING * size[keep, 0]
@@ -181,18 +185,21 @@ def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int):
     step = np.diff(curve[:, :2], axis=0)
     step /= np.linalg.norm(step, axis=1)[:, None]
     sharp = np.flatnonzero(np.einsum("ij,ij->i", step[1:], step[:-1]) < CORNER) + 1
-    wanted = curve[sharp, 2]
+    size = np.median(surface.size)
+    wanted = _apart(curve[sharp, 2], known, 1e-3 * size)
     if not closed:
-        wanted = np.concatenate([[0.0], wanted, [curve[-1, 2]]])
+        wanted += _apart(curve[[0, -1], 2], known, END * size)
     elif not len(wanted) and not len(ids):
-        wanted = np.zeros(1)
-    near = 1e-3 * np.median(surface.size)
-    wanted = [w for w in wanted.tolist() if not len(known) or np.abs(known - w).min() > near]
+        wanted = [0.0]
     uv = sheet.uv(surface.points[ids])
     items = [(a, int(i), tuple(p)) for a, i, p in zip(known.tolist(), ids.tolist(), uv.tolist())]
     items += [(w, -1, tuple(sheet.on_front(front, np.array([w]))[0])) for w in wanted]
     items.sort(key=lambda item: item[0])
     return [item[1] for item in items], [(item[0], item[2]) for item in items]
+
+
+def _apart(wanted, known, near: float) -> list[float]:
+    return [w for w in wanted.tolist() if not len(known) or np.abs(known - w).min() > near]
 
 
 def _spread(

@@ -16,6 +16,7 @@ from craftmesh.types import CRACK, INTERFACE
 
 FARTHEST = 0.5  # of the local size: points slide along their line by at most this much
 LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
+LEAST_GAP = 0.55  # of the target size: pierce points nearer than this are pushed apart along the front
 LEAST_ANGLE = 4.0  # degrees: a move may not leave a facet below this, unless it was worse before
 
 
@@ -70,6 +71,52 @@ def snap_to_front(
     return put_on_front(replace(surface, points=points), sheet, moved) if len(moved) else surface
 
 
+def spread_front(surface: CutSurface, sheet: Sheet, target: Callable, options: StitchOptions) -> CutSurface:
+    """Move pierce points that crowd apart along the front, as far as the surface stays sound."""
+    shifts, rows = [np.zeros(0)], [np.zeros(0, np.int64)]
+    _, planes = _classes(surface)
+    for front, curve in enumerate(sheet.curves):
+        ids = np.flatnonzero(surface.front == front)
+        ids = ids[np.argsort(surface.arc[ids], kind="stable")]
+        if len(ids) < 2:
+            continue
+        period = curve[-1, 2] if sheet.closed[front] else np.inf
+        held = planes[ids].any(axis=1)
+        rows.append(ids)
+        shifts.append(
+            _pushed_apart(surface.arc[ids], LEAST_GAP * target(surface.points[ids]), held, period)
+        )
+    rows, shift = np.concatenate(rows), np.concatenate(shifts)
+    reach = options.snap_front * surface.size[rows]
+    chosen = (np.abs(shift) > 1e-9 * reach) & (np.abs(shift) <= reach)
+    rows, shift = rows[chosen], shift[chosen]
+    if not len(rows):
+        return surface
+    targets = np.empty((len(rows), 3))
+    for front in np.unique(surface.front[rows]).tolist():
+        mine = surface.front[rows] == front
+        targets[mine] = sheet.lift(sheet.on_front(front, surface.arc[rows[mine]] + shift[mine]))
+    points, moved = guarded_move(surface, rows, targets, options)
+    return put_on_front(replace(surface, points=points), sheet, moved) if len(moved) else surface
+
+
+def _pushed_apart(arc, least, held, period: float, sweeps: int = 30) -> np.ndarray:
+    """Return shifts (n,) of ordered positions that open gaps below `least`; held positions stay."""
+    place = arc.copy()
+    closed = np.isfinite(period)
+    for _ in range(sweeps):
+        gap = np.diff(place, append=place[0] + period if closed else np.inf)
+        lack = np.maximum((least + np.roll(least, -1)) / 2 - gap, 0.0)
+        if not lack.any():
+            break
+        free, other = ~held, ~np.roll(held, -1)
+        weight = free.astype(float) + other
+        share = np.where(weight > 0, lack / np.maximum(weight, 1), 0.0)
+        place -= share * free
+        place += np.roll(share, 1) * free
+    return place - arc
+
+
 class _Junctions:
     """Edges where patches meet (k, 2) and how many of them end at each point."""
 
@@ -97,13 +144,15 @@ def _classes(surface: CutSurface) -> tuple[_Junctions, np.ndarray]:
 
 def _onto_crack(points, planes, sheet: Sheet) -> np.ndarray:
     """Return the points moved onto the crack, in their box plane where they have one; NaN if hopeless."""
-    points = points.copy()
     direction = np.where(planes, 0.0, sheet.frame[2])
     square = np.einsum("ij,ij->i", direction, direction)
-    square[square < 0.1] = np.nan
+    result = np.full(points.shape, np.nan)
+    rows = np.flatnonzero(square > 0.1)
+    moved = points[rows]
     for _ in range(1 if sheet.planar else 8):
-        points -= (sheet.offset(points) / square)[:, None] * direction
-    return points
+        moved = moved - (sheet.offset(moved) / square[rows])[:, None] * direction[rows]
+    result[rows] = moved
+    return result
 
 
 def _along_lines(surface: CutSurface, edges, on_line, targets) -> None:
