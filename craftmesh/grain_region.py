@@ -84,7 +84,7 @@ def check_filled(surface: GrainSurface, points: np.ndarray, tets: np.ndarray) ->
         raise WrongMesh(f"{(volume <= 0).sum()} of {len(tets)} tetrahedra are flat or inverted")
     if abs(volume.sum() - surface.volume) > VOLUME_TOLERANCE * surface.volume:
         raise WrongMesh(
-            f"tetrahedra fill {volume.sum():.12g} of the volume {surface.volume:.12g} that its facets enclose"
+            f"tetrahedra fill {volume.sum():.12g} of the {surface.volume:.12g} that its facets enclose"
         )
 
 

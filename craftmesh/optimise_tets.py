@@ -1,5 +1,119 @@
-"""(placeholder)"""
+"""Local optimisation of a grain's tetrahedra; its surface and crack facets stay as they are.
+
+Every change of topology replaces a cavity: tets that share their outer faces for others that are all
+positive and whose worst is better. Surface nodes never move, surface and crack facets are in no cavity.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.kernels.tet_cavity import POINTS, TETS, TetState, block_facets, link_tets, new_scratch
+from craftmesh.kernels.tet_passes import aspect_pass, repair_pass, smooth_pass
+from craftmesh.kernels.tet_quality import all_qualities
+
+# Arrays have room for this many times the mesh: insertions add some 1%.
+CAPACITY = 1.5
+SPARE = 2000
+SMOOTHING_STEPS = 5
+DEAD = 9.0
 
 
-def optimise_tets(nodes, tets, surface_nodes, internal, size):
-    return nodes, tets, {}
+@dataclass(frozen=True)
+class Step:
+    """A step of the schedule: "repair", "smooth" or "aspect", with the measure and its threshold."""
+
+    kind: str
+    threshold: float
+    goal: bool = False
+    rounds: int = 1
+    inserts: bool = False
+
+
+SCHEDULE = (
+    Step("repair", 0.55),
+    Step("smooth", 0.5),
+    Step("repair", 0.6),
+    Step("smooth", 0.5),
+    Step("repair", 0.6),
+    Step("smooth", 0.5),
+    Step("aspect", 0.45),
+    Step("repair", 0.65),
+    Step("aspect", 0.45),
+    Step("repair", 0.25, goal=True, rounds=4, inserts=True),
+)
+
+
+def optimise_tets(
+    points: np.ndarray, tets: np.ndarray, frozen: int, blocked: np.ndarray, size: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, dict]:
+    """Return (points, tets) of better quality and counts of operations.
+
+    The first `frozen` points keep their numbers and bits; facets `blocked` (k, 3) inside the mesh stay
+    faces on both sides. tets (m, 4) have positive volumes; size (n,) are target edge lengths.
+    """
+    state = _state(points, tets, frozen, blocked, size)
+    work = new_scratch()
+    operations = np.zeros(5, np.int64)
+    everywhere = np.ones(len(state.points), bool)
+    for step in SCHEDULE:
+        all_qualities(state.points, state.tets, state.counts[TETS], state.quality, step.goal)
+        if step.kind == "smooth":
+            smooth_pass(state, step.goal, step.threshold, SMOOTHING_STEPS, everywhere, work, operations)
+        elif step.kind == "aspect":
+            aspect_pass(state, step.goal, step.threshold, work, operations)
+        else:
+            _repair(state, step, work, operations)
+    names = ("moves", "edges_removed", "faces_removed", "contractions", "insertions")
+    return *_result(state, frozen), {k: int(v) for k, v in zip(names, operations)}
+
+
+def _repair(state: TetState, step: Step, work, operations: np.ndarray) -> None:
+    """Rounds over the tets under the threshold, the worst first, each with its neighbourhood smoothed."""
+    for _ in range(step.rounds):
+        quality = state.quality[: state.counts[TETS]]
+        alive = state.tets[: state.counts[TETS], 0] >= 0
+        poor = np.flatnonzero(alive & (quality < step.threshold))
+        if not len(poor):
+            return
+        poor = poor[np.argsort(quality[poor], kind="stable")]
+        touched = np.zeros(len(state.points), bool)
+        repair_pass(state, step.goal, step.threshold, poor, step.inserts, touched, work, operations)
+        if step.goal:
+            smooth_pass(state, step.goal, step.threshold, SMOOTHING_STEPS, touched, work, operations)
+
+
+def _state(points, tets, frozen: int, blocked, size) -> TetState:
+    """Room for the mesh and what comes, with its adjacency."""
+    room_points, room_tets = int(CAPACITY * len(points)) + SPARE, int(CAPACITY * len(tets)) + SPARE
+    state = TetState(
+        points=np.zeros((room_points, 3)),
+        tets=np.full((room_tets, 4), -1, np.int64),
+        neighbours=np.full((room_tets, 4), -1, np.int64),
+        tet_of=np.full(room_points, -1, np.int64),
+        quality=np.full(room_tets, DEAD),
+        size=np.ones(room_points),
+        frozen=np.zeros(room_points, bool),
+        counts=np.array([len(points), len(tets), 0, 0], np.int64),
+        free=np.zeros(room_tets, np.int64),
+        mark=np.zeros(room_tets, np.int64),
+    )
+    state.points[: len(points)], state.tets[: len(tets)], state.size[: len(points)] = points, tets, size
+    state.frozen[:frozen] = True
+    link_tets(state.tets, len(tets), len(points), state.neighbours, state.tet_of)
+    if len(blocked):
+        triples = np.sort(np.asarray(blocked, np.int64), axis=1)
+        triples = np.ascontiguousarray(triples[np.lexsort(triples.T[::-1])])
+        block_facets(state.tets, len(tets), state.neighbours, triples)
+    return state
+
+
+def _result(state: TetState, frozen: int) -> tuple[np.ndarray, np.ndarray]:
+    """Drop dead tets and points that no tet uses."""
+    tets = state.tets[: state.counts[TETS]]
+    tets = tets[tets[:, 0] >= 0]
+    used = np.zeros(state.counts[POINTS], bool)
+    used[tets.ravel()] = True
+    used[:frozen] = True
+    new = np.cumsum(used) - 1
+    return state.points[: len(used)][used], new[tets]

@@ -156,7 +156,7 @@ def _is_crowded(point, limit, count, placed, head, following, low, width, shape,
 
 @njit(cache=True)
 def thin_out(candidates, size, vertices, from_vertex, apart, low, width, shape):
-    """Return which candidates stay when taken in order, each a multiple of its size from all that are placed.
+    """Return which candidates stay, taken in order, each a multiple of its size from all that are placed.
 
     `from_vertex` and `apart` are the multiples for the surface's vertices (placed first) and for others.
     """

@@ -72,7 +72,7 @@ def diagnose(surface: GrainSurface, attempts: tuple, where: np.ndarray, ask_tetg
 
 
 def tetgen_diagnosis(surface: GrainSurface) -> np.ndarray:
-    """Return rows of the grain's facets that TetGen skips when it recovers them, run in a temporary folder."""
+    """Return rows of the grain's facets that TetGen skips, run apart in a temporary folder."""
     with tempfile.TemporaryDirectory() as folder:
         data = Path(folder) / "surface.npz"
         np.savez(data, points=surface.points, facets=surface.facets)

@@ -65,7 +65,7 @@ class Worker:
         self._send(task)
 
     def receive(self) -> tuple[str, Any]:
-        """Return ("ready" | "done" | "failed" | "died", value) of a connection that has something to say."""
+        """Return what the process has to say: ("ready" | "done" | "failed" | "died", value)."""
         try:
             kind, value = self.connection.recv()
         except (EOFError, OSError, pickle.UnpicklingError):

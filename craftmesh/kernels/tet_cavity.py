@@ -1,0 +1,262 @@
+"""Tetrahedra that change: stars, rings and the one operation that alters the mesh, cavity replacement."""
+
+from collections import namedtuple
+
+import numpy as np
+from numba import njit
+
+# A mesh under change. Arrays are longer than the mesh; counts = [points, tets, free slots, stamp].
+# points (n, 3); tets (m, 4) with positive volumes, corner 0 is -1 in a dead slot; neighbours (m, 4)
+# across the face opposite each corner, -1 on the grain's surface and on crack facets; tet_of (n,) a
+# live tet of each point or -1; quality (m,); size (n,) target edge lengths; frozen (n,) bool; free (m,)
+# stack of dead slots; mark (m,) stamps.
+TetState = namedtuple("TetState", "points tets neighbours tet_of quality size frozen counts free mark")
+POINTS, TETS, FREE, STAMP = range(4)
+
+# Work arrays: tets of a star; faces of a cavity as (face, apex) positive; ring nodes and tets; new tets
+# and their qualities; open faces of a replacement (keys, links); Klincsek's tables and stack.
+Scratch = namedtuple(
+    "Scratch", "star faces ring ring_tets new new_quality keys links worst split stack corners"
+)
+MAX_STAR = 200
+MAX_FACES = 256
+MAX_RING = 14
+# Spare slots that any one operation can do with.
+ROOM = 64
+
+EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
+# The other two corners, so that (edge, other two) is an even permutation.
+OPPOSITE = np.array([[2, 3], [3, 1], [1, 2], [0, 3], [2, 0], [0, 1]])
+# The face opposite each corner, so that (face, corner) is positive.
+FACES = np.array([[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]])
+
+
+def new_scratch() -> Scratch:
+    """Return work arrays for one pass."""
+    return Scratch(
+        np.empty(MAX_STAR, np.int64),
+        np.empty((MAX_FACES, 3), np.int64),
+        np.empty(MAX_RING + 2, np.int64),
+        np.empty(MAX_RING + 2, np.int64),
+        np.empty((MAX_FACES, 4), np.int64),
+        np.empty(MAX_FACES),
+        np.empty((4 * MAX_FACES, 3), np.int64),
+        np.empty((4 * MAX_FACES, 2), np.int64),
+        np.empty((MAX_RING, MAX_RING)),
+        np.empty((MAX_RING, MAX_RING), np.int64),
+        np.empty((4 * MAX_RING, 2), np.int64),
+        np.empty(4, np.int64),
+    )
+
+
+@njit(cache=True)
+def _face_key(tets, t, k):
+    """Lowest corner, highest corner and sum of the face opposite corner k of tet t."""
+    a, b, c = tets[t, (k + 1) & 3], tets[t, (k + 2) & 3], tets[t, (k + 3) & 3]
+    return min(a, b, c), max(a, b, c), a + b + c
+
+
+@njit(cache=True)
+def link_tets(tets, n_tets, n_points, neighbours, tet_of):
+    """Fill `neighbours` and `tet_of` of the first n_tets tets; waiting faces hang on their lowest corner."""
+    head = np.full(n_points, -1, np.int64)
+    following = np.full(4 * n_tets, -1, np.int64)
+    for t in range(n_tets):
+        for k in range(4):
+            tet_of[tets[t, k]] = t
+            low, high, total = _face_key(tets, t, k)
+            before, waiting = -1, head[low]
+            neighbours[t, k] = -1
+            while waiting >= 0:
+                u, j = waiting >> 2, waiting & 3
+                _, other_high, other_total = _face_key(tets, u, j)
+                if other_high == high and other_total == total:
+                    neighbours[t, k] = u
+                    neighbours[u, j] = t
+                    if before < 0:
+                        head[low] = following[waiting]
+                    else:
+                        following[before] = following[waiting]
+                    break
+                before, waiting = waiting, following[waiting]
+            if neighbours[t, k] < 0:
+                following[4 * t + k] = head[low]
+                head[low] = 4 * t + k
+
+
+@njit(cache=True)
+def block_facets(tets, n_tets, neighbours, blocked):
+    """Cut the adjacency at interior facets, given as sorted triples (k, 3) in lexicographic order."""
+    for t in range(n_tets):
+        for k in range(4):
+            low, high, total = _face_key(tets, t, k)
+            middle = total - low - high
+            first, last = 0, len(blocked)
+            while first < last:
+                half = (first + last) // 2
+                a, b, c = blocked[half, 0], blocked[half, 1], blocked[half, 2]
+                if a < low or (a == low and (b < middle or (b == middle and c < high))):
+                    first = half + 1
+                else:
+                    last = half
+            if first < len(blocked) and (
+                blocked[first, 0] == low and blocked[first, 1] == middle and blocked[first, 2] == high
+            ):
+                neighbours[t, k] = -1
+
+
+@njit(cache=True)
+def find_star(state, v, star):
+    """Write the tets round the interior point v; return how many, or -1 when they do not fit."""
+    tets, neighbours, mark = state.tets, state.neighbours, state.mark
+    state.counts[STAMP] += 1
+    stamp = state.counts[STAMP]
+    star[0] = state.tet_of[v]
+    mark[star[0]] = stamp
+    count, done = 1, 0
+    while done < count:
+        t = star[done]
+        done += 1
+        for k in range(4):
+            u = neighbours[t, k]
+            if tets[t, k] != v and u >= 0 and mark[u] != stamp:
+                if count == len(star):
+                    return -1
+                mark[u] = stamp
+                star[count] = u
+                count += 1
+    return count
+
+
+@njit(cache=True)
+def star_faces(tets, star, count, v, faces):
+    """Write the faces opposite v of the star's tets, each positive with v as apex."""
+    for i in range(count):
+        t = star[i]
+        for k in range(4):
+            if tets[t, k] == v:
+                for j in range(3):
+                    faces[i, j] = tets[t, FACES[k, j]]
+
+
+@njit(cache=True)
+def find_ring(state, t, edge, ring, ring_tets):
+    """Write the nodes and tets round an edge of tet t; return how many, 0 on a boundary or when too many.
+
+    With a, b the edge's ends, (a, b, ring[i], ring[i + 1]) is positive, cyclically.
+    """
+    tets, neighbours = state.tets, state.neighbours
+    a, b = tets[t, EDGES[edge, 0]], tets[t, EDGES[edge, 1]]
+    ring[0], ring[1] = tets[t, OPPOSITE[edge, 0]], tets[t, OPPOSITE[edge, 1]]
+    ring_tets[0] = t
+    count, current, behind = 1, t, OPPOSITE[edge, 0]
+    last = ring[1]
+    while True:
+        u = neighbours[current, behind]
+        if u == t:
+            return count
+        if u < 0 or count == MAX_RING:
+            return 0
+        newest = -1
+        for k in range(4):
+            node = tets[u, k]
+            if node == last:
+                behind = k
+            elif node != a and node != b:
+                newest = node
+        ring_tets[count] = u
+        count += 1
+        ring[count] = newest
+        last, current = newest, u
+
+
+@njit(cache=True)
+def _open_outer_faces(state, old, n_old, keys, links):
+    """Write the outer faces of a cavity: key and (tet, slot) beyond; return their number."""
+    tets, neighbours, mark = state.tets, state.neighbours, state.mark
+    state.counts[STAMP] += 1
+    stamp = state.counts[STAMP]
+    for i in range(n_old):
+        mark[old[i]] = stamp
+    count = 0
+    for i in range(n_old):
+        t = old[i]
+        for k in range(4):
+            u = neighbours[t, k]
+            if u >= 0 and mark[u] == stamp:
+                continue
+            low, high, total = _face_key(tets, t, k)
+            keys[count, 0], keys[count, 1], keys[count, 2] = low, high, total
+            links[count, 0], links[count, 1] = u, -1
+            if u >= 0:
+                for j in range(4):
+                    if neighbours[u, j] == t and _face_key(tets, u, j) == (low, high, total):
+                        links[count, 1] = j
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def _close_face(state, t, k, keys, links, count):
+    """Join the face opposite corner k of t to the open face with its key, or open it; return the new count."""
+    low, high, total = _face_key(state.tets, t, k)
+    for f in range(count):
+        if keys[f, 0] == low and keys[f, 1] == high and keys[f, 2] == total:
+            u, j = links[f, 0], links[f, 1]
+            state.neighbours[t, k] = u
+            if u >= 0:
+                state.neighbours[u, j] = t
+            count -= 1
+            for i in range(3):
+                keys[f, i] = keys[count, i]
+            links[f, 0], links[f, 1] = links[count, 0], links[count, 1]
+            return count
+    keys[count, 0], keys[count, 1], keys[count, 2] = low, high, total
+    links[count, 0], links[count, 1] = t, k
+    return count + 1
+
+
+@njit(cache=True)
+def replace_cavity(state, old, n_old, n_new, work):
+    """Replace the tets old[:n_old] by work.new[:n_new], which have the same outer faces.
+
+    The caller has checked them and that there is room (`has_room`).
+    """
+    tets, counts = state.tets, state.counts
+    count = _open_outer_faces(state, old, n_old, work.keys, work.links)
+    for i in range(n_old):
+        tets[old[i], 0] = -1
+    for i in range(n_new):
+        if i < n_old:
+            t = old[i]
+        elif counts[FREE] > 0:
+            counts[FREE] -= 1
+            t = state.free[counts[FREE]]
+        else:
+            t = counts[TETS]
+            counts[TETS] += 1
+        for k in range(4):
+            tets[t, k] = work.new[i, k]
+            state.tet_of[work.new[i, k]] = t
+        state.quality[t] = work.new_quality[i]
+        state.mark[t] = 0
+        for k in range(4):
+            count = _close_face(state, t, k, work.keys, work.links, count)
+    for i in range(n_new, n_old):
+        state.free[counts[FREE]] = old[i]
+        counts[FREE] += 1
+
+
+@njit(cache=True)
+def has_room(state):
+    """Whether any one operation still fits the arrays."""
+    return state.counts[TETS] + ROOM < len(state.tets) and state.counts[POINTS] + 1 < len(state.points)
+
+
+@njit(cache=True)
+def worst_of(quality, tets, count):
+    """Lowest quality among the tets listed."""
+    worst = 1e300
+    for i in range(count):
+        worst = min(worst, quality[tets[i]])
+    return worst

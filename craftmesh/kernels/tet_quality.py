@@ -1,0 +1,105 @@
+"""Quality of tetrahedra: kernels for the optimiser, on one tet at a time.
+
+A tet is three nodes a, b, c and a fourth corner at (x, y, z), with positive volume when a, b, c turn
+right-handed towards it.
+"""
+
+import numpy as np
+from numba import njit
+
+INVERTED = 1e300
+# Below this volume-length quality a tet counts as flat.
+FLAT = 1e-9
+
+
+@njit(cache=True)
+def _sine(volume6, length2, area_i, area_j, cosine):
+    """Sine of the dihedral angle at an edge; half of it where the angle is obtuse (normals turn alike)."""
+    sine = volume6 * np.sqrt(length2) / (area_i * area_j)
+    return sine if cosine < 0.0 else 0.5 * sine
+
+
+@njit(cache=True)
+def quality_at(points, a, b, c, x, y, z, goal):
+    """Quality of the tet a, b, c, (x, y, z): 1 is regular, <= 0 flat or inverted.
+
+    goal False: volume-length measure 6 sqrt2 V / l_rms^3. goal True: the least of the sines of acute
+    dihedral angles, half the sines of obtuse ones, and .87 h_min / l_max; at .174 and over, all dihedral
+    angles lie in 10..160 degrees and the aspect ratio is below 5.
+    """
+    ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+    vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+    wx, wy, wz = x - points[a, 0], y - points[a, 1], z - points[a, 2]
+    volume6 = ux * (vy * wz - vz * wy) - uy * (vx * wz - vz * wx) + uz * (vx * wy - vy * wx)
+    rx, ry, rz = vx - ux, vy - uy, vz - uz
+    sx, sy, sz = wx - ux, wy - uy, wz - uz
+    tx, ty, tz = wx - vx, wy - vy, wz - vz
+    ab, ac, ad = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, wx * wx + wy * wy + wz * wz
+    bc, bd, cd = rx * rx + ry * ry + rz * rz, sx * sx + sy * sy + sz * sz, tx * tx + ty * ty + tz * tz
+    mean = (ab + ac + ad + bc + bd + cd) / 6.0
+    if mean == 0.0:
+        return 0.0
+    volume_length = 1.4142135623730951 * volume6 / (mean * np.sqrt(mean))
+    if not goal or volume_length <= FLAT:
+        return volume_length
+    # Outward normals, twice the areas long: d is the face a, b, c opposite corner d, and so on.
+    dx, dy, dz = vy * uz - vz * uy, vz * ux - vx * uz, vx * uy - vy * ux
+    cx, cy, cz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
+    bx, by, bz = wy * vz - wz * vy, wz * vx - wx * vz, wx * vy - wy * vx
+    ax, ay, az = -(bx + cx + dx), -(by + cy + dy), -(bz + cz + dz)
+    area_a, area_b = np.sqrt(ax * ax + ay * ay + az * az), np.sqrt(bx * bx + by * by + bz * bz)
+    area_c, area_d = np.sqrt(cx * cx + cy * cy + cz * cz), np.sqrt(dx * dx + dy * dy + dz * dz)
+    longest = max(ab, ac, ad, bc, bd, cd)
+    return min(
+        0.87 * volume6 / (max(area_a, area_b, area_c, area_d) * np.sqrt(longest)),
+        _sine(volume6, ab, area_c, area_d, cx * dx + cy * dy + cz * dz),
+        _sine(volume6, ac, area_b, area_d, bx * dx + by * dy + bz * dz),
+        _sine(volume6, ad, area_b, area_c, bx * cx + by * cy + bz * cz),
+        _sine(volume6, bc, area_a, area_d, ax * dx + ay * dy + az * dz),
+        _sine(volume6, bd, area_a, area_c, ax * cx + ay * cy + az * cz),
+        _sine(volume6, cd, area_a, area_b, ax * bx + ay * by + az * bz),
+    )
+
+
+@njit(cache=True)
+def quality_of(points, a, b, c, d, goal):
+    """Quality of the tet a, b, c, d: see `quality_at`."""
+    return quality_at(points, a, b, c, points[d, 0], points[d, 1], points[d, 2], goal)
+
+
+@njit(cache=True)
+def aspect_ratio_at(points, a, b, c, x, y, z):
+    """Aspect ratio l_max / h_min of the tet a, b, c, (x, y, z); INVERTED for a flat or inverted one."""
+    ux, uy, uz = points[a, 0] - x, points[a, 1] - y, points[a, 2] - z
+    vx, vy, vz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
+    wx, wy, wz = points[c, 0] - x, points[c, 1] - y, points[c, 2] - z
+    ax, ay, az = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    bx, by, bz = vy * wz - vz * wy, vz * wx - vx * wz, vx * wy - vy * wx
+    cx, cy, cz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
+    dx, dy, dz = ax + bx + cx, ay + by + cy, az + bz + cz
+    volume6 = -(ax * wx + ay * wy + az * wz)
+    largest = max(
+        ax * ax + ay * ay + az * az,
+        bx * bx + by * by + bz * bz,
+        cx * cx + cy * cy + cz * cz,
+        dx * dx + dy * dy + dz * dz,
+    )
+    longest = max(
+        ux * ux + uy * uy + uz * uz,
+        vx * vx + vy * vy + vz * vz,
+        wx * wx + wy * wy + wz * wz,
+        (ux - vx) ** 2 + (uy - vy) ** 2 + (uz - vz) ** 2,
+        (vx - wx) ** 2 + (vy - wy) ** 2 + (vz - wz) ** 2,
+        (wx - ux) ** 2 + (wy - uy) ** 2 + (wz - uz) ** 2,
+    )
+    if volume6 <= FLAT * longest * np.sqrt(longest):
+        return INVERTED
+    return np.sqrt(largest * longest) / volume6
+
+
+@njit(cache=True)
+def all_qualities(points, tets, count, quality, goal):
+    """Write the qualities of the live tets among the first `count` (dead ones have corner -1)."""
+    for t in range(count):
+        if tets[t, 0] >= 0:
+            quality[t] = quality_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], goal)
