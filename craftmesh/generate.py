@@ -90,9 +90,16 @@ def _check(options: GenerateOptions) -> None:
             raise CraftmeshError(f"{name} is {value}; expected {expected}")
 
 
-def _centres(options: GenerateOptions) -> np.ndarray:
-    """Return voxel centres (nx, ny, nz, 3) in model units from the lower corner of the box."""
-    axes = [(np.arange(n) + 0.5) * h for n, h in zip(options.shape, options.spacing)]
+def _window(centre, radius: float, options: GenerateOptions) -> tuple[tuple, np.ndarray]:
+    """Return slices that hold a ball, and the offsets (.., .., .., 3) of their voxels from its centre."""
+    size = np.array(options.shape)
+    low = np.clip(np.floor((centre - radius) / options.spacing).astype(int), 0, size)
+    high = np.clip(np.ceil((centre + radius) / options.spacing).astype(int) + 1, 0, size)
+    axes = [(np.arange(a, b) + 0.5) * h - c for a, b, h, c in zip(low, high, options.spacing, centre)]
+    return tuple(slice(a, b) for a, b in zip(low, high)), _grid(axes)
+
+
+def _grid(axes: list[np.ndarray]) -> np.ndarray:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
 
@@ -105,7 +112,8 @@ def _cells(options: GenerateOptions, rng: np.random.Generator) -> np.ndarray:
     size = np.array(options.shape) * options.spacing
     stretch = np.ones(3)
     stretch["xyz".index(options.columnar_axis)] = 1 / options.columnar_ratio
-    points = (_centres(options) * stretch).reshape(-1, 3)
+    axes = [(np.arange(n) + 0.5) * h * k for n, h, k in zip(options.shape, options.spacing, stretch)]
+    points = _grid(axes).reshape(-1, 3)
     seeds = rng.random((options.grains, 3)) * size * stretch
     width = (np.prod(size * stretch) / options.grains) ** (1 / 3)
     lift = width * np.sqrt(options.size_spread * rng.random(options.grains))
@@ -137,24 +145,26 @@ def _embed(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generato
     if not wanted:
         return
     depth = _depth(labels, options.spacing)
-    grains = np.unique(labels)
-    room = ndimage.maximum(depth, labels, grains)
+    new_id = int(labels.max())
+    room = np.zeros(new_id + 1)
+    np.maximum.at(room, labels.ravel(), depth.ravel())
     hosts = np.argsort(-room, kind="stable")[:wanted]
     needed = _SMALLEST_RADIUS * max(options.spacing)
     if len(hosts) < wanted or room[hosts[-1]] * options.embedded_fraction < needed:
         raise CraftmeshError(
             f"{wanted} embedded bodies do not fit; give fewer, fewer grains, or more voxels (shape)"
         )
-    centres = _centres(options)
-    for turn, host in enumerate(hosts):
-        at = np.unravel_index(np.argmax(np.where(labels == grains[host], depth, -1)), labels.shape)
-        offset = centres - centres[at]
-        ball = (offset**2).sum(axis=-1) <= (room[host] * options.embedded_fraction) ** 2
-        new_id = int(labels.max()) + 1
-        labels[ball] = new_id
+    deepest = [np.argwhere((labels == host) & (depth == room[host]))[0] for host in hosts]
+    for turn, (host, at) in enumerate(zip(hosts, deepest)):
+        radius = room[host] * options.embedded_fraction
+        window, offset = _window((at + 0.5) * options.spacing, radius, options)
+        ball = (offset**2).sum(axis=-1) <= radius**2
+        new_id += 1
+        labels[window][ball] = new_id
         normal = rng.normal(size=3)
         if turn >= options.embedded_grains:
-            labels[ball & (offset @ normal > 0)] = new_id + 1
+            new_id += 1
+            labels[window][ball & (offset @ normal > 0)] = new_id
 
 
 def _carve_voids(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:
@@ -167,16 +177,16 @@ def _carve_voids(labels: np.ndarray, options: GenerateOptions, rng: np.random.Ge
             f"void_radius is {options.void_radius:g}; expected at least {_SMALLEST_RADIUS} voxels, "
             f"{_SMALLEST_RADIUS * spacing.max():g}"
         )
-    centres = _centres(options)
     margin = options.void_radius + _CLEARANCE * spacing
     low, high = margin, np.array(options.shape) * spacing - margin
     reach = options.void_radius + _CLEARANCE * spacing.max()
     for void in range(1, options.voids + 1):
         for _ in range(_TRIALS if (low < high).all() else 0):
-            distance = ((centres - rng.uniform(low, high)) ** 2).sum(axis=-1)
-            near = labels[distance <= reach**2]
+            window, offset = _window(rng.uniform(low, high), reach, options)
+            distance = (offset**2).sum(axis=-1)
+            near = labels[window][distance <= reach**2]
             if near.min() > 0 and near.max() <= options.grains:
-                labels[distance <= options.void_radius**2] = -void
+                labels[window][distance <= options.void_radius**2] = -void
                 break
         else:
             raise CraftmeshError(

@@ -8,11 +8,14 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 
+_ROUNDING = 1e-14
+
 
 def normalized(quaternions: np.ndarray) -> np.ndarray:
     """Return quaternions (..., 4) of unit length with w >= 0; rows of zeros or NaN become NaN."""
     q = np.asarray(quaternions, float)
     length = np.linalg.norm(q, axis=-1, keepdims=True)
+    length[np.abs(length - 1) < _ROUNDING] = 1  # so that normalizing again changes no bit
     with np.errstate(invalid="ignore", divide="ignore"):
         q = np.where(length > 0, q / length, np.nan)
     return np.where(q[..., :1] < 0, -q, q)

@@ -13,6 +13,7 @@ from craftmesh.orientation import (
     angle_between,
     bunge_to_quaternion,
     mean_by_grain,
+    normalized,
     quaternion_to_matrix,
     random_orientations,
     rodrigues_to_quaternion,
@@ -233,6 +234,11 @@ def test_bunge_angles_against_the_matrix_of_bunge():
 def test_rodrigues_vector_turns_about_its_axis():
     quarter_turn = quaternion_to_matrix(rodrigues_to_quaternion([0, 0, 1.0]))
     np.testing.assert_allclose(quarter_turn @ [1, 0, 0], [0, 1, 0], atol=1e-15)
+
+
+def test_normalizing_again_changes_no_bit():
+    q = random_orientations(2000, np.random.default_rng(2))
+    np.testing.assert_array_equal(normalized(q), q)
 
 
 def test_mean_orientation_ignores_the_sign_of_quaternions():
