@@ -75,7 +75,9 @@ def _first_crossing(surface: CutSurface, sheet: Sheet, edges) -> tuple[np.ndarra
     keep &= ~joins_front | (np.abs(cross) > GRAZING * length * np.linalg.norm(e, axis=1))
     row, fraction = row[keep], fraction[keep]
     at = a[keep] + fraction[:, None] * d[keep]
-    near_front = np.linalg.norm(sheet.nearest_front(at)[0] - at, axis=1) <= TOUCHING * size[keep, 0]
+    # on a curved sheet the trace on the box is a chord, so it may pass the end of the front at a distance
+    reach = (TOUCHING if sheet.planar else END) * size[keep, 0]
+    near_front = np.linalg.norm(sheet.nearest_front(at)[0] - at, axis=1) <= reach
     row, fraction = row[near_front], fraction[near_front]
     order = np.lexsort([fraction, row])
     row, fraction = row[order], fraction[order]

@@ -11,7 +11,7 @@ from craftmesh.cracking.front import chain, conflicts, inside_traces, pierce, sp
 from craftmesh.cracking.patch import refine, smooth_points, split_ears, triangulate
 from craftmesh.cracking.regions import labels_of_regions, regions_of
 from craftmesh.cracking.sheet import Sheet, sheet_of
-from craftmesh.cracking.snap import snap_to_crack, snap_to_front, spread_front
+from craftmesh.cracking.snap import snap_ends, snap_to_crack, snap_to_front, spread_front
 from craftmesh.errors import CraftmeshError
 from craftmesh.measure import area_vectors
 from craftmesh.progress import silent
@@ -46,6 +46,8 @@ def insert_crack(
     progress(0.3, "front")
     cut = snap_to_front(cut, sheet, target, options)
     cut = pierce(cut, sheet)
+    if not sheet.planar:
+        cut = snap_ends(cut, sheet, options)
     for _ in range(SPREADS):
         cut = spread_front(cut, sheet, target, options)
     cut, along = split_chords(cut, sheet)

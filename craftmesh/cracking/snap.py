@@ -100,6 +100,24 @@ def spread_front(surface: CutSurface, sheet: Sheet, target: Callable, options: S
     return put_on_front(replace(surface, points=points), sheet, moved) if len(moved) else surface
 
 
+def snap_ends(surface: CutSurface, sheet: Sheet, options: StitchOptions) -> CutSurface:
+    """Move the first and last pierce point of open fronts along their box plane to the front's exact end."""
+    _, planes = _classes(surface)
+    rows = []
+    for front in np.flatnonzero(~np.array(sheet.closed, bool)).tolist():
+        ids = np.flatnonzero((surface.front == front) & planes.any(axis=1))
+        if len(ids):
+            order = ids[np.argsort(surface.arc[ids], kind="stable")]
+            rows += [order[0], order[-1]]
+    rows = np.unique(np.array(rows, np.int64))
+    targets = _front_ends(surface.points[rows], planes[rows], sheet)
+    step = np.linalg.norm(targets - surface.points[rows], axis=1)
+    with np.errstate(invalid="ignore"):
+        chosen = (step > 0) & (step < options.snap_front * surface.size[rows])
+    points, moved = guarded_move(surface, rows[chosen], targets[chosen], options)
+    return put_on_front(replace(surface, points=points), sheet, moved) if len(moved) else surface
+
+
 def _pushed_apart(arc, least, held, period: float, sweeps: int = 30) -> np.ndarray:
     """Return shifts (n,) of ordered positions that open gaps below `least`; held positions stay."""
     place = arc.copy()
