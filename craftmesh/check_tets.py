@@ -144,18 +144,21 @@ def _check_node_sets(mesh: TetMesh) -> Iterator[str]:
 
 
 def _check_mid_nodes(mesh: TetMesh, groups: RowGroups) -> Iterator[str]:
-    ends = mesh.points[mesh.tets[:, EDGE_CORNERS]]
-    off = np.linalg.norm(mesh.points[mesh.tets[:, 4:]] - ends.mean(axis=2), axis=2)
-    wrong = off > _MID_NODE_REACH * np.linalg.norm(ends[:, :, 0] - ends[:, :, 1], axis=2)
-    if wrong.any():
-        yield f"{wrong.sum()} mid nodes are not on their edges: the node order is not Abaqus'."
-    pairs = groups.pairs
-    mids = [
-        np.sort(
-            mesh.tets[pairs[:, i] // 4][np.arange(len(pairs))[:, None], 4 + FACE_EDGES[pairs[:, i] % 4]]
-        )
-        for i in range(2)
-    ]
-    apart = int((mids[0] != mids[1]).any(axis=1).sum())
+    wrong = 0
+    for place, (i, j) in enumerate(EDGE_CORNERS, 4):
+        a, b, mid = (mesh.points[mesh.tets[:, column]] for column in (i, j, place))
+        off, edge = 2 * mid - a - b, b - a
+        wrong += (_squares(off) > (2 * _MID_NODE_REACH) ** 2 * _squares(edge)).sum()
+    if wrong:
+        yield f"{wrong} mid nodes are not on their edges: the node order is not Abaqus'."
+    here, there = (
+        np.sort(mesh.tets[(rows // 4)[:, None], 4 + FACE_EDGES[rows % 4]], axis=1)
+        for rows in groups.pairs.T
+    )
+    apart = int((here != there).any(axis=1).sum())
     if apart:
         yield f"{apart} faces have other mid nodes in one tetrahedron than in its neighbour."
+
+
+def _squares(vectors: np.ndarray) -> np.ndarray:
+    return np.einsum("ij,ij->i", vectors, vectors)

@@ -47,7 +47,7 @@ class RowGroups:
 
 def half_faces(tets: np.ndarray) -> np.ndarray:
     """Return the corners (4m, 3) of all faces: row 4 * tet + face."""
-    return tets[:, FACE_CORNERS].reshape(-1, 3)
+    return np.take(tets, FACE_CORNERS.ravel(), axis=1).reshape(-1, 3)
 
 
 def half_face_corners(tets: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -57,7 +57,7 @@ def half_face_corners(tets: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 def tet_edges(tets: np.ndarray) -> np.ndarray:
     """Return the end nodes (6m, 2) of all edges: row 6 * tet + edge."""
-    return tets[:, EDGE_CORNERS].reshape(-1, 2)
+    return np.take(tets, EDGE_CORNERS.ravel(), axis=1).reshape(-1, 2)
 
 
 def group_triples(triples: np.ndarray) -> RowGroups:
