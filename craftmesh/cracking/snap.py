@@ -101,7 +101,7 @@ def spread_front(surface: CutSurface, sheet: Sheet, target: Callable, options: S
 
 
 def snap_ends(surface: CutSurface, sheet: Sheet, options: StitchOptions) -> CutSurface:
-    """Move the first and last pierce point of open fronts along their box plane to the front's exact end."""
+    """Move the first and last pierce point of open fronts along the box to the front's exact end."""
     _, planes = _classes(surface)
     rows = []
     for front in np.flatnonzero(~np.array(sheet.closed, bool)).tolist():

@@ -1,0 +1,201 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from craftmesh.cracking import (
+    CrackOptions,
+    check_crack,
+    crack_from_triangles,
+    crack_of_increment,
+    prescribed_crack,
+)
+from craftmesh.cracking.sheet import sheet_of
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.stl import write_stl
+from craftmesh.measure import area_vectors
+
+BOX = np.array([[1.0, -2.0, 3.0], [11.0, 10.0, 14.0]])
+CENTRE = tuple(BOX.mean(axis=0))
+
+
+def area(crack) -> float:
+    return np.linalg.norm(area_vectors(crack.points, crack.triangles), axis=1).sum()
+
+
+def box_distance(points) -> np.ndarray:
+    return np.abs(points[:, None] - BOX[None]).min(axis=(1, 2))
+
+
+def wavy_disc(radius, amplitude, rings=8):
+    points, triangles, before = [[0.0, 0.0]], [], [0]
+    for ring in range(1, rings + 1):
+        angle = np.arange(6 * ring) * np.pi / (3 * ring)
+        start = len(points)
+        points += (radius * ring / rings * np.stack([np.cos(angle), np.sin(angle)], axis=1)).tolist()
+        now = list(range(start, start + 6 * ring))
+        i = j = 0
+        while i < len(now) or (j < len(before) and ring > 1):
+            outer = ring == 1 or (i + 0.5) / len(now) <= (j + 0.5) / len(before)
+            a, b = now[i % len(now)], before[j % len(before)]
+            if i < len(now) and (outer or j >= len(before)):
+                triangles.append([a, now[(i + 1) % len(now)], b])
+                i += 1
+            else:
+                triangles.append([b, a, before[(j + 1) % len(before)]])
+                j += 1
+        before = now
+    uv = np.array(points)
+    height = amplitude * np.sin(2 * uv[:, 0] / radius) * np.cos(1.5 * uv[:, 1] / radius)
+    return np.column_stack([uv, height]), np.array(triangles)
+
+
+def test_a_penny_inside_the_box_has_one_closed_front_on_its_circle():
+    crack = prescribed_crack(CrackOptions(centre=CENTRE, radius=3.0, normal=(1, 2, 3)), 0, BOX)
+    (front,) = crack.fronts
+    assert front[0] == front[-1]
+    distance = np.linalg.norm(crack.points[front] - CENTRE, axis=1)
+    assert np.allclose(distance, 3.0, rtol=1e-12)
+    middle = (crack.points[front[1:]] + crack.points[front[:-1]]) / 2
+    assert (3.0 - np.linalg.norm(middle - CENTRE, axis=1)).max() <= 1e-4 * 3.0
+    assert area(crack) == pytest.approx(9 * np.pi, rel=1e-4)
+    assert check_crack(crack) == []
+
+
+@pytest.mark.parametrize(
+    ("centre", "fronts", "planes"),
+    [
+        ((6.0, -2.0, 8.0), 1, [(1, 0), (1, 0)]),
+        ((1.0, -2.0, 8.0), 1, [(0, 0), (1, 0)]),
+        ((11.0, 10.0, 8.0), 1, [(0, 1), (1, 1)]),
+    ],
+)
+def test_semi_and_quarter_ellipses_end_exactly_on_the_box(centre, fronts, planes):
+    options = CrackOptions(shape="ellipse", centre=centre, semi_axes=(4.0, 2.5), normal=(0.1, 0.05, 1))
+    crack = prescribed_crack(options, 0, BOX)
+    assert len(crack.fronts) == fronts
+    (front,) = crack.fronts
+    ends = crack.points[front[[0, -1]]]
+    assert all(any(end[axis] == BOX[side, axis] for end in ends) for axis, side in planes)
+    inner = crack.points[front[1:-1]]
+    assert (inner >= BOX[0]).all() and (inner <= BOX[1]).all()
+
+
+def test_a_penny_wider_than_the_box_has_a_front_per_corner_it_reaches():
+    crack = prescribed_crack(CrackOptions(centre=CENTRE, radius=6.5), 0, BOX)
+    assert len(crack.fronts) == 4
+    ends = crack.points[[front[i] for front in crack.fronts for i in (0, -1)]]
+    assert (box_distance(ends) == 0).all()
+
+
+def test_a_through_edge_crack_runs_straight_across_the_box():
+    options = CrackOptions(shape="through_edge", centre=(1, 4, 8), normal=(0, 0, 1), axis=(1, 0, 0), radius=4.0)
+    crack = prescribed_crack(options, 0, BOX)
+    (front,) = crack.fronts
+    ends = crack.points[front[[0, -1]]]
+    assert np.allclose(np.sort(ends, axis=0), [[5.0, -2.0, 8.0], [5.0, 10.0, 8.0]], atol=1e-12)
+    assert set(ends[:, 1]) == {-2.0, 10.0}
+
+
+def test_growth_adds_to_the_sizes_and_lists_replace_it():
+    grown = CrackOptions(centre=CENTRE, radius=2.0, growth=0.5)
+    listed = CrackOptions(shape="ellipse", centre=CENTRE, increments=((2.0, 1.0), (3.0, 1.5)))
+    assert area(prescribed_crack(grown, 2, BOX)) == pytest.approx(9 * np.pi, rel=1e-4)
+    assert area(prescribed_crack(listed, 1, BOX)) == pytest.approx(4.5 * np.pi, rel=1e-4)
+    with pytest.raises(CraftmeshError, match="increment is 2"):
+        prescribed_crack(listed, 2, BOX)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"radius": 0.0},
+        {"radius": -1.0},
+        {"radius": float("nan")},
+        {},
+        {"radius": 1.0, "normal": (0, 0, 0)},
+        {"radius": 1.0, "centre": (0, float("nan"), 1)},
+        {"radius": 1.0, "axis": (0, 0, 2)},
+        {"radius": 1.0, "centre": (100, 0, 0)},
+        {"radius": 1.0, "centre": (6, 4, 14.0)},
+        {"radius": 100.0, "centre": CENTRE},
+        {"radius": 1.0, "shape": "square"},
+    ],
+)
+def test_bad_cracks_are_refused_in_one_line(values):
+    with pytest.raises(CraftmeshError) as error:
+        prescribed_crack(CrackOptions(**{"centre": CENTRE, **values}), 0, BOX)
+    assert "\n" not in str(error.value)
+
+
+def test_folded_nonmanifold_and_self_crossing_surfaces_are_refused():
+    square = np.array([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]], float) + [3, 2, 8]
+    folded = np.vstack([square, square[:2] + [0, 1.0, 0.5]])
+    with pytest.raises(CraftmeshError, match="folded"):
+        crack_from_triangles(folded, [[0, 1, 2], [0, 2, 3], [3, 2, 5], [3, 5, 4]], None, BOX)
+    fan = np.vstack([square, [[5.0, 1.0, 8.5]]])
+    with pytest.raises(CraftmeshError, match="manifold|folded"):
+        crack_from_triangles(fan, [[0, 1, 2], [0, 2, 3], [0, 2, 4]], None, BOX)
+    with pytest.raises(CraftmeshError, match="finite"):
+        crack_from_triangles(square * np.nan, [[0, 1, 2]], None, BOX)
+
+
+def test_given_fronts_choose_among_the_boundary_edges():
+    points, triangles = wavy_disc(3.0, 0.2)
+    points = points + CENTRE
+    rim = points[-48:]
+    crack = crack_from_triangles(points, triangles, [rim[:20]], BOX)
+    (front,) = crack.fronts
+    assert sorted(map(tuple, crack.points[front])) == sorted(map(tuple, rim[:20]))
+    assert check_crack(crack) == []
+
+
+def test_a_surface_from_an_stl_file_is_joined_and_keeps_its_area(tmp_path):
+    points, triangles = wavy_disc(3.0, 0.3)
+    write_stl(tmp_path / "crack.stl", points + CENTRE, triangles)
+    options = CrackOptions(shape="surface", file=str(tmp_path / "crack.stl"))
+    crack = crack_of_increment(options, 0, BOX)
+    assert len(crack.points) == len(points) and len(crack.fronts) == 1
+    # float32 coordinates of the file
+    assert area(crack) == pytest.approx(np.linalg.norm(area_vectors(points, triangles), axis=1).sum(), rel=1e-5)
+
+
+def test_a_mouth_on_the_box_is_pushed_out_so_that_the_box_is_inside():
+    square = np.array([[1, 2, 8], [5, 2, 8], [5, 6, 8], [1, 6, 8]], float)
+    crack = crack_from_triangles(square, [[0, 1, 2], [0, 2, 3]], None, BOX)
+    sheet = sheet_of(crack, BOX)
+    assert (sheet.inside(sheet.uv(np.array([[1.0, 4.0, 8.0], [0.5, 4.0, 8.0]]))) > 0).all()
+    assert (sheet.inside(sheet.uv(np.array([[5.5, 4.0, 8.0], [3.0, 1.5, 8.0]]))) < 0).all()
+
+
+@settings(deadline=None, max_examples=15)
+@given(
+    normal=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda n: np.linalg.norm(n) > 0.1),
+    radius=st.floats(0.5, 3.5),
+    seed=st.integers(0, 1000),
+)
+def test_the_sheet_of_a_penny_is_exact(normal, radius, seed):
+    axis = np.eye(3)[np.argmin(np.abs(normal))]
+    options = CrackOptions(centre=CENTRE, radius=radius, normal=normal, axis=tuple(axis))
+    sheet = sheet_of(prescribed_crack(options, 0, BOX), BOX)
+    points = np.random.default_rng(seed).uniform(*BOX, size=(50, 3))
+    unit = np.array(normal) / np.linalg.norm(normal)
+    offset = (points - CENTRE) @ unit
+    foot = points - offset[:, None] * unit
+    assert np.allclose(sheet.offset(points), offset, atol=1e-12)
+    assert np.allclose(sheet.lift(sheet.uv(points)), foot, atol=1e-12)
+    exact = radius - np.linalg.norm(foot - CENTRE, axis=1)
+    assert np.allclose(sheet.inside(sheet.uv(points)), exact, atol=2e-5 * radius)
+
+
+def test_the_sheet_of_a_curved_crack_passes_through_its_points_and_goes_on_past_the_front():
+    points, triangles = wavy_disc(3.0, 0.4)
+    crack = crack_from_triangles(points + CENTRE, triangles, None, BOX)
+    sheet = sheet_of(crack, BOX)
+    assert not sheet.planar
+    assert np.abs(sheet.offset(crack.points)).max() < 1e-12
+    rim = crack.points[crack.fronts[0]]
+    past = CENTRE + (rim - CENTRE) * 1.05
+    # the slope's change over 5% of the radius, at most amplitude * (2 / radius)^2 * (0.15)^2
+    assert np.abs(sheet.offset(past)).max() < 0.05
+    assert (sheet.inside(sheet.uv(past)) < 0).all()
