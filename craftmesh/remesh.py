@@ -30,7 +30,7 @@ class RemeshOptions:
     taubin_laps: int = option(20, "pairs of Taubin laps (in and out) that follow and keep volumes")
     laplace_weight: float = option(0.5, "part of the way to the neighbours' mean in an inward lap")
     taubin_weight: float = option(-0.53, "the same in an outward lap of Taubin's pairs, negative")
-    sliver_quality: float = option(0.05, "facets that smoothing brings below this quality go back")
+    sliver_quality: float = option(0.25, "facets that smoothing brings below this quality go back")
     sliver_edge: float = option(0.05, "facets that smoothing leaves with a shorter edge go back", "voxels")
     least_volume: float = option(
         0.5, "grains that smoothing shrinks below this part of their raw volume go back"

@@ -20,6 +20,8 @@ from craftmesh.vertex_classes import facets_beyond_box, vertex_classes, vertices
 STEP = 0.3
 # Facets whose normal would turn by more than about 60 degrees in one round are held.
 TURN = 0.5
+# Rounds of holding single vertices before whole neighbourhoods are held.
+PATIENCE = 3
 # Weight of the regularisation against the diagonal: the grains of a full box sum up to a fixed volume.
 DAMPING = 1e-9
 
@@ -40,7 +42,7 @@ def restore_volumes(
     is repeated up to `rounds` times, until every grain is within `tolerance` of its target. Vertices stay
     on their planes, edges and corners of the box; those of crack facets do not move. No facet comes to
     intersect another one, turns over or falls below `min_quality` or `min_edge`; where one would, its
-    vertices are held for the round and the others make up for it.
+    vertices are held, and in the next round the others make up for it.
     Raises CraftmeshError when a target is not positive or the surface has no such grain.
     """
     facets = surface.facets.astype(np.int64)
@@ -55,16 +57,14 @@ def restore_volumes(
     free = _free_directions(surface, facets)
     points, done = surface.points.copy(), 0
     first = drift = boundaries.volumes(points) / target - 1
+    held = np.zeros(len(points), bool)
     while done < rounds and np.abs(drift).max(initial=0) > tolerance:
         progress(done / rounds, "restoring volumes")
-        moved = _guarded_round(
-            points, surface.kind, facets, boundaries, -drift * target, free, min_quality, min_edge
-        )
-        new_drift = boundaries.volumes(moved) / target - 1
+        mobile = free & ~held[:, None]
+        displacement = _displacement(points, facets, boundaries, -drift * target, mobile)
+        points, held = _guarded_step(points, displacement, facets, surface.kind, min_quality, min_edge)
+        drift = boundaries.volumes(points) / target - 1
         done += 1
-        if np.abs(new_drift).sum() >= 0.99 * np.abs(drift).sum():
-            break
-        points, drift = moved, new_drift
     report = {"rounds": done} | _drift_report("before", first) | _drift_report("after", drift)
     return Surface(points, surface.facets, surface.sides, surface.kind), report
 
@@ -126,23 +126,22 @@ def _boundaries(facets: np.ndarray, sides: np.ndarray, grains: np.ndarray) -> _B
     return _Boundaries(facets, row_start, pairs % stride, facet, sign, entry.reshape(-1))
 
 
-def _guarded_round(points, kind, facets, boundaries, missing, free, min_quality, min_edge) -> np.ndarray:
-    """Return points after one correction; vertices around facets that it would spoil are held."""
-    gradient = boundaries.gradient(points)
-    reach, weight = _vertex_scales(points, facets)
+def _guarded_step(
+    points, displacement, facets, kind, min_quality, min_edge
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points after a displacement, and (n,) bool the vertices held so that it spoils no facet."""
     before = area_vectors(points, facets)
-    free, rings = free.copy(), 0
-    while free.any():
-        moved = points + _displacement(gradient, missing, weight, free, STEP * reach)
+    held, attempt = np.zeros(len(points), bool), 0
+    while True:
+        moved = np.where(held[:, None], points, points + displacement)
         bad = spoiled_facets(moved, points, facets, min_quality, min_edge)
         bad |= facets_beyond_box(moved, points, facets, kind)
         bad |= _turned(before, area_vectors(moved, facets))
         bad[intersecting_pairs(moved, facets).ravel()] = True
-        if not bad.any():
-            return moved
-        free[vertices_around(facets, bad, rings, len(points))] = False
-        rings += 1
-    return points
+        if not bad.any() or held.all():
+            return moved, held
+        held |= vertices_around(facets, bad, max(0, attempt - PATIENCE), len(points))
+        attempt += 1
 
 
 def _turned(before: np.ndarray, after: np.ndarray) -> np.ndarray:
@@ -164,13 +163,15 @@ def _vertex_scales(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, 
     return np.bincount(ends, np.repeat(length, 2), n) / count, 1 / np.maximum(area, 1e-9 * area.mean())
 
 
-def _displacement(gradient, missing, weight, free, limit) -> np.ndarray:
+def _displacement(points, facets, boundaries, missing, mobile) -> np.ndarray:
     """Return the (n, 3) least-squares displacement that adds the missing volumes, capped per vertex."""
-    weighted = [matrix @ diags(weight * free[:, k]) for k, matrix in enumerate(gradient)]
+    reach, weight = _vertex_scales(points, facets)
+    gradient = boundaries.gradient(points)
+    weighted = [matrix @ diags(weight * mobile[:, k]) for k, matrix in enumerate(gradient)]
     system = sum(left @ matrix.T for left, matrix in zip(weighted, gradient)).tocsc()
     diagonal = system.diagonal()
     lift = np.where(diagonal > 0, DAMPING * diagonal, 1.0)
     pressure = np.atleast_1d(spsolve((system + diags(lift)).tocsc(), missing))
     displacement = np.stack([matrix.T @ pressure for matrix in weighted], axis=1)
     size = np.linalg.norm(displacement, axis=1)
-    return displacement * np.minimum(1.0, limit / np.maximum(size, 1e-300))[:, None]
+    return displacement * np.minimum(1.0, STEP * reach / np.maximum(size, 1e-300))[:, None]
