@@ -33,15 +33,13 @@ def check_deck(path: str | os.PathLike) -> list[str]:
     text = raw.decode("latin-1")
     breaches += _check_lines(text)
     blocks = read_blocks(text)
-    nodes = _ids(blocks, "NODE")
-    elements = _ids(blocks, "ELEMENT")
+    nodes, elements = (np.sort(_ids(blocks, keyword)) for keyword in ("NODE", "ELEMENT"))
     for name, ids in (("node", nodes), ("element", elements)):
+        twice = int((ids[1:] == ids[:-1]).sum())
         if not len(ids):
             breaches.append(f"the deck has no {name}s; expected at least one")
-        elif len(np.unique(ids)) < len(ids):
-            breaches.append(
-                f"{len(ids) - len(np.unique(ids))} {name} ids are there twice; expected each once"
-            )
+        elif twice:
+            breaches.append(f"{twice} {name} ids are there twice; expected each once")
     for block in blocks:
         breaches += [f"line {block.line}: {breach}" for breach in _check_block(block, nodes, elements)]
     return breaches + _check_references(blocks)
@@ -122,5 +120,8 @@ def _table(block: Block) -> np.ndarray:
 
 
 def _unknown(kind: str, ids: np.ndarray, known: np.ndarray) -> list[str]:
-    lost = np.setdiff1d(ids, known)
-    return [f"{kind} {int(lost[0])} is not in the deck ({len(lost)} such ids)"] if len(lost) else []
+    """Return a sentence if some of `ids` are not in the sorted `known`."""
+    ids = ids.ravel()
+    place = np.searchsorted(known, ids)
+    lost = np.sort(ids[np.append(known, -1)[place] != ids]).astype(np.int64)
+    return [f"{kind} {lost[0]} is not in the deck ({len(lost)} such ids)"] if len(lost) else []

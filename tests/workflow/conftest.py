@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 CONFIG = """
 cases: cases.tsv
 chunks: 2
-generate: {shape: [16, 15, 14], grains: 5, voids: 0, embedded: 0, pairs: 0}
+generate: {shape: [16, 15, 14], grains: 5}
 sizing: {l0: 1.0, l_min: 0.7, l_max: 2.5, r0: 3.0, r1: 6.0}
 cracks:
   tiny: {centre: [8.0, 0.0, 7.3], radius: 3.5, growth: 1.0}
