@@ -7,6 +7,8 @@ import numpy as np
 from craftmesh.connectivity import unique_edges
 from craftmesh.cracking.sheet import Sheet
 
+BEYOND = 0.4  # of the local size: facets whose traces end this near the front are cut too
+
 
 @dataclass(frozen=True, eq=False)
 class CutSurface:
@@ -114,21 +116,26 @@ def _in_four(points, corners, middle):
 
 
 def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:
-    """Split every edge whose ends lie on opposite sides of the crack, on the crack or near its front."""
-    near = np.isfinite(surface.psi[surface.facets]).all(axis=1)
-    edges, _, _ = unique_edges(surface.facets[near])
+    """Split edges whose ends lie on opposite sides of the crack, in facets that reach its front."""
+    near = np.flatnonzero(np.isfinite(surface.psi[surface.facets]).all(axis=1))
+    edges, of_corner, _ = unique_edges(surface.facets[near])
     psi = surface.psi[edges]
-    edges = edges[np.sign(psi[:, 0]) * np.sign(psi[:, 1]) < 0]
-    if not len(edges):
+    crossing = np.flatnonzero(np.sign(psi[:, 0]) * np.sign(psi[:, 1]) < 0)
+    if not len(crossing):
         return surface
-    fraction = _roots(surface, sheet, edges)
-    start, end = surface.points[edges[:, 0]], surface.points[edges[:, 1]]
+    fraction = _roots(surface, sheet, edges[crossing])
+    start, end = surface.points[edges[crossing, 0]], surface.points[edges[crossing, 1]]
     points = start + fraction[:, None] * (end - start)
-    longest = np.linalg.norm(end - start, axis=1).max()
-    chosen = sheet.inside(sheet.uv(points)) > -2 * longest
-    size = surface.size[edges]
+    phi = np.full(len(edges), -np.inf)
+    phi[crossing] = sheet.inside(sheet.uv(points))
+    length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
+    margin = 0.5 * length[of_corner].max(axis=1) + BEYOND * surface.size[surface.facets[near]].max(axis=1)
+    wanted = np.zeros(len(edges), bool)
+    wanted[of_corner[(phi[of_corner].max(axis=1) > -margin)]] = True
+    chosen = wanted[crossing]
+    size = surface.size[edges[crossing]]
     size = size[:, 0] + fraction * (size[:, 1] - size[:, 0])
-    return split_edges(surface, edges[chosen], points[chosen], size[chosen])
+    return split_edges(surface, edges[crossing[chosen]], points[chosen], size[chosen])
 
 
 def _roots(surface: CutSurface, sheet: Sheet, edges) -> np.ndarray:

@@ -28,6 +28,7 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: StitchOptions) -> 
     with np.errstate(invalid="ignore"):
         close = (np.abs(surface.psi) < options.snap * surface.size) & (surface.psi != 0)
     rows = np.flatnonzero(close)
+    rows = rows[sheet.inside(sheet.uv(surface.points[rows])) > -surface.size[rows]] if len(rows) else rows
     if not len(rows):
         return surface
     junctions, planes = _classes(surface)
