@@ -1,6 +1,6 @@
 """Gradation of a surface mesh to the sizing function (paper, sections 2.2-2.5), and its cleaning."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -20,10 +20,12 @@ from craftmesh.gradation.passes import (
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.gradation.report import gradation_report
 from craftmesh.gradation.state import make_state, surface_of
+from craftmesh.measure import side_volumes
 from craftmesh.options import option
 from craftmesh.progress import silent
 from craftmesh.sizing import Sizing
 from craftmesh.types import Surface
+from craftmesh.volumes import restore_volumes
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,7 @@ class GradateOptions:
     cleaning_passes: int = option(8, "rounds of needle and cap removal after the gradation")
     cleaning_angle: float = option(30.0, "angle towards which the cleaning raises the facets", "degree")
     remove_unnecessary_nodes: bool = option(True, "first remove vertices of three facets (section 2.2)")
+    restore_volumes: bool = option(True, "bring the grains' volumes back at the end")
     junction_smoothing: int = option(0, "iterations of sawtooth smoothing of junctions first (Eq. 1)")
 
     def __post_init__(self):
@@ -61,8 +64,11 @@ def gradate(
     sizing: Sizing,
     options: GradateOptions | None = None,
     progress: Callable[[float, str], None] = silent,
+    volumes: Mapping[int, float] | None = None,
 ) -> tuple[Surface, dict]:
     """Return `surface` with edges as long as `sizing` asks, and a report.
+
+    volumes: the grains' target volumes for options.restore_volumes; None takes those of `surface`.
 
     Junction lines, box planes, crack and front stay what and where they are, every grain stays closed
     and keeps its topology, and no step makes facets intersect. The report counts operations and
@@ -88,8 +94,19 @@ def gradate(
     clean_facets(shop, sizing, limits, options.cleaning_passes, options.cleaning_angle)
     split_ears(shop, limits)
     result = surface_of(shop.state, surface)
+    if options.restore_volumes:
+        progress(0.95, "volumes")
+        result = _restored(result, source, volumes)
     progress(1.0, "done")
     return result, gradation_report(shop, source, result, sizing)
+
+
+def _restored(result: Surface, source: Surface, volumes: Mapping[int, float] | None) -> Surface:
+    """Return `result` with the target volumes; grains whose volume is not > 0 are left out."""
+    targets = volumes or side_volumes(source.points, source.facets, source.sides)
+    present = set(result.grains.tolist())
+    targets = {k: v for k, v in targets.items() if v > 0 and k in present}
+    return restore_volumes(result, targets)[0] if targets else result
 
 
 def _limits(options: GradateOptions, sizing: Sizing) -> Limits:

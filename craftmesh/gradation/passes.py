@@ -77,13 +77,14 @@ def filled_grid(state: State) -> FacetGrid:
     corners = state.points[state.facets[living]]
     edge = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
     used = state.points[np.unique(state.facets[living])]
+    cell = max(2.0 * float(edge.mean()), 1e-300)
     items = 12 * len(living) + 2 * ROOM_PER_STEP
-    grid = make_grid(used, max(2.0 * float(edge.mean()), 1e-300), items)
+    grid = make_grid(used, cell, items, len(state.facets))
     while not fill_grid(grid, state.points, state.facets, state.alive, m) or (
         grid.used[0] + 2 * ROOM_PER_STEP > len(grid.facet)
     ):
         items *= 2
-        grid = make_grid(used, max(2.0 * float(edge.mean()), 1e-300), items)
+        grid = make_grid(used, cell, items, len(state.facets))
     return grid
 
 

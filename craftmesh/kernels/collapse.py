@@ -3,9 +3,9 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.cones import add_cone, book_drift, drift_allows, volume_shift
+from craftmesh.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
 from craftmesh.kernels.facet_grid import has_room, insert_facet, star_intersects
-from craftmesh.kernels.facet_shape import angle_score, area_vector, squared_distance
+from craftmesh.kernels.facet_shape import angle_score, keeps_normal, squared_distance
 from craftmesh.kernels.rings import edge_facets, has_corner, is_feature, link_corner, unlink_corner
 from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
 
@@ -196,11 +196,11 @@ def _add_dying(state, a, b):
 def worst_score(state, moved, dying):
     """Return the least angle score of the star's old facets."""
     worst = np.inf
-    for i in range(moved):
-        a, b, c = state.facets[state.star[i]]
-        worst = min(worst, angle_score(state.points, a, b, c))
-    for i in range(dying):
-        a, b, c = state.facets[state.dying[i]]
+    for i in range(moved + dying):
+        f = state.star[i] if i < moved else state.dying[i - moved]
+        a = state.facets[f, 0]
+        b = state.facets[f, 1]
+        c = state.facets[f, 2]
         worst = min(worst, angle_score(state.points, a, b, c))
     return worst
 
@@ -213,11 +213,10 @@ def shape_refusal(state, moved, a, floor, cosine, longest):
     """
     points, size = state.points, state.size
     for i in range(moved):
-        p, q, r = state.star_corners[i]
-        x, y, z = area_vector(points, p, q, r)
-        n = state.reference[state.star[i]]
-        length = np.sqrt(x * x + y * y + z * z)
-        if not x * n[0] + y * n[1] + z * n[2] >= cosine * length or length == 0.0:
+        p = state.star_corners[i, 0]
+        q = state.star_corners[i, 1]
+        r = state.star_corners[i, 2]
+        if not keeps_normal(points, state.reference, state.star[i], p, q, r, cosine):
             return NORMAL
         if angle_score(points, p, q, r) < floor:
             return ANGLE
@@ -243,17 +242,6 @@ def _collect_loose(state, moved, dying, a, b, halfway):
             state.loose[count] = end
             state.loose_facet[count] = state.dying[0]
             count += 1
-    return count
-
-
-@njit(cache=True)
-def grain_cones(state, moved, dying, place):
-    """Fill the grains' rows with the cones from `place` over the star's old facets."""
-    count = 0
-    for i in range(moved):
-        count = add_cone(state, state.star[i], place, 1.0, count)
-    for i in range(dying):
-        count = add_cone(state, state.dying[i], place, 1.0, count)
     return count
 
 
@@ -295,6 +283,14 @@ def merge(state, a, b, dying):
     first[b] = -1
     state.rank[a] = max(state.rank[a], state.rank[b])
     state.flags[a] |= state.flags[b]
+
+
+@njit(cache=True)
+def enter_star(state, grid, moved):
+    """Enter the star's new facets into the grid."""
+    corners = state.star_corners
+    for i in range(moved):
+        insert_facet(grid, state.points, state.star[i], corners[i, 0], corners[i, 1], corners[i, 2])
 
 
 @njit(cache=True)
@@ -347,9 +343,7 @@ def collapse(state, grid, limits, a, b, halfway):
         state.witness_first[state.star[i]] = -1
     merge(state, a, b, dying)
     settle(state, loose)
-    for i in range(moved):
-        p, q, r = state.star_corners[i]
-        insert_facet(grid, points, state.star[i], p, q, r)
+    enter_star(state, grid, moved)
     return DONE
 
 

@@ -7,38 +7,71 @@ from craftmesh.kernels.facet_shape import area_vector
 
 
 @njit(cache=True)
-def _slot_row(state, slot, count):
+def _slot_row(slots, slot, count):
     for i in range(count):
-        if state.near_slot[i] == slot:
-            return i, count
-    if count < len(state.near_slot):
-        state.near_slot[count] = slot
-        state.near_volume[count] = 0.0
-        state.near_area[count] = 0.0
-        return count, count + 1
-    return -1, count
+        if slots[i] == slot:
+            return i
+    return count if count < len(slots) else -1
 
 
 @njit(cache=True)
-def add_cone(state, f, place, sign, count):
+def _cone(points, facets, f, place):
+    """Return the components of facet `f`'s area vector and the volume of its cone from `place` (3,)."""
+    a = facets[f, 0]
+    x, y, z = area_vector(points, a, facets[f, 1], facets[f, 2])
+    height = x * (points[a, 0] - place[0]) + y * (points[a, 1] - place[1]) + z * (points[a, 2] - place[2])
+    return 0.5 * x, 0.5 * y, 0.5 * z, height / 6.0
+
+
+@njit(cache=True)
+def add_cone(state, f, place, count):
     """Add the cone from `place` (3,) over facet `f` to its grains' rows; return the number of rows."""
-    a, b, c = state.facets[f]
-    x, y, z = area_vector(state.points, a, b, c)
-    height = (
-        x * (state.points[a, 0] - place[0])
-        + y * (state.points[a, 1] - place[1])
-        + z * (state.points[a, 2] - place[2])
+    return _add_cone(
+        state.points,
+        state.facets,
+        state.patch[f],
+        state.patch_sides,
+        state.near_slot,
+        state.near_area,
+        state.near_volume,
+        f,
+        place,
+        count,
     )
+
+
+@njit(cache=True)
+def _add_cone(points, facets, patch, sides, slots, areas, volumes, f, place, count):
+    x, y, z, volume = _cone(points, facets, f, place)
     for k in range(2):
-        slot = state.patch_sides[state.patch[f], k]
-        if slot >= 0:
-            row, count = _slot_row(state, slot, count)
-            if row >= 0:
-                turn = sign if k == 0 else -sign
-                state.near_volume[row] += turn * height / 6.0
-                state.near_area[row, 0] += turn * x / 2.0
-                state.near_area[row, 1] += turn * y / 2.0
-                state.near_area[row, 2] += turn * z / 2.0
+        slot = sides[patch, k]
+        row = _slot_row(slots, slot, count) if slot >= 0 else -1
+        if row < 0:
+            continue
+        turn = 1.0 if k == 0 else -1.0
+        if row == count:
+            slots[row] = slot
+            volumes[row] = 0.0
+            areas[row, 0] = 0.0
+            areas[row, 1] = 0.0
+            areas[row, 2] = 0.0
+            count += 1
+        volumes[row] += turn * volume
+        areas[row, 0] += turn * x
+        areas[row, 1] += turn * y
+        areas[row, 2] += turn * z
+    return count
+
+
+@njit(cache=True)
+def grain_cones(state, moved, dying, place):
+    """Fill the grains' rows with the cones from `place` over the star's old facets; return how many."""
+    points, facets, patch, sides = state.points, state.facets, state.patch, state.patch_sides
+    slots, areas, volumes = state.near_slot, state.near_area, state.near_volume
+    count = np.int64(0)
+    for i in range(moved + dying):
+        f = state.star[i] if i < moved else state.dying[i - moved]
+        count = _add_cone(points, facets, patch[f], sides, slots, areas, volumes, f, place, count)
     return count
 
 

@@ -5,17 +5,21 @@ from collections import namedtuple
 import numpy as np
 from numba import njit
 
+from craftmesh.kernels.facet_shape import area_vector, squared_distance
 from craftmesh.kernels.triangles import triangles_intersect
 
 # origin (3,), inverse cell size (1,), cells per axis (3,); first item per cell; facet and next item
-# per item; number of items used (1,); per candidate of the last query its facet and bounds.
-FacetGrid = namedtuple("FacetGrid", "origin scale dims first facet after used candidate bounds")
+# per item; number of items used (1,); per facet the lowest and highest cell it was last entered in;
+# per candidate of the last query its facet and bounds.
+FacetGrid = namedtuple("FacetGrid", "origin scale dims first facet after used covered candidate bounds")
 ROOM_PER_STEP = 60000
 MOST_CELLS = 6_000_000
+# Part of a facet's size within which a point counts as on its plane; generous, the exact test decides.
+CONTACT = 1e-7
 
 
-def make_grid(points: np.ndarray, cell: float, items: int) -> FacetGrid:
-    """Return an empty grid over `points` with cells of about `cell` and room for `items` entries."""
+def make_grid(points: np.ndarray, cell: float, items: int, facets: int) -> FacetGrid:
+    """Return an empty grid over `points`: cells of about `cell`, `items` entries of `facets` facets."""
     low, high = points.min(0) - cell, points.max(0) + cell
     while np.prod(np.ceil((high - low) / cell)) > MOST_CELLS:
         cell *= 1.25
@@ -28,6 +32,7 @@ def make_grid(points: np.ndarray, cell: float, items: int) -> FacetGrid:
         np.empty(items, np.int64),
         np.empty(items, np.int64),
         np.zeros(1, np.int64),
+        np.empty((facets, 6), np.int32),
         np.empty(16384, np.int64),
         np.empty((16384, 6)),
     )
@@ -47,27 +52,35 @@ def _cell(x, axis, origin, scale, dims):
 @njit(cache=True)
 def insert_facet(grid, points, f, a, b, c):
     """Enter facet `f` with corners (a, b, c) into the cells that its bounds meet; False when full."""
-    low = np.empty(3, np.int64)
-    high = np.empty(3, np.int64)
-    for k in range(3):
-        p = points[a, k]
-        q = points[b, k]
-        r = points[c, k]
-        low[k] = _cell(min(p, q, r), k, grid.origin, grid.scale, grid.dims)
-        high[k] = _cell(max(p, q, r), k, grid.origin, grid.scale, grid.dims)
-    for i in range(low[0], high[0] + 1):
-        for j in range(low[1], high[1] + 1):
-            for k in range(low[2], high[2] + 1):
-                cell = (i * grid.dims[1] + j) * grid.dims[2] + k
-                if grid.first[cell] >= 0 and grid.facet[grid.first[cell]] == f:
+    origin, scale, dims, covered = grid.origin, grid.scale, grid.dims, grid.covered
+    first, after, item_facet = grid.first, grid.after, grid.facet
+    i0 = _cell(min(points[a, 0], points[b, 0], points[c, 0]), 0, origin, scale, dims)
+    i1 = _cell(max(points[a, 0], points[b, 0], points[c, 0]), 0, origin, scale, dims)
+    j0 = _cell(min(points[a, 1], points[b, 1], points[c, 1]), 1, origin, scale, dims)
+    j1 = _cell(max(points[a, 1], points[b, 1], points[c, 1]), 1, origin, scale, dims)
+    k0 = _cell(min(points[a, 2], points[b, 2], points[c, 2]), 2, origin, scale, dims)
+    k1 = _cell(max(points[a, 2], points[b, 2], points[c, 2]), 2, origin, scale, dims)
+    item = grid.used[0]
+    for i in range(i0, i1 + 1):
+        for j in range(j0, j1 + 1):
+            inside = covered[f, 0] <= i <= covered[f, 1] and covered[f, 2] <= j <= covered[f, 3]
+            for k in range(k0, k1 + 1):
+                if inside and covered[f, 4] <= k <= covered[f, 5]:
                     continue
-                item = grid.used[0]
-                if item >= len(grid.facet):
+                if item >= len(item_facet):
                     return False
-                grid.facet[item] = f
-                grid.after[item] = grid.first[cell]
-                grid.first[cell] = item
-                grid.used[0] = item + 1
+                cell = (i * dims[1] + j) * dims[2] + k
+                item_facet[item] = f
+                after[item] = first[cell]
+                first[cell] = item
+                item += 1
+    grid.used[0] = item
+    covered[f, 0] = i0
+    covered[f, 1] = i1
+    covered[f, 2] = j0
+    covered[f, 3] = j1
+    covered[f, 4] = k0
+    covered[f, 5] = k1
     return True
 
 
@@ -76,6 +89,7 @@ def fill_grid(grid, points, facets, alive, facet_count):
     """Empty the grid and enter all living facets; False when the item lists are too short."""
     grid.first[:] = -1
     grid.used[0] = 0
+    grid.covered[:] = -1
     for f in range(facet_count):
         if alive[f] and not insert_facet(grid, points, f, facets[f, 0], facets[f, 1], facets[f, 2]):
             return False
@@ -143,6 +157,35 @@ def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high)
 
 
 @njit(cache=True)
+def _set_plane(points, a, b, c, plane):
+    """Set `plane` to the facet's unit normal, its offset and the height that counts as contact."""
+    x, y, z = area_vector(points, a, b, c)
+    length = np.sqrt(x * x + y * y + z * z)
+    scale = 1.0 / length if length > 0.0 else 0.0
+    plane[0] = x * scale
+    plane[1] = y * scale
+    plane[2] = z * scale
+    plane[3] = plane[0] * points[a, 0] + plane[1] * points[a, 1] + plane[2] * points[a, 2]
+    plane[4] = CONTACT * (np.sqrt(squared_distance(points, a, b)) + np.sqrt(squared_distance(points, a, c)))
+
+
+@njit(cache=True)
+def _beside(points, plane, a, b, c, p, q, r):
+    """Tell whether the corners p, q, r that are not a, b or c lie strictly on one side of the plane."""
+    above = False
+    below = False
+    for k in range(3):
+        v = p if k == 0 else (q if k == 1 else r)
+        if v != a and v != b and v != c:
+            h = plane[0] * points[v, 0] + plane[1] * points[v, 1] + plane[2] * points[v, 2] - plane[3]
+            above = above or h > plane[4]
+            below = below or h < -plane[4]
+            if abs(h) <= plane[4]:
+                return False
+    return above != below
+
+
+@njit(cache=True)
 def _star_meets_itself(points, star, count):
     for i in range(count):
         for j in range(i):
@@ -170,6 +213,7 @@ def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count)
     if near < 0:
         return True
     candidate, bounds = grid.candidate, grid.bounds
+    plane = np.empty(5)
     for i in range(count):
         a = star[i, 0]
         b = star[i, 1]
@@ -177,6 +221,7 @@ def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count)
         for axis in range(3):
             low[axis] = min(points[a, axis], points[b, axis], points[c, axis])
             high[axis] = max(points[a, axis], points[b, axis], points[c, axis])
+        _set_plane(points, a, b, c, plane)
         for n in range(near):
             if (
                 bounds[n, 0] <= high[0]
@@ -187,6 +232,8 @@ def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count)
                 and bounds[n, 5] >= low[2]
             ):
                 f = candidate[n]
+                if _beside(points, plane, a, b, c, facets[f, 0], facets[f, 1], facets[f, 2]):
+                    continue
                 if triangles_intersect(points, a, b, c, facets[f, 0], facets[f, 1], facets[f, 2]):
                     return True
     return _star_meets_itself(points, star, count)

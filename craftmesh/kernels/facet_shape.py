@@ -57,14 +57,23 @@ def angle_score(points, a, b, c):
 
 
 @njit(cache=True)
-def segment_distance2(points, p, a, b):
-    """Return the squared distance of the coordinates `p` (3,) from the segment (a, b)."""
+def keeps_normal(points, reference, f, a, b, c, cosine):
+    """Tell whether the normal of (a, b, c) is within the angle of `cosine` from reference[f]."""
+    x, y, z = area_vector(points, a, b, c)
+    length = np.sqrt(x * x + y * y + z * z)
+    along = x * reference[f, 0] + y * reference[f, 1] + z * reference[f, 2]
+    return length > 0.0 and along >= cosine * length
+
+
+@njit(cache=True)
+def segment_distance2(points, a, b, places, row):
+    """Return the squared distance of the coordinates places[row] from the segment (a, b)."""
     dx = points[b, 0] - points[a, 0]
     dy = points[b, 1] - points[a, 1]
     dz = points[b, 2] - points[a, 2]
-    px = p[0] - points[a, 0]
-    py = p[1] - points[a, 1]
-    pz = p[2] - points[a, 2]
+    px = places[row, 0] - points[a, 0]
+    py = places[row, 1] - points[a, 1]
+    pz = places[row, 2] - points[a, 2]
     length2 = dx * dx + dy * dy + dz * dz
     t = 0.0
     if length2 > 0.0:
@@ -76,8 +85,8 @@ def segment_distance2(points, p, a, b):
 
 
 @njit(cache=True)
-def facet_distance2(points, p, a, b, c):
-    """Return the squared distance of the coordinates `p` (3,) from facet (a, b, c)."""
+def facet_distance2(points, a, b, c, places, row):
+    """Return the squared distance of the coordinates places[row] from facet (a, b, c)."""
     nx, ny, nz = area_vector(points, a, b, c)
     n2 = nx * nx + ny * ny + nz * nz
     if n2 > 0.0:
@@ -88,16 +97,20 @@ def facet_distance2(points, p, a, b, c):
             ex = points[v, 0] - points[u, 0]
             ey = points[v, 1] - points[u, 1]
             ez = points[v, 2] - points[u, 2]
-            wx = p[0] - points[u, 0]
-            wy = p[1] - points[u, 1]
-            wz = p[2] - points[u, 2]
+            wx = places[row, 0] - points[u, 0]
+            wy = places[row, 1] - points[u, 1]
+            wz = places[row, 2] - points[u, 2]
             side = (ey * wz - ez * wy) * nx + (ez * wx - ex * wz) * ny + (ex * wy - ey * wx) * nz
             if side < 0.0:
                 inside = False
                 break
         if inside:
-            h = (p[0] - points[a, 0]) * nx + (p[1] - points[a, 1]) * ny + (p[2] - points[a, 2]) * nz
+            h = (
+                (places[row, 0] - points[a, 0]) * nx
+                + (places[row, 1] - points[a, 1]) * ny
+                + (places[row, 2] - points[a, 2]) * nz
+            )
             return h * h / n2
-    d = segment_distance2(points, p, a, b)
-    d = min(d, segment_distance2(points, p, b, c))
-    return min(d, segment_distance2(points, p, c, a))
+    d = segment_distance2(points, a, b, places, row)
+    d = min(d, segment_distance2(points, b, c, places, row))
+    return min(d, segment_distance2(points, c, a, places, row))

@@ -11,15 +11,15 @@ from craftmesh.kernels.collapse import (
     ON_CRACK,
     ON_FRONT,
     VOLUME,
-    grain_cones,
+    enter_star,
     hits,
     shape_refusal,
     star_of,
     worst_score,
 )
-from craftmesh.kernels.cones import book_drift, drift_allows, volume_shift
-from craftmesh.kernels.facet_grid import has_room, insert_facet
-from craftmesh.kernels.facet_shape import angle_score, area_vector, squared_distance
+from craftmesh.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
+from craftmesh.kernels.facet_grid import has_room
+from craftmesh.kernels.facet_shape import angle_score, area_vector, keeps_normal, squared_distance
 from craftmesh.kernels.projection import put_on_crack, put_on_front
 from craftmesh.kernels.rings import is_feature
 from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
@@ -68,9 +68,7 @@ def relocate(state, grid, limits, v, place, floor):
     for i in range(moved):
         state.witness_first[state.star[i]] = -1
     settle(state, loose)
-    for i in range(moved):
-        p, q, r = state.star_corners[i]
-        insert_facet(grid, state.points, state.star[i], p, q, r)
+    enter_star(state, grid, moved)
     return DONE
 
 
@@ -126,10 +124,10 @@ def _score_at(state, moved, v, place, cosine):
     state.points[v] = place
     worst = np.inf
     for i in range(moved):
-        p, q, r = state.star_corners[i]
-        x, y, z = area_vector(state.points, p, q, r)
-        n = state.reference[state.star[i]]
-        if x * n[0] + y * n[1] + z * n[2] < cosine * np.sqrt(x * x + y * y + z * z):
+        p = state.star_corners[i, 0]
+        q = state.star_corners[i, 1]
+        r = state.star_corners[i, 2]
+        if not keeps_normal(state.points, state.reference, state.star[i], p, q, r, cosine):
             worst = -1.0
             break
         worst = min(worst, angle_score(state.points, p, q, r))

@@ -3,10 +3,10 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.collapse import ON_CRACK, ON_FRONT, grain_cones
-from craftmesh.kernels.cones import book_drift
+from craftmesh.kernels.collapse import ON_CRACK, ON_FRONT
+from craftmesh.kernels.cones import book_drift, grain_cones
 from craftmesh.kernels.facet_grid import has_room, insert_facet, star_intersects
-from craftmesh.kernels.facet_shape import angle_score, area_vector, squared_distance
+from craftmesh.kernels.facet_shape import angle_score, keeps_normal, squared_distance
 from craftmesh.kernels.projection import put_on_crack, put_on_front
 from craftmesh.kernels.rings import has_corner, link_corner, unlink_corner
 from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
@@ -86,9 +86,7 @@ def _shapes_allow(state, parents, floor, share):
 def _bends_too_much(state, parents, cosine):
     for i in range(2 * parents):
         p, q, r = state.star_corners[i]
-        x, y, z = area_vector(state.points, p, q, r)
-        n = state.reference[state.dying[i // 2]]
-        if x * n[0] + y * n[1] + z * n[2] < cosine * np.sqrt(x * x + y * y + z * z):
+        if not keeps_normal(state.points, state.reference, state.dying[i // 2], p, q, r, cosine):
             return True
     return False
 

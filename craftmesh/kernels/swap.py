@@ -6,7 +6,7 @@ from numba import njit
 from craftmesh.kernels.collapse import ON_FRONT, hits
 from craftmesh.kernels.cones import add_cone, book_drift, drift_allows
 from craftmesh.kernels.facet_grid import has_room, insert_facet
-from craftmesh.kernels.facet_shape import area_vector, cosine_range, facet_distance2
+from craftmesh.kernels.facet_shape import cosine_range, facet_distance2, keeps_normal
 from craftmesh.kernels.rings import edge_facets, link_corner, unlink_corner
 from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
 
@@ -46,11 +46,10 @@ def _raises_angle(state, u, v, p, q):
 @njit(cache=True)
 def _keeps_normals(state, cosine):
     for i in range(2):
-        p, q, r = state.star_corners[i]
-        x, y, z = area_vector(state.points, p, q, r)
-        n = state.reference[state.star[i]]
-        length = np.sqrt(x * x + y * y + z * z)
-        if not x * n[0] + y * n[1] + z * n[2] >= cosine * length or length == 0.0:
+        p = state.star_corners[i, 0]
+        q = state.star_corners[i, 1]
+        r = state.star_corners[i, 2]
+        if not keeps_normal(state.points, state.reference, state.star[i], p, q, r, cosine):
             return False
     return True
 
@@ -61,13 +60,13 @@ def _stays_near(state, limits, u, v, p, q):
     tolerance = limits.distance * 0.25 * (state.size[u] + state.size[v] + state.size[p] + state.size[q])
     if state.patch_crack[state.patch[state.star[0]]]:
         tolerance = min(tolerance, limits.crack_distance)
-    middle = np.empty(3)
+    middle = np.empty((2, 3))
     for k in range(3):
-        middle[k] = 0.5 * (state.points[u, k] + state.points[v, k])
-    d = min(facet_distance2(state.points, middle, u, p, q), facet_distance2(state.points, middle, v, q, p))
-    for k in range(3):
-        middle[k] = 0.5 * (state.points[p, k] + state.points[q, k])
-    e = min(facet_distance2(state.points, middle, u, p, v), facet_distance2(state.points, middle, u, v, q))
+        middle[0, k] = 0.5 * (state.points[u, k] + state.points[v, k])
+        middle[1, k] = 0.5 * (state.points[p, k] + state.points[q, k])
+    points = state.points
+    d = min(facet_distance2(points, u, p, q, middle, 0), facet_distance2(points, v, q, p, middle, 0))
+    e = min(facet_distance2(points, u, p, v, middle, 1), facet_distance2(points, u, v, q, middle, 1))
     return max(d, e) <= tolerance * tolerance
 
 
@@ -102,7 +101,7 @@ def swap_edge(state, grid, limits, a, b):
     _set_star(state, f, g, u, v, p, q)
     if not _keeps_normals(state, limits.cosine) or not _stays_near(state, limits, u, v, p, q):
         return False
-    rows = add_cone(state, g, state.points[u], 1.0, np.int64(0))
+    rows = add_cone(state, g, state.points[u], np.int64(0))
     if not drift_allows(state, rows, limits.drift):
         return False
     loose = collect(state, g, collect(state, f, np.int64(0)))

@@ -46,13 +46,12 @@ def _mark_features(state, total):
 
 
 @njit(cache=True)
-def _nearest_facet(state, p, patch, total):
+def _nearest_facet(points, star, corners, patches, patch, home, w, total):
     best = np.inf
     where = -1
     for i in range(total):
-        if state.patch[state.star[i]] == patch:
-            a, b, c = state.star_corners[i]
-            d = facet_distance2(state.points, p, a, b, c)
+        if patches[star[i]] == patch:
+            d = facet_distance2(points, corners[i, 0], corners[i, 1], corners[i, 2], home, w)
             if d < best:
                 best = d
                 where = i
@@ -60,7 +59,7 @@ def _nearest_facet(state, p, patch, total):
 
 
 @njit(cache=True)
-def _nearest_line(state, p, total):
+def _nearest_line(state, w, total):
     best = np.inf
     where = -1
     for i in range(total):
@@ -68,7 +67,7 @@ def _nearest_line(state, p, total):
             if state.star_feature[i, k]:
                 u = state.star_corners[i, k]
                 v = state.star_corners[i, (k + 1) % 3]
-                d = segment_distance2(state.points, p, u, v)
+                d = segment_distance2(state.points, u, v, state.home, w)
                 if d < best:
                     best = d
                     where = i
@@ -82,6 +81,8 @@ def find_new_homes(state, loose, total, tolerance, crack_tolerance):
     The star's new corners are star_corners[:total]; loose_facet holds on entry the old facet, whose
     patch the new one must have, and on success the new one.
     """
+    points, star, corners = state.points, state.star, state.star_corners
+    patches, home = state.patch, state.home
     marked = False
     for n in range(loose):
         w = state.loose[n]
@@ -93,9 +94,9 @@ def find_new_homes(state, loose, total, tolerance, crack_tolerance):
             if not marked:
                 _mark_features(state, total)
                 marked = True
-            d, where = _nearest_line(state, state.home[w], total)
+            d, where = _nearest_line(state, w, total)
         else:
-            d, where = _nearest_facet(state, state.home[w], patch, total)
+            d, where = _nearest_facet(points, star, corners, patches, patch, home, w, total)
         if where < 0 or d > limit * limit:
             return False
         state.loose_facet[n] = state.star[where]
