@@ -1,6 +1,5 @@
 """Snakemake runs on campaigns in temporary folders."""
 
-import os
 import re
 import subprocess
 import sys
@@ -41,14 +40,12 @@ class Folder:
 
     path: Path
 
-    def snakemake(self, *flags: str, package: Path | None = None) -> Run:
-        """Run Snakemake here; the craftmesh in the folder `package` takes the installed one's place."""
-        command = [str(Path(sys.executable).parent / "snakemake"), "-s", str(ROOT / "Snakefile"), *flags]
-        environment = os.environ | ({"PYTHONPATH": str(package)} if package else {})
+    def snakemake(self, *flags: str, configfile="config.yaml", project: Path = ROOT) -> Run:
+        """Run the Snakefile of `project` here; the library beside that Snakefile is the one it sees."""
+        command = [str(Path(sys.executable).parent / "snakemake"), "-s", str(project / "Snakefile"), *flags]
         done = subprocess.run(
-            [*command, "--configfile", "config.yaml"],
+            [*command, "--configfile", str(configfile)],
             cwd=self.path,
-            env=environment,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

@@ -52,12 +52,13 @@ def test_rerun_does_nothing(finished):
     ],
 )
 def test_touched_module_reruns_its_stage_and_what_follows(finished, tmp_path, module, rules):
-    package = shutil.copytree(
-        ROOT / "craftmesh", tmp_path / "craftmesh", ignore=shutil.ignore_patterns("*.nbi", "*.nbc")
-    )
-    with open(package / module, "a") as stream:
+    project = tmp_path / "project"
+    for part in ("craftmesh", "workflow", "profiles"):
+        shutil.copytree(ROOT / part, project / part, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "Snakefile", project)
+    with open(project / "craftmesh" / module, "a") as stream:
         stream.write("\n# touched\n")
-    run = finished.snakemake("--dry-run", package=tmp_path)
+    run = finished.snakemake("--dry-run", project=project)
     assert run.status == 0, run.text
     assert set(run.jobs) - {"total"} == rules
 
