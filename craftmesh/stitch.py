@@ -12,13 +12,11 @@ from craftmesh.connectivity import compact, facet_edges
 from craftmesh.cracking.insert import insert_crack
 from craftmesh.errors import CraftmeshError
 from craftmesh.measure import area_vectors
+from craftmesh.outer_shells import grain_names, refuse_gaps, with_voids
 from craftmesh.stitch_options import StitchOptions
 from craftmesh.types import INTERFACE, Surface
 
 __all__ = ["StitchOptions", "insert_crack", "stitch_grains"]
-
-GAP = 0.15  # of the edge length: facets of two grains that face each other this closely should have matched
-FLAT_SHELL = 0.01  # volume over area and edge length below which a closed shell is no void
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +41,8 @@ def stitch_grains(grains: Sequence, options: StitchOptions | None = None) -> tup
     facets, sides = _paired(soup)
     points, kind = _on_box(soup.points, facets, sides, options)
     alone = np.flatnonzero((sides[:, 1] == 0) & (kind == INTERFACE))
-    _refuse_gaps(points, facets, sides, alone)
-    sides, voids = _with_voids(points, facets, sides, kind, alone)
+    refuse_gaps(points, facets, sides, alone)
+    sides, voids = with_voids(points, facets, sides, kind, alone)
     points, facets, _ = compact(points, facets)
     report = {
         "grains": len(grains),
@@ -173,7 +171,7 @@ def _paired(soup: _Soup) -> tuple[np.ndarray, np.ndarray]:
     if (length > 2).any():
         rows = order[start[length > 2][0] :][: length[length > 2][0]]
         raise CraftmeshError(
-            f"grains {_names(soup.grain[rows])} share one facet near {_place(soup, rows[0])}; "
+            f"grains {grain_names(soup.grain[rows])} share one facet near {_place(soup, rows[0])}; "
             "expected two at most"
         )
     first = order[start]
@@ -183,7 +181,7 @@ def _paired(soup: _Soup) -> tuple[np.ndarray, np.ndarray]:
     if same_way.any():
         row = first[same_way][0], second[same_way][0]
         raise CraftmeshError(
-            f"grains {_names(soup.grain[list(row)])} overlap near {_place(soup, row[0])}: "
+            f"grains {grain_names(soup.grain[list(row)])} overlap near {_place(soup, row[0])}: "
             f"{int(same_way.sum())} facets are on the same side of both; expected grains that only touch"
         )
     ahead = np.where(double, soup.grain[second], 0)
@@ -206,14 +204,9 @@ def _refuse_open(soup: _Soup) -> None:
         grains = np.unique(soup.grain[rows // 3])
         middle = soup.points[edges[rows[0]]].mean(axis=0)
         raise CraftmeshError(
-            f"grains {_names(grains)} are not closed: {len(rows)} open edges, the first near "
+            f"grains {grain_names(grains)} are not closed: {len(rows)} open edges, the first near "
             f"{np.round(middle, 4).tolist()}; expected closed surfaces: repair the files or raise tolerance"
         )
-
-
-def _names(grains) -> str:
-    names = [str(int(g)) for g in np.unique(grains)]
-    return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
 
 
 def _place(soup: _Soup, row) -> list:
@@ -237,77 +230,3 @@ def _on_box(points, facets, sides, options: StitchOptions) -> tuple[np.ndarray, 
             points[np.abs(points[:, axis] - plane) <= 2 * reach, axis] = plane
             kind[rows] = 1 + 2 * axis + end
     return points, kind
-
-
-def _refuse_gaps(points, facets, sides, alone) -> None:
-    """Raise where facets of two grains face each other closely but do not match."""
-    if not len(alone):
-        return
-    corner = points[facets[alone]]
-    centre = corner.mean(axis=1)
-    edge = np.sqrt(((corner - np.roll(corner, 1, axis=1)) ** 2).sum(axis=2)).mean(axis=1)
-    normal = area_vectors(points, facets[alone])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    distance, near = cKDTree(centre).query(centre, k=min(8, len(alone)))
-    near = near.reshape(len(alone), -1)
-    facing = np.einsum("ij,ikj->ik", normal, normal[near]) < -0.7
-    height = np.abs(np.einsum("ij,ikj->ik", normal, centre[near] - centre[:, None]))
-    other = sides[alone][:, :1] != sides[alone][near, 0]
-    shared = (facets[alone][:, None, :, None] == facets[alone][near][:, :, None, :]).any(axis=(2, 3))
-    bad = (
-        facing
-        & other
-        & ~shared
-        & (height < GAP * edge[:, None])
-        & (distance.reshape(near.shape) < edge[:, None])
-    )
-    crowded = bad.any(axis=1)[near].mean(axis=1) > 0.5  # a sharp edge of a void flags single facets
-    rows = np.flatnonzero(bad.any(axis=1) & crowded)
-    if len(rows):
-        partners = sides[alone][near[rows], 0][bad[rows]]
-        place = np.round(centre[rows[0]], 4).tolist()
-        raise CraftmeshError(
-            f"grains {_names(np.concatenate([sides[alone[rows], 0], partners]))} do not match: "
-            f"{len(rows)} facets have no partner, the first near {place}; "
-            "expected the same triangles on both sides: export the grains from one conformal mesh"
-        )
-
-
-def _with_voids(points, facets, sides, kind, alone) -> tuple[np.ndarray, int]:
-    """Return the sides with -k ahead of the facets of closed shells off the box, and how many there are."""
-    if not len(alone):
-        return sides, 0
-    edges = np.sort(facet_edges(facets[alone]), axis=1)
-    _, index = np.unique(edges @ np.array([len(points), 1]), return_inverse=True)
-    row = np.repeat(np.arange(len(alone)), 3)
-    graph = coo_matrix(
-        (np.ones(len(row)), (row, len(alone) + index)), shape=[len(alone) + index.max() + 1] * 2
-    )
-    shell = connected_components(graph, directed=False)[1][: len(alone)]
-    box_edges = np.sort(facet_edges(facets[kind != INTERFACE]), axis=1) @ np.array([len(points), 1])
-    open_shell = np.unique(
-        shell[np.isin(edges @ np.array([len(points), 1]), box_edges).reshape(-1, 3).any(axis=1)]
-    )
-    vectors = area_vectors(points, facets[alone])
-    swept = np.einsum("ij,ij->i", points[facets[alone]].mean(axis=1), vectors) / 3
-    closed = [n for n in np.unique(shell).tolist() if n not in open_shell]
-    members = {n: alone[shell == n] for n in closed}
-    for name in closed:
-        _refuse_flat(points, facets[members[name]], sides[members[name], 0], swept[shell == name].sum())
-    names = [n for n in closed if swept[shell == n].sum() < 0]
-    lowest = {n: tuple(min(points[facets[members[n]]].reshape(-1, 3).tolist())) for n in names}
-    sides = sides.copy()
-    for k, name in enumerate(sorted(names, key=lowest.get), start=1):
-        sides[members[name], 1] = -k
-    return sides, len(names)
-
-
-def _refuse_flat(points, facets, grains, volume: float) -> None:
-    """Raise where a closed shell has next to no volume: two triangulations of one boundary, not a void."""
-    area = np.linalg.norm(area_vectors(points, facets), axis=1)
-    if abs(volume) < FLAT_SHELL * area.sum() * np.sqrt(area.mean()):
-        place = np.round(points[facets].mean(axis=(0, 1)), 4).tolist()
-        raise CraftmeshError(
-            f"grains {_names(grains)} do not match near {place}: {len(facets)} facets enclose no volume; "
-            "expected the same triangles on both sides: export the grains from one conformal mesh"
-        )

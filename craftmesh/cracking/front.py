@@ -13,6 +13,7 @@ from craftmesh.errors import CraftmeshError
 TOUCHING = 1e-3  # of the local size: a trace point this near the front counts as on it
 ALONG = 0.1  # of its length: a trace edge this near the front replaces it
 GRAZING = 0.05  # sine of the angle below which an edge between two front points does not cross the front
+SHARPEST = np.radians(60.0)  # a front edge spans at most this much of the front's turning
 END = 0.3  # of the size: a pierce point this near the end of a front is its end
 CORNER = np.cos(np.radians(20.0))  # front corners sharper than this keep a node
 
@@ -151,35 +152,38 @@ def chain(surface: CutSurface, sheet: Sheet, along, target: Callable, crowd: np.
     each interval between pierce points, by position in the order of fronts and arcs.
     """
     taken = set(map(tuple, np.sort(along, axis=1).tolist()))
-    edges, uv, interval = [], [], 0
-    first = len(surface.points)
-    for front in range(len(sheet.curves)):
-        ids, arc = _forced_nodes(surface, sheet, front)
-        nodes = []
-        for k, (position, corner_uv) in enumerate(arc):
-            if ids[k] < 0:
-                ids[k] = first + len(uv)
-                uv.append(corner_uv)
-            nodes.append((ids[k], position))
-        pairs = list(zip(nodes[:-1], nodes[1:]))
-        if sheet.closed[front]:
-            pairs.append((nodes[-1], (nodes[0][0], nodes[0][1] + sheet.curves[front][-1, 2])))
-        for (a, start), (b, end) in pairs:
+    edges, uv = [], []
+    interval = 0
+    for front, closed in enumerate(sheet.closed):
+        nodes = _numbered_nodes(surface, sheet, front, uv)
+        if closed:
+            nodes.append((nodes[0][0], nodes[0][1] + sheet.curves[front][-1, 2]))
+        for (a, start), (b, end) in zip(nodes[:-1], nodes[1:]):
             inner = np.zeros(0)
             if (min(a, b), max(a, b)) not in taken:
-                inner = _spread(
-                    sheet, front, start, end, target, crowd[interval] if interval < len(crowd) else 0
-                )
-            interval += 1
-            between = list(range(first + len(uv), first + len(uv) + len(inner)))
+                halvings = int(crowd[interval]) if interval < len(crowd) else 0
+                inner = _spread(sheet, front, (start, end), target, halvings)
+            first = len(surface.points) + len(uv)
             uv.extend(sheet.on_front(front, inner))
-            line = [a, *between, b]
-            edges.extend(zip(line[:-1], line[1:], [interval - 1] * (len(line) - 1)))
+            line = [a, *range(first, first + len(inner)), b]
+            edges.extend((*pair, interval) for pair in zip(line[:-1], line[1:]))
+            interval += 1
     return FrontChain(np.array(edges, np.int64).reshape(-1, 3), np.array(uv).reshape(-1, 2))
 
 
+def _numbered_nodes(surface: CutSurface, sheet: Sheet, front: int, uv: list) -> list[tuple[int, float]]:
+    """Return (id, arc length) of the nodes a front must have; those that are new are added to `uv`."""
+    nodes = []
+    for node, arc, position in _forced_nodes(surface, sheet, front):
+        if node < 0:
+            node = len(surface.points) + len(uv)
+            uv.append(position)
+        nodes.append((node, arc))
+    return nodes
+
+
 def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int):
-    """Return ids (-1: new) and (arc, uv) of the nodes a front must have: pierce points, ends, corners."""
+    """Return id (-1: new), arc and uv of the nodes a front must have: pierce points, ends, corners."""
     curve, closed = sheet.curves[front], sheet.closed[front]
     ids = np.flatnonzero(surface.front == front)
     ids = ids[np.argsort(surface.arc[ids], kind="stable")]
@@ -194,24 +198,24 @@ def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int):
     elif not len(wanted) and not len(ids):
         wanted = [0.0]
     uv = sheet.uv(surface.points[ids])
-    items = [(a, int(i), tuple(p)) for a, i, p in zip(known.tolist(), ids.tolist(), uv.tolist())]
-    items += [(w, -1, tuple(sheet.on_front(front, np.array([w]))[0])) for w in wanted]
-    items.sort(key=lambda item: item[0])
-    return [item[1] for item in items], [(item[0], item[2]) for item in items]
+    items = list(zip(ids.tolist(), known.tolist(), uv.tolist()))
+    items += [(-1, w, sheet.on_front(front, np.array([w]))[0].tolist()) for w in wanted]
+    return sorted(items, key=lambda item: item[1])
 
 
 def _apart(wanted, known, near: float) -> list[float]:
     return [w for w in wanted.tolist() if not len(known) or np.abs(known - w).min() > near]
 
 
-def _spread(
-    sheet: Sheet, front: int, start: float, end: float, target: Callable, halvings: int
-) -> np.ndarray:
-    """Return arc lengths between start and end, evenly in units of the target size."""
-    samples = np.linspace(start, end, 65)
-    density = 1.0 / target(sheet.lift(sheet.on_front(front, samples)))
+def _spread(sheet: Sheet, front: int, ends: tuple, target: Callable, halvings: int) -> np.ndarray:
+    """Return arc lengths between the ends, evenly in units of the target size."""
+    samples = np.linspace(*ends, 257)
+    uv = sheet.on_front(front, samples)
+    density = 1.0 / target(sheet.lift(uv))
     total = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(samples))])
-    count = max(1, int(round(total[-1]))) * 2**halvings
+    heading = np.unwrap(np.arctan2(*np.diff(uv[::16], axis=0).T[::-1]))
+    turning = np.abs(np.diff(heading)).sum() * 16 / 15
+    count = max(1, int(round(total[-1])), int(np.ceil(turning / SHARPEST - 0.01))) * 2**halvings
     return np.interp(np.arange(1, count) * total[-1] / count, total, samples)
 
 

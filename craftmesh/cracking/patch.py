@@ -9,6 +9,7 @@ import shapely
 from craftmesh.connectivity import facet_edges
 from craftmesh.errors import CraftmeshError
 from craftmesh.kernels import planar
+from craftmesh.kernels.planar_smoothing import smooth
 
 SPACING = 0.72  # least distance of an interior point from others, in target edge lengths
 CLEARANCE = 0.4  # least distance from a fixed edge, in target edge lengths
@@ -168,7 +169,7 @@ def smooth_points(patch: Patch, movable) -> None:
     """One sweep of guarded centroid smoothing over the given points."""
     flat = patch.triangles.ravel()
     start = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=len(patch.uv)))])
-    planar.smooth(patch.uv, patch.corners, start, np.argsort(flat, kind="stable") // 3, movable)
+    smooth(patch.uv, patch.corners, start, np.argsort(flat, kind="stable") // 3, movable)
 
 
 def _grown(patch: Patch, size_at) -> Patch:

@@ -1,4 +1,4 @@
-"""Kernels on planar triangulations with fixed edges: flips, insertion, recovery of edges, smoothing.
+"""Kernels on planar triangulations with fixed edges: flips, insertion, recovery of edges.
 
 A triangulation is corners (t, 3) int64 counter-clockwise, across (t, 3) int64 (the triangle across the
 edge from corner i to i + 1, or -1) and fixed (t, 3) bool; all with spare rows, `used` = [points,
@@ -8,17 +8,17 @@ triangles].
 import numpy as np
 from numba import njit
 
-DONE, BLOCKED, TOO_CLOSE = 0, 1, 2
+DONE, BLOCKED = 0, 1
 
 
 @njit(cache=True)
-def _turn(uv, a, b, c):
+def turn(uv, a, b, c):
     """Twice the signed area of a, b, c."""
     return (uv[b, 0] - uv[a, 0]) * (uv[c, 1] - uv[a, 1]) - (uv[b, 1] - uv[a, 1]) * (uv[c, 0] - uv[a, 0])
 
 
 @njit(cache=True)
-def _square(uv, a, b):
+def square(uv, a, b):
     return (uv[a, 0] - uv[b, 0]) ** 2 + (uv[a, 1] - uv[b, 1]) ** 2
 
 
@@ -51,7 +51,7 @@ def _link_back(corners, across, t):
 @njit(cache=True)
 def _prefers_flip(uv, a, b, c, d):
     """Whether edge a-b with c ahead and d behind it is better replaced by c-d (Delaunay, convex)."""
-    if _turn(uv, c, d, b) <= 0.0 or _turn(uv, d, c, a) <= 0.0:
+    if turn(uv, c, d, b) <= 0.0 or turn(uv, d, c, a) <= 0.0:
         return False
     ca, cb = (uv[a] - uv[c]), (uv[b] - uv[c])
     da, db = (uv[a] - uv[d]), (uv[b] - uv[d])
@@ -122,7 +122,7 @@ def locate(uv, corners, across, fixed, start, point, through_fixed):
             side = (uv[b, 0] - uv[a, 0]) * (uv[point, 1] - uv[a, 1]) - (uv[b, 1] - uv[a, 1]) * (
                 uv[point, 0] - uv[a, 0]
             )
-            side /= np.sqrt(_square(uv, a, b)) + 1e-300
+            side /= np.sqrt(square(uv, a, b)) + 1e-300
             if side < worst:
                 worst, exit_edge = side, i
         if exit_edge < 0:
@@ -189,8 +189,8 @@ def insert_point(uv, corners, across, fixed, used, t, point, stack):
     """Insert `point`, which lies in triangle t, and legalise around it; BLOCKED on a fixed or rim edge."""
     for i in range(3):
         a, b = corners[t, i], corners[t, (i + 1) % 3]
-        length = _square(uv, a, b)
-        if _turn(uv, a, b, point) <= 1e-9 * length:
+        length = square(uv, a, b)
+        if turn(uv, a, b, point) <= 1e-9 * length:
             if fixed[t, i] or across[t, i] < 0:
                 return BLOCKED
             u, rows = across[t, i], used[1]
@@ -232,15 +232,15 @@ def insert_spaced(uv, corners, across, fixed, frozen, used, starts, candidates, 
 def _is_clear(uv, corners, across, fixed, t, point, spacing, clearance):
     for i in range(3):
         a, b = corners[t, i], corners[t, (i + 1) % 3]
-        if _square(uv, a, point) < spacing * spacing:
+        if square(uv, a, point) < spacing * spacing:
             return False
         u = across[t, i]
         if fixed[t, i] or u < 0:
-            if _turn(uv, a, b, point) < clearance * np.sqrt(_square(uv, a, b)):
+            if turn(uv, a, b, point) < clearance * np.sqrt(square(uv, a, b)):
                 return False
             continue
         d = corners[u, (_edge_from(corners, u, b) + 2) % 3]
-        if _square(uv, d, point) < spacing * spacing:
+        if square(uv, d, point) < spacing * spacing:
             return False
     return True
 
@@ -265,7 +265,7 @@ def recover_edge(uv, corners, across, fixed, used, a, b):
                 if not _crosses(uv, a, b, p, q):
                     continue
                 s = corners[u, (_edge_from(corners, u, q) + 2) % 3]
-                if _turn(uv, r, s, q) <= 0.0 or _turn(uv, s, r, p) <= 0.0:
+                if turn(uv, r, s, q) <= 0.0 or turn(uv, s, r, p) <= 0.0:
                     continue
                 flip(corners, across, fixed, t, i)
                 crossed = True
@@ -278,37 +278,4 @@ def recover_edge(uv, corners, across, fixed, used, a, b):
 def _crosses(uv, a, b, p, q):
     if a == p or a == q or b == p or b == q:
         return False
-    return _turn(uv, a, b, p) * _turn(uv, a, b, q) < 0.0 and _turn(uv, p, q, a) * _turn(uv, p, q, b) < 0.0
-
-
-@njit(cache=True)
-def _quality(uv, a, b, c):
-    area = _turn(uv, a, b, c)
-    return 3.4641016151377544 * area / (_square(uv, a, b) + _square(uv, b, c) + _square(uv, c, a))
-
-
-@njit(cache=True)
-def smooth(uv, corners, start, owner, movable):
-    """Move points to the area-weighted centroid of their triangles where their worst triangle gains.
-
-    start (n + 1,), owner: the triangles around each point in compressed rows; movable: points to move.
-    """
-    for point in movable:
-        before, area, u, v = np.inf, 0.0, 0.0, 0.0
-        for k in range(start[point], start[point + 1]):
-            a, b, c = corners[owner[k]]
-            before = min(before, _quality(uv, a, b, c))
-            weight = _turn(uv, a, b, c)
-            area += weight
-            u += weight * (uv[a, 0] + uv[b, 0] + uv[c, 0]) / 3
-            v += weight * (uv[a, 1] + uv[b, 1] + uv[c, 1]) / 3
-        old_u, old_v = uv[point, 0], uv[point, 1]
-        if area <= 0.0:
-            continue
-        uv[point, 0], uv[point, 1] = u / area, v / area
-        after = np.inf
-        for k in range(start[point], start[point + 1]):
-            a, b, c = corners[owner[k]]
-            after = min(after, _quality(uv, a, b, c))
-        if after < before and after < 0.6:
-            uv[point, 0], uv[point, 1] = old_u, old_v
+    return turn(uv, a, b, p) * turn(uv, a, b, q) < 0.0 and turn(uv, p, q, a) * turn(uv, p, q, b) < 0.0

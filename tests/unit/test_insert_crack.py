@@ -57,6 +57,11 @@ CRACKS = {
         radius=13.0,
         normal=(0.0, 0.1, 1.0),
     ),
+    "through_box_edges": CrackOptions(
+        centre=at(0.0, 0.0, 0.5), radius=12.0, normal=(1.0, -1.0, 0.0), axis=(0.0, 0.0, 1.0)
+    ),
+    "touching_the_box": CrackOptions(centre=at(0.5, 0.25, 0.4), radius=0.25 * SIZE),
+    "tiny": CrackOptions(centre=at(0.41, 0.52, 0.33), radius=0.4),
     "on_voxel_plane": CrackOptions(centre=at(0.5, 0.5, 0.5), radius=10.0),
 }
 

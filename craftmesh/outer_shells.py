@@ -1,0 +1,95 @@
+"""The facets of stitched grains that no other grain shares: gaps between grains, voids, the exterior."""
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from craftmesh.connectivity import facet_edges
+from craftmesh.errors import CraftmeshError
+from craftmesh.measure import area_vectors
+from craftmesh.types import INTERFACE
+
+GAP = 0.15  # of the edge length: facets of two grains that face each other this closely should have matched
+FLAT_SHELL = 0.01  # volume over area and edge length below which a closed shell is no void
+
+
+def refuse_gaps(points, facets, sides, alone) -> None:
+    """Raise where facets of two grains face each other closely but do not match."""
+    if not len(alone):
+        return
+    corner = points[facets[alone]]
+    centre = corner.mean(axis=1)
+    edge = np.sqrt(((corner - np.roll(corner, 1, axis=1)) ** 2).sum(axis=2)).mean(axis=1)
+    normal = area_vectors(points, facets[alone])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    distance, near = cKDTree(centre).query(centre, k=min(8, len(alone)))
+    near = near.reshape(len(alone), -1)
+    facing = np.einsum("ij,ikj->ik", normal, normal[near]) < -0.7
+    height = np.abs(np.einsum("ij,ikj->ik", normal, centre[near] - centre[:, None]))
+    other = sides[alone][:, :1] != sides[alone][near, 0]
+    shared = (facets[alone][:, None, :, None] == facets[alone][near][:, :, None, :]).any(axis=(2, 3))
+    bad = (
+        facing
+        & other
+        & ~shared
+        & (height < GAP * edge[:, None])
+        & (distance.reshape(near.shape) < edge[:, None])
+    )
+    crowded = bad.any(axis=1)[near].mean(axis=1) > 0.5  # a sharp edge of a void flags single facets
+    rows = np.flatnonzero(bad.any(axis=1) & crowded)
+    if len(rows):
+        partners = sides[alone][near[rows], 0][bad[rows]]
+        place = np.round(centre[rows[0]], 4).tolist()
+        raise CraftmeshError(
+            f"grains {grain_names(np.concatenate([sides[alone[rows], 0], partners]))} do not match: "
+            f"{len(rows)} facets have no partner, the first near {place}; "
+            "expected the same triangles on both sides: export the grains from one conformal mesh"
+        )
+
+
+def with_voids(points, facets, sides, kind, alone) -> tuple[np.ndarray, int]:
+    """Return the sides with -k ahead of the facets of closed shells off the box, and how many there are."""
+    if not len(alone):
+        return sides, 0
+    edges = np.sort(facet_edges(facets[alone]), axis=1)
+    _, index = np.unique(edges @ np.array([len(points), 1]), return_inverse=True)
+    row = np.repeat(np.arange(len(alone)), 3)
+    graph = coo_matrix(
+        (np.ones(len(row)), (row, len(alone) + index)), shape=[len(alone) + index.max() + 1] * 2
+    )
+    shell = connected_components(graph, directed=False)[1][: len(alone)]
+    box_edges = np.sort(facet_edges(facets[kind != INTERFACE]), axis=1) @ np.array([len(points), 1])
+    open_shell = np.unique(
+        shell[np.isin(edges @ np.array([len(points), 1]), box_edges).reshape(-1, 3).any(axis=1)]
+    )
+    vectors = area_vectors(points, facets[alone])
+    swept = np.einsum("ij,ij->i", points[facets[alone]].mean(axis=1), vectors) / 3
+    closed = [n for n in np.unique(shell).tolist() if n not in open_shell]
+    members = {n: alone[shell == n] for n in closed}
+    for name in closed:
+        _refuse_flat(points, facets[members[name]], sides[members[name], 0], swept[shell == name].sum())
+    names = [n for n in closed if swept[shell == n].sum() < 0]
+    lowest = {n: tuple(min(points[facets[members[n]]].reshape(-1, 3).tolist())) for n in names}
+    sides = sides.copy()
+    for k, name in enumerate(sorted(names, key=lowest.get), start=1):
+        sides[members[name], 1] = -k
+    return sides, len(names)
+
+
+def _refuse_flat(points, facets, grains, volume: float) -> None:
+    """Raise where a closed shell has next to no volume: two triangulations of one boundary, not a void."""
+    area = np.linalg.norm(area_vectors(points, facets), axis=1)
+    if abs(volume) < FLAT_SHELL * area.sum() * np.sqrt(area.mean()):
+        place = np.round(points[facets].mean(axis=(0, 1)), 4).tolist()
+        raise CraftmeshError(
+            f"grains {grain_names(grains)} do not match near {place}: "
+            f"{len(facets)} facets enclose no volume; "
+            "expected the same triangles on both sides: export the grains from one conformal mesh"
+        )
+
+
+def grain_names(grains) -> str:
+    """Return the ids of the grains as text, the first eight of them by name."""
+    names = [str(int(g)) for g in np.unique(grains)]
+    return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
