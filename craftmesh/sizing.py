@@ -73,7 +73,8 @@ class Sizing:
         points = np.asarray(points, float).reshape(-1, 3)
         if not len(self.sources):
             return np.full(len(points), float(self.l_max))
-        distance, _ = self._tree.query(points, distance_upper_bound=np.nextafter(self.r1, np.inf))
+        beyond = self.r1 * (1 + 1e-9) if self.r1 > 0 else np.inf
+        distance, _ = self._tree.query(points, distance_upper_bound=beyond)
         return self.at_distance(distance)
 
     def at_distance(self, r: np.ndarray) -> np.ndarray:

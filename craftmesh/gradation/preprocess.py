@@ -102,7 +102,8 @@ def _line_neighbours(surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarr
     both = np.concatenate([lines, lines[:, ::-1]])
     both = both[np.lexsort((both[:, 1], both[:, 0]))]
     flags = vertex_flags(surface)
-    free = (rank == 1) & ((flags & ON_CRACK) == 0)
+    planes = sum((flags >> k) & 1 for k in range(6))
+    free = (rank == 1) & ((flags & ON_CRACK) == 0) & (planes < 2)
     rows = both[free[both[:, 0]]].reshape(-1, 2, 2)
     node, ends = rows[:, 0, 0], rows[:, :, 1]
     same_plane = ((flags[ends] & flags[node][:, None]) == flags[node][:, None]).all(1)

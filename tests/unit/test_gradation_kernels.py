@@ -1,0 +1,126 @@
+"""Kernels of the gradation against slow, plain references on small meshes."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from craftmesh.gradation.passes import filled_grid
+from craftmesh.gradation.state import make_state, surface_of
+from craftmesh.kernels.facet_grid import star_intersects
+from craftmesh.kernels.facet_shape import angle_score, facet_distance2, segment_distance2
+from craftmesh.kernels.projection import put_on_crack, put_on_front
+from craftmesh.kernels.triangles import triangles_intersect
+from craftmesh.measure import facet_angles
+from craftmesh.types import Surface
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def dense_points(corners: np.ndarray, n: int = 60) -> np.ndarray:
+    i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1))
+    weights = np.stack([i, j, n - i - j], -1).reshape(-1, 3) / n
+    return weights[(weights >= 0).all(1)] @ corners
+
+
+@settings(deadline=None, max_examples=40)
+@given(seeds)
+def test_facet_distance_is_that_of_its_nearest_point(seed):
+    points = np.random.default_rng(seed).uniform(-1, 1, (4, 3))
+    found = np.sqrt(facet_distance2(points, 0, 1, 2, points, 3))
+    slow = np.linalg.norm(dense_points(points[:3]) - points[3], axis=1).min()
+    # Samples are at most 1/60 of an edge (under 3.5) from any point of the facet.
+    assert slow - 0.06 <= found <= slow + 1e-12
+
+
+def test_distances_from_degenerate_facets():
+    points = np.array([[0.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0], [1.5, 1.0, 0]])
+    assert facet_distance2(points, 0, 1, 2, points, 3) == pytest.approx(1.0)
+    assert segment_distance2(points, 0, 0, points, 3) == pytest.approx(1.5**2 + 1)
+
+
+@settings(deadline=None, max_examples=40)
+@given(seeds)
+def test_angle_score_marks_15_and_135_degrees(seed):
+    points = np.random.default_rng(seed).uniform(-1, 1, (3, 3))
+    angles = facet_angles(points, np.array([[0, 1, 2]]))[0]
+    good = angles.min() >= 15 and angles.max() <= 135
+    assert (angle_score(points, 0, 1, 2) >= 1) == good
+
+
+def test_angle_score_of_degenerate_facets_is_zero():
+    line = np.array([[0.0, 0, 0], [1.0, 0, 0], [3.0, 0, 0]])
+    assert angle_score(line, 0, 1, 2) == pytest.approx(0.0, abs=1e-12)
+    assert angle_score(line, 0, 0, 2) == 0.0
+
+
+@settings(deadline=None, max_examples=30)
+@given(seeds)
+def test_projections_find_the_nearest_place(seed):
+    rng = np.random.default_rng(seed)
+    corners, place = rng.uniform(-1, 1, (5, 3, 3)), rng.uniform(-1, 1, 3)
+    centre = corners.mean(1)
+    reach = np.linalg.norm(corners - centre[:, None], axis=2).max(1)
+    moved = place.copy()
+    put_on_crack(corners, centre, reach, moved)
+    slow = min(np.linalg.norm(dense_points(c) - place, axis=1).min() for c in corners)
+    assert slow - 0.06 <= np.linalg.norm(moved - place) <= slow + 1e-12
+    moved = place.copy()
+    put_on_front(corners[:, :2].copy(), moved)
+    samples = np.linspace(0, 1, 200)[:, None, None]
+    along = corners[:, 0] + samples * (corners[:, 1] - corners[:, 0])
+    slow = np.linalg.norm(along - place, axis=2).min()
+    assert slow - 0.02 <= np.linalg.norm(moved - place) <= slow + 1e-12
+
+
+def two_cubes() -> Surface:
+    """Two unit cubes side by side, grains 1 and 2, with the shared face once."""
+    points = np.array([[x, y, z] for x in (0.0, 1, 2) for y in (0.0, 1) for z in (0.0, 1)])
+    quads = [
+        ((0, 1, 3, 2), (1, 0), 1),
+        ((4, 6, 7, 5), (1, 2), 0),
+        ((8, 10, 11, 9), (2, 0), 2),
+        ((0, 4, 5, 1), (1, 0), 3),
+        ((4, 8, 9, 5), (2, 0), 3),
+        ((2, 3, 7, 6), (1, 0), 4),
+        ((6, 7, 11, 10), (2, 0), 4),
+        ((0, 2, 6, 4), (1, 0), 5),
+        ((4, 6, 10, 8), (2, 0), 5),
+        ((1, 5, 7, 3), (1, 0), 6),
+        ((5, 9, 11, 7), (2, 0), 6),
+    ]
+    facets = [t for q, _, _ in quads for t in ((q[0], q[1], q[2]), (q[0], q[2], q[3]))]
+    sides = [s for _, s, _ in quads for _ in range(2)]
+    return Surface(points, facets, sides, [k for _, _, k in quads for _ in range(2)])
+
+
+def test_classes_of_two_cubes():
+    state = make_state(two_cubes(), np.ones(12))
+    # Box corners and the ends of the grain boundary's border are points; nothing else is there.
+    assert (state.rank == 2).all()
+    assert sorted(set(state.flags.tolist())) == sorted(
+        {x + y + z for x in (0, 1, 2) for y in (4, 8) for z in (16, 32)}
+    )
+    assert np.allclose(state.volume, [1.0, 1.0])
+
+
+def test_state_and_back_keeps_the_surface():
+    surface = two_cubes()
+    back = surface_of(make_state(surface, np.ones(12)), surface)
+    assert np.array_equal(back.points, surface.points)
+    assert np.array_equal(np.sort(back.facets, 1), np.sort(surface.facets, 1))
+    assert np.array_equal(back.kind, surface.kind)
+    assert (back.sides[:, 0] >= back.sides[:, 1]).all()
+
+
+@settings(deadline=None, max_examples=30)
+@given(seeds)
+def test_grid_query_agrees_with_all_pairs(seed):
+    surface = two_cubes()
+    extra = np.random.default_rng(seed).uniform(-0.5, 2.5, (3, 3))
+    state = make_state(surface, np.ones(12))
+    grid = filled_grid(state)
+    points = np.concatenate([surface.points, extra])
+    star = np.array([[12, 13, 14]])
+    hit = star_intersects(grid, points, state.facets, state.alive, state.facet_stamp, 1, star, 1)
+    assert hit == any(triangles_intersect(points, 12, 13, 14, *f) for f in state.facets)
