@@ -10,6 +10,7 @@ from craftmesh.grain_surface import GrainSurface
 from craftmesh.tet_connectivity import group_triples, half_faces, tet_volumes
 
 VOLUME_TOLERANCE = 1e-9
+OFF_FACES = np.array([1.0, 0.7, 0.4]) * 1e-7
 
 
 class WrongMesh(Exception):
@@ -118,7 +119,8 @@ def replace_by_given(
     outside = np.flatnonzero(~regions.kept)
     holes = np.unique(regions.region[outside])
     result, off = seeds.copy(), 0
-    for seed in given:
+    # a seed may lie on a face between two tets, as centres of voxels do: off it, it lies in one
+    for seed in given + OFF_FACES * np.ptp(points, axis=0):
         inside = outside[_holds(points[tets[outside]], seed)]
         if len(inside):
             result[np.searchsorted(holes, regions.region[inside[0]])] = seed

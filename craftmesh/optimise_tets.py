@@ -70,11 +70,11 @@ def optimise_tets(
 
 def _repair(state: TetState, step: Step, work, operations: np.ndarray) -> None:
     """Rounds over the tets under the threshold, the worst first, each with its neighbourhood smoothed."""
-    for _ in range(step.rounds):
+    for done in range(step.rounds):
         quality = state.quality[: state.counts[TETS]]
         alive = state.tets[: state.counts[TETS], 0] >= 0
         poor = np.flatnonzero(alive & (quality < step.threshold))
-        if not len(poor):
+        if done and not len(poor):
             return
         poor = poor[np.argsort(quality[poor], kind="stable")]
         touched = np.zeros(len(state.points), bool)
@@ -101,10 +101,9 @@ def _state(points, tets, frozen: int, blocked, size) -> TetState:
     state.points[: len(points)], state.tets[: len(tets)], state.size[: len(points)] = points, tets, size
     state.frozen[:frozen] = True
     link_tets(state.tets, len(tets), len(points), state.neighbours, state.tet_of)
-    if len(blocked):
-        triples = np.sort(np.asarray(blocked, np.int64), axis=1)
-        triples = np.ascontiguousarray(triples[np.lexsort(triples.T[::-1])])
-        block_facets(state.tets, len(tets), state.neighbours, triples)
+    triples = np.sort(np.asarray(blocked, np.int64).reshape(-1, 3), axis=1)
+    triples = np.ascontiguousarray(triples[np.lexsort(triples.T[::-1])])
+    block_facets(state.tets, len(tets), state.neighbours, triples)
     return state
 
 

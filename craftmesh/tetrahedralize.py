@@ -124,7 +124,7 @@ def compile_kernels(shared: tuple[Any, Any]) -> None:
 
 
 def _task(surface: GrainSurface, islands: Iterable | None, attempt: Attempt) -> MeshingTask:
-    seeds = [island.seed for island in islands or () if island.host == surface.grain]
+    seeds = [seed for island in islands or () if island.host == surface.grain for seed in island.seeds]
     return MeshingTask(surface, np.array(seeds, float).reshape(-1, 3), attempt)
 
 

@@ -58,7 +58,7 @@ def _face_key(tets, t, k):
 
 @njit(cache=True)
 def link_tets(tets, n_tets, n_points, neighbours, tet_of):
-    """Fill `neighbours` and `tet_of` of the first n_tets tets; waiting faces hang on their lowest corner."""
+    """Fill `neighbours` and `tet_of` of the first n_tets tets; open faces wait at their lowest corner."""
     head = np.full(n_points, -1, np.int64)
     following = np.full(4 * n_tets, -1, np.int64)
     for t in range(n_tets):
@@ -198,7 +198,7 @@ def _open_outer_faces(state, old, n_old, keys, links):
 
 @njit(cache=True)
 def _close_face(state, t, k, keys, links, count):
-    """Join the face opposite corner k of t to the open face with its key, or open it; return the new count."""
+    """Join the face opposite corner k of t to the open face like it, or open it; return the count left."""
     low, high, total = _face_key(state.tets, t, k)
     for f in range(count):
         if keys[f, 0] == low and keys[f, 1] == high and keys[f, 2] == total:

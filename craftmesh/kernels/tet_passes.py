@@ -88,7 +88,7 @@ def _insert_any(state, t, goal, work, operations):
 
 @njit(cache=True)
 def repair_pass(state, goal, threshold, order, inserts, touched, work, operations):
-    """Repair the tets in `order` (worst first) with quality under `threshold` by the first means that helps.
+    """Repair the tets in `order` (worst first) that are under `threshold` by the first means that helps.
 
     `touched` marks the points of all tets looked at.
     """

@@ -78,7 +78,7 @@ def remove_edge(state, t, edge, goal, work):
 
 @njit(cache=True)
 def remove_face(state, t, k, goal, work):
-    """Swap the two tets at the face opposite corner k of t for three when the worst rises; return whether."""
+    """Swap the two tets at the face opposite corner k of t for three if the worst rises; return whether."""
     u = state.neighbours[t, k]
     if u < 0 or not has_room(state):
         return False
