@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.kernels.marching import OUTSIDE, march
+from craftmesh.kernels.marching import march
 from craftmesh.kernels.smoothing import lap, spoiled_facets
 from craftmesh.kernels.triangles import intersecting_pairs
 from craftmesh.measure import area_vectors, facet_angles
@@ -139,9 +139,13 @@ def smooth(
             bad |= facets_beyond_box(moved, points, facets, kind)
             bad |= _vanishing(moved, facets, sides, raw_volume, options.least_volume)
             bad[intersecting_pairs(moved, facets).ravel()] = True
-            if not bad.any() or fixed.all():
+            if not bad.any():
                 break
-            fixed[vertices_around(facets, bad, reach, len(points))] = True
+            around = vertices_around(facets, bad, reach, len(points))
+            if fixed[around].all():
+                moved = points
+                break
+            fixed[around] = True
             reach += 1
         points = moved
         progress(0.3 + 0.4 * (number + 1) / len(stages), "smoothing")
@@ -158,7 +162,9 @@ def _label_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) ->
 def _vanishing(
     moved: np.ndarray, facets: np.ndarray, sides: np.ndarray, raw_volume: np.ndarray, least: float
 ) -> np.ndarray:
-    """(m,) bool: facets of grains and voids with less than the part `least` of their raw volume."""
-    vanishes = _label_volumes(moved, facets, sides) < least * raw_volume
-    vanishes[np.unique(sides[sides == OUTSIDE]) - sides.min()] = False
+    """(m,) bool: facets of grains and voids with less than the part `least` of their raw volume.
+
+    The outside and voids open to it have no volume of their own: a negative one is not looked at.
+    """
+    vanishes = (_label_volumes(moved, facets, sides) < least * raw_volume) & (raw_volume > 0)
     return vanishes[sides - sides.min()].any(axis=1)
