@@ -89,7 +89,9 @@ def test_a_penny_wider_than_the_box_has_a_front_per_corner_it_reaches():
 
 
 def test_a_through_edge_crack_runs_straight_across_the_box():
-    options = CrackOptions(shape="through_edge", centre=(1, 4, 8), normal=(0, 0, 1), axis=(1, 0, 0), radius=4.0)
+    options = CrackOptions(
+        shape="through_edge", centre=(1, 4, 8), normal=(0, 0, 1), axis=(1, 0, 0), radius=4.0
+    )
     crack = prescribed_crack(options, 0, BOX)
     (front,) = crack.fronts
     ends = crack.points[front[[0, -1]]]
@@ -157,7 +159,9 @@ def test_a_surface_from_an_stl_file_is_joined_and_keeps_its_area(tmp_path):
     crack = crack_of_increment(options, 0, BOX)
     assert len(crack.points) == len(points) and len(crack.fronts) == 1
     # float32 coordinates of the file
-    assert area(crack) == pytest.approx(np.linalg.norm(area_vectors(points, triangles), axis=1).sum(), rel=1e-5)
+    assert area(crack) == pytest.approx(
+        np.linalg.norm(area_vectors(points, triangles), axis=1).sum(), rel=1e-5
+    )
 
 
 def test_a_mouth_on_the_box_is_pushed_out_so_that_the_box_is_inside():
