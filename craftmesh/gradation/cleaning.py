@@ -11,12 +11,21 @@ from craftmesh.measure import facet_angles
 
 POOR_ANGLE = 12.0
 SHORT = 0.5
+GENERAL_ROUNDS = 2
+LATE_GOAL = 20.0
 
 
 def clean_facets(shop: Workshop, sizing, limits: Limits, rounds: int, goal: float) -> None:
-    """Raise facet angles towards `goal` degrees in `rounds` of collapse, swap and slide."""
-    score = (1 - np.cos(np.radians(goal))) / (1 - np.cos(np.radians(LEAST_ANGLE)))
+    """Raise facet angles towards `goal` degrees in `rounds` of collapse, swap and slide.
+
+    After two rounds vertices slide only where a facet is still under 20 degrees; the cleaning ends when
+    none is under 15 and junction points that lie too close have been merged.
+    """
     for n in range(rounds):
+        slide_goal = goal if n < GENERAL_ROUNDS else min(goal, LATE_GOAL)
+        if n > rounds // 2 + 1 and _least_angle(shop) >= LEAST_ANGLE:
+            break
+        score = (1 - np.cos(np.radians(slide_goal))) / (1 - np.cos(np.radians(LEAST_ANGLE)))
         shop.set_sizes(sizing)
         loose = _loosened(limits, n, rounds)
         done = collapse_poor(shop, loose, goal)
@@ -24,6 +33,11 @@ def clean_facets(shop: Workshop, sizing, limits: Limits, rounds: int, goal: floa
         done += slide_all(shop, loose._replace(longest=1.2 * limits.longest), score)
         if not done:
             break
+
+
+def _least_angle(shop: Workshop) -> float:
+    state = shop.state
+    return float(facet_angles(state.points, state.facets[np.flatnonzero(state.alive)]).min())
 
 
 def _loosened(limits: Limits, n: int, rounds: int) -> Limits:
