@@ -5,14 +5,11 @@ from collections import namedtuple
 import numpy as np
 
 from craftmesh.connectivity import compact, unique_edges
+from craftmesh.kernels.collapse_rules import ON_CRACK, ON_FRONT
 from craftmesh.kernels.reference_normals import reference_normals
 from craftmesh.kernels.rings import classify, link_all
 from craftmesh.measure import area_vectors
 from craftmesh.types import CRACK, Surface
-
-# Bits of `flags`: 1 << k for the box plane of kind k + 1, then:
-ON_CRACK = 64
-ON_FRONT = 128
 
 # points, facets, alive, patch, reference: the surface; first, after: corner lists (kernels.rings);
 # rank, flags, size: per vertex class, constraints and target length;

@@ -3,20 +3,8 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.collapse import (
-    DISTANCE,
-    DONE,
-    HIT,
-    LINK,
-    ON_CRACK,
-    ON_FRONT,
-    VOLUME,
-    enter_star,
-    hits,
-    shape_refusal,
-    star_of,
-    worst_score,
-)
+from craftmesh.kernels.collapse import enter_star, hits, shape_refusal, star_of, worst_score
+from craftmesh.kernels.collapse_rules import DISTANCE, DONE, HIT, LINK, ON_CRACK, ON_FRONT, VOLUME
 from craftmesh.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
 from craftmesh.kernels.facet_grid import has_room
 from craftmesh.kernels.facet_shape import angle_score, area_vector, keeps_normal, squared_distance

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.collapse import ON_CRACK, ON_FRONT
+from craftmesh.kernels.collapse_rules import ON_CRACK, ON_FRONT
 from craftmesh.kernels.cones import book_drift, grain_cones
 from craftmesh.kernels.facet_grid import has_room, insert_facet, star_intersects
 from craftmesh.kernels.facet_shape import angle_score, keeps_normal, squared_distance

@@ -1,0 +1,150 @@
+"""Which edges may collapse at all: vertex classes, topology of the junctions, ears on the crack front."""
+
+from numba import njit
+
+from craftmesh.kernels.rings import edge_facets, has_corner, is_feature
+
+# Bits of a vertex's flags: 1 << k for the box plane of kind k + 1, then these two.
+ON_CRACK = 64
+ON_FRONT = 128
+DONE = -1
+# Reasons of refusal, in the order of craftmesh.gradation.state.REFUSALS.
+JUNCTION, CONSTRAINT, LINK, JUNCTION_TRIANGLE, CONTACT = range(5)
+ANGLE, NORMAL, LENGTH, DISTANCE, VOLUME, EAR, HIT = range(5, 12)
+
+# Which end of an edge may move: neither, the second onto the first, the first onto the second, both.
+NEITHER, ONTO_A, ONTO_B, EITHER = range(4)
+
+
+@njit(cache=True)
+def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
+    """Return which end of an edge may give way, and on NEITHER the reason.
+
+    The end of higher rank stays; between ends of one rank the one with more box planes stays.
+    """
+    if rank_a > 0 and rank_b > 0 and not feature:
+        return NEITHER, JUNCTION
+    if rank_a == 2 and rank_b == 2 and not merge_points:
+        return NEITHER, JUNCTION
+    a_covers_b = (flags_a & flags_b) == flags_b
+    b_covers_a = (flags_a & flags_b) == flags_a
+    onto_a = rank_a >= rank_b and a_covers_b
+    onto_b = rank_b >= rank_a and b_covers_a
+    if onto_a and onto_b:
+        return EITHER, DONE
+    if onto_a:
+        return ONTO_A, DONE
+    if onto_b:
+        return ONTO_B, DONE
+    return NEITHER, CONSTRAINT
+
+
+@njit(cache=True)
+def link_refusal(state, a, b):
+    """Return why merging (a, b) would change the topology, or DONE.
+
+    Vertices joined to both ends must be corners of facets on the edge (link condition), and none of
+    these may be joined to both by feature edges, or two junction lines would fall into one.
+    """
+    facets, first, after, stamp = state.facets, state.first, state.after, state.stamp
+    mark = state.clock[0] + 1
+    state.clock[0] += 2
+    c = first[a]
+    while c >= 0:
+        stamp[facets[c // 3, (c + 1) % 3]] = mark
+        stamp[facets[c // 3, (c + 2) % 3]] = mark
+        c = after[c]
+    shared = 0
+    c = first[b]
+    while c >= 0:
+        f = c // 3
+        if has_corner(facets, f, a):
+            shared += 1
+            u = facets[f, 0] + facets[f, 1] + facets[f, 2] - a - b
+            if stamp[u] == mark + 1:
+                return LINK
+            stamp[u] = mark + 1
+            if (
+                state.rank[u] > 0
+                and state.rank[a] > 0
+                and state.rank[b] > 0
+                and is_feature(facets, state.patch, first, after, a, u)
+                and is_feature(facets, state.patch, first, after, b, u)
+            ):
+                return JUNCTION_TRIANGLE
+        c = after[c]
+    if shared == 0:
+        return LINK
+    c = first[b]
+    while c >= 0:
+        for i in range(1, 3):
+            u = facets[c // 3, (c + i) % 3]
+            if u != a and stamp[u] == mark:
+                return LINK
+        c = after[c]
+    if _twin_facet(state, a, b, mark + 1):
+        return LINK
+    return DONE
+
+
+@njit(cache=True)
+def _twin_facet(state, a, b, mark):
+    """Tell whether a facet at `a` and one at `b` would become the same facet."""
+    facets, stamp = state.facets, state.stamp
+    c = state.first[a]
+    while c >= 0:
+        u = facets[c // 3, (c + 1) % 3]
+        v = facets[c // 3, (c + 2) % 3]
+        if u != b and v != b and stamp[u] == mark and stamp[v] == mark:
+            d = state.first[b]
+            while d >= 0:
+                if has_corner(facets, d // 3, u) and has_corner(facets, d // 3, v):
+                    return True
+                d = state.after[d]
+        c = state.after[c]
+    return False
+
+
+@njit(cache=True)
+def grains_touch(state, a, b):
+    """Tell whether a side that the edge does not bound has both ends, so that merging would pinch it."""
+    c = state.first[a]
+    while c >= 0:
+        for k in range(2):
+            side = state.patch_sides[state.patch[c // 3], k]
+            on_edge = False
+            on_b = False
+            d = state.first[b]
+            while d >= 0:
+                g = d // 3
+                both = state.patch_sides[state.patch[g]]
+                if both[0] == side or both[1] == side:
+                    on_b = True
+                    if has_corner(state.facets, g, a):
+                        on_edge = True
+                        break
+                d = state.after[d]
+            if on_b and not on_edge:
+                return True
+        c = state.after[c]
+    return False
+
+
+@njit(cache=True)
+def makes_ear(state, a, b):
+    """Tell whether moving `b` onto the front vertex `a` joins two front vertices by another crack edge."""
+    if not (state.flags[a] & ON_FRONT):
+        return False
+    c = state.first[b]
+    while c >= 0:
+        f = c // 3
+        if state.patch_crack[state.patch[f]] and not has_corner(state.facets, f, a):
+            for i in range(1, 3):
+                u = state.facets[f, (c + i) % 3]
+                if state.flags[u] & ON_FRONT:
+                    old, _, _ = edge_facets(state.facets, state.first, state.after, b, u)
+                    new, _, _ = edge_facets(state.facets, state.first, state.after, a, u)
+                    if old != 1 and new != 1:
+                        return True
+        c = state.after[c]
+    return False
