@@ -20,6 +20,7 @@ from craftmesh.gradation.passes import (
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.gradation.report import gradation_report
 from craftmesh.gradation.state import make_state, surface_of
+from craftmesh.gradation.tied_nodes import release_tied_nodes
 from craftmesh.measure import side_volumes
 from craftmesh.options import option
 from craftmesh.progress import silent
@@ -42,6 +43,7 @@ class GradateOptions:
     cleaning_passes: int = option(8, "rounds of needle and cap removal after the gradation")
     cleaning_angle: float = option(30.0, "angle towards which the cleaning raises the facets", "degree")
     remove_unnecessary_nodes: bool = option(True, "first remove vertices of three facets (section 2.2)")
+    release_tied_nodes: bool = option(False, "first part sheets that meet in single vertices (section 2.2)")
     restore_volumes: bool = option(True, "bring the grains' volumes back at the end")
     junction_smoothing: int = option(0, "iterations of sawtooth smoothing of junctions first (Eq. 1)")
 
@@ -80,12 +82,15 @@ def gradate(
         raise CraftmeshError("the surface has no facets; expected at least one to gradate")
     progress(0.0, "preprocess")
     source = surface
-    removed = 0
+    released, removed = 0, 0
+    if options.release_tied_nodes:
+        surface, released, _ = release_tied_nodes(surface)
     if options.remove_unnecessary_nodes:
         surface, removed = remove_unnecessary_nodes(surface)
     surface, smoothed = smooth_junctions(surface, options.junction_smoothing)
     state = make_state(surface, sizing.at(surface.points))
-    shop = Workshop(state, filled_grid(state), {"unnecessary nodes": removed, "smoothed nodes": smoothed})
+    done = {"released nodes": released, "unnecessary nodes": removed, "smoothed nodes": smoothed}
+    shop = Workshop(state, filled_grid(state), done)
     limits = _limits(options, sizing)
     for n in range(options.passes):
         progress(0.05 + 0.7 * n / options.passes, f"gradate, round {n + 1} of {options.passes}")
