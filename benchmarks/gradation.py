@@ -3,6 +3,7 @@
 import importlib.util
 import sys
 import tempfile
+from collections.abc import Iterator
 
 import numpy as np
 from cases import G26, G100, GRAINS_200, GRAINS_430, TINY, Case, generated
@@ -109,14 +110,13 @@ def remeshed_by_mmgs(surface, sizing):
     return Surface(mesh.get_vertices(), facets, found[:, :2], found[:, 2])
 
 
-def table(names, folder: str, runs: int, peers: bool) -> list[dict]:
-    """Return the rows of the cases, printing what is skipped."""
+def table(names, folder: str, runs: int, peers: bool) -> Iterator[dict]:
+    """Yield the rows of the cases, printing what is skipped."""
     methods = {"craftmesh": (run_ours, f"{folder}/tiny")}
     if peers and importlib.util.find_spec("mmgpy"):
         methods["mmgs"] = (run_mmgs,)
     elif peers:
         print("mmgs: skipped, the package mmgpy is not installed")
-    rows = []
     for name in names:
         if CASES[name].missing:
             print(f"{name}: skipped, {CASES[name].missing}")
@@ -125,8 +125,7 @@ def table(names, folder: str, runs: int, peers: bool) -> list[dict]:
         in_child(prepare, CASES[name], path)
         for method, (function, *arguments) in methods.items():
             print(f"{name}, {method} ...", file=sys.stderr)
-            rows.append({"case": name, "method": method} | repeated(runs, function, path, *arguments))
-    return rows
+            yield {"case": name, "method": method} | repeated(runs, function, path, *arguments)
 
 
 def scaling(folder: str, runs: int, with_six_million: bool) -> dict:
@@ -162,7 +161,10 @@ def main() -> None:
             content["jit"] = {"cold_s": cold, "cached_s": warm}
             print(f"kernels on a tiny case: {cold:.1f} CPU s to compile, {warm:.1f} from the cache")
         if names:
-            content["rows"] = table(names, folder, arguments.runs, not arguments.no_peers)
+            content["rows"] = []
+            for row in table(names, folder, arguments.runs, not arguments.no_peers):
+                content["rows"].append(row)
+                write_json(arguments.json, content)
             print_table(content["rows"], COLUMNS)
         if arguments.scaling:
             content["scaling"] = scaling(folder, arguments.runs, arguments.six_million)

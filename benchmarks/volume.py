@@ -3,6 +3,7 @@
 import importlib.util
 import sys
 import tempfile
+from collections.abc import Iterator
 
 import numpy as np
 from cases import AL1050, COPPER, G26, G100, GRAINS_430, TINY, VOIDS, Case
@@ -147,14 +148,13 @@ def surface_first(points, tets, grain, surface):
 PLAIN = {"interior_points": False, "optimise": False}
 
 
-def table(names, folder: str, runs: int, peers: bool) -> list[dict]:
-    """Return the rows of the cases, printing what is skipped."""
+def table(names, folder: str, runs: int, peers: bool) -> Iterator[dict]:
+    """Yield the rows of the cases, printing what is skipped."""
     methods = {"TetGen": (run_grains, PLAIN), "craftmesh": (run_grains, {})}
     if peers and importlib.util.find_spec("mmgpy"):
         methods["TetGen + mmg3d"] = (run_mmg3d, PLAIN)
     elif peers:
         print("mmg3d: skipped, the package mmgpy is not installed")
-    rows = []
     for name in names:
         if CASES[name].missing:
             print(f"{name}: skipped, {CASES[name].missing}")
@@ -163,8 +163,7 @@ def table(names, folder: str, runs: int, peers: bool) -> list[dict]:
         in_child(prepare, CASES[name], path)
         for method, (function, changes) in methods.items():
             print(f"{name}, {method} ...", file=sys.stderr)
-            rows.append({"case": name, "method": method} | repeated(runs, function, path, changes))
-    return rows
+            yield {"case": name, "method": method} | repeated(runs, function, path, changes)
 
 
 def main() -> None:
@@ -179,8 +178,10 @@ def main() -> None:
             warm = in_child(run_grains, f"{folder}/warm-up", {})["cpu_s"]
             content["jit"] = {"cold_s": cold, "cached_s": warm}
             print(f"kernels on a tiny case: {cold:.1f} CPU s to compile, {warm:.1f} from the cache")
-        names = arguments.case or DEFAULT
-        content["rows"] = table(names, folder, arguments.runs, not arguments.no_peers)
+        names, content["rows"] = arguments.case or DEFAULT, []
+        for row in table(names, folder, arguments.runs, not arguments.no_peers):
+            content["rows"].append(row)
+            write_json(arguments.json, content)
         print_table(content["rows"], COLUMNS)
     write_json(arguments.json, content)
 
