@@ -7,6 +7,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.state import State, grown
+from craftmesh.kernels.by_reference import by_reference
 from craftmesh.kernels.collapse import collapse_pass
 from craftmesh.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
 from craftmesh.kernels.rings import list_edges
@@ -47,7 +48,8 @@ class Workshop:
         """Run a pass kernel up to item `count`, making room whenever it stops short; return its work."""
         start, total = 0, 0
         while True:
-            start, done = kernel(self.state, self.grid, *arguments[:-1], start, *arguments[-1])
+            state, grid = by_reference(self.state), by_reference(self.grid)
+            start, done = kernel(state, grid, *arguments[:-1], start, *arguments[-1])
             total += done
             if start >= count:
                 break
