@@ -49,10 +49,10 @@ class DeckOptions:
     magnitude: float = option(1e-3, "the strain, or the stress in the materials' unit; tension is positive")
     axis: str = option("z", "axis of the tension", choices=("x", "y", "z"))
     sides: str = option(
-        "rollers",
-        "the minimum planes of the other two axes: on rollers (symmetry), or free, with the body held "
-        "against turning and sliding at two nodes",
-        choices=("rollers", "free"),
+        "free",
+        "the minimum planes of the other two axes: free, with the body held against turning and sliding "
+        "at two nodes, or on rollers (planes of symmetry, in which a crack is mirrored)",
+        choices=("free", "rollers"),
     )
 
 

@@ -30,7 +30,10 @@ def run(arguments):
         raise CraftmeshError("nothing to write; give at least one of --labels, --image, --islands")
     raw = read_voxels(existing(arguments.input), options_from(arguments, ReadOptions))
     with ProgressLine("import") as progress:
-        voxels, report = clean(raw, options_from(arguments, CleanOptions), progress)
+        try:
+            voxels, report = clean(raw, options_from(arguments, CleanOptions), progress)
+        except CraftmeshError as error:
+            raise CraftmeshError(f"{arguments.input}: {error}") from error
     islands = find_islands(voxels)
     if arguments.image:
         write_voxels(arguments.image, voxels)
