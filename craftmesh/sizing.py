@@ -8,8 +8,12 @@ from scipy.spatial import cKDTree
 
 from craftmesh.connectivity import unique_edges
 from craftmesh.errors import CraftmeshError
+from craftmesh.length_field import LengthField, curvature_lengths
 from craftmesh.options import option
 from craftmesh.types import Surface
+
+# How fast lengths that the surface's curvature asks for grow into the grains, without a limit of one's own.
+FREE_GROWTH = 0.5
 
 
 @dataclass(frozen=True)
@@ -22,21 +26,43 @@ class SizingOptions:
     r0: float | None = option(None, "refinement-zone radius R_0; default 8 l0 (Eq. 3)", "length")
     r1: float | None = option(None, "transition-zone radius R_1; default 16 l0 (Eq. 3)", "length")
     exponent: float | None = option(None, "power-law exponent a within R_0; default 1 (Eq. 3)")
+    gradation: float | None = option(None, "largest ratio of neighbouring edges' lengths; default no limit")
+    curvature: float | None = option(
+        None, "largest turn of the surface over one edge; default no such term", "degree"
+    )
+    points: str | None = option(
+        None, "csv of points to refine around as well: x, y, z, or a void list id,x,y,z,r (craftmesher)"
+    )
+    field: str | None = option(
+        None, "file (.vtp or .vti) with largest target lengths at its points or cells"
+    )
+    field_array: str = option("length", "name of the array of lengths in that file")
 
     def __post_init__(self):
         for item in fields(self):
             value = getattr(self, item.name)
+            if isinstance(value, str):
+                continue
             if value is not None and not np.isfinite(value):
                 raise CraftmeshError(f"{item.name} is {value}; expected a finite number")
             if value is not None and value < 0 or value == 0 and item.name not in ("r0", "r1"):
                 raise CraftmeshError(f"{item.name} is {value}; expected a number > 0")
+        if self.gradation is not None and self.gradation <= 1:
+            raise CraftmeshError(f"gradation is {self.gradation}; expected a ratio > 1")
+
+    @property
+    def growth(self) -> float | None:
+        """How much lengths may grow per distance: over one edge from l to gradation * l."""
+        return None if self.gradation is None else self.gradation - 1
 
 
 @dataclass(frozen=True)
 class Sizing:
     """Target edge lengths (Eq. 3) around `sources` (k, 3), the points of crack fronts or void surfaces.
 
-    Without sources the target is l_max everywhere, which coarsens uniformly. Raises CraftmeshError
+    Without sources the target is l_max everywhere, which coarsens uniformly. growth: lengths grow by at
+    most so much per distance; None sets no limit. others: anything with `at(points)`, as another Sizing
+    or a LengthField; the least length of all counts, and their own limits are theirs. Raises CraftmeshError
     when the lengths are not ordered or the sources are not finite.
     """
 
@@ -47,6 +73,8 @@ class Sizing:
     r1: float
     exponent: float
     sources: np.ndarray
+    growth: float | None = None
+    others: tuple = ()
 
     def __post_init__(self):
         sources = np.array(self.sources, float).reshape(-1, 3)
@@ -61,6 +89,8 @@ class Sizing:
             raise CraftmeshError(
                 f"l_min is {self.l_min:g}; expected at most l_max, which is {self.l_max:g}"
             )
+        if self.growth is not None and not 0 < self.growth < np.inf:
+            raise CraftmeshError(f"growth is {self.growth}; expected a finite number > 0, or None")
         if self.r1 < self.r0:
             raise CraftmeshError(f"r1 is {self.r1:g}; expected at least r0, which is {self.r0:g}")
 
@@ -69,17 +99,43 @@ class Sizing:
         return cKDTree(self.sources)
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """Return the (n,) target edge lengths at `points` (n, 3), by Eq. 2 and 3."""
+        """Return the (n,) target edge lengths at `points` (n, 3): Eq. 2 and 3, and the least of all."""
         points = np.asarray(points, float).reshape(-1, 3)
-        if not len(self.sources):
-            return np.full(len(points), float(self.l_max))
-        beyond = self.r1 * (1 + 1e-9) if self.r1 > 0 else np.inf
-        distance, _ = self._tree.query(points, distance_upper_bound=beyond)
-        return self.at_distance(distance)
+        length = np.full(len(points), float(self.l_max))
+        if len(self.sources):
+            reach = self.r1
+            if self.growth is not None:
+                reach += (self.l_max - self.l_min) / self.growth
+            beyond = reach * (1 + 1e-9) if reach > 0 else np.inf
+            length = self.at_distance(self._tree.query(points, distance_upper_bound=beyond)[0])
+        for other in self.others:
+            length = np.minimum(length, other.at(points))
+        return length
 
     def at_distance(self, r: np.ndarray) -> np.ndarray:
-        """Return the target edge lengths (Eq. 3) at distances `r` from the nearest source."""
+        """Return the target edge lengths at distances `r` from the nearest source: Eq. 3 and the limit.
+
+        With a limit the length is the least of L(s) + growth (r - s) over s <= r, where L is Eq. 3: the
+        largest function under Eq. 3 that grows no faster.
+        """
         r = np.asarray(r, float)
+        length = self._equation_3(r)
+        if self.growth is not None:
+            for s in self._steepest():
+                start = self._equation_3(np.array([s]))[0]
+                length = np.where(r >= s, np.minimum(length, start + self.growth * (r - s)), length)
+        return length
+
+    def _steepest(self) -> list[float]:
+        """Return the distances at which Eq. 3 can begin to grow faster than the limit."""
+        marks = [0.0, self.r0, self.r1]
+        rise = self.l0 - self.l_min
+        if self.exponent > 1 and rise > 0 and self.r0 > 0:
+            share = (self.growth * self.r0 / (self.exponent * rise)) ** (1 / (self.exponent - 1))
+            marks.append(self.r0 * min(share, 1.0))
+        return marks
+
+    def _equation_3(self, r: np.ndarray) -> np.ndarray:
         length = np.full(r.shape, float(self.l_max))
         near = r <= self.r0
         between = (r > self.r0) & (r <= self.r1)
@@ -99,9 +155,14 @@ def median_edge(surface: Surface) -> float:
     return float(np.median(np.linalg.norm(span, axis=1)))
 
 
-def sizing_for(surface: Surface, options: SizingOptions, sources: np.ndarray) -> Sizing:
+def sizing_for(
+    surface: Surface | None, options: SizingOptions, sources: np.ndarray, others: tuple = ()
+) -> Sizing:
     """Return the sizing around `sources` (k, 3), with defaults from the median edge of `surface`.
 
+    others: further sizings and LengthFields, of which the least length counts; LengthFields are put
+    under the limit of options.gradation. options.points and options.field are files, which the caller
+    reads. Without a surface l0 has to be given, and curvature gives no term.
     Raises CraftmeshError, naming the key, when the numbers do not fit each other.
     """
     l0 = median_edge(surface) if options.l0 is None else options.l0
@@ -111,7 +172,14 @@ def sizing_for(surface: Surface, options: SizingOptions, sources: np.ndarray) ->
         default["r1"] = 2 * given["r0"]
     if "r0" not in given and "r1" in given:
         default["r0"] = given["r1"] / 2
-    return Sizing(**{k: float(v) for k, v in (default | given).items()}, sources=sources)
+    numbers = {k: float(v) for k, v in (default | given).items()}
+    growth = options.growth
+    if options.curvature is not None and surface is not None:
+        free = FREE_GROWTH if growth is None else growth
+        others = (*others, curvature_lengths(surface, options.curvature, numbers["l_min"], free))
+    if growth is not None:
+        others = tuple(o.limited(growth) if isinstance(o, LengthField) else o for o in others)
+    return Sizing(**numbers, sources=sources, growth=growth, others=tuple(others))
 
 
 def densify(polyline: np.ndarray, step: float) -> np.ndarray:

@@ -7,8 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.stage_io import existing
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.craftmesher import read_source_points
 from craftmesh.io.front_csv import read_front_points
+from craftmesh.io.size_field import read_length_field
 from craftmesh.io.vtk import read_crack
 from craftmesh.sizing import Sizing, SizingOptions, densify, sizing_for
 from craftmesh.types import Surface
@@ -42,11 +45,20 @@ def is_sized(arguments: argparse.Namespace) -> bool:
 
 
 def sizing_from(arguments: argparse.Namespace, surface: Surface, front: Path | None) -> Sizing:
-    """Return the sizing function around the front in a file and, if the flags say so, around the voids."""
-    plain = sizing_for(surface, options_from(arguments, SizingOptions), np.zeros((0, 3)))
+    """Return the sizing function around the front in a file and all else that the flags name.
+
+    That is the voids of the surface, points or voids in a csv, and a field of lengths: the least counts.
+    """
+    options = options_from(arguments, SizingOptions)
+    field = options.field and read_length_field(existing(Path(options.field)), options.field_array)
+    plain = sizing_for(surface, options, np.zeros((0, 3)), (field,) if field else ())
     sources = [read_front_sources(front, plain.l_min)] if front else []
     if arguments.around_voids:
         sources.append(surface.points[np.unique(surface.facets[(surface.sides < 0).any(axis=1)])])
+    if options.points:
+        used = surface.points[np.unique(surface.facets)]
+        box = np.stack([used.min(axis=0), used.max(axis=0)])
+        sources.append(read_source_points(existing(Path(options.points)), box, plain.l_min / 2))
     return replace(plain, sources=np.concatenate([plain.sources, *sources]))
 
 

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.length_field import LengthField
 from craftmesh.sizing import Sizing, SizingOptions, densify, sizing_for
 from craftmesh.types import Surface
 
@@ -102,3 +103,86 @@ def test_densify_keeps_points_and_bounds_steps():
     assert np.linalg.norm(np.diff(dense, axis=0), axis=1).sum() == pytest.approx(3.51)
     with pytest.raises(CraftmeshError, match="step"):
         densify(line, 0.0)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(0.05, 2.0), st.floats(0.3, 5.0), st.floats(0.0, 6.0), st.floats(0.0, 6.0))
+def test_limit_is_the_largest_function_below_that_grows_no_faster(growth, exponent, r0, width):
+    plain = Sizing(0.5, 1.0, 4.0, r0, r0 + width, exponent, ORIGIN)
+    limited = Sizing(0.5, 1.0, 4.0, r0, r0 + width, exponent, ORIGIN, growth)
+    r = np.linspace(0, 20, 801)
+    length, before = limited.at_distance(r), plain.at_distance(r)
+    assert (length <= before + 1e-12).all()
+    assert (np.diff(length) <= growth * np.diff(r) * (1 + 1e-9) + 1e-12).all()
+    slow = [(before[: i + 1] + growth * (x - r[: i + 1])).min() for i, x in enumerate(r)]
+    # The slow minimum sees Eq. 3 only at the samples, so at most one step's growth above.
+    assert (length <= np.array(slow) + 1e-9).all()
+    assert (length >= np.array(slow) - growth * (r[1] - r[0]) - 1e-9).all()
+    assert limited.at(np.array([[15.0, 0, 0]]))[0] == pytest.approx(limited.at_distance(15.0))
+
+
+def test_crack_near_voids_has_the_lesser_length_of_both():
+    crack = Sizing(0.5, 1.0, 3.0, 4.0, 8.0, 1.0, ORIGIN)
+    void = Sizing(0.2, 1.0, 2.0, 2.0, 6.0, 2.0, np.array([[5.0, 0, 0]]))
+    both = Sizing(0.5, 1.0, 3.0, 4.0, 8.0, 1.0, ORIGIN, others=(void,))
+    points = np.random.default_rng(3).uniform(-3, 9, (300, 3))
+    assert np.array_equal(both.at(points), np.minimum(crack.at(points), void.at(points)))
+    assert (both.at(points) < crack.at(points)).any() and (both.at(points) < void.at(points)).any()
+
+
+def test_field_of_lengths_counts_where_it_is_least():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [4, 0, 0]])
+    field = LengthField(points, [0.5, 1.0, 1.5, 2.0, 2.5])
+    assert np.allclose(field.at(points), field.lengths, rtol=1e-9)
+    assert 0.5 < field.at([[0.5, 0, 0]])[0] < 1.2
+    sizing = sizing_for(None, SizingOptions(l0=0.5), np.zeros((0, 3)), (field,))
+    assert np.allclose(sizing.at(points), [0.5, 1.0, 1.5, 1.5, 1.5])
+    with pytest.raises(CraftmeshError, match="lengths.1. is -1"):
+        LengthField(points[:2], [1.0, -1.0])
+    with pytest.raises(CraftmeshError, match="0 points"):
+        LengthField(np.zeros((0, 3)), [])
+
+
+def test_limited_field_grows_no_faster_between_neighbours():
+    points = np.moveaxis(np.indices((9, 9, 9)), 0, -1).reshape(-1, 3).astype(float)
+    lengths = np.full(len(points), 5.0)
+    lengths[[0, 400]] = 0.5, 1.0
+    limited = LengthField(points, lengths).limited(0.25)
+    exact = np.min(
+        [lengths[i] + 0.25 * np.linalg.norm(points - points[i], axis=1) for i in (0, 400)], axis=0
+    )
+    exact = np.minimum(exact, 5.0)
+    assert (limited.lengths >= exact - 1e-12).all()
+    # Ways along neighbours are up to a quarter longer than straight ones.
+    assert (limited.lengths <= exact + 0.25 * (exact - exact.min()) + 1e-12).all()
+    options = SizingOptions(l0=2.0, gradation=1.25)
+    sizing = sizing_for(None, options, np.zeros((0, 3)), (LengthField(points, lengths),))
+    assert np.allclose(sizing.at(points), np.minimum(limited.lengths, 6.0))
+
+
+def sphere(radius: float) -> Surface:
+    from scipy.spatial import ConvexHull
+
+    place = np.arange(1500) + 0.5
+    height, turn = 1 - place / 750, np.pi * (1 + 5**0.5) * place
+    ring = np.sqrt(1 - height**2)
+    points = radius * np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=1)
+    facets = ConvexHull(points).simplices
+    a, b, c = (points[facets[:, i]] for i in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0
+    facets[inward] = facets[inward][:, ::-1]
+    return Surface(points, facets, np.tile([1, 0], (len(facets), 1)), np.zeros(len(facets), np.uint8))
+
+
+@pytest.mark.parametrize("radius", [2.0, 5.0])
+def test_curvature_of_a_sphere_gives_one_turn_an_edge(radius):
+    sizing = sizing_for(sphere(radius), SizingOptions(l0=1.0, l_min=0.01, curvature=15.0), np.zeros((0, 3)))
+    length = sizing.at(sphere(radius).points)
+    # The larger of two equal principal curvatures comes out a few percent high.
+    assert np.median(length) == pytest.approx(radius * np.radians(15), rel=0.12)
+    assert sizing.at(np.zeros((1, 3)))[0] > 1.5 * np.median(length)
+
+
+def test_gradation_has_to_be_a_ratio_over_one():
+    with pytest.raises(CraftmeshError, match="^gradation is 0.8"):
+        SizingOptions(gradation=0.8)

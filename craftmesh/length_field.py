@@ -1,0 +1,154 @@
+"""Target lengths given at points: a scalar field, its gradation limit, and lengths from curvature."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+
+from craftmesh.connectivity import unique_edges
+from craftmesh.errors import CraftmeshError
+from craftmesh.measure import area_vectors
+from craftmesh.types import Surface
+
+_AVERAGED = 4  # samples that a length between the samples is made of
+_LINKED = 12  # neighbours of a sample over which the gradation limit acts
+_CURVATURE_LAPS = 3  # averages over neighbours that take the noise out of the curvature
+
+
+@dataclass(frozen=True)
+class LengthField:
+    """Target edge lengths (k,) at sample points (k, 3); in between, the mean weighted by 1/distance^2.
+
+    `growth`: how much lengths grow per distance, further from the samples than the nearest one's length.
+    Raises CraftmeshError when there is no sample or a length is not a finite number > 0.
+    """
+
+    points: np.ndarray
+    lengths: np.ndarray
+    growth: float = 0.0
+
+    def __post_init__(self):
+        points = np.array(self.points, float).reshape(-1, 3)
+        lengths = np.array(self.lengths, float).reshape(-1)
+        if not len(points) or len(points) != len(lengths):
+            raise CraftmeshError(
+                f"the field of lengths has {len(points)} points and {len(lengths)} values; "
+                "expected one value for each of at least one point"
+            )
+        sound = np.isfinite(lengths) & (lengths > 0) & np.isfinite(points).all(axis=1)
+        if not sound.all():
+            bad = int(np.flatnonzero(~sound)[0])
+            raise CraftmeshError(
+                f"lengths[{bad}] is {lengths[bad]} at {points[bad].tolist()}; "
+                "expected finite lengths > 0 at finite points"
+            )
+        for name, array in (("points", points), ("lengths", lengths)):
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        return cKDTree(self.points)
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """Return the (n,) target edge lengths at `points` (n, 3)."""
+        points = np.asarray(points, float).reshape(-1, 3)
+        near = range(1, min(_AVERAGED, len(self.points)) + 1)
+        distance, sample = self._tree.query(points, k=list(near))
+        # a point on a sample takes that sample's length alone
+        scale = np.maximum(distance, 1e-9 * np.maximum(distance[:, -1:], np.finfo(float).tiny))
+        weight = (scale[:, :1] / scale) ** 2
+        length = (weight * self.lengths[sample]).sum(axis=1) / weight.sum(axis=1)
+        beyond = np.maximum(distance[:, 0] - self.lengths[sample[:, 0]], 0.0)
+        return length + self.growth * beyond
+
+    def limited(self, growth: float) -> "LengthField":
+        """Return the field with lengths that grow by at most `growth` per distance between neighbours.
+
+        Each length becomes the least of all lengths plus `growth` times the way there, along lines
+        between neighbouring samples.
+        """
+        k = len(self.points)
+        near = range(1, min(_LINKED + 1, k) + 1)
+        distance, sample = self._tree.query(self.points, k=list(near))
+        source = np.repeat(np.arange(k), len(near))
+        step = np.maximum(growth * distance.ravel(), 1e-300)
+        row = np.concatenate([source, np.full(k, k)])
+        column = np.concatenate([sample.ravel(), np.arange(k)])
+        # the same link from both ends would add up in a sparse matrix; the graph is made undirected later
+        graph = coo_matrix((np.concatenate([step, self.lengths]), (row, column)), shape=(k + 1, k + 1))
+        graph = graph.tocsr()
+        lengths = dijkstra(graph.maximum(graph.T), directed=False, indices=k)[:k]
+        return LengthField(self.points, np.minimum(lengths, self.lengths), growth)
+
+
+def curvature_lengths(surface: Surface, turn: float, shortest: float, growth: float) -> LengthField:
+    """Return lengths over which the normal of `surface` turns by `turn` degrees, at least `shortest`.
+
+    The curvature at a vertex is the largest principal one of the tensor of Cohen-Steiner and Morvan
+    (2003) over its facets, averaged over neighbours; vertices of junction lines and of the crack give none.
+    Raises CraftmeshError when no vertex lies inside a patch.
+    """
+    from craftmesh.gradation.state import oriented, patch_ids
+    from craftmesh.types import CRACK
+
+    facets, sides = oriented(surface)
+    facets = facets.astype(np.int64)
+    patch, _ = patch_ids(sides, surface.kind)
+    edges, edge_of, count = unique_edges(facets)
+    pair = np.argsort(edge_of.ravel(), kind="stable") // 3
+    start = np.cumsum(count) - count
+    inner = count == 2
+    f, g = pair[start[inner]], pair[start[inner] + 1]
+    same = patch[f] == patch[g]
+    f, g, ends = f[same], g[same], edges[inner][same]
+    bound = np.zeros(len(surface.points), bool)
+    bound[facets] = True
+    free = bound.copy()
+    free[edges[~inner]] = False
+    free[edges[inner][~same]] = False
+    free[facets[surface.kind == CRACK]] = False
+    if not free.any():
+        raise CraftmeshError(
+            "the surface has no vertex inside a patch to measure curvature at; leave it out"
+        )
+    tensor = _curvature_tensors(surface.points, facets, f, g, ends)
+    tensor = _averaged(tensor, edges[free[edges].all(axis=1)])
+    bend = np.abs(np.linalg.eigvalsh(tensor[free])).max(axis=1)
+    length = np.radians(turn) / np.maximum(bend, 1e-12)
+    size = np.ptp(surface.points, axis=0).max()
+    return LengthField(surface.points[free], np.clip(length, shortest, max(size, shortest)), growth)
+
+
+def _curvature_tensors(points, facets, f, g, ends) -> np.ndarray:
+    """Return (n, 3, 3) curvature tensors from the turns between facets `f` and `g` over edges `ends`."""
+    area = area_vectors(points, facets)
+    size = np.linalg.norm(area, axis=1)
+    normal = area / np.maximum(size, 1e-300)[:, None]
+    centre = points[facets].mean(axis=1)
+    along = points[ends[:, 1]] - points[ends[:, 0]]
+    length = np.maximum(np.linalg.norm(along, axis=1), 1e-300)
+    sine = np.linalg.norm(np.cross(normal[f], normal[g]), axis=1)
+    turn = np.arctan2(sine, np.einsum("ij,ij->i", normal[f], normal[g]))
+    turn *= np.sign(np.einsum("ij,ij->i", normal[f], centre[f] - centre[g]))
+    part = (turn / length)[:, None, None] * along[:, :, None] * along[:, None, :]
+    total = np.zeros((len(points), 3, 3))
+    for end in ends.T:
+        np.add.at(total, end, part)
+    around = np.zeros(len(points))
+    np.add.at(around, facets, size[:, None])
+    # half of each edge and a third of each facet belong to a vertex
+    return 0.5 * total / np.maximum(around / 3, 1e-300)[:, None, None]
+
+
+def _averaged(tensor: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    for _ in range(_CURVATURE_LAPS):
+        total, count = tensor.copy(), np.ones(len(tensor))
+        for a, b in (edges.T, edges[:, ::-1].T):
+            np.add.at(total, a, tensor[b])
+            np.add.at(count, a, 1.0)
+        tensor = total / count[:, None, None]
+    return tensor

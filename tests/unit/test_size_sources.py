@@ -1,0 +1,124 @@
+"""Sources of the sizing function in files: points, craftmesher's void list, fields on .vtp and .vti."""
+
+import argparse
+
+import numpy as np
+import pytest
+
+from craftmesh.commands.sizing_flags import add_front, add_sizing, sizing_from
+from craftmesh.errors import CraftmeshError
+from craftmesh.generate import GenerateOptions, generate
+from craftmesh.io import vtk_xml
+from craftmesh.io.craftmesher import read_source_points
+from craftmesh.io.size_field import read_length_field
+from craftmesh.remesh import RemeshOptions, remesh
+
+BOX = np.array([[1.0, 0.0, 0.0], [11.0, 10.0, 10.0]])
+
+
+def arguments_of(text: str, *paths) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    add_front(parser)
+    add_sizing(parser)
+    return parser.parse_args([*text.split(), *map(str, paths)])
+
+
+@pytest.mark.parametrize("header", ["", "id,x,y,z,r\n"])
+def test_void_list_is_in_fractions_of_the_box(tmp_path, header):
+    path = tmp_path / "voids.csv"
+    path.write_text(header + "0,0.5,0.5,0.5,0.2\n1,0.1,0.2,0.3,0.05\n")
+    points = read_source_points(path, BOX, 0.3)
+    distance = [np.linalg.norm(points - c, axis=1) for c in ([6, 5, 5], [2, 2, 3])]
+    first = distance[0] < 2.5
+    assert np.allclose(distance[0][first], 2.0) and np.allclose(distance[1][~first], 0.5)
+    # Every place of the sphere has a point within the step.
+    places = np.random.default_rng(0).normal(size=(200, 3))
+    places = np.array([6.0, 5, 5]) + 2 * places / np.linalg.norm(places, axis=1)[:, None]
+    assert np.linalg.norm(places[:, None] - points[first], axis=2).min(1).max() < 0.3
+
+
+def test_points_are_taken_as_they_are(tmp_path):
+    path = tmp_path / "points.csv"
+    path.write_text("x,y,z\n1,2,3\n4,5,6\n")
+    assert np.array_equal(read_source_points(path, BOX, 0.3), [[1, 2, 3], [4, 5, 6]])
+
+
+def test_void_list_with_a_bad_radius_is_refused(tmp_path):
+    path = tmp_path / "voids.csv"
+    path.write_text("0,0.5,0.5,0.5,0.2\n1,0.1,0.2,0.3,-1\n")
+    with pytest.raises(CraftmeshError, match="void 2 is .*r > 0"):
+        read_source_points(path, BOX, 0.3)
+
+
+def test_published_void_list(shared_data):
+    points = read_source_points(shared_data / "defects" / "craftmesher_VoidList.csv", BOX, 0.1)
+    assert len(points) > 250 * 12 and np.isfinite(points).all()
+
+
+def write_field(path, lengths: np.ndarray, spacing: float, at_points: bool) -> None:
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    image = vtkImageData()
+    image.SetDimensions(*(n + (not at_points) for n in lengths.shape))
+    image.SetSpacing(*[spacing] * 3)
+    image.SetOrigin(1.0, 0.0, 0.0)
+    data = image.GetPointData() if at_points else image.GetCellData()
+    vtk_xml.add_arrays(data, {"h": lengths.ravel(order="F")})
+    vtk_xml.write_dataset(path, image, "ImageData")
+
+
+@pytest.mark.parametrize("at_points", [True, False])
+def test_field_on_an_image(tmp_path, at_points):
+    lengths = 0.5 + np.arange(2 * 3 * 4).reshape(2, 3, 4)
+    write_field(tmp_path / "h.vti", lengths, 2.0, at_points)
+    field = read_length_field(tmp_path / "h.vti", "h")
+    place = np.moveaxis(np.indices(lengths.shape), 0, -1) * 2.0 + (1, 0, 0) + (0.0 if at_points else 1.0)
+    assert np.allclose(field.at(place.reshape(-1, 3)), lengths.ravel(), rtol=1e-6)
+    with pytest.raises(CraftmeshError, match="'size'"):
+        read_length_field(tmp_path / "h.vti", "size")
+
+
+@pytest.mark.parametrize("at_points", [True, False])
+def test_field_on_a_surface(tmp_path, at_points):
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    points = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [3, 3, 0]])
+    facets = np.array([[0, 1, 2], [1, 3, 2]])
+    poly = vtkPolyData()
+    poly.SetPoints(vtk_xml.vtk_points(points))
+    poly.SetPolys(vtk_xml.uniform_cells(facets))
+    places = points if at_points else points[facets].mean(axis=1)
+    lengths = 1.0 + np.arange(len(places))
+    data = poly.GetPointData() if at_points else poly.GetCellData()
+    vtk_xml.add_arrays(data, {"length": lengths})
+    vtk_xml.write_dataset(tmp_path / "h.vtp", poly, "PolyData")
+    assert np.allclose(read_length_field(tmp_path / "h.vtp", "length").at(places), lengths, rtol=1e-6)
+
+
+@pytest.fixture(scope="module")
+def voided():
+    voxels = generate(GenerateOptions(shape=(20, 20, 20), grains=2, voids=1, void_radius=3.0, seed=2))
+    return remesh(voxels, RemeshOptions())[0]
+
+
+def test_flags_give_the_least_of_front_voids_points_and_field(tmp_path, voided):
+    (tmp_path / "front.csv").write_text("x,y,z\n1,1,1\n")
+    (tmp_path / "points.csv").write_text("x,y,z\n19,19,1\n")
+    write_field(tmp_path / "h.vti", np.full((8, 8, 8), 2.25), 3.0, True)
+    numbers = "--l-min 0.5 --l0 1 --l-max 3 --r0 2 --r1 4 --field-array h --around-voids --points"
+    parsed = arguments_of(numbers, tmp_path / "points.csv", "--field", tmp_path / "h.vti")
+    sizing = sizing_from(parsed, voided, tmp_path / "front.csv")
+    void = voided.points[voided.facets[(voided.sides < 0).any(1)][0, 0]]
+    assert np.allclose(sizing.at([[1, 1, 1], [19, 19, 1], void]), 0.5)
+    far = np.array([[1.0, 19, 19], [10, 1, 19]])
+    away = [np.linalg.norm(sizing.sources - p, axis=1).min() > 4 for p in far]
+    assert any(away) and np.allclose(sizing.at(far[away]), 2.25)
+
+
+def test_missing_files_are_named(tmp_path, voided):
+    for flag in ("--points", "--field"):
+        with pytest.raises(CraftmeshError, match="gone.csv"):
+            sizing_from(arguments_of(flag, tmp_path / "gone.csv"), voided, None)
+    (tmp_path / "a.stl").touch()
+    with pytest.raises(CraftmeshError, match="suffix '.stl'"):
+        sizing_from(arguments_of("--field", tmp_path / "a.stl"), voided, None)
