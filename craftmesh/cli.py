@@ -19,6 +19,7 @@ VERBS = {
     "inp": "write the complete Abaqus and CalculiX input deck",
     "check": "say each breach of a stage file's invariants; measure the mesh",
     "report": "put tables and histograms of all increments on one page",
+    "import-config": "turn craftmesher's config.xml into a configuration",
 }
 
 INTERRUPTED = 130
@@ -55,7 +56,9 @@ def run(argv: list[str]) -> int:
         raise CraftmeshError(f"{verb!r} is not a verb; expected one of {', '.join(VERBS)}")
     from craftmesh.commands.flags import Parser
 
-    module = importlib.import_module("craftmesh.commands." + verb + "_" * keyword.iskeyword(verb))
+    module = importlib.import_module(
+        "craftmesh.commands." + verb.replace("-", "_") + "_" * keyword.iskeyword(verb)
+    )
     parser = Parser(prog=f"craftmesh {verb}", description=module.__doc__)
     module.add_arguments(parser)
     return module.run(parser.parse_args(rest)) or 0

@@ -11,7 +11,9 @@ from craftmesh.errors import CraftmeshError
 
 
 def module_of(verb: str):
-    return importlib.import_module("craftmesh.commands." + {"import": "import_"}.get(verb, verb))
+    return importlib.import_module(
+        "craftmesh.commands." + {"import": "import_"}.get(verb, verb.replace("-", "_"))
+    )
 
 
 def said(capsys) -> str:

@@ -1,0 +1,37 @@
+"""Turn craftmesher's config.xml into a configuration, and say what it could not carry over."""
+
+from pathlib import Path
+
+from craftmesh.atomic import atomic_path
+from craftmesh.campaign import check_sizes, completed
+from craftmesh.commands.stage_io import add_output, existing
+from craftmesh.config_schema import config_schema
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.craftmesher import converted, read_config
+
+CASES = "config/cases.tsv"
+
+
+def add_arguments(parser):
+    parser.add_argument("config", type=Path, help="craftmesher's config.xml")
+    add_output(parser, "configuration .yaml, for `snakemake --configfile`")
+
+
+def run(arguments):
+    import yaml
+
+    try:
+        sections, notes = converted(read_config(existing(arguments.config)), arguments.config.parent)
+        config = {"cases": CASES} | sections
+        if "l0" in config["sizing"]:
+            check_sizes(completed(config, config_schema())["sizing"])
+    except CraftmeshError as error:
+        place = "" if str(error).startswith(str(arguments.config)) else f"{arguments.config}: "
+        raise CraftmeshError(f"{place}{error}") from None
+    notes.append(f"cases: name the microstructures in {CASES}")
+    comments = "".join(f"# {line}\n" for line in ["Not carried over, or to be looked at:", *notes])
+    text = yaml.safe_dump(config, sort_keys=False, allow_unicode=True)
+    with atomic_path(arguments.output) as temporary:
+        temporary.write_text(f"# From {arguments.config.name} of craftmesher.\n{comments}\n{text}", "utf-8")
+    for note in notes:
+        print(note)
