@@ -128,7 +128,7 @@ def march(labels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nd
     ranks, ranked = _ranks_by_volume(labels)
     label_of = np.concatenate([np.full(OUTSIDE_LABELS, OUTSIDE), ranked]).astype(np.int32)
     points, rows = _march(_pad_with_outside(ranks), label_of > 0, new_scratch())
-    facets, behind, ahead = rows[:, :3], rows[:, 3], rows[:, 4]
+    facets, behind, ahead = np.ascontiguousarray(rows[:, :3]), rows[:, 3], rows[:, 4]
     sides = np.stack([label_of[behind], label_of[ahead]], axis=1)
     kind = np.where(behind < OUTSIDE_LABELS, behind + 1, 0).astype(np.uint8)
     for plane in range(1, 7):

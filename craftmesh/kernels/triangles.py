@@ -323,7 +323,7 @@ def intersecting_pairs(points: np.ndarray, facets: np.ndarray, limit: int = 100_
     Pairs come sorted, lower facet first. The search ends after `limit` pairs.
     """
     facets = np.ascontiguousarray(facets, np.int64)
-    points = np.ascontiguousarray(points, np.float64)
+    points = np.array(points, np.float64, order="C")  # read-only arrays would be compiled for anew
     if len(facets) < 2:
         return np.zeros((0, 2), np.int64)
     low, high = _bounds(points, facets)
