@@ -14,15 +14,16 @@ from craftmesh.measure import area_vectors
 from craftmesh.types import Surface
 
 _AVERAGED = 4  # samples that a length between the samples is made of
-_LINKED = 12  # neighbours of a sample over which the gradation limit acts
+_LINKED = 26  # neighbours of a sample over which the gradation limit acts
 _CURVATURE_LAPS = 3  # averages over neighbours that take the noise out of the curvature
 
 
 @dataclass(frozen=True)
 class LengthField:
-    """Target edge lengths (k,) at sample points (k, 3); in between, the mean weighted by 1/distance^2.
+    """Target edge lengths (k,) at sample points (k, 3).
 
-    `growth`: how much lengths grow per distance, further from the samples than the nearest one's length.
+    growth 0: elsewhere the mean of the nearest samples weighted by 1/distance^2. growth > 0: elsewhere
+    the least of the nearest samples' lengths, each grown by `growth` per distance.
     Raises CraftmeshError when there is no sample or a length is not a finite number > 0.
     """
 
@@ -56,14 +57,15 @@ class LengthField:
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the (n,) target edge lengths at `points` (n, 3)."""
         points = np.asarray(points, float).reshape(-1, 3)
-        near = range(1, min(_AVERAGED, len(self.points)) + 1)
+        most = _LINKED + 1 if self.growth else _AVERAGED
+        near = range(1, min(most, len(self.points)) + 1)
         distance, sample = self._tree.query(points, k=list(near))
+        if self.growth:
+            return (self.lengths[sample] + self.growth * distance).min(axis=1)
         # a point on a sample takes that sample's length alone
         scale = np.maximum(distance, 1e-9 * np.maximum(distance[:, -1:], np.finfo(float).tiny))
         weight = (scale[:, :1] / scale) ** 2
-        length = (weight * self.lengths[sample]).sum(axis=1) / weight.sum(axis=1)
-        beyond = np.maximum(distance[:, 0] - self.lengths[sample[:, 0]], 0.0)
-        return length + self.growth * beyond
+        return (weight * self.lengths[sample]).sum(axis=1) / weight.sum(axis=1)
 
     def limited(self, growth: float) -> "LengthField":
         """Return the field with lengths that grow by at most `growth` per distance between neighbours.
