@@ -86,7 +86,7 @@ def gradate(
     if options.release_tied_nodes:
         surface, released, _ = release_tied_nodes(surface)
     if options.remove_unnecessary_nodes:
-        surface, removed = remove_unnecessary_nodes(surface)
+        surface, removed = remove_unnecessary_nodes(surface, options.normal_tolerance)
     surface, smoothed = smooth_junctions(surface, options.junction_smoothing)
     state = make_state(surface, sizing.at(surface.points))
     done = {"released nodes": released, "unnecessary nodes": removed, "smoothed nodes": smoothed}

@@ -10,11 +10,13 @@ from craftmesh.measure import area_vectors
 from craftmesh.types import Surface
 
 
-def remove_unnecessary_nodes(surface: Surface) -> tuple[Surface, int]:
+def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -> tuple[Surface, int]:
     """Replace each vertex of three neighbours and three facets by one facet; return how many went.
 
-    All three facets must be of one patch, and the new facet must not fold or exist already.
+    All three facets must be of one patch and turn by at most `normal_tolerance` degrees, and the new
+    facet must not exist already.
     """
+    cosine = float(np.cos(np.radians(normal_tolerance)))
     facets, sides = oriented(surface)
     facets = facets.astype(np.int64)
     patch, _ = patch_ids(sides, surface.kind)
@@ -27,7 +29,7 @@ def remove_unnecessary_nodes(surface: Surface) -> tuple[Surface, int]:
     removed = 0
     for v in np.flatnonzero(count == 3):
         three = corner_order[start[v] : start[v + 1]] // 3
-        new = _lid(surface.points, facets, patch, alive, three, v, present)
+        new = _lid(surface.points, facets, patch, alive, three, v, present, cosine)
         if new is not None:
             facets[three[0]] = new
             alive[three[1:]] = False
@@ -36,7 +38,7 @@ def remove_unnecessary_nodes(surface: Surface) -> tuple[Surface, int]:
     return Surface(points, facets, sides[alive], surface.kind[alive]), removed
 
 
-def _lid(points, facets, patch, alive, three, v, present) -> np.ndarray | None:
+def _lid(points, facets, patch, alive, three, v, present, cosine) -> np.ndarray | None:
     """Return the facet that can stand for the facets `three` around `v`, or None."""
     if not alive[three].all() or len(set(patch[three])) > 1 or (facets[three] == v).sum() != 3:
         return None
@@ -51,7 +53,9 @@ def _lid(points, facets, patch, alive, three, v, present) -> np.ndarray | None:
     if tuple(np.sort(new)) in present:
         return None
     normal = area_vectors(points, new[None])[0]
-    if (area_vectors(points, facets[three]) @ normal <= 0).any():
+    old = area_vectors(points, facets[three])
+    least = cosine * np.linalg.norm(normal) * np.linalg.norm(old, axis=1)
+    if (old @ normal <= 0).any() or (old @ normal < least).any():
         return None
     present.add(tuple(np.sort(new)))
     return new

@@ -150,6 +150,17 @@ def test_unnecessary_node_of_two_patches_stays(column):
     assert remove_unnecessary_nodes(mixed)[1] == 0
 
 
+def test_unnecessary_node_on_a_bend_over_the_normal_tolerance_stays():
+    plain = box_of_grains(np.ones((4, 4, 4), int))
+    row = int(np.flatnonzero(plain.kind == 6)[0])
+    corners = plain.points[plain.facets[row]]
+    edge = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max()
+    flat, bent = (with_corner_raised(plain, row, lift * edge) for lift in (0.02, 0.4))
+    assert remove_unnecessary_nodes(flat, 40.0)[1] == 1
+    assert remove_unnecessary_nodes(bent, 40.0)[1] == 0
+    assert remove_unnecessary_nodes(flat, 1.0)[1] == 0
+
+
 def sawtooth() -> tuple[Surface, np.ndarray]:
     """Return three grains whose boundaries meet in a stair-like junction, and its inner vertices."""
     labels = np.ones((10, 10, 10), int)
