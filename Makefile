@@ -27,4 +27,5 @@ lint: setup
 	$(BIN)/ruff format --check .
 
 bench: setup
-	set -e; for file in $(wildcard benchmarks/*.py); do $(BIN)/python $$file; done
+	$(BIN)/python benchmarks/gradation.py
+	$(BIN)/python benchmarks/volume.py

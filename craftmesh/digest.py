@@ -6,17 +6,21 @@ again when, and only when, a module of its stage changes.
 
 import ast
 import hashlib
+import re
 from functools import cache
 from pathlib import Path
 
 PACKAGE = "craftmesh"
+# names of modules in texts, as for importlib or a worker process: "craftmesh.mesher.tetgen:TetGenMesher"
+NAMED = re.compile(rf"\b{PACKAGE}(?:\.\w+)+")
 
 
 def digest(module: str, root: Path | None = None) -> str:
     """Return 16 hexadecimal digits for `module` (dotted name) and its transitive craftmesh imports.
 
-    Imports are found in the source, inside functions too, so nothing is imported. `root` is the
-    package's folder, by default this package's own. Raises FileNotFoundError for an unknown module.
+    Imports are found in the source, inside functions too, so nothing is imported; a module that is
+    named in a text other than a docstring counts as well. `root` is the package's folder, by default
+    this package's own. Raises FileNotFoundError for an unknown module.
     """
     root = Path(__file__).parent if root is None else root
     if source_file(module, root) is None:
@@ -50,7 +54,9 @@ def imports_of(module: str, root: Path) -> tuple[str, ...]:
     file = source_file(module, root)
     package = module if file.name == "__init__.py" else module.rpartition(".")[0]
     names: list[str] = []
-    for node in ast.walk(ast.parse(file.read_bytes())):
+    nodes = list(ast.walk(ast.parse(file.read_bytes())))
+    docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    for node in nodes:
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -60,4 +66,6 @@ def imports_of(module: str, root: Path) -> tuple[str, ...]:
                 base = f"{parent}.{base}" if base else parent
             members = [f"{base}.{alias.name}" for alias in node.names]
             names += [name if source_file(name, root) else base for name in members]
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
+            names += NAMED.findall(node.value)
     return tuple(name for name in names if source_file(name, root))

@@ -1,4 +1,4 @@
-"""Digests follow imports, and nothing but imports."""
+"""Digests follow imports and the modules that texts name, and nothing else."""
 
 import shutil
 from pathlib import Path
@@ -20,7 +20,8 @@ def package(tmp_path) -> Path:
     (root / "b.py").write_text("import numpy\nfrom .kernels import swap\n")
     (root / "shared.py").write_text("x = 1\n")
     (root / "kernels" / "swap.py").write_text("from ..shared import x\n")
-    (root / "c.py").write_text("import os\n")
+    (root / "c.py").write_text('"""Unlike craftmesh.shared."""\nLATER = "craftmesh.mesher:Mesher"\n')
+    (root / "mesher.py").write_text("class Mesher: pass\n")
     return root
 
 
@@ -36,7 +37,7 @@ def changed_by(package: Path, tmp_path: Path, touched: str) -> set[str]:
 
 @pytest.mark.parametrize(
     ("touched", "stages"),
-    [("shared.py", "ab"), ("kernels/swap.py", "b"), ("a.py", "a"), ("c.py", "c"), ("__init__.py", "")],
+    [("shared.py", "ab"), ("kernels/swap.py", "b"), ("a.py", "a"), ("c.py", "c"), ("mesher.py", "c"), ("__init__.py", "")],
 )
 def test_change_reaches_the_stages_that_import_it(package, tmp_path, touched, stages):
     assert changed_by(package, tmp_path, touched) == set(stages)
