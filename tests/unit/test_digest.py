@@ -37,7 +37,14 @@ def changed_by(package: Path, tmp_path: Path, touched: str) -> set[str]:
 
 @pytest.mark.parametrize(
     ("touched", "stages"),
-    [("shared.py", "ab"), ("kernels/swap.py", "b"), ("a.py", "a"), ("c.py", "c"), ("mesher.py", "c"), ("__init__.py", "")],
+    [
+        ("shared.py", "ab"),
+        ("kernels/swap.py", "b"),
+        ("a.py", "a"),
+        ("c.py", "c"),
+        ("mesher.py", "c"),
+        ("__init__.py", ""),
+    ],
 )
 def test_change_reaches_the_stages_that_import_it(package, tmp_path, touched, stages):
     assert changed_by(package, tmp_path, touched) == set(stages)
