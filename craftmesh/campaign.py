@@ -19,6 +19,7 @@ SYNTHETIC = "synthetic"
 NO_CRACK = "none"
 COLUMNS = ("case", "microstructure", "crack", "increments")
 RESERVED = ("logs", "benchmarks")
+SIZE_FILES = ("points", "field")
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,20 @@ class Campaign:
         """Return the crack of the increment before as the input `previous`; nothing for the first."""
         return {"previous": self.crack(case, f"{int(inc) - 1:03d}")["crack"]} if int(inc) else {}
 
+    def crack_files(self, case: str, inc: str) -> list[str]:
+        """Return the files that describe the crack of an increment; none for a prescribed shape."""
+        crack = self.config["cracks"][self.cases[case].crack]
+        series = crack["increments"]
+        return [
+            path
+            for path in (series[int(inc)] if series else crack["file"], crack["front"])
+            if _is_name(path)
+        ]
+
+    def size_files(self) -> list[str]:
+        """Return the files that the sizing function reads."""
+        return [self.config["sizing"][key] for key in SIZE_FILES if self.config["sizing"][key]]
+
     def flags(self, section: str) -> str:
         """Return the command-line flags of one section of the configuration."""
         return command_flags(self.config[section])
@@ -98,6 +113,8 @@ def read_campaign(config: Mapping[str, Any], schemas: Path) -> Campaign:
     """
     config = completed(config, load_schema(schemas / "config.schema.yaml"))
     check_sizes(config["sizing"])
+    for key in SIZE_FILES:
+        _check_exists(f"sizing.{key}", config["sizing"][key])
     cases = read_cases(Path(config["cases"]), load_schema(schemas / "cases.schema.yaml"))
     for case in cases.values():
         _check_case(case, config)
@@ -234,8 +251,16 @@ def _check_crack(case: Case, config: Mapping[str, Any]) -> None:
     files = [("file", crack["file"]), ("front", crack["front"])]
     files += [("increments", item) for item in series or () if isinstance(item, str)]
     for name, path in files:
-        if path and not Path(path).exists():
-            raise CraftmeshError(f"{key}.{name}: {path} is not there; expected a file")
+        _check_exists(f"{key}.{name}", path)
+
+
+def _check_exists(key: str, path: str | None) -> None:
+    if path and not Path(path).exists():
+        raise CraftmeshError(f"{key}: {path} is not there; expected a file")
+
+
+def _is_name(value: Any) -> bool:
+    return isinstance(value, str) and value != ""
 
 
 def _located(microstructure: str, data: Path) -> str:

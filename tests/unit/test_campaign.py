@@ -42,6 +42,23 @@ def test_paths_of_microstructures_start_at_the_data_folder(campaign, tmp_path):
     assert campaign("one\tvolume.npz\tnone\t1\n").microstructure("one") == str(tmp_path / "volume.npz")
 
 
+def test_files_that_options_name_are_inputs(campaign, tmp_path):
+    names = {name: str(tmp_path / name) for name in ("a.stl", "b.stl", "front.csv", "voids.csv")}
+    for name in names.values():
+        Path(name).touch()
+    grown = {
+        "shape": "surface",
+        "increments": [names["a.stl"], names["b.stl"]],
+        "front": names["front.csv"],
+    }
+    sizing = {"l0": 1.0, "points": names["voids.csv"]}
+    found = campaign("one\tsynthetic\tgrown\t2\n", cracks={"grown": grown}, sizing=sizing)
+    assert found.crack_files("one", "001") == [names["b.stl"], names["front.csv"]]
+    assert found.size_files() == [names["voids.csv"]]
+    prescribed = campaign()
+    assert prescribed.crack_files("one", "002") == prescribed.size_files() == []
+
+
 def test_case_without_crack_has_no_crack_file(campaign):
     found = campaign("one\tsynthetic\tnone\t1\n")
     assert found.crack("one", "000") == {}

@@ -2,6 +2,7 @@ rule crack:
     input:
         unpack(lambda wildcards: CAMPAIGN.previous_crack(wildcards.case, wildcards.inc)),
         labels=f"{CASE}/labels.npz",
+        files=lambda wildcards: CAMPAIGN.crack_files(wildcards.case, wildcards.inc),
     output:
         f"{INC}/crack.vtp",
     log:

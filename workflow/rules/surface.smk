@@ -21,6 +21,7 @@ rule stitch:
     input:
         unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{CASE}/remeshed.vtp",
+        sizes=CAMPAIGN.size_files(),
     output:
         f"{INC}/surface.vtp",
     log:
@@ -46,6 +47,7 @@ rule gradate:
     input:
         unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{INC}/surface.vtp",
+        sizes=CAMPAIGN.size_files(),
     output:
         f"{INC}/gradated.vtp",
     log:

@@ -3,6 +3,7 @@ rule tetrahedralize:
         unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{INC}/gradated.vtp",
         islands=f"{CASE}/islands.json",
+        sizes=CAMPAIGN.size_files(),
     output:
         f"{INC}/tets/{{part}}-of-{{parts}}.npz",
     log:
