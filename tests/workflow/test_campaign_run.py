@@ -1,9 +1,12 @@
 """A tiny campaign through Snakemake: complete, repeated byte for byte, and rerun only where it must be."""
 
+import os
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
+from deck_reader import load_judge
 
 ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.xdist_group("tiny campaign")
@@ -36,6 +39,32 @@ def test_all_files_are_there(finished):
         assert (results / "benchmarks" / "tiny" / inc / "gradated.tsv").is_file()
     assert "tiny" in (results / "report.html").read_text()
     assert not list(results.rglob(".tmp-*"))
+
+
+@pytest.mark.parametrize("inc", ["000", "001"])
+def test_independent_judge_finds_no_fault_in_the_decks(finished, inc):
+    case = finished.path / "results" / "tiny"
+    verdict = load_judge(ROOT).judge(case / inc / "model.inp", case / "labels.npz")
+    assert verdict["faults"] == [] and verdict["labels_without_set"] == 0
+    assert (
+        verdict["front_nodes_missed_by_set"] == verdict["front_set_extra"] == verdict["front_branches"] == 0
+    )
+    # volumes are restored to the voxels' within 5e-4 of each grain; 1e-3 leaves room for its last round
+    assert verdict["grain_volume_drift"]["max"] < 1e-3
+
+
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
+def test_calculix_solves_the_deck(finished):
+    done = subprocess.run(
+        ["ccx", "-i", "model"],
+        cwd=finished.path / "results" / "tiny" / "000",
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env=os.environ | {"OMP_NUM_THREADS": "1"},
+    )
+    assert done.returncode == 0 and "*ERROR" not in done.stdout + done.stderr, done.stdout[-2000:]
+    assert "Job finished" in done.stdout
 
 
 def test_rerun_does_nothing(finished):
