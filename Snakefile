@@ -10,7 +10,10 @@ from craftmesh.errors import CraftmeshError
 min_version("9.8")
 
 
-configfile: "config/config.yaml"
+# a campaign of one's own (--configfile) starts from the schema's defaults, never from the demo's values
+if not workflow.overwrite_configfiles:
+
+    configfile: "config/config.yaml"
 
 
 try:
