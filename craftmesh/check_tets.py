@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from craftmesh.crack_front import mesh_fronts
-from craftmesh.mesh_sets import LIPS, node_sets_of
+from craftmesh.deck.mesh_sets import LIPS, node_sets_of
 from craftmesh.tet_connectivity import (
     EDGE_CORNERS,
     FACE_EDGES,

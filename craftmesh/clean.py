@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from craftmesh.absorb import absorb_small_pieces
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import option
 from craftmesh.progress import silent
-from craftmesh.raw_volume import RawVolume, as_raw
 from craftmesh.types import Voxels
-from craftmesh.voxel_graph import Pieces, find_pieces, pieces_per_grain
+from craftmesh.voxels.absorb import absorb_small_pieces
+from craftmesh.voxels.raw_volume import RawVolume, as_raw
+from craftmesh.voxels.voxel_graph import Pieces, find_pieces, pieces_per_grain
 
 _SMALLEST_LISTED = 10
 

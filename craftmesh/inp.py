@@ -9,13 +9,13 @@ from typing import TextIO
 import numpy as np
 
 from craftmesh.atomic import atomic_path
+from craftmesh.deck.inp_format import constant_lines, id_lines, integer_rows, name_lines, node_rows, number
+from craftmesh.deck.materials import Material, parse_materials
+from craftmesh.deck.second_order import raise_order
 from craftmesh.errors import CraftmeshError
-from craftmesh.inp_format import constant_lines, id_lines, integer_rows, name_lines, node_rows, number
-from craftmesh.materials import Material, parse_materials
 from craftmesh.options import option
-from craftmesh.orientation import normalized, quaternion_to_matrix
-from craftmesh.second_order import raise_order
 from craftmesh.types import TetMesh
+from craftmesh.voxels.orientation import normalized, quaternion_to_matrix
 
 _HEADER = """\
 *HEADING

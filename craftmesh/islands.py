@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.types import Voxels
-from craftmesh.voxel_graph import Pieces, find_pieces, neighbours, shared_faces
+from craftmesh.voxels.voxel_graph import Pieces, find_pieces, neighbours, shared_faces
 
 VOID = "void"
 GRAIN = "grain"

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from craftmesh.errors import CraftmeshError, MeshingError
-from craftmesh.grain_meshing import Attempt, MeshingTask, ladder, mesh_grain
-from craftmesh.grain_surface import GrainSurface, grain_surfaces
-from craftmesh.interior_points import LocalSizing
+from craftmesh.grains.grain_meshing import Attempt, MeshingTask, ladder, mesh_grain
+from craftmesh.grains.grain_surface import GrainSurface, grain_surfaces
+from craftmesh.grains.interior_points import LocalSizing
 from craftmesh.mesher.diagnose import GrainFailure, diagnose
 from craftmesh.mesher.pool import run_tasks
 from craftmesh.options import option

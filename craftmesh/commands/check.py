@@ -81,7 +81,7 @@ def check_front(file: Path, arguments) -> list[str]:
 
 
 def check_input_deck(file: Path, arguments) -> list[str]:
-    from craftmesh.check_deck import check_deck
+    from craftmesh.deck.check_deck import check_deck
 
     return check_deck(file)
 

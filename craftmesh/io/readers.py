@@ -11,8 +11,8 @@ from craftmesh.io import dream3d, labdct, npy, npz, tiff, vti
 from craftmesh.io.file_volume import GRAIN, UNINDEXED, VOID, FileVolume, listed, table_rows
 from craftmesh.io.hdf5 import opened
 from craftmesh.options import option
-from craftmesh.raw_volume import RawVolume
 from craftmesh.types import Voxels
+from craftmesh.voxels.raw_volume import RawVolume
 
 AUTO = "auto"
 FORMATS = (AUTO, "npz", "npy", "dream3d", "vti", "labdct", "tiff")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from craftmesh.grain_surface import GrainSurface
+from craftmesh.grains.grain_surface import GrainSurface
 from craftmesh.kernels.triangles import intersecting_pairs
 
 MAX_PAIRS = 1000

@@ -2,7 +2,7 @@
 
 import pytest
 
-from craftmesh.check_deck import check_deck
+from craftmesh.deck.check_deck import check_deck
 
 DECK = """** one tetrahedron
 *HEADING

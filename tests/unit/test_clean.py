@@ -9,8 +9,8 @@ from scipy import ndimage
 from craftmesh.clean import CleanOptions, clean, fill_unindexed, number_voids
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.readers import ReadOptions, read_voxels
-from craftmesh.raw_volume import RawVolume
 from craftmesh.types import Voxels
+from craftmesh.voxels.raw_volume import RawVolume
 
 
 def voxels(labels, orientations=None) -> Voxels:

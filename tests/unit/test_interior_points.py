@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial import Delaunay, cKDTree
 from structured_box import hexagon, plane_crack, structured_box
 
-from craftmesh.grain_surface import grain_surfaces
-from craftmesh.interior_points import APART, FROM_FACET, FROM_VERTEX, LocalSizing, interior_points
+from craftmesh.grains.grain_surface import grain_surfaces
+from craftmesh.grains.interior_points import APART, FROM_FACET, FROM_VERTEX, LocalSizing, interior_points
 
 
 class Graded:

@@ -13,7 +13,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io.readers import read_voxels
 from craftmesh.islands import find_islands, islands_as_json, islands_from_json
 from craftmesh.types import Voxels
-from craftmesh.voxel_graph import find_pieces, shared_faces
+from craftmesh.voxels.voxel_graph import find_pieces, shared_faces
 
 
 def voxels(labels, spacing=(1, 1, 1), origin=(0, 0, 0)) -> Voxels:

@@ -5,7 +5,7 @@ import pytest
 from structured_box import structured_box
 
 from craftmesh.errors import CraftmeshError, MeshingError
-from craftmesh.grain_surface import GrainSurface, grain_surfaces
+from craftmesh.grains.grain_surface import GrainSurface, grain_surfaces
 from craftmesh.mesher.base import load_mesher
 from craftmesh.mesher.diagnose import diagnose, tetgen_diagnosis
 from craftmesh.tetrahedralize import TetrahedralizeOptions, tetrahedralize

@@ -6,11 +6,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
+from craftmesh.grains.optimise_tets import _result, _state, optimise_tets
 from craftmesh.kernels.tet_cavity import TETS, link_tets, new_scratch
 from craftmesh.kernels.tet_insertion import contract, insert_on_edge
 from craftmesh.kernels.tet_quality import all_qualities, aspect_ratio_at, quality_of
 from craftmesh.kernels.tet_swaps import remove_edge, remove_face
-from craftmesh.optimise_tets import _result, _state, optimise_tets
 from craftmesh.tet_connectivity import group_triples, half_faces, tet_volumes
 
 

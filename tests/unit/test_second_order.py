@@ -6,8 +6,8 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assemble import assemble
 from craftmesh.crack_front import front_frames
+from craftmesh.deck.second_order import raise_order
 from craftmesh.errors import CraftmeshError
-from craftmesh.second_order import raise_order
 from craftmesh.tet_connectivity import FACE_CORNERS, face_nodes
 
 # Abaqus: nodes 5..10 lie between these corners, counted from 1.

@@ -8,9 +8,9 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assemble import assemble
 from craftmesh.errors import CraftmeshError, MeshingError
-from craftmesh.grain_meshing import MeshingTask, ladder, mesh_grain
-from craftmesh.grain_region import WrongMesh, find_regions
-from craftmesh.grain_surface import grain_surfaces, lowest_equal_point
+from craftmesh.grains.grain_meshing import MeshingTask, ladder, mesh_grain
+from craftmesh.grains.grain_region import WrongMesh, find_regions
+from craftmesh.grains.grain_surface import grain_surfaces, lowest_equal_point
 from craftmesh.measure import side_volumes
 from craftmesh.tet_connectivity import half_faces, tet_volumes
 from craftmesh.tetrahedralize import TetrahedralizeOptions, tetrahedralize

@@ -76,7 +76,7 @@ def test_rerun_does_nothing(finished):
     ("module", "rules"),
     [
         ("gradate.py", {"gradate"} | AFTER_GRADATE),
-        ("second_order.py", {"inp", "all"}),
+        ("deck/second_order.py", {"inp", "all"}),
         ("digest.py", set()),
     ],
 )

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.connectivity import unique_edges
-from craftmesh.grain_surface import GrainSurface
+from craftmesh.grains.grain_surface import GrainSurface
 from craftmesh.kernels.interior_fill import bucket_points, mark_clear, mark_inside, thin_out
 from craftmesh.measure import area_vectors
 

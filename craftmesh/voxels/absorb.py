@@ -4,7 +4,7 @@ import heapq
 
 import numpy as np
 
-from craftmesh.voxel_graph import Pieces, shared_faces
+from craftmesh.voxels.voxel_graph import Pieces, shared_faces
 
 
 def absorb_small_pieces(pieces: Pieces, minimum: int) -> np.ndarray:

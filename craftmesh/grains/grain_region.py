@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from craftmesh.grain_surface import GrainSurface
+from craftmesh.grains.grain_surface import GrainSurface
 from craftmesh.tet_connectivity import group_triples, half_faces, tet_volumes
 
 VOLUME_TOLERANCE = 1e-9

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 
 from craftmesh.connectivity import compact
-from craftmesh.grain_region import (
+from craftmesh.grains.grain_region import (
     check_filled,
     find_regions,
     hole_seeds,
     replace_by_given,
 )
-from craftmesh.grain_surface import GrainSurface
-from craftmesh.interior_points import LocalSizing, interior_points
+from craftmesh.grains.grain_surface import GrainSurface
+from craftmesh.grains.interior_points import LocalSizing, interior_points
+from craftmesh.grains.optimise_tets import optimise_tets
 from craftmesh.mesher.base import load_mesher
-from craftmesh.optimise_tets import optimise_tets
 from craftmesh.types import GrainTets
 
 # Keeps the surface, adds nothing it can do without: the cheapest mesh that tells inside from outside.

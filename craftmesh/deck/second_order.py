@@ -5,8 +5,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from craftmesh.crack_front import mesh_fronts
+from craftmesh.deck.mesh_sets import node_sets_of
 from craftmesh.errors import CraftmeshError
-from craftmesh.mesh_sets import node_sets_of
 from craftmesh.tet_connectivity import EDGE_CORNERS, group_edges, tet_edges
 from craftmesh.types import TetMesh
 

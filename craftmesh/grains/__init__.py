@@ -1,0 +1,1 @@
+"""From the closed surface of one grain to its tetrahedra."""

@@ -1,0 +1,1 @@
+"""Labelled volumes as they are read and cleaned, and the orientations of their grains."""
