@@ -7,6 +7,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.cleaning import clean_facets, split_ears
+from craftmesh.gradation.locality import spatially_sorted
 from craftmesh.gradation.passes import (
     Limits,
     Workshop,
@@ -81,13 +82,15 @@ def gradate(
     if not len(surface.facets):
         raise CraftmeshError("the surface has no facets; expected at least one to gradate")
     progress(0.0, "preprocess")
-    source = surface
+    facets = len(surface.facets)
+    before = side_volumes(surface.points, surface.facets, surface.sides)
     released, removed = 0, 0
     if options.release_tied_nodes:
         surface, released, _ = release_tied_nodes(surface)
     if options.remove_unnecessary_nodes:
         surface, removed = remove_unnecessary_nodes(surface, options.normal_tolerance)
     surface, smoothed = smooth_junctions(surface, options.junction_smoothing)
+    surface = spatially_sorted(surface)
     state = make_state(surface, sizing.at(surface.points))
     done = {"released nodes": released, "unnecessary nodes": removed, "smoothed nodes": smoothed}
     shop = Workshop(state, filled_grid(state), done)
@@ -101,14 +104,13 @@ def gradate(
     result = surface_of(shop.state, surface)
     if options.restore_volumes:
         progress(0.95, "volumes")
-        result = _restored(result, source, volumes)
+        result = _restored(result, volumes or before)
     progress(1.0, "done")
-    return result, gradation_report(shop, source, result, sizing)
+    return result, gradation_report(shop, facets, before, result, sizing)
 
 
-def _restored(result: Surface, source: Surface, volumes: Mapping[int, float] | None) -> Surface:
+def _restored(result: Surface, targets: Mapping[int, float]) -> Surface:
     """Return `result` with the target volumes; grains whose volume is not > 0 are left out."""
-    targets = volumes or side_volumes(source.points, source.facets, source.sides)
     present = set(result.grains.tolist())
     targets = {k: v for k, v in targets.items() if v > 0 and k in present}
     return restore_volumes(result, targets)[0] if targets else result

@@ -5,8 +5,12 @@ import numpy as np
 
 def area_vectors(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     """Return (m, 3) vectors along the facets' normals with the facets' areas as lengths."""
-    a, b, c = (points[facets[:, i]] for i in range(3))
-    return 0.5 * np.cross(b - a, c - a)
+    a = points[facets[:, 0]]
+    u, v = points[facets[:, 1]] - a, points[facets[:, 2]] - a
+    vectors = np.empty((len(facets), 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        vectors[:, i] = 0.5 * (u[:, j] * v[:, k] - u[:, k] * v[:, j])
+    return vectors
 
 
 def facet_angles(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
@@ -28,8 +32,8 @@ def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> d
     facet with one grain on both sides adds nothing.
     """
     centre = points.mean(axis=0) if len(points) else np.zeros(3)
-    swept = np.einsum("ij,ij->i", points[facets].mean(axis=1) - centre, area_vectors(points, facets)) / 3
-    labels, index = np.unique(sides, return_inverse=True)
-    index = index.reshape(-1, 2)
+    swept = np.einsum("ij,ij->i", points[facets[:, 0]] - centre, area_vectors(points, facets)) / 3
+    labels = np.unique(np.concatenate([np.unique(sides[:, 0]), np.unique(sides[:, 1])]))
+    index = np.searchsorted(labels, sides)
     volume = np.bincount(index[:, 0], swept, len(labels)) - np.bincount(index[:, 1], swept, len(labels))
     return {int(k): float(v) for k, v in zip(labels, volume) if k > 0}

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.passes import Limits, Workshop, relative_lengths, slide_all, swap_all
 from craftmesh.gradation.state import ON_FRONT
 from craftmesh.kernels.collapse import collapse_pass
@@ -29,7 +30,7 @@ def clean_facets(shop: Workshop, sizing, limits: Limits, rounds: int, goal: floa
         shop.set_sizes(sizing)
         loose = _loosened(limits, n, rounds)
         done = collapse_poor(shop, loose, goal)
-        done += swap_all(shop, loose, 2)
+        done += swap_all(shop, loose)
         done += slide_all(shop, loose._replace(longest=1.2 * limits.longest), score)
         if not done:
             break
@@ -64,7 +65,7 @@ def collapse_poor(shop: Workshop, limits: Limits, goal: float) -> int:
     edges = np.stack([facets[rows, (smallest + 1) % 3], facets[rows, (smallest + 2) % 3]], axis=1)
     ratio = relative_lengths(state, edges)
     chosen = np.flatnonzero((worst < goal) & ((ratio < SHORT) | (worst < POOR_ANGLE)))
-    order = chosen[np.argsort(worst[chosen], kind="stable")]
+    order = chosen[block_order(edges[chosen], worst[chosen])]
     return shop.repeat("cleaning collapses", collapse_pass, len(order), limits, edges, order, ())
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.state import State, grown
 from craftmesh.kernels.by_reference import by_reference
 from craftmesh.kernels.collapse import collapse_pass
@@ -28,7 +29,7 @@ class Workshop:
     """The state and its grid, with the counts of what was done; passes replace both as they grow."""
 
     state: State
-    grid: FacetGrid
+    grid: FacetGrid | None
     done: dict
 
     def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -48,8 +49,9 @@ class Workshop:
         """Run a pass kernel up to item `count`, making room whenever it stops short; return its work."""
         start, total = 0, 0
         while True:
-            state, grid = by_reference(self.state), by_reference(self.grid)
-            start, done = kernel(state, grid, *arguments[:-1], start, *arguments[-1])
+            references = by_reference(self.state), by_reference(self.grid)
+            start, done = kernel(*references, *arguments[:-1], start, *arguments[-1])
+            del references
             total += done
             if start >= count:
                 break
@@ -60,6 +62,7 @@ class Workshop:
     def make_room(self) -> None:
         """Refresh the grid and lengthen whatever is nearly full."""
         m = int(self.state.alive.sum())
+        self.grid = None
         self.state = grown(self.state, max(1000, m // 4), max(4000, m // 2))
         self.grid = filled_grid(self.state)
 
@@ -80,7 +83,7 @@ def filled_grid(state: State) -> FacetGrid:
     edge = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
     used = state.points[np.unique(state.facets[living])]
     cell = max(2.0 * float(edge.mean()), 1e-300)
-    items = 12 * len(living) + 2 * ROOM_PER_STEP
+    items = 6 * len(living) + 2 * ROOM_PER_STEP
     grid = make_grid(used, cell, items, len(state.facets))
     while not fill_grid(grid, state.points, state.facets, state.alive, m) or (
         grid.used[0] + 2 * ROOM_PER_STEP > len(grid.facet)
@@ -91,36 +94,30 @@ def filled_grid(state: State) -> FacetGrid:
 
 
 def collapse_short(shop: Workshop, limits: Limits) -> int:
-    """Collapse edges under limits.collapse of their target: junction lines first, shortest first."""
+    """Collapse edges under limits.collapse of their target: junction lines first, short ones first."""
     total = 0
+    edges, feature, ratio = shop.edges()
     for lines in (True, False):
-        edges, feature, ratio = shop.edges()
         chosen = np.flatnonzero((feature == lines) & (ratio < limits.collapse))
-        order = chosen[np.argsort(ratio[chosen], kind="stable")]
+        order = chosen[block_order(edges[chosen], ratio[chosen])]
         name = "collapsed junction edges" if lines else "collapsed regular edges"
         total += shop.repeat(name, collapse_pass, len(order), limits, edges, order, ())
     return total
 
 
 def split_long(shop: Workshop, limits: Limits, share: float) -> int:
-    """Split edges over limits.split of their target, longest first."""
+    """Split edges over limits.split of their target, longest first by blocks."""
     edges, _, ratio = shop.edges()
     chosen = np.flatnonzero(ratio > limits.split)
-    order = chosen[np.argsort(-ratio[chosen], kind="stable")]
+    order = chosen[block_order(edges[chosen], -ratio[chosen])]
     return shop.repeat("split edges", split_pass, len(order), limits, edges, order, (share,))
 
 
-def swap_all(shop: Workshop, limits: Limits, times: int = 3) -> int:
-    """Swap edges inside patches until few gain."""
-    total = 0
-    for _ in range(times):
-        edges, feature, _ = shop.edges()
-        edges = edges[~feature]
-        done = shop.repeat("swapped edges", swap_pass, len(edges), limits, edges, ())
-        total += done
-        if done <= len(edges) // 1000:
-            break
-    return total
+def swap_all(shop: Workshop, limits: Limits) -> int:
+    """Swap edges inside patches until hardly any gains."""
+    edges, feature, _ = shop.edges()
+    edges = edges[~feature]
+    return shop.repeat("swapped edges", swap_pass, len(edges), limits, edges, ())
 
 
 def slide_all(shop: Workshop, limits: Limits, goal: float) -> int:

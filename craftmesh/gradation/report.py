@@ -12,11 +12,16 @@ from craftmesh.types import Surface
 NEEDLE_ANGLE = 12.0
 
 
-def gradation_report(shop: Workshop, source: Surface, result: Surface, sizing: Sizing) -> dict:
-    """Return counts, refusals, size adherence, angles and drift as JSON-able numbers."""
+def gradation_report(
+    shop: Workshop, facets: int, volumes: dict[int, float], result: Surface, sizing: Sizing
+) -> dict:
+    """Return counts, refusals, size adherence, angles and drift as JSON-able numbers.
+
+    facets, volumes: the input's number of facets and the volumes of its grains.
+    """
     angles = facet_angles(result.points, result.facets)
     return {
-        "facets": [len(source.facets), len(result.facets)],
+        "facets": [facets, len(result.facets)],
         "operations": {k: int(v) for k, v in shop.done.items()},
         "refusals": {k: int(v) for k, v in zip(REFUSALS, shop.state.refused)},
         "adherence": size_adherence(result, sizing),
@@ -26,7 +31,7 @@ def gradation_report(shop: Workshop, source: Surface, result: Surface, sizing: S
         "facets under 3 degrees": int((angles.min(1) < 3).sum()),
         "facets over 135 degrees": int((angles.max(1) > 135).sum()),
         "left": _left_over(result, angles),
-        "drift": volume_drift(source, result),
+        "drift": volume_drift(volumes, result),
     }
 
 
@@ -59,9 +64,8 @@ def _percentiles(values: np.ndarray) -> list[float]:
     return [round(float(v), 4) for v in np.percentile(values, (5, 50, 95))] if len(values) else []
 
 
-def volume_drift(source: Surface, result: Surface) -> dict:
+def volume_drift(before: dict[int, float], result: Surface) -> dict:
     """Return the mean and the largest relative change of volume over the grains, and where it is."""
-    before = side_volumes(source.points, source.facets, source.sides)
     after = side_volumes(result.points, result.facets, result.sides)
     drift = {k: abs(after.get(k, 0.0) / v - 1) if v else 0.0 for k, v in before.items()}
     if not drift:

@@ -44,9 +44,12 @@ REFUSALS = (
 
 def front_edges(surface: Surface) -> np.ndarray:
     """Return the (k, 2) crack-front edges of `surface`: edges on which nothing but one crack facet lies."""
-    edges, of_corner, count = unique_edges(surface.facets)
+    on_crack = np.zeros(len(surface.points), bool)
+    on_crack[surface.facets[surface.kind == CRACK]] = True
+    near = np.flatnonzero(on_crack[surface.facets].sum(axis=1) >= 2)
+    edges, of_corner, count = unique_edges(surface.facets[near])
     lone = count[of_corner] == 1
-    lone &= (surface.kind == CRACK)[:, None]
+    lone &= (surface.kind[near] == CRACK)[:, None]
     return edges[np.unique(of_corner[lone])]
 
 
@@ -152,7 +155,7 @@ def make_state(surface: Surface, size: np.ndarray) -> State:
 def _set_volumes(state: State) -> None:
     swept = np.einsum(
         "ij,ij->i",
-        state.points[state.facets].mean(axis=1) - state.points.mean(axis=0),
+        state.points[state.facets[:, 0]] - state.points.mean(axis=0),
         area_vectors(state.points, state.facets),
     )
     side = state.patch_sides[state.patch]

@@ -25,7 +25,7 @@ from craftmesh.kernels.collapse_rules import (
     movable_end,
 )
 from craftmesh.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
-from craftmesh.kernels.facet_grid import has_room, insert_facet, star_intersects
+from craftmesh.kernels.facet_grid import GONE, has_room, insert_facet, star_intersects
 from craftmesh.kernels.facet_shape import angle_score, keeps_normal, squared_distance
 from craftmesh.kernels.rings import has_corner, is_feature, link_corner, unlink_corner
 from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
@@ -148,6 +148,7 @@ def merge(state, a, b, dying):
     for i in range(dying):
         f = state.dying[i]
         state.alive[f] = False
+        state.facet_stamp[f] = GONE
         state.witness_first[f] = -1
         for k in range(3):
             unlink_corner(first, after, facets[f, k], 3 * f + k)
@@ -204,10 +205,9 @@ def collapse(state, grid, limits, a, b, halfway):
     if reason == DONE:
         loose = _collect_loose(state, moved, dying, a, b, halfway)
         total = moved if halfway else add_star(state, a, b, a, moved)
-        tolerance = limits.distance * state.size[a]
         if loose == TOO_MANY or total < 0:
             reason = DISTANCE
-        elif not find_new_homes(state, loose, total, tolerance, limits.crack_distance):
+        elif not find_new_homes(state, loose, total, limits.distance, state.size[a], limits.crack_distance):
             reason = DISTANCE
     if reason == DONE and hits(state, grid, moved, dying):
         reason = HIT

@@ -107,27 +107,35 @@ def _twin_facet(state, a, b, mark):
 
 @njit(cache=True)
 def grains_touch(state, a, b):
-    """Tell whether a side that the edge does not bound has both ends, so that merging would pinch it."""
+    """Tell whether a side or a patch that the edge does not bound has both ends, so that it would tie."""
     c = state.first[a]
     while c >= 0:
-        for k in range(2):
-            side = state.patch_sides[state.patch[c // 3], k]
-            on_edge = False
-            on_b = False
-            d = state.first[b]
-            while d >= 0:
-                g = d // 3
-                both = state.patch_sides[state.patch[g]]
-                if both[0] == side or both[1] == side:
-                    on_b = True
-                    if has_corner(state.facets, g, a):
-                        on_edge = True
-                        break
-                d = state.after[d]
-            if on_b and not on_edge:
-                return True
+        patch = state.patch[c // 3]
+        sides = state.patch_sides[patch]
+        if (
+            _ends_meet(state, a, b, patch, -2)
+            or _ends_meet(state, a, b, -1, sides[0])
+            or _ends_meet(state, a, b, -1, sides[1])
+        ):
+            return True
         c = state.after[c]
     return False
+
+
+@njit(cache=True)
+def _ends_meet(state, a, b, patch, side):
+    """Tell whether `b` has facets of the patch, or of the side, of which none has `a` too."""
+    found = False
+    d = state.first[b]
+    while d >= 0:
+        g = d // 3
+        both = state.patch_sides[state.patch[g]]
+        if state.patch[g] == patch or both[0] == side or both[1] == side:
+            if has_corner(state.facets, g, a):
+                return False
+            found = True
+        d = state.after[d]
+    return found
 
 
 @njit(cache=True)

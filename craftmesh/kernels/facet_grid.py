@@ -16,6 +16,8 @@ ROOM_PER_STEP = 60000
 MOST_CELLS = 6_000_000
 # Part of a facet's size within which a point counts as on its plane; generous, the exact test decides.
 CONTACT = 1e-7
+# The stamp of facets that are no more.
+GONE = 2**62
 
 
 def make_grid(points: np.ndarray, cell: float, items: int, facets: int) -> FacetGrid:
@@ -28,9 +30,9 @@ def make_grid(points: np.ndarray, cell: float, items: int, facets: int) -> Facet
         low,
         np.array([1.0 / cell]),
         dims,
-        np.full(int(dims.prod()), -1, np.int64),
-        np.empty(items, np.int64),
-        np.empty(items, np.int64),
+        np.full(int(dims.prod()), -1, np.int32),
+        np.empty(items, np.int32),
+        np.empty(items, np.int32),
         np.zeros(1, np.int64),
         np.empty((facets, 6), np.int32),
         np.empty(16384, np.int64),
@@ -97,20 +99,30 @@ def fill_grid(grid, points, facets, alive, facet_count):
 
 
 @njit(cache=True)
-def _bounds(points, facets, f, bounds, row):
+def _set_bounds(points, facets, f, low, high, bounds, row):
+    """Set a row to the bounds of facet `f`; False, with the row spoiled, when they miss the box."""
+    a = facets[f, 0]
+    b = facets[f, 1]
+    c = facets[f, 2]
     for axis in range(3):
-        p = points[facets[f, 0], axis]
-        q = points[facets[f, 1], axis]
-        r = points[facets[f, 2], axis]
-        bounds[row, 2 * axis] = min(p, q, r)
-        bounds[row, 2 * axis + 1] = max(p, q, r)
+        p = points[a, axis]
+        q = points[b, axis]
+        r = points[c, axis]
+        least = min(p, q, r)
+        most = max(p, q, r)
+        if least > high[axis] or most < low[axis]:
+            return False
+        bounds[row, 2 * axis] = least
+        bounds[row, 2 * axis + 1] = most
+    return True
 
 
 @njit(cache=True)
 def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high):
     """List the living, unmarked facets whose bounds meet the box; return their number, -1 if too many.
 
-    Facets with facet_stamp >= `mark` are passed over; listed ones get facet_stamp = mark.
+    Facets with facet_stamp >= `mark`, as all that are gone (GONE), are passed over; listed ones get
+    facet_stamp = mark.
     """
     origin, scale, dims = grid.origin, grid.scale, grid.dims
     first, after, item_facet = grid.first, grid.after, grid.facet
@@ -127,62 +139,100 @@ def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high)
             for k in range(k0, k1 + 1):
                 cell = (i * dims[1] + j) * dims[2] + k
                 last = -1
-                item = first[cell]
+                item = np.int64(first[cell])
                 while item >= 0:
-                    f = item_facet[item]
-                    following = after[item]
-                    if not alive[f]:
-                        if last < 0:
-                            first[cell] = following
-                        else:
-                            after[last] = following
-                    else:
+                    f = np.int64(item_facet[item])
+                    following = np.int64(after[item])
+                    if facet_stamp[f] < mark:
                         last = item
-                        if facet_stamp[f] < mark:
-                            facet_stamp[f] = mark
-                            meets = True
-                            _bounds(points, facets, f, bounds, count)
-                            for axis in range(3):
-                                if bounds[count, 2 * axis] > high[axis]:
-                                    meets = False
-                                if bounds[count, 2 * axis + 1] < low[axis]:
-                                    meets = False
-                            if meets:
-                                candidate[count] = f
-                                count += 1
-                                if count >= len(candidate):
-                                    return -1
+                        facet_stamp[f] = mark
+                        if _set_bounds(points, facets, f, low, high, bounds, count):
+                            candidate[count] = f
+                            count += 1
+                            if count >= len(candidate):
+                                return -1
+                    elif alive[f]:
+                        last = item
+                    elif last < 0:
+                        first[cell] = following
+                    else:
+                        after[last] = following
                     item = following
     return count
 
 
 @njit(cache=True)
-def _set_plane(points, a, b, c, plane):
-    """Set `plane` to the facet's unit normal, its offset and the height that counts as contact."""
+def _set_planes(points, corners, planes):
+    """Set rows of unit normal, offset and height that counts as contact: the facet's plane, and through
+    edge k the plane across it that faces away from the facet.
+    """
+    a, b, c = corners
     x, y, z = area_vector(points, a, b, c)
     length = np.sqrt(x * x + y * y + z * z)
     scale = 1.0 / length if length > 0.0 else 0.0
-    plane[0] = x * scale
-    plane[1] = y * scale
-    plane[2] = z * scale
-    plane[3] = plane[0] * points[a, 0] + plane[1] * points[a, 1] + plane[2] * points[a, 2]
-    plane[4] = CONTACT * (np.sqrt(squared_distance(points, a, b)) + np.sqrt(squared_distance(points, a, c)))
+    contact = CONTACT * (np.sqrt(squared_distance(points, a, b)) + np.sqrt(squared_distance(points, a, c)))
+    x *= scale
+    y *= scale
+    z *= scale
+    planes[0, 0] = x
+    planes[0, 1] = y
+    planes[0, 2] = z
+    for k in range(3):
+        u = corners[k]
+        v = corners[(k + 1) % 3]
+        ex = points[v, 0] - points[u, 0]
+        ey = points[v, 1] - points[u, 1]
+        ez = points[v, 2] - points[u, 2]
+        length = np.sqrt(ex * ex + ey * ey + ez * ez)
+        scale = 1.0 / length if length > 0.0 else 0.0
+        planes[k + 1, 0] = (ey * z - ez * y) * scale
+        planes[k + 1, 1] = (ez * x - ex * z) * scale
+        planes[k + 1, 2] = (ex * y - ey * x) * scale
+    for k in range(4):
+        u = corners[max(0, k - 1)]
+        offset = 0.0
+        for axis in range(3):
+            offset += planes[k, axis] * points[u, axis]
+        planes[k, 3] = offset
+        planes[k, 4] = contact
 
 
 @njit(cache=True)
-def _beside(points, plane, a, b, c, p, q, r):
-    """Tell whether the corners p, q, r that are not a, b or c lie strictly on one side of the plane."""
+def _apart(points, planes, corners, p, q, r):
+    """Tell whether facet (p, q, r) surely meets the facet of the `planes` in shared corners at most.
+
+    True when its corners that are not shared lie strictly on one side of the facet's plane, or strictly
+    beyond an edge whose opposite corner is not shared. False says nothing.
+    """
     above = False
     below = False
-    for k in range(3):
-        v = p if k == 0 else (q if k == 1 else r)
-        if v != a and v != b and v != c:
-            h = plane[0] * points[v, 0] + plane[1] * points[v, 1] + plane[2] * points[v, 2] - plane[3]
-            above = above or h > plane[4]
-            below = below or h < -plane[4]
-            if abs(h) <= plane[4]:
-                return False
-    return above != below
+    near = False
+    shared = 0
+    outside = 7
+    for n in range(3):
+        v = p if n == 0 else (q if n == 1 else r)
+        x = points[v, 0]
+        y = points[v, 1]
+        z = points[v, 2]
+        for k in range(3):
+            if corners[k] == v:
+                shared += 1
+                outside &= ~(1 << ((k + 1) % 3))
+                v = -1
+        if v < 0:
+            continue
+        h = planes[0, 0] * x + planes[0, 1] * y + planes[0, 2] * z - planes[0, 3]
+        if abs(h) <= planes[0, 4]:
+            near = True
+        above = above or h > 0.0
+        below = below or h < 0.0
+        for k in range(3):
+            h = planes[k + 1, 0] * x + planes[k + 1, 1] * y + planes[k + 1, 2] * z - planes[k + 1, 3]
+            if h <= planes[k + 1, 4]:
+                outside &= ~(1 << k)
+    if shared == 3:
+        return False
+    return outside != 0 or (above != below and not near)
 
 
 @njit(cache=True)
@@ -213,7 +263,7 @@ def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count)
     if near < 0:
         return True
     candidate, bounds = grid.candidate, grid.bounds
-    plane = np.empty(5)
+    planes = np.empty((4, 5))
     for i in range(count):
         a = star[i, 0]
         b = star[i, 1]
@@ -221,7 +271,7 @@ def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count)
         for axis in range(3):
             low[axis] = min(points[a, axis], points[b, axis], points[c, axis])
             high[axis] = max(points[a, axis], points[b, axis], points[c, axis])
-        _set_plane(points, a, b, c, plane)
+        _set_planes(points, star[i], planes)
         for n in range(near):
             if (
                 bounds[n, 0] <= high[0]
@@ -232,7 +282,7 @@ def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count)
                 and bounds[n, 5] >= low[2]
             ):
                 f = candidate[n]
-                if _beside(points, plane, a, b, c, facets[f, 0], facets[f, 1], facets[f, 2]):
+                if _apart(points, planes, star[i], facets[f, 0], facets[f, 1], facets[f, 2]):
                     continue
                 if triangles_intersect(points, a, b, c, facets[f, 0], facets[f, 1], facets[f, 2]):
                     return True

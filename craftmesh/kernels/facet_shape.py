@@ -85,32 +85,36 @@ def segment_distance2(points, a, b, places, row):
 
 
 @njit(cache=True)
-def facet_distance2(points, a, b, c, places, row):
-    """Return the squared distance of the coordinates places[row] from facet (a, b, c)."""
+def facet_distance2(points, a, b, c, places, row, bound):
+    """Return the squared distance of places[row] from facet (a, b, c); `bound` when that is more."""
     nx, ny, nz = area_vector(points, a, b, c)
     n2 = nx * nx + ny * ny + nz * nz
+    wx = places[row, 0] - points[a, 0]
+    wy = places[row, 1] - points[a, 1]
+    wz = places[row, 2] - points[a, 2]
     if n2 > 0.0:
-        inside = True
-        for i in range(3):
-            u = a if i == 0 else (b if i == 1 else c)
-            v = b if i == 0 else (c if i == 1 else a)
-            ex = points[v, 0] - points[u, 0]
-            ey = points[v, 1] - points[u, 1]
-            ez = points[v, 2] - points[u, 2]
-            wx = places[row, 0] - points[u, 0]
-            wy = places[row, 1] - points[u, 1]
-            wz = places[row, 2] - points[u, 2]
-            side = (ey * wz - ez * wy) * nx + (ez * wx - ex * wz) * ny + (ex * wy - ey * wx) * nz
-            if side < 0.0:
-                inside = False
-                break
-        if inside:
-            h = (
-                (places[row, 0] - points[a, 0]) * nx
-                + (places[row, 1] - points[a, 1]) * ny
-                + (places[row, 2] - points[a, 2]) * nz
-            )
+        h = wx * nx + wy * ny + wz * nz
+        if h * h >= bound * n2:
+            return bound
+        if _projects_inside(points, a, b, c, places, row, nx, ny, nz):
             return h * h / n2
-    d = segment_distance2(points, a, b, places, row)
+    d = min(bound, segment_distance2(points, a, b, places, row))
     d = min(d, segment_distance2(points, b, c, places, row))
     return min(d, segment_distance2(points, c, a, places, row))
+
+
+@njit(cache=True)
+def _projects_inside(points, a, b, c, places, row, nx, ny, nz):
+    for i in range(3):
+        u = a if i == 0 else (b if i == 1 else c)
+        v = b if i == 0 else (c if i == 1 else a)
+        ex = points[v, 0] - points[u, 0]
+        ey = points[v, 1] - points[u, 1]
+        ez = points[v, 2] - points[u, 2]
+        wx = places[row, 0] - points[u, 0]
+        wy = places[row, 1] - points[u, 1]
+        wz = places[row, 2] - points[u, 2]
+        side = (ey * wz - ez * wy) * nx + (ez * wx - ex * wz) * ny + (ex * wy - ey * wx) * nz
+        if side < 0.0:
+            return False
+    return True

@@ -3,6 +3,9 @@
 import numpy as np
 from numba import njit
 
+# Rounds of projection onto a curved crack and back onto the box's plane; they converge to the trace.
+ROUNDS = 12
+
 
 @njit(cache=True)
 def _onto_segment(p, q, place, found):
@@ -55,6 +58,20 @@ def put_on_front(front, place):
         if d < best:
             best = d
             place[:] = trial
+
+
+@njit(cache=True)
+def put_on_crack_in_box(state, planes, v, place):
+    """Move `place` (3,) onto the crack with the coordinates that the bits of `planes` fix at vertex `v`."""
+    for _ in range(ROUNDS):
+        put_on_crack(state.crack_corners, state.crack_centre, state.crack_reach, place)
+        off = 0.0
+        for k in range(3):
+            if (planes >> (2 * k)) & 3:
+                off = max(off, abs(place[k] - state.points[v, k]))
+                place[k] = state.points[v, k]
+        if off == 0.0:
+            return
 
 
 @njit(cache=True)

@@ -8,7 +8,7 @@ from craftmesh.kernels.collapse_rules import DISTANCE, DONE, HIT, LINK, ON_CRACK
 from craftmesh.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
 from craftmesh.kernels.facet_grid import has_room
 from craftmesh.kernels.facet_shape import angle_score, area_vector, keeps_normal, squared_distance
-from craftmesh.kernels.projection import put_on_crack, put_on_front
+from craftmesh.kernels.projection import put_on_crack_in_box, put_on_front
 from craftmesh.kernels.rings import is_feature
 from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
 
@@ -44,7 +44,7 @@ def relocate(state, grid, limits, v, place, floor):
     if reason == DONE:
         loose = _collect_loose(state, moved, v)
         if loose == TOO_MANY or not find_new_homes(
-            state, loose, moved, limits.distance * state.size[v], limits.crack_distance
+            state, loose, moved, limits.distance, state.size[v], limits.crack_distance
         ):
             reason = DISTANCE
     if reason == DONE and hits(state, grid, moved, np.int64(0)):
@@ -67,7 +67,7 @@ def constrain(state, v, place):
     if flags & ON_FRONT:
         put_on_front(state.front, place)
     elif flags & ON_CRACK:
-        put_on_crack(state.crack_corners, state.crack_centre, state.crack_reach, place)
+        put_on_crack_in_box(state, flags, v, place)
     else:
         moved = star_of(state, v)
         shift = np.empty(3)
@@ -106,8 +106,8 @@ def line_neighbours(state, v):
 
 
 @njit(cache=True)
-def _score_at(state, moved, v, place, cosine):
-    """Return the star's least angle score with `v` at `place`; -1 when a normal turns too far."""
+def _score_at(state, moved, v, place, cosine, least):
+    """Return the star's least angle score with `v` at `place`; -1 when under `least` or turned too far."""
     before = state.points[v].copy()
     state.points[v] = place
     worst = np.inf
@@ -115,10 +115,12 @@ def _score_at(state, moved, v, place, cosine):
         p = state.star_corners[i, 0]
         q = state.star_corners[i, 1]
         r = state.star_corners[i, 2]
-        if not keeps_normal(state.points, state.reference, state.star[i], p, q, r, cosine):
+        worst = min(worst, angle_score(state.points, p, q, r))
+        if worst <= least or not keeps_normal(
+            state.points, state.reference, state.star[i], p, q, r, cosine
+        ):
             worst = -1.0
             break
-        worst = min(worst, angle_score(state.points, p, q, r))
     state.points[v] = before
     return worst
 
@@ -164,7 +166,7 @@ def _best_in_patch(state, moved, v, cosine, score, place):
         for n in range(DIRECTIONS):
             angle = 2.0 * np.pi * n / DIRECTIONS
             trial = start + step * (np.cos(angle) * first + np.sin(angle) * second)
-            new = _score_at(state, moved, v, trial, cosine)
+            new = _score_at(state, moved, v, trial, cosine, score)
             if new > score:
                 score = new
                 place[:] = trial
@@ -184,7 +186,7 @@ def _best_on_line(state, moved, v, cosine, score, place):
     for n in range(1, 8):
         for end in (p, q):
             trial = start + 0.1 * n * (state.points[end] - start)
-            new = _score_at(state, moved, v, trial, cosine)
+            new = _score_at(state, moved, v, trial, cosine, score)
             if new > score:
                 score = new
                 place[:] = trial

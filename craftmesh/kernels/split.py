@@ -7,7 +7,7 @@ from craftmesh.kernels.collapse_rules import ON_CRACK, ON_FRONT
 from craftmesh.kernels.cones import book_drift, grain_cones
 from craftmesh.kernels.facet_grid import has_room, insert_facet, star_intersects
 from craftmesh.kernels.facet_shape import angle_score, keeps_normal, squared_distance
-from craftmesh.kernels.projection import put_on_crack, put_on_front
+from craftmesh.kernels.projection import put_on_crack_in_box, put_on_front
 from craftmesh.kernels.rings import has_corner, link_corner, unlink_corner
 from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
 
@@ -50,7 +50,7 @@ def _split_place(state, a, b, flags, place):
     if flags & ON_FRONT:
         put_on_front(state.front, place)
     elif flags & ON_CRACK:
-        put_on_crack(state.crack_corners, state.crack_centre, state.crack_reach, place)
+        put_on_crack_in_box(state, flags, a, place)
     for k in range(3):
         if (flags >> (2 * k)) & 3:
             place[k] = state.points[a, k]
@@ -126,6 +126,7 @@ def _divide(state, f, g, a, b, m):
             facets[f, k] = m
             link_corner(state.first, state.after, m, 3 * f + k)
     state.alive[g] = True
+    state.facet_stamp[g] = 0
     state.patch[g] = state.patch[f]
     state.reference[g] = state.reference[f]
 
@@ -143,7 +144,7 @@ def _share_witnesses(state, f, g):
     state.star_corners[1] = state.facets[g]
     for n in range(loose):
         state.loose_facet[n] = f
-    find_new_homes(state, loose, np.int64(2), np.inf, np.inf)
+    find_new_homes(state, loose, np.int64(2), np.inf, np.inf, np.inf)
     settle(state, loose)
 
 

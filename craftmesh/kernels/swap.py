@@ -12,6 +12,8 @@ from craftmesh.kernels.rings import edge_facets, link_corner, unlink_corner
 from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
 
 LEAST_GAIN = 1e-3
+# Edges that wait for another look while swaps spread from one edge.
+MOST_WAITING = 256
 
 
 @njit(cache=True)
@@ -66,8 +68,8 @@ def _stays_near(state, limits, u, v, p, q):
         middle[0, k] = 0.5 * (state.points[u, k] + state.points[v, k])
         middle[1, k] = 0.5 * (state.points[p, k] + state.points[q, k])
     points = state.points
-    d = min(facet_distance2(points, u, p, q, middle, 0), facet_distance2(points, v, q, p, middle, 0))
-    e = min(facet_distance2(points, u, p, v, middle, 1), facet_distance2(points, u, v, q, middle, 1))
+    d = facet_distance2(points, v, q, p, middle, 0, facet_distance2(points, u, p, q, middle, 0, np.inf))
+    e = facet_distance2(points, u, v, q, middle, 1, facet_distance2(points, u, p, v, middle, 1, np.inf))
     return max(d, e) <= tolerance * tolerance
 
 
@@ -109,7 +111,7 @@ def swap_edge(state, grid, limits, a, b):
     size = 0.25 * (state.size[u] + state.size[v] + state.size[p] + state.size[q])
     if loose == TOO_MANY:
         return False
-    if not find_new_homes(state, loose, np.int64(2), limits.distance * size, limits.crack_distance):
+    if not find_new_homes(state, loose, np.int64(2), limits.distance, size, limits.crack_distance):
         return False
     if hits(state, grid, np.int64(2), np.int64(0)):
         return False
@@ -127,11 +129,29 @@ def swap_edge(state, grid, limits, a, b):
 
 @njit(cache=True)
 def swap_pass(state, grid, limits, edges, start):
-    """Swap what gains among `edges` from `start` on; return where it stopped and how many it swapped."""
+    """Swap what gains among `edges` from `start` on, and then among the edges round each swap.
+
+    Returns where it stopped and how many it swapped.
+    """
     done = 0
+    waiting = np.empty((MOST_WAITING, 2), np.int64)
     for n in range(start, len(edges)):
-        if not has_room(grid):
-            return n, done
-        if swap_edge(state, grid, limits, edges[n, 0], edges[n, 1]):
+        waiting[0] = edges[n]
+        count = 1
+        while count > 0:
+            if not has_room(grid):
+                return n, done
+            count -= 1
+            a = waiting[count, 0]
+            b = waiting[count, 1]
+            if state.first[a] < 0 or not swap_edge(state, grid, limits, a, b):
+                continue
             done += 1
+            if count + 4 <= MOST_WAITING:
+                u, p, v = state.star_corners[0]
+                q = state.star_corners[1, 2]
+                for first, second in ((u, p), (p, v), (v, q), (q, u)):
+                    waiting[count, 0] = first
+                    waiting[count, 1] = second
+                    count += 1
     return len(edges), done

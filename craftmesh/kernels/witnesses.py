@@ -51,7 +51,7 @@ def _nearest_facet(points, star, corners, patches, patch, home, w, total):
     where = -1
     for i in range(total):
         if patches[star[i]] == patch:
-            d = facet_distance2(points, corners[i, 0], corners[i, 1], corners[i, 2], home, w)
+            d = facet_distance2(points, corners[i, 0], corners[i, 1], corners[i, 2], home, w, best)
             if d < best:
                 best = d
                 where = i
@@ -75,9 +75,10 @@ def _nearest_line(state, w, total):
 
 
 @njit(cache=True)
-def find_new_homes(state, loose, total, tolerance, crack_tolerance):
+def find_new_homes(state, loose, total, share, size, crack_tolerance):
     """Find for each of the `loose` witnesses its nearest of the star's facets; False if one is too far.
 
+    Too far is over `share` of the target length, be it the star's (`size`) or the witness's own.
     The star's new corners are star_corners[:total]; loose_facet holds on entry the old facet, whose
     patch the new one must have, and on success the new one.
     """
@@ -87,9 +88,9 @@ def find_new_homes(state, loose, total, tolerance, crack_tolerance):
     for n in range(loose):
         w = state.loose[n]
         patch = state.patch[state.loose_facet[n]]
-        limit = tolerance
+        limit = share * min(size, state.size[w])
         if state.witness_crack[w]:
-            limit = min(tolerance, crack_tolerance)
+            limit = min(limit, crack_tolerance)
         if state.witness_rank[w] > 0:
             if not marked:
                 _mark_features(state, total)

@@ -27,7 +27,7 @@ def dense_points(corners: np.ndarray, n: int = 60) -> np.ndarray:
 @given(seeds)
 def test_facet_distance_is_that_of_its_nearest_point(seed):
     points = np.random.default_rng(seed).uniform(-1, 1, (4, 3))
-    found = np.sqrt(facet_distance2(points, 0, 1, 2, points, 3))
+    found = np.sqrt(facet_distance2(points, 0, 1, 2, points, 3, np.inf))
     slow = np.linalg.norm(dense_points(points[:3]) - points[3], axis=1).min()
     # Samples are at most 1/60 of an edge (under 3.5) from any point of the facet.
     assert slow - 0.06 <= found <= slow + 1e-12
@@ -35,7 +35,7 @@ def test_facet_distance_is_that_of_its_nearest_point(seed):
 
 def test_distances_from_degenerate_facets():
     points = np.array([[0.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0], [1.5, 1.0, 0]])
-    assert facet_distance2(points, 0, 1, 2, points, 3) == pytest.approx(1.0)
+    assert facet_distance2(points, 0, 1, 2, points, 3, np.inf) == pytest.approx(1.0)
     assert segment_distance2(points, 0, 0, points, 3) == pytest.approx(1.5**2 + 1)
 
 
