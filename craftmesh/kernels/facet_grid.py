@@ -236,17 +236,6 @@ def _apart(points, planes, corners, p, q, r):
 
 
 @njit(cache=True)
-def _star_meets_itself(points, star, count):
-    for i in range(count):
-        for j in range(i):
-            if triangles_intersect(
-                points, star[i, 0], star[i, 1], star[i, 2], star[j, 0], star[j, 1], star[j, 2]
-            ):
-                return True
-    return False
-
-
-@njit(cache=True)
 def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count):
     """Tell whether one of the new facets star[:count] (k, 3) meets another one or a facet in the grid.
 
@@ -263,7 +252,7 @@ def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count)
     if near < 0:
         return True
     candidate, bounds = grid.candidate, grid.bounds
-    planes = np.empty((4, 5))
+    planes = np.empty((count, 4, 5))
     for i in range(count):
         a = star[i, 0]
         b = star[i, 1]
@@ -271,7 +260,12 @@ def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count)
         for axis in range(3):
             low[axis] = min(points[a, axis], points[b, axis], points[c, axis])
             high[axis] = max(points[a, axis], points[b, axis], points[c, axis])
-        _set_planes(points, star[i], planes)
+        _set_planes(points, star[i], planes[i])
+        for j in range(i):
+            if _apart(points, planes[i], star[i], star[j, 0], star[j, 1], star[j, 2]):
+                continue
+            if triangles_intersect(points, a, b, c, star[j, 0], star[j, 1], star[j, 2]):
+                return True
         for n in range(near):
             if (
                 bounds[n, 0] <= high[0]
@@ -282,8 +276,8 @@ def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count)
                 and bounds[n, 5] >= low[2]
             ):
                 f = candidate[n]
-                if _apart(points, planes, star[i], facets[f, 0], facets[f, 1], facets[f, 2]):
+                if _apart(points, planes[i], star[i], facets[f, 0], facets[f, 1], facets[f, 2]):
                     continue
                 if triangles_intersect(points, a, b, c, facets[f, 0], facets[f, 1], facets[f, 2]):
                     return True
-    return _star_meets_itself(points, star, count)
+    return False
