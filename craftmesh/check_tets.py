@@ -6,6 +6,7 @@ import numpy as np
 
 from craftmesh.crack_front import mesh_fronts
 from craftmesh.deck.mesh_sets import LIPS, node_sets_of
+from craftmesh.kernels.tet_jacobians import smallest_jacobians
 from craftmesh.tet_connectivity import (
     EDGE_CORNERS,
     FACE_EDGES,
@@ -23,10 +24,11 @@ _MID_NODE_REACH = 0.51  # of the edge's length, off its middle: a quarter-point 
 def check_tets(mesh: TetMesh) -> list[str]:
     """Return one sentence per breach; none for a sound mesh.
 
-    Checked: finite points, positive volumes, no unused node; every face has two elements or is in
-    exactly one face set, and faces in sets are free; box planes are exact; lips coincide facet by facet
-    and share only the front; front nodes are single; node sets are those of their faces, fronts in
-    order; mid nodes are on their edges and shared with the neighbours.
+    Checked: finite points, positive volumes and, of 10-node elements, Jacobians at the integration points;
+    no unused node; every face has two elements or is in exactly one face set, and faces in sets are free;
+    box planes are exact; lips coincide facet by facet and share only the front; front nodes are single;
+    node sets are those of their faces, fronts in order; mid nodes are on their edges and shared with the
+    neighbours.
     """
     if not len(mesh.tets):
         return ["The mesh has no tetrahedra."]
@@ -55,6 +57,13 @@ def _check_elements(mesh: TetMesh) -> Iterator[str]:
             f"{len(flat)} tetrahedra have a volume <= 0 (the first is tet {flat[0]} of grain "
             f"{mesh.grain[flat[0]]})."
         )
+    if mesh.tets.shape[1] == 10:
+        folded = np.flatnonzero(~(smallest_jacobians(mesh.points, mesh.tets) > 0))
+        if len(folded):
+            yield (
+                f"{len(folded)} tetrahedra have a Jacobian <= 0 at an integration point (the first is tet "
+                f"{folded[0]} of grain {mesh.grain[folded[0]]})."
+            )
     if (mesh.grain <= 0).any():
         yield f"{(mesh.grain <= 0).sum()} tetrahedra have a grain id <= 0."
     unused = len(mesh.points) - np.count_nonzero(np.bincount(mesh.tets.ravel(), minlength=len(mesh.points)))
@@ -109,7 +118,7 @@ def _check_lips(mesh: TetMesh) -> Iterator[str]:
     if not any(name in mesh.face_sets for name in LIPS):
         return
     no_face = np.zeros((0, 2), np.int64)
-    lips = [face_nodes(mesh.tets[:, :4], mesh.face_sets.get(name, no_face)) for name in LIPS]
+    lips = [face_nodes(mesh.tets, mesh.face_sets.get(name, no_face)) for name in LIPS]
     used = np.unique(np.concatenate(lips))
     place, where = np.unique(mesh.points[used], axis=0, return_inverse=True)
     new = np.zeros(len(mesh.points), np.int64)
@@ -118,7 +127,7 @@ def _check_lips(mesh: TetMesh) -> Iterator[str]:
     both = np.unique(np.concatenate(sides), axis=0, return_counts=True)[1]
     if (both != 2).any() or len(sides[0]) != len(lips[0]) or len(sides[1]) != len(lips[1]):
         yield f"{(both != 2).sum()} facets of the crack's lips lack a coincident facet on the other lip."
-    closed = group_triples(np.concatenate(lips)).count
+    closed = group_triples(np.concatenate(lips)[:, :3]).count
     if (closed > 1).any():
         yield f"{(closed > 1).sum()} facets of the crack have the same three nodes on both lips."
     front = mesh.node_sets.get("CRACK_FRONT", np.zeros(0, np.int64))

@@ -11,7 +11,7 @@ import numpy as np
 from craftmesh.atomic import atomic_path
 from craftmesh.deck.inp_format import constant_lines, id_lines, integer_rows, name_lines, node_rows, number
 from craftmesh.deck.materials import Material, parse_materials
-from craftmesh.deck.second_order import raise_order
+from craftmesh.deck.second_order import as_elements
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import option
 from craftmesh.types import TetMesh
@@ -40,6 +40,9 @@ class DeckOptions:
     """What the deck holds beside the mesh: element type, materials and one tension step."""
 
     element: str = option("C3D10", "element type", choices=("C3D4", "C3D10"))
+    quarter_points: bool = option(
+        False, "move the mid nodes of C3D10 next to the crack front to a quarter of their edges"
+    )
     material: tuple[str, ...] = option(
         ("isotropic:70000,0.33",),
         "KIND:CONSTANTS for all phases or PHASE=KIND:CONSTANTS each; kinds and constants: isotropic E,nu; "
@@ -71,12 +74,7 @@ def write_deck(
     bytes. Raises CraftmeshError when a cubic or anisotropic grain has no orientation, a phase has no
     material, the element type does not fit the mesh, or the load has no face to act on.
     """
-    if options.element == "C3D10" and mesh.tets.shape[1] == 4:
-        mesh = raise_order(mesh)
-    if mesh.tets.shape[1] != int(options.element[3:]):
-        raise CraftmeshError(
-            f"element: {options.element}, but the mesh has {mesh.tets.shape[1]} nodes each; use C3D10"
-        )
+    mesh, report = as_elements(mesh, options.element, options.quarter_points)
     grains = np.unique(mesh.grain)
     axes = _crystal_axes(grains, orientations)
     sections = list(_sections(grains, axes, parse_materials(options.material), phases))

@@ -4,6 +4,7 @@ import numpy as np
 
 from craftmesh.crack_front import front_frames
 from craftmesh.kernels.shape_measures import shape_measures
+from craftmesh.kernels.tet_jacobians import smallest_jacobians
 from craftmesh.measure import area_vectors
 from craftmesh.tet_connectivity import face_nodes, group_edges, tet_edges
 from craftmesh.types import TetMesh, Voxels
@@ -17,7 +18,9 @@ def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
 
     Aspect ratio: longest edge over smallest altitude, as TetGen. Poor elements: the union of shape
     factor < 0.02, a dihedral under 10 and one over 160 degrees, as Abaqus' analysis checks (paper,
-    section 4). With voxels, `volume_drift` compares each grain's volume with its voxels'.
+    section 4). `jacobian_not_positive` counts the elements with a Jacobian <= 0 at an integration point
+    (4-node elements and straight 10-node ones: with a volume <= 0). With voxels, `volume_drift` compares
+    each grain's volume with its voxels'.
     """
     corners = np.ascontiguousarray(mesh.tets[:, :4])
     volume, aspect, low, high, factor = shape_measures(mesh.points, corners).T
@@ -44,6 +47,7 @@ def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
             "dihedral_min": _histogram(low, _ANGLE_EDGES),
             "dihedral_max": _histogram(high, _ANGLE_EDGES),
         },
+        "jacobian_not_positive": int(np.count_nonzero(~(_jacobians(mesh, volume) > 0))),
         "volume": float(volume.sum()),
         "crack_area": _crack_area(mesh),
         "front_length": _front_length(mesh),
@@ -76,6 +80,10 @@ def volume_drift(grain: np.ndarray, volume: np.ndarray, voxels: Voxels) -> dict:
             "worst_over_500_voxels": float(large.max(initial=0.0)),
         }
     return report | {"without_voxels": np.setdiff1d(grain, labels).tolist()}
+
+
+def _jacobians(mesh: TetMesh, volume: np.ndarray) -> np.ndarray:
+    return volume if mesh.tets.shape[1] == 4 else smallest_jacobians(mesh.points, mesh.tets)
 
 
 def _percent(chosen: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""From 4-node to 10-node tetrahedra with straight edges."""
+"""From 4-node to 10-node tetrahedra."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -6,11 +6,34 @@ from scipy.sparse.csgraph import connected_components
 
 from craftmesh.crack_front import mesh_fronts
 from craftmesh.deck.mesh_sets import node_sets_of
+from craftmesh.deck.quarter_points import move_to_quarter_points
 from craftmesh.errors import CraftmeshError
 from craftmesh.tet_connectivity import EDGE_CORNERS, group_edges, tet_edges
 from craftmesh.types import TetMesh
 
 _OFF_EDGE = np.array([[2, 3], [0, 3], [1, 3], [1, 2], [0, 2], [0, 1]])  # the corners that an edge lacks
+
+
+def as_elements(mesh: TetMesh, element: str, quarter_points: bool = False) -> tuple[TetMesh, dict]:
+    """Return `mesh` with the nodes of `element`, C3D4 or C3D10, and a report.
+
+    4-node meshes become 10-node ones for C3D10, with quarter points at the crack front if asked for (see
+    `move_to_quarter_points`). Raises CraftmeshError when 10-node meshes should become C3D4, or 4-node
+    elements have quarter points.
+    """
+    if element == "C3D10" and mesh.tets.shape[1] == 4:
+        mesh = raise_order(mesh)
+    if mesh.tets.shape[1] != int(element[3:]):
+        raise CraftmeshError(
+            f"element: {element}, but the mesh has {mesh.tets.shape[1]} nodes each; use C3D10"
+        )
+    report = {"element": element, "nodes": len(mesh.points), "elements": len(mesh.tets)}
+    if not quarter_points:
+        return mesh, report
+    if element != "C3D10":
+        raise CraftmeshError(f"quarter_points: {element} has no mid nodes; use C3D10, or no quarter points")
+    mesh, counts = move_to_quarter_points(mesh)
+    return mesh, report | counts
 
 
 def raise_order(mesh: TetMesh) -> TetMesh:

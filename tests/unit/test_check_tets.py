@@ -82,6 +82,17 @@ def split_mid(mesh):
     return replace(mesh, points=np.concatenate([mesh.points, mesh.points[[node]]]), tets=tets)
 
 
+def folded_mid(mesh):
+    """Push the mid node of the first element's first edge past the middle of the opposite edge."""
+    a, b, c, d = mesh.points[mesh.tets[0, :4]]
+    return moved(mesh, mesh.tets[0, 4], 0.7 * (c + d - a - b))
+
+
+def slipped_lip_mid(mesh):
+    own = np.setdiff1d(mesh.node_sets["CRACK_LIP_A"], mesh.node_sets["CRACK_FRONT"])
+    return moved(mesh, own[own >= mesh.tets[:, :4].max() + 1][0], [1e-9, 0, 0])
+
+
 BREACHES = {
     "volume <= 0": turned,
     "grain id <= 0": lambda m: replace(m, grain=np.where(np.arange(len(m.grain)) == 5, 0, m.grain)),
@@ -123,7 +134,13 @@ def test_each_planted_breach_is_named(said):
 
 
 @pytest.mark.parametrize(
-    "said, plant", [("not on their edges", swapped_mids), ("other mid nodes", split_mid)]
+    "said, plant",
+    [
+        ("not on their edges", swapped_mids),
+        ("other mid nodes", split_mid),
+        ("Jacobian <= 0 at an integration point (the first is tet 0 of grain", folded_mid),
+        ("lack a coincident", slipped_lip_mid),
+    ],
 )
 def test_mid_nodes_are_checked(said, plant):
     found = check_tets(plant(raise_order(sound())))
