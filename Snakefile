@@ -48,6 +48,6 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
-        CAMPAIGN.increments(f"{INC}/model.inp"),
+        [CAMPAIGN.increments(file) for file in CAMPAIGN.deck_files(f"{INC}/model.inp")],
         CAMPAIGN.increments(f"{INC}/quality.json"),
         f"{CAMPAIGN.results}/report.html",

@@ -1,7 +1,8 @@
 """Output files that appear whole or not at all."""
 
+import errno
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
@@ -17,17 +18,35 @@ def atomic_path(path: str | os.PathLike) -> Iterator[Path]:
     file is removed and a file that was at `path` before stays as it was. Raises CraftmeshError where
     the system refuses to write (no space, no permission).
     """
-    path = Path(path)
-    temporary = path.with_name(f".tmp-{uuid4().hex[:12]}-{path.name}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_paths([path]) as (temporary,):
         yield temporary
-        os.replace(temporary, path)
+
+
+@contextmanager
+def atomic_paths(paths: Sequence[str | os.PathLike]) -> Iterator[list[Path]]:
+    """Yield a temporary name for each of `paths`; all become theirs when the block ends well, or none does.
+
+    As `atomic_path`. The first path is the one that refers to the others: it goes before they change and
+    comes last, so it is never there beside files of another time.
+    """
+    paths = [Path(path) for path in paths]
+    temporaries = [path.with_name(f".tmp-{uuid4().hex[:12]}-{path.name}") for path in paths]
+    try:
+        for path in paths:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        yield temporaries
+        if any(path.is_dir() for path in paths):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        if len(paths) > 1:
+            paths[0].unlink(missing_ok=True)
+        for temporary, path in reversed(list(zip(temporaries, paths))):
+            os.replace(temporary, path)
     except OSError as error:
         reason = error.strerror or str(error)
         raise CraftmeshError(
-            f"{path}: cannot be written ({reason}); check the folder and its space"
+            f"{paths[0]}: cannot be written ({reason}); check the folder and its space"
         ) from error
     finally:
-        with suppress(OSError):
-            temporary.unlink()
+        for temporary in temporaries:
+            with suppress(OSError):
+                temporary.unlink()

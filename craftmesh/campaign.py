@@ -12,6 +12,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from craftmesh.deck.includes import mesh_file
 from craftmesh.digest import digest
 from craftmesh.errors import CraftmeshError
 
@@ -87,6 +88,10 @@ class Campaign:
     def size_files(self) -> list[str]:
         """Return the files that the sizing function reads."""
         return [self.config["sizing"][key] for key in SIZE_FILES if self.config["sizing"][key]]
+
+    def deck_files(self, model: str) -> list[str]:
+        """Return the files of the deck `model`: itself, and its mesh where the deck includes it."""
+        return [model, str(mesh_file(model))] if self.config["inp"]["includes"] else [model]
 
     def flags(self, section: str) -> str:
         """Return the command-line flags of one section of the configuration."""

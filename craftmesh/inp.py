@@ -1,14 +1,16 @@
-"""One flat input deck that Abaqus and CalculiX both read."""
+"""The input deck that Abaqus and CalculiX both read."""
 
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 
-from craftmesh.atomic import atomic_path
+from craftmesh.atomic import atomic_path, atomic_paths
+from craftmesh.deck.includes import include_line, mesh_file
 from craftmesh.deck.inp_format import constant_lines, id_lines, integer_rows, name_lines, node_rows, number
 from craftmesh.deck.materials import Material, parse_materials
 from craftmesh.deck.second_order import as_elements
@@ -31,6 +33,7 @@ _ORIENTATION_NOTE = """\
 ** of the active rotation matrix R of its unit quaternion (w, x, y, z), v_sample = R v_crystal. Constants
 ** of materials, and stresses where the solver reports them locally, refer to the crystal's axes.
 """
+_MESH_NOTE = "** Mesh of {model}: nodes, elements of the grains, node sets and surfaces; included by it.\n"
 # Both solvers write these to their results files (.fil, .frd).
 _OUTPUT = "*NODE FILE\nU, RF\n*EL FILE\nS, E\n"
 
@@ -40,9 +43,6 @@ class DeckOptions:
     """What the deck holds beside the mesh: element type, materials and one tension step."""
 
     element: str = option("C3D10", "element type", choices=("C3D4", "C3D10"))
-    quarter_points: bool = option(
-        False, "move the mid nodes of C3D10 next to the crack front to a quarter of their edges"
-    )
     material: tuple[str, ...] = option(
         ("isotropic:70000,0.33",),
         "KIND:CONSTANTS for all phases or PHASE=KIND:CONSTANTS each; kinds and constants: isotropic E,nu; "
@@ -57,6 +57,12 @@ class DeckOptions:
         "at two nodes, or on rollers (planes of symmetry, in which a crack is mirrored)",
         choices=("free", "rollers"),
     )
+    quarter_points: bool = option(
+        False, "move the mid nodes of C3D10 next to the crack front to a quarter of their edges"
+    )
+    includes: bool = option(
+        False, "write nodes, elements and sets to MODEL_mesh.inp, which the deck MODEL.inp includes"
+    )
 
 
 def write_deck(
@@ -65,40 +71,54 @@ def write_deck(
     options: DeckOptions = DeckOptions(),  # noqa: B008 (frozen)
     orientations: np.ndarray | None = None,
     phases: np.ndarray | None = None,
-) -> None:
+) -> dict:
     """Write the complete deck of `mesh` to a path (whole or not at all) or an open text stream.
 
     4-node meshes become 10-node ones for C3D10. orientations (g, 4): row = grain id, unit quaternion
     (w, x, y, z) of the active rotation from crystal to sample axes, NaN unknown; phases (g,): row =
     grain id. Grains of unknown orientation get sections without one. The same input gives the same
-    bytes. Raises CraftmeshError when a cubic or anisotropic grain has no orientation, a phase has no
-    material, the element type does not fit the mesh, or the load has no face to act on.
+    bytes. With `includes` the mesh goes to `mesh_file(target)`, both files or neither. Return counts,
+    those of the quarter points among them. Raises CraftmeshError when a cubic or anisotropic grain has
+    no orientation, a phase has no material, the element type does not fit the mesh, the load has no
+    face to act on, or a stream should have includes.
     """
     mesh, report = as_elements(mesh, options.element, options.quarter_points)
     grains = np.unique(mesh.grain)
     axes = _crystal_axes(grains, orientations)
     sections = list(_sections(grains, axes, parse_materials(options.material), phases))
     step = list(_step(mesh, options))
-    with _text_stream(target) as stream:
-        stream.write(
-            _HEADER.format(
-                nodes=len(mesh.points), elements=len(mesh.tets), element=options.element, grains=len(grains)
-            )
-        )
-        stream.writelines([_ORIENTATION_NOTE] if axes else [])
-        stream.writelines(_mesh_lines(mesh, grains, options.element))
-        stream.writelines(_set_lines(mesh))
-        stream.writelines(sections)
-        stream.writelines(step)
+    header = _HEADER.format(**report, grains=len(grains)) + (_ORIENTATION_NOTE if axes else "")
+    with _text_streams(target, options.includes) as (model, included):
+        model.write(header)
+        if included is not model:
+            model.write(include_line(target))
+            included.write(_MESH_NOTE.format(model=Path(target).name))
+        included.writelines(_mesh_lines(mesh, grains, options.element))
+        included.writelines(_set_lines(mesh))
+        model.writelines(sections)
+        model.writelines(step)
+    return report | {"grains": len(grains)}
 
 
 @contextmanager
-def _text_stream(target) -> Iterator[TextIO]:
+def _text_streams(target, includes: bool) -> Iterator[tuple[TextIO, TextIO]]:
+    """Yield the stream of the model and that of its mesh, one and the same without includes."""
     if hasattr(target, "write"):
-        yield target
+        if includes:
+            raise CraftmeshError("includes: a stream has no place for a second file; give a path")
+        yield target, target
+    elif not includes:
+        with atomic_path(target) as path, _text(path) as stream:
+            yield stream, stream
     else:
-        with atomic_path(target) as path, open(path, "w", encoding="ascii", newline="\n") as stream:
-            yield stream
+        include_line(target)
+        with atomic_paths([target, mesh_file(target)]) as (path, beside):
+            with _text(path) as model, _text(beside) as included:
+                yield model, included
+
+
+def _text(path: Path) -> TextIO:
+    return open(path, "w", encoding="ascii", newline="\n")
 
 
 def _mesh_lines(mesh: TetMesh, grains: np.ndarray, element: str) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_output, existing
+from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.inp import DeckOptions, write_deck
 from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import read_tets
@@ -18,6 +18,7 @@ def add_arguments(parser):
         metavar="FILE",
         help="labels .npz with the grains' orientations and phases",
     )
+    add_report(parser)
     add_options(parser, DeckOptions)
 
 
@@ -27,4 +28,5 @@ def run(arguments):
     if arguments.microstructure:
         voxels = read_labels(existing(arguments.microstructure))
         known = {"orientations": voxels.orientations, "phases": voxels.phases}
-    write_deck(arguments.output, read_tets(arguments.volume), options, **known)
+    report = write_deck(arguments.output, read_tets(arguments.volume), options, **known)
+    tell(report, arguments.report)

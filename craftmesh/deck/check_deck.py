@@ -1,11 +1,14 @@
-"""Syntax and references of an input deck, read back from its text alone."""
+"""Syntax, references and shapes of an input deck, read back from its text alone."""
 
 import os
 import re
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
+
+from craftmesh.deck.includes import DeckText, read_deck_text
+from craftmesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.tet_connectivity import tet_volumes
 
 LINE_LIMIT = 256
 NAME_LIMIT = 80
@@ -14,25 +17,28 @@ ROW_LIMIT = 16
 
 @dataclass(frozen=True)
 class Block:
-    """One keyword with its parameters (upper case), its data lines and its line in the file."""
+    """One keyword with its parameters (upper case), its data lines and its place in the deck."""
 
     keyword: str
     parameters: dict[str, str]
     data: str
-    line: int
+    place: str
 
 
 def check_deck(path: str | os.PathLike) -> list[str]:
     """Return one sentence per breach of what Abaqus and CalculiX both read.
 
-    Checked: ASCII, length of lines, names and rows of sets, ids that occur twice, and that elements,
-    sets, surfaces and sections name nodes, elements, sets and materials that are there.
+    Included files are read in their places. Checked: ASCII, length of lines, names and rows of sets, ids
+    that occur twice, that elements, sets, surfaces and sections name nodes, elements, sets and materials
+    that are there, and that Jacobians of C3D10 at the integration points, and volumes of C3D4, are
+    positive.
     """
-    raw = Path(path).read_bytes()
-    breaches = [] if raw.isascii() else ["the deck holds bytes that are not ASCII; expected 7-bit text"]
-    text = raw.decode("latin-1")
-    breaches += _check_lines(text)
-    blocks = read_blocks(text)
+    deck = read_deck_text(path)
+    breaches = list(deck.breaches)
+    if not deck.text.isascii():
+        breaches.append("the deck holds bytes that are not ASCII; expected 7-bit text")
+    breaches += _check_lines(deck)
+    blocks = read_blocks(deck)
     nodes, elements = (np.sort(_ids(blocks, keyword)) for keyword in ("NODE", "ELEMENT"))
     for name, ids in (("node", nodes), ("element", elements)):
         twice = int((ids[1:] == ids[:-1]).sum())
@@ -41,12 +47,13 @@ def check_deck(path: str | os.PathLike) -> list[str]:
         elif twice:
             breaches.append(f"{twice} {name} ids are there twice; expected each once")
     for block in blocks:
-        breaches += [f"line {block.line}: {breach}" for breach in _check_block(block, nodes, elements)]
-    return breaches + _check_references(blocks)
+        breaches += [f"{block.place}: {breach}" for breach in _check_block(block, nodes, elements)]
+    return breaches + _check_references(blocks) + _check_shapes(blocks)
 
 
-def read_blocks(text: str) -> list[Block]:
+def read_blocks(deck: DeckText) -> list[Block]:
     """Split a deck at its keyword lines; comments are left out."""
+    text = deck.text
     heads = list(re.finditer(r"^\*(?!\*)[^\n]*$", text, re.M))
     ends = [head.start() for head in heads[1:]] + [len(text)]
     blocks = []
@@ -58,13 +65,15 @@ def read_blocks(text: str) -> list[Block]:
         pairs = (word.partition("=") for word in words if word)
         parameters = {key.strip().upper(): value.strip().upper() for key, _, value in pairs}
         data = re.sub(r"^\*\*[^\n]*\n?", "", text[head.end() + 1 : end], flags=re.M)
-        blocks.append(Block(keyword.upper(), parameters, data, line))
+        blocks.append(Block(keyword.upper(), parameters, data, deck.place(line)))
     return blocks
 
 
-def _check_lines(text: str) -> list[str]:
-    long = [number for number, row in enumerate(text.splitlines(), 1) if len(row) > LINE_LIMIT]
-    return [f"line {long[0]}: over {LINE_LIMIT} characters ({len(long)} such lines)"] if long else []
+def _check_lines(deck: DeckText) -> list[str]:
+    long = [number for number, row in enumerate(deck.text.splitlines(), 1) if len(row) > LINE_LIMIT]
+    if not long:
+        return []
+    return [f"{deck.place(long[0])}: over {LINE_LIMIT} characters ({len(long)} such lines)"]
 
 
 def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[str]:
@@ -96,12 +105,43 @@ def _check_references(blocks: list[Block]) -> list[str]:
         elif block.keyword in ("MATERIAL", "ORIENTATION"):
             defined[block.keyword].add(block.parameters.get("NAME", ""))
     return [
-        f"line {block.line}: the section names {kind} {block.parameters[kind]}, which is not in the deck"
+        f"{block.place}: the section names {kind} {block.parameters[kind]}, which is not in the deck"
         for block in blocks
         if block.keyword == "SOLID SECTION"
         for kind in ("ELSET", "MATERIAL", "ORIENTATION")
         if kind in block.parameters and block.parameters[kind] not in defined[kind]
     ]
+
+
+def _check_shapes(blocks: list[Block]) -> list[str]:
+    """Return one sentence per block of tetrahedra with a Jacobian or a volume that is not positive."""
+    tables = [_table(block) for block in blocks if block.keyword == "NODE"]
+    nodes = np.concatenate([np.zeros((0, 4)), *(table for table in tables if table.shape[1] == 4)])
+    nodes = nodes[np.argsort(nodes[:, 0], kind="stable")]
+    points = np.ascontiguousarray(nodes[:, 1:])
+    breaches = []
+    for block in blocks:
+        columns = {"C3D4": 5, "C3D10": 11}.get(block.parameters.get("TYPE", ""))
+        if block.keyword != "ELEMENT" or columns is None:
+            continue
+        table = _table(block).astype(np.int64)
+        if table.shape[1] != columns:
+            breaches.append(f"{block.place}: rows of {table.shape[1]} numbers; expected {columns}")
+        elif not _unknown("node", table[:, 1:], nodes[:, 0]):
+            tets = np.searchsorted(nodes[:, 0], table[:, 1:])
+            breaches += _check_sizes(block, table[:, 0], points, tets)
+    return breaches
+
+
+def _check_sizes(block: Block, ids: np.ndarray, points: np.ndarray, tets: np.ndarray) -> list[str]:
+    if tets.shape[1] == 4:
+        sizes, what = tet_volumes(points, tets), "a volume <= 0"
+    else:
+        sizes, what = smallest_jacobians(points, tets), "a Jacobian <= 0 at an integration point"
+    bad = np.flatnonzero(~(sizes > 0))
+    grain = block.parameters.get("ELSET", "no element set")
+    first = f"the first is element {ids[bad[0]]} of {grain}" if len(bad) else ""
+    return [f"{block.place}: {len(bad)} elements have {what} ({first})"] if len(bad) else []
 
 
 def _ids(blocks: list[Block], keyword: str) -> np.ndarray:

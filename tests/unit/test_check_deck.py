@@ -1,8 +1,10 @@
 """The deck's own check finds each kind of breach in a deck of one tetrahedron."""
 
+import numpy as np
 import pytest
 
 from craftmesh.deck.check_deck import check_deck
+from craftmesh.tet_connectivity import EDGE_CORNERS
 
 DECK = """** one tetrahedron
 *HEADING
@@ -46,9 +48,60 @@ def test_sound_deck_has_no_breach(tmp_path):
         ("NSET=ZMIN", "NSET=" + "Z" * 81, "has over 80 characters"),
         ("ELSET=GRAIN_7, MATERIAL", "ELSET=GRAIN_8, MATERIAL", "names ELSET GRAIN_8"),
         ("MATERIAL=M", "MATERIAL=N", "names MATERIAL N"),
+        ("1, 1, 2,", "1, 2, 1,", "1 elements have a volume <= 0 (the first is element 1 of GRAIN_7)"),
+        ("1, 1, 2,", "1, 1,", "line 9: rows of 4 numbers; expected 5"),
     ],
 )
 def test_each_breach_is_said(tmp_path, old, new, said):
     assert DECK.count(old) == 1
     found = breaches_of(tmp_path, DECK.replace(old, new))
     assert any(said in breach for breach in found)
+
+
+def split(tmp_path, mesh: str = "Mesh.inp") -> tuple:
+    """Write DECK with its nodes, elements and node set in an included file; return both paths."""
+    head, _, rest = DECK.partition("*NODE")
+    middle, _, tail = rest.partition("*MATERIAL")
+    model, included = tmp_path / "model.inp", tmp_path / mesh
+    model.write_text(f"{head}*Include, input = {mesh}\n*MATERIAL{tail}")
+    included.write_text("*NODE" + middle)
+    return model, included
+
+
+def test_included_files_are_read_and_named(tmp_path):
+    model, included = split(tmp_path)
+    assert check_deck(model) == []
+    included.write_text(included.read_text().replace(" 3, 4", " 3, 9"))
+    assert check_deck(model) == ["Mesh.inp, line 6: node 9 is not in the deck (1 such ids)"]
+    model.write_text(model.read_text().replace("MATERIAL=M", "MATERIAL=N"))
+    assert "line 8: the section names MATERIAL N, which is not in the deck" in check_deck(model)
+
+
+def test_included_data_lines_belong_to_the_keyword_before(tmp_path):
+    nodes = "1, 0., 0., 0.\n2, 1., 0., 0.\n3, 0., 1., 0.\n4, 0., 0., 1."  # no end of line
+    deck = DECK.replace(nodes, "*INCLUDE, INPUT=nodes.txt")
+    (tmp_path / "nodes.txt").write_text(nodes)
+    assert breaches_of(tmp_path, deck) == []
+
+
+def test_included_files_that_are_missing_or_go_round_are_said(tmp_path):
+    model, included = split(tmp_path)
+    included.write_text("*INCLUDE, INPUT=model.inp\n" + included.read_text())
+    assert check_deck(model) == ["Mesh.inp, line 1: model.inp includes itself"]
+    included.unlink()
+    assert "line 4: the included file Mesh.inp is not there" in check_deck(model)
+
+
+def test_folded_ten_node_elements_are_named(tmp_path):
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    nodes = np.concatenate([corners, (corners[EDGE_CORNERS[:, 0]] + corners[EDGE_CORNERS[:, 1]]) / 2])
+    for at, said in (
+        (0.5, []),
+        (2.0, ["Jacobian <= 0 at an integration point (the first is element 8 of"]),
+    ):
+        nodes[4, 1:] = at - 0.5  # the middle of the first edge
+        lines = [f"{i}, {x}, {y}, {z}" for i, (x, y, z) in enumerate(nodes.tolist(), 1)]
+        ids = ", ".join(map(str, range(1, 11)))
+        deck = "\n".join(["*NODE", *lines, "*ELEMENT, TYPE=C3D10, ELSET=GRAIN_7", f"8, {ids}\n"])
+        found = breaches_of(tmp_path, deck)
+        assert len(found) == len(said) and all(text in breach for text, breach in zip(said, found)), found

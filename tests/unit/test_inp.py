@@ -1,6 +1,8 @@
 """The deck says what the mesh is, in a form that both solvers read."""
 
+import errno
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +21,7 @@ from hypothesis import strategies as st
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assemble import assemble
+from craftmesh.deck.check_deck import check_deck
 from craftmesh.deck.inp_format import number
 from craftmesh.deck.second_order import raise_order
 from craftmesh.errors import CraftmeshError
@@ -165,6 +168,63 @@ def test_same_input_gives_the_same_bytes_in_files_and_streams(tmp_path):
     stream = io.StringIO()
     write_deck(stream, cracked_mesh())
     assert (tmp_path / "a.inp").read_bytes() == stream.getvalue().encode("ascii")
+
+
+def files_in(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_a_deck_with_includes_is_the_flat_one_in_two_files(tmp_path):
+    options = DeckOptions(material=COPPER, quarter_points=True)
+    write_deck(tmp_path / "flat.inp", cracked_mesh(), options, quaternions())
+    for folder in ("a", "b"):
+        model = tmp_path / folder / "Model-1.inp"
+        write_deck(model, cracked_mesh(), replace(options, includes=True), quaternions())
+    found = files_in(tmp_path / "a")
+    assert found == files_in(tmp_path / "b") and sorted(found) == ["Model-1.inp", "Model-1_mesh.inp"]
+    line = b"*INCLUDE, INPUT=Model-1_mesh.inp\n"
+    note, _, mesh = found["Model-1_mesh.inp"].partition(b"\n")
+    assert note.startswith(b"** ") and found["Model-1.inp"].count(line) == 1
+    assert found["Model-1.inp"].replace(line, mesh) == (tmp_path / "flat.inp").read_bytes()
+    assert b"\n*NODE," not in found["Model-1.inp"] and check_deck(tmp_path / "a" / "Model-1.inp") == []
+
+
+def test_a_deck_with_includes_is_there_whole_or_not_at_all(tmp_path, monkeypatch):
+    options = DeckOptions(includes=True)
+    write_deck(tmp_path / "m.inp", cracked_mesh(), options)
+    before = files_in(tmp_path)
+
+    def no_space(mesh):
+        yield "*NSET, NSET=HALF\n"
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("craftmesh.inp._set_lines", no_space)
+        with pytest.raises(CraftmeshError, match="No space left"):
+            write_deck(tmp_path / "m.inp", cracked_mesh(), replace(options, magnitude=9.0))
+    assert files_in(tmp_path) == before
+    (tmp_path / "m_mesh.inp").unlink()
+    (tmp_path / "m_mesh.inp").mkdir()
+    with pytest.raises(CraftmeshError, match="m.inp: cannot be written"):
+        write_deck(tmp_path / "m.inp", cracked_mesh(), replace(options, magnitude=9.0))
+    assert (tmp_path / "m.inp").read_bytes() == before["m.inp"]
+
+
+def test_includes_need_a_plain_name_and_a_folder(tmp_path):
+    for name in ("my model.inp", "größe.inp", "a,b.inp"):
+        with pytest.raises(CraftmeshError, match="includes need a plain file name"):
+            write_deck(tmp_path / name, cracked_mesh(), DeckOptions(includes=True))
+    with pytest.raises(CraftmeshError, match="a stream has no place"):
+        write_deck(io.StringIO(), cracked_mesh(), DeckOptions(includes=True))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_quarter_points_reach_the_deck(tmp_path):
+    report = write_deck(tmp_path / "m.inp", cracked_mesh(), DeckOptions(quarter_points=True))
+    straight = raise_order(cracked_mesh()).points
+    found = points_of(read_deck(tmp_path / "m.inp"))
+    moved = ~np.isclose(found, straight, rtol=1e-12, atol=0).all(axis=1)
+    assert moved.sum() == report["quarter_points"] > 0 and report["quarter_points_refused"] == 0
 
 
 def test_what_the_deck_cannot_say_is_refused(tmp_path):

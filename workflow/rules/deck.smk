@@ -3,7 +3,7 @@ rule inp:
         volume=f"{INC}/volume.vtu",
         labels=f"{CASE}/labels.npz",
     output:
-        f"{INC}/model.inp",
+        CAMPAIGN.deck_files(f"{INC}/model.inp"),
     log:
         f"{LOG}/{{inc}}/model.log",
     benchmark:
@@ -17,7 +17,7 @@ rule inp:
     group:
         "deck_{case}_{inc}"
     shell:
-        "craftmesh inp {input.volume} --microstructure {input.labels} {params.options} -o {output} > {log} 2>&1"
+        "craftmesh inp {input.volume} --microstructure {input.labels} {params.options} -o {output[0]} > {log} 2>&1"
 
 
 rule check:

@@ -1,0 +1,84 @@
+"""Decks in several files: a model that includes its mesh, and any deck read with what it includes."""
+
+import os
+import re
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from craftmesh.errors import CraftmeshError
+
+
+def mesh_file(model: str | os.PathLike) -> Path:
+    """Return the file beside the deck `model` that holds its mesh when the deck includes it."""
+    model = Path(model)
+    return model.with_name(f"{model.stem}_mesh{model.suffix}")
+
+
+def include_line(model: str | os.PathLike) -> str:
+    """Return the line by which the deck `model` includes its mesh, relative to the folder of both.
+
+    Raises CraftmeshError for a name that the solvers would need quoted or not read.
+    """
+    name = mesh_file(model).name
+    if not re.fullmatch(r"[A-Za-z0-9_.-]{1,80}", name):
+        raise CraftmeshError(
+            f"{model}: includes need a plain file name, and {name!r} is none; use up to 80 letters, "
+            "digits, dots, hyphens and underscores"
+        )
+    return f"*INCLUDE, INPUT={name}\n"
+
+
+@dataclass
+class DeckText:
+    """The text of a deck with the included files in their places, and where each line comes from."""
+
+    text: str = ""
+    breaches: list[str] = field(default_factory=list)
+    starts: list[int] = field(default_factory=list)
+    sources: list[tuple[str, int]] = field(default_factory=list)
+
+    def place(self, line: int) -> str:
+        """Return how to name a line of `text`: its number in the file, and the file if it is included."""
+        piece = bisect_right(self.starts, line) - 1
+        name, first = self.sources[piece]
+        return f"{name}line {line - self.starts[piece] + first}"
+
+
+def read_deck_text(path: str | os.PathLike) -> DeckText:
+    """Read a deck and what it includes, names relative to the deck's folder as the solvers take them.
+
+    Files that are not there, or that include themselves, are breaches and left out.
+    """
+    deck, pieces = DeckText(), []
+    path = Path(path)
+    _collect(deck, pieces, path, "", (path,))
+    deck.text = "".join(pieces)
+    return deck
+
+
+def _collect(deck: DeckText, pieces: list[str], path: Path, name: str, chain: tuple[Path, ...]) -> None:
+    text = path.read_bytes().decode("latin-1")
+    start, line = 0, 1
+    for found in re.finditer(r"^\*INCLUDE\b[^\n]*\n?", text, re.M | re.I):
+        _append(deck, pieces, text[start : found.start()], name, line)
+        line += text.count("\n", start, found.start())
+        given = re.search(r"INPUT\s*=\s*([^,\n]*)", found.group(), re.I)
+        file = chain[0].parent / (given.group(1).strip().strip("\"'") if given else "")
+        if file in chain:
+            deck.breaches.append(f"{name}line {line}: {file.name} includes itself")
+        elif not file.is_file():
+            deck.breaches.append(f"{name}line {line}: the included file {file.name} is not there")
+        else:
+            _collect(deck, pieces, file, f"{file.name}, ", (*chain, file))
+        start, line = found.end(), line + 1
+    _append(deck, pieces, text[start:], name, line)
+
+
+def _append(deck: DeckText, pieces: list[str], piece: str, name: str, line: int) -> None:
+    if not piece:
+        return
+    last = deck.starts[-1] + pieces[-1].count("\n") if pieces else 1
+    deck.starts.append(last)
+    deck.sources.append((name, line))
+    pieces.append(piece if piece.endswith("\n") else piece + "\n")
