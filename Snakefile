@@ -49,5 +49,6 @@ rule all:
     default_target: True
     input:
         [CAMPAIGN.increments(file) for file in CAMPAIGN.deck_files(f"{INC}/model.inp")],
+        [CAMPAIGN.increments(file) for file in CAMPAIGN.exports(f"{INC}/model.inp")],
         CAMPAIGN.increments(f"{INC}/quality.json"),
         f"{CAMPAIGN.results}/report.html",

@@ -93,9 +93,17 @@ class Campaign:
         """Return the files of the deck `model`: itself, and its mesh where the deck includes it."""
         return [model, str(mesh_file(model))] if self.config["inp"]["includes"] else [model]
 
+    def exports(self, model: str) -> list[str]:
+        """Return the files in which the mesh of the deck `model` is written as well."""
+        return [str(Path(model).with_suffix(f".{kind}")) for kind in self.config["exports"]]
+
     def flags(self, section: str) -> str:
         """Return the command-line flags of one section of the configuration."""
         return command_flags(self.config[section])
+
+    def mesh_flags(self) -> str:
+        """Return the flags of `inp` that an export takes too, so that its mesh is the deck's."""
+        return command_flags({key: self.config["inp"][key] for key in ("element", "quarter_points")})
 
     def import_flags(self, case: str) -> str:
         """Return the flags of `craftmesh import`; a synthetic volume is clean and needs none."""

@@ -17,6 +17,7 @@ VERBS = {
     "tetrahedralize": "fill the grains with tetrahedra",
     "assemble": "merge the grains' tetrahedra and open the crack",
     "inp": "write the complete Abaqus and CalculiX input deck",
+    "export": "write the mesh with its sets as .vtu, .msh or Exodus",
     "check": "say each breach of a stage file's invariants; measure the mesh",
     "report": "put tables and histograms of all increments on one page",
     "import-config": "turn craftmesher's config.xml into a configuration",

@@ -25,6 +25,7 @@ SECTIONS = {
     "tetrahedralize": ("tetrahedra in the grains", ["tetrahedralize.TetrahedralizeOptions"]),
     "inp": ("the input deck", ["inp.DeckOptions"]),
 }
+EXPORTS = ("vtu", "msh", "e", "exo")
 CRACK = "cracking.shapes.CrackOptions"
 KINDS = {float: "number", int: "integer", bool: "boolean", str: "string"}
 
@@ -44,6 +45,12 @@ def config_schema() -> dict:
             "maximum": 64,
             "default": 2,
             "description": "jobs that share the tetrahedra of an increment",
+        },
+        "exports": {
+            "type": "array",
+            "items": {"enum": list(EXPORTS)},
+            "default": [],
+            "description": "formats besides the deck in which the mesh is written, as model.FORMAT",
         },
         "cracks": {
             "type": "object",

@@ -27,7 +27,8 @@ __all__ = [
 ]
 
 _NODE_SET, _FACE_SET = "node_set:", "face_set:"
-_VTK_CELL_TYPE = {4: 10, 10: 24}  # VTK_TETRA, VTK_QUADRATIC_TETRA: both number nodes as Abaqus does
+_VTK_TRIANGLES = (5, 22)
+VTK_CELL_TYPE = {4: 10, 10: 24}  # VTK_TETRA, VTK_QUADRATIC_TETRA: both number nodes as Abaqus does
 
 
 def write_surface(path: str | os.PathLike, surface: Surface) -> None:
@@ -127,32 +128,41 @@ def write_tets(path: str | os.PathLike, mesh: TetMesh) -> None:
 
     grid = vtkUnstructuredGrid()
     grid.SetPoints(vtk_xml.vtk_points(mesh.points))
-    grid.SetCells(_VTK_CELL_TYPE[mesh.tets.shape[1]], vtk_xml.uniform_cells(mesh.tets))
+    grid.SetCells(VTK_CELL_TYPE[mesh.tets.shape[1]], vtk_xml.uniform_cells(mesh.tets))
     vtk_xml.add_arrays(grid.GetCellData(), {"grain": mesh.grain})
-    sets = {_NODE_SET + name: ids for name, ids in mesh.node_sets.items()}
-    sets |= {_FACE_SET + name: rows for name, rows in mesh.face_sets.items()}
-    vtk_xml.add_arrays(grid.GetFieldData(), sets)
+    vtk_xml.add_arrays(grid.GetFieldData(), set_arrays(mesh))
     vtk_xml.write_dataset(path, grid, "UnstructuredGrid")
 
 
+def set_arrays(mesh: TetMesh) -> dict[str, np.ndarray]:
+    """Return the sets by their names in the field data of a .vtu."""
+    sets = {_NODE_SET + name: ids for name, ids in mesh.node_sets.items()}
+    return sets | {_FACE_SET + name: rows for name, rows in mesh.face_sets.items()}
+
+
 def read_tets(path: str | os.PathLike) -> TetMesh:
-    """Read a .vtu of 4- or 10-node tetrahedra; raises CraftmeshError for other cells or missing `grain`."""
+    """Read a .vtu of 4- or 10-node tetrahedra, which triangles may follow, as those of face sets.
+
+    Raises CraftmeshError for other cells or missing `grain`.
+    """
     grid = vtk_xml.read_dataset(path, "UnstructuredGrid")
     connectivity, offsets = vtk_xml.cells_of(grid.GetCells())
     types = vtk_xml.as_numpy(grid.GetCellTypes()) if grid.GetNumberOfCells() else np.zeros(0, np.uint8)
-    width = next((w for w, t in _VTK_CELL_TYPE.items() if len(types) and (types == t).all()), None)
+    count = len(types) - int(np.isin(types, _VTK_TRIANGLES).sum())
+    solid = types[:count]
+    width = next((w for w, t in VTK_CELL_TYPE.items() if count and (solid == t).all()), None)
     if width is None:
         raise CraftmeshError(
             f"{path}: cell types {np.unique(types).tolist()}; expected only 10 or only 24 (tets)"
         )
-    grain = vtk_xml.named_array(path, grid.GetCellData(), ["grain"], "cell data")
+    grain = vtk_xml.named_array(path, grid.GetCellData(), ["grain"], "cell data")[:count]
     field = grid.GetFieldData()
     names = [field.GetArrayName(i) for i in range(field.GetNumberOfArrays())]
     sets = [
         {name[len(prefix) :]: vtk_xml.field_array(grid, name) for name in names if name.startswith(prefix)}
         for prefix in (_NODE_SET, _FACE_SET)
     ]
-    return TetMesh(vtk_xml.points_of(grid), connectivity.reshape(-1, width), grain, *sets)
+    return TetMesh(vtk_xml.points_of(grid), connectivity[: offsets[count]].reshape(-1, width), grain, *sets)
 
 
 def _triangles(path, poly) -> tuple[np.ndarray, slice]:

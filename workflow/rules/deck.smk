@@ -20,6 +20,29 @@ rule inp:
         "craftmesh inp {input.volume} --microstructure {input.labels} {params.options} -o {output[0]} > {log} 2>&1"
 
 
+rule export:
+    input:
+        f"{INC}/volume.vtu",
+    output:
+        f"{INC}/model.{{kind}}",
+    log:
+        f"{LOG}/{{inc}}/model.{{kind}}.log",
+    benchmark:
+        f"{BENCHMARK}/{{inc}}/model.{{kind}}.tsv"
+    wildcard_constraints:
+        kind="vtu|msh|e|exo",
+    params:
+        options=CAMPAIGN.mesh_flags(),
+        code=CAMPAIGN.code("export"),
+    resources:
+        mem_mb=lambda wildcards, attempt: 8000 * attempt,
+        runtime=30,
+    group:
+        "deck_{case}_{inc}"
+    shell:
+        "craftmesh export {input} {params.options} -o {output} > {log} 2>&1"
+
+
 rule check:
     input:
         volume=f"{INC}/volume.vtu",

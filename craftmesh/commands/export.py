@@ -1,0 +1,39 @@
+"""Write the mesh for other programs, sets kept: .vtu (VTK), .msh (Gmsh 2.2), .e or .exo (Exodus II)."""
+
+import dataclasses
+import importlib
+from pathlib import Path
+
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.stage_io import add_output
+from craftmesh.deck.second_order import as_elements
+from craftmesh.errors import CraftmeshError
+from craftmesh.inp import DeckOptions
+from craftmesh.io.vtk import read_tets
+
+WRITERS = {
+    ".vtu": ("craftmesh.io.vtu", "write_vtu"),
+    ".msh": ("craftmesh.io.msh", "write_msh"),
+    ".e": ("craftmesh.io.exodus", "write_exodus"),
+    ".exo": ("craftmesh.io.exodus", "write_exodus"),
+}
+OF_THE_MESH = ("element", "quarter_points")
+
+
+def add_arguments(parser):
+    parser.add_argument("volume", type=Path, help="mesh .vtu")
+    add_output(parser, f"file in the format of its suffix: {', '.join(WRITERS)}")
+    others = [field.name for field in dataclasses.fields(DeckOptions) if field.name not in OF_THE_MESH]
+    add_options(parser, DeckOptions, skip=others)
+
+
+def run(arguments):
+    suffix = arguments.output.suffix
+    if suffix not in WRITERS:
+        raise CraftmeshError(f"{arguments.output}: suffix {suffix!r}; expected one of {', '.join(WRITERS)}")
+    if arguments.output.exists() and arguments.output.samefile(arguments.volume):
+        raise CraftmeshError(f"{arguments.output}: is the mesh that is read; give another name")
+    options = options_from(arguments, DeckOptions)
+    mesh, _ = as_elements(read_tets(arguments.volume), options.element, options.quarter_points)
+    module, function = WRITERS[suffix]
+    getattr(importlib.import_module(module), function)(arguments.output, mesh)

@@ -1,0 +1,199 @@
+"""Other programs' files: what meshio and VTK read from them is the mesh, with its grains and sets."""
+
+import numpy as np
+import pytest
+from structured_box import hexagon, plane_crack, structured_box
+
+from craftmesh.assemble import assemble
+from craftmesh.check_tets import check_tets
+from craftmesh.cli import main
+from craftmesh.deck.second_order import as_elements
+from craftmesh.io.vtk import read_tets, write_tets
+from craftmesh.tet_connectivity import face_nodes
+
+SUFFIXES = ("vtu", "msh", "e", "exo")
+
+
+def label_of(centres):
+    labels = np.where(centres[:, 0] < 3, 14, 11)  # the grain of the first elements has the higher id
+    labels[(np.abs(centres - [1.5, 1.5, 0.5]) < 0.6).all(axis=1)] = -2
+    labels[(centres[:, 0] > 5) & (centres[:, 2] > 3)] = 0
+    return labels
+
+
+def cracked_mesh():
+    crack = plane_crack(2, 2, hexagon((3, 3), 2))
+    return assemble(*structured_box((6, 6, 4), label_of, crack, (0.1, 1 / 3, 2e-5 / 3), (-0.7, 12, -1e-5)))[
+        0
+    ]
+
+
+def exported(folder, suffix, element):
+    """Return the file that the command writes and the mesh it should hold; C3D10 with quarter points."""
+    write_tets(folder / "volume.vtu", cracked_mesh())
+    target = folder / f"model.{suffix}"
+    flags = ["--element", element, *(["--quarter-points"] if element == "C3D10" else [])]
+    assert main(["export", str(folder / "volume.vtu"), "-o", str(target), *flags]) == 0
+    return target, as_elements(cracked_mesh(), element, element == "C3D10")[0]
+
+
+def read_with_meshio(path):
+    meshio = pytest.importorskip("meshio")
+    if path.suffix in (".e", ".exo"):
+        pytest.importorskip("netCDF4")
+    return meshio.read(path)
+
+
+def triangles(mesh):
+    """Return {name: nodes of the faces (k, 3 or 6)} of a TetMesh."""
+    return {name: face_nodes(mesh.tets, faces) for name, faces in mesh.face_sets.items()}
+
+
+def of_vtu(found):
+    tets, faces = found.cells[0].data, found.cells[1].data
+    grain, number = (found.cell_data[name] for name in ("grain", "face_set"))
+    assert (grain[1] == 0).all() and (number[0] == 0).all()
+    named = {
+        kind: {n[len(kind) :]: v for n, v in found.field_data.items() if n.startswith(kind)}
+        for kind in ("node_set:", "face_set:")
+    }
+    for name, nodes in named["node_set:"].items():
+        assert (np.flatnonzero(found.point_data[name]) == np.unique(nodes)).all()
+    face_sets = {name: faces[number[1] == k] for k, name in enumerate(named["face_set:"], 1)}
+    return tets, grain[0], named["node_set:"], face_sets
+
+
+def of_msh(found):
+    names = {(dimension, tag): name for name, (tag, dimension) in found.field_data.items()}
+    tags = found.cell_data["gmsh:physical"]
+    groups = ({}, {}, {}, {})
+    for block, own in zip(found.cells, tags):
+        dimension = {"vertex": 0, "triangle": 2, "triangle6": 2, "tetra": 3, "tetra10": 3}[block.type]
+        for tag in np.unique(own).tolist():
+            groups[dimension][names.pop((dimension, tag))] = block.data[own == tag]
+    assert not names
+    nodes = {name.removesuffix("_NODES"): cells.ravel() for name, cells in groups[0].items()}
+    for name, cells in groups[3].items():
+        tag = int(name.removeprefix("GRAIN_"))
+        assert (cells == found.cells[0].data[tags[0] == tag]).all()
+    return found.cells[0].data, tags[0], nodes, groups[2]
+
+
+def of_exodus(found, path):
+    import netCDF4
+
+    tets = np.concatenate([block.data for block in found.cells])
+    grain = np.concatenate(found.cell_data["grain"])
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_mask(False)
+        names = [b"".join(row).decode() for row in file["ss_names"][:]]
+        ids = [b"".join(row).decode() for row in file["eb_names"][:]]
+        assert ids == [f"GRAIN_{g}" for g in file["eb_prop1"][:]] == ["GRAIN_11", "GRAIN_14"]
+        assert [set(b) for b in found.cell_data["grain"]] == [{11}, {14}]
+        number = file["elem_num_map"][:]
+        faces = {}
+        # sides of a tetrahedron in the Exodus II manual, corners then mid nodes
+        sides = [(0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (0, 3, 2, 7, 9, 6), (0, 2, 1, 6, 5, 4)]
+        for k, name in enumerate(names, 1):
+            local = np.array(sides)[file[f"side_ss{k}"][:] - 1, : 3 if tets.shape[1] == 4 else 6]
+            faces[name] = tets[file[f"elem_ss{k}"][:][:, None] - 1, local]
+    back = np.argsort(number)
+    assert (number[back] == np.arange(1, len(tets) + 1)).all()
+    return tets[back], grain[back], found.point_sets, faces
+
+
+@pytest.mark.parametrize("element", ["C3D4", "C3D10"])
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_meshio_reads_the_mesh_its_grains_and_every_set(suffix, element, tmp_path):
+    path, mesh = exported(tmp_path, suffix, element)
+    found = read_with_meshio(path)
+    parts = {"vtu": of_vtu, "msh": of_msh}.get(suffix, lambda found: of_exodus(found, path))(found)
+    tets, grain, node_sets, face_sets = parts
+    assert (found.points == mesh.points).all()
+    assert (tets == mesh.tets).all() and (grain == mesh.grain).all()
+    assert set(node_sets) == set(mesh.node_sets) and set(face_sets) == set(mesh.face_sets)
+    assert {"VOID_2", "EXTERIOR", "CRACK_LIP_A", "ZMAX"} <= set(face_sets)
+    for name, nodes in mesh.node_sets.items():
+        assert (node_sets[name] == nodes).all(), name  # in order, as the front has to be
+    for name, nodes in triangles(mesh).items():
+        assert (np.sort(face_sets[name], axis=1) == np.sort(nodes, axis=1)).all(), name
+        corners = mesh.points[face_sets[name][:, :3]]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        inside = mesh.points[mesh.tets[mesh.face_sets[name][:, 0], :4]].mean(axis=1)
+        assert (((corners[:, 0] - inside) * normals).sum(axis=1) > 0).all(), name
+        for i, j, k in ((0, 1, 3), (1, 2, 4), (2, 0, 5)) if element == "C3D10" else ():
+            ends = {frozenset(row) for row in face_sets[name][:, [i, j, k]].tolist()}
+            edges = {
+                frozenset(row) for row in nodes[:, [0, 1, 3, 1, 2, 4, 2, 0, 5]].reshape(-1, 3).tolist()
+            }
+            assert ends <= edges, name
+
+
+@pytest.mark.parametrize("element", ["C3D4", "C3D10"])
+def test_vtk_reads_the_blocks_and_sets_of_exodus(element, tmp_path):
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOExodus import vtkExodusIIReader
+
+    path, mesh = exported(tmp_path, "exo", element)
+    points = mesh.points.astype(np.float32)  # all that VTK's reader keeps
+    reader = vtkExodusIIReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    blocks_sides_nodes = (reader.ELEM_BLOCK, reader.SIDE_SET, reader.NODE_SET)
+    for kind in blocks_sides_nodes:
+        for i in range(reader.GetNumberOfObjects(kind)):
+            reader.SetObjectStatus(kind, i, 1)
+    reader.Update()
+    found = []
+    for kind, place in zip(blocks_sides_nodes, (0, 4, 7)):
+        found.append({})
+        for i in range(reader.GetNumberOfObjects(kind)):
+            grid = reader.GetOutput().GetBlock(place).GetBlock(i)
+            nodes = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
+            own = vtk_to_numpy(grid.GetPoints().GetData())
+            found[-1][reader.GetObjectName(kind, i)] = own[nodes.reshape(grid.GetNumberOfCells(), -1)]
+    blocks, sides, node_sets = found
+    assert list(blocks) == ["GRAIN_11", "GRAIN_14"]
+    for grain in (11, 14):
+        assert (blocks[f"GRAIN_{grain}"] == points[mesh.tets[mesh.grain == grain]]).all()
+    for name, nodes in triangles(mesh).items():
+        places = [np.sort(faces.view("f4,f4,f4")[..., 0], axis=1) for faces in (sides[name], points[nodes])]
+        assert (places[0] == places[1]).all(), name
+    for name, nodes in mesh.node_sets.items():
+        assert (node_sets[name][:, 0] == points[nodes]).all(), name
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_same_input_gives_the_same_bytes_and_no_other_file(suffix, tmp_path, capfd):
+    files = [exported(tmp_path / folder, suffix, "C3D10")[0] for folder in ("a", "b")]
+    assert files[0].read_bytes() == files[1].read_bytes()
+    assert {path.name for path in (tmp_path / "a").iterdir()} == {"volume.vtu", f"model.{suffix}"}
+    assert capfd.readouterr() == ("", "")
+
+
+def test_an_exported_vtu_is_a_mesh_of_ours(tmp_path):
+    path, mesh = exported(tmp_path, "vtu", "C3D10")
+    found = read_tets(path)
+    assert (found.tets == mesh.tets).all() and (found.grain == mesh.grain).all()
+    assert list(found.face_sets) == list(mesh.face_sets) and check_tets(found) == []
+
+
+def test_what_cannot_be_exported_is_refused_in_one_line(tmp_path, capsys):
+    path = tmp_path / "volume.vtu"
+    mesh = cracked_mesh()
+    write_tets(path, mesh)
+    before = path.read_bytes()
+    long = type(mesh)(mesh.points, mesh.tets, mesh.grain, {"N" * 33: [1]}, mesh.face_sets)
+    write_tets(tmp_path / "long.vtu", long)
+    for source, target, said in (
+        ("volume.vtu", "model.stp", "suffix '.stp'; expected one of .vtu, .msh, .e, .exo"),
+        ("volume.vtu", "volume.vtu", "is the mesh that is read"),
+        ("long.vtu", "model.e", "Exodus names have up to 32 ASCII characters"),
+    ):
+        assert main(["export", str(tmp_path / source), "-o", str(tmp_path / target)]) == 1
+        error = capsys.readouterr().err
+        assert said in error and error.count("\n") == 1
+    assert path.read_bytes() == before and sorted(p.name for p in tmp_path.iterdir()) == [
+        "long.vtu",
+        "volume.vtu",
+    ]
