@@ -29,3 +29,4 @@ lint: setup
 bench: setup
 	$(BIN)/python benchmarks/gradation.py
 	$(BIN)/python benchmarks/volume.py
+	$(BIN)/python benchmarks/deck.py

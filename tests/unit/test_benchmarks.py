@@ -46,6 +46,24 @@ def test_volume_compares_ours_with_plain_tetgen(tmp_path):
     assert ours["peak_mb"] > 30
 
 
+def test_deck_measures_the_model_in_every_form(tmp_path):
+    target = tmp_path / "figures.json"
+    command = [sys.executable, str(BENCHMARKS / "deck.py"), "--elements", "5000", "--runs", "1"]
+    methods = ["write_deck, includes", "craftmesh export .e"]
+    flags = [word for method in methods for word in ("--method", method)]
+    done = subprocess.run(
+        [*command, *flags, "--json", str(target)], capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    rows = json.loads(target.read_text())["rows"]
+    assert [row["method"] for row in rows] == methods
+    for row in rows:
+        assert row["method"] in done.stdout and 5000 <= row["elements"] < 7000
+        assert row["cpu_s"] > 0 and row["peak_mb"] > 30
+        # Ten node numbers of four bytes are the least that an element takes.
+        assert row["file_mb"] > 40e-6 * row["elements"]
+
+
 def test_unknown_case_is_refused():
     command = [sys.executable, str(BENCHMARKS / "gradation.py"), "--case", "huge"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)

@@ -5,8 +5,12 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import meshio
 import pytest
 from deck_reader import load_judge
+
+from craftmesh.deck.check_deck import check_deck
+from craftmesh.io.vtk import read_tets
 
 ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.xdist_group("tiny campaign")
@@ -97,6 +101,23 @@ def test_changed_option_reruns_its_stage_and_what_follows(finished):
     assert run.jobs == {}
     run = finished.snakemake("--dry-run", "--config", "chunks=3")
     assert set(run.jobs) - {"total"} == AFTER_GRADATE
+
+
+def test_includes_and_exports_make_their_files_and_rerun_nothing_else(finished, tmp_path):
+    folder = type(finished)(shutil.copytree(finished.path, tmp_path / "more"))
+    with open(folder.path / "config.yaml", "a") as stream:
+        stream.write("exports: [msh, e]\ninp: {includes: true, quarter_points: true}\n")
+    run = folder.snakemake("--cores", "2")
+    assert run.status == 0 and run.jobs == {"inp": 2, "export": 4, "all": 1, "total": 7}, run.text
+    for inc in ("000", "001"):
+        files = {name: folder.path / "results" / "tiny" / inc / name for name in ("model.inp", "model.msh")}
+        assert files["model.inp"].with_name("model_mesh.inp").is_file()
+        assert check_deck(files["model.inp"]) == []
+        corners = read_tets(files["model.inp"].with_name("volume.vtu"))
+        assert len(meshio.read(files["model.msh"]).cells_dict["tetra10"]) == len(corners.tets)
+    assert folder.snakemake("--dry-run").jobs == {}
+    (folder.path / "results" / "tiny" / "001" / "model_mesh.inp").unlink()
+    assert folder.snakemake("--dry-run").jobs["inp"] == 1
 
 
 def test_one_more_increment_runs_only_that_increment(finished, tmp_path):
