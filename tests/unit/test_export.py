@@ -197,3 +197,15 @@ def test_what_cannot_be_exported_is_refused_in_one_line(tmp_path, capsys):
         "long.vtu",
         "volume.vtu",
     ]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("sets", [({}, {}), ({"EMPTY": []}, {"EMPTY": np.zeros((0, 2))})])
+def test_a_mesh_without_sets_is_exported_too(suffix, sets, tmp_path):
+    corners = np.concatenate([np.zeros((1, 3)), np.eye(3)])
+    write_tets(tmp_path / "volume.vtu", type(cracked_mesh())(corners, [[0, 1, 2, 3]], [7], *sets))
+    target = tmp_path / f"model.{suffix}"
+    assert main(["export", str(tmp_path / "volume.vtu"), "-o", str(target), "--element", "C3D4"]) == 0
+    found = read_with_meshio(target)
+    assert (found.points == corners).all()
+    assert {block.type: block.data.tolist() for block in found.cells} == {"tetra": [[0, 1, 2, 3]]}
