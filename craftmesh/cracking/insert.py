@@ -13,6 +13,7 @@ from craftmesh.cracking.regions import labels_of_regions, regions_of
 from craftmesh.cracking.sheet import Sheet, sheet_of
 from craftmesh.cracking.snap import snap_ends, snap_to_crack, snap_to_front, spread_front
 from craftmesh.errors import CraftmeshError
+from craftmesh.kernels.triangles import intersecting_pairs
 from craftmesh.measure import area_vectors
 from craftmesh.progress import silent
 from craftmesh.stitch_options import StitchOptions
@@ -33,7 +34,8 @@ def insert_crack(
 
     sizing.at(points) gives the lengths of front edges and crack facets; None: the surface's median edge
     length. Grain boundaries keep their shape but for points snapped onto the crack (options.snap).
-    Raises CraftmeshError where the crack meets no grain or its traces cannot be triangulated.
+    Raises CraftmeshError where the crack meets no grain, its traces cannot be triangulated, or its facets
+    would meet others, as where a curved crack runs along a plane of the box.
     """
     options = options or StitchOptions()
     progress(0.0, "cut")
@@ -56,8 +58,26 @@ def insert_crack(
     cut, patch, is_front = _patch(cut, sheet, front, traces, along, target)
     progress(0.8, "grains")
     result, numbers = _assembled(cut, sheet, patch, is_front)
+    refuse_intersections(result)
     progress(1.0, "done")
     return result, numbers
+
+
+def refuse_intersections(surface: Surface) -> None:
+    """Raise where crack facets meet facets beyond the corners and edges they share."""
+    crack = surface.kind == CRACK
+    corners = surface.points[surface.facets]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    near = (low <= high[crack].max(axis=0)).all(axis=1) & (high >= low[crack].min(axis=0)).all(axis=1)
+    rows = np.flatnonzero(near)
+    pairs = rows[intersecting_pairs(surface.points, surface.facets[rows])]
+    pairs = pairs[crack[pairs].any(axis=1)]
+    if len(pairs):
+        place = np.round(corners[pairs[0]].mean(axis=(0, 1)), 6).tolist()
+        raise CraftmeshError(
+            f"the crack's facets meet others near {place} ({len(pairs)} pairs): it runs along the box "
+            "or a grain boundary there; move it a little, turn it or give a shorter l_min"
+        )
 
 
 def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:

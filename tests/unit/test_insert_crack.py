@@ -7,6 +7,7 @@ from test_crack_shapes import wavy_disc
 from craftmesh.check_surface import check_surface
 from craftmesh.connectivity import unique_edges
 from craftmesh.cracking import CrackOptions, crack_from_triangles, insert_crack, prescribed_crack
+from craftmesh.cracking.insert import refuse_intersections
 from craftmesh.cracking.sheet import sheet_of
 from craftmesh.errors import CraftmeshError
 from craftmesh.generate import GenerateOptions, generate
@@ -272,3 +273,20 @@ def test_a_crack_wholly_in_a_void_is_refused(polycrystal):
     crack = prescribed_crack(CrackOptions(centre=tuple(centre), radius=1.5), 0, BOX)
     with pytest.raises(CraftmeshError, match="no grain"):
         insert_crack(polycrystal, crack, None)
+
+
+def test_crack_facets_that_meet_the_box_are_refused():
+    model, _ = structured_box((2, 2, 2), lambda c: np.ones(len(c), int))
+    corners = np.array([[0.3, 0.4, 1.0], [1.6, 0.5, 1.0], [1.1, 1.2, 2.3]])
+    n = len(model.points)
+    poking = Surface(
+        np.concatenate([model.points, corners]),
+        np.concatenate([model.facets, [[n, n + 1, n + 2]]]),
+        np.concatenate([model.sides, [[1, 1]]]),
+        np.append(model.kind, CRACK),
+    )
+    with pytest.raises(CraftmeshError, match="meet others near"):
+        refuse_intersections(poking)
+    corners[2, 2] = 1.7
+    inside = Surface(np.concatenate([model.points, corners]), poking.facets, poking.sides, poking.kind)
+    refuse_intersections(inside)
