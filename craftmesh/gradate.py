@@ -71,7 +71,8 @@ def gradate(
 ) -> tuple[Surface, dict]:
     """Return `surface` with edges as long as `sizing` asks, and a report.
 
-    volumes: the grains' target volumes for options.restore_volumes; None takes those of `surface`.
+    volumes: target volumes of grains k and voids -k for options.restore_volumes instead of those that
+    `surface` has.
 
     Junction lines, box planes, crack and front stay what and where they are, every grain stays closed
     and keeps its topology, and no step makes facets intersect. The report counts operations and
@@ -84,6 +85,7 @@ def gradate(
     progress(0.0, "preprocess")
     facets = len(surface.facets)
     before = side_volumes(surface.points, surface.facets, surface.sides)
+    voids = {-k: v for k, v in side_volumes(surface.points, surface.facets, -surface.sides).items()}
     released, removed = 0, 0
     if options.release_tied_nodes:
         surface, released, _ = release_tied_nodes(surface)
@@ -104,14 +106,14 @@ def gradate(
     result = surface_of(shop.state, surface)
     if options.restore_volumes:
         progress(0.95, "volumes")
-        result = _restored(result, volumes or before)
+        result = _restored(result, before | voids | dict(volumes or {}))
     progress(1.0, "done")
     return result, gradation_report(shop, facets, before, result, sizing)
 
 
 def _restored(result: Surface, targets: Mapping[int, float]) -> Surface:
-    """Return `result` with the target volumes; grains whose volume is not > 0 are left out."""
-    present = set(result.grains.tolist())
+    """Return `result` with the target volumes of grains and voids, where these are > 0 and present."""
+    present = set(np.unique(result.sides).tolist())
     targets = {k: v for k, v in targets.items() if v > 0 and k in present}
     return restore_volumes(result, targets)[0] if targets else result
 

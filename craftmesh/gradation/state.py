@@ -13,7 +13,7 @@ from craftmesh.types import CRACK, Surface
 
 # points, facets, alive, patch, reference: the surface; first, after: corner lists (kernels.rings);
 # rank, flags, size: per vertex class, constraints and target length;
-# home, witness_*: positions of the input's vertices and the facet lists of those that are gone;
+# home, witness_*: first places of the vertices and the facet lists of those that are gone or moved;
 # patch_sides, patch_crack: per patch its two volume slots (-1: the exterior) and whether it is crack;
 # volume, drift: per slot; stamp, facet_stamp, clock: marks; used: numbers of vertices and facets;
 # front, crack_*: the input's front segments and crack facets, to put new vertices on;
@@ -179,6 +179,7 @@ def grown(state: State, vertices: int, facets: int) -> State:
 
     n, m = int(state.used[0]) + vertices, int(state.used[1]) + facets
     per_vertex = {"points": 0, "first": -1, "rank": 0, "flags": 0, "size": 0, "stamp": 0}
+    per_vertex |= {"home": 0, "witness_after": -1, "witness_rank": 0, "witness_crack": 0, "is_witness": 0}
     per_facet = {"facets": 0, "alive": 0, "patch": 0, "reference": 0, "witness_first": -1, "facet_stamp": 0}
     new = {k: stretched(getattr(state, k), n, v) for k, v in per_vertex.items()}
     new |= {k: stretched(getattr(state, k), m, v) for k, v in per_facet.items()}

@@ -28,7 +28,7 @@ from craftmesh.kernels.cones import book_drift, drift_allows, grain_cones, volum
 from craftmesh.kernels.facet_grid import GONE, has_room, insert_facet, star_intersects
 from craftmesh.kernels.facet_shape import angle_score, keeps_normal, squared_distance
 from craftmesh.kernels.rings import has_corner, is_feature, link_corner, unlink_corner
-from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
+from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
 
 
 @njit(cache=True)
@@ -114,12 +114,9 @@ def _collect_loose(state, moved, dying, a, b, halfway):
         count = collect(state, state.star[i] if i < moved else state.dying[i - moved], count)
         if count == TOO_MANY:
             return TOO_MANY
-    for end in (a, b):
-        if end < len(state.home) and not state.is_witness[end] and (halfway or end == b):
-            state.loose[count] = end
-            state.loose_facet[count] = state.dying[0]
-            count += 1
-    return count
+    if halfway:
+        count = set_free(state, a, state.dying[0], count)
+    return set_free(state, b, state.dying[0], count)
 
 
 @njit(cache=True)

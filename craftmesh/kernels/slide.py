@@ -10,7 +10,7 @@ from craftmesh.kernels.facet_grid import has_room
 from craftmesh.kernels.facet_shape import angle_score, area_vector, keeps_normal, squared_distance
 from craftmesh.kernels.projection import put_on_crack_in_box, put_on_front
 from craftmesh.kernels.rings import is_feature
-from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
+from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
 
 STEPS = 7
 DIRECTIONS = 8
@@ -21,11 +21,7 @@ def _collect_loose(state, moved, v):
     count = 0
     for i in range(moved):
         count = collect(state, state.star[i], count)
-    if count != TOO_MANY and v < len(state.home) and not state.is_witness[v]:
-        state.loose[count] = v
-        state.loose_facet[count] = state.star[0]
-        count += 1
-    return count
+    return set_free(state, v, state.star[0], count)
 
 
 @njit(cache=True)

@@ -168,6 +168,10 @@ def split_edge(state, grid, limits, a, b, share):
         book_drift(state, grain_cones(state, np.int64(0), parents, place))
     state.rank[m] = rank
     state.flags[m] = flags
+    state.home[m] = place
+    state.witness_rank[m] = rank
+    state.witness_crack[m] = (flags & ON_CRACK) > 0
+    state.is_witness[m] = False
     state.size[m] = 0.5 * (state.size[a] + state.size[b])
     state.used[0] += 1
     for i in range(parents):

@@ -1,8 +1,9 @@
-"""Witnesses: input vertices that are gone, each kept by the facet it lies nearest to.
+"""Witnesses: first places of vertices that are gone or moved, each kept by the facet it lies nearest to.
 
 They bound the distance from the input to the changed surface: an operation may only move a witness
 out of its facet when one of the new facets (for a vertex of a junction line: one of the new junction
-edges) passes it closely enough.
+edges) passes it closely enough. Vertices made by splits have first places too, so that facets smaller
+than the input's do not creep away from it between its vertices.
 """
 
 import numpy as np
@@ -28,6 +29,16 @@ def collect(state, f, count):
         count += 1
         w = state.witness_after[w]
     return count
+
+
+@njit(cache=True)
+def set_free(state, v, f, count):
+    """Append vertex `v`, near facet `f`, to state.loose unless its first place is a witness already."""
+    if count == TOO_MANY or state.is_witness[v]:
+        return count
+    state.loose[count] = v
+    state.loose_facet[count] = f
+    return count + 1
 
 
 @njit(cache=True)
