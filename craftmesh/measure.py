@@ -33,7 +33,9 @@ def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> d
     """
     centre = points.mean(axis=0) if len(points) else np.zeros(3)
     swept = np.einsum("ij,ij->i", points[facets[:, 0]] - centre, area_vectors(points, facets)) / 3
-    labels = np.unique(np.concatenate([np.unique(sides[:, 0]), np.unique(sides[:, 1])]))
+    differs = np.ones(len(sides), bool)
+    differs[1:] = (sides[1:] != sides[:-1]).any(axis=1)
+    labels = np.unique(sides[differs])
     index = np.searchsorted(labels, sides)
     volume = np.bincount(index[:, 0], swept, len(labels)) - np.bincount(index[:, 1], swept, len(labels))
     return {int(k): float(v) for k, v in zip(labels, volume) if k > 0}

@@ -32,13 +32,11 @@ class Workshop:
     grid: FacetGrid | None
     done: dict
 
-    def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return edges (e, 2), whether each is a feature, and its length over its target."""
+    def edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return edges (e, 2) and whether each is a feature."""
         s = self.state
-        edges, feature = list_edges(
-            s.facets, s.patch, s.first, s.after, s.rank, s.used[0], s.used[1], s.stamp, s.clock
-        )
-        return edges, feature, relative_lengths(s, edges)
+        count = int(s.alive[: s.used[1]].sum())
+        return list_edges(s.facets, s.patch, s.first, s.after, s.rank, s.used[0], count, s.stamp, s.clock)
 
     def set_sizes(self, sizing) -> None:
         """Set the target lengths of all living vertices from the sizing."""
@@ -79,9 +77,9 @@ def filled_grid(state: State) -> FacetGrid:
     living = np.flatnonzero(state.alive[:m])
     if not len(living):
         raise CraftmeshError("the surface has no facets; expected at least one to gradate")
-    corners = state.points[state.facets[living]]
-    edge = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
-    used = state.points[np.unique(state.facets[living])]
+    start, end = state.points[state.facets[living, 0]], state.points[state.facets[living, 1]]
+    edge = np.linalg.norm(end - start, axis=1)
+    used = state.points[state.first >= 0]
     cell = max(2.0 * float(edge.mean()), 1e-300)
     items = 6 * len(living) + 2 * ROOM_PER_STEP
     grid = make_grid(used, cell, items, len(state.facets))
@@ -96,7 +94,8 @@ def filled_grid(state: State) -> FacetGrid:
 def collapse_short(shop: Workshop, limits: Limits) -> int:
     """Collapse edges under limits.collapse of their target: junction lines first, short ones first."""
     total = 0
-    edges, feature, ratio = shop.edges()
+    edges, feature = shop.edges()
+    ratio = relative_lengths(shop.state, edges)
     for lines in (True, False):
         chosen = np.flatnonzero((feature == lines) & (ratio < limits.collapse))
         order = chosen[block_order(edges[chosen], ratio[chosen])]
@@ -107,7 +106,8 @@ def collapse_short(shop: Workshop, limits: Limits) -> int:
 
 def split_long(shop: Workshop, limits: Limits, share: float) -> int:
     """Split edges over limits.split of their target, longest first by blocks."""
-    edges, _, ratio = shop.edges()
+    edges, _ = shop.edges()
+    ratio = relative_lengths(shop.state, edges)
     chosen = np.flatnonzero(ratio > limits.split)
     order = chosen[block_order(edges[chosen], -ratio[chosen])]
     return shop.repeat("split edges", split_pass, len(order), limits, edges, order, (share,))
@@ -115,7 +115,7 @@ def split_long(shop: Workshop, limits: Limits, share: float) -> int:
 
 def swap_all(shop: Workshop, limits: Limits) -> int:
     """Swap edges inside patches until hardly any gains."""
-    edges, feature, _ = shop.edges()
+    edges, feature = shop.edges()
     edges = edges[~feature]
     return shop.repeat("swapped edges", swap_pass, len(edges), limits, edges, ())
 

@@ -13,6 +13,8 @@ from craftmesh.kernels.facet_shape import facet_distance2, segment_distance2
 from craftmesh.kernels.rings import is_feature
 
 TOO_MANY = -1
+# A facet within this part of the bound is near enough to end the search for a nearer one.
+CLOSE = 0.3
 
 
 @njit(cache=True)
@@ -57,7 +59,8 @@ def _mark_features(state, total):
 
 
 @njit(cache=True)
-def _nearest_facet(points, star, corners, patches, patch, home, w, total):
+def _near_facet(points, star, corners, patches, patch, home, w, total, enough):
+    """Return the least squared distance to the new facets of a patch, or the first under `enough`."""
     best = np.inf
     where = -1
     for i in range(total):
@@ -66,6 +69,8 @@ def _nearest_facet(points, star, corners, patches, patch, home, w, total):
             if d < best:
                 best = d
                 where = i
+                if best < enough:
+                    break
     return best, where
 
 
@@ -87,7 +92,7 @@ def _nearest_line(state, w, total):
 
 @njit(cache=True)
 def find_new_homes(state, loose, total, share, size, crack_tolerance):
-    """Find for each of the `loose` witnesses its nearest of the star's facets; False if one is too far.
+    """Find for each of the `loose` witnesses a near one of the star's facets; False if one is too far.
 
     Too far is over `share` of the target length, be it the star's (`size`) or the witness's own.
     The star's new corners are star_corners[:total]; loose_facet holds on entry the old facet, whose
@@ -108,7 +113,8 @@ def find_new_homes(state, loose, total, share, size, crack_tolerance):
                 marked = True
             d, where = _nearest_line(state, w, total)
         else:
-            d, where = _nearest_facet(points, star, corners, patches, patch, home, w, total)
+            enough = (CLOSE * limit) ** 2
+            d, where = _near_facet(points, star, corners, patches, patch, home, w, total, enough)
         if where < 0 or d > limit * limit:
             return False
         state.loose_facet[n] = state.star[where]
