@@ -499,22 +499,29 @@ def hard_breaches(before: Surface, after: Surface) -> list[str]:
         breaches.append("duplicate facets")
     if (unit_normals(after.points, after.facets)[1] <= 0).any():
         breaches.append("facets without area")
-    was, now = topology(before), topology(after)
-    for key in sorted(was.keys() | now.keys(), key=str):
-        old, new = was.get(key, (None, None)), now.get(key, (None, None))
-        # Two parts of a contact may come to touch in a junction point where two of these merge.
-        if old[1] != new[1] or (key[0] == "label" and old[0] != new[0]):
-            breaches.append(f"topology of {key}: {old} -> {new}")
+    breaches += topology_breaches(before, after) + box_breaches(before, after)
     if ears(after) > ears(before):
         breaches.append(f"{ears(after)} crack edges join two front nodes, {ears(before)} before")
-    breaches += _box_breaches(before, after)
     met = intersections(after.points, after.facets)
     if met:
         breaches.append(f"{len(met)} pairs intersect, first {met[0]}")
     return breaches
 
 
-def _box_breaches(before: Surface, after: Surface) -> list[str]:
+def topology_breaches(before: Surface, after: Surface) -> list[str]:
+    """Return the labels and contacts that have other Euler numbers or parts than before."""
+    breaches = []
+    was, now = topology(before), topology(after)
+    for key in sorted(was.keys() | now.keys(), key=str):
+        old, new = was.get(key, (None, None)), now.get(key, (None, None))
+        # Two parts of a contact may come to touch in a junction point where two of these merge.
+        if old[1] != new[1] or (key[0] == "label" and old[0] != new[0]):
+            breaches.append(f"topology of {key}: {old} -> {new}")
+    return breaches
+
+
+def box_breaches(before: Surface, after: Surface) -> list[str]:
+    """Return where the planes of the box are no longer exact or not covered once, or corners are gone."""
     breaches = []
     for kind in np.unique(before.kind[(before.kind != INTERFACE) & (before.kind != CRACK)]).tolist():
         axis, upper = divmod(kind - 1, 2)

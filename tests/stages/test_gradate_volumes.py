@@ -1,11 +1,12 @@
 """Gradation of real and large volumes at near/far ratios of 2, 4 and 8, with and without a crack."""
 
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
-from conftest import ROOT
+from gradation_guards import box_breaches, ears, topology_breaches
 
 from craftmesh import GradateOptions, Sizing, gradate
 from craftmesh.check_surface import check_surface
@@ -18,6 +19,7 @@ from craftmesh.remesh import remesh
 from craftmesh.sizing import densify
 from craftmesh.stitch import stitch_grains
 
+ROOT = Path(__file__).resolve().parents[2]
 STL = {"g26": "stl/g26.npz", "g100": "stl/g100.npz"}
 IMAGES = {
     "al1050": "al1050/al1050_labdct_109x103x64.npz",
@@ -80,8 +82,12 @@ def test_gradated_volumes_have_no_fault(name, cracked, ratio, shared_data):
     surface, sizing = start(name, shared_data, cracked, ratio)
     after, report = gradate(surface, sizing, GradateOptions())
     assert check_surface(after) == []
+    assert topology_breaches(surface, after) + box_breaches(surface, after) == []
+    assert ears(after) == 0
     smallest = facet_angles(after.points, after.facets).min(axis=1)
+    # Measured: 6.3 and 7.7 degrees where cracks meet other surfaces (al1050, g100), 10 and more elsewhere;
+    # at most 0.012% under 12 degrees.
     assert smallest.min() >= 3
     assert (smallest < 12).mean() <= 0.0005
-    # Restored volumes.
+    # Measured with restored volumes: at most 3.1e-4 (al6xn).
     assert report["drift"]["max"] < 0.001
