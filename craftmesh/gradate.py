@@ -30,6 +30,10 @@ from craftmesh.types import Surface
 from craftmesh.volumes import restore_volumes
 
 
+# What the restoring of volumes may move a vertex, as a part of the distance tolerance.
+RESTORING_SHARE = 0.5
+
+
 @dataclass(frozen=True)
 class GradateOptions:
     """How far the gradation may go from the input surface, and what is done before and after it."""
@@ -106,16 +110,21 @@ def gradate(
     result = surface_of(shop.state, surface)
     if options.restore_volumes:
         progress(0.95, "volumes")
-        result = _restored(result, before | voids | dict(volumes or {}))
+        result = _restored(result, before | voids | dict(volumes or {}), sizing, options)
     progress(1.0, "done")
     return result, gradation_report(shop, facets, before, result, sizing)
 
 
-def _restored(result: Surface, targets: Mapping[int, float]) -> Surface:
+def _restored(
+    result: Surface, targets: Mapping[int, float], sizing: Sizing, options: GradateOptions
+) -> Surface:
     """Return `result` with the target volumes of grains and voids, where these are > 0 and present."""
     present = set(np.unique(result.sides).tolist())
     targets = {k: v for k, v in targets.items() if v > 0 and k in present}
-    return restore_volumes(result, targets)[0] if targets else result
+    if not targets:
+        return result
+    reach = RESTORING_SHARE * options.distance_tolerance * sizing.at(result.points)
+    return restore_volumes(result, targets, reach=reach)[0]
 
 
 def _limits(options: GradateOptions, sizing: Sizing) -> Limits:

@@ -33,6 +33,7 @@ def restore_volumes(
     rounds: int = 8,
     min_quality: float = 0.2,
     min_edge: float = 0.0,
+    reach: np.ndarray | None = None,
     progress: Callable[[float, str], None] = silent,
 ) -> tuple[Surface, dict]:
     """Return the surface with its vertices moved so that each grain has its target volume, and a report.
@@ -42,7 +43,8 @@ def restore_volumes(
     is repeated up to `rounds` times, until every grain is within `tolerance` of its target. Vertices stay
     on their planes, edges and corners of the box; those of crack facets do not move. No facet comes to
     intersect another one, turns over or falls below `min_quality` or `min_edge`; where one would, its
-    vertices are held, and in the next round the others make up for it.
+    vertices are held, and in the next round the others make up for it. No vertex comes further from its
+    first place than its `reach` (n,), where that is given.
     Raises CraftmeshError when a target is not positive or the surface has no such grain.
     """
     facets = surface.facets.astype(np.int64)
@@ -62,6 +64,8 @@ def restore_volumes(
         progress(done / rounds, "restoring volumes")
         mobile = free & ~held[:, None]
         displacement = _displacement(points, facets, boundaries, -drift * target, mobile)
+        if reach is not None:
+            displacement = _within(points + displacement, surface.points, reach) - points
         points, held = _guarded_step(points, displacement, facets, surface.kind, min_quality, min_edge)
         drift = boundaries.volumes(points) / target - 1
         done += 1
@@ -142,6 +146,13 @@ def _guarded_step(
             return moved, held
         held |= vertices_around(facets, bad, max(0, attempt - PATIENCE), len(points))
         attempt += 1
+
+
+def _within(points: np.ndarray, centres: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    """Return `points` (n, 3), those beyond `reach` (n,) of their centres drawn back to it."""
+    way = points - centres
+    length = np.linalg.norm(way, axis=1)
+    return centres + way * np.minimum(1.0, reach / np.maximum(length, 1e-300))[:, None]
 
 
 def _turned(before: np.ndarray, after: np.ndarray) -> np.ndarray:

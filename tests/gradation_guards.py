@@ -514,8 +514,7 @@ def topology_breaches(before: Surface, after: Surface) -> list[str]:
     was, now = topology(before), topology(after)
     for key in sorted(was.keys() | now.keys(), key=str):
         old, new = was.get(key, (None, None)), now.get(key, (None, None))
-        # Two parts of a contact may come to touch in a junction point where two of these merge.
-        if old[1] != new[1] or (key[0] == "label" and old[0] != new[0]):
+        if old != new:
             breaches.append(f"topology of {key}: {old} -> {new}")
     return breaches
 
