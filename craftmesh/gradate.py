@@ -29,7 +29,6 @@ from craftmesh.sizing import Sizing
 from craftmesh.types import Surface
 from craftmesh.volumes import restore_volumes
 
-
 # What the restoring of volumes may move a vertex, as a part of the distance tolerance.
 RESTORING_SHARE = 0.5
 
