@@ -10,6 +10,7 @@ from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.grains.grain_meshing import Attempt, MeshingTask, ladder, mesh_grain
 from craftmesh.grains.grain_surface import GrainSurface, grain_surfaces
 from craftmesh.grains.interior_points import LocalSizing
+from craftmesh.mesher.base import BUILT_IN, TETWILD, load_mesher
 from craftmesh.mesher.diagnose import GrainFailure, diagnose
 from craftmesh.mesher.pool import run_tasks
 from craftmesh.options import option
@@ -18,13 +19,16 @@ from craftmesh.types import GrainTets, Surface
 
 # Tetrahedra per unit of sum dV / l^3 are not known beforehand; facets are, and the time follows them.
 FIXED_COST = 50.0
+WHOLE_MODEL = ("envelope", "whole_time_limit")
 
 
 @dataclass(frozen=True)
 class TetrahedralizeOptions:
     """How grains are filled with tetrahedra."""
 
-    mesher: str = option("tetgen", "tetrahedral mesher, or package.module:Class of your own")
+    mesher: str = option(
+        "tetgen", "tetgen, tetgen-cli, tetwild (the whole model), or package.module:Class of your own"
+    )
     radius_edge_ratio: float = option(1.4, "TetGen's bound on circumradius over shortest edge")
     min_dihedral: float = option(10.0, "TetGen's bound on dihedral angles", "degrees")
     switches: str = option("", "the mesher's switches in full, in place of the two bounds above")
@@ -32,9 +36,17 @@ class TetrahedralizeOptions:
     optimise: bool = option(True, "improve the tetrahedra inside the grains; the surface stays")
     time_limit: float = option(600.0, "longest time for one attempt at one grain", "s")
     memory_limit: float = option(16.0, "largest address space of a worker process", "GB")
+    repair: bool = option(True, "first move points of facets that intersect or are degenerate")
+    fallback: str = option(
+        TETWILD,
+        "what happens when a grain fails every attempt: the whole model by pytetwild, or an error",
+        choices=(TETWILD, "none"),
+    )
+    envelope: float = option(0.1, "tetwild moves facets by this at most, in shortest target lengths")
+    whole_time_limit: float = option(14400.0, "longest time for tetwild", "s")
 
     def __post_init__(self):
-        for name in ("radius_edge_ratio", "min_dihedral", "time_limit", "memory_limit"):
+        for name in ("radius_edge_ratio", "min_dihedral", "time_limit", "memory_limit", *WHOLE_MODEL):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0):
                 raise CraftmeshError(f"{name} is {value}; expected a number > 0")
@@ -64,6 +76,7 @@ def tetrahedralize(
     they are off. The result does not depend on `workers`. Raises MeshingError, which carries what was
     done, when a grain fails in every attempt.
     """
+    load_mesher(options.mesher)
     done: dict[int, tuple[GrainTets, dict]] = {}
     failures: list[GrainFailure] = []
     attempts = ladder(options.all_switches, options.interior_points)
@@ -86,7 +99,7 @@ def tetrahedralize(
         attempt = _attempt_report(task.attempt, failure.reason, seconds)
         if task.rung + 1 < len(attempts):
             return task.next(attempts[task.rung + 1], attempt)
-        ask = options.mesher == "tetgen"
+        ask = options.mesher in BUILT_IN
         failures.append(diagnose(task.surface, (*task.failed, attempt), failure.where, ask))
         tell(task)
         return None

@@ -1,13 +1,22 @@
-"""Merge the grains' tetrahedra by surface node and open the crack."""
+"""Merge the grains' tetrahedra by surface node and open the crack.
+
+Where grains are left without tetrahedra, or with mesher tetwild, the whole model is meshed here: give the
+same sizes and options as to tetrahedralize.
+"""
 
 from pathlib import Path
 
-from craftmesh.assemble import assemble
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, tell
+from craftmesh.commands.whole_model_step import complete_mesh
 from craftmesh.crack_front import front_frames
 from craftmesh.io.front_csv import write_front
-from craftmesh.io.grain_tets import read_grain_tets
+from craftmesh.io.grain_tets import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, write_tets
+from craftmesh.meshing_record import merged
+from craftmesh.repair import repair_surface
+from craftmesh.tetrahedralize import TetrahedralizeOptions
 
 
 def add_arguments(parser):
@@ -18,11 +27,24 @@ def add_arguments(parser):
         "--front-csv", type=Path, metavar="FILE", help="ordered front nodes with their frames"
     )
     add_report(parser)
+    add_front(parser)
+    add_sizing(parser)
+    add_options(parser, TetrahedralizeOptions)
 
 
 def run(arguments):
+    surface = read_surface(arguments.surface)
+    record = merged([read_record(chunk) for chunk in arguments.chunks])
+    if record.get("repair"):
+        surface, _ = repair_surface(surface)
     grain_tets = [grain for chunk in arguments.chunks for grain in read_grain_tets(chunk)]
-    mesh, report = assemble(read_surface(arguments.surface), grain_tets)
+
+    def sizing():
+        return sizing_from(arguments, surface, arguments.front) if is_sized(arguments) else None
+
+    mesh, report = complete_mesh(
+        surface, grain_tets, record, sizing, options_from(arguments, TetrahedralizeOptions)
+    )
     if arguments.front_csv:
         write_front(arguments.front_csv, front_frames(mesh).columns())
     write_tets(arguments.output, mesh)

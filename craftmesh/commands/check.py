@@ -12,6 +12,12 @@ def add_arguments(parser):
     parser.add_argument(
         "--quality", type=Path, metavar="FILE", help="write the mesh's measures to this .json"
     )
+    parser.add_argument(
+        "--meshing",
+        type=Path,
+        metavar="FILE",
+        help="report .json of assemble or tetrahedralize; its part `meshing` goes into the measures",
+    )
 
 
 def run(arguments):
@@ -39,7 +45,8 @@ def check_mesh(file: Path, arguments) -> list[str]:
         from craftmesh.quality import quality
 
         voxels = read_labels(existing(arguments.labels)) if arguments.labels else None
-        write_json(arguments.quality, {"breaches": breaches} | quality(mesh, voxels))
+        meshing = {"meshing": read_json(arguments.meshing).get("meshing")} if arguments.meshing else {}
+        write_json(arguments.quality, {"breaches": breaches} | quality(mesh, voxels) | meshing)
     return breaches
 
 

@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -28,6 +29,11 @@ def tell(report: dict, path: Path | None) -> None:
         print(line)
     if path is not None:
         write_json(path, report)
+
+
+def warn(message: str) -> None:
+    """Print a warning, one line on stderr."""
+    print("craftmesh: warning:", " ".join(message.split()), file=sys.stderr, flush=True)
 
 
 def _lines(report: dict, prefix: str = "") -> Iterator[str]:

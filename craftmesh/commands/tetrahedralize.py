@@ -11,16 +11,19 @@ import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, sizing_from
-from craftmesh.commands.stage_io import add_output, add_report, read_json, tell
+from craftmesh.commands.stage_io import add_output, add_report, read_json, tell, warn
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.io.failed_grain import write_failed_grain
 from craftmesh.io.grain_tets import write_grain_tets
 from craftmesh.io.vtk import read_surface, write_tets
 from craftmesh.islands import islands_from_json
+from craftmesh.mesher.base import TETWILD
 from craftmesh.mesher.diagnose import GrainFailure
+from craftmesh.meshing_record import record_of
 from craftmesh.progress import ProgressLine
+from craftmesh.repair import repair_surface
 from craftmesh.tetrahedralize import TetrahedralizeOptions, tetrahedralize
-from craftmesh.types import Surface
+from craftmesh.types import GrainTets, Surface
 
 
 def add_arguments(parser):
@@ -39,15 +42,56 @@ def add_arguments(parser):
 
 def run(arguments):
     surface = read_surface(arguments.surface)
-    islands = islands_from_json(read_json(arguments.islands)) if arguments.islands else ()
     if arguments.workers < 1:
         raise CraftmeshError(f"--workers is {arguments.workers}; expected a number >= 1")
-    grains = None if arguments.chunk is None else grains_of_chunk(surface, *arguments.chunk)
-    sizing = sizing_from(arguments, surface, arguments.front) if is_sized(arguments) else None
     options = options_from(arguments, TetrahedralizeOptions)
+    surface, repair = repaired(surface, options)
+    sizing = sizing_from(arguments, surface, arguments.front) if is_sized(arguments) else None
+    grains = surface.grains.tolist()
+    if arguments.chunk is not None:
+        grains = grains_of_chunk(surface, *arguments.chunk)
+    if options.mesher == TETWILD:
+        grain_tets, report, left = [], {}, grains
+    else:
+        grain_tets, report, left = mesh_grains(arguments, surface, sizing, options, grains)
+    record = record_of(options.mesher, report, left, repair)
+    if arguments.chunk is not None:
+        write_grain_tets(arguments.output, grain_tets, record)
+        tell(report | {"left_to_the_whole_model": left}, arguments.report)
+        return
+    from craftmesh.commands.whole_model_step import complete_mesh
+
+    mesh, opened = complete_mesh(surface, grain_tets, record, lambda: sizing, options)
+    write_tets(arguments.output, mesh)
+    tell(report | opened, arguments.report)
+
+
+def repaired(surface: Surface, options: TetrahedralizeOptions) -> tuple[Surface, dict | None]:
+    """Return the surface, repaired where facets intersect, and what was done, if anything."""
+    if not options.repair:
+        return surface, None
+    surface, repair = repair_surface(surface)
+    if not repair["faults"]:
+        return surface, None
+    warn(
+        f"{repair['faults']} facets of the surface intersect or are degenerate, at grains "
+        f"{', '.join(map(str, repair['grains'][:6]))}: {repair['points_moved']} points were moved by up to "
+        f"{repair['largest_move']:.3g}, {repair['faults_left']} such facets are left"
+    )
+    return surface, repair
+
+
+def mesh_grains(
+    arguments, surface: Surface, sizing, options: TetrahedralizeOptions, grains: list[int]
+) -> tuple[list[GrainTets], dict, list[int]]:
+    """Return the tets of the grains, the report and the ids of the grains that are left.
+
+    Raises CraftmeshError when grains fail and `fallback` is none.
+    """
+    islands = islands_from_json(read_json(arguments.islands)) if arguments.islands else ()
     try:
         with ProgressLine("tetrahedralize") as progress:
-            grain_tets, report = tetrahedralize(
+            return *tetrahedralize(
                 surface,
                 sizing,
                 islands,
@@ -55,18 +99,13 @@ def run(arguments):
                 grains=grains,
                 workers=arguments.workers,
                 progress=progress,
-            )
+            ), []
     except MeshingError as error:
-        raise CraftmeshError(f"{error}{write_places(arguments.output, error.failures)}") from None
-    if arguments.chunk is None:
-        from craftmesh.assemble import assemble
-
-        mesh, opened = assemble(surface, grain_tets)
-        write_tets(arguments.output, mesh)
-        report = report | opened
-    else:
-        write_grain_tets(arguments.output, grain_tets)
-    tell(report, arguments.report)
+        places = write_places(arguments.output, error.failures)
+        if options.fallback == "none":
+            raise CraftmeshError(f"{error}{places}") from None
+        warn(f"{error}{places}")
+        return list(error.done), error.report, [failure.grain for failure in error.failures]
 
 
 def write_places(output: Path, failures: Iterable[GrainFailure]) -> str:

@@ -1,5 +1,6 @@
 """Chunks of meshed grains (.npz) between `tetrahedralize` and `assemble`."""
 
+import json
 import os
 import zipfile
 from collections.abc import Sequence
@@ -14,11 +15,15 @@ from craftmesh.types import GrainTets
 _FIELDS = ("nodes", "interior", "tets")
 
 
-def write_grain_tets(path: str | os.PathLike, grains: Sequence[GrainTets]) -> None:
+def write_grain_tets(
+    path: str | os.PathLike, grains: Sequence[GrainTets], record: dict | None = None
+) -> None:
     """Write the grains, in the order given, as one .npz; the same grains give the same bytes.
 
-    Arrays: grain (g,); nodes, interior, tets of all grains one after the other; counts (g, 3) of each.
+    Arrays: grain (g,); nodes, interior, tets of all grains one after the other; counts (g, 3) of each;
+    record: how they were made, as JSON text in bytes.
     """
+    text = np.frombuffer(json.dumps(record or {}).encode(), np.uint8)
     counts = np.array([[len(getattr(g, name)) for name in _FIELDS] for g in grains], np.int64).reshape(
         -1, 3
     )
@@ -29,20 +34,35 @@ def write_grain_tets(path: str | os.PathLike, grains: Sequence[GrainTets]) -> No
     }
     joined = {name: np.concatenate([empty[name], *(getattr(g, name) for g in grains)]) for name in _FIELDS}
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
-        np.savez(stream, grain=np.array([g.grain for g in grains], np.int64), counts=counts, **joined)
+        np.savez(
+            stream,
+            grain=np.array([g.grain for g in grains], np.int64),
+            counts=counts,
+            record=text,
+            **joined,
+        )
 
 
 def read_grain_tets(path: str | os.PathLike) -> list[GrainTets]:
     """Read the grains of a chunk; raises CraftmeshError for a missing or broken file or array."""
+    arrays = _arrays(path, ("grain", "counts", *_FIELDS))
+    cuts = np.cumsum(arrays["counts"], axis=0)[:-1]
+    parts = [np.split(arrays[name], cuts[:, column]) for column, name in enumerate(_FIELDS)]
+    return [GrainTets(grain, *fields) for grain, *fields in zip(arrays["grain"], *parts)]
+
+
+def read_record(path: str | os.PathLike) -> dict:
+    """Read how the grains of a chunk were made; raises CraftmeshError as `read_grain_tets`."""
+    return json.loads(_arrays(path, ("record",))["record"].tobytes())
+
+
+def _arrays(path: str | os.PathLike, names: Sequence[str]) -> dict[str, np.ndarray]:
     if not Path(path).is_file():
         raise CraftmeshError(f"{path}: no such file; run tetrahedralize for this chunk")
     try:
         with np.load(path) as archive:
-            arrays = {name: archive[name] for name in ("grain", "counts", *_FIELDS)}
+            return {name: archive[name] for name in names}
     except (KeyError, ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise CraftmeshError(
             f"{path}: not a chunk of grains ({error}); run tetrahedralize again"
         ) from error
-    cuts = np.cumsum(arrays["counts"], axis=0)[:-1]
-    parts = [np.split(arrays[name], cuts[:, column]) for column, name in enumerate(_FIELDS)]
-    return [GrainTets(grain, *fields) for grain, *fields in zip(arrays["grain"], *parts)]

@@ -7,7 +7,12 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 
-BUILT_IN = {"tetgen": "craftmesh.mesher.tetgen:TetGenMesher"}
+BUILT_IN = {
+    "tetgen": "craftmesh.mesher.tetgen:TetGenMesher",
+    "tetgen-cli": "craftmesh.mesher.tetgen_program:TetGenProgram",
+}
+# Not a mesher of single grains: `craftmesh.whole_model` meshes all of them at once with it.
+TETWILD = "tetwild"
 
 
 class MesherRefusal(Exception):
@@ -41,7 +46,8 @@ def load_mesher(name: str) -> Mesher:
     module, colon, attribute = BUILT_IN.get(name, name).partition(":")
     if not colon:
         raise CraftmeshError(
-            f"mesher is {name!r}; expected {', '.join(BUILT_IN)} or package.module:Class of your own"
+            f"mesher is {name!r}; expected {', '.join([*BUILT_IN, TETWILD])} or package.module:Class of "
+            "your own"
         )
     try:
         return getattr(importlib.import_module(module), attribute)()

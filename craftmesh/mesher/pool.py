@@ -4,6 +4,7 @@ import heapq
 import time
 from collections.abc import Callable
 from multiprocessing.connection import wait
+from tempfile import gettempdir
 from typing import Any
 
 from craftmesh.errors import CraftmeshError
@@ -25,7 +26,8 @@ def run_tasks(
 
     A worker takes its next task when it is done with the last, which balances the load. A task that
     raises, crashes its process or passes `time_limit` seconds goes to `on_failure(task, failure, seconds)`,
-    which may return a task to try instead; the process is replaced and all others go on.
+    which may return a task to try instead; the process is replaced and all others go on. Raises
+    CraftmeshError where the system refuses a worker its files.
     """
     # the costliest first; among equals the first one
     queue = [(-cost, order) for order, (cost, _) in enumerate(tasks)]
@@ -39,6 +41,11 @@ def run_tasks(
         if kind == "done":
             on_done(task, value, seconds)
             return
+        if value.is_system:
+            raise CraftmeshError(
+                f"a worker process was refused by the system ({value.reason}); check the space of the "
+                f"temporary folder {gettempdir()}"
+            )
         again = on_failure(task, value, seconds)
         if again is not None:
             current[key[1]] = again

@@ -1,12 +1,15 @@
 """A worker process that can hang, run out of memory or crash without harm to anyone else."""
 
+import errno
 import os
 import pickle
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import Any, NamedTuple
@@ -15,14 +18,19 @@ from craftmesh.errors import CraftmeshError
 
 START_LIMIT = 300.0
 GIGABYTE = 2**30
+DISK_FAULTS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 _START = "import sys; from craftmesh.mesher.worker import serve; serve(int(sys.argv[1]))"
 
 
 class Failure(NamedTuple):
-    """Why a task has no result, and where: rows of what the task is about, if its error names them."""
+    """Why a task has no result, and where: rows of what the task is about, if its error names them.
+
+    `is_system`: the machine is at fault (a full disk, say), so that other attempts are in vain.
+    """
 
     reason: str
     where: Any = ()
+    is_system: bool = False
 
 
 class Worker:
@@ -54,6 +62,7 @@ class Worker:
             stderr=subprocess.DEVNULL,
             env=environment,
             cwd=self.folder.name,
+            start_new_session=True,
         )
         child.close()
         self._send((function, shared, memory_limit, warm_up))
@@ -74,8 +83,9 @@ class Worker:
         return kind, value
 
     def kill(self) -> None:
-        """End the process at once."""
-        self.process.kill()
+        """End the process and the programs that it runs at once."""
+        with suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)
         self.process.wait()
         self.connection.close()
         self.folder.cleanup()
@@ -120,6 +130,9 @@ def serve(descriptor: int) -> None:
             answer = "done", function(shared, task)
         except MemoryError:
             answer = "failed", Failure(f"needs more memory than {memory_limit:g} GB")
+        except OSError as error:
+            reason = error.strerror or str(error)
+            answer = "failed", Failure(reason, is_system=error.errno in DISK_FAULTS)
         except Exception as error:
             answer = "failed", Failure(str(error) or type(error).__name__, getattr(error, "where", ()))
         connection.send(answer)

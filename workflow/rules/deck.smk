@@ -46,6 +46,7 @@ rule export:
 rule check:
     input:
         volume=f"{INC}/volume.vtu",
+        meshing=f"{INC}/meshing.json",
         labels=f"{CASE}/labels.npz",
     output:
         f"{INC}/quality.json",
@@ -61,4 +62,5 @@ rule check:
     group:
         "deck_{case}_{inc}"
     shell:
-        "craftmesh check {input.volume} --labels {input.labels} --quality {output} > {log} 2>&1"
+        "craftmesh check {input.volume} --labels {input.labels} --meshing {input.meshing} --quality {output}"
+        " > {log} 2>&1"

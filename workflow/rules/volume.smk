@@ -27,22 +27,28 @@ rule tetrahedralize:
 
 rule assemble:
     input:
+        unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{INC}/gradated.vtp",
+        sizes=CAMPAIGN.size_files(),
         chunks=expand(f"{INC}/tets/{{part}}-of-{CAMPAIGN.chunks}.npz", part=range(1, CAMPAIGN.chunks + 1), allow_missing=True),
     output:
         volume=f"{INC}/volume.vtu",
         front=f"{INC}/front.csv",
+        meshing=f"{INC}/meshing.json",
     log:
         f"{LOG}/{{inc}}/volume.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/volume.tsv"
     params:
+        options=CAMPAIGN.flags("tetrahedralize"),
+        sizing=CAMPAIGN.flags("sizing"),
+        front=lambda wildcards, input: command_flags({"front": input.get("crack")}),
         code=CAMPAIGN.code("assemble"),
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=30,
+        runtime=lambda wildcards, attempt: 30 * 10 ** (attempt - 1),
     group:
         "deck_{case}_{inc}"
     shell:
-        "craftmesh assemble {input.surface} {input.chunks} -o {output.volume} --front-csv {output.front}"
-        " > {log} 2>&1"
+        "craftmesh assemble {input.surface} {input.chunks} {params.front} {params.sizing} {params.options}"
+        " -o {output.volume} --front-csv {output.front} --report {output.meshing} > {log} 2>&1"

@@ -1,0 +1,51 @@
+"""The last rung of the ladder, shared by the verbs that make the whole mesh: grains without tets."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from craftmesh.assemble import assemble
+from craftmesh.commands.stage_io import warn
+from craftmesh.errors import CraftmeshError
+from craftmesh.mesher.base import TETWILD
+from craftmesh.meshing_record import with_counts
+from craftmesh.progress import ProgressLine
+from craftmesh.types import GrainTets, Surface, TetMesh
+
+
+def complete_mesh(
+    surface: Surface,
+    grain_tets: Sequence[GrainTets],
+    record: dict,
+    sizing_of: Callable[[], Any],
+    options: Any,
+) -> tuple[TetMesh, dict]:
+    """Return the assembled mesh and its report, with the record under `meshing`.
+
+    Where grains are left, the whole model is meshed anew by pytetwild and a warning says so.
+    """
+    whole_model = None
+    if record.get("left"):
+        from craftmesh.whole_model import mesh_whole_model
+
+        with ProgressLine("whole model") as progress:
+            try:
+                surface, grain_tets, whole_model = mesh_whole_model(surface, sizing_of(), options, progress)
+            except CraftmeshError as error:
+                raise CraftmeshError(f"{_reason(record)}; then {error}") from None
+        if record["mesher"] != TETWILD:
+            warn(
+                f"{_reason(record)}; the whole model was meshed by pytetwild instead: grain boundaries lie "
+                f"within {whole_model['envelope']:.3g} of the surface and the largest change of a grain's "
+                f"volume is {100 * whole_model['volume_drift_worst']:.3g} % (grain "
+                f"{whole_model['volume_drift_grain']}); another run gives another mesh"
+            )
+    mesh, report = assemble(surface, grain_tets)
+    return mesh, report | {"meshing": with_counts(record, whole_model)}
+
+
+def _reason(record: dict) -> str:
+    if record["mesher"] == TETWILD:
+        return f"mesher {TETWILD} is for the whole model"
+    ids = ", ".join(map(str, record["left"][:6]))
+    more = f" and {len(record['left']) - 6} more" if len(record["left"]) > 6 else ""
+    return f"every attempt of {record['mesher']} failed at grains {ids}{more}"

@@ -1,0 +1,44 @@
+"""Kernels that tell how far places lie from facets and edges, by trying them all."""
+
+import numpy as np
+from numba import njit
+
+from craftmesh.kernels.facet_shape import area_vector, facet_distance2, segment_distance2
+
+
+@njit(cache=True)
+def nearest_facets(places, points, facets):
+    """Return the nearest facet (q,) of each place, the squared distance (q,) and the side (q,): 1 ahead."""
+    nearest, side = np.zeros(len(places), np.int64), np.zeros(len(places), np.int64)
+    distance2 = np.full(len(places), np.inf)
+    for q in range(len(places)):
+        for f in range(len(facets)):
+            d = facet_distance2(points, facets[f, 0], facets[f, 1], facets[f, 2], places, q)
+            if d < distance2[q]:
+                distance2[q] = d
+                nearest[q] = f
+        a, b, c = facets[nearest[q], 0], facets[nearest[q], 1], facets[nearest[q], 2]
+        nx, ny, nz = area_vector(points, a, b, c)
+        height = (places[q, 0] - points[a, 0]) * nx
+        height += (places[q, 1] - points[a, 1]) * ny + (places[q, 2] - points[a, 2]) * nz
+        side[q] = 1 if height > 0.0 else -1
+    return nearest, distance2, side
+
+
+@njit(cache=True)
+def nearest_on_edges(places, points, edges):
+    """Return the point (q, 3) of the edges that is nearest to each place."""
+    result = places.copy()
+    for q in range(len(places)):
+        best = np.inf
+        for e in range(len(edges)):
+            d = segment_distance2(points, edges[e, 0], edges[e, 1], places, q)
+            if d < best:
+                best = d
+                a, b = points[edges[e, 0]], points[edges[e, 1]]
+                length2 = np.dot(b - a, b - a)
+                t = 0.0
+                if length2 > 0.0:
+                    t = min(1.0, max(0.0, np.dot(places[q] - a, b - a) / length2))
+                result[q] = a + t * (b - a)
+    return result

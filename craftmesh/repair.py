@@ -1,0 +1,99 @@
+"""Repair of a surface where facets intersect or are degenerate, before it is cut into grains."""
+
+import numpy as np
+
+from craftmesh.check_surface import FLAT
+from craftmesh.kernels.triangles import intersecting_pairs
+from craftmesh.measure import area_vectors, side_volumes
+from craftmesh.types import CRACK, Surface
+from craftmesh.vertex_classes import (
+    facets_beyond_box,
+    smoothing_neighbours,
+    vertex_classes,
+    vertices_around,
+)
+
+ROUNDS = 24
+# Rounds after which the neighbourhood that moves grows by a ring of facets.
+PATIENCE = 4
+WEIGHT = 0.7
+HOLDS = 6
+
+
+def repair_surface(surface: Surface) -> tuple[Surface, dict]:
+    """Return the surface with points moved so that fewer facets intersect or are degenerate, and a report.
+
+    Points near such facets go towards the mean of their neighbours: along triple lines, within the
+    planes, edges and corners of the box; those of the crack stay. A move that makes another facet faulty
+    is not made. All grains share the points, so both neighbours see the same change. A function of the
+    surface alone: who meshes a part of the grains repairs all of it and gets the same bits. Without
+    faults the surface comes back as it is.
+    """
+    facets = surface.facets.astype(np.int64)
+    faulty = faulty_facets(surface.points, facets)
+    first, best = faulty, (surface.points, faulty)
+    if faulty.any():
+        classes = vertex_classes(len(surface.points), facets, surface.sides, surface.kind)
+        mobile = ~classes.fixed
+        mobile[facets[surface.kind == CRACK].ravel()] = False
+        neighbours = smoothing_neighbours(classes)
+        points = surface.points
+        for done in range(ROUNDS):
+            around = vertices_around(facets, faulty, done // PATIENCE, len(points))
+            displacement = WEIGHT * _to_neighbours(points, *neighbours) * (mobile & around[:, None])
+            points, faulty = _guarded(points, displacement, facets, surface.kind, faulty)
+            if faulty.sum() < best[1].sum():
+                best = points, faulty
+            if not faulty.any():
+                break
+    repaired = Surface(best[0], surface.facets, surface.sides, surface.kind)
+    return (repaired if first.any() else surface), _report(surface, repaired, first, best[1])
+
+
+def faulty_facets(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Return (m,) bool: facets that intersect others or have no area to speak of."""
+    corners = points[facets]
+    longest = ((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2).max(axis=1)
+    faulty = np.linalg.norm(area_vectors(points, facets), axis=1) <= FLAT * longest
+    faulty[intersecting_pairs(points, facets).ravel()] = True
+    return faulty
+
+
+def _to_neighbours(points: np.ndarray, start: np.ndarray, neighbour: np.ndarray) -> np.ndarray:
+    """Return (n, 3) the way from each point to the mean of its neighbours; none without neighbours."""
+    count = np.diff(start)
+    total = np.zeros_like(points)
+    np.add.at(total, np.repeat(np.arange(len(points)), count), points[neighbour])
+    return np.where(count[:, None] > 0, total / np.maximum(count, 1)[:, None] - points, 0.0)
+
+
+def _guarded(points, displacement, facets, kind, faulty) -> tuple[np.ndarray, np.ndarray]:
+    """Return points after the displacement, less where it would spoil sound facets, and what is faulty."""
+    held = np.zeros(len(points), bool)
+    outside = facets_beyond_box(points, points, facets, kind)
+    for _ in range(HOLDS):
+        moved = np.where(held[:, None], points, points + displacement)
+        now = faulty_facets(moved, facets)
+        spoiled = (now & ~faulty) | (facets_beyond_box(moved, points, facets, kind) & ~outside)
+        if not spoiled.any():
+            return moved, now
+        held |= vertices_around(facets, spoiled, 0, len(points))
+    return points, faulty
+
+
+def _report(before: Surface, after: Surface, first: np.ndarray, left: np.ndarray) -> dict:
+    report = {"faults": int(first.sum())}
+    if not first.any():
+        return report
+    grains = np.unique(before.sides[first])
+    moves = np.linalg.norm(after.points - before.points, axis=1)
+    volumes = [side_volumes(s.points, s.facets, s.sides) for s in (before, after)]
+    drift = [abs(volumes[1][grain] / volume - 1) for grain, volume in volumes[0].items() if volume]
+    return report | {
+        "facets": np.flatnonzero(first)[:100].tolist(),
+        "grains": grains[grains > 0].tolist(),
+        "points_moved": int((moves > 0).sum()),
+        "largest_move": float(moves.max()),
+        "volume_drift_worst": max(drift, default=0.0),
+        "faults_left": int(left.sum()),
+    }
