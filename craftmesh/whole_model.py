@@ -16,7 +16,7 @@ from craftmesh.mesher.pool import run_tasks
 from craftmesh.mesher.tetwild import TetWildTask, tetwild
 from craftmesh.progress import silent
 from craftmesh.types import GrainTets, Surface
-from craftmesh.whole.crack_faces import check_crack
+from craftmesh.whole.crack_faces import check_crack, with_fins
 from craftmesh.whole.labels import labels_at
 from craftmesh.whole.new_surface import model_of, put_on_planes
 
@@ -64,7 +64,7 @@ def mesh_whole_model(
 
 
 def _task(surface: Surface, sizing: Any, envelope: float) -> TetWildTask:
-    points, facets, _ = compact(surface.points, surface.facets)
+    points, facets, _ = compact(*with_fins(surface, sizing.at(surface.points)))
     low, high = points.min(axis=0), points.max(axis=0)
     step = (high - low).max() / LATTICE
     axes = [np.linspace(a - step, b + step, int((b - a) / step) + 3) for a, b in zip(low, high)]

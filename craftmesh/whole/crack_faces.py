@@ -17,6 +17,8 @@ OFF_TOLERANCE = 0.5
 # Parts of the way to the front that a rim point tries, and the part of its volume that a tet keeps.
 STEPS = (1.0, 0.75, 0.5, 0.25)
 LEAST_VOLUME = 0.1
+# Height of the fins along the front, in target lengths.
+FIN_HEIGHT = 0.7
 
 
 def crack_half_faces(
@@ -45,6 +47,31 @@ def crack_half_faces(
         for i in range(2)
     ]
     return np.where(sides[0] > 0, pairs[:, 0], pairs[:, 1])[sides[0] != sides[1]]
+
+
+def with_fins(surface: Surface, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points and facets of the surface with fins along the crack's front, square to the crack.
+
+    They hold the front in place where a mesher lets open rims of a surface recede. lengths (n,): target
+    lengths at the surface's points, about the height of the fins.
+    """
+    points, facets = surface.points, surface.facets.astype(np.int64)
+    _, front = _area_and_front(surface)
+    if not len(front):
+        return points, facets
+    crack = facets[surface.kind == CRACK]
+    normal = np.zeros_like(points)
+    np.add.at(normal, crack, area_vectors(points, crack)[:, None])
+    nodes = np.unique(front)
+    rise = FIN_HEIGHT * lengths[nodes, None] * normal[nodes]
+    rise /= np.linalg.norm(normal[nodes], axis=1, keepdims=True)
+    up = np.full(len(points), -1, np.int64)
+    up[nodes] = len(points) + np.arange(len(nodes))
+    a, b = front.T
+    above = np.concatenate([np.stack([a, b, up[b]], axis=1), np.stack([a, up[b], up[a]], axis=1)])
+    below = np.where(above >= len(points), above + len(nodes), above)
+    points = np.concatenate([points, points[nodes] + rise, points[nodes] - rise])
+    return points, np.concatenate([facets, above, below])
 
 
 def put_on_front(
