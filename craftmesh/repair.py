@@ -24,10 +24,9 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
     """Return the surface with points moved so that fewer facets intersect or are degenerate, and a report.
 
     Points near such facets go towards the mean of their neighbours: along triple lines, within the
-    planes, edges and corners of the box; those of the crack stay. A move that makes another facet faulty
-    is not made. All grains share the points, so both neighbours see the same change. A function of the
-    surface alone: who meshes a part of the grains repairs all of it and gets the same bits. Without
-    faults the surface comes back as it is.
+    planes, edges and corners of the box; those of the crack stay. All grains share the points, so both
+    neighbours see the same change. A function of the surface alone: who meshes a part of the grains
+    repairs all of it and gets the same bits. Without faults the surface comes back as it is.
     """
     facets = surface.facets.astype(np.int64)
     faulty = faulty_facets(surface.points, facets)
@@ -68,17 +67,27 @@ def _to_neighbours(points: np.ndarray, start: np.ndarray, neighbour: np.ndarray)
 
 
 def _guarded(points, displacement, facets, kind, faulty) -> tuple[np.ndarray, np.ndarray]:
-    """Return points after the displacement, less where it would spoil sound facets, and what is faulty."""
+    """Return points after the displacement, less where it would spoil sound facets, and what is faulty.
+
+    Where every try leaves more facets faulty than before, the one with the fewest is taken: the way back
+    may lead through them.
+    """
     held = np.zeros(len(points), bool)
     outside = facets_beyond_box(points, points, facets, kind)
+    fewest = None
     for _ in range(HOLDS):
         moved = np.where(held[:, None], points, points + displacement)
+        if np.array_equal(moved, points):
+            break
         now = faulty_facets(moved, facets)
-        spoiled = (now & ~faulty) | (facets_beyond_box(moved, points, facets, kind) & ~outside)
-        if not spoiled.any():
-            return moved, now
-        held |= vertices_around(facets, spoiled, 0, len(points))
-    return points, faulty
+        beyond = facets_beyond_box(moved, points, facets, kind) & ~outside
+        if not beyond.any():
+            if now.sum() <= faulty.sum():
+                return moved, now
+            if fewest is None or now.sum() < fewest[1].sum():
+                fewest = moved, now
+        held |= vertices_around(facets, (now & ~faulty) | beyond, 0, len(points))
+    return fewest or (points, faulty)
 
 
 def _report(before: Surface, after: Surface, first: np.ndarray, left: np.ndarray) -> dict:

@@ -18,12 +18,12 @@ from craftmesh.progress import silent
 from craftmesh.types import GrainTets, Surface
 from craftmesh.whole.crack_faces import check_crack, with_fins
 from craftmesh.whole.labels import labels_at
-from craftmesh.whole.new_surface import model_of, put_on_planes
+from craftmesh.whole.new_surface import model_of, put_on_planes, settle_crack
 
 # Points of the background lattice along the longest side of the box.
 LATTICE = 20
 # Faces count as those of a plane or of the crack within this many envelopes.
-REACH = 2.0
+REACH = 1.2
 
 
 def mesh_whole_model(
@@ -48,6 +48,7 @@ def mesh_whole_model(
     progress(0.9, "finding the grains again")
     labels = labels_at(surface, points[tets].mean(axis=1))
     points, labels, on_planes = put_on_planes(surface, points, tets, labels, reach)
+    points, tets, labels = settle_crack(surface, points, tets, labels, reach)
     found, grain_tets = model_of(surface, points, tets, labels, reach)
     lost = np.setdiff1d(surface.grains, found.grains)
     if len(lost):

@@ -75,16 +75,17 @@ def with_fins(surface: Surface, lengths: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def put_on_front(
-    surface: Surface, points: np.ndarray, tets: np.ndarray, crack: np.ndarray, held: np.ndarray
+    surface: Surface, points: np.ndarray, tets: np.ndarray, crack: np.ndarray, at_free: np.ndarray
 ) -> np.ndarray:
     """Return points with the rim of the crack facets (c, 3) moved onto the front of the input surface.
 
-    held (n,): points that stay. A point goes as far as its tets keep a tenth of their volumes.
+    at_free (n,): points on free surfaces, which stay. A point goes as far as its tets keep a tenth of
+    their volumes.
     """
     _, front = _area_and_front(surface)
     edges, _, count = unique_edges(crack)
-    rim = np.unique(edges[count == 1])
-    rim = rim[~held[rim]]
+    rim = np.unique(edges[(count == 1) & ~at_free[edges].all(axis=1)])
+    rim = rim[~at_free[rim]]
     if not len(front) or not len(rim):
         return points
     targets = nearest_on_edges(points[rim], surface.points, front)
@@ -100,6 +101,22 @@ def put_on_front(
         else:
             moved[point] = points[point]
     return moved
+
+
+def closed_edges(crack: np.ndarray, at_free: np.ndarray) -> np.ndarray:
+    """Return an edge (e, 2) of each crack facet (c, 3) that could not open: its corners are on the front.
+
+    The edge is one inside the crack; a point on it that is no front's lets the facet open. at_free (n,):
+    points on free surfaces, between which the crack's rim is its mouth.
+    """
+    edges, edge_of, count = unique_edges(crack)
+    is_front = (count == 1) & ~at_free[edges].all(axis=1)
+    on_front = np.zeros(len(at_free), bool)
+    on_front[edges[is_front].ravel()] = True
+    closed = edge_of[on_front[crack].all(axis=1)]
+    inner = count[closed] == 2
+    closed, inner = closed[inner.any(axis=1)], inner[inner.any(axis=1)]
+    return edges[np.unique(closed[np.arange(len(closed)), inner.argmax(axis=1)])]
 
 
 def check_crack(before: Surface, after: Surface) -> dict:

@@ -6,7 +6,10 @@ from craftmesh.connectivity import compact
 from craftmesh.errors import CraftmeshError
 from craftmesh.tet_connectivity import group_triples, half_face_corners, half_faces, tet_volumes
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, GrainTets, Surface
-from craftmesh.whole.crack_faces import crack_half_faces, put_on_front
+from craftmesh.whole.crack_faces import closed_edges, crack_half_faces, put_on_front
+
+# Rounds of splits, each of which may leave new facets with all corners on the front.
+MAX_SPLITS = 5
 
 
 def put_on_planes(
@@ -41,6 +44,45 @@ def put_on_planes(
     return moved, labels, report
 
 
+def settle_crack(
+    surface: Surface, points: np.ndarray, tets: np.ndarray, labels: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points, tets and labels with the crack's front on the given one and facets that can open.
+
+    Crack facets with all corners on the front are split inside the crack first.
+    """
+    for _ in range(MAX_SPLITS):
+        crack, at_free = _crack_facets(surface, points, tets, labels, reach)
+        edges = closed_edges(crack, at_free)
+        if not len(edges):
+            break
+        for edge in edges:
+            points, tets, labels = _split(points, tets, labels, edge)
+    crack, at_free = _crack_facets(surface, points, tets, labels, reach)
+    return put_on_front(surface, points, tets, crack, at_free), tets, labels
+
+
+def _crack_facets(surface, points, tets, labels, reach) -> tuple[np.ndarray, np.ndarray]:
+    """Return the crack facets (c, 3) of the mesh, and (n,) bool: its points on free surfaces."""
+    groups = group_triples(half_faces(tets))
+    pairs = groups.pairs[(labels[groups.pairs // 4] > 0).all(axis=1)]
+    crack = half_face_corners(tets, crack_half_faces(surface, points, tets, pairs, reach))
+    sides = _sides_of(groups, labels)
+    free = groups.lead[(sides > 0).any(axis=1) & (sides <= 0).any(axis=1)]
+    at_free = np.zeros(len(points), bool)
+    at_free[half_face_corners(tets, free)] = True
+    return crack, at_free
+
+
+def _split(points, tets, labels, edge) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the mesh with the edge halved; its tets keep their labels and senses."""
+    around = (tets == edge[0]).any(axis=1) & (tets == edge[1]).any(axis=1)
+    halves = [np.where(tets[around] == end, len(points), tets[around]) for end in edge]
+    tets = np.concatenate([tets[~around], *halves])
+    labels = np.concatenate([labels[~around], labels[around], labels[around]])
+    return np.concatenate([points, points[edge].mean(axis=0)[None]]), tets, labels
+
+
 def model_of(
     surface: Surface, points: np.ndarray, tets: np.ndarray, labels: np.ndarray, reach: float
 ) -> tuple[Surface, list[GrainTets]]:
@@ -55,13 +97,11 @@ def model_of(
     crack = crack_half_faces(surface, points, tets, pairs[inside], reach)
     is_crack = np.zeros(4 * len(tets), bool)
     is_crack[crack] = True
-    points = put_on_front(
-        surface, points, tets, half_face_corners(tets, crack), _on_planes(surface, points)
-    )
     partner = np.full(4 * len(tets), -1, np.int64)
     partner[pairs[:, 0]], partner[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
     lead = groups.lead
-    lead = lead[~is_crack[lead] & ~is_crack[partner[lead]]]
+    is_crack[pairs[is_crack[pairs].any(axis=1)]] = True
+    lead = lead[~is_crack[lead]]
     across = np.where(partner[lead] >= 0, labels[partner[lead] // 4], 0)
     bounds = (labels[lead // 4] != across) & ((labels[lead // 4] > 0) | (across > 0))
     # a face's normal points into its own tet, which is thus ahead of it
@@ -84,13 +124,6 @@ def box_levels(surface: Surface) -> dict[int, tuple[int, float]]:
             axis = (plane - 1) // 2
             levels[plane] = axis, float(surface.points[facets[0, 0], axis])
     return levels
-
-
-def _on_planes(surface: Surface, points: np.ndarray) -> np.ndarray:
-    on_plane = np.zeros(len(points), bool)
-    for axis, level in box_levels(surface).values():
-        on_plane |= points[:, axis] == level
-    return on_plane
 
 
 def _sides_of(groups, labels: np.ndarray) -> np.ndarray:

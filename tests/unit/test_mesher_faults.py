@@ -1,9 +1,14 @@
 """A mesher that crashes, hangs or lies costs its own grain only, and says which one."""
 
+import shutil
+from pathlib import Path
+
 import numpy as np
 import pytest
-from structured_box import structured_box
+from structured_box import hexagon, plane_crack, structured_box
 
+from craftmesh.assemble import assemble
+from craftmesh.check_tets import check_tets
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.grains.grain_surface import GrainSurface, grain_surfaces
 from craftmesh.mesher.base import load_mesher
@@ -83,3 +88,55 @@ def test_the_facets_at_fault_are_found_in_two_ways():
     # TetGen names those that it could not recover
     named = tetgen_diagnosis(surface)
     assert len(named) and np.isin(named, rows).all()
+
+
+@pytest.mark.skipif(shutil.which("tetgen") is None, reason="the program tetgen is not installed")
+@pytest.mark.parametrize("interior_points", [True, False])
+def test_the_program_keeps_surface_holes_crack_and_points(interior_points):
+    def label_of(c):
+        return np.where((np.abs(c - [1.5, 1.5, 1.5]) < 0.6).all(1), -1, 1)
+
+    crack = plane_crack(2, 3, hexagon((3.0, 3.0), 1.6))
+    # coordinates that need all their digits
+    surface = structured_box((6, 6, 5), label_of, crack, spacing=(1 / 3, 0.1, np.pi), origin=(-7, 0, 1e3))[
+        0
+    ]
+    options = TetrahedralizeOptions(mesher="tetgen-cli", interior_points=interior_points)
+    (grain,), report = tetrahedralize(surface, None, None, options)
+    assert report["tried_again"] == {} and report["holes"] == 1
+    assert (report["interior_points"] > 0) == interior_points
+    mesh, opened = assemble(surface, [grain])
+    assert check_tets(mesh) == [] and opened["crack_facets"] > 0
+    assert {tuple(x) for x in surface.points} <= {tuple(x) for x in mesh.points}
+
+
+def test_a_missing_program_is_one_line_before_any_work(monkeypatch):
+    monkeypatch.setenv("PATH", "/nowhere")
+    with pytest.raises(CraftmeshError, match="tetgen-cli needs the program 'tetgen'.*install") as caught:
+        tetrahedralize(three_grains(), None, None, TetrahedralizeOptions(mesher="tetgen-cli"))
+    assert not isinstance(caught.value, MeshingError)
+
+
+def test_a_program_that_hangs_dies_with_its_attempt(tmp_path, monkeypatch):
+    program = tmp_path / "tetgen"
+    program.write_text(f"#!/bin/sh\necho $$ >> {tmp_path}/ids\nexec sleep 600\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
+    with pytest.raises(MeshingError, match="no answer within 1 s"):
+        mesh_with_program(time_limit=1)
+    started = (tmp_path / "ids").read_text().split()
+    assert len(started) >= 2 and not any(map(is_running, started))
+
+
+def mesh_with_program(**options):
+    plain = {"switches": "pYAQ", "interior_points": False, "optimise": False}
+    options = TetrahedralizeOptions(mesher="tetgen-cli", **plain, **options)
+    return tetrahedralize(three_grains(), None, None, options, [7])
+
+
+def is_running(process: str) -> bool:
+    """Whether the process is there and no zombie, which has no command line left."""
+    try:
+        return Path(f"/proc/{process}/cmdline").read_bytes() != b""
+    except OSError:
+        return False
