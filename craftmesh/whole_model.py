@@ -56,7 +56,7 @@ def mesh_whole_model(
             f"grain {lost[0]} is lost in the mesh of the whole model ({len(lost)} in all); repair its "
             "surface or take a smaller envelope"
         )
-    report = {"envelope": task.envelope, "tets_meshed": len(tets), **on_planes}
+    report = {"envelope": task.envelope, **on_planes}
     report |= check_crack(surface, found) | _drift(surface, found)
     if options.optimise:
         grain_tets = _optimised(found, grain_tets, sizing)
