@@ -18,6 +18,8 @@ ROUNDS = 24
 PATIENCE = 4
 WEIGHT = 0.7
 HOLDS = 6
+# Facets that a report names at most.
+MAX_NAMED = 1000
 
 
 def repair_surface(surface: Surface) -> tuple[Surface, dict]:
@@ -99,7 +101,7 @@ def _report(before: Surface, after: Surface, first: np.ndarray, left: np.ndarray
     volumes = [side_volumes(s.points, s.facets, s.sides) for s in (before, after)]
     drift = [abs(volumes[1][grain] / volume - 1) for grain, volume in volumes[0].items() if volume]
     return report | {
-        "facets": np.flatnonzero(first)[:100].tolist(),
+        "facets": np.flatnonzero(first)[:MAX_NAMED].tolist(),
         "grains": grains[grains > 0].tolist(),
         "points_moved": int((moves > 0).sum()),
         "largest_move": float(moves.max()),

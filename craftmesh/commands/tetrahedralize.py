@@ -15,7 +15,7 @@ from craftmesh.commands.stage_io import add_output, add_report, read_json, tell,
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.io.failed_grain import write_failed_grain
 from craftmesh.io.grain_tets import write_grain_tets
-from craftmesh.io.vtk import read_surface, write_tets
+from craftmesh.io.vtk import read_surface, write_surface, write_tets
 from craftmesh.islands import islands_from_json
 from craftmesh.mesher.base import TETWILD
 from craftmesh.mesher.diagnose import GrainFailure
@@ -45,7 +45,7 @@ def run(arguments):
     if arguments.workers < 1:
         raise CraftmeshError(f"--workers is {arguments.workers}; expected a number >= 1")
     options = options_from(arguments, TetrahedralizeOptions)
-    surface, repair = repaired(surface, options)
+    surface, repair = repaired(surface, options, arguments.output)
     sizing = sizing_from(arguments, surface, arguments.front) if is_sized(arguments) else None
     grains = surface.grains.tolist()
     if arguments.chunk is not None:
@@ -66,19 +66,26 @@ def run(arguments):
     tell(report | opened, arguments.report)
 
 
-def repaired(surface: Surface, options: TetrahedralizeOptions) -> tuple[Surface, dict | None]:
-    """Return the surface, repaired where facets intersect, and what was done, if anything."""
+def repaired(surface: Surface, options: TetrahedralizeOptions, output: Path) -> tuple[Surface, dict | None]:
+    """Return the surface, repaired where facets intersect, and what was done, if anything.
+
+    The facets as they were are written beside the output.
+    """
     if not options.repair:
         return surface, None
-    surface, repair = repair_surface(surface)
+    found, repair = repair_surface(surface)
     if not repair["faults"]:
         return surface, None
+    rows = repair["facets"]
+    faulty = Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
+    path = output.with_name(f"{output.stem}-faulty-facets.vtp")
+    write_surface(path, faulty)
     warn(
         f"{repair['faults']} facets of the surface intersect or are degenerate, at grains "
         f"{', '.join(map(str, repair['grains'][:6]))}: {repair['points_moved']} points were moved by up to "
-        f"{repair['largest_move']:.3g}, {repair['faults_left']} such facets are left"
+        f"{repair['largest_move']:.3g}, {repair['faults_left']} such facets are left; see {path}"
     )
-    return surface, repair
+    return found, repair
 
 
 def mesh_grains(

@@ -67,7 +67,10 @@ def test_intersecting_input_names_grain_and_facets_and_shows_them(folder, capsys
 def test_intersecting_input_is_repaired_alike_in_every_chunk(folder, capsys):
     for part in (1, 2):
         assert run("tetrahedralize", "bad.vtp", "--chunk", f"{part}/2", "-o", f"{part}.npz", *QUICK) == 0
-        assert "facets of the surface intersect" in capsys.readouterr().err
+        said = capsys.readouterr().err
+        assert "facets of the surface intersect" in said and f"{part}-faulty-facets.vtp" in said
+        shown = read_surface(f"{part}-faulty-facets.vtp")
+        assert set(map(tuple, shown.sides.tolist())) == {(4, 7), (7, 9)}
     assert run("assemble", "bad.vtp", "1.npz", "2.npz", "-o", "v.vtu", "--report", "m.json", *QUICK) == 0
     mesh = read_tets("v.vtu")
     assert check_tets(mesh) == [] and np.unique(mesh.grain).tolist() == [4, 7, 9]
