@@ -24,6 +24,8 @@ from craftmesh.whole.new_surface import model_of, put_on_planes, settle_crack
 LATTICE = 20
 # Faces count as those of a plane or of the crack within this many envelopes.
 REACH = 1.2
+# The envelopes tried, one after the other, as parts of the option.
+ENVELOPES = (1.0, 0.5)
 
 
 def mesh_whole_model(
@@ -41,26 +43,41 @@ def mesh_whole_model(
     CraftmeshError where pytetwild gives up, a grain is lost, or the crack cannot be found again.
     """
     sizing = LocalSizing(surface) if sizing is None else sizing
-    task = _task(surface, sizing, options.envelope)
-    progress(0.0, "meshing the whole model")
-    points, tets, seconds = _run(task, options)
-    reach = REACH * task.envelope
-    progress(0.9, "finding the grains again")
+    for factor in ENVELOPES:
+        task = _task(surface, sizing, factor * options.envelope)
+        progress(0.0, "meshing the whole model")
+        points, tets, seconds = _run(task, options)
+        progress(0.9, "finding the grains again")
+        try:
+            found, grain_tets, report = _found_again(surface, points, tets, task.envelope)
+            break
+        except CraftmeshError:
+            # pytetwild draws random numbers: the next mesh is another one
+            if factor == ENVELOPES[-1]:
+                raise
+    if options.optimise:
+        grain_tets = _optimised(found, grain_tets, sizing)
+    report |= {"tets": sum(len(grain.tets) for grain in grain_tets), "seconds": seconds}
+    return found, grain_tets, report
+
+
+def _found_again(
+    surface: Surface, points: np.ndarray, tets: np.ndarray, envelope: float
+) -> tuple[Surface, list[GrainTets], dict]:
+    """Return surface and grains of pytetwild's mesh and how well they fit; raises CraftmeshError."""
+    reach = REACH * envelope
     labels = labels_at(surface, points[tets].mean(axis=1))
     points, labels, on_planes = put_on_planes(surface, points, tets, labels, reach)
     points, tets, labels = settle_crack(surface, points, tets, labels, reach)
     found, grain_tets = model_of(surface, points, tets, labels, reach)
-    lost = np.setdiff1d(surface.grains, found.grains)
+    lost = np.setdiff1d(surface.sides, found.sides)
     if len(lost):
+        name = f"grain {lost[-1]}" if lost[-1] > 0 else f"void {-lost[-1]}"
         raise CraftmeshError(
-            f"grain {lost[0]} is lost in the mesh of the whole model ({len(lost)} in all); repair its "
-            "surface or take a smaller envelope"
+            f"{name} is lost in the mesh of the whole model ({len(lost)} in all); repair its surface or "
+            "take a smaller envelope"
         )
-    report = {"envelope": task.envelope, **on_planes}
-    report |= check_crack(surface, found) | _drift(surface, found)
-    if options.optimise:
-        grain_tets = _optimised(found, grain_tets, sizing)
-    report |= {"tets": sum(len(grain.tets) for grain in grain_tets), "seconds": seconds}
+    report = {"envelope": envelope, **on_planes, **check_crack(surface, found), **_drift(surface, found)}
     return found, grain_tets, report
 
 

@@ -83,6 +83,21 @@ def test_a_crack_that_is_not_found_again_is_an_error(pierced, remade):
         check_crack(pierced, without)
 
 
+def test_a_mesh_in_which_grains_are_not_found_is_tried_again_with_half_the_envelope(monkeypatch):
+    surface = structured_box((2, 1, 1), lambda c: 1 + c[:, 0].astype(int))[0]
+    tried = []
+
+    def fake_run(task, options):
+        tried.append(task.envelope)
+        points, tets = np.eye(4, 3) * 0.3 + 0.1, np.array([[0, 1, 2, 3]])
+        return points, tets[:, [0, 2, 1, 3]], 0.0
+
+    monkeypatch.setattr("craftmesh.whole_model._run", fake_run)
+    with pytest.raises(CraftmeshError, match="grain 2 is lost"):
+        mesh_whole_model(surface, None, OPTIONS)
+    assert len(tried) == 2 and tried[1] == tried[0] / 2
+
+
 def test_a_time_limit_ends_it_with_one_line():
     with pytest.raises(CraftmeshError, match="whole model: gave no answer within 0.2 s") as caught:
         mesh_whole_model(cracked_box(), None, TetrahedralizeOptions(whole_time_limit=0.2))
