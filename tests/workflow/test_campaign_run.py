@@ -19,6 +19,7 @@ FILES_OF_INCREMENT = {
     "surface.vtp",
     "gradated.vtp",
     "volume.vtu",
+    "meshing.json",
     "front.csv",
     "model.inp",
     "quality.json",

@@ -46,7 +46,7 @@ rule assemble:
         code=CAMPAIGN.code("assemble"),
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=lambda wildcards, attempt: 30 * 10 ** (attempt - 1),
+        runtime=lambda wildcards, attempt: 30 * 5 ** (attempt - 1),
     group:
         "deck_{case}_{inc}"
     shell:
