@@ -509,12 +509,16 @@ def hard_breaches(before: Surface, after: Surface) -> list[str]:
 
 
 def topology_breaches(before: Surface, after: Surface) -> list[str]:
-    """Return the labels and contacts that have other Euler numbers or parts than before."""
+    """Return the labels and contacts that have other Euler numbers or parts than before.
+
+    Parts of a contact that touched in a single point may come apart there: its Euler number then rises.
+    """
     breaches = []
     was, now = topology(before), topology(after)
     for key in sorted(was.keys() | now.keys(), key=str):
         old, new = was.get(key, (None, None)), now.get(key, (None, None))
-        if old != new:
+        apart = key[0] == "patch" and old[1] == new[1] and new[0] > old[0]
+        if old != new and not apart:
             breaches.append(f"topology of {key}: {old} -> {new}")
     return breaches
 

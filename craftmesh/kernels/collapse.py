@@ -23,6 +23,7 @@ from craftmesh.kernels.collapse_rules import (
     link_refusal,
     makes_ear,
     movable_end,
+    zips,
 )
 from craftmesh.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
 from craftmesh.kernels.facet_grid import GONE, has_room, insert_facet, star_intersects
@@ -237,23 +238,35 @@ def hits(state, grid, moved, dying):
 
 @njit(cache=True)
 def collapse_edge(state, grid, limits, a, b):
-    """Collapse edge (a, b) into the place that suits first: halfway, then either end."""
-    feature = (
-        state.rank[a] > 0
-        and state.rank[b] > 0
-        and is_feature(state.facets, state.patch, state.first, state.after, a, b)
-    )
+    """Collapse edge (a, b) when its vertex classes and the topology allow it; return DONE or why not."""
+    lines = state.rank[a] > 0 and state.rank[b] > 0
+    feature = lines and is_feature(state.facets, state.patch, state.first, state.after, a, b)
+    zipping = limits.merge_points and lines and not feature and zips(state, a, b)
     ends, reason = movable_end(
-        state.rank[a], state.rank[b], state.flags[a], state.flags[b], feature, limits.merge_points
+        state.rank[a],
+        state.rank[b],
+        state.flags[a],
+        state.flags[b],
+        feature or zipping,
+        limits.merge_points,
     )
     if ends == NEITHER:
         return reason
-    reason = link_refusal(state, a, b)
+    reason = link_refusal(state, a, b, zipping)
     if reason != DONE:
         return reason
-    if state.rank[a] == 2 and state.rank[b] == 2:
-        if (state.flags[a] | state.flags[b]) & ON_CRACK or grains_touch(state, a, b):
-            return CONTACT
+    if (zipping or (state.rank[a] == 2 and state.rank[b] == 2)) and grains_touch(state, a, b):
+        return CONTACT
+    reason = _collapse_somehow(state, grid, limits, a, b, ends)
+    if zipping and reason == DONE:
+        state.rank[a if state.first[b] < 0 else b] = 2
+    return reason
+
+
+@njit(cache=True)
+def _collapse_somehow(state, grid, limits, a, b, ends):
+    """Collapse the edge halfway or onto an end that stays, whichever suits first; return DONE or why not."""
+    reason = DONE
     if ends == EITHER and not (state.flags[a] & ON_CRACK):
         reason = collapse(state, grid, limits, a, b, np.bool_(True))
         if reason == DONE:

@@ -40,11 +40,64 @@ def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
 
 
 @njit(cache=True)
-def link_refusal(state, a, b):
+def zips(state, a, b):
+    """Tell whether the edge inside a patch, between two of its border lines, is next to where these meet.
+
+    Merging such an edge closes the thin end of the patch: one facet between the two lines goes, and its
+    two border edges become one, which no side may then bound with more than two facets.
+    """
+    if state.flags[a] & state.flags[b] & ON_CRACK:
+        return False
+    count, f, g = edge_facets(state.facets, state.first, state.after, a, b)
+    if count != 2 or state.patch[f] != state.patch[g]:
+        return False
+    u = state.facets[f, 0] + state.facets[f, 1] + state.facets[f, 2] - a - b
+    v = state.facets[g, 0] + state.facets[g, 1] + state.facets[g, 2] - a - b
+    if _between_lines(state, a, b, u) == _between_lines(state, a, b, v):
+        return False
+    tip = u if _between_lines(state, a, b, u) else v
+    for end, other in ((a, b), (b, a)):
+        c = state.first[end]
+        while c >= 0:
+            for k in range(2):
+                side = state.patch_sides[state.patch[c // 3], k]
+                here = _facets_of_side(state, end, other, tip, side)
+                if here + _facets_of_side(state, other, end, tip, side) > 2:
+                    return False
+            c = state.after[c]
+    return True
+
+
+@njit(cache=True)
+def _between_lines(state, a, b, u):
+    facets, patch, first, after = state.facets, state.patch, state.first, state.after
+    if state.rank[u] == 0:
+        return False
+    return is_feature(facets, patch, first, after, a, u) and is_feature(facets, patch, first, after, b, u)
+
+
+@njit(cache=True)
+def _facets_of_side(state, a, b, u, side):
+    """Return how many facets on edge (a, u), but not at `b`, bound the side."""
+    count = 0
+    c = state.first[a]
+    while c >= 0:
+        f = c // 3
+        both = state.patch_sides[state.patch[f]]
+        if (both[0] == side) != (both[1] == side):
+            if has_corner(state.facets, f, u) and not has_corner(state.facets, f, b):
+                count += 1
+        c = state.after[c]
+    return count
+
+
+@njit(cache=True)
+def link_refusal(state, a, b, zipping):
     """Return why merging (a, b) would change the topology, or DONE.
 
     Vertices joined to both ends must be corners of facets on the edge (link condition), and none of
-    these may be joined to both by feature edges, or two junction lines would fall into one.
+    these may be joined to both by feature edges, or two junction lines would fall into one; unless
+    `zipping` (zips).
     """
     facets, first, after, stamp = state.facets, state.first, state.after, state.stamp
     mark = state.clock[0] + 1
@@ -64,13 +117,7 @@ def link_refusal(state, a, b):
             if stamp[u] == mark + 1:
                 return LINK
             stamp[u] = mark + 1
-            if (
-                state.rank[u] > 0
-                and state.rank[a] > 0
-                and state.rank[b] > 0
-                and is_feature(facets, state.patch, first, after, a, u)
-                and is_feature(facets, state.patch, first, after, b, u)
-            ):
+            if not zipping and state.rank[a] > 0 and state.rank[b] > 0 and _between_lines(state, a, b, u):
                 return JUNCTION_TRIANGLE
         c = after[c]
     if shared == 0:
