@@ -265,7 +265,7 @@ def collapse_edge(state, grid, limits, a, b):
 
 @njit(cache=True)
 def _collapse_somehow(state, grid, limits, a, b, ends):
-    """Collapse the edge halfway or onto an end that stays, whichever suits first; return DONE or why not."""
+    """Collapse the edge halfway or onto an end that stays, whichever suits; return DONE or why not."""
     reason = DONE
     if ends == EITHER and not (state.flags[a] & ON_CRACK):
         reason = collapse(state, grid, limits, a, b, np.bool_(True))

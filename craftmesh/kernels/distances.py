@@ -13,7 +13,7 @@ def nearest_facets(places, points, facets):
     distance2 = np.full(len(places), np.inf)
     for q in range(len(places)):
         for f in range(len(facets)):
-            d = facet_distance2(points, facets[f, 0], facets[f, 1], facets[f, 2], places, q)
+            d = facet_distance2(points, facets[f, 0], facets[f, 1], facets[f, 2], places, q, distance2[q])
             if d < distance2[q]:
                 distance2[q] = d
                 nearest[q] = f
