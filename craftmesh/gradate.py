@@ -144,7 +144,6 @@ def _limits(options: GradateOptions, sizing: Sizing) -> Limits:
 def _round(shop: Workshop, sizing: Sizing, limits: Limits) -> None:
     shop.set_sizes(sizing)
     collapse_short(shop, limits)
-    swap_all(shop, limits)
     shop.set_sizes(sizing)
     split_long(shop, limits, 1.0)
     swap_all(shop, limits)

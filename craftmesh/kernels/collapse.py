@@ -35,18 +35,19 @@ from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_f
 @njit(cache=True)
 def add_star(state, v, other, kept, count):
     """Append the facets at `v` that do not hold `other`, with `v` read as `kept`; -1 when too many."""
+    facets, after, star, corners = state.facets, state.after, state.star, state.star_corners
     c = state.first[v]
     while c >= 0:
         f = c // 3
-        if not has_corner(state.facets, f, other):
-            if count >= len(state.star):
+        if not has_corner(facets, f, other):
+            if count >= len(star):
                 return -1
-            state.star[count] = f
+            star[count] = f
             for i in range(3):
-                u = state.facets[f, i]
-                state.star_corners[count, i] = kept if u == v else u
+                u = facets[f, i]
+                corners[count, i] = kept if u == v else u
             count += 1
-        c = state.after[c]
+        c = after[c]
     return count
 
 
@@ -58,28 +59,27 @@ def star_of(state, v):
 
 @njit(cache=True)
 def _add_dying(state, a, b):
+    facets, after, dying = state.facets, state.after, state.dying
     count = 0
     c = state.first[b]
     while c >= 0:
-        if has_corner(state.facets, c // 3, a):
-            if count >= len(state.dying):
+        if has_corner(facets, c // 3, a):
+            if count >= len(dying):
                 return -1
-            state.dying[count] = c // 3
+            dying[count] = c // 3
             count += 1
-        c = state.after[c]
+        c = after[c]
     return count
 
 
 @njit(cache=True)
 def worst_score(state, moved, dying):
     """Return the least angle score of the star's old facets."""
+    points, facets, star, lost = state.points, state.facets, state.star, state.dying
     worst = np.inf
     for i in range(moved + dying):
-        f = state.star[i] if i < moved else state.dying[i - moved]
-        a = state.facets[f, 0]
-        b = state.facets[f, 1]
-        c = state.facets[f, 2]
-        worst = min(worst, angle_score(state.points, a, b, c))
+        f = star[i] if i < moved else lost[i - moved]
+        worst = min(worst, angle_score(points, facets[f, 0], facets[f, 1], facets[f, 2]))
     return worst
 
 
@@ -89,17 +89,18 @@ def shape_refusal(state, moved, a, floor, cosine, longest):
 
     `a` already has its new place and `floor` is the least angle score.
     """
-    points, size = state.points, state.size
+    points, size, reference = state.points, state.size, state.reference
+    star, corners = state.star, state.star_corners
     for i in range(moved):
-        p = state.star_corners[i, 0]
-        q = state.star_corners[i, 1]
-        r = state.star_corners[i, 2]
-        if not keeps_normal(points, state.reference, state.star[i], p, q, r, cosine):
+        p = corners[i, 0]
+        q = corners[i, 1]
+        r = corners[i, 2]
+        if not keeps_normal(points, reference, star[i], p, q, r, cosine):
             return NORMAL
         if angle_score(points, p, q, r) < floor:
             return ANGLE
         for k in range(3):
-            u = state.star_corners[i, k]
+            u = corners[i, k]
             if u != a:
                 limit = longest * 0.5 * (size[a] + size[u])
                 if squared_distance(points, a, u) > limit * limit:
@@ -164,9 +165,9 @@ def merge(state, a, b, dying):
 @njit(cache=True)
 def enter_star(state, grid, moved):
     """Enter the star's new facets into the grid."""
-    corners = state.star_corners
+    points, star, corners = state.points, state.star, state.star_corners
     for i in range(moved):
-        insert_facet(grid, state.points, state.star[i], corners[i, 0], corners[i, 1], corners[i, 2])
+        insert_facet(grid, points, star[i], corners[i, 0], corners[i, 1], corners[i, 2])
 
 
 @njit(cache=True)
@@ -225,14 +226,15 @@ def collapse(state, grid, limits, a, b, halfway):
 @njit(cache=True)
 def hits(state, grid, moved, dying):
     """Tell whether the star's new facets meet each other or the rest of the surface."""
+    star, lost, stamp = state.star, state.dying, state.facet_stamp
     mark = state.clock[1] + 1
     state.clock[1] += 2
     for i in range(moved):
-        state.facet_stamp[state.star[i]] = mark + 1
+        stamp[star[i]] = mark + 1
     for i in range(dying):
-        state.facet_stamp[state.dying[i]] = mark + 1
+        stamp[lost[i]] = mark + 1
     return star_intersects(
-        grid, state.points, state.facets, state.alive, state.facet_stamp, mark, state.star_corners, moved
+        grid, state.points, state.facets, state.alive, stamp, mark, state.star_corners, moved
     )
 
 

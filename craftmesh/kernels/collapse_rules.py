@@ -137,18 +137,18 @@ def link_refusal(state, a, b, zipping):
 @njit(cache=True)
 def _twin_facet(state, a, b, mark):
     """Tell whether a facet at `a` and one at `b` would become the same facet."""
-    facets, stamp = state.facets, state.stamp
-    c = state.first[a]
+    facets, stamp, first, after = state.facets, state.stamp, state.first, state.after
+    c = first[a]
     while c >= 0:
         u = facets[c // 3, (c + 1) % 3]
         v = facets[c // 3, (c + 2) % 3]
         if u != b and v != b and stamp[u] == mark and stamp[v] == mark:
-            d = state.first[b]
+            d = first[b]
             while d >= 0:
                 if has_corner(facets, d // 3, u) and has_corner(facets, d // 3, v):
                     return True
-                d = state.after[d]
-        c = state.after[c]
+                d = after[d]
+        c = after[c]
     return False
 
 

@@ -104,20 +104,21 @@ def line_neighbours(state, v):
 @njit(cache=True)
 def _score_at(state, moved, v, place, cosine, least):
     """Return the star's least angle score with `v` at `place`; -1 when under `least` or turned too far."""
-    before = state.points[v].copy()
-    state.points[v] = place
+    points, reference, star, corners = state.points, state.reference, state.star, state.star_corners
+    x, y, z = points[v]
+    points[v] = place
     worst = np.inf
     for i in range(moved):
-        p = state.star_corners[i, 0]
-        q = state.star_corners[i, 1]
-        r = state.star_corners[i, 2]
-        worst = min(worst, angle_score(state.points, p, q, r))
-        if worst <= least or not keeps_normal(
-            state.points, state.reference, state.star[i], p, q, r, cosine
-        ):
+        p = corners[i, 0]
+        q = corners[i, 1]
+        r = corners[i, 2]
+        worst = min(worst, angle_score(points, p, q, r))
+        if worst <= least or not keeps_normal(points, reference, star[i], p, q, r, cosine):
             worst = -1.0
             break
-    state.points[v] = before
+    points[v, 0] = x
+    points[v, 1] = y
+    points[v, 2] = z
     return worst
 
 

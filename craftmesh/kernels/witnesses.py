@@ -23,13 +23,16 @@ def collect(state, f, count):
     if count == TOO_MANY:
         return TOO_MANY
     w = state.witness_first[f]
+    if w < 0:
+        return count
+    loose, loose_facet, after = state.loose, state.loose_facet, state.witness_after
     while w >= 0:
-        if count >= len(state.loose) - 4:
+        if count >= len(loose) - 4:
             return TOO_MANY
-        state.loose[count] = w
-        state.loose_facet[count] = f
+        loose[count] = w
+        loose_facet[count] = f
         count += 1
-        w = state.witness_after[w]
+        w = after[w]
     return count
 
 
@@ -100,14 +103,16 @@ def find_new_homes(state, loose, total, share, size, crack_tolerance):
     """
     points, star, corners = state.points, state.star, state.star_corners
     patches, home = state.patch, state.home
+    witness, found, own_size = state.loose, state.loose_facet, state.size
+    on_crack, rank = state.witness_crack, state.witness_rank
     marked = False
     for n in range(loose):
-        w = state.loose[n]
-        patch = state.patch[state.loose_facet[n]]
-        limit = share * min(size, state.size[w])
-        if state.witness_crack[w]:
+        w = witness[n]
+        patch = patches[found[n]]
+        limit = share * min(size, own_size[w])
+        if on_crack[w]:
             limit = min(limit, crack_tolerance)
-        if state.witness_rank[w] > 0:
+        if rank[w] > 0:
             if not marked:
                 _mark_features(state, total)
                 marked = True
@@ -117,16 +122,20 @@ def find_new_homes(state, loose, total, share, size, crack_tolerance):
             d, where = _near_facet(points, star, corners, patches, patch, home, w, total, enough)
         if where < 0 or d > limit * limit:
             return False
-        state.loose_facet[n] = state.star[where]
+        found[n] = star[where]
     return True
 
 
 @njit(cache=True)
 def settle(state, loose):
     """Hand the loose witnesses to the facets found for them."""
+    if loose == 0:
+        return
+    witness, found, is_witness = state.loose, state.loose_facet, state.is_witness
+    first, after = state.witness_first, state.witness_after
     for n in range(loose):
-        w = state.loose[n]
-        f = state.loose_facet[n]
-        state.is_witness[w] = True
-        state.witness_after[w] = state.witness_first[f]
-        state.witness_first[f] = w
+        w = witness[n]
+        f = found[n]
+        is_witness[w] = True
+        after[w] = first[f]
+        first[f] = w
