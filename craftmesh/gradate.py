@@ -88,7 +88,6 @@ def gradate(
     progress(0.0, "preprocess")
     facets = len(surface.facets)
     before = side_volumes(surface.points, surface.facets, surface.sides)
-    voids = {-k: v for k, v in side_volumes(surface.points, surface.facets, -surface.sides).items()}
     released, removed = 0, 0
     if options.release_tied_nodes:
         surface, released, _ = release_tied_nodes(surface)
@@ -109,7 +108,7 @@ def gradate(
     result = surface_of(shop.state, surface)
     if options.restore_volumes:
         progress(0.95, "volumes")
-        result = _restored(result, before | voids | dict(volumes or {}), sizing, options)
+        result = _restored(result, before | dict(volumes or {}), sizing, options)
     progress(1.0, "done")
     return result, gradation_report(shop, facets, before, result, sizing)
 

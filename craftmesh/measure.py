@@ -26,7 +26,7 @@ def facet_angles(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 
 
 def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> dict[int, float]:
-    """Return the volume enclosed per label by the divergence theorem; labels <= 0 are left out.
+    """Return the volume enclosed per label by the divergence theorem; label 0, the outside, is left out.
 
     A facet's volume counts for the label behind it and against the label ahead of it, so a crack
     facet with one grain on both sides adds nothing.
@@ -38,4 +38,4 @@ def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> d
     labels = np.unique(sides[differs])
     index = np.searchsorted(labels, sides)
     volume = np.bincount(index[:, 0], swept, len(labels)) - np.bincount(index[:, 1], swept, len(labels))
-    return {int(k): float(v) for k, v in zip(labels, volume) if k > 0}
+    return {int(k): float(v) for k, v in zip(labels, volume) if k}
