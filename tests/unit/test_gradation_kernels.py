@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 from craftmesh.gradation.passes import filled_grid
 from craftmesh.gradation.state import make_state, surface_of
+from craftmesh.kernels.by_reference import by_reference
+from craftmesh.kernels.collapse_rules import zips
 from craftmesh.kernels.facet_grid import star_intersects
 from craftmesh.kernels.facet_shape import angle_score, facet_distance2, segment_distance2
 from craftmesh.kernels.projection import put_on_crack, put_on_front
@@ -124,3 +126,28 @@ def test_grid_query_agrees_with_all_pairs(seed):
     star = np.array([[12, 13, 14]])
     hit = star_intersects(grid, points, state.facets, state.alive, state.facet_stamp, 1, star, 1)
     assert hit == any(triangles_intersect(points, 12, 13, 14, *f) for f in state.facets)
+
+
+def thin_end(upper_wedge: int, tip: bool = True) -> Surface:
+    """The contact of grains 1 and 2 in z = 0 ends in point 0 between wedges of grain 3 and of another.
+
+    Points 1 and 2 are on its border lines, next to its end; without a tip the lines do not meet.
+    """
+    points = [[0, 0, 0], [1, -0.05, 0], [1, 0.05, 0], [2, 0, 0], [2, -0.3, 0], [2, 0.3, 0]]
+    points += [[0.5, -1, -0.5], [0.5, -1, 0.5], [0.5, 1, -0.5], [0.5, 1, 0.5], [0, 0.3, 0]]
+    contact = [[0, 1, 2], [1, 3, 2], [1, 4, 3], [2, 3, 5]] + ([] if tip else [[0, 2, 10]])
+    above = 0 if tip else 10
+    wedges = [[1, 0, 6], [0, 1, 7], [above, 2, 8], [2, above, 9]]
+    sides = [[1, 2]] * len(contact) + [[1, 3], [3, 2], [1, upper_wedge], [upper_wedge, 2]]
+    facets = np.array(contact + wedges, np.int32)
+    kind = np.zeros(len(facets), np.uint8)
+    return Surface(np.array(points, float), facets, np.array(sides, np.int32), kind)
+
+
+@pytest.mark.parametrize(
+    "surface, closes", [(thin_end(4), True), (thin_end(3), False), (thin_end(4, tip=False), False)]
+)
+def test_thin_ends_of_contacts_close_where_no_side_is_tied(surface, closes):
+    state = by_reference(make_state(surface, np.ones(len(surface.points))))
+    assert zips(state, 1, 2) == zips(state, 2, 1) == closes
+    assert not zips(state, 0, 1)

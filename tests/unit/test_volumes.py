@@ -104,6 +104,16 @@ def test_what_cannot_be_reached_is_left_without_damage():
     assert report["worst_drift_after"] < report["worst_drift_before"]
 
 
+def test_no_vertex_leaves_its_reach():
+    voxels = ball_in_a_box(2.0)
+    surface, _ = remesh(voxels, UNRESTORED)
+    reach = np.full(len(surface.points), 0.02)
+    restored, report = restore_volumes(surface, voxel_volumes(voxels), reach=reach)
+    moved = np.linalg.norm(restored.points - surface.points, axis=1)
+    assert 0.019 < moved.max() <= 0.02 * (1 + 1e-9)
+    assert 5e-4 < report["worst_drift_after"] < report["worst_drift_before"]
+
+
 def test_nothing_to_do_returns_the_same_points():
     surface, _ = remesh(ball_in_a_box(3.0), UNRESTORED)
     volumes = side_volumes(surface.points, surface.facets, surface.sides)
