@@ -15,6 +15,7 @@ from craftmesh.stitch_options import StitchOptions
 from craftmesh.types import CRACK, INTERFACE
 
 FARTHEST = 0.5  # of the local size: points slide along their line by at most this much
+GRAZING = 0.5  # points on lines that graze the crack move straight from this share of the distance
 LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
 LEAST_GAP = 0.55  # of the target size: pierce points nearer than this are pushed apart along the front
 LEAST_ANGLE = 4.0  # degrees: a move may not leave a facet below this, unless it was worse before
@@ -23,6 +24,7 @@ LEAST_ANGLE = 4.0  # degrees: a move may not leave a facet below this, unless it
 def snap_to_crack(surface: CutSurface, sheet: Sheet, options: StitchOptions) -> CutSurface:
     """Move points near the crack onto it: free points straight, box points in their plane, lines along.
 
+    Points of lines that graze the crack, so that the way along is too far, move straight from nearer by.
     Quadruple points and box corners stay. A move that turns, flattens or pierces a facet is left out.
     """
     with np.errstate(invalid="ignore"):
@@ -38,6 +40,11 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: StitchOptions) -> 
     on_line = np.zeros(len(surface.points), bool)
     on_line[rows[junctions.degree[rows] == 2]] = True
     _along_lines(surface, junctions.edges, on_line, targets)
+    step = np.linalg.norm(targets - surface.points, axis=1)
+    with np.errstate(invalid="ignore"):
+        grazing = on_line & ~(step < FARTHEST * surface.size)
+        grazing &= np.abs(surface.psi) < GRAZING * options.snap * surface.size
+    targets[grazing] = _onto_crack(surface.points[grazing], planes[grazing], sheet)
     step = np.linalg.norm(targets - surface.points, axis=1)
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero(step < FARTHEST * surface.size)
