@@ -13,9 +13,9 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.generate import GenerateOptions, generate
 from craftmesh.measure import area_vectors, facet_angles, side_volumes
 from craftmesh.remesh import remesh
-from craftmesh.sizing import Sizing
+from craftmesh.sizing import Sizing, SizingOptions, densify, sizing_for
 from craftmesh.stitch_options import StitchOptions
-from craftmesh.types import CRACK, Surface
+from craftmesh.types import CRACK, Surface, Voxels
 
 SIZE = 32.0
 ORIGIN = np.array([5.0, -3.0, 2.0])
@@ -290,3 +290,19 @@ def test_crack_facets_that_meet_the_box_are_refused():
     corners[2, 2] = 1.7
     inside = Surface(np.concatenate([model.points, corners]), poking.facets, poking.sides, poking.kind)
     refuse_intersections(inside)
+
+
+@pytest.mark.parametrize("slope", [0.01, 0.03, 0.05])
+def test_a_triple_line_that_grazes_the_crack_leaves_no_slivers(slope):
+    x, y, z = np.indices((24, 16, 16)) + 0.5
+    labels = np.where(z < 8 + slope * (x - 12), 1, np.where(y < 8.2, 2, 3))
+    voxels = Voxels(labels, (1, 1, 1), (0, 0, 0))
+    surface, _ = remesh(voxels)
+    options = CrackOptions(shape="penny", centre=(12, 8, 8.01), normal=(0, 0.6 * slope, 1), radius=6.0)
+    crack = prescribed_crack(options, 0, voxels.box)
+    sources = np.concatenate([densify(crack.points[front], 0.1) for front in crack.fronts])
+    sizing = sizing_for(surface, SizingOptions(l_min=0.5, l0=1.0, l_max=2.0, r0=6.0, r1=12.0), sources)
+    cut, _ = insert_crack(surface, crack, sizing)
+    # Measured: 13 degrees; 0.5 where the line's points stay off the crack.
+    assert facet_angles(cut.points, cut.facets).min() > 10
+    assert check_surface(cut) == []
