@@ -1,4 +1,4 @@
-"""Interior points of a grain, spaced by the sizing function (paper, Eq. 3): a layer, then a lattice."""
+"""Interior points of a grain, spaced by the sizing function (paper, Eq. 3): a lattice, then a layer."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -8,14 +8,15 @@ from craftmesh.grains.grain_surface import GrainSurface
 from craftmesh.kernels.interior_fill import bucket_points, mark_clear, mark_inside, thin_out
 from craftmesh.measure import area_vectors
 
-# Lengths in target edge lengths l. With these the tetrahedra have edges of .96 l in the median.
+# Lengths in target edge lengths l. With these the tetrahedra have edges of .98 l in the median where l is
+# the same everywhere, .93 l where it varies.
 LAYER_HEIGHT = 0.7
-LATTICE_CELL = 1.06
+LATTICE_CELL = 1.04
 FROM_VERTEX = 0.62
 FROM_FACET = 0.5
 APART = 0.68
 # A lattice cell is split in eight while it is larger than the local cell by this factor.
-SPLIT = 4 / 3
+SPLIT = 1.5
 MAX_LEVELS = 12
 MAX_CELLS_PER_AXIS = 200
 OCTANTS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 4
@@ -40,11 +41,12 @@ class LocalSizing:
 def interior_points(surface: GrainSurface, points: np.ndarray, tets: np.ndarray, sizing) -> np.ndarray:
     """Return points (k, 3) inside the grain at distances of about `sizing.at`.
 
-    points, tets: a first mesh of the grain, which tells what is inside. A layer stands .7 l over every
-    facet (on both sides of crack facets); a body-centred octree lattice of cells 1.06 l fills the rest.
+    points, tets: a first mesh of the grain, which tells what is inside. A body-centred octree lattice of
+    cells 1.04 l comes first, for its tetrahedra are the best; over facets (on both sides of crack facets)
+    that it leaves room at, a point stands .7 l high.
     """
     low, high = surface.points.min(0), surface.points.max(0)
-    candidates = np.concatenate([_layer(surface, sizing), _lattice(low, high, surface.points, sizing)])
+    candidates = np.concatenate([_lattice(low, high, surface.points, sizing), _layer(surface, sizing)])
     candidates = candidates[((candidates > low) & (candidates < high)).all(1)]
     if not len(candidates):
         return candidates

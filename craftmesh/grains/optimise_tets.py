@@ -1,7 +1,8 @@
 """Local optimisation of a grain's tetrahedra; its surface and crack facets stay as they are.
 
 Every change of topology replaces a cavity: tets that share their outer faces for others that are all
-positive and whose worst is better. Surface nodes never move, surface and crack facets are in no cavity.
+positive and whose worst is better or, in swaps for the mean aspect ratio, sound. Surface nodes never
+move, surface and crack facets are in no cavity.
 """
 
 from dataclasses import dataclass
@@ -9,19 +10,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.kernels.tet_cavity import POINTS, TETS, TetState, block_facets, link_tets, new_scratch
-from craftmesh.kernels.tet_passes import aspect_pass, repair_pass, smooth_pass
-from craftmesh.kernels.tet_quality import all_qualities
+from craftmesh.kernels.tet_passes import aspect_pass, aspect_swap_pass, repair_pass, smooth_pass
+from craftmesh.kernels.tet_quality import all_aspect_ratios, all_qualities
 
 # Arrays have room for this many times the mesh: insertions add some 1%.
 CAPACITY = 1.5
 SPARE = 2000
 SMOOTHING_STEPS = 5
 DEAD = 9.0
+# Swaps for the mean aspect ratio start at tets over this one.
+STRETCHED = 1.9
 
 
 @dataclass(frozen=True)
 class Step:
-    """A step of the schedule: "repair", "smooth" or "aspect", with the measure and its threshold."""
+    """A step of the schedule: "repair", "smooth", "swap" or "aspect", with its measure and threshold."""
 
     kind: str
     threshold: float
@@ -35,10 +38,11 @@ SCHEDULE = (
     Step("smooth", 0.5),
     Step("repair", 0.6),
     Step("smooth", 0.5),
-    Step("repair", 0.6),
-    Step("smooth", 0.5),
+    Step("swap", 0.35),
     Step("aspect", 0.45),
-    Step("repair", 0.65),
+    Step("swap", 0.35),
+    Step("aspect", 0.45),
+    Step("swap", 0.35),
     Step("aspect", 0.45),
     Step("repair", 0.25, goal=True, rounds=4, inserts=True),
 )
@@ -60,6 +64,8 @@ def optimise_tets(
         all_qualities(state.points, state.tets, state.counts[TETS], state.quality, step.goal)
         if step.kind == "smooth":
             smooth_pass(state, step.goal, step.threshold, SMOOTHING_STEPS, everywhere, work, operations)
+        elif step.kind == "swap":
+            _swap(state, step, work, operations)
         elif step.kind == "aspect":
             aspect_pass(state, step.goal, step.threshold, work, operations)
         else:
@@ -81,6 +87,17 @@ def _repair(state: TetState, step: Step, work, operations: np.ndarray) -> None:
         repair_pass(state, step.goal, step.threshold, poor, step.inserts, touched, work, operations)
         if step.goal:
             smooth_pass(state, step.goal, step.threshold, SMOOTHING_STEPS, touched, work, operations)
+
+
+def _swap(state: TetState, step: Step, work, operations: np.ndarray) -> None:
+    """Remove edges of the tets over STRETCHED to lower the mean aspect ratio, the worst tet first."""
+    count = state.counts[TETS]
+    ratio = np.empty(count)
+    all_aspect_ratios(state.points, state.tets, count, ratio)
+    stretched = np.flatnonzero(ratio > STRETCHED)
+    stretched = stretched[np.argsort(-ratio[stretched], kind="stable")]
+    mean = ratio.sum() / np.count_nonzero(ratio)
+    aspect_swap_pass(state, step.goal, step.threshold, mean, stretched, work, operations)
 
 
 def _state(points, tets, frozen: int, blocked, size) -> TetState:

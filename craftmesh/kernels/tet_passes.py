@@ -2,6 +2,7 @@
 
 from numba import njit
 
+from craftmesh.kernels.tet_aspect_swaps import remove_edge_for_aspect
 from craftmesh.kernels.tet_cavity import POINTS, find_ring, find_star, worst_of
 from craftmesh.kernels.tet_insertion import contract, insert_on_edge
 from craftmesh.kernels.tet_smoothing import smooth_aspect, smooth_worst
@@ -28,6 +29,18 @@ def aspect_pass(state, goal, floor, work, operations):
     for v in range(state.counts[POINTS]):
         if not state.frozen[v] and state.tet_of[v] >= 0:
             operations[MOVES] += smooth_aspect(state, v, goal, floor, work)
+
+
+@njit(cache=True)
+def aspect_swap_pass(state, goal, floor, reference, order, work, operations):
+    """Remove an edge of each live tet in `order` if the sum of aspect ratio less `reference` falls."""
+    for t in order:
+        if state.tets[t, 0] < 0:
+            continue
+        for edge in range(6):
+            if remove_edge_for_aspect(state, t, edge, goal, floor, reference, work):
+                operations[EDGE_REMOVALS] += 1
+                break
 
 
 @njit(cache=True)

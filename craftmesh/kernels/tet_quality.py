@@ -98,8 +98,23 @@ def aspect_ratio_at(points, a, b, c, x, y, z):
 
 
 @njit(cache=True)
+def aspect_ratio_of(points, a, b, c, d):
+    """Aspect ratio of the tet a, b, c, d: see `aspect_ratio_at`."""
+    return aspect_ratio_at(points, a, b, c, points[d, 0], points[d, 1], points[d, 2])
+
+
+@njit(cache=True)
 def all_qualities(points, tets, count, quality, goal):
     """Write the qualities of the live tets among the first `count` (dead ones have corner -1)."""
     for t in range(count):
         if tets[t, 0] >= 0:
             quality[t] = quality_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], goal)
+
+
+@njit(cache=True)
+def all_aspect_ratios(points, tets, count, ratio):
+    """Write the aspect ratios of the live tets among the first `count`, 0 for dead ones."""
+    for t in range(count):
+        ratio[t] = 0.0
+        if tets[t, 0] >= 0:
+            ratio[t] = aspect_ratio_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3])

@@ -36,7 +36,7 @@ def _best_triangulation(points, a, b, ring, count, floor, goal, worst, split):
 
 
 @njit(cache=True)
-def _list_triangulation(points, a, b, ring, count, goal, split, stack, new, new_quality):
+def list_triangulation(points, a, b, ring, count, goal, split, stack, new, new_quality):
     """Write the tets of the triangulation that `split` describes; return their number."""
     stack[0, 0], stack[0, 1] = 0, count - 1
     height, made = 1, 0
@@ -69,7 +69,7 @@ def remove_edge(state, t, edge, goal, work):
     value = _best_triangulation(state.points, a, b, work.ring, count, floor, goal, work.worst, work.split)
     if value <= max(floor, 0.0):
         return False
-    made = _list_triangulation(
+    made = list_triangulation(
         state.points, a, b, work.ring, count, goal, work.split, work.stack, work.new, work.new_quality
     )
     replace_cavity(state, work.ring_tets, count, made, work)

@@ -7,8 +7,10 @@ from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
 from craftmesh.grains.optimise_tets import _result, _state, optimise_tets
+from craftmesh.kernels.tet_aspect_swaps import FALL, remove_edge_for_aspect
 from craftmesh.kernels.tet_cavity import TETS, link_tets, new_scratch
 from craftmesh.kernels.tet_insertion import contract, insert_on_edge
+from craftmesh.kernels.tet_passes import aspect_swap_pass
 from craftmesh.kernels.tet_quality import all_qualities, aspect_ratio_at, quality_of
 from craftmesh.kernels.tet_swaps import remove_edge, remove_face
 from craftmesh.tet_connectivity import group_triples, half_faces, tet_volumes
@@ -157,10 +159,11 @@ def contract_corner(state, t, k, work):
     [
         lambda state, t, k, work: remove_edge(state, t, k, False, work),
         lambda state, t, k, work: k < 4 and remove_face(state, t, k, False, work),
+        lambda state, t, k, work: remove_edge_for_aspect(state, t, k, False, 0.35, 2.0, work),
         lambda state, t, k, work: insert_on_edge(state, t, k, False, 0.1, 4, work) >= 0,
         contract_corner,
     ],
-    ids=["edge removal", "face removal", "insertion", "contraction"],
+    ids=["edge removal", "face removal", "edge for aspect", "insertion", "contraction"],
 )
 def test_each_operation_happens_and_keeps_the_mesh(operation):
     state, done, volume, frozen = try_all(operation, seed=5)
@@ -194,3 +197,78 @@ def test_three_tets_round_an_edge_become_two_and_back():
         edge_done = any(remove_edge(state, 0, e, False, work) for e in range(6))
         done = edge_done or any(remove_face(state, 0, k, False, work) for k in range(4))
         assert done and len(_result(state, 5)[1]) == after
+
+
+def swapped_for_aspect(seed, blocked):
+    """A random mesh before and after swaps at all its tets, by state and number of swaps."""
+    points, tets, frozen = random_ball(seed)
+    state = _state(points, tets, frozen, blocked, np.full(len(points), 0.35))
+    all_qualities(state.points, state.tets, len(tets), state.quality, False)
+    operations = np.zeros(5, np.int64)
+    mean = aspect_ratios(points, tets).mean()
+    aspect_swap_pass(state, False, 0.35, mean, np.arange(len(tets)), new_scratch(), operations)
+    return points, tets, frozen, state, operations.sum(), mean
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 10**6))
+def test_swaps_for_aspect_lower_the_mean_and_keep_the_worst_the_surface_and_the_volume(seed):
+    points, tets, frozen, state, swaps, mean = swapped_for_aspect(seed, np.zeros((0, 3)))
+    assume(tet_volumes(points, tets).min() > 1e-8)
+    new, better = _result(state, frozen)
+    assert swaps > 3
+    # each swap lowers the sum of aspect ratio - mean by FALL
+    excess = (aspect_ratios(new, better) - mean).sum()
+    assert excess <= -FALL * swaps + 1e-6 * aspect_ratios(points, tets).sum()
+    assert aspect_ratios(new, better).mean() < mean
+    assert quality(new, better, False).min() >= quality(points, tets, False).min()
+    assert new.tobytes() == points.tobytes()
+    assert boundary(better) == boundary(tets) and max(faces_of(better).values()) == 2
+    assert tet_volumes(new, better).min() > 0
+    assert tet_volumes(new, better).sum() == pytest.approx(tet_volumes(points, tets).sum(), rel=1e-12)
+    assert better.tobytes() == _result(swapped_for_aspect(seed, np.zeros((0, 3)))[3], frozen)[1].tobytes()
+
+
+def test_swaps_for_aspect_leave_blocked_facets():
+    _, tets, frozen, state, _, _ = swapped_for_aspect(3, np.zeros((0, 3)))
+    gone = set(faces_of(tets)) - set(faces_of(_result(state, frozen)[1]))
+    assert len(gone) > 20
+    blocked = np.array(sorted(sorted(face) for face in gone))
+    kept = faces_of(_result(swapped_for_aspect(3, blocked)[3], frozen)[1])
+    assert all(kept[face] == 2 for face in gone)
+
+
+def fans(ring):
+    """Plain reference: all triangulations of a polygon, as lists of triangles."""
+    if len(ring) < 3:
+        yield []
+        return
+    for j in range(1, len(ring) - 1):
+        for left in fans(ring[: j + 1]):
+            for right in fans(ring[j:]):
+                yield [(ring[0], ring[j], ring[-1]), *left, *right]
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10**6), st.integers(3, 7))
+def test_edge_removal_for_aspect_finds_the_best_of_all_triangulations(seed, count):
+    rng = np.random.default_rng(seed)
+    angle = 2 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, count)) / count
+    ring = np.stack([np.cos(angle), np.sin(angle), rng.uniform(-0.2, 0.2, count)], axis=1)
+    points = np.concatenate([[[0, 0, -0.8], [0, 0, 0.8]], ring])
+    nodes = list(range(2, count + 2))
+    tets = np.array([[0, 1, nodes[i - 1], nodes[i]] for i in range(count)])
+    assume(tet_volumes(points, tets).min() > 0)
+    state = _state(points, tets, len(points), np.zeros((0, 3)), np.ones(len(points)))
+    all_qualities(state.points, state.tets, count, state.quality, False)
+    before, best, reference, floor = (aspect_ratios(points, tets) - 1.8).sum(), np.inf, 1.8, 0.2
+    limit = min(quality(points, tets, False).min(), floor)
+    for triangles in fans(nodes):
+        new = np.array([tet for i, j, k in triangles for tet in ((0, i, j, k), (i, j, k, 1))])
+        if quality(points, new, False).min() > limit:
+            best = min(best, (aspect_ratios(points, new) - reference).sum())
+    done = remove_edge_for_aspect(state, 0, 0, False, floor, reference, new_scratch())
+    assert done == (best <= before - FALL)
+    if done:
+        result = _result(state, len(points))[1]
+        assert (aspect_ratios(points, result) - reference).sum() == pytest.approx(best, rel=1e-9, abs=1e-9)
