@@ -58,7 +58,8 @@ def with_voids(edge: int, grains: int, voids: int, radius: float) -> Start:
     voxels = generate(GenerateOptions(shape=shape, grains=grains, seed=1, voids=voids, void_radius=radius))
     surface, _ = remesh(voxels)
     sources = surface.points[np.unique(surface.facets[(surface.sides < 0).any(axis=1)])]
-    return Start(surface, Sizing(**PAPER, sources=sources), find_islands(voxels))
+    sizing = Sizing(**(PAPER | {"r0": 4.0, "r1": 12.0}), sources=sources)
+    return Start(surface, sizing, find_islands(voxels))
 
 
 def stl_set(path: Path) -> Start:

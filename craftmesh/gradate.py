@@ -6,14 +6,16 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.gradation.cleaning import clean_facets, split_ears
+from craftmesh.gradation.cleaning import clean_facets, loosened, split_ears
 from craftmesh.gradation.locality import spatially_sorted
+from craftmesh.gradation.narrow_places import open_narrow_places
 from craftmesh.gradation.passes import (
     Limits,
     Workshop,
     collapse_short,
     even_lines,
     filled_grid,
+    relax_all,
     slide_all,
     split_long,
     swap_all,
@@ -104,6 +106,7 @@ def gradate(
         _round(shop, sizing, limits)
     progress(0.75, "clean")
     clean_facets(shop, sizing, limits, options.cleaning_passes, options.cleaning_angle)
+    open_narrow_places(shop, _opening_limits(limits, options))
     split_ears(shop, limits)
     result = surface_of(shop.state, surface)
     if options.restore_volumes:
@@ -140,6 +143,12 @@ def _limits(options: GradateOptions, sizing: Sizing) -> Limits:
     )
 
 
+def _opening_limits(limits: Limits, options: GradateOptions) -> Limits:
+    """Return the limits of the cleaning's last round, with twice the drift where volumes are restored."""
+    last = loosened(limits, options.cleaning_passes, options.cleaning_passes)
+    return last._replace(drift=2 * last.drift) if options.restore_volumes else last
+
+
 def _round(shop: Workshop, sizing: Sizing, limits: Limits) -> None:
     shop.set_sizes(sizing)
     collapse_short(shop, limits)
@@ -148,3 +157,5 @@ def _round(shop: Workshop, sizing: Sizing, limits: Limits) -> None:
     swap_all(shop, limits)
     even_lines(shop, limits)
     slide_all(shop, limits, 2.0)
+    relax_all(shop, limits)
+    swap_all(shop, limits)

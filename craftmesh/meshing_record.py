@@ -1,4 +1,4 @@
-"""What became of each grain on the ladder of attempts: a plain record for the log and quality.json."""
+"""What became of each grain: failed attempts and poor tets left, for the log and quality.json."""
 
 from collections.abc import Sequence
 
@@ -17,6 +17,7 @@ def record_of(mesher: str, report: dict, left: Sequence[int], repair: dict | Non
             grain: one | {"attempts": _timeless(one["attempts"])}
             for grain, one in report.get("failed", {}).items()
         },
+        "poor": report.get("poor", {}),
         "left": sorted(left),
     }
 
@@ -31,6 +32,7 @@ def merged(records: Sequence[dict]) -> dict:
         "repair": records[0]["repair"],
         "tried_again": _by_grain(records, "tried_again"),
         "failed": _by_grain(records, "failed"),
+        "poor": _by_grain(records, "poor"),
         "left": sorted(grain for record in records for grain in record["left"]),
     }
 

@@ -170,6 +170,7 @@ def _report(done: dict, failures: list[GrainFailure]) -> dict:
     return {
         "grains": len(done),
         **sums,
+        "poor": {str(grain): one["poor"] for grain, one in figures.items() if one["poor"]},
         "tried_again": {
             str(grain): one["attempts"] for grain, one in figures.items() if len(one["attempts"]) > 1
         },

@@ -395,7 +395,7 @@ def _ring_normals(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 def _normals(before, after) -> dict[str, float]:
     """Return the largest angle of a facet to the input's mean normals: nearby, and just beside it.
 
-    Nearby: the least angle to any facet of its patch within its longest edge.
+    Nearby: the least angle to any facet of its patch at most its longest edge further off than the nearest.
     """
     nearby, beside, own_mean = 0.0, 0.0, 0.0
     before_facets, after_facets = _turned(before), _turned(after)
@@ -414,7 +414,7 @@ def _normals(before, after) -> dict[str, float]:
         nearest = from_facets(middle, before.points, theirs)[1]
         beside = max(beside, _degrees(cosine[np.arange(len(mine)), nearest].min()))
         far = np.linalg.norm(centre[None] - middle[:, None], axis=2)
-        cosine = np.where(far <= np.maximum(reach, far.min(axis=1))[:, None], cosine, -1)
+        cosine = np.where(far <= (reach + far.min(axis=1))[:, None], cosine, -1)
         nearby = max(nearby, _degrees(cosine.max(axis=1).min()))
     return {"normal nearby": nearby, "normal beside": beside, "own normals": own_mean}
 

@@ -28,7 +28,7 @@ def clean_facets(shop: Workshop, sizing, limits: Limits, rounds: int, goal: floa
             break
         score = (1 - np.cos(np.radians(slide_goal))) / (1 - np.cos(np.radians(LEAST_ANGLE)))
         shop.set_sizes(sizing)
-        loose = _loosened(limits, n, rounds)
+        loose = loosened(limits, n, rounds)
         done = collapse_poor(shop, loose, goal)
         done += swap_all(shop, loose)
         done += slide_all(shop, loose._replace(longest=1.2 * limits.longest), score)
@@ -41,7 +41,7 @@ def _least_angle(shop: Workshop) -> float:
     return float(facet_angles(state.points, state.facets[np.flatnonzero(state.alive)]).min())
 
 
-def _loosened(limits: Limits, n: int, rounds: int) -> Limits:
+def loosened(limits: Limits, n: int, rounds: int) -> Limits:
     """Return the limits of round `n`: the later, the longer an edge and the further a normal may go."""
     late = n >= rounds // 2
     return limits._replace(

@@ -11,6 +11,7 @@ from craftmesh.gradation.state import State, grown
 from craftmesh.kernels.by_reference import by_reference
 from craftmesh.kernels.collapse import collapse_pass
 from craftmesh.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
+from craftmesh.kernels.relax import relax_pass
 from craftmesh.kernels.rings import list_edges
 from craftmesh.kernels.slide import even_lines_pass, slide_pass
 from craftmesh.kernels.split import split_pass
@@ -133,3 +134,9 @@ def even_lines(shop: Workshop, limits: Limits) -> int:
     s = shop.state
     order = np.flatnonzero((s.first[: s.used[0]] >= 0) & (s.rank[: s.used[0]] == 1))
     return shop.repeat("slid line vertices", even_lines_pass, len(order), limits, order, ())
+
+
+def relax_all(shop: Workshop, limits: Limits) -> int:
+    """Move vertices inside patches to where their facets are more even."""
+    order = np.flatnonzero(shop.state.first[: shop.state.used[0]] >= 0)
+    return shop.repeat("relaxed vertices", relax_pass, len(order), limits, order, ())

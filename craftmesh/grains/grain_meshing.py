@@ -16,6 +16,7 @@ from craftmesh.grains.grain_region import (
 from craftmesh.grains.grain_surface import GrainSurface
 from craftmesh.grains.interior_points import LocalSizing, interior_points
 from craftmesh.grains.optimise_tets import optimise_tets
+from craftmesh.grains.poor_tets import poor_tets
 from craftmesh.mesher.base import load_mesher
 from craftmesh.types import GrainTets
 
@@ -105,4 +106,5 @@ def mesh_grain(shared: tuple[Any, Any], task: MeshingTask) -> tuple[GrainTets, d
         report |= {"optimiser": steps}
     lap("optimise_seconds")
     result = GrainTets(surface.grain, surface.nodes, nodes[surface_nodes:], tets)
-    return result, report | {"tets": len(tets)} | seconds
+    poor = poor_tets(surface, nodes, tets) if options.optimise else []
+    return result, report | {"tets": len(tets), "poor": poor} | seconds

@@ -9,14 +9,17 @@ from craftmesh.kernels.interior_fill import bucket_points, mark_clear, mark_insi
 from craftmesh.measure import area_vectors
 
 # Lengths in target edge lengths l. With these the tetrahedra have edges of .98 l in the median where l is
-# the same everywhere, .93 l where it varies.
+# the same everywhere, .95 l where it varies.
 LAYER_HEIGHT = 0.7
 LATTICE_CELL = 1.04
-FROM_VERTEX = 0.62
-FROM_FACET = 0.5
+FROM_VERTEX = 0.66
+FROM_FACET = 0.45
 APART = 0.68
 # A lattice cell is split in eight while it is larger than the local cell by this factor.
-SPLIT = 1.5
+SPLIT = 1.53
+# The coarsest cell is the best of this many within a factor of two.
+COARSEST = 16
+PROBES_PER_AXIS = 13
 MAX_LEVELS = 12
 MAX_CELLS_PER_AXIS = 200
 OCTANTS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 4
@@ -42,8 +45,8 @@ def interior_points(surface: GrainSurface, points: np.ndarray, tets: np.ndarray,
     """Return points (k, 3) inside the grain at distances of about `sizing.at`.
 
     points, tets: a first mesh of the grain, which tells what is inside. A body-centred octree lattice of
-    cells 1.04 l comes first, for its tetrahedra are the best; over facets (on both sides of crack facets)
-    that it leaves room at, a point stands .7 l high.
+    cells about 1.04 l comes first, for its tetrahedra are the best; over facets
+    (on both sides of crack facets) that it leaves room at, a point stands .7 l high.
     """
     low, high = surface.points.min(0), surface.points.max(0)
     candidates = np.concatenate([_lattice(low, high, surface.points, sizing), _layer(surface, sizing)])
@@ -76,8 +79,7 @@ def _layer(surface: GrainSurface, sizing) -> np.ndarray:
 
 def _lattice(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing) -> np.ndarray:
     """Centres and corners of octree cells of about LATTICE_CELL * l, the coarse ones first."""
-    probes = np.stack(np.meshgrid(*np.linspace(low, high, 9).T, indexing="ij"), -1).reshape(-1, 3)
-    cell = LATTICE_CELL * max(sizing.at(nodes).max(), sizing.at(probes).max())
+    cell = _coarsest_cell(low, high, nodes, sizing)
     axes = [np.arange(a, b, cell) + cell / 2 for a, b in zip(low, high)]
     cells = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
     found = []
@@ -92,3 +94,15 @@ def _lattice(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing) -> np
         if not len(cells):
             break
     return np.concatenate(found)
+
+
+def _coarsest_cell(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing) -> float:
+    """The octree's first cell, of which the halves fit LATTICE_CELL * l best, counted by points."""
+    axes = np.linspace(low, high, PROBES_PER_AXIS).T
+    local = LATTICE_CELL * sizing.at(np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3))
+    largest = max(local.max(), LATTICE_CELL * sizing.at(nodes).max())
+    weight = (local.min() / local) ** 3
+    cells = largest * 2 ** (0.5 - np.arange(COARSEST) / COARSEST)
+    misfit = np.log2(cells[:, None] / local)
+    misfit -= np.maximum(np.ceil(misfit - np.log2(SPLIT)), 0)
+    return float(cells[(weight * misfit**2).sum(axis=1).argmin()])

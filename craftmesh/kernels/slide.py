@@ -263,3 +263,21 @@ def even_lines_pass(state, grid, limits, order, start):
         if relocate(state, grid, limits, v, place, floor) == DONE:
             done += 1
     return len(order), done
+
+
+@njit(cache=True)
+def move_pass(state, grid, limits, vertices, places, start):
+    """Move each of `vertices` to its place (k, 3), or a part of the way, where the guards allow it."""
+    done = 0
+    for n in range(start, len(vertices)):
+        if not has_room(grid):
+            return n, done
+        v = vertices[n]
+        origin = state.points[v].copy()
+        floor = min(limits.floor, worst_score(state, star_of(state, v), np.int64(0)))
+        for share in (1.0, 0.6, 0.3):
+            place = origin + share * (places[n] - origin)
+            if relocate(state, grid, limits, v, place, floor) == DONE:
+                done += 1
+                break
+    return len(vertices), done

@@ -4,6 +4,7 @@ from numba import njit
 
 from craftmesh.kernels.tet_aspect_swaps import remove_edge_for_aspect
 from craftmesh.kernels.tet_cavity import POINTS, find_ring, find_star, worst_of
+from craftmesh.kernels.tet_cavity_insertion import insert_in_cavity
 from craftmesh.kernels.tet_insertion import contract, insert_on_edge
 from craftmesh.kernels.tet_smoothing import smooth_aspect, smooth_worst
 from craftmesh.kernels.tet_swaps import GAIN, remove_edge, remove_face
@@ -118,5 +119,5 @@ def repair_pass(state, goal, threshold, order, inserts, touched, work, operation
             or _contract_any(state, goal, corners, work, operations)
         ):
             continue
-        if inserts:
-            _insert_any(state, t, goal, work, operations)
+        if inserts and not _insert_any(state, t, goal, work, operations) and state.quality[t] < 0.174:
+            operations[INSERTIONS] += insert_in_cavity(state, t, goal, work) >= 0

@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from structured_box import structured_box
 
-from craftmesh.gradation.passes import filled_grid
+from craftmesh.gradation.passes import Limits, filled_grid
 from craftmesh.gradation.state import make_state, surface_of
 from craftmesh.kernels.by_reference import by_reference
 from craftmesh.kernels.collapse_rules import zips
 from craftmesh.kernels.facet_grid import star_intersects
 from craftmesh.kernels.facet_shape import angle_score, facet_distance2, segment_distance2
 from craftmesh.kernels.projection import put_on_crack, put_on_front
+from craftmesh.kernels.relax import relax_pass
 from craftmesh.kernels.triangles import triangles_intersect
 from craftmesh.measure import facet_angles
 from craftmesh.types import Surface
@@ -151,3 +153,20 @@ def test_thin_ends_of_contacts_close_where_no_side_is_tied(surface, closes):
     state = by_reference(make_state(surface, np.ones(len(surface.points))))
     assert zips(state, 1, 2) == zips(state, 2, 1) == closes
     assert not zips(state, 0, 1)
+
+
+def test_relaxation_evens_facets_out_inside_a_patch_only():
+    surface, _ = structured_box((6, 6, 6), lambda centres: 1 + (centres[:, 0] > 3))
+    state = make_state(surface, np.ones(len(surface.points)))
+    inside = np.flatnonzero(state.rank == 0)
+    held = (state.flags[inside, None] >> np.array([0, 2, 4])) & 3 > 0
+    state.points[inside] += np.where(held, 0.0, np.random.default_rng(3).uniform(-0.3, 0.3, held.shape))
+    before = state.points.copy()
+    limits = Limits(0.75, 1.4, 1.6, 1.0, 0.0, 0.3, 0.5, 0.04, 0.5, False)
+    references = by_reference(state), by_reference(filled_grid(state))
+    stopped, done = relax_pass(*references, limits, np.arange(len(before)), 0)
+    moved = np.flatnonzero((state.points != before).any(axis=1))
+    assert stopped == len(before) and done == len(moved) > 0.7 * len(inside)
+    assert np.isin(moved, inside).all() and (state.points[inside] == before[inside])[held].all()
+    even, uneven = (facet_angles(p, surface.facets).min(axis=1).mean() for p in (state.points, before))
+    assert even > uneven + 2

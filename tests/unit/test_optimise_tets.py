@@ -9,6 +9,7 @@ from scipy.spatial import Delaunay
 from craftmesh.grains.optimise_tets import _result, _state, optimise_tets
 from craftmesh.kernels.tet_aspect_swaps import FALL, remove_edge_for_aspect
 from craftmesh.kernels.tet_cavity import TETS, link_tets, new_scratch
+from craftmesh.kernels.tet_cavity_insertion import insert_in_cavity
 from craftmesh.kernels.tet_insertion import contract, insert_on_edge
 from craftmesh.kernels.tet_passes import aspect_swap_pass
 from craftmesh.kernels.tet_quality import all_qualities, aspect_ratio_at, quality_of
@@ -161,9 +162,10 @@ def contract_corner(state, t, k, work):
         lambda state, t, k, work: k < 4 and remove_face(state, t, k, False, work),
         lambda state, t, k, work: remove_edge_for_aspect(state, t, k, False, 0.35, 2.0, work),
         lambda state, t, k, work: insert_on_edge(state, t, k, False, 0.1, 4, work) >= 0,
+        lambda state, t, k, work: k == 0 and insert_in_cavity(state, t, False, work) >= 0,
         contract_corner,
     ],
-    ids=["edge removal", "face removal", "edge for aspect", "insertion", "contraction"],
+    ids=["edge removal", "face removal", "edge for aspect", "insertion", "cavity insertion", "contraction"],
 )
 def test_each_operation_happens_and_keeps_the_mesh(operation):
     state, done, volume, frozen = try_all(operation, seed=5)

@@ -1,0 +1,95 @@
+"""Opening of narrow places: sharp wedges of grains, and gaps between the crack and a grain boundary.
+
+Tetrahedra in them would be as flat as they are.
+"""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from craftmesh.gradation.passes import Limits, Workshop
+from craftmesh.kernels.slide import move_pass
+from craftmesh.measure import area_vectors
+from craftmesh.wedges import Wedges, wedges
+
+ROUNDS = 3
+# Degrees: wedges under the first are opened towards the second.
+SHARP = 25.0
+OPENED = 28.0
+# In target lengths: vertices over a crack facet and nearer than GAP are moved away; no step is over REACH.
+GAP = 0.35
+REACH = 0.15
+OVER_FACET = 0.7
+
+
+def open_narrow_places(shop: Workshop, limits: Limits) -> None:
+    """Move vertices off box and crack away from what is too near, as far as the guards allow."""
+    for name, moves in (("wedge openings", _wedge_moves), ("gap openings", _gap_moves)):
+        for _ in range(ROUNDS):
+            vertices, places = moves(shop)
+            count = len(vertices)
+            if not count or not shop.repeat(name, move_pass, count, limits, vertices, places, ()):
+                break
+
+
+def _is_free(shop: Workshop, vertices: np.ndarray) -> np.ndarray:
+    return (shop.state.rank[vertices] < 2) & (shop.state.flags[vertices] == 0)
+
+
+def _sharp_wedges(shop: Workshop) -> Wedges:
+    """Return the wedges of grains and voids under SHARP degrees; labels are slots."""
+    state = shop.state
+    living = np.flatnonzero(state.alive[: state.used[1]])
+    edges, feature = shop.edges()
+    slots = state.patch_sides[state.patch[living]]
+    found = wedges(state.points, state.facets[living], slots, np.sort(edges[feature], axis=1))
+    found = found.where((found.label >= 0) & (found.angle < SHARP))
+    return found._replace(facets=living[found.facets])
+
+
+def _wedge_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices (k,) and places (k, 3) that turn the facets beside sharp wedges."""
+    state, found = shop.state, _sharp_wedges(shop)
+    found = found.where(np.argsort(found.angle, kind="stable"))
+    free = _is_free(shop, found.far)
+    turn = np.radians(OPENED - found.angle) / np.maximum(free.sum(axis=1), 1)
+    start = state.points[found.edge[:, 0]]
+    axis = state.points[found.edge[:, 1]] - start
+    axis /= np.linalg.norm(axis, axis=1)[:, None]
+    vertices, places = [], []
+    for column in (0, 1):
+        facet, far = found.facets[:, column], found.far[:, column]
+        normal = area_vectors(state.points, state.facets[facet])
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        behind = state.patch_sides[state.patch[facet], 0] == found.label
+        normal[~behind] *= -1
+        arm = state.points[far] - start
+        height = np.linalg.norm(np.cross(arm, axis), axis=1)
+        step = np.minimum(height * np.tan(turn), REACH * state.size[far])
+        place = state.points[far] + step[:, None] * normal
+        vertices.append(far[free[:, column]])
+        places.append(place[free[:, column]])
+    return np.concatenate(vertices), np.concatenate(places)
+
+
+def _gap_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices (k,) over crack facets and places (k, 3) further away, the nearest first."""
+    state = shop.state
+    living = np.flatnonzero(state.alive[: state.used[1]] & state.patch_crack[state.patch[: state.used[1]]])
+    if not len(living):
+        return np.zeros(0, np.int64), np.zeros((0, 3))
+    corners = state.points[state.facets[living]]
+    normal = area_vectors(state.points, state.facets[living])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    tree = cKDTree(corners.mean(axis=1))
+    vertices = np.flatnonzero(state.first[: state.used[0]] >= 0)
+    vertices = vertices[_is_free(shop, vertices)]
+    size = state.size[vertices]
+    distance, nearest = tree.query(state.points[vertices], distance_upper_bound=float(size.max(initial=0)))
+    near = distance < np.hypot(OVER_FACET, GAP) * size
+    vertices, size, nearest = vertices[near], size[near], nearest[near]
+    height = np.einsum("ij,ij->i", state.points[vertices] - tree.data[nearest], normal[nearest])
+    order = np.flatnonzero(np.abs(height) < GAP * size)
+    order = order[np.argsort(np.abs(height)[order] / size[order], kind="stable")]
+    step = np.minimum(GAP * size - np.abs(height), REACH * size) * np.where(height < 0, -1.0, 1.0)
+    places = state.points[vertices] + step[:, None] * normal[nearest]
+    return vertices[order], places[order]

@@ -1,0 +1,61 @@
+"""Relaxation: vertices inside their patch go to the weighted centroid of their facets, for even facets."""
+
+import numpy as np
+from numba import njit
+
+from craftmesh.kernels.collapse import star_of, worst_score
+from craftmesh.kernels.collapse_rules import DONE
+from craftmesh.kernels.facet_grid import has_room
+from craftmesh.kernels.facet_shape import area_vector
+from craftmesh.kernels.slide import constrain, relocate
+
+# No facet falls under its star's least angle or under this score (30 degrees), whichever is less.
+SOUND = (1.0 - np.cos(np.radians(30.0))) / (1.0 - np.cos(np.radians(15.0)))
+
+
+@njit(cache=True)
+def _centroid(state, moved, place):
+    """Set `place` to the centroid of the star's facets, weighted by area over target length squared."""
+    points, size = state.points, state.size
+    total = 0.0
+    place[:] = 0.0
+    for i in range(moved):
+        a, b, c = state.star_corners[i]
+        x, y, z = area_vector(points, a, b, c)
+        weight = np.sqrt(x * x + y * y + z * z) / (size[a] + size[b] + size[c]) ** 2
+        total += weight
+        for k in range(3):
+            place[k] += weight * (points[a, k] + points[b, k] + points[c, k]) / 3.0
+    if total > 0.0:
+        place /= total
+    return total > 0.0
+
+
+@njit(cache=True)
+def relax_vertex(state, grid, limits, v):
+    """Move `v` to its star's centroid, or half way, where the guards allow it; tell whether it moved."""
+    moved = star_of(state, v)
+    goal = np.empty(3)
+    if moved <= 0 or not _centroid(state, moved, goal):
+        return False
+    floor = min(SOUND, worst_score(state, moved, np.int64(0)))
+    start = state.points[v].copy()
+    for share in (1.0, 0.5):
+        place = start + share * (goal - start)
+        constrain(state, v, place)
+        if relocate(state, grid, limits, v, place, floor) == DONE:
+            return True
+    return False
+
+
+@njit(cache=True)
+def relax_pass(state, grid, limits, order, start):
+    """Relax the vertices in `order` that lie inside a patch; return where it stopped and how many moved."""
+    done = 0
+    for n in range(start, len(order)):
+        if not has_room(grid):
+            return n, done
+        v = order[n]
+        if state.first[v] >= 0 and state.rank[v] == 0 and relax_vertex(state, grid, limits, v):
+            done += 1
+    return len(order), done

@@ -1,0 +1,63 @@
+"""Wedges: the angles that grains have between neighbouring facets round an edge."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from craftmesh.connectivity import unique_edges
+
+
+class Wedges(NamedTuple):
+    """Sectors of labels between facets that follow each other round an edge.
+
+    edge (w, 2): its points; label (w,): grain k, void -k or exterior 0 inside; angle (w,) in degrees;
+    facets (w, 2): first and last facet of the sector; far (w, 2): their corners off the edge.
+    """
+
+    edge: np.ndarray
+    label: np.ndarray
+    angle: np.ndarray
+    facets: np.ndarray
+    far: np.ndarray
+
+    def where(self, chosen: np.ndarray) -> "Wedges":
+        """Return the chosen rows."""
+        return Wedges(*(column[chosen] for column in self))
+
+
+def wedges(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, chosen: np.ndarray) -> Wedges:
+    """Return the sectors round the edges with a point pair in `chosen` (c, 2), lower point first.
+
+    sides (m, 2): labels behind and before each facet's normal.
+    """
+    edges, of_corner, _ = unique_edges(facets)
+    stride = len(points) + 1
+    wanted = np.isin(edges[:, 0] * stride + edges[:, 1], chosen[:, 0] * stride + chosen[:, 1])
+    facet, corner = np.nonzero(wanted[of_corner])
+    edge = of_corner[facet, corner]
+    far = facets[facet, (corner + 2) % 3]
+    forward = facets[facet, corner] == edges[edge, 0]
+    start = points[edges[edge, 0]]
+    axis = points[edges[edge, 1]] - start
+    axis /= np.linalg.norm(axis, axis=1)[:, None]
+    arm = points[far] - start
+    arm -= np.einsum("ij,ij->i", arm, axis)[:, None] * axis
+    first = np.full(len(edges), len(edge))
+    np.minimum.at(first, edge, np.arange(len(edge)))
+    ahead = arm[first[edge]]
+    turn = np.arctan2(np.einsum("ij,ij->i", np.cross(ahead, arm), axis), np.einsum("ij,ij->i", ahead, arm))
+    turn = np.where(first[edge] == np.arange(len(edge)), 0.0, turn % (2 * np.pi))
+    order = np.lexsort((facet, turn, edge))
+    following = np.roll(order, -1)
+    last = np.append(edge[order][1:] != edge[order][:-1], True)
+    heads = np.flatnonzero(np.append(True, last[:-1]))
+    following[last] = order[heads]
+    angle = turn[following] - turn[order] + np.where(last, 2 * np.pi, 0.0)
+    label = sides[facet, np.where(forward, 1, 0)]
+    return Wedges(
+        edges[edge[order]],
+        label[order],
+        np.degrees(angle),
+        np.stack([facet[order], facet[following]], axis=1),
+        np.stack([far[order], far[following]], axis=1),
+    )

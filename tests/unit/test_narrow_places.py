@@ -1,0 +1,132 @@
+"""Sharp wedges and gaps between crack and grain boundary: found as by plain arithmetic, and opened."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from structured_box import structured_box
+
+from craftmesh.gradation.narrow_places import GAP, OPENED, SHARP, open_narrow_places
+from craftmesh.gradation.passes import Limits, Workshop, filled_grid
+from craftmesh.gradation.state import make_state, surface_of
+from craftmesh.measure import side_volumes
+from craftmesh.types import CRACK, Surface
+from craftmesh.wedges import wedges
+
+FREE = Limits(0.75, 1.4, 9.0, 0.0, 0.0, -1.0, 9.0, 0.01, 99.0, False)
+
+
+def fan(angles, labels, turned):
+    """Facets round the edge from 0 to (0, 0, 1) at `angles`; labels[i] lies between i and i + 1."""
+    points = [[0, 0, 0], [0, 0, 1]] + [[np.cos(a), np.sin(a), 0.5] for a in np.radians(angles)]
+    facets, sides = [], []
+    for i in range(len(angles)):
+        ahead, behind = labels[i], labels[i - 1]
+        facets.append([1, 0, 2 + i] if turned[i] else [0, 1, 2 + i])
+        sides.append([ahead, behind] if turned[i] else [behind, ahead])
+    return np.array(points, float), np.array(facets), np.array(sides)
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.integers(0, 2**32 - 1))
+def test_sectors_of_a_fan_have_their_angles_and_labels(seed):
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(2, 6))
+    angles = np.sort(rng.uniform(0, 360, count))
+    labels = rng.permutation(count) + 1
+    order = rng.permutation(count)
+    points, facets, sides = fan(angles, labels, rng.random(count) < 0.5)
+    found = wedges(points, facets[order], sides[order], np.array([[0, 1]]))
+    gaps = dict(zip(labels.tolist(), (np.roll(angles, -1) - angles) % 360))
+    assert dict(zip(found.label.tolist(), found.angle)) == pytest.approx(gaps)
+    for label, pair, far in zip(found.label, found.facets, found.far):
+        place = int(np.flatnonzero(labels == label)[0])
+        assert order[pair].tolist() == [place, (place + 1) % count]
+        assert far.tolist() == [2 + place, 2 + (place + 1) % count]
+
+
+def test_wedges_of_a_cube_are_right_angles_and_only_the_chosen_edges_count():
+    surface, _ = structured_box((1, 1, 1), lambda centres: np.ones(len(centres), int))
+    edges = np.array([[0, 1]])
+    found = wedges(surface.points, surface.facets, surface.sides, edges)
+    assert len(found.edge) == 2 and (found.edge == edges).all()
+    assert found.angle[found.label == 1] == pytest.approx([90]) or found.angle.tolist() == pytest.approx(
+        [180, 180]
+    )
+
+
+def lens(slope):
+    """A grain 1 between a disc at z = 0 and a cone over it that falls by `slope` towards the rim."""
+    rings, around = np.arange(4), np.arange(12)
+    radius, angle = np.meshgrid(2.0 - 0.5 * rings, np.radians(30 * around), indexing="ij")
+    flat = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=-1).reshape(-1, 3)
+    flat = np.concatenate([flat, np.zeros((1, 3))])
+    outer = (12 * rings[:3, None] + around).ravel()
+    after = (12 * rings[:3, None] + (around + 1) % 12).ravel()
+    sheet = np.concatenate(
+        [
+            np.stack([outer, after, after + 12], axis=1),
+            np.stack([outer, after + 12, outer + 12], axis=1),
+            np.stack([36 + around, 36 + (around + 1) % 12, np.full(12, 48)], axis=1),
+        ]
+    )
+    cone = flat[12:] + np.outer(slope * (2.0 - np.linalg.norm(flat[12:], axis=1)), [0, 0, 1])
+    facets = np.concatenate([sheet, np.where(sheet < 12, sheet, sheet + 37)])
+    sides = np.repeat([[2, 1], [1, 3]], len(sheet), axis=0)
+    return Surface(np.concatenate([flat, cone]), facets, sides, np.zeros(len(facets), np.int8))
+
+
+def opened(surface, limits=FREE, size=0.5):
+    shop = Workshop(make_state(surface, np.full(len(surface.points), size)), None, {})
+    shop.grid = filled_grid(shop.state)
+    open_narrow_places(shop, limits)
+    return surface_of(shop.state, surface), shop.done
+
+
+def sharpest(surface):
+    edges = np.sort(surface.facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    found = wedges(surface.points, surface.facets, surface.sides, np.unique(edges, axis=0))
+    return found.angle[found.label == 1].min()
+
+
+def test_a_sharp_wedge_is_opened():
+    surface = lens(np.tan(np.radians(12)))
+    before = sharpest(surface)
+    after, done = opened(surface)
+    assert before < 15 and done["wedge openings"] > 0
+    assert sharpest(after) > SHARP - 0.5
+    assert len(after.facets) == len(surface.facets)
+
+
+def test_wedges_that_are_wide_enough_stay():
+    surface = lens(np.tan(np.radians(OPENED)))
+    after, done = opened(surface)
+    assert done == {} and (after.points == surface.points).all()
+
+
+def test_the_guards_hold_back_the_opening():
+    surface = lens(np.tan(np.radians(12)))
+    held, done = opened(surface, FREE._replace(distance=1e-6))
+    assert done["wedge openings"] == 0 and (held.points == surface.points).all()
+    volumes = side_volumes(surface.points, surface.facets, surface.sides)
+    drifted, _ = opened(surface, FREE._replace(drift=0.01))
+    after = side_volumes(drifted.points, drifted.facets, drifted.sides)
+    assert abs(after[1] / volumes[1] - 1) <= 0.01
+
+
+def test_a_grain_boundary_close_over_the_crack_moves_away():
+    surface = lens(0.0)
+    half = len(surface.facets) // 2
+    upper = surface.facets[half:] + np.where(surface.facets[half:] < 12, 86, 0)
+    points = np.concatenate([surface.points, surface.points[:12]])
+    points[49:, 2] = 0.05
+    facets = np.concatenate([surface.facets[:half], upper])
+    sides = np.repeat([[1, 1], [1, 3]], half, axis=0)
+    kind = np.repeat([CRACK, 0], half).astype(np.int8)
+    after, done = opened(Surface(points, facets, sides, kind))
+    on_crack = np.unique(after.facets[after.kind == CRACK])
+    above = np.setdiff1d(after.facets, on_crack)
+    inside = above[np.linalg.norm(after.points[above, :2], axis=1) < 1.8]
+    assert done["gap openings"] >= len(inside) == 37
+    assert after.points[inside, 2] == pytest.approx(GAP * 0.5)
+    assert (after.points[on_crack, 2] == 0).all()
