@@ -93,7 +93,7 @@ def mesh_grains(
 ) -> tuple[list[GrainTets], dict, list[int]]:
     """Return the tets of the grains, the report and the ids of the grains that are left.
 
-    Raises CraftmeshError when grains fail and `fallback` is none.
+    Raises CraftmeshError when grains fail, `fallback` is none and there is no chunk to keep the others in.
     """
     islands = islands_from_json(read_json(arguments.islands)) if arguments.islands else ()
     try:
@@ -109,7 +109,7 @@ def mesh_grains(
             ), []
     except MeshingError as error:
         places = write_places(arguments.output, error.failures)
-        if options.fallback == "none":
+        if options.fallback == "none" and arguments.chunk is None:
             raise CraftmeshError(f"{error}{places}") from None
         warn(f"{error}{places}")
         return list(error.done), error.report, [failure.grain for failure in error.failures]

@@ -21,9 +21,15 @@ def complete_mesh(
 ) -> tuple[TetMesh, dict]:
     """Return the assembled mesh and its report, with the record under `meshing`.
 
-    Where grains are left, the whole model is meshed anew by pytetwild and a warning says so.
+    Where grains are left, the whole model is meshed anew by pytetwild and a warning says so. Raises
+    CraftmeshError when that fails, or when options.fallback is none.
     """
     whole_model = None
+    if record.get("left") and options.fallback == "none" and record["mesher"] != TETWILD:
+        raise CraftmeshError(
+            f"{_reason(record)} ({_first_failure(record)}) and fallback is none; repair the surface there "
+            f"(craftmesh check names its breaches) or set fallback to {TETWILD}"
+        )
     if record.get("left"):
         from craftmesh.whole_model import mesh_whole_model
 
@@ -41,6 +47,11 @@ def complete_mesh(
             )
     mesh, report = assemble(surface, grain_tets)
     return mesh, report | {"meshing": with_counts(record, whole_model)}
+
+
+def _first_failure(record: dict) -> str:
+    grain, failure = min(record["failed"].items(), key=lambda item: int(item[0]))
+    return f"grain {grain}: {failure['reason']}"
 
 
 def _reason(record: dict) -> str:

@@ -98,6 +98,17 @@ def test_a_grain_that_fails_everywhere_ends_in_a_mesh_of_the_whole_model(folder,
     assert meshing["whole_model"]["tets"] == len(mesh.tets)
 
 
+def test_without_fallback_a_chunk_keeps_its_other_grains_and_the_assembly_fails(folder, capsys):
+    flags = [*QUICK, "--no-repair", "--fallback", "none"]
+    assert run("tetrahedralize", "bad.vtp", "--chunk", "1/1", "-o", "c.npz", *flags) == 0
+    assert "warning: grain 7 could not be meshed" in capsys.readouterr().err
+    left = read_record("c.npz")["left"]
+    assert 7 in left and [one.grain for one in read_grain_tets("c.npz")] == sorted({4, 7, 9} - set(left))
+    assert run("assemble", "bad.vtp", "c.npz", "-o", "v.vtu", *flags) == 1
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert "grain 7: " in last and "fallback is none" in last and not (folder / "v.vtu").exists()
+
+
 def test_mesher_tetwild_leaves_all_grains_to_the_whole_model(folder, capsys):
     assert run("tetrahedralize", "sound.vtp", "--chunk", "1/1", "-o", "c.npz", "--mesher", "tetwild") == 0
     assert read_grain_tets("c.npz") == [] and read_record("c.npz")["left"] == [4, 7, 9]
