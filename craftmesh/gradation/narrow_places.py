@@ -19,16 +19,33 @@ OPENED = 28.0
 GAP = 0.35
 REACH = 0.15
 OVER_FACET = 0.7
+TOLERANCES = 1.5
+LEAST_MOVE = 1e-3
 
 
 def open_narrow_places(shop: Workshop, limits: Limits) -> None:
-    """Move vertices off box and crack away from what is too near, as far as the guards allow."""
+    """Move vertices off box and crack away from what is too near, as far as the guards allow.
+
+    No vertex goes further than TOLERANCES distance tolerances.
+    """
+    origin = shop.state.points[: shop.state.used[0]].copy()
     for name, moves in (("wedge openings", _wedge_moves), ("gap openings", _gap_moves)):
         for _ in range(ROUNDS):
             vertices, places = moves(shop)
+            size = shop.state.size[vertices]
+            places = _within(origin[vertices], places, TOLERANCES * limits.distance * size)
+            far = np.linalg.norm(places - shop.state.points[vertices], axis=1) > LEAST_MOVE * size
+            vertices, places = vertices[far], places[far]
             count = len(vertices)
             if not count or not shop.repeat(name, move_pass, count, limits, vertices, places, ()):
                 break
+
+
+def _within(origin: np.ndarray, places: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    """Return the places (k, 3) drawn back to the distance `reach` (k,) from their origins."""
+    way = places - origin
+    length = np.linalg.norm(way, axis=1)
+    return origin + way * np.minimum(1.0, reach / np.maximum(length, 1e-300))[:, None]
 
 
 def _is_free(shop: Workshop, vertices: np.ndarray) -> np.ndarray:
