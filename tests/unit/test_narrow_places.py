@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from structured_box import structured_box
 
-from craftmesh.gradation.narrow_places import GAP, OPENED, SHARP, open_narrow_places
+from craftmesh.gradation.narrow_places import GAP, OPENED, SHARP, TOLERANCES, open_narrow_places
 from craftmesh.gradation.passes import Limits, Workshop, filled_grid
 from craftmesh.gradation.state import make_state, surface_of
 from craftmesh.measure import side_volumes
@@ -107,7 +107,10 @@ def test_wedges_that_are_wide_enough_stay():
 def test_the_guards_hold_back_the_opening():
     surface = lens(np.tan(np.radians(12)))
     held, done = opened(surface, FREE._replace(distance=1e-6))
-    assert done["wedge openings"] == 0 and (held.points == surface.points).all()
+    assert done == {} and (held.points == surface.points).all()
+    near, _ = opened(surface, FREE._replace(distance=0.05))
+    way = np.linalg.norm(near.points - surface.points, axis=1)
+    assert 0 < way.max() <= TOLERANCES * 0.05 * 0.5 + 1e-12
     volumes = side_volumes(surface.points, surface.facets, surface.sides)
     drifted, _ = opened(surface, FREE._replace(drift=0.01))
     after = side_volumes(drifted.points, drifted.facets, drifted.sides)
