@@ -1,11 +1,13 @@
-"""Tetrahedra side by side: plain TetGen, ours, and mmg3d on the whole volume, in one table."""
+"""Tetrahedra side by side: plain TetGen, ours, TetGen with a size map, and mmg3d on the whole volume."""
 
 import importlib.util
+import os
 import sys
 import tempfile
 from collections.abc import Iterator
 
 import numpy as np
+import size_map
 from cases import AL1050, COPPER, G26, G100, GRAINS_430, TINY, VOIDS, Case
 from measure import empty_jit_cache, flags, in_child, load, print_table, repeated, save, timed, write_json
 
@@ -106,6 +108,12 @@ def run_grains(path: str, changes: dict) -> dict:
     return cost | figures_of(*mesh, surface, sizing)
 
 
+def run_size_map(path: str, changes: dict) -> dict:
+    """Mesh a prepared case grain by grain with TetGen's program and a size map."""
+    os.environ[size_map.SIZING] = path
+    return run_grains(path, changes | {"mesher": size_map.MESHER})
+
+
 def run_mmg3d(path: str, changes: dict) -> dict:
     """Improve plain TetGen's mesh of a prepared case with mmg3d; the cost is that of both."""
     surface, sizing, islands = load(path)
@@ -151,6 +159,10 @@ PLAIN = {"interior_points": False, "optimise": False}
 def table(names, folder: str, runs: int, peers: bool) -> Iterator[dict]:
     """Yield the rows of the cases, printing what is skipped."""
     methods = {"TetGen": (run_grains, PLAIN), "craftmesh": (run_grains, {})}
+    if peers and not size_map.missing():
+        methods["TetGen + size map"] = (run_size_map, PLAIN)
+    elif peers:
+        print(f"TetGen with a size map: skipped, {size_map.missing()}")
     if peers and importlib.util.find_spec("mmgpy"):
         methods["TetGen + mmg3d"] = (run_mmg3d, PLAIN)
     elif peers:
