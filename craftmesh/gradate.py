@@ -16,7 +16,6 @@ from craftmesh.gradation.passes import (
     even_lines,
     filled_grid,
     relax_all,
-    slide_all,
     split_long,
     swap_all,
 )
@@ -104,6 +103,9 @@ def gradate(
     for n in range(options.passes):
         progress(0.05 + 0.7 * n / options.passes, f"gradate, round {n + 1} of {options.passes}")
         _round(shop, sizing, limits)
+        if n >= options.passes // 2:
+            relax_all(shop, limits)
+            swap_all(shop, limits)
     progress(0.75, "clean")
     clean_facets(shop, sizing, limits, options.cleaning_passes, options.cleaning_angle)
     open_narrow_places(shop, _opening_limits(limits, options))
@@ -156,6 +158,3 @@ def _round(shop: Workshop, sizing: Sizing, limits: Limits) -> None:
     split_long(shop, limits, 1.0)
     swap_all(shop, limits)
     even_lines(shop, limits)
-    slide_all(shop, limits, 2.0)
-    relax_all(shop, limits)
-    swap_all(shop, limits)

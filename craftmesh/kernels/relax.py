@@ -11,6 +11,8 @@ from craftmesh.kernels.slide import constrain, relocate
 
 # No facet falls under its star's least angle or under this score (30 degrees), whichever is less.
 SOUND = (1.0 - np.cos(np.radians(30.0))) / (1.0 - np.cos(np.radians(15.0)))
+# Vertices nearer to their centroid, in target lengths, stay where they are.
+CLOSE = 0.03
 
 
 @njit(cache=True)
@@ -40,8 +42,11 @@ def relax_vertex(state, grid, limits, v):
         return False
     floor = min(SOUND, worst_score(state, moved, np.int64(0)))
     start = state.points[v].copy()
+    way = goal - start
+    if np.dot(way, way) < (CLOSE * state.size[v]) ** 2:
+        return False
     for share in (1.0, 0.5):
-        place = start + share * (goal - start)
+        place = start + share * way
         constrain(state, v, place)
         if relocate(state, grid, limits, v, place, floor) == DONE:
             return True
