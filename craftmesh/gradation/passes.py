@@ -13,7 +13,7 @@ from craftmesh.kernels.collapse import collapse_pass
 from craftmesh.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
 from craftmesh.kernels.relax import relax_pass
 from craftmesh.kernels.rings import list_edges
-from craftmesh.kernels.slide import even_lines_pass, slide_pass
+from craftmesh.kernels.slide import even_lines_pass, mark_poor, slide_pass
 from craftmesh.kernels.split import split_pass
 from craftmesh.kernels.swap import swap_pass
 
@@ -124,8 +124,9 @@ def swap_all(shop: Workshop, limits: Limits) -> int:
 
 
 def slide_all(shop: Workshop, limits: Limits, goal: float) -> int:
-    """Slide vertices whose facets score under `goal`."""
-    order = np.flatnonzero(shop.state.first[: shop.state.used[0]] >= 0)
+    """Slide vertices of facets that score under `goal`."""
+    state = shop.state
+    order = np.flatnonzero(mark_poor(state.points, state.facets, state.alive, state.used[1], goal))
     return shop.repeat("slid vertices", slide_pass, len(order), limits, order, (goal,))
 
 
