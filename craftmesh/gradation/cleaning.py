@@ -3,35 +3,33 @@
 import numpy as np
 
 from craftmesh.gradation.locality import block_order
-from craftmesh.gradation.passes import Limits, Workshop, relative_lengths, slide_all, swap_all
+from craftmesh.gradation.passes import Limits, Workshop, slide_all, swap_all
 from craftmesh.gradation.state import ON_FRONT
 from craftmesh.kernels.collapse import collapse_pass
-from craftmesh.kernels.facet_shape import LEAST_ANGLE
+from craftmesh.kernels.facet_shape import LEAST_ANGLE, poor_facets, relative_lengths, score_of_angle
 from craftmesh.kernels.split import split_pass
 from craftmesh.measure import facet_angles
 
 POOR_ANGLE = 12.0
 SHORT = 0.5
-GENERAL_ROUNDS = 2
 LATE_GOAL = 20.0
 
 
 def clean_facets(shop: Workshop, sizing, limits: Limits, rounds: int, goal: float) -> None:
     """Raise facet angles towards `goal` degrees in `rounds` of collapse, swap and slide.
 
-    After two rounds vertices slide only where a facet is still under 20 degrees; the cleaning ends when
-    none is under 15 and junction points that lie too close have been merged.
+    After the first round vertices slide only where a facet is still under 20 degrees; the cleaning ends
+    when none is under 15 and junction points that lie too close have been merged.
     """
     for n in range(rounds):
-        slide_goal = goal if n < GENERAL_ROUNDS else min(goal, LATE_GOAL)
+        slide_goal = goal if n == 0 else min(goal, LATE_GOAL)
         if n > rounds // 2 + 1 and _least_angle(shop) >= LEAST_ANGLE:
             break
-        score = (1 - np.cos(np.radians(slide_goal))) / (1 - np.cos(np.radians(LEAST_ANGLE)))
         shop.set_sizes(sizing)
         loose = loosened(limits, n, rounds)
         done = collapse_poor(shop, loose, goal)
         done += swap_all(shop, loose)
-        done += slide_all(shop, loose._replace(longest=1.2 * limits.longest), score)
+        done += slide_all(shop, loose._replace(longest=1.2 * limits.longest), score_of_angle(slide_goal))
         if not done:
             break
 
@@ -55,15 +53,14 @@ def loosened(limits: Limits, n: int, rounds: int) -> Limits:
 
 def collapse_poor(shop: Workshop, limits: Limits, goal: float) -> int:
     """Collapse the shortest edges of facets under `goal` degrees where these are needles or short."""
-    state = shop.state
-    living = np.flatnonzero(state.alive[: state.used[1]])
-    facets = state.facets[living]
-    angles = facet_angles(state.points, facets)
+    s = shop.state
+    facets = s.facets[poor_facets(s.points, s.facets, s.alive, s.used[1], score_of_angle(goal))]
+    angles = facet_angles(s.points, facets)
     smallest = angles.argmin(1)
-    worst = angles[np.arange(len(facets)), smallest]
     rows = np.arange(len(facets))
+    worst = angles[rows, smallest]
     edges = np.stack([facets[rows, (smallest + 1) % 3], facets[rows, (smallest + 2) % 3]], axis=1)
-    ratio = relative_lengths(state, edges)
+    ratio = relative_lengths(s.points, s.size, edges)
     chosen = np.flatnonzero((worst < goal) & ((ratio < SHORT) | (worst < POOR_ANGLE)))
     order = chosen[block_order(edges[chosen], worst[chosen])]
     return shop.repeat("cleaning collapses", collapse_pass, len(order), limits, edges, order, ())

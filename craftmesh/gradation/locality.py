@@ -24,7 +24,13 @@ def spatially_sorted(surface: Surface) -> Surface:
 
 def block_order(edges: np.ndarray, key: np.ndarray) -> np.ndarray:
     """Return the rows of `edges` (e, 2) block by block of vertices, in each by ascending `key` (e,)."""
-    return np.lexsort((key, edges[:, 0] // BLOCK))
+    block = edges[:, 0] // BLOCK
+    order = np.argsort(block, kind="stable")
+    ends = np.cumsum(np.bincount(block))
+    for start, end in zip(ends - np.diff(ends, prepend=0), ends):
+        rows = order[start:end]
+        order[start:end] = rows[np.argsort(key[rows], kind="stable")]
+    return order
 
 
 def _morton_keys(points: np.ndarray) -> np.ndarray:

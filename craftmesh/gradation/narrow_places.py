@@ -49,7 +49,7 @@ def _within(origin: np.ndarray, places: np.ndarray, reach: np.ndarray) -> np.nda
 
 
 def _is_free(shop: Workshop, vertices: np.ndarray) -> np.ndarray:
-    return (shop.state.rank[vertices] < 2) & (shop.state.flags[vertices] == 0)
+    return shop.state.flags[vertices] == 0
 
 
 def _sharp_wedges(shop: Workshop) -> Wedges:

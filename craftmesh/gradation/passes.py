@@ -11,9 +11,10 @@ from craftmesh.gradation.state import State, grown
 from craftmesh.kernels.by_reference import by_reference
 from craftmesh.kernels.collapse import collapse_pass
 from craftmesh.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
+from craftmesh.kernels.facet_shape import poor_facets, relative_lengths
 from craftmesh.kernels.relax import relax_pass
 from craftmesh.kernels.rings import list_edges
-from craftmesh.kernels.slide import even_lines_pass, mark_poor, slide_pass
+from craftmesh.kernels.slide import even_lines_pass, slide_pass
 from craftmesh.kernels.split import split_pass
 from craftmesh.kernels.swap import swap_pass
 
@@ -68,12 +69,6 @@ class Workshop:
         self.grid = filled_grid(self.state)
 
 
-def relative_lengths(state: State, edges: np.ndarray) -> np.ndarray:
-    """Return the lengths of `edges` (e, 2) over the mean target of their ends."""
-    span = state.points[edges[:, 1]] - state.points[edges[:, 0]]
-    return np.sqrt(np.einsum("ij,ij->i", span, span)) / (0.5 * state.size[edges].sum(axis=1))
-
-
 def filled_grid(state: State) -> FacetGrid:
     """Return a grid of the living facets with room for changes; cells of some mean edges."""
     m = int(state.used[1])
@@ -98,7 +93,7 @@ def collapse_short(shop: Workshop, limits: Limits) -> int:
     """Collapse edges under limits.collapse of their target: junction lines first, short ones first."""
     total = 0
     edges, feature = shop.edges()
-    ratio = relative_lengths(shop.state, edges)
+    ratio = relative_lengths(shop.state.points, shop.state.size, edges)
     for lines in (True, False):
         chosen = np.flatnonzero((feature == lines) & (ratio < limits.collapse))
         order = chosen[block_order(edges[chosen], ratio[chosen])]
@@ -110,7 +105,7 @@ def collapse_short(shop: Workshop, limits: Limits) -> int:
 def split_long(shop: Workshop, limits: Limits, share: float) -> int:
     """Split edges over limits.split of their target, longest first by blocks."""
     edges, _ = shop.edges()
-    ratio = relative_lengths(shop.state, edges)
+    ratio = relative_lengths(shop.state.points, shop.state.size, edges)
     chosen = np.flatnonzero(ratio > limits.split)
     order = chosen[block_order(edges[chosen], -ratio[chosen])]
     return shop.repeat("split edges", split_pass, len(order), limits, edges, order, (share,))
@@ -125,8 +120,8 @@ def swap_all(shop: Workshop, limits: Limits) -> int:
 
 def slide_all(shop: Workshop, limits: Limits, goal: float) -> int:
     """Slide vertices of facets that score under `goal`."""
-    state = shop.state
-    order = np.flatnonzero(mark_poor(state.points, state.facets, state.alive, state.used[1], goal))
+    s = shop.state
+    order = np.unique(s.facets[poor_facets(s.points, s.facets, s.alive, s.used[1], goal)])
     return shop.repeat("slid vertices", slide_pass, len(order), limits, order, (goal,))
 
 

@@ -76,8 +76,9 @@ def patch_ids(sides: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, np.ndarr
     base = int(rows.min(initial=0))
     stride = int(rows.max(initial=0)) - base + 1
     key = ((rows[:, 0] - base) * stride + rows[:, 1] - base) * stride + rows[:, 2] - base
-    _, first, patch = np.unique(key, return_index=True, return_inverse=True)
-    return patch.reshape(-1).astype(np.int64), first
+    start = np.flatnonzero(np.r_[True, key[1:] != key[:-1]][: len(key)])
+    _, first, patch = np.unique(key[start], return_index=True, return_inverse=True)
+    return np.repeat(patch.reshape(-1), np.diff(start, append=len(key))).astype(np.int64), start[first]
 
 
 def _is_flat(points: np.ndarray, facets: np.ndarray) -> bool:

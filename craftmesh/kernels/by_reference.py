@@ -2,12 +2,14 @@
 
 A kernel that takes such a tuple by value unpacks, passes and counts every array of it at every call,
 which multiplies the time to compile kernels that call kernels and slows them down. Kernels read
-`state.points` alike from both.
+`state.points` alike from both. Behind a reference no array is counted at all: the reference keeps the
+tuple alive, and kernels keep none of its arrays.
 """
 
 from typing import NamedTuple
 
 from numba import njit, types
+from numba.core import cgutils
 from numba.core.typing import signature
 from numba.experimental import structref
 from numba.extending import intrinsic, overload
@@ -19,7 +21,9 @@ class ReferenceType(types.StructRef):
 
 
 class Reference(structref.StructRefProxy):
-    """What `by_reference` returns: of use to kernels alone."""
+    """What `by_reference` returns: of use to kernels alone, for which it keeps its arrays alive."""
+
+    arrays: NamedTuple
 
 
 structref.define_boxing(ReferenceType, Reference)
@@ -29,8 +33,10 @@ structref.define_boxing(ReferenceType, Reference)
 def _fill(context, reference, arrays):
     def codegen(context, builder, signature_, values):
         for i, (name, kind) in enumerate(zip(arrays.fields, arrays.types)):
+            array = context.make_array(kind)(context, builder, builder.extract_value(values[1], i))
+            array.meminfo = cgutils.get_null_value(array.meminfo.type)
             put = context.get_setattr(name, signature(types.none, reference, kind))
-            put(builder, (values[0], builder.extract_value(values[1], i)))
+            put(builder, (values[0], array._getvalue()))
         return context.get_dummy_value()
 
     return types.none(reference, arrays), codegen
@@ -59,4 +65,6 @@ def _make_reference(arrays):
 
 def by_reference(arrays: NamedTuple) -> Reference:
     """Return a reference to the arrays of a named tuple, for kernels; the arrays are shared."""
-    return _make_reference(arrays)
+    reference = _make_reference(arrays)
+    reference.arrays = arrays
+    return reference

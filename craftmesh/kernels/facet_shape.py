@@ -31,6 +31,17 @@ def squared_distance(points, a, b):
 
 
 @njit(cache=True)
+def relative_lengths(points, size, edges):
+    """Return the lengths of `edges` (e, 2) over the mean target length of their ends."""
+    ratio = np.empty(len(edges))
+    for n in range(len(edges)):
+        a = edges[n, 0]
+        b = edges[n, 1]
+        ratio[n] = np.sqrt(squared_distance(points, a, b)) / (0.5 * (size[a] + size[b]))
+    return ratio
+
+
+@njit(cache=True)
 def cosine_range(points, a, b, c):
     """Return the cosines of the smallest and of the largest angle; 1 and -1 where degenerate."""
     x = squared_distance(points, b, c)
@@ -49,11 +60,28 @@ def cosine_range(points, a, b, c):
     return min(smallest, 1.0), max(largest, -1.0)
 
 
+def score_of_angle(degrees: float) -> float:
+    """Return the angle score of a facet whose smallest angle has so many degrees and no other is large."""
+    return float((1.0 - np.cos(np.radians(degrees))) / _LEAST)
+
+
 @njit(cache=True)
 def angle_score(points, a, b, c):
     """Return 1 for a facet at 15 or 135 degrees, less beyond, 0 for a degenerate one, more when better."""
     smallest, largest = cosine_range(points, a, b, c)
     return min((1.0 - smallest) / _LEAST, (1.0 + largest) / _LARGEST)
+
+
+@njit(cache=True)
+def poor_facets(points, facets, alive, count, score):
+    """Return the living ones of the first `count` facets whose angle score is under `score`."""
+    found = np.empty(count, np.int64)
+    n = 0
+    for f in range(count):
+        if alive[f] and angle_score(points, facets[f, 0], facets[f, 1], facets[f, 2]) < score:
+            found[n] = f
+            n += 1
+    return found[:n].copy()
 
 
 @njit(cache=True)

@@ -6,11 +6,11 @@ from numba import njit
 from craftmesh.kernels.collapse import star_of, worst_score
 from craftmesh.kernels.collapse_rules import DONE
 from craftmesh.kernels.facet_grid import has_room
-from craftmesh.kernels.facet_shape import area_vector
+from craftmesh.kernels.facet_shape import area_vector, score_of_angle
 from craftmesh.kernels.slide import constrain, relocate
 
 # No facet falls under its star's least angle or under this score (30 degrees), whichever is less.
-SOUND = (1.0 - np.cos(np.radians(30.0))) / (1.0 - np.cos(np.radians(15.0)))
+SOUND = score_of_angle(30.0)
 # Vertices nearer to their centroid, in target lengths, stay where they are.
 CLOSE = 0.03
 

@@ -216,18 +216,6 @@ def slide_vertex(state, grid, limits, v, goal):
 
 
 @njit(cache=True)
-def mark_poor(points, facets, alive, count, goal):
-    """Return whether each point is a corner of a facet, of the first `count`, that scores under `goal`."""
-    marked = np.zeros(len(points), np.bool_)
-    for f in range(count):
-        if alive[f]:
-            a, b, c = facets[f, 0], facets[f, 1], facets[f, 2]
-            if angle_score(points, a, b, c) < goal:
-                marked[a] = marked[b] = marked[c] = True
-    return marked
-
-
-@njit(cache=True)
 def slide_pass(state, grid, limits, order, start, goal):
     """Slide the vertices in `order` from `start` on; return where it stopped and how many moved."""
     done = 0

@@ -1,13 +1,16 @@
 """Kernels of the gradation against slow, plain references on small meshes."""
 
+import weakref
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from structured_box import structured_box
 
+from craftmesh.gradation.locality import BLOCK, block_order
 from craftmesh.gradation.passes import Limits, filled_grid
-from craftmesh.gradation.state import make_state, surface_of
+from craftmesh.gradation.state import make_state, patch_ids, surface_of
 from craftmesh.kernels.by_reference import by_reference
 from craftmesh.kernels.collapse_rules import zips
 from craftmesh.kernels.facet_grid import star_intersects
@@ -106,6 +109,33 @@ def test_classes_of_two_cubes():
         {x + y + z for x in (0, 1, 2) for y in (4, 8) for z in (16, 32)}
     )
     assert np.allclose(state.volume, [1.0, 1.0])
+
+
+def test_a_reference_keeps_its_arrays_and_no_longer_than_itself():
+    state = make_state(two_cubes(), np.ones(12))
+    points = weakref.ref(state.points)
+    reference = by_reference(state)
+    del state
+    assert points() is not None
+    del reference
+    assert points() is None
+
+
+def test_patches_of_runs_agree_with_those_of_single_facets():
+    rng = np.random.default_rng(3)
+    sides, kind = np.repeat(rng.integers(-2, 3, (60, 2)), 4, axis=0), np.repeat(rng.integers(0, 3, 40), 6)
+    patch, first = patch_ids(sides, kind)
+    rows = np.column_stack([sides, kind])
+    _, found, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    assert (patch == inverse.ravel()).all()
+    assert (first == found).all()
+
+
+def test_work_goes_block_by_block_and_by_key_in_each():
+    rng = np.random.default_rng(4)
+    edges, key = rng.integers(0, 5 * BLOCK, (3000, 2)), rng.integers(0, 40, 3000) / 7
+    assert (block_order(edges, key) == np.lexsort((key, edges[:, 0] // BLOCK))).all()
+    assert len(block_order(edges[:0], key[:0])) == 0
 
 
 def test_state_and_back_keeps_the_surface():
