@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from gradation_guards import corner_angles, hard_breaches, intersections, measure, volume_drifts
+from exact_intersections import intersections
+from gradation_guards import corner_angles, hard_breaches, measure, volume_drifts
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_cases import RandomCase, random_case
