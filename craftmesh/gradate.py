@@ -96,9 +96,8 @@ def gradate(
         surface, removed = remove_unnecessary_nodes(surface, options.normal_tolerance)
     surface, smoothed = smooth_junctions(surface, options.junction_smoothing)
     surface = spatially_sorted(surface)
-    state = make_state(surface, sizing.at(surface.points))
     done = {"released nodes": released, "unnecessary nodes": removed, "smoothed nodes": smoothed}
-    shop = Workshop(state, filled_grid(state), done)
+    shop = _workshop(surface, sizing, done)
     limits = _limits(options, sizing)
     for n in range(options.passes):
         progress(0.05 + 0.7 * n / options.passes, f"gradate, round {n + 1} of {options.passes}")
@@ -116,6 +115,11 @@ def gradate(
         result = _restored(result, before | dict(volumes or {}), sizing, options)
     progress(1.0, "done")
     return result, gradation_report(shop, facets, before, result, sizing)
+
+
+def _workshop(surface: Surface, sizing: Sizing, done: dict) -> Workshop:
+    state = make_state(surface, sizing.at(surface.points))
+    return Workshop(state, filled_grid(state), done)
 
 
 def _restored(

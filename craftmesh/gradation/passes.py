@@ -64,8 +64,9 @@ class Workshop:
     def make_room(self) -> None:
         """Refresh the grid and lengthen whatever is nearly full."""
         m = int(self.state.alive.sum())
-        self.grid = None
-        self.state = grown(self.state, max(1000, m // 4), max(4000, m // 2))
+        arrays = self.state._asdict()
+        del self.state, self.grid
+        self.state = grown(arrays, max(1000, m // 4), max(4000, m // 2))
         self.grid = filled_grid(self.state)
 
 

@@ -168,23 +168,27 @@ def _set_volumes(state: State) -> None:
     np.abs(state.volume, out=state.volume)
 
 
-def grown(state: State, vertices: int, facets: int) -> State:
-    """Return the state with room for at least this many more vertices and facets."""
+def grown(arrays: dict[str, np.ndarray], vertices: int, facets: int) -> State:
+    """Return the state of `arrays`, by field name, with room for so many more vertices and facets.
 
-    def stretched(array: np.ndarray, length: int, fill) -> np.ndarray:
-        if len(array) >= length:
-            return array
-        longer = np.full((length, *array.shape[1:]), fill, array.dtype)
-        longer[: len(array)] = array
-        return longer
-
-    n, m = int(state.used[0]) + vertices, int(state.used[1]) + facets
+    Takes the arrays out of the dictionary one by one, so that no two states need memory at once.
+    """
+    n, m = (int(used) + more for used, more in zip(arrays["used"], (vertices, facets)))
     per_vertex = {"points": 0, "first": -1, "rank": 0, "flags": 0, "size": 0, "stamp": 0}
     per_vertex |= {"home": 0, "witness_after": -1, "witness_rank": 0, "witness_crack": 0, "is_witness": 0}
     per_facet = {"facets": 0, "alive": 0, "patch": 0, "reference": 0, "witness_first": -1, "facet_stamp": 0}
-    new = {k: stretched(getattr(state, k), n, v) for k, v in per_vertex.items()}
-    new |= {k: stretched(getattr(state, k), m, v) for k, v in per_facet.items()}
-    return state._replace(**new, after=stretched(state.after, 3 * m, -1))
+    for names, length in ((per_vertex, n), (per_facet, m), ({"after": -1}, 3 * m)):
+        for name, fill in names.items():
+            arrays[name] = _stretched(arrays.pop(name), length, fill)
+    return State(**arrays)
+
+
+def _stretched(array: np.ndarray, length: int, fill) -> np.ndarray:
+    if len(array) >= length:
+        return array
+    longer = np.full((length, *array.shape[1:]), fill, array.dtype)
+    longer[: len(array)] = array
+    return longer
 
 
 def surface_of(state: State, surface: Surface) -> Surface:
