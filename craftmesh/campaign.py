@@ -8,10 +8,10 @@ import csv
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from craftmesh.configuration import completed, listed, load_schema
 from craftmesh.deck.includes import mesh_file
 from craftmesh.digest import digest
 from craftmesh.errors import CraftmeshError
@@ -139,27 +139,6 @@ def read_campaign(config: Mapping[str, Any], schemas: Path) -> Campaign:
     return Campaign(config, located)
 
 
-def load_schema(path: Path) -> dict:
-    import yaml
-
-    return yaml.safe_load(path.read_text(encoding="utf-8"))
-
-
-def completed(config: Mapping[str, Any], schema: dict) -> dict:
-    """Return a copy of `config` with the schema's defaults; raises CraftmeshError for its first fault."""
-    from jsonschema import Draft202012Validator
-
-    filled = _with_defaults(config, schema)
-    faults = list(Draft202012Validator(schema).iter_errors(filled))
-    if faults:
-        # an unknown key explains more than the missing key that it was meant to be
-        faults.sort(
-            key=lambda fault: (fault.validator != "additionalProperties", list(map(str, fault.path)))
-        )
-        raise CraftmeshError(_explain(faults[0]))
-    return filled
-
-
 def check_sizes(sizing: Mapping[str, Any]) -> None:
     """Raise CraftmeshError unless the numbers of Eq. 3, defaults included, fit each other."""
     from craftmesh.sizing import SizingOptions, sizing_for
@@ -178,14 +157,14 @@ def read_cases(path: Path, schema: dict) -> dict[str, Case]:
     """
     if not path.is_file():
         raise CraftmeshError(
-            f"cases: {path} is not there; expected a tab-separated sheet with {_listed(COLUMNS)}"
+            f"cases: {path} is not there; expected a tab-separated sheet with {listed(COLUMNS)}"
         )
     lines = path.read_text(encoding="utf-8-sig").splitlines()
     numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     rows = list(csv.reader((line for _, line in numbered), delimiter="\t"))
     if not rows or tuple(name.strip() for name in rows[0]) != COLUMNS:
-        found = _listed(rows[0]) if rows else "nothing"
-        raise CraftmeshError(f"{path}: columns {found}; expected {_listed(COLUMNS)}, separated by tabs")
+        found = listed(rows[0]) if rows else "nothing"
+        raise CraftmeshError(f"{path}: columns {found}; expected {listed(COLUMNS)}, separated by tabs")
     cases: dict[str, Case] = {}
     for (number, _), row in zip(numbered[1:], rows[1:]):
         case = _case(row, schema, f"{path}, line {number}")
@@ -240,7 +219,7 @@ def _check_case(case: Case, config: Mapping[str, Any]) -> None:
     known = (*config["cracks"], NO_CRACK)
     if case.crack not in known:
         raise CraftmeshError(
-            f"{place}: crack is {case.crack!r}; expected one of {_listed(known)} (key `cracks`)"
+            f"{place}: crack is {case.crack!r}; expected one of {listed(known)} (key `cracks`)"
         )
     if case.crack == NO_CRACK and case.increments != 1:
         raise CraftmeshError(f"{place}: increments is {case.increments} without a crack; expected 1")
@@ -278,64 +257,3 @@ def _is_name(value: Any) -> bool:
 
 def _located(microstructure: str, data: Path) -> str:
     return microstructure if microstructure == SYNTHETIC else str(data / microstructure)
-
-
-def _with_defaults(value: Any, schema: dict) -> Any:
-    """Return a copy of `value` where objects have the defaults of their properties."""
-    if not isinstance(value, Mapping):
-        return list(value) if isinstance(value, tuple) else value
-    properties = schema.get("properties", {})
-    others = schema.get("additionalProperties") or {}
-    filled = {key: _with_defaults(item, properties.get(key, others)) for key, item in value.items()}
-    for key, sub in properties.items():
-        if key not in filled and "default" in sub:
-            filled[key] = _with_defaults(sub["default"], sub)
-    return filled
-
-
-def _explain(fault) -> str:
-    """Return one line for a fault that jsonschema found."""
-    path = ".".join(map(str, fault.absolute_path))
-    if fault.validator == "additionalProperties":
-        known = list(fault.schema.get("properties", {}))
-        key = next(key for key in fault.instance if key not in known)
-        near = get_close_matches(key, known, 1)
-        hint = f"did you mean {near[0]!r}?" if near else f"expected one of {_listed(known)}"
-        return f"unknown key {f'{path}.{key}' if path else key!r}; {hint}"
-    if fault.validator == "required":
-        key = next(key for key in fault.validator_value if key not in fault.instance)
-        text = fault.schema["properties"][key].get("description", "")
-        return f"key {f'{path}.{key}' if path else key} is missing; expected {text}"
-    return f"{path or 'the configuration'} is {fault.instance!r}; expected {_expectation(fault.schema)}"
-
-
-def _expectation(schema: dict) -> str:
-    if "enum" in schema:
-        return "one of " + _listed([value for value in schema["enum"] if value is not None])
-    names = {
-        "number": "a number",
-        "integer": "a whole number",
-        "string": "text",
-        "boolean": "true or false",
-    }
-    names |= {"array": "a list", "object": "keys with values", "null": "null"}
-    kinds = schema.get("type", [])
-    text = " or ".join(names[kind] for kind in ([kinds] if isinstance(kinds, str) else kinds))
-    if "minItems" in schema:
-        text += f" of {schema['minItems']} values"
-    for key, sign in (
-        ("minimum", ">="),
-        ("exclusiveMinimum", ">"),
-        ("maximum", "<="),
-        ("exclusiveMaximum", "<"),
-    ):
-        if key in schema:
-            text += f" {sign} {schema[key]}"
-    if "pattern" in schema:
-        text += f" that fits {schema['pattern']}"
-    about = schema.get("description")
-    return f"{text} ({about})" if about else text
-
-
-def _listed(names) -> str:
-    return ", ".join(map(str, names))

@@ -1,0 +1,91 @@
+"""Configurations held against their JSON schema: defaults filled in, the first fault told in one line."""
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from craftmesh.errors import CraftmeshError
+
+
+def load_schema(path: Path) -> dict:
+    import yaml
+
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
+def completed(config: Mapping[str, Any], schema: dict) -> dict:
+    """Return a copy of `config` with the schema's defaults; raises CraftmeshError for its first fault."""
+    from jsonschema import Draft202012Validator
+
+    filled = _with_defaults(config, schema)
+    faults = list(Draft202012Validator(schema).iter_errors(filled))
+    if faults:
+        # an unknown key explains more than the missing key that it was meant to be
+        faults.sort(
+            key=lambda fault: (fault.validator != "additionalProperties", list(map(str, fault.path)))
+        )
+        raise CraftmeshError(_explain(faults[0]))
+    return filled
+
+
+def _with_defaults(value: Any, schema: dict) -> Any:
+    """Return a copy of `value` where objects have the defaults of their properties."""
+    if not isinstance(value, Mapping):
+        return list(value) if isinstance(value, tuple) else value
+    properties = schema.get("properties", {})
+    others = schema.get("additionalProperties") or {}
+    filled = {key: _with_defaults(item, properties.get(key, others)) for key, item in value.items()}
+    for key, sub in properties.items():
+        if key not in filled and "default" in sub:
+            filled[key] = _with_defaults(sub["default"], sub)
+    return filled
+
+
+def _explain(fault) -> str:
+    """Return one line for a fault that jsonschema found."""
+    path = ".".join(map(str, fault.absolute_path))
+    if fault.validator == "additionalProperties":
+        known = list(fault.schema.get("properties", {}))
+        key = next(key for key in fault.instance if key not in known)
+        near = get_close_matches(key, known, 1)
+        hint = f"did you mean {near[0]!r}?" if near else f"expected one of {listed(known)}"
+        return f"unknown key {f'{path}.{key}' if path else key!r}; {hint}"
+    if fault.validator == "required":
+        key = next(key for key in fault.validator_value if key not in fault.instance)
+        text = fault.schema["properties"][key].get("description", "")
+        return f"key {f'{path}.{key}' if path else key} is missing; expected {text}"
+    return f"{path or 'the configuration'} is {fault.instance!r}; expected {_expectation(fault.schema)}"
+
+
+def _expectation(schema: dict) -> str:
+    if "enum" in schema:
+        return "one of " + listed([value for value in schema["enum"] if value is not None])
+    names = {
+        "number": "a number",
+        "integer": "a whole number",
+        "string": "text",
+        "boolean": "true or false",
+    }
+    names |= {"array": "a list", "object": "keys with values", "null": "null"}
+    kinds = schema.get("type", [])
+    text = " or ".join(names[kind] for kind in ([kinds] if isinstance(kinds, str) else kinds))
+    if "minItems" in schema:
+        text += f" of {schema['minItems']} values"
+    for key, sign in (
+        ("minimum", ">="),
+        ("exclusiveMinimum", ">"),
+        ("maximum", "<="),
+        ("exclusiveMaximum", "<"),
+    ):
+        if key in schema:
+            text += f" {sign} {schema[key]}"
+    if "pattern" in schema:
+        text += f" that fits {schema['pattern']}"
+    about = schema.get("description")
+    return f"{text} ({about})" if about else text
+
+
+def listed(names) -> str:
+    """Return names as one text, parted by commas."""
+    return ", ".join(map(str, names))
