@@ -5,7 +5,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from craftmesh.connectivity import facet_edges
-from craftmesh.kernels.triangles import intersecting_pairs
+from craftmesh.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.measure import area_vectors, side_volumes
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Surface
 

@@ -8,7 +8,7 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.kernels.marching import march
 from craftmesh.kernels.smoothing import lap, spoiled_facets
-from craftmesh.kernels.triangles import intersecting_pairs
+from craftmesh.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.measure import area_vectors, facet_angles
 from craftmesh.options import option
 from craftmesh.progress import silent

@@ -3,7 +3,7 @@
 import numpy as np
 
 from craftmesh.check_surface import FLAT
-from craftmesh.kernels.triangles import intersecting_pairs
+from craftmesh.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.measure import area_vectors, side_volumes
 from craftmesh.types import CRACK, Surface
 from craftmesh.vertex_classes import (

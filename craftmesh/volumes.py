@@ -10,7 +10,7 @@ from scipy.sparse.linalg import spsolve
 from craftmesh.connectivity import facet_edges
 from craftmesh.errors import CraftmeshError
 from craftmesh.kernels.smoothing import spoiled_facets
-from craftmesh.kernels.triangles import intersecting_pairs
+from craftmesh.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.measure import area_vectors
 from craftmesh.progress import silent
 from craftmesh.types import CRACK, Surface

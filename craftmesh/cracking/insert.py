@@ -13,7 +13,7 @@ from craftmesh.cracking.regions import labels_of_regions, regions_of
 from craftmesh.cracking.sheet import Sheet, sheet_of
 from craftmesh.cracking.snap import snap_ends, snap_to_crack, snap_to_front, spread_front
 from craftmesh.errors import CraftmeshError
-from craftmesh.kernels.triangles import intersecting_pairs
+from craftmesh.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.measure import area_vectors
 from craftmesh.progress import silent
 from craftmesh.stitch_options import StitchOptions

@@ -9,7 +9,7 @@ from craftmesh.connectivity import unique_edges
 from craftmesh.cracking.cut import CutSurface
 from craftmesh.cracking.front import put_on_front
 from craftmesh.cracking.sheet import Sheet
-from craftmesh.kernels.triangles import intersecting_pairs
+from craftmesh.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.measure import area_vectors, facet_angles
 from craftmesh.stitch_options import StitchOptions
 from craftmesh.types import CRACK, INTERFACE

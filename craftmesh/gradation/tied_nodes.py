@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from craftmesh.connectivity import unique_edges
 from craftmesh.gradation.state import patch_ids
-from craftmesh.kernels.triangles import intersecting_pairs
+from craftmesh.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.types import CRACK, Surface
 
 
