@@ -11,7 +11,13 @@ import numpy as np
 
 from craftmesh.kernels.tet_cavity import POINTS, TETS, TetState, block_facets, link_tets, new_scratch
 from craftmesh.kernels.tet_passes import aspect_pass, aspect_swap_pass, repair_pass, smooth_pass
-from craftmesh.kernels.tet_quality import all_aspect_ratios, all_qualities
+from craftmesh.kernels.tet_quality import (
+    ANGLES,
+    SOUND,
+    VOLUME_LENGTH,
+    all_aspect_ratios,
+    all_qualities,
+)
 
 # Arrays have room for this many times the mesh: insertions add some 1%.
 CAPACITY = 1.5
@@ -28,7 +34,7 @@ class Step:
 
     kind: str
     threshold: float
-    goal: bool = False
+    measure: int = VOLUME_LENGTH
     rounds: int = 1
     inserts: bool = False
 
@@ -44,7 +50,8 @@ SCHEDULE = (
     Step("aspect", 0.45),
     Step("swap", 0.35),
     Step("aspect", 0.45),
-    Step("repair", 0.25, goal=True, rounds=4, inserts=True),
+    Step("repair", 0.25, SOUND, rounds=4, inserts=True),
+    Step("repair", 0.21, ANGLES, rounds=4, inserts=True),
 )
 
 
@@ -61,13 +68,13 @@ def optimise_tets(
     operations = np.zeros(5, np.int64)
     everywhere = np.ones(len(state.points), bool)
     for step in SCHEDULE:
-        all_qualities(state.points, state.tets, state.counts[TETS], state.quality, step.goal)
+        all_qualities(state.points, state.tets, state.counts[TETS], state.quality, step.measure)
         if step.kind == "smooth":
-            smooth_pass(state, step.goal, step.threshold, SMOOTHING_STEPS, everywhere, work, operations)
+            smooth_pass(state, step.measure, step.threshold, SMOOTHING_STEPS, everywhere, work, operations)
         elif step.kind == "swap":
             _swap(state, step, work, operations)
         elif step.kind == "aspect":
-            aspect_pass(state, step.goal, step.threshold, work, operations)
+            aspect_pass(state, step.measure, step.threshold, work, operations)
         else:
             _repair(state, step, work, operations)
     names = ("moves", "edges_removed", "faces_removed", "contractions", "insertions")
@@ -84,9 +91,9 @@ def _repair(state: TetState, step: Step, work, operations: np.ndarray) -> None:
             return
         poor = poor[np.argsort(quality[poor], kind="stable")]
         touched = np.zeros(len(state.points), bool)
-        repair_pass(state, step.goal, step.threshold, poor, step.inserts, touched, work, operations)
-        if step.goal:
-            smooth_pass(state, step.goal, step.threshold, SMOOTHING_STEPS, touched, work, operations)
+        repair_pass(state, step.measure, step.threshold, poor, step.inserts, touched, work, operations)
+        if step.measure != VOLUME_LENGTH:
+            smooth_pass(state, step.measure, step.threshold, SMOOTHING_STEPS, touched, work, operations)
 
 
 def _swap(state: TetState, step: Step, work, operations: np.ndarray) -> None:
@@ -97,7 +104,7 @@ def _swap(state: TetState, step: Step, work, operations: np.ndarray) -> None:
     stretched = np.flatnonzero(ratio > STRETCHED)
     stretched = stretched[np.argsort(-ratio[stretched], kind="stable")]
     mean = ratio.sum() / np.count_nonzero(ratio)
-    aspect_swap_pass(state, step.goal, step.threshold, mean, stretched, work, operations)
+    aspect_swap_pass(state, step.measure, step.threshold, mean, stretched, work, operations)
 
 
 def _state(points, tets, frozen: int, blocked, size) -> TetState:

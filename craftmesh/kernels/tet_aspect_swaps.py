@@ -26,15 +26,15 @@ def _excess(points, tets, listed, count, reference):
 
 
 @njit(cache=True)
-def _sound_excess(points, a, b, c, d, goal, floor, reference):
+def _sound_excess(points, a, b, c, d, measure, floor, reference):
     """Aspect ratio less `reference` of the tet a, b, c, d; INVERTED if its quality is not over `floor`."""
-    if quality_of(points, a, b, c, d, goal) <= floor:
+    if quality_of(points, a, b, c, d, measure) <= floor:
         return INVERTED
     return aspect_ratio_of(points, a, b, c, d) - reference
 
 
 @njit(cache=True)
-def _best_triangulation(points, a, b, ring, count, goal, floor, reference, least, split):
+def _best_triangulation(points, a, b, ring, count, measure, floor, reference, least, split):
     """Fill Klincsek's tables: least[i, k] = least excess of the ring's part i..k.
 
     It is INVERTED where no tets with qualities over `floor` fill the part; split[i, k] is the apex of the
@@ -48,10 +48,10 @@ def _best_triangulation(points, a, b, ring, count, goal, floor, reference, least
                 value = least[i, j] + least[j, k]
                 if value >= INVERTED:
                     continue
-                value += _sound_excess(points, a, ring[i], ring[j], ring[k], goal, floor, reference)
+                value += _sound_excess(points, a, ring[i], ring[j], ring[k], measure, floor, reference)
                 if value >= INVERTED:
                     continue
-                value += _sound_excess(points, ring[i], ring[j], ring[k], b, goal, floor, reference)
+                value += _sound_excess(points, ring[i], ring[j], ring[k], b, measure, floor, reference)
                 if value < best:
                     best, apex = value, j
             least[i, k] = best
@@ -60,7 +60,7 @@ def _best_triangulation(points, a, b, ring, count, goal, floor, reference, least
 
 
 @njit(cache=True)
-def remove_edge_for_aspect(state, t, edge, goal, floor, reference, work):
+def remove_edge_for_aspect(state, t, edge, measure, floor, reference, work):
     """Remove an interior edge of tet t when that lowers the excess round it; return whether.
 
     All new qualities exceed the lesser of the worst before and `floor`.
@@ -72,11 +72,11 @@ def remove_edge_for_aspect(state, t, edge, goal, floor, reference, work):
     a, b = state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]]
     limit = max(min(worst_of(state.quality, work.ring_tets, count), floor), 0.0)
     before = _excess(points, state.tets, work.ring_tets, count, reference)
-    after = _best_triangulation(points, a, b, ring, count, goal, limit, reference, work.worst, split)
+    after = _best_triangulation(points, a, b, ring, count, measure, limit, reference, work.worst, split)
     if after > before - FALL:
         return False
     made = list_triangulation(
-        points, a, b, ring, count, goal, split, work.stack, work.new, work.new_quality
+        points, a, b, ring, count, measure, split, work.stack, work.new, work.new_quality
     )
     replace_cavity(state, work.ring_tets, count, made, work)
     return True

@@ -36,7 +36,7 @@ def _outer_faces(state, cavity, count, faces):
 
 
 @njit(cache=True)
-def _best_apex(state, cavity, count, goal, work, apex):
+def _best_apex(state, cavity, count, measure, work, apex):
     """Set `apex` to the best place found for a cone over the outer faces; return its worst quality."""
     made = _outer_faces(state, cavity, count, work.faces)
     points, tets = state.points, state.tets
@@ -45,11 +45,11 @@ def _best_apex(state, cavity, count, goal, work, apex):
         for k in range(4):
             apex += points[tets[cavity[i], k]] / (4.0 * count)
     x, y, z = apex
-    worst = worst_at(points, work.faces, made, x, y, z, goal, -1e300)
+    worst = worst_at(points, work.faces, made, x, y, z, measure, -1e300)
     longest = 0.0
     for k in range(3):
         longest = max(longest, np.ptp(points[tets[cavity[0]], k]))
-    x, y, z, worst = climb(points, work.faces, made, x, y, z, longest, goal, CLIMB_STEPS, worst)
+    x, y, z, worst = climb(points, work.faces, made, x, y, z, longest, measure, CLIMB_STEPS, worst)
     apex[0], apex[1], apex[2] = x, y, z
     return worst
 
@@ -69,7 +69,7 @@ def _swallows(state, cavity, count, faces, made):
 
 
 @njit(cache=True)
-def _grow(state, cavity, count, goal, work, apex, trial):
+def _grow(state, cavity, count, measure, work, apex, trial):
     """Add to the cavity the neighbour with which its best cone is best; return that worst quality."""
     best, chosen = -1e300, -1
     for i in range(count):
@@ -78,7 +78,7 @@ def _grow(state, cavity, count, goal, work, apex, trial):
             if u < 0 or (cavity[:count] == u).any():
                 continue
             cavity[count] = u
-            value = _best_apex(state, cavity, count + 1, goal, work, trial)
+            value = _best_apex(state, cavity, count + 1, measure, work, trial)
             if value > best:
                 best, chosen = value, u
                 apex[:] = trial
@@ -87,7 +87,7 @@ def _grow(state, cavity, count, goal, work, apex, trial):
 
 
 @njit(cache=True)
-def insert_in_cavity(state, t, goal, work):
+def insert_in_cavity(state, t, measure, work):
     """Replace tet t and some tets round it by a cone from a new point; return its id, or -1 if not done.
 
     Done when the worst quality rises. No corner of the tets gets lost.
@@ -97,7 +97,7 @@ def insert_in_cavity(state, t, goal, work):
     apex, trial, chosen = np.empty(3), np.empty(3), np.empty(3)
     best, size = 0.0, 0
     for count in range(1, MAX_CAVITY):
-        value = _grow(state, cavity, count, goal, work, apex, trial)
+        value = _grow(state, cavity, count, measure, work, apex, trial)
         if cavity[count] < 0:
             break
         floor = worst_of(state.quality, cavity, count + 1) + GAIN
@@ -121,7 +121,7 @@ def insert_in_cavity(state, t, goal, work):
             total += state.size[faces[i, k]]
         work.new[i, 3] = node
         work.new_quality[i] = quality_at(
-            state.points, faces[i, 0], faces[i, 1], faces[i, 2], chosen[0], chosen[1], chosen[2], goal
+            state.points, faces[i, 0], faces[i, 1], faces[i, 2], chosen[0], chosen[1], chosen[2], measure
         )
     state.size[node] = total / (3 * made)
     replace_cavity(state, cavity, size, made, work)

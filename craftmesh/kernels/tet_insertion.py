@@ -28,7 +28,7 @@ def _distance(points, a, b):
 
 
 @njit(cache=True)
-def contract(state, v, w, goal, floor, work):
+def contract(state, v, w, measure, floor, work):
     """Remove the interior point v by joining its star's outer faces to its neighbour w; return whether.
 
     Done when all new qualities exceed `floor` and no new edge is too long.
@@ -50,7 +50,7 @@ def contract(state, v, w, goal, floor, work):
                 return False
             work.new[made, k] = node
         new = work.new[made]
-        work.new_quality[made] = quality_of(points, new[0], new[1], new[2], new[3], goal)
+        work.new_quality[made] = quality_of(points, new[0], new[1], new[2], new[3], measure)
         if work.new_quality[made] <= max(floor, 0.0):
             return False
         made += 1
@@ -60,7 +60,7 @@ def contract(state, v, w, goal, floor, work):
 
 
 @njit(cache=True)
-def insert_on_edge(state, t, edge, goal, floor, steps, work):
+def insert_on_edge(state, t, edge, measure, floor, steps, work):
     """Insert a point in the ring of an interior edge of tet t; return its id, or -1 if not done.
 
     It goes to the best place that a climb from the edge's middle finds; done when the worst new
@@ -78,11 +78,11 @@ def insert_on_edge(state, t, edge, goal, floor, steps, work):
     x = 0.5 * (points[a, 0] + points[b, 0])
     y = 0.5 * (points[a, 1] + points[b, 1])
     z = 0.5 * (points[a, 2] + points[b, 2])
-    worst = worst_at(points, faces, 2 * count, x, y, z, goal, 0.0)
+    worst = worst_at(points, faces, 2 * count, x, y, z, measure, 0.0)
     if worst <= 0.0:
         return -1
     reach = 0.5 * _distance(points, a, b)
-    x, y, z, worst = climb(points, faces, 2 * count, x, y, z, reach, goal, steps, worst)
+    x, y, z, worst = climb(points, faces, 2 * count, x, y, z, reach, measure, steps, worst)
     if worst <= floor:
         return -1
     node = state.counts[POINTS]
@@ -94,6 +94,6 @@ def insert_on_edge(state, t, edge, goal, floor, steps, work):
         for k in range(3):
             work.new[i, k] = faces[i, k]
         work.new[i, 3] = node
-        work.new_quality[i] = quality_at(points, faces[i, 0], faces[i, 1], faces[i, 2], x, y, z, goal)
+        work.new_quality[i] = quality_at(points, faces[i, 0], faces[i, 1], faces[i, 2], x, y, z, measure)
     replace_cavity(state, work.ring_tets, count, 2 * count, work)
     return node

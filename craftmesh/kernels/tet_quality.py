@@ -7,6 +7,8 @@ right-handed towards it.
 import numpy as np
 from numba import njit
 
+# Measures of quality: see `quality_at`.
+VOLUME_LENGTH, SOUND, ANGLES = range(3)
 INVERTED = 1e300
 # Below this volume-length quality a tet counts as flat.
 FLAT = 1e-9
@@ -20,12 +22,12 @@ def _sine(volume6, length2, area_i, area_j, cosine):
 
 
 @njit(cache=True)
-def quality_at(points, a, b, c, x, y, z, goal):
+def quality_at(points, a, b, c, x, y, z, measure):
     """Quality of the tet a, b, c, (x, y, z): 1 is regular, <= 0 flat or inverted.
 
-    goal False: volume-length measure 6 sqrt2 V / l_rms^3. goal True: the least of the sines of acute
-    dihedral angles, half the sines of obtuse ones, and .87 h_min / l_max; at .174 and over, all dihedral
-    angles lie in 10..160 degrees and the aspect ratio is below 5.
+    VOLUME_LENGTH: 6 sqrt2 V / l_rms^3. ANGLES: the least of the sines of acute dihedral angles and half
+    the sines of obtuse ones; at .174 and over, all angles lie in 10..160 degrees. SOUND: that or
+    .87 h_min / l_max, whichever is less; at .174 and over, the aspect ratio is below 5 as well.
     """
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
@@ -40,7 +42,7 @@ def quality_at(points, a, b, c, x, y, z, goal):
     if mean == 0.0:
         return 0.0
     volume_length = 1.4142135623730951 * volume6 / (mean * np.sqrt(mean))
-    if not goal or volume_length <= FLAT:
+    if measure == VOLUME_LENGTH or volume_length <= FLAT:
         return volume_length
     # Outward normals, twice the areas long: d is the face a, b, c opposite corner d, and so on.
     dx, dy, dz = vy * uz - vz * uy, vz * ux - vx * uz, vx * uy - vy * ux
@@ -49,9 +51,7 @@ def quality_at(points, a, b, c, x, y, z, goal):
     ax, ay, az = -(bx + cx + dx), -(by + cy + dy), -(bz + cz + dz)
     area_a, area_b = np.sqrt(ax * ax + ay * ay + az * az), np.sqrt(bx * bx + by * by + bz * bz)
     area_c, area_d = np.sqrt(cx * cx + cy * cy + cz * cz), np.sqrt(dx * dx + dy * dy + dz * dz)
-    longest = max(ab, ac, ad, bc, bd, cd)
-    return min(
-        0.87 * volume6 / (max(area_a, area_b, area_c, area_d) * np.sqrt(longest)),
+    angles = min(
         _sine(volume6, ab, area_c, area_d, cx * dx + cy * dy + cz * dz),
         _sine(volume6, ac, area_b, area_d, bx * dx + by * dy + bz * dz),
         _sine(volume6, ad, area_b, area_c, bx * cx + by * cy + bz * cz),
@@ -59,12 +59,16 @@ def quality_at(points, a, b, c, x, y, z, goal):
         _sine(volume6, bd, area_a, area_c, ax * cx + ay * cy + az * cz),
         _sine(volume6, cd, area_a, area_b, ax * bx + ay * by + az * bz),
     )
+    if measure == ANGLES:
+        return angles
+    longest = max(ab, ac, ad, bc, bd, cd)
+    return min(angles, 0.87 * volume6 / (max(area_a, area_b, area_c, area_d) * np.sqrt(longest)))
 
 
 @njit(cache=True)
-def quality_of(points, a, b, c, d, goal):
+def quality_of(points, a, b, c, d, measure):
     """Quality of the tet a, b, c, d: see `quality_at`."""
-    return quality_at(points, a, b, c, points[d, 0], points[d, 1], points[d, 2], goal)
+    return quality_at(points, a, b, c, points[d, 0], points[d, 1], points[d, 2], measure)
 
 
 @njit(cache=True)
@@ -104,11 +108,11 @@ def aspect_ratio_of(points, a, b, c, d):
 
 
 @njit(cache=True)
-def all_qualities(points, tets, count, quality, goal):
+def all_qualities(points, tets, count, quality, measure):
     """Write the qualities of the live tets among the first `count` (dead ones have corner -1)."""
     for t in range(count):
         if tets[t, 0] >= 0:
-            quality[t] = quality_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], goal)
+            quality[t] = quality_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], measure)
 
 
 @njit(cache=True)

@@ -10,7 +10,7 @@ GAIN = 1e-4
 
 
 @njit(cache=True)
-def _best_triangulation(points, a, b, ring, count, floor, goal, worst, split):
+def _best_triangulation(points, a, b, ring, count, floor, measure, worst, split):
     """Fill Klincsek's tables: worst[i, k] = best attainable worst quality of the ring's part i..k.
 
     Parts that cannot exceed `floor` get -1; split[i, k] is the apex of the triangle on i, k. Returns
@@ -24,10 +24,10 @@ def _best_triangulation(points, a, b, ring, count, floor, goal, worst, split):
                 value = min(worst[i, j], worst[j, k])
                 if value <= max(best, floor):
                     continue
-                value = min(value, quality_of(points, a, ring[i], ring[j], ring[k], goal))
+                value = min(value, quality_of(points, a, ring[i], ring[j], ring[k], measure))
                 if value <= max(best, floor):
                     continue
-                value = min(value, quality_of(points, ring[i], ring[j], ring[k], b, goal))
+                value = min(value, quality_of(points, ring[i], ring[j], ring[k], b, measure))
                 if value > max(best, floor):
                     best, apex = value, j
             worst[i, k] = best
@@ -36,7 +36,7 @@ def _best_triangulation(points, a, b, ring, count, floor, goal, worst, split):
 
 
 @njit(cache=True)
-def list_triangulation(points, a, b, ring, count, goal, split, stack, new, new_quality):
+def list_triangulation(points, a, b, ring, count, measure, split, stack, new, new_quality):
     """Write the tets of the triangulation that `split` describes; return their number."""
     stack[0, 0], stack[0, 1] = 0, count - 1
     height, made = 1, 0
@@ -47,10 +47,10 @@ def list_triangulation(points, a, b, ring, count, goal, split, stack, new, new_q
             continue
         j = split[i, k]
         new[made, 0], new[made, 1], new[made, 2], new[made, 3] = a, ring[i], ring[j], ring[k]
-        new_quality[made] = quality_of(points, a, ring[i], ring[j], ring[k], goal)
+        new_quality[made] = quality_of(points, a, ring[i], ring[j], ring[k], measure)
         made += 1
         new[made, 0], new[made, 1], new[made, 2], new[made, 3] = ring[i], ring[j], ring[k], b
-        new_quality[made] = quality_of(points, ring[i], ring[j], ring[k], b, goal)
+        new_quality[made] = quality_of(points, ring[i], ring[j], ring[k], b, measure)
         made += 1
         stack[height, 0], stack[height, 1] = i, j
         stack[height + 1, 0], stack[height + 1, 1] = j, k
@@ -59,25 +59,27 @@ def list_triangulation(points, a, b, ring, count, goal, split, stack, new, new_q
 
 
 @njit(cache=True)
-def remove_edge(state, t, edge, goal, work):
+def remove_edge(state, t, edge, measure, work):
     """Remove an interior edge of tet t when that raises the worst quality round it; return whether."""
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
     if count < 3 or count > MAX_RING_TO_REMOVE or not has_room(state):
         return False
     a, b = state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]]
     floor = worst_of(state.quality, work.ring_tets, count) + GAIN
-    value = _best_triangulation(state.points, a, b, work.ring, count, floor, goal, work.worst, work.split)
+    value = _best_triangulation(
+        state.points, a, b, work.ring, count, floor, measure, work.worst, work.split
+    )
     if value <= max(floor, 0.0):
         return False
     made = list_triangulation(
-        state.points, a, b, work.ring, count, goal, work.split, work.stack, work.new, work.new_quality
+        state.points, a, b, work.ring, count, measure, work.split, work.stack, work.new, work.new_quality
     )
     replace_cavity(state, work.ring_tets, count, made, work)
     return True
 
 
 @njit(cache=True)
-def remove_face(state, t, k, goal, work):
+def remove_face(state, t, k, measure, work):
     """Swap the two tets at the face opposite corner k of t for three if the worst rises; return whether."""
     u = state.neighbours[t, k]
     if u < 0 or not has_room(state):
@@ -92,7 +94,7 @@ def remove_face(state, t, k, goal, work):
     for i in range(3):
         x, y = tets[t, FACES[k, i]], tets[t, FACES[k, (i + 1) % 3]]
         new[i, 0], new[i, 1], new[i, 2], new[i, 3] = r, p, x, y
-        work.new_quality[i] = quality_of(state.points, r, p, x, y, goal)
+        work.new_quality[i] = quality_of(state.points, r, p, x, y, measure)
         if work.new_quality[i] <= floor:
             return False
     work.ring_tets[0], work.ring_tets[1] = t, u

@@ -12,7 +12,14 @@ from craftmesh.kernels.tet_cavity import TETS, link_tets, new_scratch
 from craftmesh.kernels.tet_cavity_insertion import insert_in_cavity
 from craftmesh.kernels.tet_insertion import contract, insert_on_edge
 from craftmesh.kernels.tet_passes import aspect_swap_pass
-from craftmesh.kernels.tet_quality import all_qualities, aspect_ratio_at, quality_of
+from craftmesh.kernels.tet_quality import (
+    ANGLES,
+    SOUND,
+    VOLUME_LENGTH,
+    all_qualities,
+    aspect_ratio_at,
+    quality_of,
+)
 from craftmesh.kernels.tet_swaps import remove_edge, remove_face
 from craftmesh.tet_connectivity import group_triples, half_faces, tet_volumes
 
@@ -46,10 +53,11 @@ def test_kernels_agree_with_plain_measures(seed, flatness):
     if volume_length < 1e-4:
         return
     sines = np.sin(np.radians(angles)) * np.where(angles < 90, 1, 0.5)
-    assert quality_of(corners, 0, 1, 2, 3, False) == pytest.approx(volume_length, rel=1e-9)
-    assert quality_of(corners, 0, 1, 2, 3, True) == pytest.approx(min(*sines, 0.87 / ratio), rel=1e-6)
+    assert quality_of(corners, 0, 1, 2, 3, VOLUME_LENGTH) == pytest.approx(volume_length, rel=1e-9)
+    assert quality_of(corners, 0, 1, 2, 3, ANGLES) == pytest.approx(min(sines), rel=1e-6)
+    assert quality_of(corners, 0, 1, 2, 3, SOUND) == pytest.approx(min(*sines, 0.87 / ratio), rel=1e-6)
     assert aspect_ratio_at(corners, 0, 1, 2, *corners[3]) == pytest.approx(ratio, rel=1e-9)
-    assert quality_of(corners, 0, 2, 1, 3, True) < 0
+    assert quality_of(corners, 0, 2, 1, 3, SOUND) < 0
 
 
 def random_ball(seed, count=120):
@@ -80,9 +88,9 @@ def boundary(tets):
     return {face for face, times in faces_of(tets).items() if times == 1}
 
 
-def quality(points, tets, goal=True):
+def quality(points, tets, measure=SOUND):
     result = np.empty(len(tets))
-    all_qualities(points, tets, len(tets), result, goal)
+    all_qualities(points, tets, len(tets), result, measure)
     return result
 
 
@@ -104,7 +112,10 @@ def test_a_random_mesh_gets_better_and_stays_a_mesh(seed):
     # sums of some 500 volumes
     assert volume.sum() == pytest.approx(tet_volumes(points, tets).sum(), rel=1e-12)
     # a step keeps the worst tet by its own measure; of 400 meshes, 4 lost by one and none by both
-    gains = [quality(new, better, goal).min() / quality(points, tets, goal).min() for goal in (True, False)]
+    gains = [
+        quality(new, better, measure).min() / quality(points, tets, measure).min()
+        for measure in (SOUND, VOLUME_LENGTH)
+    ]
     assert max(gains) > 1 - 1e-9
     assert (quality(new, better) < 0.174).mean() < (quality(points, tets) < 0.174).mean()
     assert aspect_ratios(new, better).mean() < aspect_ratios(points, tets).mean()
@@ -140,7 +151,7 @@ def try_all(operation, seed):
     """Apply an operation to all tets of a random mesh; return state and number of successes."""
     points, tets, frozen = random_ball(seed)
     state = _state(points, tets, frozen, np.zeros((0, 3)), np.full(len(points), 0.35))
-    all_qualities(state.points, state.tets, len(tets), state.quality, False)
+    all_qualities(state.points, state.tets, len(tets), state.quality, VOLUME_LENGTH)
     work, done = new_scratch(), 0
     for t in range(len(tets)):
         for k in range(6):
@@ -152,17 +163,17 @@ def try_all(operation, seed):
 def contract_corner(state, t, k, work):
     v, w = state.tets[t, k % 4], state.tets[t, (k + 1) % 4]
     state.size[:] = 10.0  # no edge is too long
-    return not state.frozen[v] and contract(state, v, w, False, 0.001, work)
+    return not state.frozen[v] and contract(state, v, w, VOLUME_LENGTH, 0.001, work)
 
 
 @pytest.mark.parametrize(
     "operation",
     [
-        lambda state, t, k, work: remove_edge(state, t, k, False, work),
-        lambda state, t, k, work: k < 4 and remove_face(state, t, k, False, work),
-        lambda state, t, k, work: remove_edge_for_aspect(state, t, k, False, 0.35, 2.0, work),
-        lambda state, t, k, work: insert_on_edge(state, t, k, False, 0.1, 4, work) >= 0,
-        lambda state, t, k, work: k == 0 and insert_in_cavity(state, t, False, work) >= 0,
+        lambda state, t, k, work: remove_edge(state, t, k, VOLUME_LENGTH, work),
+        lambda state, t, k, work: k < 4 and remove_face(state, t, k, VOLUME_LENGTH, work),
+        lambda state, t, k, work: remove_edge_for_aspect(state, t, k, VOLUME_LENGTH, 0.35, 2.0, work),
+        lambda state, t, k, work: insert_on_edge(state, t, k, VOLUME_LENGTH, 0.1, 4, work) >= 0,
+        lambda state, t, k, work: k == 0 and insert_in_cavity(state, t, VOLUME_LENGTH, work) >= 0,
         contract_corner,
     ],
     ids=["edge removal", "face removal", "edge for aspect", "insertion", "cavity insertion", "contraction"],
@@ -179,7 +190,7 @@ def test_each_operation_happens_and_keeps_the_mesh(operation):
     fresh = np.empty_like(tets)
     link_tets(tets, len(tets), state.counts[0], fresh, np.empty(state.counts[0], np.int64))
     assert (fresh == links).all()
-    assert quality(state.points, tets, False) == pytest.approx(state.quality[:count][alive])
+    assert quality(state.points, tets, VOLUME_LENGTH) == pytest.approx(state.quality[:count][alive])
     points, tets = _result(state, frozen)
     assert tet_volumes(points, tets).sum() == pytest.approx(volume, rel=1e-12)
 
@@ -194,10 +205,10 @@ def test_three_tets_round_an_edge_become_two_and_back():
     for tall, before, after in ((False, two, 3), (True, three, 2)):
         scaled = points * [1, 1, 6 if tall else 1]
         state = _state(scaled, before, 5, np.zeros((0, 3)), np.ones(5))
-        all_qualities(state.points, state.tets, len(before), state.quality, False)
+        all_qualities(state.points, state.tets, len(before), state.quality, VOLUME_LENGTH)
         work = new_scratch()
-        edge_done = any(remove_edge(state, 0, e, False, work) for e in range(6))
-        done = edge_done or any(remove_face(state, 0, k, False, work) for k in range(4))
+        edge_done = any(remove_edge(state, 0, e, VOLUME_LENGTH, work) for e in range(6))
+        done = edge_done or any(remove_face(state, 0, k, VOLUME_LENGTH, work) for k in range(4))
         assert done and len(_result(state, 5)[1]) == after
 
 
@@ -205,10 +216,10 @@ def swapped_for_aspect(seed, blocked):
     """A random mesh before and after swaps at all its tets, by state and number of swaps."""
     points, tets, frozen = random_ball(seed)
     state = _state(points, tets, frozen, blocked, np.full(len(points), 0.35))
-    all_qualities(state.points, state.tets, len(tets), state.quality, False)
+    all_qualities(state.points, state.tets, len(tets), state.quality, VOLUME_LENGTH)
     operations = np.zeros(5, np.int64)
     mean = aspect_ratios(points, tets).mean()
-    aspect_swap_pass(state, False, 0.35, mean, np.arange(len(tets)), new_scratch(), operations)
+    aspect_swap_pass(state, VOLUME_LENGTH, 0.35, mean, np.arange(len(tets)), new_scratch(), operations)
     return points, tets, frozen, state, operations.sum(), mean
 
 
@@ -223,7 +234,7 @@ def test_swaps_for_aspect_lower_the_mean_and_keep_the_worst_the_surface_and_the_
     excess = (aspect_ratios(new, better) - mean).sum()
     assert excess <= -FALL * swaps + 1e-6 * aspect_ratios(points, tets).sum()
     assert aspect_ratios(new, better).mean() < mean
-    assert quality(new, better, False).min() >= quality(points, tets, False).min()
+    assert quality(new, better, VOLUME_LENGTH).min() >= quality(points, tets, VOLUME_LENGTH).min()
     assert new.tobytes() == points.tobytes()
     assert boundary(better) == boundary(tets) and max(faces_of(better).values()) == 2
     assert tet_volumes(new, better).min() > 0
@@ -262,14 +273,14 @@ def test_edge_removal_for_aspect_finds_the_best_of_all_triangulations(seed, coun
     tets = np.array([[0, 1, nodes[i - 1], nodes[i]] for i in range(count)])
     assume(tet_volumes(points, tets).min() > 0)
     state = _state(points, tets, len(points), np.zeros((0, 3)), np.ones(len(points)))
-    all_qualities(state.points, state.tets, count, state.quality, False)
+    all_qualities(state.points, state.tets, count, state.quality, VOLUME_LENGTH)
     before, best, reference, floor = (aspect_ratios(points, tets) - 1.8).sum(), np.inf, 1.8, 0.2
-    limit = min(quality(points, tets, False).min(), floor)
+    limit = min(quality(points, tets, VOLUME_LENGTH).min(), floor)
     for triangles in fans(nodes):
         new = np.array([tet for i, j, k in triangles for tet in ((0, i, j, k), (i, j, k, 1))])
-        if quality(points, new, False).min() > limit:
+        if quality(points, new, VOLUME_LENGTH).min() > limit:
             best = min(best, (aspect_ratios(points, new) - reference).sum())
-    done = remove_edge_for_aspect(state, 0, 0, False, floor, reference, new_scratch())
+    done = remove_edge_for_aspect(state, 0, 0, VOLUME_LENGTH, floor, reference, new_scratch())
     assert done == (best <= before - FALL)
     if done:
         result = _result(state, len(points))[1]
