@@ -111,7 +111,7 @@ def test_a_random_mesh_gets_better_and_stays_a_mesh(seed):
     assert (volume > 0).all()
     # sums of some 500 volumes
     assert volume.sum() == pytest.approx(tet_volumes(points, tets).sum(), rel=1e-12)
-    # a step keeps the worst tet by its own measure: of some 100 meshes, 2 lost by the first two and none by all
+    # a step keeps the worst tet by its own measure; of 100 meshes, 2 lost by two of them and none by all
     gains = [
         quality(new, better, measure).min() / quality(points, tets, measure).min()
         for measure in (SOUND, VOLUME_LENGTH, ANGLES)
