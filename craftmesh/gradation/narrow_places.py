@@ -1,4 +1,4 @@
-"""Opening of narrow places: sharp wedges of grains, and gaps between the crack and a grain boundary.
+"""Opening of narrow places: sharp wedges of grains, gaps between the crack or its front and a boundary.
 
 Tetrahedra in them would be as flat as they are.
 """
@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.gradation.passes import Limits, Workshop
+from craftmesh.kernels.collapse_rules import ON_FRONT
 from craftmesh.kernels.slide import move_pass
 from craftmesh.measure import area_vectors
 from craftmesh.wedges import Wedges, wedges
@@ -19,6 +20,10 @@ OPENED = 28.0
 GAP = 0.35
 REACH = 0.15
 OVER_FACET = 0.7
+# The same for facets near a vertex of the crack front, which is over a facet when its foot is inside or
+# outside by this part of the facet at most.
+FRONT_GAP = 0.2
+BESIDE = 0.15
 TOLERANCES = 1.5
 LEAST_MOVE = 1e-3
 
@@ -28,8 +33,13 @@ def open_narrow_places(shop: Workshop, limits: Limits) -> None:
 
     No vertex goes further than TOLERANCES distance tolerances.
     """
+    openings = {
+        "wedge openings": _wedge_moves,
+        "gap openings": _gap_moves,
+        "front openings": _front_moves,
+    }
     origin = shop.state.points[: shop.state.used[0]].copy()
-    for name, moves in (("wedge openings", _wedge_moves), ("gap openings", _gap_moves)):
+    for name, moves in openings.items():
         for _ in range(ROUNDS):
             vertices, places = moves(shop)
             size = shop.state.size[vertices]
@@ -110,3 +120,49 @@ def _gap_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
     step = np.minimum(GAP * size - np.abs(height), REACH * size) * np.where(height < 0, -1.0, 1.0)
     places = state.points[vertices] + step[:, None] * normal[nearest]
     return vertices[order], places[order]
+
+
+def _front_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
+    """Return corners (k,) of facets close to the crack front and places (k, 3) away, the closest first."""
+    state = shop.state
+    vertex, corners = _near_front(shop)
+    normal = area_vectors(state.points, corners)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    height = np.einsum("ij,ij->i", state.points[vertex] - state.points[corners[:, 0]], normal)
+    weight = _weights(state.points[corners], normal, state.points[vertex] - height[:, None] * normal)
+    missing = FRONT_GAP * state.size[vertex] - np.abs(height)
+    chosen = np.flatnonzero((missing > 0) & (weight.min(axis=1, initial=np.inf) > -BESIDE))
+    chosen = chosen[np.argsort(-missing[chosen] / state.size[vertex[chosen]], kind="stable")]
+    moved = corners[chosen]
+    step = np.minimum(missing[chosen, None], REACH * state.size[moved]) * -np.sign(height[chosen, None])
+    places = state.points[moved] + step[:, :, None] * normal[chosen, None]
+    free = _is_free(shop, moved) & (weight[chosen] > 0)
+    return moved[free], places[free]
+
+
+def _near_front(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
+    """Return front vertices (k,) and corners (k, 3) of facets, off the crack, that may be close to them."""
+    state = shop.state
+    front = np.flatnonzero((state.first >= 0) & (state.flags & ON_FRONT > 0))
+    living = np.flatnonzero(state.alive[: state.used[1]] & ~state.patch_crack[state.patch[: state.used[1]]])
+    if not len(front) or not len(living):
+        return np.zeros(0, np.int64), np.zeros((0, 3), np.int64)
+    corners = state.facets[living]
+    centre = state.points[corners].mean(axis=1)
+    reach = np.linalg.norm(state.points[corners] - centre[:, None], axis=2).max(axis=1)
+    reach += FRONT_GAP * state.size[corners].max(axis=1)
+    tree = cKDTree(state.points[front])
+    near = np.flatnonzero(tree.query(centre, distance_upper_bound=float(reach.max()))[0] < reach)
+    around = tree.query_ball_point(centre[near], reach[near], return_sorted=True)
+    facet = np.repeat(near, [len(found) for found in around])
+    vertex = front[np.concatenate([np.asarray(found, np.int64) for found in (*around, [])])]
+    apart = (corners[facet] != vertex[:, None]).all(axis=1)
+    return vertex[apart], corners[facet[apart]]
+
+
+def _weights(corners: np.ndarray, normal: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return the barycentric coordinates (k, 3) of places in the planes of triangles (k, 3, 3)."""
+    arms = corners - places[:, None]
+    areas = np.cross(np.roll(arms, -1, axis=1), np.roll(arms, 1, axis=1))
+    weight = np.einsum("ijk,ik->ij", areas, normal)
+    return weight / weight.sum(axis=1, keepdims=True)
