@@ -14,7 +14,7 @@ def figures(name: str, folder: Path, *flags: str) -> list[dict]:
     target = folder / "figures.json"
     command = [sys.executable, str(BENCHMARKS / name), "--case", "tiny", "--runs", "1", "--no-peers"]
     done = subprocess.run(
-        [*command, "--json", str(target), *flags], capture_output=True, text=True, timeout=300
+        [*command, "--json", str(target), *flags], capture_output=True, text=True, timeout=1200
     )
     assert done.returncode == 0, done.stderr
     rows = json.loads(target.read_text())["rows"]
@@ -52,7 +52,7 @@ def test_deck_measures_the_model_in_every_form(tmp_path):
     methods = ["write_deck, includes", "craftmesh export .e"]
     flags = [word for method in methods for word in ("--method", method)]
     done = subprocess.run(
-        [*command, *flags, "--json", str(target)], capture_output=True, text=True, timeout=300
+        [*command, *flags, "--json", str(target)], capture_output=True, text=True, timeout=1200
     )
     assert done.returncode == 0, done.stderr
     rows = json.loads(target.read_text())["rows"]
