@@ -7,7 +7,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.locality import block_order
-from craftmesh.gradation.state import State, grown
+from craftmesh.gradation.state import State, drop_dead, grown
 from craftmesh.kernels.by_reference import by_reference
 from craftmesh.kernels.collapse import collapse_pass
 from craftmesh.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
@@ -62,10 +62,11 @@ class Workshop:
         return total
 
     def make_room(self) -> None:
-        """Refresh the grid and lengthen whatever is nearly full."""
+        """Drop the facets that are gone, refresh the grid and lengthen whatever is nearly full."""
         m = int(self.state.alive.sum())
         arrays = self.state._asdict()
         del self.state, self.grid
+        drop_dead(arrays)
         self.state = grown(arrays, max(1000, m // 4), max(4000, m // 2))
         self.grid = filled_grid(self.state)
 

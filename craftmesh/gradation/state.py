@@ -26,6 +26,10 @@ State = namedtuple(
     "front crack_corners crack_centre crack_reach "
     "star star_corners star_feature dying loose loose_facet near_slot near_area near_volume refused",
 )
+# Arrays with a row per vertex and per facet, with what fills the rows that are not used yet.
+PER_VERTEX = {"points": 0, "first": -1, "rank": 0, "flags": 0, "size": 0, "stamp": 0}
+PER_VERTEX |= {"home": 0, "witness_after": -1, "witness_rank": 0, "witness_crack": 0, "is_witness": 0}
+PER_FACET = {"facets": 0, "alive": 0, "patch": 0, "reference": 0, "witness_first": -1, "facet_stamp": 0}
 REFUSALS = (
     "junction",
     "constraint",
@@ -168,16 +172,30 @@ def _set_volumes(state: State) -> None:
     np.abs(state.volume, out=state.volume)
 
 
+def drop_dead(arrays: dict[str, np.ndarray]) -> None:
+    """Take the facets that are gone out of the state's `arrays`, by field name, keeping the order."""
+    m = int(arrays["used"][1])
+    living = np.flatnonzero(arrays["alive"][:m])
+    row = np.full(m, -1, np.int64)
+    row[living] = np.arange(len(living))
+    arrays["after"] = _moved_corners(arrays["after"].reshape(-1, 3)[living].reshape(-1), row)
+    arrays["first"] = _moved_corners(arrays["first"], row)
+    for name in PER_FACET:
+        arrays[name] = arrays[name][living]
+    arrays["used"][1] = len(living)
+
+
+def _moved_corners(corners: np.ndarray, row: np.ndarray) -> np.ndarray:
+    return np.where(corners < 0, -1, 3 * row[corners // 3] + corners % 3)
+
+
 def grown(arrays: dict[str, np.ndarray], vertices: int, facets: int) -> State:
     """Return the state of `arrays`, by field name, with room for so many more vertices and facets.
 
     Takes the arrays out of the dictionary one by one, so that no two states need memory at once.
     """
     n, m = (int(used) + more for used, more in zip(arrays["used"], (vertices, facets)))
-    per_vertex = {"points": 0, "first": -1, "rank": 0, "flags": 0, "size": 0, "stamp": 0}
-    per_vertex |= {"home": 0, "witness_after": -1, "witness_rank": 0, "witness_crack": 0, "is_witness": 0}
-    per_facet = {"facets": 0, "alive": 0, "patch": 0, "reference": 0, "witness_first": -1, "facet_stamp": 0}
-    for names, length in ((per_vertex, n), (per_facet, m), ({"after": -1}, 3 * m)):
+    for names, length in ((PER_VERTEX, n), (PER_FACET, m), ({"after": -1}, 3 * m)):
         for name, fill in names.items():
             arrays[name] = _stretched(arrays.pop(name), length, fill)
     return State(**arrays)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from structured_box import structured_box
 
 from craftmesh.gradation.locality import BLOCK, block_order
-from craftmesh.gradation.passes import Limits, filled_grid
+from craftmesh.gradation.passes import Limits, Workshop, collapse_short, filled_grid
 from craftmesh.gradation.state import make_state, patch_ids, surface_of
 from craftmesh.kernels.by_reference import by_reference
 from craftmesh.kernels.collapse_rules import zips
@@ -145,6 +145,43 @@ def test_state_and_back_keeps_the_surface():
     assert np.array_equal(np.sort(back.facets, 1), np.sort(surface.facets, 1))
     assert np.array_equal(back.kind, surface.kind)
     assert (back.sides[:, 0] >= back.sides[:, 1]).all()
+
+
+def lists_of(first, after, heads) -> dict:
+    """Return per head its list, heads with an empty one left out."""
+    found = {}
+    for head in heads:
+        item = first[head]
+        while item >= 0:
+            found.setdefault(head, []).append(int(item))
+            item = after[item]
+    return found
+
+
+def test_facets_that_are_gone_leave_and_the_rest_keeps_lists_and_witnesses():
+    surface, _ = structured_box((6, 6, 6), lambda centres: 1 + (centres[:, 0] > 3))
+    state = make_state(surface, np.full(len(surface.points), 2.0))
+    shop = Workshop(state, filled_grid(state), {})
+    collapse_short(shop, Limits(0.75, 1.4, 1.6, 0.5, 0.0, 0.3, 0.5, 0.04, 0.5, False))
+    old, edges = shop.state, shop.edges()
+    living = np.flatnonzero(old.alive)
+    shop.make_room()
+    new, count = shop.state, int(shop.state.used[1])
+    assert count == len(living) < 0.7 * len(old.alive) and not new.alive[count:].any()
+    for name in ("facets", "patch", "reference", "facet_stamp"):
+        assert np.array_equal(getattr(new, name)[:count], getattr(old, name)[living])
+    vertices = range(int(new.used[0]))
+    corners = lists_of(new.first, new.after, vertices)
+    before = lists_of(old.first, old.after, vertices)
+    assert corners.keys() == before.keys() and all(
+        v in new.facets[c // 3] for v in corners for c in corners[v]
+    )
+    assert all([living[c // 3] * 3 + c % 3 for c in corners[v]] == before[v] for v in corners)
+    witnesses = lists_of(new.witness_first, new.witness_after, range(count))
+    assert {living[f]: w for f, w in witnesses.items()} == lists_of(
+        old.witness_first, old.witness_after, living
+    )
+    assert len(witnesses) > 0 and all(np.array_equal(a, b) for a, b in zip(edges, shop.edges()))
 
 
 @settings(deadline=None, max_examples=30)
