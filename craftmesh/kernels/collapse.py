@@ -168,7 +168,7 @@ def collapse_edge(state, grid, limits, a, b):
     )
     if ends == NEITHER:
         return reason
-    reason = link_refusal(state, a, b, zipping)
+    reason = link_refusal(state, a, b, zipping, limits.merge_points)
     if reason != DONE:
         return reason
     if (zipping or (state.rank[a] == 2 and state.rank[b] == 2)) and grains_touch(state, a, b):

@@ -55,7 +55,12 @@ def zips(state, a, b):
     v = state.facets[g, 0] + state.facets[g, 1] + state.facets[g, 2] - a - b
     if _between_lines(state, a, b, u) == _between_lines(state, a, b, v):
         return False
-    tip = u if _between_lines(state, a, b, u) else v
+    return _lines_may_join(state, a, b, u if _between_lines(state, a, b, u) else v)
+
+
+@njit(cache=True)
+def _lines_may_join(state, a, b, tip):
+    """Tell whether edges (a, tip) and (b, tip) may become one, no side having over two facets on it."""
     for end, other in ((a, b), (b, a)):
         c = state.first[end]
         while c >= 0:
@@ -92,12 +97,12 @@ def _facets_of_side(state, a, b, u, side):
 
 
 @njit(cache=True)
-def link_refusal(state, a, b, zipping):
+def link_refusal(state, a, b, zipping, merge_points):
     """Return why merging (a, b) would change the topology, or DONE.
 
     Vertices joined to both ends must be corners of facets on the edge (link condition), and none of
     these may be joined to both by feature edges, or two junction lines would fall into one; unless
-    `zipping` (zips).
+    `zipping` (zips), or where junction points may merge and the facet between the lines is an ear.
     """
     facets, first, after, stamp = state.facets, state.first, state.after, state.stamp
     mark = state.clock[0] + 1
@@ -118,7 +123,8 @@ def link_refusal(state, a, b, zipping):
                 return LINK
             stamp[u] = mark + 1
             if not zipping and state.rank[a] > 0 and state.rank[b] > 0 and _between_lines(state, a, b, u):
-                return JUNCTION_TRIANGLE
+                if not (merge_points and _is_ear(state, f, a, b, u)):
+                    return JUNCTION_TRIANGLE
         c = after[c]
     if shared == 0:
         return LINK
@@ -132,6 +138,34 @@ def link_refusal(state, a, b, zipping):
     if _twin_facet(state, a, b, mark + 1):
         return LINK
     return DONE
+
+
+@njit(cache=True)
+def _is_ear(state, f, a, b, u):
+    """Tell whether facet f = (a, b, u) may close, for its contact goes on beyond one of the joining lines.
+
+    So is the part of a contact that a crack leaves behind itself where a triple line grazes it.
+    """
+    if state.rank[a] < 2 or state.rank[b] < 2 or state.rank[u] < 2:
+        return False
+    if state.flags[a] & state.flags[b] & ON_CRACK:
+        return False
+    patch = state.patch[f]
+    beyond = _facets_of_patch(state, a, u, patch) + _facets_of_patch(state, b, u, patch) - 2
+    alone = _facets_of_patch(state, a, b, patch) == 1
+    feature = is_feature(state.facets, state.patch, state.first, state.after, a, b)
+    return alone and feature and beyond == 1 and _lines_may_join(state, a, b, u)
+
+
+@njit(cache=True)
+def _facets_of_patch(state, a, b, patch):
+    count = 0
+    c = state.first[a]
+    while c >= 0:
+        if state.patch[c // 3] == patch and has_corner(state.facets, c // 3, b):
+            count += 1
+        c = state.after[c]
+    return count
 
 
 @njit(cache=True)

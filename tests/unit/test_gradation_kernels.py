@@ -12,14 +12,14 @@ from craftmesh.gradation.locality import BLOCK, block_order
 from craftmesh.gradation.passes import Limits, Workshop, collapse_short, filled_grid
 from craftmesh.gradation.state import make_state, patch_ids, surface_of
 from craftmesh.kernels.by_reference import by_reference
-from craftmesh.kernels.collapse_rules import zips
+from craftmesh.kernels.collapse_rules import DONE, JUNCTION_TRIANGLE, link_refusal, zips
 from craftmesh.kernels.facet_grid import star_intersects
 from craftmesh.kernels.facet_shape import angle_score, facet_distance2, segment_distance2
 from craftmesh.kernels.projection import put_on_crack, put_on_front
 from craftmesh.kernels.relax import relax_pass
 from craftmesh.kernels.triangles import triangles_intersect
 from craftmesh.measure import facet_angles
-from craftmesh.types import Surface
+from craftmesh.types import CRACK, Surface
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -220,6 +220,43 @@ def test_thin_ends_of_contacts_close_where_no_side_is_tied(surface, closes):
     state = by_reference(make_state(surface, np.ones(len(surface.points))))
     assert zips(state, 1, 2) == zips(state, 2, 1) == closes
     assert not zips(state, 0, 1)
+
+
+def ear(beyond: str) -> Surface:
+    """Grains 1 and 2 touch in facet 0 1 2, whose line 0 2 borders on grain 4 and whose line 1 2 on grain 5.
+
+    Beyond line 0 1 there is the contact again, with the crack across ("crack") or grain 3 in between
+    ("both"), or grain 3 alone ("grain").
+    """
+    points = [[0, 0, 0], [1, -0.05, 0], [1, 0.05, 0]]
+    points += [[1.5, 0, 0.6], [1.5, -0.6, 0.5], [1.5, 0.6, 0.5]]
+    points += [[0.5, -1, -0.5], [0.5, -1, 0.5], [0.5, 1, -0.5], [0.5, 1, 0.5]]
+    points += [[1.5, 0, -0.6], [1.5, -0.6, -0.5], [1.5, 0.6, -0.5], [0.5, -1, 0]]
+    facets = [[0, 1, 2], [0, 2, 8], [2, 0, 9], [1, 2, 3], [1, 3, 4], [2, 5, 3], [2, 1, 10], [1, 11, 10]]
+    facets += [[2, 10, 12], [1, 0, 6], [0, 1, 7]] + [[1, 0, 13]] * (beyond != "grain")
+    sides = [[1, 2], [1, 4], [4, 2]] + [[1, 5]] * 3 + [[5, 2]] * 3
+    sides += [[1, 1], [2, 2]] if beyond == "crack" else [[1, 3], [3, 2]]
+    sides += [[1, 2]] * (beyond != "grain")
+    kind = np.where([a == b for a, b in sides], CRACK, 0).astype(np.uint8)
+    return Surface(np.array(points, float), np.array(facets, np.int32), np.array(sides, np.int32), kind)
+
+
+@pytest.mark.parametrize(
+    "beyond, merge_points, refusal",
+    [
+        ("crack", True, DONE),
+        ("crack", False, JUNCTION_TRIANGLE),
+        ("both", True, JUNCTION_TRIANGLE),
+        ("grain", True, JUNCTION_TRIANGLE),
+    ],
+)
+def test_ears_of_contacts_close_where_the_contact_goes_on_and_no_side_is_tied(
+    beyond, merge_points, refusal
+):
+    surface = ear(beyond)
+    state = by_reference(make_state(surface, np.ones(len(surface.points))))
+    for a, b in ((1, 2), (2, 1)):
+        assert link_refusal(state, a, b, False, merge_points) == refusal
 
 
 def test_relaxation_evens_facets_out_inside_a_patch_only():
