@@ -69,8 +69,7 @@ def collapse_poor(shop: Workshop, limits: Limits, goal: float) -> int:
 def ear_edges(shop: Workshop) -> np.ndarray:
     """Return the crack edges (k, 2), other than front edges, that join two front vertices."""
     state = shop.state
-    living = np.flatnonzero(state.alive[: state.used[1]] & state.patch_crack[state.patch[: state.used[1]]])
-    facets = state.facets[living]
+    facets = state.facets[shop.living(on_crack=True)]
     pairs = facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     on_front = (state.flags[pairs] & ON_FRONT).all(1)
     pairs, count = np.unique(np.sort(pairs[on_front], axis=1), axis=0, return_counts=True)

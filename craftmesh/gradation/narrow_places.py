@@ -62,6 +62,11 @@ def _is_free(shop: Workshop, vertices: np.ndarray) -> np.ndarray:
     return shop.state.flags[vertices] == 0
 
 
+def _unit_normals(shop: Workshop, facets: np.ndarray) -> np.ndarray:
+    normal = area_vectors(shop.state.points, facets)
+    return normal / np.linalg.norm(normal, axis=1)[:, None]
+
+
 def _sharp_wedges(shop: Workshop) -> Wedges:
     """Return the wedges of grains and voids under SHARP degrees; labels are slots."""
     state = shop.state
@@ -85,8 +90,7 @@ def _wedge_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
     vertices, places = [], []
     for column in (0, 1):
         facet, far = found.facets[:, column], found.far[:, column]
-        normal = area_vectors(state.points, state.facets[facet])
-        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        normal = _unit_normals(shop, state.facets[facet])
         behind = state.patch_sides[state.patch[facet], 0] == found.label
         normal[~behind] *= -1
         arm = state.points[far] - start
@@ -101,12 +105,11 @@ def _wedge_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
 def _gap_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices (k,) over crack facets and places (k, 3) further away, the nearest first."""
     state = shop.state
-    living = np.flatnonzero(state.alive[: state.used[1]] & state.patch_crack[state.patch[: state.used[1]]])
+    living = shop.living(on_crack=True)
     if not len(living):
         return np.zeros(0, np.int64), np.zeros((0, 3))
     corners = state.points[state.facets[living]]
-    normal = area_vectors(state.points, state.facets[living])
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    normal = _unit_normals(shop, state.facets[living])
     tree = cKDTree(corners.mean(axis=1))
     vertices = np.flatnonzero(state.first[: state.used[0]] >= 0)
     vertices = vertices[_is_free(shop, vertices)]
@@ -126,8 +129,7 @@ def _front_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
     """Return corners (k,) of facets close to the crack front and places (k, 3) away, the closest first."""
     state = shop.state
     vertex, corners = _near_front(shop)
-    normal = area_vectors(state.points, corners)
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    normal = _unit_normals(shop, corners)
     height = np.einsum("ij,ij->i", state.points[vertex] - state.points[corners[:, 0]], normal)
     weight = _weights(state.points[corners], normal, state.points[vertex] - height[:, None] * normal)
     missing = FRONT_GAP * state.size[vertex] - np.abs(height)
@@ -144,7 +146,7 @@ def _near_front(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
     """Return front vertices (k,) and corners (k, 3) of facets, off the crack, that may be close to them."""
     state = shop.state
     front = np.flatnonzero((state.first >= 0) & (state.flags & ON_FRONT > 0))
-    living = np.flatnonzero(state.alive[: state.used[1]] & ~state.patch_crack[state.patch[: state.used[1]]])
+    living = shop.living(on_crack=False)
     if not len(front) or not len(living):
         return np.zeros(0, np.int64), np.zeros((0, 3), np.int64)
     corners = state.facets[living]

@@ -42,6 +42,11 @@ class Workshop:
         count = int(s.alive[: s.used[1]].sum())
         return list_edges(s.facets, s.patch, s.first, s.after, s.rank, s.used[0], count, s.stamp, s.clock)
 
+    def living(self, on_crack: bool) -> np.ndarray:
+        """Return the rows of the living facets that are crack, or of those that are not."""
+        s, count = self.state, self.state.used[1]
+        return np.flatnonzero(s.alive[:count] & (s.patch_crack[s.patch[:count]] == on_crack))
+
     def set_sizes(self, sizing) -> None:
         """Set the target lengths of all living vertices from the sizing."""
         living = np.flatnonzero(self.state.first[: self.state.used[0]] >= 0)
@@ -63,10 +68,10 @@ class Workshop:
 
     def make_room(self) -> None:
         """Drop the facets that are gone, refresh the grid and lengthen whatever is nearly full."""
-        m = int(self.state.alive.sum())
         arrays = self.state._asdict()
         del self.state, self.grid
         drop_dead(arrays)
+        m = int(arrays["used"][1])
         self.state = grown(arrays, max(1000, m // 4), max(4000, m // 2))
         self.grid = filled_grid(self.state)
 

@@ -102,7 +102,8 @@ def link_refusal(state, a, b, zipping, merge_points):
 
     Vertices joined to both ends must be corners of facets on the edge (link condition), and none of
     these may be joined to both by feature edges, or two junction lines would fall into one; unless
-    `zipping` (zips), or where junction points may merge and the facet between the lines is an ear.
+    `zipping` (zips), or where junction points may merge and the facet between the lines is a remnant
+    (_is_remnant).
     """
     facets, first, after, stamp = state.facets, state.first, state.after, state.stamp
     mark = state.clock[0] + 1
@@ -123,7 +124,7 @@ def link_refusal(state, a, b, zipping, merge_points):
                 return LINK
             stamp[u] = mark + 1
             if not zipping and state.rank[a] > 0 and state.rank[b] > 0 and _between_lines(state, a, b, u):
-                if not (merge_points and _is_ear(state, f, a, b, u)):
+                if not (merge_points and _is_remnant(state, f, a, b, u)):
                     return JUNCTION_TRIANGLE
         c = after[c]
     if shared == 0:
@@ -141,7 +142,7 @@ def link_refusal(state, a, b, zipping, merge_points):
 
 
 @njit(cache=True)
-def _is_ear(state, f, a, b, u):
+def _is_remnant(state, f, a, b, u):
     """Tell whether facet f = (a, b, u) may close, for its contact goes on beyond one of the joining lines.
 
     So is the part of a contact that a crack leaves behind itself where a triple line grazes it.
@@ -153,8 +154,7 @@ def _is_ear(state, f, a, b, u):
     patch = state.patch[f]
     beyond = _facets_of_patch(state, a, u, patch) + _facets_of_patch(state, b, u, patch) - 2
     alone = _facets_of_patch(state, a, b, patch) == 1
-    feature = is_feature(state.facets, state.patch, state.first, state.after, a, b)
-    return alone and feature and beyond == 1 and _lines_may_join(state, a, b, u)
+    return alone and beyond == 1 and _lines_may_join(state, a, b, u)
 
 
 @njit(cache=True)

@@ -222,7 +222,7 @@ def test_thin_ends_of_contacts_close_where_no_side_is_tied(surface, closes):
     assert not zips(state, 0, 1)
 
 
-def ear(beyond: str) -> Surface:
+def remnant(beyond: str) -> Surface:
     """Grains 1 and 2 touch in facet 0 1 2, whose line 0 2 borders on grain 4 and whose line 1 2 on grain 5.
 
     Beyond line 0 1 there is the contact again, with the crack across ("crack") or grain 3 in between
@@ -250,10 +250,10 @@ def ear(beyond: str) -> Surface:
         ("grain", True, JUNCTION_TRIANGLE),
     ],
 )
-def test_ears_of_contacts_close_where_the_contact_goes_on_and_no_side_is_tied(
+def test_remnants_of_contacts_close_where_the_contact_goes_on_and_no_side_is_tied(
     beyond, merge_points, refusal
 ):
-    surface = ear(beyond)
+    surface = remnant(beyond)
     state = by_reference(make_state(surface, np.ones(len(surface.points))))
     for a, b in ((1, 2), (2, 1)):
         assert link_refusal(state, a, b, False, merge_points) == refusal
