@@ -57,8 +57,8 @@ def prepare(case: Case, path: str) -> int:
 def figures_of(surface, sizing) -> dict:
     """Return how a gradated surface keeps sizes and angles, and its pairs of facets that intersect."""
     from craftmesh.gradation.report import size_adherence
-    from craftmesh.kernels.triangle_pairs import intersecting_pairs
-    from craftmesh.measure import facet_angles
+    from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+    from craftmesh.surface.measure import facet_angles
 
     adherence = size_adherence(surface, sizing)
     smallest = facet_angles(surface.points, surface.facets).min(axis=1)

@@ -56,8 +56,8 @@ def figures_of(points, tets, grain, surface, sizing) -> dict:
     The first points are those of `surface`. Clean grains have no facet under 12 degrees.
     """
     from craftmesh.kernels.shape_measures import shape_measures
-    from craftmesh.measure import facet_angles
     from craftmesh.quality import quality
+    from craftmesh.surface.measure import facet_angles
     from craftmesh.tet_connectivity import tet_edges
     from craftmesh.types import TetMesh
 

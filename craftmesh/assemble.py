@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from craftmesh.crack_front import front_polylines
 from craftmesh.deck.mesh_sets import LIPS, node_sets_of
 from craftmesh.errors import CraftmeshError
-from craftmesh.measure import area_vectors
+from craftmesh.surface.measure import area_vectors
 from craftmesh.tet_connectivity import (
     FACE_CORNERS,
     RowGroups,

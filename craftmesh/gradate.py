@@ -23,12 +23,12 @@ from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junc
 from craftmesh.gradation.report import gradation_report
 from craftmesh.gradation.state import make_state, surface_of
 from craftmesh.gradation.tied_nodes import release_tied_nodes
-from craftmesh.measure import side_volumes
 from craftmesh.options import option
 from craftmesh.progress import silent
 from craftmesh.sizing import Sizing
+from craftmesh.surface.measure import side_volumes
+from craftmesh.surface.volumes import restore_volumes
 from craftmesh.types import Surface
-from craftmesh.volumes import restore_volumes
 
 # What the restoring of volumes may move a vertex, as a part of the distance tolerance.
 RESTORING_SHARE = 0.5

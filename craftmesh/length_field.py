@@ -8,9 +8,9 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from craftmesh.connectivity import unique_edges
 from craftmesh.errors import CraftmeshError
-from craftmesh.measure import area_vectors
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Surface
 
 _AVERAGED = 4  # samples that a length between the samples is made of

@@ -5,9 +5,9 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from craftmesh.connectivity import facet_edges
 from craftmesh.errors import CraftmeshError
-from craftmesh.measure import area_vectors
+from craftmesh.surface.connectivity import facet_edges
+from craftmesh.surface.measure import area_vectors
 from craftmesh.types import INTERFACE
 
 GAP = 0.15  # of the edge length: facets of two grains that face each other this closely should have matched

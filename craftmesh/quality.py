@@ -5,7 +5,7 @@ import numpy as np
 from craftmesh.crack_front import front_frames
 from craftmesh.kernels.shape_measures import shape_measures
 from craftmesh.kernels.tet_jacobians import smallest_jacobians
-from craftmesh.measure import area_vectors
+from craftmesh.surface.measure import area_vectors
 from craftmesh.tet_connectivity import face_nodes, group_edges, tet_edges
 from craftmesh.types import TetMesh, Voxels
 

@@ -8,18 +8,18 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.kernels.marching import march
 from craftmesh.kernels.smoothing import lap, spoiled_facets
-from craftmesh.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.measure import area_vectors, facet_angles
 from craftmesh.options import option
 from craftmesh.progress import silent
-from craftmesh.types import Surface, Voxels
-from craftmesh.vertex_classes import (
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.measure import area_vectors, facet_angles
+from craftmesh.surface.vertex_classes import (
     facets_beyond_box,
     smoothing_neighbours,
     vertex_classes,
     vertices_around,
 )
-from craftmesh.volumes import restore_volumes
+from craftmesh.surface.volumes import restore_volumes
+from craftmesh.types import Surface, Voxels
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.connectivity import unique_edges
 from craftmesh.errors import CraftmeshError
 from craftmesh.length_field import LengthField, curvature_lengths
 from craftmesh.options import option
+from craftmesh.surface.connectivity import unique_edges
 from craftmesh.types import Surface
 
 # How fast lengths that the surface's curvature asks for grow into the grains, without a limit of one's own.

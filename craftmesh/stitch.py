@@ -8,12 +8,12 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from craftmesh.connectivity import compact, facet_edges
 from craftmesh.cracking.insert import insert_crack
 from craftmesh.errors import CraftmeshError
-from craftmesh.measure import area_vectors
 from craftmesh.outer_shells import grain_names, refuse_gaps, with_voids
 from craftmesh.stitch_options import StitchOptions
+from craftmesh.surface.connectivity import compact, facet_edges
+from craftmesh.surface.measure import area_vectors
 from craftmesh.types import INTERFACE, Surface
 
 __all__ = ["StitchOptions", "insert_crack", "stitch_grains"]

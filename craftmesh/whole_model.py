@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 from scipy.spatial import Delaunay
 
-from craftmesh.connectivity import compact
 from craftmesh.errors import CraftmeshError
 from craftmesh.grains.grain_surface import grain_surfaces
 from craftmesh.grains.interior_points import LocalSizing
 from craftmesh.grains.optimise_tets import optimise_tets
-from craftmesh.measure import side_volumes
 from craftmesh.mesher.pool import run_tasks
 from craftmesh.mesher.tetwild import TetWildTask, tetwild
 from craftmesh.progress import silent
+from craftmesh.surface.connectivity import compact
+from craftmesh.surface.measure import side_volumes
 from craftmesh.types import GrainTets, Surface
 from craftmesh.whole.crack_faces import check_crack, with_fins
 from craftmesh.whole.labels import labels_at

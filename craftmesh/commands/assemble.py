@@ -15,7 +15,7 @@ from craftmesh.io.front_csv import write_front
 from craftmesh.io.grain_tets import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, write_tets
 from craftmesh.meshing_record import merged
-from craftmesh.repair import repair_surface
+from craftmesh.surface.repair import repair_surface
 from craftmesh.tetrahedralize import TetrahedralizeOptions
 
 

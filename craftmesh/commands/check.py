@@ -55,7 +55,7 @@ def check_polygons(file: Path, arguments) -> list[str]:
     from craftmesh.io import vtk, vtk_xml
 
     if vtk_xml.read_dataset(file, "PolyData").GetCellData().HasArray("sides"):
-        from craftmesh.check_surface import check_surface
+        from craftmesh.surface.check_surface import check_surface
 
         return check_surface(vtk.read_surface(file))
     from craftmesh.cracking.series import check_crack

@@ -11,7 +11,7 @@ from craftmesh.cracking.shapes import CrackOptions
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import read_crack, read_surface, read_voxels, write_crack
-from craftmesh.measure import area_vectors
+from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
 
 

@@ -21,7 +21,7 @@ from craftmesh.mesher.base import TETWILD
 from craftmesh.mesher.diagnose import GrainFailure
 from craftmesh.meshing_record import record_of
 from craftmesh.progress import ProgressLine
-from craftmesh.repair import repair_surface
+from craftmesh.surface.repair import repair_surface
 from craftmesh.tetrahedralize import TetrahedralizeOptions, tetrahedralize
 from craftmesh.types import GrainTets, Surface
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from craftmesh.connectivity import facet_edges
 from craftmesh.errors import CraftmeshError
 from craftmesh.kernels import planar
 from craftmesh.kernels.planar_smoothing import smooth
+from craftmesh.surface.connectivity import facet_edges
 
 SPACING = 0.72  # least distance of an interior point from others, in target edge lengths
 CLEARANCE = 0.4  # least distance from a fixed edge, in target edge lengths

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from craftmesh.connectivity import facet_edges
+from craftmesh.surface.connectivity import facet_edges
 
 
 def regions_of(triangles, fixed) -> np.ndarray:

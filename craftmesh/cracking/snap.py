@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from craftmesh.connectivity import unique_edges
 from craftmesh.cracking.cut import CutSurface
 from craftmesh.cracking.front import put_on_front
 from craftmesh.cracking.sheet import Sheet
-from craftmesh.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.measure import area_vectors, facet_angles
 from craftmesh.stitch_options import StitchOptions
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.measure import area_vectors, facet_angles
 from craftmesh.types import CRACK, INTERFACE
 
 FARTHEST = 0.5  # of the local size: points slide along their line by at most this much

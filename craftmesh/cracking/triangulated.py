@@ -3,9 +3,9 @@
 import numpy as np
 import shapely
 
-from craftmesh.connectivity import compact, unique_edges
 from craftmesh.errors import CraftmeshError
-from craftmesh.measure import area_vectors
+from craftmesh.surface.connectivity import compact, unique_edges
+from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
 
 MERGE = 1e-9  # points closer than this share of the crack's extent are one

@@ -9,8 +9,8 @@ from scipy.spatial import cKDTree
 from craftmesh.gradation.passes import Limits, Workshop
 from craftmesh.kernels.collapse_rules import ON_FRONT
 from craftmesh.kernels.slide import move_pass
-from craftmesh.measure import area_vectors
-from craftmesh.wedges import Wedges, wedges
+from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.wedges import Wedges, wedges
 
 ROUNDS = 3
 # Degrees: wedges under the first are opened towards the second.

@@ -11,12 +11,12 @@ from craftmesh.gradation.state import State, drop_dead, grown
 from craftmesh.kernels.by_reference import by_reference
 from craftmesh.kernels.collapse import collapse_pass
 from craftmesh.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
-from craftmesh.kernels.facet_shape import poor_facets, relative_lengths
 from craftmesh.kernels.relax import relax_pass
 from craftmesh.kernels.rings import list_edges
 from craftmesh.kernels.slide import even_lines_pass, slide_pass
 from craftmesh.kernels.split import split_pass
 from craftmesh.kernels.swap import swap_pass
+from craftmesh.surface.kernels.facet_shape import poor_facets, relative_lengths
 
 # Width of the grid's cells in mean edges; from 1.6 to 3.2 makes no difference to speak of.
 CELL = 2.5

@@ -4,11 +4,11 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.connectivity import compact, unique_edges
 from craftmesh.kernels.collapse_rules import ON_CRACK, ON_FRONT
 from craftmesh.kernels.reference_normals import reference_normals
 from craftmesh.kernels.rings import classify, link_all
-from craftmesh.measure import area_vectors
+from craftmesh.surface.connectivity import compact, unique_edges
+from craftmesh.surface.measure import area_vectors
 from craftmesh.types import CRACK, Surface
 
 # points, facets, alive, patch, reference: the surface; first, after: corner lists (kernels.rings);

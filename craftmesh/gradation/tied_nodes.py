@@ -5,9 +5,9 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from craftmesh.connectivity import unique_edges
 from craftmesh.gradation.state import patch_ids
-from craftmesh.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.types import CRACK, Surface
 
 

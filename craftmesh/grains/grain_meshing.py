@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from craftmesh.connectivity import compact
 from craftmesh.grains.grain_region import (
     check_filled,
     find_regions,
@@ -18,6 +17,7 @@ from craftmesh.grains.interior_points import LocalSizing, interior_points
 from craftmesh.grains.optimise_tets import optimise_tets
 from craftmesh.grains.poor_tets import poor_tets
 from craftmesh.mesher.base import load_mesher
+from craftmesh.surface.connectivity import compact
 from craftmesh.types import GrainTets
 
 # Keeps the surface, adds nothing it can do without: the cheapest mesh that tells inside from outside.

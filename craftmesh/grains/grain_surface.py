@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.connectivity import compact
 from craftmesh.errors import CraftmeshError
-from craftmesh.measure import area_vectors
+from craftmesh.surface.connectivity import compact
+from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Surface
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.connectivity import unique_edges
 from craftmesh.grains.grain_surface import GrainSurface
 from craftmesh.kernels.interior_fill import bucket_points, mark_clear, mark_inside, thin_out
-from craftmesh.measure import area_vectors
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import area_vectors
 
 # Lengths in target edge lengths l. With these the tetrahedra have edges of .98 l in the median where l is
 # the same everywhere, .95 l where it varies.

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from craftmesh.connectivity import unique_edges
 from craftmesh.grains.grain_surface import GrainSurface
 from craftmesh.kernels.shape_measures import shape_measures
-from craftmesh.measure import facet_angles
-from craftmesh.wedges import wedges
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import facet_angles
+from craftmesh.surface.wedges import wedges
 
 
 def poor_tets(surface: GrainSurface, nodes: np.ndarray, tets: np.ndarray) -> list[dict]:

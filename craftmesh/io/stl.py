@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.atomic import atomic_path
-from craftmesh.connectivity import compact
 from craftmesh.errors import CraftmeshError
+from craftmesh.surface.connectivity import compact
 from craftmesh.types import Surface
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.facet_shape import area_vector
+from craftmesh.surface.kernels.facet_shape import area_vector
 
 
 @njit(cache=True)

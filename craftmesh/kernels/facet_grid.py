@@ -5,8 +5,8 @@ from collections import namedtuple
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.facet_shape import area_vector, squared_distance
-from craftmesh.kernels.triangles import triangles_intersect
+from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
+from craftmesh.surface.kernels.triangles import triangles_intersect
 
 # origin (3,), inverse cell size (1,), cells per axis (3,); first item per cell; facet and next item
 # per item; number of items used (1,); per facet the lowest and highest cell it was last entered in;

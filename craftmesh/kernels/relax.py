@@ -5,9 +5,9 @@ from numba import njit
 
 from craftmesh.kernels.collapse_rules import DONE
 from craftmesh.kernels.facet_grid import has_room
-from craftmesh.kernels.facet_shape import area_vector, score_of_angle
 from craftmesh.kernels.slide import constrain, relocate
 from craftmesh.kernels.star import star_of, worst_score
+from craftmesh.surface.kernels.facet_shape import area_vector, score_of_angle
 
 # No facet falls under its star's least angle or under this score (30 degrees), whichever is less.
 SOUND = score_of_angle(30.0)

@@ -6,10 +6,10 @@ from numba import njit
 from craftmesh.kernels.collapse_rules import ON_FRONT
 from craftmesh.kernels.cones import add_cone, book_drift, drift_allows
 from craftmesh.kernels.facet_grid import has_room, insert_facet
-from craftmesh.kernels.facet_shape import cosine_range, facet_distance2, keeps_normal
 from craftmesh.kernels.rings import edge_facets, link_corner, unlink_corner
 from craftmesh.kernels.star import hits
 from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
+from craftmesh.surface.kernels.facet_shape import cosine_range, facet_distance2, keeps_normal
 
 LEAST_GAIN = 1e-3
 # Edges that wait for another look while swaps spread from one edge.

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.grains.grain_surface import GrainSurface
-from craftmesh.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 
 MAX_PAIRS = 1000
 # Where TetGen lists the facets it could not use, in its working folder.

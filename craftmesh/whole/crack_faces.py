@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from craftmesh.connectivity import unique_edges
 from craftmesh.errors import CraftmeshError
-from craftmesh.kernels.distances import nearest_facets, nearest_on_edges
-from craftmesh.measure import area_vectors
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.kernels.distances import nearest_facets, nearest_on_edges
+from craftmesh.surface.measure import area_vectors
 from craftmesh.tet_connectivity import half_face_corners, tet_volumes
 from craftmesh.types import CRACK, Surface
 

@@ -9,15 +9,15 @@ import yaml
 from gradation_guards import box_breaches, ears, topology_breaches
 
 from craftmesh import GradateOptions, Sizing, gradate
-from craftmesh.check_surface import check_surface
 from craftmesh.clean import CleanOptions, clean
-from craftmesh.connectivity import unique_edges
 from craftmesh.cracking import CrackOptions, insert_crack, prescribed_crack
 from craftmesh.io.readers import read_voxels
-from craftmesh.measure import facet_angles
 from craftmesh.remesh import remesh
 from craftmesh.sizing import densify
 from craftmesh.stitch import stitch_grains
+from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import facet_angles
 
 ROOT = Path(__file__).resolve().parents[2]
 STL = {"g26": "stl/g26.npz", "g100": "stl/g100.npz"}

@@ -13,7 +13,7 @@ from craftmesh.cracking import (
 from craftmesh.cracking.sheet import sheet_of
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.stl import write_stl
-from craftmesh.measure import area_vectors
+from craftmesh.surface.measure import area_vectors
 
 BOX = np.array([[1.0, -2.0, 3.0], [11.0, 10.0, 14.0]])
 CENTRE = tuple(BOX.mean(axis=0))

@@ -6,16 +6,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh import GradateOptions, Sizing, Surface, gradate
-from craftmesh.check_surface import check_surface
-from craftmesh.connectivity import unique_edges
 from craftmesh.cracking.insert import insert_crack
 from craftmesh.cracking.shapes import CrackOptions, prescribed_crack
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.gradation.state import front_edges
-from craftmesh.measure import facet_angles, side_volumes
 from craftmesh.remesh import RemeshOptions, remesh
 from craftmesh.sizing import densify
+from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import facet_angles, side_volumes
 from craftmesh.types import CRACK, Voxels
 
 

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from random_cases import RandomCase, random_case
 
 from craftmesh import Surface, gradate
-from craftmesh.check_surface import check_surface
 from craftmesh.gradation.preprocess import smooth_junctions
 from craftmesh.gradation.tied_nodes import release_tied_nodes
-from craftmesh.kernels.triangles import triangles_intersect
+from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.kernels.triangles import triangles_intersect
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -14,11 +14,11 @@ from craftmesh.gradation.state import make_state, patch_ids, surface_of
 from craftmesh.kernels.by_reference import by_reference
 from craftmesh.kernels.collapse_rules import DONE, JUNCTION_TRIANGLE, link_refusal, zips
 from craftmesh.kernels.facet_grid import star_intersects
-from craftmesh.kernels.facet_shape import angle_score, facet_distance2, segment_distance2
 from craftmesh.kernels.projection import put_on_crack, put_on_front
 from craftmesh.kernels.relax import relax_pass
-from craftmesh.kernels.triangles import triangles_intersect
-from craftmesh.measure import facet_angles
+from craftmesh.surface.kernels.facet_shape import angle_score, facet_distance2, segment_distance2
+from craftmesh.surface.kernels.triangles import triangles_intersect
+from craftmesh.surface.measure import facet_angles
 from craftmesh.types import CRACK, Surface
 
 seeds = st.integers(0, 2**32 - 1)

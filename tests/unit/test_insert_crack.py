@@ -4,17 +4,17 @@ from scipy.spatial import cKDTree
 from structured_box import structured_box
 from test_crack_shapes import wavy_disc
 
-from craftmesh.check_surface import check_surface
-from craftmesh.connectivity import unique_edges
 from craftmesh.cracking import CrackOptions, crack_from_triangles, insert_crack, prescribed_crack
 from craftmesh.cracking.insert import refuse_intersections
 from craftmesh.cracking.sheet import sheet_of
 from craftmesh.errors import CraftmeshError
 from craftmesh.generate import GenerateOptions, generate
-from craftmesh.measure import area_vectors, facet_angles, side_volumes
 from craftmesh.remesh import remesh
 from craftmesh.sizing import Sizing, SizingOptions, densify, sizing_for
 from craftmesh.stitch_options import StitchOptions
+from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import area_vectors, facet_angles, side_volumes
 from craftmesh.types import CRACK, Surface, Voxels
 
 SIZE = 32.0

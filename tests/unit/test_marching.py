@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from skimage.measure import marching_cubes
 
-from craftmesh.check_surface import check_surface, tied_vertices
-from craftmesh.connectivity import unique_edges
 from craftmesh.kernels.marching import march
-from craftmesh.measure import side_volumes
+from craftmesh.surface.check_surface import check_surface, tied_vertices
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import side_volumes
 from craftmesh.types import INTERFACE, Surface
 
 SEEDS = st.integers(0, 2**32 - 1)

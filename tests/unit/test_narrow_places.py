@@ -16,9 +16,9 @@ from craftmesh.gradation.narrow_places import (
 )
 from craftmesh.gradation.passes import Limits, Workshop, filled_grid
 from craftmesh.gradation.state import make_state, surface_of
-from craftmesh.measure import side_volumes
+from craftmesh.surface.measure import side_volumes
+from craftmesh.surface.wedges import wedges
 from craftmesh.types import CRACK, Surface
-from craftmesh.wedges import wedges
 
 FREE = Limits(0.75, 1.4, 9.0, 0.0, 0.0, -1.0, 9.0, 0.01, 99.0, False)
 

@@ -5,20 +5,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from craftmesh.check_surface import check_surface
 from craftmesh.errors import CraftmeshError
 from craftmesh.kernels.marching import march
 from craftmesh.kernels.smoothing import lap, spoiled_facets
-from craftmesh.measure import area_vectors, facet_angles
 from craftmesh.remesh import RemeshOptions, remesh, smooth
-from craftmesh.types import INTERFACE, Voxels
-from craftmesh.vertex_classes import (
+from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.measure import area_vectors, facet_angles
+from craftmesh.surface.vertex_classes import (
     AT_JUNCTION,
     ON_INTERFACE,
     ON_LINE,
     smoothing_neighbours,
     vertex_classes,
 )
+from craftmesh.types import INTERFACE, Voxels
 
 
 def polycrystal(seed=0, shape=(14, 12, 10), grains=7, spacing=(1, 1, 1), origin=(0, 0, 0)):

@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 from structured_box import structured_box
 
-from craftmesh.check_surface import check_surface
-from craftmesh.connectivity import compact
 from craftmesh.errors import CraftmeshError
 from craftmesh.generate import GenerateOptions, generate
 from craftmesh.io.stl import read_stl_folder, write_stl_folder
-from craftmesh.measure import side_volumes
 from craftmesh.remesh import remesh
 from craftmesh.stitch import StitchOptions, stitch_grains
+from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.connectivity import compact
+from craftmesh.surface.measure import side_volumes
 from craftmesh.types import INTERFACE, Surface
 
 

@@ -5,9 +5,9 @@ import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assemble import assemble
-from craftmesh.check_surface import check_surface
 from craftmesh.check_tets import check_tets
 from craftmesh.errors import CraftmeshError
+from craftmesh.surface.check_surface import check_surface
 from craftmesh.tet_connectivity import group_triples, half_face_corners, half_faces, tet_volumes
 from craftmesh.tetrahedralize import TetrahedralizeOptions
 from craftmesh.types import CRACK, Surface

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.connectivity import unique_edges
+from craftmesh.surface.connectivity import unique_edges
 
 
 class Wedges(NamedTuple):

@@ -4,9 +4,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from craftmesh.connectivity import facet_edges
-from craftmesh.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.measure import area_vectors, side_volumes
+from craftmesh.surface.connectivity import facet_edges
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.measure import area_vectors, side_volumes
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Surface
 
 # A facet is degenerate when its area is below this part of its longest edge squared.

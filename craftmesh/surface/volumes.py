@@ -7,14 +7,14 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import spsolve
 
-from craftmesh.connectivity import facet_edges
 from craftmesh.errors import CraftmeshError
 from craftmesh.kernels.smoothing import spoiled_facets
-from craftmesh.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.measure import area_vectors
 from craftmesh.progress import silent
+from craftmesh.surface.connectivity import facet_edges
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.vertex_classes import facets_beyond_box, vertex_classes, vertices_around
 from craftmesh.types import CRACK, Surface
-from craftmesh.vertex_classes import facets_beyond_box, vertex_classes, vertices_around
 
 # A vertex moves at most this part of its mean edge in one round.
 STEP = 0.3

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.facet_shape import area_vector, facet_distance2, segment_distance2
+from craftmesh.surface.kernels.facet_shape import area_vector, facet_distance2, segment_distance2
 
 
 @njit(cache=True)

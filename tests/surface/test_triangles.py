@@ -7,8 +7,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from craftmesh.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.kernels.triangles import triangles_intersect
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.kernels.triangles import triangles_intersect
 
 SMALL = st.integers(0, 4)
 

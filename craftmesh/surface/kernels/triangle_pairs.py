@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.triangles import triangles_intersect
+from craftmesh.surface.kernels.triangles import triangles_intersect
 
 
 @njit(cache=True)

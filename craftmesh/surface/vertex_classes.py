@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.connectivity import unique_edges
+from craftmesh.surface.connectivity import unique_edges
 from craftmesh.types import CRACK, INTERFACE
 
 ON_INTERFACE, ON_LINE, AT_JUNCTION = 0, 1, 2

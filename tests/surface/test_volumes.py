@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from craftmesh.check_surface import check_surface
 from craftmesh.errors import CraftmeshError
 from craftmesh.kernels.marching import march
-from craftmesh.measure import area_vectors, side_volumes
 from craftmesh.remesh import RemeshOptions, remesh, voxel_volumes
+from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.measure import area_vectors, side_volumes
+from craftmesh.surface.volumes import restore_volumes
 from craftmesh.types import CRACK, Surface, Voxels
-from craftmesh.volumes import restore_volumes
 
 UNRESTORED = RemeshOptions(volume_rounds=0)
 

@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from craftmesh.check_surface import FLAT
-from craftmesh.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.measure import area_vectors, side_volumes
-from craftmesh.types import CRACK, Surface
-from craftmesh.vertex_classes import (
+from craftmesh.surface.check_surface import FLAT
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.measure import area_vectors, side_volumes
+from craftmesh.surface.vertex_classes import (
     facets_beyond_box,
     smoothing_neighbours,
     vertex_classes,
     vertices_around,
 )
+from craftmesh.types import CRACK, Surface
 
 ROUNDS = 24
 # Rounds after which the neighbourhood that moves grows by a ring of facets.

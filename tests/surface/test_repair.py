@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from structured_box import structured_box
 
-from craftmesh.check_surface import check_surface
 from craftmesh.generate import GenerateOptions, generate
 from craftmesh.remesh import RemeshOptions, remesh
-from craftmesh.repair import faulty_facets, repair_surface
+from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.repair import faulty_facets, repair_surface
+from craftmesh.surface.vertex_classes import AT_JUNCTION, vertex_classes
 from craftmesh.tetrahedralize import TetrahedralizeOptions, tetrahedralize
 from craftmesh.types import CRACK, Surface
-from craftmesh.vertex_classes import AT_JUNCTION, vertex_classes
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,1 @@
+"""The surface: what can be asked of it, and what every stage may do to it."""
