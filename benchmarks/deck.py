@@ -28,8 +28,8 @@ def box_mesh(elements: int):
 
     The spacing is irrational, so that coordinates take all their digits, as those of real meshes do.
     """
-    from craftmesh.crack_front import front_polylines
-    from craftmesh.deck.mesh_sets import node_sets_of
+    from craftmesh.mesh.front import front_polylines
+    from craftmesh.mesh.mesh_sets import node_sets_of
     from craftmesh.types import TetMesh
 
     n = max(GRAINS_PER_EDGE, int(np.ceil((elements / 6) ** (1 / 3) - 1e-9)))
@@ -69,7 +69,7 @@ def _open_crack(nodes, tets, above, n: int) -> np.ndarray:
 
 
 def _face_sets(nodes, tets, above, n: int) -> dict[str, np.ndarray]:
-    from craftmesh.tet_connectivity import half_faces
+    from craftmesh.mesh.tet_connectivity import half_faces
     from craftmesh.types import BOX_PLANES
 
     halves = half_faces(tets)

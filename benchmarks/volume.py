@@ -55,10 +55,10 @@ def figures_of(points, tets, grain, surface, sizing) -> dict:
 
     The first points are those of `surface`. Clean grains have no facet under 12 degrees.
     """
-    from craftmesh.kernels.shape_measures import shape_measures
-    from craftmesh.quality import quality
+    from craftmesh.mesh.kernels.shape_measures import shape_measures
+    from craftmesh.mesh.quality import quality
+    from craftmesh.mesh.tet_connectivity import tet_edges
     from craftmesh.surface.measure import facet_angles
-    from craftmesh.tet_connectivity import tet_edges
     from craftmesh.types import TetMesh
 
     measures = quality(TetMesh(points, tets, grain))

@@ -6,11 +6,10 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from craftmesh.crack_front import front_polylines
-from craftmesh.deck.mesh_sets import LIPS, node_sets_of
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.measure import area_vectors
-from craftmesh.tet_connectivity import (
+from craftmesh.mesh.front import front_polylines
+from craftmesh.mesh.mesh_sets import LIPS, node_sets_of
+from craftmesh.mesh.tet_connectivity import (
     FACE_CORNERS,
     RowGroups,
     face_nodes,
@@ -18,6 +17,7 @@ from craftmesh.tet_connectivity import (
     half_face_corners,
     half_faces,
 )
+from craftmesh.surface.measure import area_vectors
 from craftmesh.types import BOX_PLANES, CRACK, GrainTets, Surface, TetMesh
 
 _NO_FACET = -1

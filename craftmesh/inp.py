@@ -13,8 +13,8 @@ from craftmesh.atomic import atomic_path, atomic_paths
 from craftmesh.deck.includes import include_line, mesh_file
 from craftmesh.deck.inp_format import constant_lines, id_lines, integer_rows, name_lines, node_rows, number
 from craftmesh.deck.materials import Material, parse_materials
-from craftmesh.deck.second_order import as_elements
 from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.second_order import as_elements
 from craftmesh.options import option
 from craftmesh.types import TetMesh
 from craftmesh.voxels.orientation import normalized, quaternion_to_matrix

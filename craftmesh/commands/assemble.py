@@ -10,10 +10,10 @@ from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, tell
 from craftmesh.commands.whole_model_step import complete_mesh
-from craftmesh.crack_front import front_frames
 from craftmesh.io.front_csv import write_front
 from craftmesh.io.grain_tets import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, write_tets
+from craftmesh.mesh.front import front_frames
 from craftmesh.meshing_record import merged
 from craftmesh.surface.repair import repair_surface
 from craftmesh.tetrahedralize import TetrahedralizeOptions

@@ -35,14 +35,14 @@ def run(arguments):
 
 
 def check_mesh(file: Path, arguments) -> list[str]:
-    from craftmesh.check_tets import check_tets
     from craftmesh.io.npz import read_labels
     from craftmesh.io.vtk import read_tets
+    from craftmesh.mesh.check_tets import check_tets
 
     mesh = read_tets(file)
     breaches = check_tets(mesh)
     if arguments.quality:
-        from craftmesh.quality import quality
+        from craftmesh.mesh.quality import quality
 
         voxels = read_labels(existing(arguments.labels)) if arguments.labels else None
         meshing = {"meshing": read_json(arguments.meshing).get("meshing")} if arguments.meshing else {}

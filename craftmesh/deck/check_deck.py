@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.deck.includes import DeckText, read_deck_text
-from craftmesh.kernels.tet_jacobians import smallest_jacobians
-from craftmesh.tet_connectivity import tet_volumes
+from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.mesh.tet_connectivity import tet_volumes
 
 LINE_LIMIT = 256
 NAME_LIMIT = 80

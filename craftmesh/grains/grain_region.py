@@ -7,7 +7,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from craftmesh.grains.grain_surface import GrainSurface
-from craftmesh.tet_connectivity import group_triples, half_faces, tet_volumes
+from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volumes
 
 VOLUME_TOLERANCE = 1e-9
 OFF_FACES = np.array([1.0, 0.7, 0.4]) * 1e-7

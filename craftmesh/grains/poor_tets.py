@@ -3,7 +3,7 @@
 import numpy as np
 
 from craftmesh.grains.grain_surface import GrainSurface
-from craftmesh.kernels.shape_measures import shape_measures
+from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.wedges import wedges

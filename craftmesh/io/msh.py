@@ -5,7 +5,7 @@ import os
 import numpy as np
 
 from craftmesh.atomic import atomic_path
-from craftmesh.tet_connectivity import outer_face_nodes
+from craftmesh.mesh.tet_connectivity import outer_face_nodes
 from craftmesh.types import TetMesh
 
 _CELLS = {4: ("tetra", "triangle"), 10: ("tetra10", "triangle6")}

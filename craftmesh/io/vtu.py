@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.io import vtk_xml
 from craftmesh.io.vtk import VTK_CELL_TYPE, set_arrays
-from craftmesh.tet_connectivity import outer_face_nodes
+from craftmesh.mesh.tet_connectivity import outer_face_nodes
 from craftmesh.types import TetMesh
 
 VTK_FACE_TYPE = {4: 5, 10: 22}  # VTK_TRIANGLE, VTK_QUADRATIC_TRIANGLE

@@ -3,10 +3,10 @@
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.tet_connectivity import half_face_corners, tet_volumes
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.distances import nearest_facets, nearest_on_edges
 from craftmesh.surface.measure import area_vectors
-from craftmesh.tet_connectivity import half_face_corners, tet_volumes
 from craftmesh.types import CRACK, Surface
 
 # Shares by which the area and the front's length may differ from the input's.

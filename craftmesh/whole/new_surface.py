@@ -3,8 +3,8 @@
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.tet_connectivity import group_triples, half_face_corners, half_faces, tet_volumes
 from craftmesh.surface.connectivity import compact
-from craftmesh.tet_connectivity import group_triples, half_face_corners, half_faces, tet_volumes
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, GrainTets, Surface
 from craftmesh.whole.crack_faces import closed_edges, crack_half_faces, put_on_front
 

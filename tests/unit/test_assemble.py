@@ -5,9 +5,9 @@ import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assemble import assemble
-from craftmesh.crack_front import _tangents, front_frames, front_polylines
 from craftmesh.errors import CraftmeshError
-from craftmesh.tet_connectivity import FACE_CORNERS, face_nodes, tet_volumes
+from craftmesh.mesh.front import _tangents, front_frames, front_polylines
+from craftmesh.mesh.tet_connectivity import FACE_CORNERS, face_nodes, tet_volumes
 from craftmesh.types import CRACK, Surface
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from craftmesh.deck.check_deck import check_deck
-from craftmesh.tet_connectivity import EDGE_CORNERS
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS
 
 DECK = """** one tetrahedron
 *HEADING

@@ -5,11 +5,11 @@ import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assemble import assemble
-from craftmesh.check_tets import check_tets
 from craftmesh.cli import main
-from craftmesh.deck.second_order import as_elements
 from craftmesh.io.vtk import read_tets, write_tets
-from craftmesh.tet_connectivity import face_nodes
+from craftmesh.mesh.check_tets import check_tets
+from craftmesh.mesh.second_order import as_elements
+from craftmesh.mesh.tet_connectivity import face_nodes
 
 SUFFIXES = ("vtu", "msh", "e", "exo")
 

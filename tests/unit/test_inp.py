@@ -23,9 +23,9 @@ from structured_box import hexagon, plane_crack, structured_box
 from craftmesh.assemble import assemble
 from craftmesh.deck.check_deck import check_deck
 from craftmesh.deck.inp_format import number
-from craftmesh.deck.second_order import raise_order
 from craftmesh.errors import CraftmeshError
 from craftmesh.inp import DeckOptions, write_deck
+from craftmesh.mesh.second_order import raise_order
 
 ROOT = Path(__file__).resolve().parents[2]
 COPPER = ("cubic:168.4e3,121.4e3,75.4e3",)

@@ -8,9 +8,9 @@ import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assemble import assemble
-from craftmesh.check_tets import check_tets
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.grains.grain_surface import GrainSurface, grain_surfaces
+from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesher.base import load_mesher
 from craftmesh.mesher.diagnose import diagnose, tetgen_diagnosis
 from craftmesh.tetrahedralize import TetrahedralizeOptions, tetrahedralize

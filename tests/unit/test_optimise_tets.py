@@ -21,7 +21,7 @@ from craftmesh.kernels.tet_quality import (
     quality_of,
 )
 from craftmesh.kernels.tet_swaps import remove_edge, remove_face
-from craftmesh.tet_connectivity import group_triples, half_faces, tet_volumes
+from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volumes
 
 
 def plain_measures(corners):

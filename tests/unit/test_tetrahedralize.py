@@ -11,8 +11,8 @@ from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.grains.grain_meshing import MeshingTask, ladder, mesh_grain
 from craftmesh.grains.grain_region import WrongMesh, find_regions
 from craftmesh.grains.grain_surface import grain_surfaces, lowest_equal_point
+from craftmesh.mesh.tet_connectivity import half_faces, tet_volumes
 from craftmesh.surface.measure import side_volumes
-from craftmesh.tet_connectivity import half_faces, tet_volumes
 from craftmesh.tetrahedralize import TetrahedralizeOptions, tetrahedralize
 from craftmesh.types import CRACK, Surface
 

@@ -5,10 +5,10 @@ import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assemble import assemble
-from craftmesh.check_tets import check_tets
 from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.check_tets import check_tets
+from craftmesh.mesh.tet_connectivity import group_triples, half_face_corners, half_faces, tet_volumes
 from craftmesh.surface.check_surface import check_surface
-from craftmesh.tet_connectivity import group_triples, half_face_corners, half_faces, tet_volumes
 from craftmesh.tetrahedralize import TetrahedralizeOptions
 from craftmesh.types import CRACK, Surface
 from craftmesh.whole.crack_faces import check_crack, crack_half_faces

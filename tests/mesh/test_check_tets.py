@@ -7,8 +7,8 @@ import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assemble import assemble
-from craftmesh.check_tets import check_tets
-from craftmesh.deck.second_order import raise_order
+from craftmesh.mesh.check_tets import check_tets
+from craftmesh.mesh.second_order import raise_order
 
 
 def label_of(centres):

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from craftmesh.crack_front import mesh_fronts
-from craftmesh.deck.mesh_sets import LIPS, node_sets_of
-from craftmesh.kernels.tet_jacobians import smallest_jacobians
-from craftmesh.tet_connectivity import (
+from craftmesh.mesh.front import mesh_fronts
+from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.mesh.mesh_sets import LIPS, node_sets_of
+from craftmesh.mesh.tet_connectivity import (
     EDGE_CORNERS,
     FACE_EDGES,
     RowGroups,

@@ -4,11 +4,11 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from craftmesh.crack_front import mesh_fronts
-from craftmesh.deck.mesh_sets import node_sets_of
-from craftmesh.deck.quarter_points import move_to_quarter_points
 from craftmesh.errors import CraftmeshError
-from craftmesh.tet_connectivity import EDGE_CORNERS, group_edges, tet_edges
+from craftmesh.mesh.front import mesh_fronts
+from craftmesh.mesh.mesh_sets import node_sets_of
+from craftmesh.mesh.quarter_points import move_to_quarter_points
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, group_edges, tet_edges
 from craftmesh.types import TetMesh
 
 _OFF_EDGE = np.array([[2, 3], [0, 3], [1, 3], [1, 2], [0, 2], [0, 1]])  # the corners that an edge lacks

@@ -9,10 +9,10 @@ from deck_reader import load_judge
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assemble import assemble
-from craftmesh.deck.second_order import raise_order
 from craftmesh.inp import DeckOptions, write_deck
-from craftmesh.kernels.shape_measures import shape_measures
-from craftmesh.quality import quality
+from craftmesh.mesh.kernels.shape_measures import shape_measures
+from craftmesh.mesh.quality import quality
+from craftmesh.mesh.second_order import raise_order
 from craftmesh.types import TetMesh, Voxels
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from craftmesh.tet_connectivity import face_nodes
+from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.types import BOX_PLANES
 
 LIPS = ("CRACK_LIP_A", "CRACK_LIP_B")

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from craftmesh.mesh.tet_connectivity import face_nodes, group_edges
 from craftmesh.surface.measure import area_vectors
-from craftmesh.tet_connectivity import face_nodes, group_edges
 from craftmesh.types import TetMesh
 
 

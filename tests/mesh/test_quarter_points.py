@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assemble import assemble
-from craftmesh.check_tets import check_tets
-from craftmesh.deck.quarter_points import move_to_quarter_points
-from craftmesh.deck.second_order import as_elements, raise_order
 from craftmesh.errors import CraftmeshError
-from craftmesh.kernels.tet_jacobians import smallest_jacobians
-from craftmesh.quality import quality
-from craftmesh.tet_connectivity import EDGE_CORNERS, tet_volumes
+from craftmesh.mesh.check_tets import check_tets
+from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.mesh.quality import quality
+from craftmesh.mesh.quarter_points import move_to_quarter_points
+from craftmesh.mesh.second_order import as_elements, raise_order
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, tet_volumes
 
 SPACING = (0.3, 0.7, 1 / 3)
 PENNY, AT_THE_FACE = hexagon((3, 3), 2), hexagon((0, 3), 2)

@@ -5,10 +5,10 @@ import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assemble import assemble
-from craftmesh.crack_front import front_frames
-from craftmesh.deck.second_order import raise_order
 from craftmesh.errors import CraftmeshError
-from craftmesh.tet_connectivity import FACE_CORNERS, face_nodes
+from craftmesh.mesh.front import front_frames
+from craftmesh.mesh.second_order import raise_order
+from craftmesh.mesh.tet_connectivity import FACE_CORNERS, face_nodes
 
 # Abaqus: nodes 5..10 lie between these corners, counted from 1.
 ABAQUS_EDGES = [(1, 2), (2, 3), (3, 1), (1, 4), (2, 4), (3, 4)]

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from craftmesh.crack_front import front_frames
-from craftmesh.kernels.shape_measures import shape_measures
-from craftmesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.mesh.front import front_frames
+from craftmesh.mesh.kernels.shape_measures import shape_measures
+from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.mesh.tet_connectivity import face_nodes, group_edges, tet_edges
 from craftmesh.surface.measure import area_vectors
-from craftmesh.tet_connectivity import face_nodes, group_edges, tet_edges
 from craftmesh.types import TetMesh, Voxels
 
 _ASPECT_EDGES = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 5.0, 10.0, 20.0, np.inf)

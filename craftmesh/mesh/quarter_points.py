@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from craftmesh.kernels.tet_jacobians import smallest_jacobians
-from craftmesh.tet_connectivity import EDGE_CORNERS
+from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS
 from craftmesh.types import TetMesh
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.kernels.row_groups import group_rows
+from craftmesh.mesh.kernels.row_groups import group_rows
 
 # Corners of S1..S4; by the right-hand rule their normals point into an element of positive volume.
 FACE_CORNERS = np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])

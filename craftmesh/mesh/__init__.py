@@ -1,0 +1,1 @@
+"""The tetrahedral mesh: what can be asked of it."""
