@@ -52,7 +52,7 @@ def with_voids(edge: int, grains: int, voids: int, radius: float) -> Start:
     from craftmesh.generate import GenerateOptions, generate
     from craftmesh.islands import find_islands
     from craftmesh.remesh import remesh
-    from craftmesh.sizing import Sizing
+    from craftmesh.sizing.sizing import Sizing
 
     shape = (edge,) * 3
     voxels = generate(GenerateOptions(shape=shape, grains=grains, seed=1, voids=voids, void_radius=radius))
@@ -108,7 +108,7 @@ def _cracked(voxels, crack: dict, sizes: dict) -> Start:
 def _with_crack(surface, crack: dict, box, sizes: dict, islands: tuple) -> Start:
     from craftmesh.cracking.insert import insert_crack
     from craftmesh.cracking.shapes import CrackOptions, prescribed_crack
-    from craftmesh.sizing import Sizing, densify
+    from craftmesh.sizing.sizing import Sizing, densify
 
     made = prescribed_crack(CrackOptions(**crack), 0, box)
     front = np.concatenate([densify(made.points[ids], sizes["l_min"] / 2) for ids in made.fronts])

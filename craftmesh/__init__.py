@@ -8,9 +8,9 @@ from typing import Any
 _EXPORTS = {
     "gradate": "craftmesh.gradate",
     "GradateOptions": "craftmesh.gradate",
-    "Sizing": "craftmesh.sizing",
-    "SizingOptions": "craftmesh.sizing",
-    "sizing_for": "craftmesh.sizing",
+    "Sizing": "craftmesh.sizing.sizing",
+    "SizingOptions": "craftmesh.sizing.sizing",
+    "sizing_for": "craftmesh.sizing.sizing",
     "Surface": "craftmesh.types",
 }
 __all__ = list(_EXPORTS)

@@ -141,7 +141,7 @@ def read_campaign(config: Mapping[str, Any], schemas: Path) -> Campaign:
 
 def check_sizes(sizing: Mapping[str, Any]) -> None:
     """Raise CraftmeshError unless the numbers of Eq. 3, defaults included, fit each other."""
-    from craftmesh.sizing import SizingOptions, sizing_for
+    from craftmesh.sizing.sizing import SizingOptions, sizing_for
 
     numbers = {key: value for key, value in sizing.items() if key != "around_voids"}
     try:

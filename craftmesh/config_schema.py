@@ -19,7 +19,7 @@ SECTIONS = {
         ["io.readers.ReadOptions", "clean.CleanOptions"],
     ),
     "remesh": ("surface from labelled voxels", ["remesh.RemeshOptions"]),
-    "sizing": ("the sizing function, Eq. 2-3", ["sizing.SizingOptions"]),
+    "sizing": ("the sizing function, Eq. 2-3", ["sizing.sizing.SizingOptions"]),
     "stitch": ("joining of surfaces and insertion of the crack", ["stitch_options.StitchOptions"]),
     "gradate": ("gradation of the surface", ["gradate.GradateOptions"]),
     "tetrahedralize": ("tetrahedra in the grains", ["tetrahedralize.TetrahedralizeOptions"]),

@@ -7,9 +7,9 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.orientation import random_orientations
 from craftmesh.options import option
 from craftmesh.types import Voxels
-from craftmesh.voxels.orientation import random_orientations
 
 _CLEARANCE = 2.0  # voxels between a void and the box, or another void or embedded grain
 _SMALLEST_RADIUS = 1.5  # voxels; smaller bodies are specks that cleaning absorbs

@@ -25,7 +25,7 @@ from craftmesh.gradation.state import make_state, surface_of
 from craftmesh.gradation.tied_nodes import release_tied_nodes
 from craftmesh.options import option
 from craftmesh.progress import silent
-from craftmesh.sizing import Sizing
+from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.volumes import restore_volumes
 from craftmesh.types import Surface

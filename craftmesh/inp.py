@@ -12,12 +12,12 @@ import numpy as np
 from craftmesh.atomic import atomic_path, atomic_paths
 from craftmesh.deck.includes import include_line, mesh_file
 from craftmesh.deck.inp_format import constant_lines, id_lines, integer_rows, name_lines, node_rows, number
-from craftmesh.deck.materials import Material, parse_materials
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.materials import Material, parse_materials
+from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
 from craftmesh.mesh.second_order import as_elements
 from craftmesh.options import option
 from craftmesh.types import TetMesh
-from craftmesh.voxels.orientation import normalized, quaternion_to_matrix
 
 _HEADER = """\
 *HEADING

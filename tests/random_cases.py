@@ -10,7 +10,7 @@ from craftmesh.cracking import CrackOptions, crack_from_triangles, insert_crack,
 from craftmesh.errors import CraftmeshError
 from craftmesh.generate import GenerateOptions, generate
 from craftmesh.remesh import remesh
-from craftmesh.sizing import densify
+from craftmesh.sizing.sizing import densify
 from craftmesh.types import Voxels
 
 

@@ -13,7 +13,7 @@ from craftmesh.io.craftmesher import read_source_points
 from craftmesh.io.front_csv import read_front_points
 from craftmesh.io.size_field import read_length_field
 from craftmesh.io.vtk import read_crack
-from craftmesh.sizing import Sizing, SizingOptions, densify, sizing_for
+from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
 from craftmesh.types import Surface
 
 

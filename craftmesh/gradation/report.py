@@ -4,7 +4,7 @@ import numpy as np
 
 from craftmesh.gradation.passes import Workshop
 from craftmesh.gradation.state import REFUSALS, front_edges, oriented, patch_ids
-from craftmesh.sizing import Sizing
+from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import facet_angles, side_volumes
 from craftmesh.types import Surface

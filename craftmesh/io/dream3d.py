@@ -13,7 +13,7 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.file_volume import FileVolume, listed, pick, table_rows
 from craftmesh.io.hdf5 import cells_xyz, opened, volume_paths
-from craftmesh.voxels.orientation import bunge_to_quaternion, check_table, mean_by_grain
+from craftmesh.mechanics.orientation import bunge_to_quaternion, check_table, mean_by_grain
 
 _IDS = ("FeatureIds", "GrainIds", "FeatureID", "GrainID")
 _FEATURE_ANGLES = ("AvgEulerAngles", "EulerAngles", "AvgEulers")

@@ -7,7 +7,7 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.file_volume import FileVolume, pick, table_rows
 from craftmesh.io.hdf5 import cells_xyz, opened, volume_paths
-from craftmesh.voxels.orientation import mean_by_grain, rodrigues_to_quaternion
+from craftmesh.mechanics.orientation import mean_by_grain, rodrigues_to_quaternion
 
 _DATA = "/LabDCT/Data"
 

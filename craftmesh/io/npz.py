@@ -10,14 +10,14 @@ import numpy as np
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.file_volume import VOID, FileVolume, pick, to_xyz
-from craftmesh.types import Voxels
-from craftmesh.voxels.orientation import (
+from craftmesh.mechanics.orientation import (
     angle_between,
     bunge_to_quaternion,
     check_table,
     normalized,
     rodrigues_to_quaternion,
 )
+from craftmesh.types import Voxels
 
 FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
 _BROKEN = (ValueError, OSError, EOFError, AttributeError, TypeError, zipfile.BadZipFile, zlib.error)

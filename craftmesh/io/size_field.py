@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
-from craftmesh.length_field import LengthField
+from craftmesh.sizing.length_field import LengthField
 
 _KINDS = {".vtp": "PolyData", ".vti": "ImageData"}
 

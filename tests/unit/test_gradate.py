@@ -12,7 +12,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.gradation.state import front_edges
 from craftmesh.remesh import RemeshOptions, remesh
-from craftmesh.sizing import densify
+from craftmesh.sizing.sizing import densify
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import facet_angles, side_volumes

@@ -9,8 +9,7 @@ from craftmesh.clean import CleanOptions, clean
 from craftmesh.io import vtk
 from craftmesh.io.npz import read_labels, write_labels
 from craftmesh.io.readers import ReadOptions, read_voxels
-from craftmesh.types import Voxels
-from craftmesh.voxels.orientation import (
+from craftmesh.mechanics.orientation import (
     angle_between,
     bunge_to_quaternion,
     mean_by_grain,
@@ -19,6 +18,7 @@ from craftmesh.voxels.orientation import (
     random_orientations,
     rodrigues_to_quaternion,
 )
+from craftmesh.types import Voxels
 
 SHAPE = (4, 5, 7)
 MARKER = (1, 3, 5)

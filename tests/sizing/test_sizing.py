@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.length_field import LengthField
-from craftmesh.sizing import Sizing, SizingOptions, densify, sizing_for
+from craftmesh.sizing.length_field import LengthField
+from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
 from craftmesh.types import Surface
 
 ORIGIN = np.zeros((1, 3))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from craftmesh.deck.materials import Material, parse_materials
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.materials import Material, parse_materials
 
 
 def test_isotropic_stiffness_inverts_to_hooke():

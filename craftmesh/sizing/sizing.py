@@ -7,8 +7,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.length_field import LengthField, curvature_lengths
 from craftmesh.options import option
+from craftmesh.sizing.length_field import LengthField, curvature_lengths
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.types import Surface
 

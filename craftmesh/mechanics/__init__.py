@@ -1,0 +1,1 @@
+"""Materials and orientations of the grains."""
