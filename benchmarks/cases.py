@@ -51,7 +51,7 @@ def with_voids(edge: int, grains: int, voids: int, radius: float) -> Start:
     """A generated cube with voids, refined around their surfaces."""
     from craftmesh.generate import GenerateOptions, generate
     from craftmesh.islands import find_islands
-    from craftmesh.remesh import remesh
+    from craftmesh.remeshing.remesh import remesh
     from craftmesh.sizing.sizing import Sizing
 
     shape = (edge,) * 3
@@ -99,7 +99,7 @@ def _thumbnail(edge: int) -> dict:
 
 def _cracked(voxels, crack: dict, sizes: dict) -> Start:
     from craftmesh.islands import find_islands
-    from craftmesh.remesh import remesh
+    from craftmesh.remeshing.remesh import remesh
 
     surface, _ = remesh(voxels)
     return _with_crack(surface, crack, voxels.box, sizes, find_islands(voxels))

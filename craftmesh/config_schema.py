@@ -18,7 +18,7 @@ SECTIONS = {
         "reading and cleaning of microstructure files",
         ["io.readers.ReadOptions", "clean.CleanOptions"],
     ),
-    "remesh": ("surface from labelled voxels", ["remesh.RemeshOptions"]),
+    "remesh": ("surface from labelled voxels", ["remeshing.remesh.RemeshOptions"]),
     "sizing": ("the sizing function, Eq. 2-3", ["sizing.sizing.SizingOptions"]),
     "stitch": ("joining of surfaces and insertion of the crack", ["stitch_options.StitchOptions"]),
     "gradate": ("gradation of the surface", ["gradate.GradateOptions"]),

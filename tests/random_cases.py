@@ -9,7 +9,7 @@ from craftmesh.clean import CleanOptions, clean
 from craftmesh.cracking import CrackOptions, crack_from_triangles, insert_crack, prescribed_crack
 from craftmesh.errors import CraftmeshError
 from craftmesh.generate import GenerateOptions, generate
-from craftmesh.remesh import remesh
+from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import densify
 from craftmesh.types import Voxels
 

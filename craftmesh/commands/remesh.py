@@ -7,7 +7,7 @@ from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import write_surface
 from craftmesh.progress import ProgressLine
-from craftmesh.remesh import RemeshOptions, remesh
+from craftmesh.remeshing.remesh import RemeshOptions, remesh
 
 
 def add_arguments(parser):

@@ -8,9 +8,9 @@ from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import spsolve
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.kernels.smoothing import spoiled_facets
 from craftmesh.progress import silent
 from craftmesh.surface.connectivity import facet_edges
+from craftmesh.surface.kernels.smoothing import spoiled_facets
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.vertex_classes import facets_beyond_box, vertex_classes, vertices_around

@@ -12,7 +12,7 @@ from craftmesh import GradateOptions, Sizing, gradate
 from craftmesh.clean import CleanOptions, clean
 from craftmesh.cracking import CrackOptions, insert_crack, prescribed_crack
 from craftmesh.io.readers import read_voxels
-from craftmesh.remesh import remesh
+from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import densify
 from craftmesh.stitch import stitch_grains
 from craftmesh.surface.check_surface import check_surface

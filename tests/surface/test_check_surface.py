@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from craftmesh.kernels.marching import march
+from craftmesh.remeshing.kernels.marching import march
 from craftmesh.surface.check_surface import check_surface, tied_vertices
 from craftmesh.types import CRACK, INTERFACE, Surface
 

@@ -5,7 +5,7 @@ import pytest
 from structured_box import structured_box
 
 from craftmesh.generate import GenerateOptions, generate
-from craftmesh.remesh import RemeshOptions, remesh
+from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.repair import faulty_facets, repair_surface
 from craftmesh.surface.vertex_classes import AT_JUNCTION, vertex_classes

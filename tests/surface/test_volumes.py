@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.kernels.marching import march
-from craftmesh.remesh import RemeshOptions, remesh, voxel_volumes
+from craftmesh.remeshing.kernels.marching import march
+from craftmesh.remeshing.remesh import RemeshOptions, remesh, voxel_volumes
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.measure import area_vectors, side_volumes
 from craftmesh.surface.volumes import restore_volumes

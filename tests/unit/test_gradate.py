@@ -11,7 +11,7 @@ from craftmesh.cracking.shapes import CrackOptions, prescribed_crack
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.gradation.state import front_edges
-from craftmesh.remesh import RemeshOptions, remesh
+from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.sizing.sizing import densify
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import unique_edges

@@ -7,7 +7,7 @@ from craftmesh import gradate
 from craftmesh.cracking.insert import insert_crack
 from craftmesh.cracking.shapes import CrackOptions, prescribed_crack
 from craftmesh.generate import GenerateOptions, generate
-from craftmesh.remesh import remesh
+from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import SizingOptions, densify, sizing_for
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs

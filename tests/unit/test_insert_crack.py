@@ -9,7 +9,7 @@ from craftmesh.cracking.insert import refuse_intersections
 from craftmesh.cracking.sheet import sheet_of
 from craftmesh.errors import CraftmeshError
 from craftmesh.generate import GenerateOptions, generate
-from craftmesh.remesh import remesh
+from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
 from craftmesh.stitch_options import StitchOptions
 from craftmesh.surface.check_surface import check_surface

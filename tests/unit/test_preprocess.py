@@ -6,7 +6,7 @@ import pytest
 from craftmesh import GradateOptions, Sizing, Surface, gradate
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.gradation.tied_nodes import release_tied_nodes
-from craftmesh.remesh import RemeshOptions, remesh
+from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import side_volumes

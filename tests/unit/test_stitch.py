@@ -5,7 +5,7 @@ from structured_box import structured_box
 from craftmesh.errors import CraftmeshError
 from craftmesh.generate import GenerateOptions, generate
 from craftmesh.io.stl import read_stl_folder, write_stl_folder
-from craftmesh.remesh import remesh
+from craftmesh.remeshing.remesh import remesh
 from craftmesh.stitch import StitchOptions, stitch_grains
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import compact

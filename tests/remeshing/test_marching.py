@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from skimage.measure import marching_cubes
 
-from craftmesh.kernels.marching import march
+from craftmesh.remeshing.kernels.marching import march
 from craftmesh.surface.check_surface import check_surface, tied_vertices
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import side_volumes

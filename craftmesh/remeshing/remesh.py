@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.kernels.marching import march
-from craftmesh.kernels.smoothing import lap, spoiled_facets
 from craftmesh.options import option
 from craftmesh.progress import silent
+from craftmesh.remeshing.kernels.marching import march
+from craftmesh.surface.kernels.smoothing import lap, spoiled_facets
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, facet_angles
 from craftmesh.surface.vertex_classes import (

@@ -17,7 +17,7 @@ from outside the cell, right < left. A facet (tail, head, point inside) has its 
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.cell_tables import FACE_CORNERS, FACE_EDGES, FIRST_FACE_POINT, POINT_FACES
+from craftmesh.remeshing.kernels.cell_tables import FACE_CORNERS, FACE_EDGES, FIRST_FACE_POINT, POINT_FACES
 
 IMPOSSIBLE = 1e30
 

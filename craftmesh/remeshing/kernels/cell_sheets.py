@@ -13,9 +13,9 @@ from collections import namedtuple
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.cell_faces import face_segments, triangulate
-from craftmesh.kernels.cell_tables import FIRST_CELL_POINT, FIRST_FACE_POINT, POINT_AT
-from craftmesh.kernels.cell_wedges import cone, cut_tied_wedge, middle_of
+from craftmesh.remeshing.kernels.cell_faces import face_segments, triangulate
+from craftmesh.remeshing.kernels.cell_tables import FIRST_CELL_POINT, FIRST_FACE_POINT, POINT_AT
+from craftmesh.remeshing.kernels.cell_wedges import cone, cut_tied_wedge, middle_of
 
 MAX_FACETS = 256
 LONG_LOOP = 6

@@ -6,7 +6,7 @@ cycles, one per wedge of the grain; a grain with two wedges would touch itself a
 
 from numba import njit
 
-from craftmesh.kernels.cell_faces import add_segment
+from craftmesh.remeshing.kernels.cell_faces import add_segment
 
 OUTSIDE_LABELS = 6
 _MANY = 1000

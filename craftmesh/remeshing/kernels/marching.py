@@ -7,9 +7,9 @@ edges and corners come out exactly. A surface point's id is kept only while the 
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.cell_sheets import MAX_FACETS, cell_sheets, new_scratch
-from craftmesh.kernels.cell_tables import FIRST_CELL_POINT, MAX_POINTS, POINT_SLOT
-from craftmesh.kernels.cell_wedges import OUTSIDE_LABELS
+from craftmesh.remeshing.kernels.cell_sheets import MAX_FACETS, cell_sheets, new_scratch
+from craftmesh.remeshing.kernels.cell_tables import FIRST_CELL_POINT, MAX_POINTS, POINT_SLOT
+from craftmesh.remeshing.kernels.cell_wedges import OUTSIDE_LABELS
 
 OUTSIDE = 0
 

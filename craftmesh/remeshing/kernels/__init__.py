@@ -1,0 +1,1 @@
+"""Numba kernels of the multi-material marching cubes."""
