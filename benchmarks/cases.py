@@ -65,7 +65,7 @@ def with_voids(edge: int, grains: int, voids: int, radius: float) -> Start:
 def stl_set(path: Path) -> Start:
     """A set of grain surfaces through the stitch door, with a semicircular crack on the face y = 0."""
     from craftmesh.islands import find_islands
-    from craftmesh.stitch import stitch_grains
+    from craftmesh.stitching.stitch import stitch_grains
     from craftmesh.types import Voxels
 
     data = np.load(path)
@@ -106,8 +106,8 @@ def _cracked(voxels, crack: dict, sizes: dict) -> Start:
 
 
 def _with_crack(surface, crack: dict, box, sizes: dict, islands: tuple) -> Start:
-    from craftmesh.cracking.insert import insert_crack
-    from craftmesh.cracking.shapes import CrackOptions, prescribed_crack
+    from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
+    from craftmesh.insertion.insert import insert_crack
     from craftmesh.sizing.sizing import Sizing, densify
 
     made = prescribed_crack(CrackOptions(**crack), 0, box)

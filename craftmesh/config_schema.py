@@ -20,13 +20,13 @@ SECTIONS = {
     ),
     "remesh": ("surface from labelled voxels", ["remeshing.remesh.RemeshOptions"]),
     "sizing": ("the sizing function, Eq. 2-3", ["sizing.sizing.SizingOptions"]),
-    "stitch": ("joining of surfaces and insertion of the crack", ["stitch_options.StitchOptions"]),
+    "stitch": ("joining of surfaces and insertion of the crack", ["insertion.options.StitchOptions"]),
     "gradate": ("gradation of the surface", ["gradate.GradateOptions"]),
     "tetrahedralize": ("tetrahedra in the grains", ["tetrahedralize.TetrahedralizeOptions"]),
     "inp": ("the input deck", ["inp.DeckOptions"]),
 }
 EXPORTS = ("vtu", "msh", "e", "exo")
-CRACK = "cracking.shapes.CrackOptions"
+CRACK = "cracks.shapes.CrackOptions"
 KINDS = {float: "number", int: "integer", bool: "boolean", str: "string"}
 
 

@@ -6,9 +6,11 @@ import numpy as np
 
 from craftmesh import GradateOptions, Sizing, Surface
 from craftmesh.clean import CleanOptions, clean
-from craftmesh.cracking import CrackOptions, crack_from_triangles, insert_crack, prescribed_crack
+from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
+from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.generate import GenerateOptions, generate
+from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import densify
 from craftmesh.types import Voxels

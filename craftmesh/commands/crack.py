@@ -6,8 +6,8 @@ import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output, existing
-from craftmesh.cracking.series import crack_of_increment
-from craftmesh.cracking.shapes import CrackOptions
+from craftmesh.cracks.series import crack_of_increment
+from craftmesh.cracks.shapes import CrackOptions
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import read_crack, read_surface, read_voxels, write_crack

@@ -5,12 +5,12 @@ from pathlib import Path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_sizing, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
-from craftmesh.cracking.insert import insert_crack
+from craftmesh.insertion.insert import insert_crack
+from craftmesh.insertion.options import StitchOptions
 from craftmesh.io.stl import read_stl_folder
 from craftmesh.io.vtk import read_crack, read_surface, write_surface
 from craftmesh.progress import ProgressLine
-from craftmesh.stitch import stitch_grains
-from craftmesh.stitch_options import StitchOptions
+from craftmesh.stitching.stitch import stitch_grains
 
 
 def add_arguments(parser):

@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh import GradateOptions, Sizing, Surface, gradate
-from craftmesh.cracking.insert import insert_crack
-from craftmesh.cracking.shapes import CrackOptions, prescribed_crack
+from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.gradation.state import front_edges
+from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.sizing.sizing import densify
 from craftmesh.surface.check_surface import check_surface

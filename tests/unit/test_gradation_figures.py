@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from craftmesh import gradate
-from craftmesh.cracking.insert import insert_crack
-from craftmesh.cracking.shapes import CrackOptions, prescribed_crack
+from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
 from craftmesh.generate import GenerateOptions, generate
+from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import SizingOptions, densify, sizing_for
 from craftmesh.surface.check_surface import check_surface

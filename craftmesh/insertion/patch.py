@@ -7,8 +7,8 @@ import numpy as np
 import shapely
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.kernels import planar
-from craftmesh.kernels.planar_smoothing import smooth
+from craftmesh.insertion.kernels import planar
+from craftmesh.insertion.kernels.planar_smoothing import smooth
 from craftmesh.surface.connectivity import facet_edges
 
 SPACING = 0.72  # least distance of an interior point from others, in target edge lengths

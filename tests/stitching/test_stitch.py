@@ -6,7 +6,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.generate import GenerateOptions, generate
 from craftmesh.io.stl import read_stl_folder, write_stl_folder
 from craftmesh.remeshing.remesh import remesh
-from craftmesh.stitch import StitchOptions, stitch_grains
+from craftmesh.stitching.stitch import StitchOptions, stitch_grains
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.measure import side_volumes

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from craftmesh.cracking.triangulated import crack_from_triangles, frame_along
+from craftmesh.cracks.triangulated import crack_from_triangles, frame_along
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import option
 from craftmesh.types import Crack

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from craftmesh.cracking.triangulated import ON_PLANE, best_fit_frame, boundary_loops
+from craftmesh.cracks.triangulated import ON_PLANE, best_fit_frame, boundary_loops
 from craftmesh.types import Crack
 
 PLANAR = 1e-9  # offsets below this share of the extent make a crack planar

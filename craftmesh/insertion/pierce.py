@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from craftmesh.cracking.cut import CutSurface, split_edges, trace_edges, with_phi
-from craftmesh.cracking.sheet import Sheet
 from craftmesh.errors import CraftmeshError
+from craftmesh.insertion.cut import CutSurface, split_edges, trace_edges, with_phi
+from craftmesh.insertion.sheet import Sheet
 
 TOUCHING = 1e-3  # of the local size: a trace point this near the front counts as on it
 ALONG = 0.1  # of its length: a trace edge this near the front replaces it

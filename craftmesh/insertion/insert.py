@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from craftmesh.cracking.cut import CutSurface, cut_along, with_phi
-from craftmesh.cracking.front import chain, conflicts, inside_traces, pierce, split_chords
-from craftmesh.cracking.patch import refine, smooth_points, split_ears, triangulate
-from craftmesh.cracking.regions import labels_of_regions, regions_of
-from craftmesh.cracking.sheet import Sheet, sheet_of
-from craftmesh.cracking.snap import snap_ends, snap_to_crack, snap_to_front, spread_front
 from craftmesh.errors import CraftmeshError
+from craftmesh.insertion.cut import CutSurface, cut_along, with_phi
+from craftmesh.insertion.options import StitchOptions
+from craftmesh.insertion.patch import refine, smooth_points, split_ears, triangulate
+from craftmesh.insertion.pierce import chain, conflicts, inside_traces, pierce, split_chords
+from craftmesh.insertion.regions import labels_of_regions, regions_of
+from craftmesh.insertion.sheet import Sheet, sheet_of
+from craftmesh.insertion.snap import snap_ends, snap_to_crack, snap_to_front, spread_front
 from craftmesh.progress import silent
-from craftmesh.stitch_options import StitchOptions
 from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors

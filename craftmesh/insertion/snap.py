@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from craftmesh.cracking.cut import CutSurface
-from craftmesh.cracking.front import put_on_front
-from craftmesh.cracking.sheet import Sheet
-from craftmesh.stitch_options import StitchOptions
+from craftmesh.insertion.cut import CutSurface
+from craftmesh.insertion.options import StitchOptions
+from craftmesh.insertion.pierce import put_on_front
+from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, facet_angles

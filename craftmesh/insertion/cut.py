@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from craftmesh.cracking.sheet import Sheet
+from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
 
 BEYOND = 0.4  # of the local size: facets whose traces end this near the front are cut too

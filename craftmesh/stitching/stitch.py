@@ -1,4 +1,4 @@
-"""Stitch the closed surfaces of grains to one conformal surface; insert_crack adds a crack to it."""
+"""Stitch the closed surfaces of grains to one conformal surface."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,15 +8,12 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from craftmesh.cracking.insert import insert_crack
 from craftmesh.errors import CraftmeshError
-from craftmesh.outer_shells import grain_names, refuse_gaps, with_voids
-from craftmesh.stitch_options import StitchOptions
+from craftmesh.insertion.options import StitchOptions
+from craftmesh.stitching.outer_shells import grain_names, refuse_gaps, with_voids
 from craftmesh.surface.connectivity import compact, facet_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import INTERFACE, Surface
-
-__all__ = ["StitchOptions", "insert_crack", "stitch_grains"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from craftmesh.cracking.shapes import CrackOptions, prescribed_crack, surface_file
-from craftmesh.cracking.triangulated import boundary_loops, crack_from_triangles
+from craftmesh.cracks.shapes import CrackOptions, prescribed_crack, surface_file
+from craftmesh.cracks.triangulated import boundary_loops, crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.planar import square, turn
+from craftmesh.insertion.kernels.planar import square, turn
 
 
 @njit(cache=True)

@@ -4,14 +4,15 @@ from scipy.spatial import cKDTree
 from structured_box import structured_box
 from test_crack_shapes import wavy_disc
 
-from craftmesh.cracking import CrackOptions, crack_from_triangles, insert_crack, prescribed_crack
-from craftmesh.cracking.insert import refuse_intersections
-from craftmesh.cracking.sheet import sheet_of
+from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
+from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.generate import GenerateOptions, generate
+from craftmesh.insertion.insert import insert_crack, refuse_intersections
+from craftmesh.insertion.options import StitchOptions
+from craftmesh.insertion.sheet import sheet_of
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
-from craftmesh.stitch_options import StitchOptions
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import area_vectors, facet_angles, side_volumes

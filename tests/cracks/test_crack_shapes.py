@@ -3,15 +3,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from craftmesh.cracking import (
-    CrackOptions,
-    check_crack,
-    crack_from_triangles,
-    crack_of_increment,
-    prescribed_crack,
-)
-from craftmesh.cracking.sheet import sheet_of
+from craftmesh.cracks.series import check_crack, crack_of_increment
+from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
+from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
+from craftmesh.insertion.sheet import sheet_of
 from craftmesh.io.stl import write_stl
 from craftmesh.surface.measure import area_vectors
 

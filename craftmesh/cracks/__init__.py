@@ -1,0 +1,1 @@
+"""Cracks: prescribed and given shapes, one increment after another."""

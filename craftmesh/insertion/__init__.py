@@ -1,0 +1,1 @@
+"""The crack's way into a conformal surface."""

@@ -1,0 +1,1 @@
+"""One conformal surface from the surfaces of the grains."""
