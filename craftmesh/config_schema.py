@@ -20,7 +20,10 @@ SECTIONS = {
     ),
     "remesh": ("surface from labelled voxels", ["remeshing.remesh.RemeshOptions"]),
     "sizing": ("the sizing function, Eq. 2-3", ["sizing.sizing.SizingOptions"]),
-    "stitch": ("joining of surfaces and insertion of the crack", ["insertion.options.StitchOptions"]),
+    "stitch": (
+        "joining of surfaces and insertion of the crack",
+        ["stitching.stitch.StitchOptions", "insertion.options.InsertOptions"],
+    ),
     "gradate": ("gradation of the surface", ["gradate.GradateOptions"]),
     "tetrahedralize": ("tetrahedra in the grains", ["tetrahedralize.TetrahedralizeOptions"]),
     "inp": ("the input deck", ["inp.DeckOptions"]),

@@ -6,11 +6,11 @@ from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_sizing, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.options import StitchOptions
+from craftmesh.insertion.options import InsertOptions
 from craftmesh.io.stl import read_stl_folder
 from craftmesh.io.vtk import read_crack, read_surface, write_surface
 from craftmesh.progress import ProgressLine
-from craftmesh.stitching.stitch import stitch_grains
+from craftmesh.stitching.stitch import StitchOptions, stitch_grains
 
 
 def add_arguments(parser):
@@ -19,21 +19,24 @@ def add_arguments(parser):
     parser.add_argument("--crack", type=Path, metavar="FILE", help="crack .vtp to insert")
     add_report(parser)
     add_sizing(parser)
-    add_options(parser, StitchOptions)
+    add_options(parser, StitchOptions, InsertOptions)
 
 
 def run(arguments):
-    options = options_from(arguments, StitchOptions)
     report = {}
     if existing(arguments.surface).is_dir():
-        surface, report = stitch_grains(read_stl_folder(arguments.surface), options)
+        surface, report = stitch_grains(
+            read_stl_folder(arguments.surface), options_from(arguments, StitchOptions)
+        )
     else:
         surface = read_surface(arguments.surface)
     if arguments.crack:
         crack = read_crack(arguments.crack)
         sizing = sizing_from(arguments, surface, arguments.crack)
         with ProgressLine("stitch") as progress:
-            surface, inserted = insert_crack(surface, crack, sizing, options, progress)
+            surface, inserted = insert_crack(
+                surface, crack, sizing, options_from(arguments, InsertOptions), progress
+            )
         report = report | inserted
     write_surface(arguments.output, surface)
     tell(report, arguments.report)

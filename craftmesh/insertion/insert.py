@@ -7,7 +7,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.cut import CutSurface, cut_along, with_phi
-from craftmesh.insertion.options import StitchOptions
+from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.patch import refine, smooth_points, split_ears, triangulate
 from craftmesh.insertion.pierce import chain, conflicts, inside_traces, pierce, split_chords
 from craftmesh.insertion.regions import labels_of_regions, regions_of
@@ -27,7 +27,7 @@ def insert_crack(
     surface: Surface,
     crack: Crack,
     sizing,
-    options: StitchOptions | None = None,
+    options: InsertOptions | None = None,
     progress: Callable = silent,
 ) -> tuple[Surface, dict]:
     """Return the surface with the crack's facets in it (kind CRACK), conformal with the grain boundaries.
@@ -37,7 +37,7 @@ def insert_crack(
     Raises CraftmeshError where the crack meets no grain, its traces cannot be triangulated, or its facets
     would meet others, as where a curved crack runs along a plane of the box.
     """
-    options = options or StitchOptions()
+    options = options or InsertOptions()
     progress(0.0, "cut")
     box = np.stack([surface.points.min(axis=0), surface.points.max(axis=0)])
     sheet = sheet_of(crack, box)

@@ -1,4 +1,4 @@
-"""Options of the stitch: how near points are joined and how far they may move."""
+"""Options of the insertion: how far points may move onto the crack."""
 
 from dataclasses import dataclass
 
@@ -6,10 +6,9 @@ from craftmesh.options import option
 
 
 @dataclass(frozen=True)
-class StitchOptions:
-    """How near points have to be to be joined, and how far the stitch may move them."""
+class InsertOptions:
+    """How near to the crack points move onto it, and how far facets may turn with them."""
 
-    tolerance: float = option(1e-6, "points closer than this share of the model's diagonal are one")
     snap: float = option(0.2, "points this near the crack move onto it, in local edge lengths; 0: none")
     snap_front: float = option(
         0.3, "trace points this near the front move onto it, in local edge lengths; 0: none"

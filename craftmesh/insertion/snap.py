@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from craftmesh.insertion.cut import CutSurface
-from craftmesh.insertion.options import StitchOptions
+from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import put_on_front
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
@@ -21,7 +21,7 @@ LEAST_GAP = 0.55  # of the target size: pierce points nearer than this are pushe
 LEAST_ANGLE = 4.0  # degrees: a move may not leave a facet below this, unless it was worse before
 
 
-def snap_to_crack(surface: CutSurface, sheet: Sheet, options: StitchOptions) -> CutSurface:
+def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
     """Move points near the crack onto it: free points straight, box points in their plane, lines along.
 
     Points of lines that graze the crack, so that the way along is too far, move straight from nearer by.
@@ -55,7 +55,7 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: StitchOptions) -> 
 
 
 def snap_to_front(
-    surface: CutSurface, sheet: Sheet, target: Callable, options: StitchOptions
+    surface: CutSurface, sheet: Sheet, target: Callable, options: InsertOptions
 ) -> CutSurface:
     """Move trace points near the front onto it, along the crack; box points to the front's end."""
     with np.errstate(invalid="ignore"):
@@ -79,7 +79,7 @@ def snap_to_front(
     return put_on_front(replace(surface, points=points), sheet, moved) if len(moved) else surface
 
 
-def spread_front(surface: CutSurface, sheet: Sheet, target: Callable, options: StitchOptions) -> CutSurface:
+def spread_front(surface: CutSurface, sheet: Sheet, target: Callable, options: InsertOptions) -> CutSurface:
     """Move pierce points that crowd apart along the front, as far as the surface stays sound."""
     shifts, rows = [np.zeros(0)], [np.zeros(0, np.int64)]
     _, planes = _classes(surface)
@@ -108,7 +108,7 @@ def spread_front(surface: CutSurface, sheet: Sheet, target: Callable, options: S
     return put_on_front(replace(surface, points=points), sheet, moved) if len(moved) else surface
 
 
-def snap_ends(surface: CutSurface, sheet: Sheet, options: StitchOptions) -> CutSurface:
+def snap_ends(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
     """Move the first and last pierce point of open fronts along the box to the front's exact end."""
     _, planes = _classes(surface)
     rows = []
@@ -211,7 +211,7 @@ def _front_ends(points, planes, sheet: Sheet) -> np.ndarray:
 
 
 def guarded_move(
-    surface: CutSurface, rows, targets, options: StitchOptions
+    surface: CutSurface, rows, targets, options: InsertOptions
 ) -> tuple[np.ndarray, np.ndarray]:
     """Move points `rows` to `targets` as far as no facet turns, flattens or pierces another.
 
@@ -257,7 +257,7 @@ def _shape(points, facets):
     return area_vectors(points, facets), facet_angles(points, facets).min(axis=1)
 
 
-def _worse(before, after, options: StitchOptions) -> np.ndarray:
+def _worse(before, after, options: InsertOptions) -> np.ndarray:
     """Tell which facets turned too far or became too flat."""
     cosine = np.einsum("ij,ij->i", before[0], after[0])
     length = np.linalg.norm(before[0], axis=1) * np.linalg.norm(after[0], axis=1)

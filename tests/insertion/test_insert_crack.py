@@ -9,7 +9,7 @@ from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.generate import GenerateOptions, generate
 from craftmesh.insertion.insert import insert_crack, refuse_intersections
-from craftmesh.insertion.options import StitchOptions
+from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import sheet_of
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
@@ -104,7 +104,7 @@ def test_grains_keep_their_volumes(cracked):
 
 def test_without_snapping_volumes_are_kept_exactly(polycrystal):
     crack = prescribed_crack(CRACKS["tilted_semi_ellipse"], 0, BOX)
-    after, _ = insert_crack(polycrystal, crack, None, StitchOptions(snap=0.0, snap_front=0.0))
+    after, _ = insert_crack(polycrystal, crack, None, InsertOptions(snap=0.0, snap_front=0.0))
     old = side_volumes(polycrystal.points, polycrystal.facets, polycrystal.sides)
     new = side_volumes(after.points, after.facets, after.sides)
     assert max(abs(new[g] / old[g] - 1) for g in old) < 1e-9
