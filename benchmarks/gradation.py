@@ -73,7 +73,7 @@ def figures_of(surface, sizing) -> dict:
 
 def run_ours(path: str, warm_up: str | None) -> dict:
     """Gradate a prepared case after a run on `warm_up`, which takes the kernels from the cache."""
-    from craftmesh.gradate import gradate
+    from craftmesh.gradation.gradate import gradate
 
     start = load(path)
     if warm_up:

@@ -42,7 +42,7 @@ COLUMNS = {
 
 def prepare(case: Case, path: str) -> int:
     """Write the case's gradated surface, sizing and islands; return its number of facets."""
-    from craftmesh.gradate import gradate
+    from craftmesh.gradation.gradate import gradate
 
     start = case.start()
     surface, _ = gradate(start.surface, start.sizing)

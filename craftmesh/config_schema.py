@@ -24,7 +24,7 @@ SECTIONS = {
         "joining of surfaces and insertion of the crack",
         ["stitching.stitch.StitchOptions", "insertion.options.InsertOptions"],
     ),
-    "gradate": ("gradation of the surface", ["gradate.GradateOptions"]),
+    "gradate": ("gradation of the surface", ["gradation.gradate.GradateOptions"]),
     "tetrahedralize": ("tetrahedra in the grains", ["tetrahedralize.TetrahedralizeOptions"]),
     "inp": ("the input deck", ["inp.DeckOptions"]),
 }

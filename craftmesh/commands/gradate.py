@@ -5,7 +5,7 @@ from pathlib import Path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_front, add_sizing, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, tell
-from craftmesh.gradate import GradateOptions, gradate
+from craftmesh.gradation.gradate import GradateOptions, gradate
 from craftmesh.io.vtk import read_surface, write_surface
 from craftmesh.progress import ProgressLine
 

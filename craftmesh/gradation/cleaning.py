@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from craftmesh.gradation.kernels.collapse import collapse_pass
+from craftmesh.gradation.kernels.split import split_pass
 from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.passes import Limits, Workshop, slide_all, swap_all
 from craftmesh.gradation.state import ON_FRONT
-from craftmesh.kernels.collapse import collapse_pass
-from craftmesh.kernels.split import split_pass
 from craftmesh.surface.kernels.facet_shape import LEAST_ANGLE, poor_facets, relative_lengths, score_of_angle
 from craftmesh.surface.measure import facet_angles
 

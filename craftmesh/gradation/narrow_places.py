@@ -6,9 +6,9 @@ Tetrahedra in them would be as flat as they are.
 import numpy as np
 from scipy.spatial import cKDTree
 
+from craftmesh.gradation.kernels.collapse_rules import ON_FRONT
+from craftmesh.gradation.kernels.slide import move_pass
 from craftmesh.gradation.passes import Limits, Workshop
-from craftmesh.kernels.collapse_rules import ON_FRONT
-from craftmesh.kernels.slide import move_pass
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.wedges import Wedges, wedges
 

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.gradation.kernels.by_reference import by_reference
+from craftmesh.gradation.kernels.collapse import collapse_pass
+from craftmesh.gradation.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
+from craftmesh.gradation.kernels.relax import relax_pass
+from craftmesh.gradation.kernels.rings import list_edges
+from craftmesh.gradation.kernels.slide import even_lines_pass, slide_pass
+from craftmesh.gradation.kernels.split import split_pass
+from craftmesh.gradation.kernels.swap import swap_pass
 from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.state import State, drop_dead, grown
-from craftmesh.kernels.by_reference import by_reference
-from craftmesh.kernels.collapse import collapse_pass
-from craftmesh.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
-from craftmesh.kernels.relax import relax_pass
-from craftmesh.kernels.rings import list_edges
-from craftmesh.kernels.slide import even_lines_pass, slide_pass
-from craftmesh.kernels.split import split_pass
-from craftmesh.kernels.swap import swap_pass
 from craftmesh.surface.kernels.facet_shape import poor_facets, relative_lengths
 
 # Width of the grid's cells in mean edges; from 1.6 to 3.2 makes no difference to speak of.

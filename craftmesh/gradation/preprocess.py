@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from craftmesh.gradation.kernels.rings import classify, link_all
 from craftmesh.gradation.state import ON_CRACK, oriented, patch_ids, vertex_flags
-from craftmesh.kernels.rings import classify, link_all
 from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors

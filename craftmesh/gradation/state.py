@@ -4,9 +4,9 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.kernels.collapse_rules import ON_CRACK, ON_FRONT
-from craftmesh.kernels.reference_normals import reference_normals
-from craftmesh.kernels.rings import classify, link_all
+from craftmesh.gradation.kernels.collapse_rules import ON_CRACK, ON_FRONT
+from craftmesh.gradation.kernels.reference_normals import reference_normals
+from craftmesh.gradation.kernels.rings import classify, link_all
 from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import CRACK, Surface

@@ -3,12 +3,12 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.collapse_rules import ON_CRACK, ON_FRONT
-from craftmesh.kernels.cones import book_drift, grain_cones
-from craftmesh.kernels.facet_grid import has_room, insert_facet, star_intersects
-from craftmesh.kernels.projection import put_on_crack_in_box, put_on_front
-from craftmesh.kernels.rings import has_corner, link_corner, unlink_corner
-from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
+from craftmesh.gradation.kernels.collapse_rules import ON_CRACK, ON_FRONT
+from craftmesh.gradation.kernels.cones import book_drift, grain_cones
+from craftmesh.gradation.kernels.facet_grid import has_room, insert_facet, star_intersects
+from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front
+from craftmesh.gradation.kernels.rings import has_corner, link_corner, unlink_corner
+from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
 from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squared_distance
 
 

@@ -3,12 +3,12 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.collapse_rules import ON_FRONT
-from craftmesh.kernels.cones import add_cone, book_drift, drift_allows
-from craftmesh.kernels.facet_grid import has_room, insert_facet
-from craftmesh.kernels.rings import edge_facets, link_corner, unlink_corner
-from craftmesh.kernels.star import hits
-from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
+from craftmesh.gradation.kernels.collapse_rules import ON_FRONT
+from craftmesh.gradation.kernels.cones import add_cone, book_drift, drift_allows
+from craftmesh.gradation.kernels.facet_grid import has_room, insert_facet
+from craftmesh.gradation.kernels.rings import edge_facets, link_corner, unlink_corner
+from craftmesh.gradation.kernels.star import hits
+from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
 from craftmesh.surface.kernels.facet_shape import cosine_range, facet_distance2, keeps_normal
 
 LEAST_GAIN = 1e-3

@@ -9,7 +9,7 @@ than the input's do not creep away from it between its vertices.
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.rings import is_feature
+from craftmesh.gradation.kernels.rings import is_feature
 from craftmesh.surface.kernels.facet_shape import facet_distance2, segment_distance2
 
 TOO_MANY = -1

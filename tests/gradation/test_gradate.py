@@ -225,13 +225,12 @@ def test_bad_options_are_named(bad):
         GradateOptions(**bad)
 
 
-def test_the_package_gives_the_function_whatever_is_imported_first():
+def test_the_package_gives_what_its_rooms_hold():
     import craftmesh
-    import craftmesh.gradate
-    from craftmesh.gradate import GradateOptions as Options
+    import craftmesh.gradation.gradate as module
 
-    assert callable(craftmesh.gradate) and craftmesh.gradate is gradate
-    assert Options is GradateOptions
+    assert craftmesh.gradate is module.gradate is gradate
+    assert craftmesh.GradateOptions is module.GradateOptions
 
 
 def test_real_surface_near_and_far(shared_data):

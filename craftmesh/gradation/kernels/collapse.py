@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.collapse_rules import (
+from craftmesh.gradation.kernels.collapse_rules import (
     CONTACT,
     DISTANCE,
     DONE,
@@ -22,11 +22,11 @@ from craftmesh.kernels.collapse_rules import (
     movable_end,
     zips,
 )
-from craftmesh.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
-from craftmesh.kernels.facet_grid import GONE, has_room
-from craftmesh.kernels.rings import has_corner, is_feature, link_corner, unlink_corner
-from craftmesh.kernels.star import add_star, enter_star, hits, shape_refusal, worst_score
-from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
+from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
+from craftmesh.gradation.kernels.facet_grid import GONE, has_room
+from craftmesh.gradation.kernels.rings import has_corner, is_feature, link_corner, unlink_corner
+from craftmesh.gradation.kernels.star import add_star, enter_star, hits, shape_refusal, worst_score
+from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
 from craftmesh.surface.kernels.facet_shape import squared_distance
 
 

@@ -2,7 +2,7 @@
 
 from numba import njit
 
-from craftmesh.kernels.rings import edge_facets, has_corner, is_feature
+from craftmesh.gradation.kernels.rings import edge_facets, has_corner, is_feature
 
 # Bits of a vertex's flags: 1 << k for the box plane of kind k + 1, then these two.
 ON_CRACK = 64

@@ -3,10 +3,10 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.collapse_rules import DONE
-from craftmesh.kernels.facet_grid import has_room
-from craftmesh.kernels.slide import constrain, relocate
-from craftmesh.kernels.star import star_of, worst_score
+from craftmesh.gradation.kernels.collapse_rules import DONE
+from craftmesh.gradation.kernels.facet_grid import has_room
+from craftmesh.gradation.kernels.slide import constrain, relocate
+from craftmesh.gradation.kernels.star import star_of, worst_score
 from craftmesh.surface.kernels.facet_shape import area_vector, score_of_angle
 
 # No facet falls under its star's least angle or under this score (30 degrees), whichever is less.

@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from structured_box import structured_box
 
+from craftmesh.gradation.kernels.by_reference import by_reference
+from craftmesh.gradation.kernels.collapse_rules import DONE, JUNCTION_TRIANGLE, link_refusal, zips
+from craftmesh.gradation.kernels.facet_grid import star_intersects
+from craftmesh.gradation.kernels.projection import put_on_crack, put_on_front
+from craftmesh.gradation.kernels.relax import relax_pass
 from craftmesh.gradation.locality import BLOCK, block_order
 from craftmesh.gradation.passes import Limits, Workshop, collapse_short, filled_grid
 from craftmesh.gradation.state import make_state, patch_ids, surface_of
-from craftmesh.kernels.by_reference import by_reference
-from craftmesh.kernels.collapse_rules import DONE, JUNCTION_TRIANGLE, link_refusal, zips
-from craftmesh.kernels.facet_grid import star_intersects
-from craftmesh.kernels.projection import put_on_crack, put_on_front
-from craftmesh.kernels.relax import relax_pass
 from craftmesh.surface.kernels.facet_shape import angle_score, facet_distance2, segment_distance2
 from craftmesh.surface.kernels.triangles import triangles_intersect
 from craftmesh.surface.measure import facet_angles

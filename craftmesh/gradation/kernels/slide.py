@@ -3,13 +3,13 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.kernels.collapse_rules import DISTANCE, DONE, HIT, LINK, ON_CRACK, ON_FRONT, VOLUME
-from craftmesh.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
-from craftmesh.kernels.facet_grid import has_room
-from craftmesh.kernels.projection import put_on_crack_in_box, put_on_front
-from craftmesh.kernels.rings import is_feature
-from craftmesh.kernels.star import enter_star, hits, shape_refusal, star_of, worst_score
-from craftmesh.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
+from craftmesh.gradation.kernels.collapse_rules import DISTANCE, DONE, HIT, LINK, ON_CRACK, ON_FRONT, VOLUME
+from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
+from craftmesh.gradation.kernels.facet_grid import has_room
+from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front
+from craftmesh.gradation.kernels.rings import is_feature
+from craftmesh.gradation.kernels.star import enter_star, hits, shape_refusal, star_of, worst_score
+from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
 from craftmesh.surface.kernels.facet_shape import angle_score, area_vector, keeps_normal, squared_distance
 
 STEPS = 7
