@@ -92,7 +92,7 @@ def prepare(elements: int, path: str) -> None:
 
 def run_library(path: str, name: str, changes: dict) -> dict:
     """Measure `write_deck` alone; the peak holds the mesh, read before."""
-    from craftmesh.inp import DeckOptions, write_deck
+    from craftmesh.deck.write_deck import DeckOptions, write_deck
     from craftmesh.io.vtk import read_tets
 
     mesh = read_tets(path)

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from measure import load
 
-from craftmesh.mesher.base import MesherRefusal
-from craftmesh.mesher.tetgen_program import PROGRAM, TetGenProgram, write_smesh
+from craftmesh.tetrahedra.meshers.base import MesherRefusal
+from craftmesh.tetrahedra.meshers.tetgen_program import PROGRAM, TetGenProgram, write_smesh
 
 MESHER = "size_map:SizeMapProgram"
 SIZING = "CRAFTMESH_BENCHMARK_SIZING"

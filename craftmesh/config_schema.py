@@ -25,8 +25,8 @@ SECTIONS = {
         ["stitching.stitch.StitchOptions", "insertion.options.InsertOptions"],
     ),
     "gradate": ("gradation of the surface", ["gradation.gradate.GradateOptions"]),
-    "tetrahedralize": ("tetrahedra in the grains", ["tetrahedralize.TetrahedralizeOptions"]),
-    "inp": ("the input deck", ["inp.DeckOptions"]),
+    "tetrahedralize": ("tetrahedra in the grains", ["tetrahedra.tetrahedralize.TetrahedralizeOptions"]),
+    "inp": ("the input deck", ["deck.write_deck.DeckOptions"]),
 }
 EXPORTS = ("vtu", "msh", "e", "exo")
 CRACK = "cracks.shapes.CrackOptions"

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = "craftmesh"
-# names of modules in texts, as for importlib or a worker process: "craftmesh.mesher.tetgen:TetGenMesher"
+# names of modules in texts, as for importlib or a worker process: "craftmesh.processes.worker:serve"
 NAMED = re.compile(rf"\b{PACKAGE}(?:\.\w+)+")
 
 

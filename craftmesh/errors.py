@@ -12,7 +12,7 @@ class CraftmeshError(Exception):
 class MeshingError(CraftmeshError):
     """Grains that no attempt could mesh.
 
-    `failures`: one GrainFailure (craftmesh.mesher.diagnose) per grain that failed; `done`: GrainTets of
+    `failures`: one GrainFailure (craftmesh.tetrahedra.diagnose) per grain that failed; `done`: GrainTets of
     all others; `report`: the stage's report with every attempt.
     """
 

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from craftmesh.mesher.tetgen import TetGenMesher
+from craftmesh.tetrahedra.meshers.tetgen import TetGenMesher
 
 
 class Faulty(TetGenMesher):

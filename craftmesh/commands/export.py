@@ -6,8 +6,8 @@ from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output
+from craftmesh.deck.write_deck import DeckOptions
 from craftmesh.errors import CraftmeshError
-from craftmesh.inp import DeckOptions
 from craftmesh.io.vtk import read_tets
 from craftmesh.mesh.second_order import as_elements
 

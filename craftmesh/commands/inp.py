@@ -4,7 +4,7 @@ from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
-from craftmesh.inp import DeckOptions, write_deck
+from craftmesh.deck.write_deck import DeckOptions, write_deck
 from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import read_tets
 

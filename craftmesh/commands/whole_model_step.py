@@ -3,12 +3,12 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from craftmesh.assemble import assemble
+from craftmesh.assembly.assemble import assemble
 from craftmesh.commands.stage_io import warn
 from craftmesh.errors import CraftmeshError
-from craftmesh.mesher.base import TETWILD
-from craftmesh.meshing_record import with_counts
 from craftmesh.progress import ProgressLine
+from craftmesh.tetrahedra.meshers.base import TETWILD
+from craftmesh.tetrahedra.record import with_counts
 from craftmesh.types import GrainTets, Surface, TetMesh
 
 
@@ -31,7 +31,7 @@ def complete_mesh(
             f"(craftmesh check names its breaches) or set fallback to {TETWILD}"
         )
     if record.get("left"):
-        from craftmesh.whole_model import mesh_whole_model
+        from craftmesh.tetrahedra.whole.whole_model import mesh_whole_model
 
         with ProgressLine("whole model") as progress:
             try:

@@ -3,7 +3,7 @@
 import os
 
 from craftmesh.io import vtk_xml
-from craftmesh.mesher.diagnose import GrainFailure
+from craftmesh.tetrahedra.diagnose import GrainFailure
 
 
 def write_failed_grain(path: str | os.PathLike, failure: GrainFailure) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
-from craftmesh.assemble import assemble
+from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.second_order import raise_order
 

@@ -8,8 +8,8 @@ import pytest
 from deck_reader import load_judge
 from structured_box import hexagon, plane_crack, structured_box
 
-from craftmesh.assemble import assemble
-from craftmesh.inp import DeckOptions, write_deck
+from craftmesh.assembly.assemble import assemble
+from craftmesh.deck.write_deck import DeckOptions, write_deck
 from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.quality import quality
 from craftmesh.mesh.second_order import raise_order

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from structured_box import hexagon, plane_crack, structured_box
 
-from craftmesh.assemble import assemble
+from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians

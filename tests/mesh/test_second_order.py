@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
-from craftmesh.assemble import assemble
+from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import front_frames
 from craftmesh.mesh.second_order import raise_order

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
-from craftmesh.assemble import assemble
-from craftmesh.inp import DeckOptions, write_deck
+from craftmesh.assembly.assemble import assemble
+from craftmesh.deck.write_deck import DeckOptions, write_deck
 from craftmesh.mesh.second_order import raise_order
 
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")

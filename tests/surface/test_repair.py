@@ -9,7 +9,7 @@ from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.repair import faulty_facets, repair_surface
 from craftmesh.surface.vertex_classes import AT_JUNCTION, vertex_classes
-from craftmesh.tetrahedralize import TetrahedralizeOptions, tetrahedralize
+from craftmesh.tetrahedra.tetrahedralize import TetrahedralizeOptions, tetrahedralize
 from craftmesh.types import CRACK, Surface
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
-from craftmesh.assemble import assemble
+from craftmesh.assembly.assemble import assemble
 from craftmesh.cli import main
 from craftmesh.io.vtk import read_tets, write_tets
 from craftmesh.mesh.check_tets import check_tets

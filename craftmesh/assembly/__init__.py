@@ -1,0 +1,1 @@
+"""One mesh from the grains' tetrahedra, its crack opened."""

@@ -1,1 +1,0 @@
-"""From the closed surface of one grain to its tetrahedra."""

@@ -1,1 +1,0 @@
-"""Hot loops compiled by numba: check, then apply."""

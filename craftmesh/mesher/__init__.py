@@ -1,1 +1,0 @@
-"""Replaceable tetrahedral meshers behind one small interface."""

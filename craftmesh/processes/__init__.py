@@ -1,0 +1,1 @@
+"""Programs that may crash or hang, each in a process with limits."""

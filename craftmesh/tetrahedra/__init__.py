@@ -1,0 +1,1 @@
+"""Tetrahedra in the grains."""

@@ -1,0 +1,146 @@
+"""Which tetrahedra lie in a grain: flood fill from the grain's facets, seeds of what lies within it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volumes
+from craftmesh.tetrahedra.grain_surface import GrainSurface
+
+VOLUME_TOLERANCE = 1e-9
+OFF_FACES = np.array([1.0, 0.7, 0.4]) * 1e-7
+
+
+class WrongMesh(Exception):
+    """A mesh that does not fill its grain exactly; `where`: rows of the grain's facets concerned."""
+
+    def __init__(self, reason: str, where: np.ndarray = ()):
+        super().__init__(reason)
+        self.where = np.asarray(where, np.int64)
+
+
+@dataclass(frozen=True)
+class Regions:
+    """Regions of a mesh that facets part: `region` (t,) of each tet, `is_grain` (r,) of each region."""
+
+    region: np.ndarray
+    is_grain: np.ndarray
+
+    @property
+    def kept(self) -> np.ndarray:
+        """(t,) whether a tet lies in the grain."""
+        return self.is_grain[self.region]
+
+
+def find_regions(surface: GrainSurface, tets: np.ndarray) -> Regions:
+    """Return the regions that the grain's facets part the tets (t, 4) into, told in from out.
+
+    A region is in the grain when it lies behind its boundary facets. Raises WrongMesh when facets are
+    missing from the mesh, there twice, or when a region lies on both sides: the surface is open.
+    """
+    faces = half_faces(tets)
+    groups = group_triples(np.concatenate([faces, surface.facets]))
+    group = groups.index
+    facet_of_group = np.full(len(groups.first) - 1, -1, np.int64)
+    facet_of_group[group[len(faces) :]] = np.arange(len(surface.facets))
+    twice = np.flatnonzero(facet_of_group[group[len(faces) :]] != np.arange(len(surface.facets)))
+    if len(twice):
+        raise WrongMesh(f"{len(twice)} facets lie on others with the same corners", twice)
+
+    pairs = groups.pairs
+    pairs = pairs[pairs[:, 1] < len(faces)] // 4
+    links = coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), (len(tets), len(tets)))
+    count, region = connected_components(links, directed=False)
+
+    facet = facet_of_group[group[: len(faces)]]
+    row = np.flatnonzero(facet >= 0)
+    facet = facet[row]
+    behind = ~_turn_alike(faces[row], surface.facets[facet])
+    boundary = ~surface.internal[facet]
+    votes_in = np.bincount(region[row // 4], behind & boundary, count) > 0
+    votes_out = np.bincount(region[row // 4], ~behind & boundary, count) > 0
+    kept_faces = np.bincount(facet, votes_in[region[row // 4]], len(surface.facets))
+    leaks = votes_in & votes_out
+    if leaks.any():
+        suspect = np.unique(facet[leaks[region[row // 4]]])
+        raise WrongMesh("the inside leaks out: its facets are not closed or not oriented", suspect)
+    wrong = np.flatnonzero(kept_faces != np.where(surface.internal, 2, 1))
+    if len(wrong):
+        raise WrongMesh(f"{len(wrong)} of {len(surface.facets)} facets are no faces of its mesh", wrong)
+    return Regions(region, votes_in)
+
+
+def check_filled(surface: GrainSurface, points: np.ndarray, tets: np.ndarray) -> None:
+    """Raise WrongMesh unless the tets fill the grain: same nodes, same volume, no inverted tet.
+
+    Volumes agree to 1e-9 relative; rounding leaves some 1e-13.
+    """
+    count = len(surface.points)
+    if not np.array_equal(points[:count], surface.points):
+        raise WrongMesh("the mesher moved nodes of the surface")
+    volume = tet_volumes(points - surface.points.mean(0), tets)
+    if not (volume > 0).all():
+        raise WrongMesh(f"{(volume <= 0).sum()} of {len(tets)} tetrahedra are flat or inverted")
+    if abs(volume.sum() - surface.volume) > VOLUME_TOLERANCE * surface.volume:
+        raise WrongMesh(
+            f"tetrahedra fill {volume.sum():.12g} of the {surface.volume:.12g} that its facets enclose"
+        )
+
+
+def hole_seeds(points: np.ndarray, tets: np.ndarray, regions: Regions) -> np.ndarray:
+    """Return one point (h, 3) well inside each region that is not the grain's.
+
+    The point is the centroid of the region's tet with the largest inscribed sphere.
+    """
+    outside = np.flatnonzero(~regions.kept)
+    if not len(outside):
+        return np.zeros((0, 3))
+    corners = points[tets[outside]]
+    a, b, c, d = (corners[:, i] for i in range(4))
+    area = sum(
+        np.linalg.norm(np.cross(q - p, r - p), axis=1)
+        for p, q, r in ((a, b, c), (a, b, d), (a, c, d), (b, c, d))
+    )
+    radius = np.abs(np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)) / np.maximum(area, 1e-300)
+    order = np.lexsort((-radius, regions.region[outside]))
+    _, first = np.unique(regions.region[outside][order], return_index=True)
+    return corners[order[first]].mean(1)
+
+
+def replace_by_given(
+    seeds: np.ndarray, given: np.ndarray, points: np.ndarray, tets: np.ndarray, regions: Regions
+) -> tuple[np.ndarray, int]:
+    """Return `seeds` with the `given` (k, 3) in place where they lie inside, and how many do not.
+
+    `seeds` are those of `hole_seeds`, in the same order of regions.
+    """
+    outside = np.flatnonzero(~regions.kept)
+    holes = np.unique(regions.region[outside])
+    result, off = seeds.copy(), 0
+    # a seed may lie on a face between two tets, as centres of voxels do: off it, it lies in one
+    for seed in given + OFF_FACES * np.ptp(points, axis=0):
+        inside = outside[_holds(points[tets[outside]], seed)]
+        if len(inside):
+            result[np.searchsorted(holes, regions.region[inside[0]])] = seed
+        else:
+            off += 1
+    return result, off
+
+
+def _holds(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Whether the tets with `corners` (t, 4, 3) hold the point strictly inside."""
+    a, b, c, d = (corners[:, i] - point for i in range(4))
+    faces = ((a, b, c), (a, c, d), (a, d, b), (b, d, c))
+    turn = np.stack([np.einsum("ij,ij->i", np.cross(p, q), r) for p, q, r in faces], axis=1)
+    return (turn > 0).all(1) | (turn < 0).all(1)
+
+
+def _turn_alike(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Whether triangles (k, 3) with the same corners turn the same way."""
+    return (
+        ((first[:, 0] == second[:, 0]) & (first[:, 1] == second[:, 1]))
+        | ((first[:, 0] == second[:, 1]) & (first[:, 1] == second[:, 2]))
+        | ((first[:, 0] == second[:, 2]) & (first[:, 1] == second[:, 0]))
+    )

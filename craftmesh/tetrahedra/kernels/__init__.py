@@ -1,0 +1,1 @@
+"""Numba kernels on tetrahedra inside the grains."""

@@ -1,0 +1,82 @@
+"""Removal of edges to lower the mean aspect ratio, where `tet_swaps` raises the worst quality.
+
+A removal is judged by the excess of its tets, the sum of aspect ratio less a reference. With the mean of
+the mesh as reference, a fall of the excess lowers that mean, whatever the numbers of tets.
+Removal of a face by 2-3 swap has no part here: in Delaunay meshes it never lowered the excess.
+"""
+
+from numba import njit
+
+from craftmesh.tetrahedra.kernels.tet_cavity import EDGES, find_ring, has_room, replace_cavity, worst_of
+from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, aspect_ratio_of, quality_of
+from craftmesh.tetrahedra.kernels.tet_swaps import MAX_RING_TO_REMOVE, list_triangulation
+
+# A removal has to lower the excess by this much.
+FALL = 0.01
+
+
+@njit(cache=True)
+def _excess(points, tets, listed, count, reference):
+    """Sum of aspect ratio less `reference` over the tets listed."""
+    total = 0.0
+    for i in range(count):
+        t = listed[i]
+        total += aspect_ratio_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3]) - reference
+    return total
+
+
+@njit(cache=True)
+def _sound_excess(points, a, b, c, d, measure, floor, reference):
+    """Aspect ratio less `reference` of the tet a, b, c, d; INVERTED if its quality is not over `floor`."""
+    if quality_of(points, a, b, c, d, measure) <= floor:
+        return INVERTED
+    return aspect_ratio_of(points, a, b, c, d) - reference
+
+
+@njit(cache=True)
+def _best_triangulation(points, a, b, ring, count, measure, floor, reference, least, split):
+    """Fill Klincsek's tables: least[i, k] = least excess of the ring's part i..k.
+
+    It is INVERTED where no tets with qualities over `floor` fill the part; split[i, k] is the apex of the
+    triangle on i, k. Returns the excess of the whole ring.
+    """
+    for i in range(count - 2, -1, -1):
+        least[i, i + 1] = 0.0
+        for k in range(i + 2, count):
+            best, apex = INVERTED, -1
+            for j in range(i + 1, k):
+                value = least[i, j] + least[j, k]
+                if value >= INVERTED:
+                    continue
+                value += _sound_excess(points, a, ring[i], ring[j], ring[k], measure, floor, reference)
+                if value >= INVERTED:
+                    continue
+                value += _sound_excess(points, ring[i], ring[j], ring[k], b, measure, floor, reference)
+                if value < best:
+                    best, apex = value, j
+            least[i, k] = best
+            split[i, k] = apex
+    return least[0, count - 1]
+
+
+@njit(cache=True)
+def remove_edge_for_aspect(state, t, edge, measure, floor, reference, work):
+    """Remove an interior edge of tet t when that lowers the excess round it; return whether.
+
+    All new qualities exceed the lesser of the worst before and `floor`.
+    """
+    count = find_ring(state, t, edge, work.ring, work.ring_tets)
+    if count < 3 or count > MAX_RING_TO_REMOVE or not has_room(state):
+        return False
+    points, ring, split = state.points, work.ring, work.split
+    a, b = state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]]
+    limit = max(min(worst_of(state.quality, work.ring_tets, count), floor), 0.0)
+    before = _excess(points, state.tets, work.ring_tets, count, reference)
+    after = _best_triangulation(points, a, b, ring, count, measure, limit, reference, work.worst, split)
+    if after > before - FALL:
+        return False
+    made = list_triangulation(
+        points, a, b, ring, count, measure, split, work.stack, work.new, work.new_quality
+    )
+    replace_cavity(state, work.ring_tets, count, made, work)
+    return True

@@ -1,0 +1,109 @@
+"""Swaps: removal of an edge by the best triangulation of its ring (Klincsek), and of a face by 2-3 swap."""
+
+from numba import njit
+
+from craftmesh.tetrahedra.kernels.tet_cavity import (
+    EDGES,
+    FACES,
+    find_ring,
+    has_room,
+    replace_cavity,
+    worst_of,
+)
+from craftmesh.tetrahedra.kernels.tet_quality import quality_of
+
+MAX_RING_TO_REMOVE = 8
+GAIN = 1e-4
+
+
+@njit(cache=True)
+def _best_triangulation(points, a, b, ring, count, floor, measure, worst, split):
+    """Fill Klincsek's tables: worst[i, k] = best attainable worst quality of the ring's part i..k.
+
+    Parts that cannot exceed `floor` get -1; split[i, k] is the apex of the triangle on i, k. Returns
+    the value of the whole ring.
+    """
+    for i in range(count - 2, -1, -1):
+        worst[i, i + 1] = 1e300
+        for k in range(i + 2, count):
+            best, apex = -1.0, -1
+            for j in range(i + 1, k):
+                value = min(worst[i, j], worst[j, k])
+                if value <= max(best, floor):
+                    continue
+                value = min(value, quality_of(points, a, ring[i], ring[j], ring[k], measure))
+                if value <= max(best, floor):
+                    continue
+                value = min(value, quality_of(points, ring[i], ring[j], ring[k], b, measure))
+                if value > max(best, floor):
+                    best, apex = value, j
+            worst[i, k] = best
+            split[i, k] = apex
+    return worst[0, count - 1]
+
+
+@njit(cache=True)
+def list_triangulation(points, a, b, ring, count, measure, split, stack, new, new_quality):
+    """Write the tets of the triangulation that `split` describes; return their number."""
+    stack[0, 0], stack[0, 1] = 0, count - 1
+    height, made = 1, 0
+    while height > 0:
+        height -= 1
+        i, k = stack[height, 0], stack[height, 1]
+        if k - i < 2:
+            continue
+        j = split[i, k]
+        new[made, 0], new[made, 1], new[made, 2], new[made, 3] = a, ring[i], ring[j], ring[k]
+        new_quality[made] = quality_of(points, a, ring[i], ring[j], ring[k], measure)
+        made += 1
+        new[made, 0], new[made, 1], new[made, 2], new[made, 3] = ring[i], ring[j], ring[k], b
+        new_quality[made] = quality_of(points, ring[i], ring[j], ring[k], b, measure)
+        made += 1
+        stack[height, 0], stack[height, 1] = i, j
+        stack[height + 1, 0], stack[height + 1, 1] = j, k
+        height += 2
+    return made
+
+
+@njit(cache=True)
+def remove_edge(state, t, edge, measure, work):
+    """Remove an interior edge of tet t when that raises the worst quality round it; return whether."""
+    count = find_ring(state, t, edge, work.ring, work.ring_tets)
+    if count < 3 or count > MAX_RING_TO_REMOVE or not has_room(state):
+        return False
+    a, b = state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]]
+    floor = worst_of(state.quality, work.ring_tets, count) + GAIN
+    value = _best_triangulation(
+        state.points, a, b, work.ring, count, floor, measure, work.worst, work.split
+    )
+    if value <= max(floor, 0.0):
+        return False
+    made = list_triangulation(
+        state.points, a, b, work.ring, count, measure, work.split, work.stack, work.new, work.new_quality
+    )
+    replace_cavity(state, work.ring_tets, count, made, work)
+    return True
+
+
+@njit(cache=True)
+def remove_face(state, t, k, measure, work):
+    """Swap the two tets at the face opposite corner k of t for three if the worst rises; return whether."""
+    u = state.neighbours[t, k]
+    if u < 0 or not has_room(state):
+        return False
+    tets, new = state.tets, work.new
+    p, r = tets[t, k], -1
+    for j in range(4):
+        node = tets[u, j]
+        if node != tets[t, FACES[k, 0]] and node != tets[t, FACES[k, 1]] and node != tets[t, FACES[k, 2]]:
+            r = node
+    floor = max(min(state.quality[t], state.quality[u]) + GAIN, 0.0)
+    for i in range(3):
+        x, y = tets[t, FACES[k, i]], tets[t, FACES[k, (i + 1) % 3]]
+        new[i, 0], new[i, 1], new[i, 2], new[i, 3] = r, p, x, y
+        work.new_quality[i] = quality_of(state.points, r, p, x, y, measure)
+        if work.new_quality[i] <= floor:
+            return False
+    work.ring_tets[0], work.ring_tets[1] = t, u
+    replace_cavity(state, work.ring_tets, 2, 3, work)
+    return True

@@ -1,0 +1,1 @@
+"""Meshers of single grains, replaceable."""

@@ -1,0 +1,55 @@
+"""What a tetrahedral mesher has to do, and how one is found by name."""
+
+import importlib
+from typing import Protocol
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+
+BUILT_IN = {
+    "tetgen": "craftmesh.tetrahedra.meshers.tetgen:TetGenMesher",
+    "tetgen-cli": "craftmesh.tetrahedra.meshers.tetgen_program:TetGenProgram",
+}
+# Not a mesher of single grains: `tetrahedra/whole/` meshes all of them at once with it.
+TETWILD = "tetwild"
+
+
+class MesherRefusal(Exception):
+    """A mesher's own reason for not meshing a surface."""
+
+
+class Mesher(Protocol):
+    """A mesher of one closed surface that keeps the surface as it is."""
+
+    def mesh(
+        self,
+        points: np.ndarray,
+        facets: np.ndarray,
+        markers: np.ndarray,
+        interior_points: np.ndarray,
+        holes: np.ndarray,
+        switches: str,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return (points, tets) with the input points first, in order and bit for bit.
+
+        points (n, 3); facets (m, 3) boundary and internal facets, all kept; markers (m,) > 0;
+        interior_points (k, 3) become vertices after `points`; holes (h, 3) seeds in regions to leave
+        empty; switches: the mesher's own language. The tets (t, 4) int64 have positive volumes (corners
+        1, 2, 3 turn right-handed towards corner 4). Raises MesherRefusal.
+        """
+        ...
+
+
+def load_mesher(name: str) -> Mesher:
+    """Return the mesher called `name`: a built-in one, or `package.module:Class` of another."""
+    module, colon, attribute = BUILT_IN.get(name, name).partition(":")
+    if not colon:
+        raise CraftmeshError(
+            f"mesher is {name!r}; expected {', '.join([*BUILT_IN, TETWILD])} or package.module:Class of "
+            "your own"
+        )
+    try:
+        return getattr(importlib.import_module(module), attribute)()
+    except (ImportError, AttributeError) as error:
+        raise CraftmeshError(f"mesher {name!r} cannot be loaded ({error}); install it") from error

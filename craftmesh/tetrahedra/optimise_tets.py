@@ -1,0 +1,149 @@
+"""Local optimisation of a grain's tetrahedra; its surface and crack facets stay as they are.
+
+Every change of topology replaces a cavity: tets that share their outer faces for others that are all
+positive and whose worst is better or, in swaps for the mean aspect ratio, sound. Surface nodes never
+move, surface and crack facets are in no cavity.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.tetrahedra.kernels.tet_cavity import (
+    POINTS,
+    TETS,
+    TetState,
+    block_facets,
+    link_tets,
+    new_scratch,
+)
+from craftmesh.tetrahedra.kernels.tet_passes import aspect_pass, aspect_swap_pass, repair_pass, smooth_pass
+from craftmesh.tetrahedra.kernels.tet_quality import (
+    ANGLES,
+    SOUND,
+    VOLUME_LENGTH,
+    all_aspect_ratios,
+    all_qualities,
+)
+
+# Arrays have room for this many times the mesh: insertions add some 1%.
+CAPACITY = 1.5
+SPARE = 2000
+SMOOTHING_STEPS = 5
+DEAD = 9.0
+# Swaps for the mean aspect ratio start at tets over this one.
+STRETCHED = 1.9
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of the schedule: "repair", "smooth", "swap" or "aspect", with its measure and threshold."""
+
+    kind: str
+    threshold: float
+    measure: int = VOLUME_LENGTH
+    rounds: int = 1
+    inserts: bool = False
+
+
+SCHEDULE = (
+    Step("repair", 0.55),
+    Step("smooth", 0.5),
+    Step("repair", 0.6),
+    Step("smooth", 0.5),
+    Step("swap", 0.35),
+    Step("aspect", 0.45),
+    Step("swap", 0.35),
+    Step("aspect", 0.45),
+    Step("swap", 0.35),
+    Step("aspect", 0.45),
+    Step("repair", 0.25, SOUND, rounds=4, inserts=True),
+    Step("repair", 0.21, ANGLES, rounds=4, inserts=True),
+)
+
+
+def optimise_tets(
+    points: np.ndarray, tets: np.ndarray, frozen: int, blocked: np.ndarray, size: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, dict]:
+    """Return (points, tets) of better quality and counts of operations.
+
+    The first `frozen` points keep their numbers and bits; facets `blocked` (k, 3) inside the mesh stay
+    faces on both sides. tets (m, 4) have positive volumes; size (n,) are target edge lengths.
+    """
+    state = _state(points, tets, frozen, blocked, size)
+    work = new_scratch()
+    operations = np.zeros(5, np.int64)
+    everywhere = np.ones(len(state.points), bool)
+    for step in SCHEDULE:
+        all_qualities(state.points, state.tets, state.counts[TETS], state.quality, step.measure)
+        if step.kind == "smooth":
+            smooth_pass(state, step.measure, step.threshold, SMOOTHING_STEPS, everywhere, work, operations)
+        elif step.kind == "swap":
+            _swap(state, step, work, operations)
+        elif step.kind == "aspect":
+            aspect_pass(state, step.measure, step.threshold, work, operations)
+        else:
+            _repair(state, step, work, operations)
+    names = ("moves", "edges_removed", "faces_removed", "contractions", "insertions")
+    return *_result(state, frozen), {k: int(v) for k, v in zip(names, operations)}
+
+
+def _repair(state: TetState, step: Step, work, operations: np.ndarray) -> None:
+    """Rounds over the tets under the threshold, the worst first, each with its neighbourhood smoothed."""
+    for done in range(step.rounds):
+        quality = state.quality[: state.counts[TETS]]
+        alive = state.tets[: state.counts[TETS], 0] >= 0
+        poor = np.flatnonzero(alive & (quality < step.threshold))
+        if done and not len(poor):
+            return
+        poor = poor[np.argsort(quality[poor], kind="stable")]
+        touched = np.zeros(len(state.points), bool)
+        repair_pass(state, step.measure, step.threshold, poor, step.inserts, touched, work, operations)
+        if step.measure != VOLUME_LENGTH:
+            smooth_pass(state, step.measure, step.threshold, SMOOTHING_STEPS, touched, work, operations)
+
+
+def _swap(state: TetState, step: Step, work, operations: np.ndarray) -> None:
+    """Remove edges of the tets over STRETCHED to lower the mean aspect ratio, the worst tet first."""
+    count = state.counts[TETS]
+    ratio = np.empty(count)
+    all_aspect_ratios(state.points, state.tets, count, ratio)
+    stretched = np.flatnonzero(ratio > STRETCHED)
+    stretched = stretched[np.argsort(-ratio[stretched], kind="stable")]
+    mean = ratio.sum() / np.count_nonzero(ratio)
+    aspect_swap_pass(state, step.measure, step.threshold, mean, stretched, work, operations)
+
+
+def _state(points, tets, frozen: int, blocked, size) -> TetState:
+    """Room for the mesh and what comes, with its adjacency."""
+    room_points, room_tets = int(CAPACITY * len(points)) + SPARE, int(CAPACITY * len(tets)) + SPARE
+    state = TetState(
+        points=np.zeros((room_points, 3)),
+        tets=np.full((room_tets, 4), -1, np.int64),
+        neighbours=np.full((room_tets, 4), -1, np.int64),
+        tet_of=np.full(room_points, -1, np.int64),
+        quality=np.full(room_tets, DEAD),
+        size=np.ones(room_points),
+        frozen=np.zeros(room_points, bool),
+        counts=np.array([len(points), len(tets), 0, 0], np.int64),
+        free=np.zeros(room_tets, np.int64),
+        mark=np.zeros(room_tets, np.int64),
+    )
+    state.points[: len(points)], state.tets[: len(tets)], state.size[: len(points)] = points, tets, size
+    state.frozen[:frozen] = True
+    link_tets(state.tets, len(tets), len(points), state.neighbours, state.tet_of)
+    triples = np.sort(np.asarray(blocked, np.int64).reshape(-1, 3), axis=1)
+    triples = np.ascontiguousarray(triples[np.lexsort(triples.T[::-1])])
+    block_facets(state.tets, len(tets), state.neighbours, triples)
+    return state
+
+
+def _result(state: TetState, frozen: int) -> tuple[np.ndarray, np.ndarray]:
+    """Drop dead tets and points that no tet uses."""
+    tets = state.tets[: state.counts[TETS]]
+    tets = tets[tets[:, 0] >= 0]
+    used = np.zeros(state.counts[POINTS], bool)
+    used[tets.ravel()] = True
+    used[:frozen] = True
+    new = np.cumsum(used) - 1
+    return state.points[: len(used)][used], new[tets]

@@ -1,0 +1,142 @@
+"""The whole model meshed in one call of pytetwild, with its grains, box planes and crack found again."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.spatial import Delaunay
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.processes.pool import run_tasks
+from craftmesh.progress import silent
+from craftmesh.surface.connectivity import compact
+from craftmesh.surface.measure import side_volumes
+from craftmesh.tetrahedra.grain_surface import grain_surfaces
+from craftmesh.tetrahedra.interior_points import LocalSizing
+from craftmesh.tetrahedra.meshers.tetwild import TetWildTask, tetwild
+from craftmesh.tetrahedra.optimise_tets import optimise_tets
+from craftmesh.tetrahedra.whole.crack_faces import check_crack, with_fins
+from craftmesh.tetrahedra.whole.labels import labels_at
+from craftmesh.tetrahedra.whole.new_surface import model_of, put_on_planes, settle_crack
+from craftmesh.types import GrainTets, Surface
+
+# Points of the background lattice along the longest side of the box.
+LATTICE = 20
+# Faces count as those of a plane or of the crack within this many envelopes.
+REACH = 1.2
+# The envelopes tried, one after the other, as parts of the option.
+ENVELOPES = (1.0, 0.5)
+
+
+def mesh_whole_model(
+    surface: Surface,
+    sizing: Any,
+    options: Any,
+    progress: Callable[[float, str], None] = silent,
+) -> tuple[Surface, list[GrainTets], dict]:
+    """Return the surface of a new mesh of the whole model, the tets of each grain by id, and a report.
+
+    For surfaces that a mesher which keeps them refuses: every grain boundary may move by up to
+    `options.envelope` times the shortest target length, on both its sides alike, so the mesh is
+    conformal. Box planes are exact; the crack's front is put back on the given one. sizing: `at(points)`
+    gives target lengths, None takes the surface's own. options: TetrahedralizeOptions. Raises
+    CraftmeshError where pytetwild gives up, a grain is lost, or the crack cannot be found again.
+    """
+    sizing = LocalSizing(surface) if sizing is None else sizing
+    for factor in ENVELOPES:
+        task = _task(surface, sizing, factor * options.envelope)
+        progress(0.0, "meshing the whole model")
+        points, tets, seconds = _run(task, options)
+        progress(0.9, "finding the grains again")
+        try:
+            found, grain_tets, report = _found_again(surface, points, tets, task.envelope)
+            break
+        except CraftmeshError:
+            # pytetwild draws random numbers: the next mesh is another one
+            if factor == ENVELOPES[-1]:
+                raise
+    if options.optimise:
+        grain_tets = _optimised(found, grain_tets, sizing)
+    report |= {"tets": sum(len(grain.tets) for grain in grain_tets), "seconds": seconds}
+    return found, grain_tets, report
+
+
+def _found_again(
+    surface: Surface, points: np.ndarray, tets: np.ndarray, envelope: float
+) -> tuple[Surface, list[GrainTets], dict]:
+    """Return surface and grains of pytetwild's mesh and how well they fit; raises CraftmeshError."""
+    reach = REACH * envelope
+    labels = labels_at(surface, points[tets].mean(axis=1))
+    points, labels, on_planes = put_on_planes(surface, points, tets, labels, reach)
+    points, tets, labels = settle_crack(surface, points, tets, labels, reach)
+    found, grain_tets = model_of(surface, points, tets, labels, reach)
+    lost = np.setdiff1d(surface.sides, found.sides)
+    if len(lost):
+        name = f"grain {lost[-1]}" if lost[-1] > 0 else f"void {-lost[-1]}"
+        raise CraftmeshError(
+            f"{name} is lost in the mesh of the whole model ({len(lost)} in all); repair its surface or "
+            "take a smaller envelope"
+        )
+    report = {"envelope": envelope, **on_planes, **check_crack(surface, found), **_drift(surface, found)}
+    return found, grain_tets, report
+
+
+def _task(surface: Surface, sizing: Any, envelope: float) -> TetWildTask:
+    points, facets, _ = compact(*with_fins(surface, sizing.at(surface.points)))
+    low, high = points.min(axis=0), points.max(axis=0)
+    step = (high - low).max() / LATTICE
+    axes = [np.linspace(a - step, b + step, int((b - a) / step) + 3) for a, b in zip(low, high)]
+    lattice = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    background = np.concatenate([np.unique(points, axis=0), lattice])
+    lengths = sizing.at(background)
+    shortest = float(lengths.min())
+    return TetWildTask(
+        points, facets, background, Delaunay(background).simplices, lengths, envelope * shortest
+    )
+
+
+def _run(task: TetWildTask, options: Any) -> tuple[np.ndarray, np.ndarray, float]:
+    """Run pytetwild in a process of its own under the limits of time and memory."""
+    meshes = []
+
+    def on_done(task, mesh, seconds):
+        meshes.append((*mesh, seconds))
+
+    def on_failure(task, failure, seconds):
+        raise CraftmeshError(
+            f"pytetwild could not mesh the whole model: {failure.reason}; larger sizes or a larger "
+            "envelope make it quicker, whole_time_limit and memory_limit bound it"
+        )
+
+    run_tasks(
+        tetwild,
+        None,
+        [(1.0, task)],
+        on_done,
+        on_failure,
+        workers=1,
+        time_limit=options.whole_time_limit,
+        memory_limit=options.memory_limit,
+    )
+    return meshes[0]
+
+
+def _drift(before: Surface, after: Surface) -> dict:
+    """Return the largest relative change of a grain's volume, and its grain."""
+    volumes = [side_volumes(s.points, s.facets, s.sides) for s in (before, after)]
+    drift = {grain: abs(volumes[1][grain] / volume - 1) for grain, volume in volumes[0].items()}
+    worst = max(drift, key=drift.get)
+    return {"volume_drift_worst": drift[worst], "volume_drift_grain": worst}
+
+
+def _optimised(surface: Surface, grain_tets: list[GrainTets], sizing: Any) -> list[GrainTets]:
+    """Return better tets of each grain on the same surface."""
+    result = []
+    for one, bounds in zip(grain_tets, grain_surfaces(surface)):
+        local = np.full(len(surface.points), -1, np.int64)
+        local[one.nodes] = np.arange(len(one.nodes))
+        points = np.concatenate([surface.points[one.nodes], one.interior])
+        crack = local[bounds.nodes][bounds.facets[bounds.internal]]
+        points, tets, _ = optimise_tets(points, one.tets, len(one.nodes), crack, sizing.at(points))
+        result.append(GrainTets(one.grain, one.nodes, points[len(one.nodes) :], tets))
+    return result

@@ -1,0 +1,240 @@
+"""The deck says what the mesh is, in a form that both solvers read."""
+
+import errno
+import io
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from deck_reader import (
+    elements_of,
+    load_judge,
+    node_sets_of,
+    of_kind,
+    points_of,
+    read_deck,
+    surfaces_of,
+)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from structured_box import hexagon, plane_crack, structured_box
+
+from craftmesh.assembly.assemble import assemble
+from craftmesh.deck.check_deck import check_deck
+from craftmesh.deck.inp_format import number
+from craftmesh.deck.write_deck import DeckOptions, write_deck
+from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.second_order import raise_order
+
+ROOT = Path(__file__).resolve().parents[2]
+COPPER = ("cubic:168.4e3,121.4e3,75.4e3",)
+
+
+def label_of(centres):
+    labels = np.where(centres[:, 0] < 3, 4, 11)
+    labels[(np.abs(centres - [1.5, 1.5, 0.5]) < 0.6).all(axis=1)] = -2
+    labels[(centres[:, 0] > 5) & (centres[:, 2] > 3)] = 0
+    return labels
+
+
+def cracked_mesh():
+    crack = plane_crack(2, 2, hexagon((3, 3), 2))
+    return assemble(
+        *structured_box((6, 6, 4), label_of, crack, (0.1, 1 / 3, 1e-5 / 3), (-0.7, 12.0, -1e-5))
+    )[0]
+
+
+def quaternions(count=12):
+    rows = np.random.default_rng(5).normal(size=(count, 4))
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.floats(min_value=-1e300, max_value=1e300))
+def test_numbers_fit_a_field_and_read_back(value):
+    text = number(value)
+    assert len(text) <= 20
+    # Cut numbers keep 13 digits at the least: sign, point and a three-digit exponent leave no more.
+    assert float(text) == (value if len(repr(value)) <= 20 else pytest.approx(value, rel=5e-13, abs=1e-310))
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.floats(min_value=1e-6, max_value=1e9))
+def test_coordinates_keep_every_bit_or_fifteen_digits(value):
+    for signed in (value, -value):
+        exact = value >= 0.1
+        assert float(number(signed)) == (signed if exact else pytest.approx(signed, rel=5e-15))
+
+
+@pytest.mark.parametrize("element", ["C3D4", "C3D10"])
+def test_the_deck_holds_the_mesh(element, tmp_path):
+    mesh = cracked_mesh()
+    write_deck(tmp_path / "model.inp", mesh, DeckOptions(element=element))
+    blocks = read_deck(tmp_path / "model.inp")
+    mesh = mesh if element == "C3D4" else raise_order(mesh)
+    found = points_of(blocks)
+    assert (found[:, :2] == mesh.points[:, :2]).all()
+    assert np.allclose(found, mesh.points, rtol=5e-15, atol=0)
+    elements, sets = elements_of(blocks)
+    assert (np.array([elements[i + 1] for i in range(len(mesh.tets))]) == mesh.tets + 1).all()
+    for grain in (4, 11):
+        assert sets[f"GRAIN_{grain}"] == (np.flatnonzero(mesh.grain == grain) + 1).tolist()
+    assert sorted(sets["EALL"]) == list(range(1, len(mesh.tets) + 1))
+    assert node_sets_of(blocks) == {name: (nodes + 1).tolist() for name, nodes in mesh.node_sets.items()}
+    assert surfaces_of(blocks) == {
+        name: set(map(tuple, (faces + 1).tolist())) for name, faces in mesh.face_sets.items()
+    }
+    assert {"VOID_2", "EXTERIOR", "CRACK_LIP_A", "CRACK_LIP_B"} <= set(surfaces_of(blocks))
+    assert {p["TYPE"] for p, _ in of_kind(blocks, "ELEMENT")} == {element}
+
+
+@pytest.mark.parametrize("element", ["C3D4", "C3D10"])
+def test_the_judge_finds_no_fault(element, tmp_path):
+    judge = load_judge(ROOT)
+    write_deck(
+        tmp_path / "model.inp", cracked_mesh(), DeckOptions(element=element, material=COPPER), quaternions()
+    )
+    found = judge.judge(tmp_path / "model.inp")
+    assert found["faults"] == [] and found["grain_sets"] == 2 and found["crack_lip_faces"] == 2 * 24
+    assert found["front_nodes_missed_by_set"] == found["front_set_extra"] == 0
+    assert found["front_edges"] == 12 and found["front_ends"] == 0 and all(found["has"].values())
+
+
+def test_orientations_are_columns_of_the_rotation(tmp_path):
+    orientations = quaternions()
+    write_deck(tmp_path / "model.inp", cracked_mesh(), DeckOptions(material=COPPER), orientations)
+    blocks = read_deck(tmp_path / "model.inp")
+    axes = {p["NAME"]: np.array(rows[0], float).reshape(2, 3) for p, rows in of_kind(blocks, "ORIENTATION")}
+    assert sorted(axes) == ["ORI_11", "ORI_4"]
+    for grain in (4, 11):
+        w, *v = orientations[grain]
+        for crystal, sample in zip(
+            np.eye(3), axes[f"ORI_{grain}"]
+        ):  # rotate by v + 2 w (u x v) + 2 u x (u x v)
+            turned = crystal + 2 * w * np.cross(v, crystal) + 2 * np.cross(v, np.cross(v, crystal))
+            assert np.allclose(sample, turned, atol=1e-15)
+    sections = {p["ELSET"]: p["ORIENTATION"] for p, _ in of_kind(blocks, "SOLID SECTION")}
+    assert sections == {"GRAIN_4": "ORI_4", "GRAIN_11": "ORI_11"}
+    ((_, rows),) = of_kind(blocks, "ELASTIC")
+    assert [len(row) for row in rows] == [8, 8, 5]
+
+
+def test_grains_without_orientation(tmp_path):
+    orientations = quaternions()
+    orientations[11] = np.nan
+    with pytest.raises(CraftmeshError, match="cubic needs an orientation.* 1 have none.*11"):
+        write_deck(tmp_path / "model.inp", cracked_mesh(), DeckOptions(material=COPPER), orientations)
+    assert list(tmp_path.iterdir()) == []
+    write_deck(tmp_path / "model.inp", cracked_mesh(), DeckOptions(), orientations)
+    sections = of_kind(read_deck(tmp_path / "model.inp"), "SOLID SECTION")
+    assert [p.get("ORIENTATION") for p, _ in sections] == ["ORI_4", None]
+    write_deck(tmp_path / "model.inp", cracked_mesh(), DeckOptions())
+    assert of_kind(read_deck(tmp_path / "model.inp"), "ORIENTATION") == []
+
+
+def test_materials_follow_the_phases(tmp_path):
+    phases = np.zeros(12, int)
+    phases[[4, 11]] = 2, 1
+    options = DeckOptions(material=("1=isotropic:1,0", "2=isotropic:2,0"))
+    write_deck(tmp_path / "model.inp", cracked_mesh(), options, phases=phases)
+    sections = of_kind(read_deck(tmp_path / "model.inp"), "SOLID SECTION")
+    assert {p["ELSET"]: p["MATERIAL"] for p, _ in sections} == {"GRAIN_4": "PHASE_2", "GRAIN_11": "PHASE_1"}
+    phases[4] = 7
+    with pytest.raises(CraftmeshError, match="grain 4 has phase 7"):
+        write_deck(tmp_path / "model.inp", cracked_mesh(), options, phases=phases)
+    with pytest.raises(CraftmeshError, match="grains have no phase"):
+        write_deck(tmp_path / "model.inp", cracked_mesh(), options)
+
+
+def test_the_step_pulls_along_the_axis(tmp_path):
+    mesh = cracked_mesh()
+    write_deck(tmp_path / "a.inp", mesh, DeckOptions(axis="y", magnitude=0.01, sides="rollers"))
+    fixed, pulled = (rows for _, rows in of_kind(read_deck(tmp_path / "a.inp"), "BOUNDARY"))
+    assert fixed == [["XMIN", "1", "1"], ["YMIN", "2", "2"], ["ZMIN", "3", "3"]]
+    assert pulled[0][:3] == ["YMAX", "2", "2"] and float(pulled[0][3]) == pytest.approx(0.01 * 2)
+    write_deck(tmp_path / "b.inp", mesh, DeckOptions(load="stress", magnitude=50))
+    blocks = read_deck(tmp_path / "b.inp")
+    ((_, held),) = of_kind(blocks, "BOUNDARY")
+    assert [row[1:] for row in held] == [["3", "3"], ["1", "1"], ["2", "2"], ["2", "2"]]
+    assert held[1][0] == held[2][0] != held[3][0]
+    assert of_kind(blocks, "DSLOAD")[0][1] == [["ZMAX", "P", "-50.0"]]
+    write_deck(tmp_path / "c.inp", mesh, DeckOptions(load="none"))
+    assert of_kind(read_deck(tmp_path / "c.inp"), "STEP") == []
+
+
+def test_same_input_gives_the_same_bytes_in_files_and_streams(tmp_path):
+    write_deck(tmp_path / "a.inp", cracked_mesh())
+    stream = io.StringIO()
+    write_deck(stream, cracked_mesh())
+    assert (tmp_path / "a.inp").read_bytes() == stream.getvalue().encode("ascii")
+
+
+def files_in(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_a_deck_with_includes_is_the_flat_one_in_two_files(tmp_path):
+    options = DeckOptions(material=COPPER, quarter_points=True)
+    write_deck(tmp_path / "flat.inp", cracked_mesh(), options, quaternions())
+    for folder in ("a", "b"):
+        model = tmp_path / folder / "Model-1.inp"
+        write_deck(model, cracked_mesh(), replace(options, includes=True), quaternions())
+    found = files_in(tmp_path / "a")
+    assert found == files_in(tmp_path / "b") and sorted(found) == ["Model-1.inp", "Model-1_mesh.inp"]
+    line = b"*INCLUDE, INPUT=Model-1_mesh.inp\n"
+    note, _, mesh = found["Model-1_mesh.inp"].partition(b"\n")
+    assert note.startswith(b"** ") and found["Model-1.inp"].count(line) == 1
+    assert found["Model-1.inp"].replace(line, mesh) == (tmp_path / "flat.inp").read_bytes()
+    assert b"\n*NODE," not in found["Model-1.inp"] and check_deck(tmp_path / "a" / "Model-1.inp") == []
+
+
+def test_a_deck_with_includes_is_there_whole_or_not_at_all(tmp_path, monkeypatch):
+    options = DeckOptions(includes=True)
+    write_deck(tmp_path / "m.inp", cracked_mesh(), options)
+    before = files_in(tmp_path)
+
+    def no_space(mesh):
+        yield "*NSET, NSET=HALF\n"
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("craftmesh.deck.write_deck._set_lines", no_space)
+        with pytest.raises(CraftmeshError, match="No space left"):
+            write_deck(tmp_path / "m.inp", cracked_mesh(), replace(options, magnitude=9.0))
+    assert files_in(tmp_path) == before
+    (tmp_path / "m_mesh.inp").unlink()
+    (tmp_path / "m_mesh.inp").mkdir()
+    with pytest.raises(CraftmeshError, match="m.inp: cannot be written"):
+        write_deck(tmp_path / "m.inp", cracked_mesh(), replace(options, magnitude=9.0))
+    assert (tmp_path / "m.inp").read_bytes() == before["m.inp"]
+
+
+def test_includes_need_a_plain_name_and_a_folder(tmp_path):
+    for name in ("my model.inp", "größe.inp", "a,b.inp"):
+        with pytest.raises(CraftmeshError, match="includes need a plain file name"):
+            write_deck(tmp_path / name, cracked_mesh(), DeckOptions(includes=True))
+    with pytest.raises(CraftmeshError, match="a stream has no place"):
+        write_deck(io.StringIO(), cracked_mesh(), DeckOptions(includes=True))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_quarter_points_reach_the_deck(tmp_path):
+    report = write_deck(tmp_path / "m.inp", cracked_mesh(), DeckOptions(quarter_points=True))
+    straight = raise_order(cracked_mesh()).points
+    found = points_of(read_deck(tmp_path / "m.inp"))
+    moved = ~np.isclose(found, straight, rtol=1e-12, atol=0).all(axis=1)
+    assert moved.sum() == report["quarter_points"] > 0 and report["quarter_points_refused"] == 0
+
+
+def test_what_the_deck_cannot_say_is_refused(tmp_path):
+    with pytest.raises(CraftmeshError, match="10 nodes each"):
+        write_deck(tmp_path / "a.inp", raise_order(cracked_mesh()), DeckOptions(element="C3D4"))
+
+    def ball(centres):
+        return np.where(np.abs(centres - 2).max(axis=1) < 1, 1, 0)
+
+    foam = assemble(*structured_box((4, 4, 4), ball))[0]
+    with pytest.raises(CraftmeshError, match="no nodes on ZMIN"):
+        write_deck(tmp_path / "a.inp", foam)
+    write_deck(tmp_path / "a.inp", foam, DeckOptions(load="none"))
