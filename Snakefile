@@ -4,7 +4,7 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
-from craftmesh.campaign import command_flags, read_campaign
+from craftmesh.campaign.campaign import command_flags, read_campaign
 from craftmesh.errors import CraftmeshError
 
 min_version("9.8")

@@ -41,7 +41,7 @@ class Case:
 
 def generated(edge: int, grains: int, **options) -> Start:
     """A generated cube with a semicircular crack on the face y = 0, of a quarter of the edge."""
-    from craftmesh.generate import GenerateOptions, generate
+    from craftmesh.voxels.generate import GenerateOptions, generate
 
     voxels = generate(GenerateOptions(shape=(edge,) * 3, grains=grains, seed=1, **options))
     return _cracked(voxels, _thumbnail(edge), PAPER)
@@ -49,10 +49,10 @@ def generated(edge: int, grains: int, **options) -> Start:
 
 def with_voids(edge: int, grains: int, voids: int, radius: float) -> Start:
     """A generated cube with voids, refined around their surfaces."""
-    from craftmesh.generate import GenerateOptions, generate
-    from craftmesh.islands import find_islands
     from craftmesh.remeshing.remesh import remesh
     from craftmesh.sizing.sizing import Sizing
+    from craftmesh.voxels.generate import GenerateOptions, generate
+    from craftmesh.voxels.islands import find_islands
 
     shape = (edge,) * 3
     voxels = generate(GenerateOptions(shape=shape, grains=grains, seed=1, voids=voids, void_radius=radius))
@@ -64,9 +64,9 @@ def with_voids(edge: int, grains: int, voids: int, radius: float) -> Start:
 
 def stl_set(path: Path) -> Start:
     """A set of grain surfaces through the stitch door, with a semicircular crack on the face y = 0."""
-    from craftmesh.islands import find_islands
     from craftmesh.stitching.stitch import stitch_grains
     from craftmesh.types import Voxels
+    from craftmesh.voxels.islands import find_islands
 
     data = np.load(path)
     triangles, sides = data["triangles"], data["sides"]
@@ -84,8 +84,8 @@ def example(name: str, path: Path) -> Start:
     """The first increment of a configuration in examples/."""
     import yaml
 
-    from craftmesh.clean import CleanOptions, clean
-    from craftmesh.io.readers import read_voxels
+    from craftmesh.voxels.clean import CleanOptions, clean
+    from craftmesh.voxels.reading import read_voxels
 
     config = yaml.safe_load((ROOT / "examples" / name / "config.yaml").read_text())
     voxels, _ = clean(read_voxels(path), CleanOptions(**config.get("import", {})))
@@ -98,8 +98,8 @@ def _thumbnail(edge: int) -> dict:
 
 
 def _cracked(voxels, crack: dict, sizes: dict) -> Start:
-    from craftmesh.islands import find_islands
     from craftmesh.remeshing.remesh import remesh
+    from craftmesh.voxels.islands import find_islands
 
     surface, _ = remesh(voxels)
     return _with_crack(surface, crack, voxels.box, sizes, find_islands(voxels))

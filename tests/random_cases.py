@@ -5,15 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh import GradateOptions, Sizing, Surface
-from craftmesh.clean import CleanOptions, clean
 from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
-from craftmesh.generate import GenerateOptions, generate
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import densify
 from craftmesh.types import Voxels
+from craftmesh.voxels.clean import CleanOptions, clean
+from craftmesh.voxels.generate import GenerateOptions, generate
 
 
 @dataclass(frozen=True)

@@ -74,7 +74,7 @@ def check_volume(file: Path, arguments) -> list[str]:
 
 
 def check_islands(file: Path, arguments) -> list[str]:
-    from craftmesh.islands import islands_from_json
+    from craftmesh.voxels.islands import islands_from_json
 
     islands_from_json(read_json(file))
     return []

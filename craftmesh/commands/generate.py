@@ -2,8 +2,8 @@
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output
-from craftmesh.generate import GenerateOptions, generate
 from craftmesh.io.npz import write_labels
+from craftmesh.voxels.generate import GenerateOptions, generate
 
 
 def add_arguments(parser):

@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from craftmesh.clean import CleanOptions, clean
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_report, existing, tell, write_json
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_labels
-from craftmesh.io.readers import ReadOptions, read_voxels
 from craftmesh.io.vtk import write_voxels
-from craftmesh.islands import find_islands, islands_as_json
 from craftmesh.progress import ProgressLine
+from craftmesh.voxels.clean import CleanOptions, clean
+from craftmesh.voxels.islands import find_islands, islands_as_json
+from craftmesh.voxels.reading import ReadOptions, read_voxels
 
 
 def add_arguments(parser):

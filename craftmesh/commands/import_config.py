@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from craftmesh.atomic import atomic_path
-from craftmesh.campaign import check_sizes
+from craftmesh.campaign.campaign import check_sizes
+from craftmesh.campaign.config_schema import config_schema
+from craftmesh.campaign.configuration import completed
 from craftmesh.commands.stage_io import add_output, existing
-from craftmesh.config_schema import config_schema
-from craftmesh.configuration import completed
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.craftmesher import converted, read_config
 

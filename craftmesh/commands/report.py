@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from craftmesh.commands.stage_io import add_output, read_json
-from craftmesh.report import write_report
+from craftmesh.report.page import write_report
 
 
 def add_arguments(parser):

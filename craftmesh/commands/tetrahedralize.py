@@ -16,7 +16,6 @@ from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.io.failed_grain import write_failed_grain
 from craftmesh.io.grain_tets import write_grain_tets
 from craftmesh.io.vtk import read_surface, write_surface, write_tets
-from craftmesh.islands import islands_from_json
 from craftmesh.progress import ProgressLine
 from craftmesh.surface.repair import repair_surface
 from craftmesh.tetrahedra.diagnose import GrainFailure
@@ -24,6 +23,7 @@ from craftmesh.tetrahedra.meshers.base import TETWILD
 from craftmesh.tetrahedra.record import record_of
 from craftmesh.tetrahedra.tetrahedralize import TetrahedralizeOptions, tetrahedralize
 from craftmesh.types import GrainTets, Surface
+from craftmesh.voxels.islands import islands_from_json
 
 
 def add_arguments(parser):

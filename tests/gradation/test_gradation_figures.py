@@ -5,13 +5,13 @@ import pytest
 
 from craftmesh import gradate
 from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
-from craftmesh.generate import GenerateOptions, generate
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import SizingOptions, densify, sizing_for
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import facet_angles
+from craftmesh.voxels.generate import GenerateOptions, generate
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,6 @@ from test_crack_shapes import wavy_disc
 from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
-from craftmesh.generate import GenerateOptions, generate
 from craftmesh.insertion.insert import insert_crack, refuse_intersections
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import sheet_of
@@ -17,6 +16,7 @@ from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import area_vectors, facet_angles, side_volumes
 from craftmesh.types import CRACK, Surface, Voxels
+from craftmesh.voxels.generate import GenerateOptions, generate
 
 SIZE = 32.0
 ORIGIN = np.array([5.0, -3.0, 2.0])

@@ -7,11 +7,11 @@ import pytest
 
 from craftmesh.commands.sizing_flags import add_front, add_sizing, sizing_from
 from craftmesh.errors import CraftmeshError
-from craftmesh.generate import GenerateOptions, generate
 from craftmesh.io import vtk_xml
 from craftmesh.io.craftmesher import read_source_points
 from craftmesh.io.size_field import read_length_field
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
+from craftmesh.voxels.generate import GenerateOptions, generate
 
 BOX = np.array([[1.0, 0.0, 0.0], [11.0, 10.0, 10.0]])
 

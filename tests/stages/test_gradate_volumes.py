@@ -9,16 +9,16 @@ import yaml
 from gradation_guards import box_breaches, ears, topology_breaches
 
 from craftmesh import GradateOptions, Sizing, gradate
-from craftmesh.clean import CleanOptions, clean
 from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.io.readers import read_voxels
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import densify
 from craftmesh.stitching.stitch import stitch_grains
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import facet_angles
+from craftmesh.voxels.clean import CleanOptions, clean
+from craftmesh.voxels.reading import read_voxels
 
 ROOT = Path(__file__).resolve().parents[2]
 STL = {"g26": "stl/g26.npz", "g100": "stl/g100.npz"}

@@ -3,7 +3,6 @@ import pytest
 from structured_box import structured_box
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.generate import GenerateOptions, generate
 from craftmesh.io.stl import read_stl_folder, write_stl_folder
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.stitching.stitch import StitchOptions, stitch_grains
@@ -11,6 +10,7 @@ from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.measure import side_volumes
 from craftmesh.types import INTERFACE, Surface
+from craftmesh.voxels.generate import GenerateOptions, generate
 
 
 @pytest.fixture(scope="module")

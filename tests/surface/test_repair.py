@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from structured_box import structured_box
 
-from craftmesh.generate import GenerateOptions, generate
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.repair import faulty_facets, repair_surface
 from craftmesh.surface.vertex_classes import AT_JUNCTION, vertex_classes
 from craftmesh.tetrahedra.tetrahedralize import TetrahedralizeOptions, tetrahedralize
 from craftmesh.types import CRACK, Surface
+from craftmesh.voxels.generate import GenerateOptions, generate
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import tifffile
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import read_labels
-from craftmesh.io.readers import ReadOptions, read_voxels
+from craftmesh.voxels.reading import ReadOptions, read_voxels
 
 
 def refuse(path, words: str, options: ReadOptions = ReadOptions()):  # noqa: B008

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from craftmesh.clean import clean
 from craftmesh.errors import CraftmeshError
-from craftmesh.generate import GenerateOptions, generate
-from craftmesh.islands import find_islands
+from craftmesh.voxels.clean import clean
+from craftmesh.voxels.generate import GenerateOptions, generate
+from craftmesh.voxels.islands import find_islands
 
 RICH = GenerateOptions(
     shape=(40, 36, 32),

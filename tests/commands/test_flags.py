@@ -4,7 +4,7 @@ from dataclasses import MISSING, dataclass
 
 import pytest
 
-from craftmesh.campaign import command_flags
+from craftmesh.campaign.campaign import command_flags
 from craftmesh.commands.flags import Parser, add_options, options_from
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import option

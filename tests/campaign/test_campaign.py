@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from craftmesh.campaign import Campaign, command_flags, read_campaign
+from craftmesh.campaign.campaign import Campaign, command_flags, read_campaign
 from craftmesh.errors import CraftmeshError
 
 SCHEMAS = Path(__file__).parents[2] / "workflow" / "schemas"

@@ -4,8 +4,8 @@ import pytest
 import yaml
 
 from craftmesh import cli
-from craftmesh.config_schema import config_schema
-from craftmesh.configuration import completed
+from craftmesh.campaign.config_schema import config_schema
+from craftmesh.campaign.configuration import completed
 
 CONFIG = """<?xml version="1.0" encoding="utf-8"?>
 <crackMesher>

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import craftmesh
-from craftmesh.digest import digest
+from craftmesh.campaign.digest import digest
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ def digest(module: str, root: Path | None = None) -> str:
     named in a text other than a docstring counts as well. `root` is the package's folder, by default
     this package's own. Raises FileNotFoundError for an unknown module.
     """
-    root = Path(__file__).parent if root is None else root
+    root = Path(__file__).parents[1] if root is None else root
     if source_file(module, root) is None:
         raise FileNotFoundError(f"module {module} is not in {root}")
     found: set[str] = set()

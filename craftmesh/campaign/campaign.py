@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from craftmesh.configuration import completed, listed, load_schema
+from craftmesh.campaign.configuration import completed, listed, load_schema
+from craftmesh.campaign.digest import digest
 from craftmesh.deck.includes import mesh_file
-from craftmesh.digest import digest
 from craftmesh.errors import CraftmeshError
 
 SYNTHETIC = "synthetic"

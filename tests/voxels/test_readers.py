@@ -5,10 +5,8 @@ import numpy as np
 import pytest
 import tifffile
 
-from craftmesh.clean import CleanOptions, clean
 from craftmesh.io import vtk
 from craftmesh.io.npz import read_labels, write_labels
-from craftmesh.io.readers import ReadOptions, read_voxels
 from craftmesh.mechanics.orientation import (
     angle_between,
     bunge_to_quaternion,
@@ -19,6 +17,8 @@ from craftmesh.mechanics.orientation import (
     rodrigues_to_quaternion,
 )
 from craftmesh.types import Voxels
+from craftmesh.voxels.clean import CleanOptions, clean
+from craftmesh.voxels.reading import ReadOptions, read_voxels
 
 SHAPE = (4, 5, 7)
 MARKER = (1, 3, 5)

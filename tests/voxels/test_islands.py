@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from craftmesh.clean import clean, number_voids
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.readers import read_voxels
-from craftmesh.islands import find_islands, islands_as_json, islands_from_json
 from craftmesh.types import Voxels
+from craftmesh.voxels.clean import clean, number_voids
+from craftmesh.voxels.islands import find_islands, islands_as_json, islands_from_json
+from craftmesh.voxels.reading import read_voxels
 from craftmesh.voxels.voxel_graph import find_pieces, shared_faces
 
 

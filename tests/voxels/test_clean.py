@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from craftmesh.clean import CleanOptions, clean, fill_unindexed, number_voids
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.readers import ReadOptions, read_voxels
 from craftmesh.types import Voxels
+from craftmesh.voxels.clean import CleanOptions, clean, fill_unindexed, number_voids
 from craftmesh.voxels.raw_volume import RawVolume
+from craftmesh.voxels.reading import ReadOptions, read_voxels
 
 
 def voxels(labels, orientations=None) -> Voxels:

@@ -1,7 +1,7 @@
 """The schema of the workflow's configuration, made from the stages' option classes.
 
-`python -m craftmesh.config_schema FILE` writes workflow/schemas/config.schema.yaml anew; a test compares
-the two, so an option has one definition for the library, the command line and the configuration.
+`python -m craftmesh.campaign.config_schema FILE` writes workflow/schemas/config.schema.yaml anew; a test
+compares the two, so an option has one definition for the library, the command line and the configuration.
 """
 
 import dataclasses
@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 SECTIONS = {
-    "generate": ("the synthetic microstructure", ["generate.GenerateOptions"]),
+    "generate": ("the synthetic microstructure", ["voxels.generate.GenerateOptions"]),
     "import": (
         "reading and cleaning of microstructure files",
-        ["io.readers.ReadOptions", "clean.CleanOptions"],
+        ["voxels.reading.ReadOptions", "voxels.clean.CleanOptions"],
     ),
     "remesh": ("surface from labelled voxels", ["remeshing.remesh.RemeshOptions"]),
     "sizing": ("the sizing function, Eq. 2-3", ["sizing.sizing.SizingOptions"]),
@@ -67,7 +67,7 @@ def config_schema() -> dict:
     _refine_sizing(properties["sizing"])
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "description": "configuration of a craftmesh campaign; made by craftmesh.config_schema",
+        "description": "configuration of a craftmesh campaign; made by craftmesh.campaign.config_schema",
         "type": "object",
         "additionalProperties": False,
         "required": ["cases", "sizing"],

@@ -1,0 +1,1 @@
+"""The workflow's side: configuration, flags, files and digests of a campaign."""
