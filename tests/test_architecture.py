@@ -1,0 +1,137 @@
+"""Who imports whom: no stage knows another stage, formats know types alone, no circle of rooms.
+
+Imports inside functions count too.
+"""
+
+import ast
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+import craftmesh
+
+ROOT = Path(craftmesh.__file__).parent
+GROUND = {"types", "errors", "options", "progress", "atomic", "cli"}
+THINGS = {"voxels", "cracks", "surface", "mesh"}
+WISHES = {"sizing", "mechanics"}
+STAGES = {"remeshing", "stitching", "insertion", "gradation", "tetrahedra", "assembly", "deck"}
+RIM = {"io", "processes", "campaign", "report", "commands"}
+SHARED_KERNELS = {"surface", "mesh"}
+# What a room may import beside itself and the ground.
+MAY_IMPORT = (
+    dict.fromkeys(GROUND | {"io", "processes"}, set())
+    | dict.fromkeys(THINGS, THINGS)
+    | {"voxels": THINGS | {"mechanics"}}  # they carry orientations
+    | dict.fromkeys(WISHES, THINGS | WISHES)
+    | dict.fromkeys(STAGES, THINGS | WISHES)
+    | {"tetrahedra": THINGS | WISHES | {"processes"}}
+    | dict.fromkeys(("campaign", "report"), THINGS | WISHES | STAGES | RIM - {"commands"})
+    | {"commands": THINGS | WISHES | STAGES | RIM}
+)
+# Single modules that may do more than their room: the stage `import`, and the command line's face.
+MODULES_MAY_IMPORT = {
+    "craftmesh.voxels.reading": {"io"},
+    "craftmesh.cli": {"commands"},
+}
+# Breaches that are being mended; an entry that is no longer needed fails the test.
+KNOWN: set[tuple[str, str]] = {
+    ("craftmesh.cracks.series", "craftmesh.io.stl"),
+    ("craftmesh.cracks.series", "craftmesh.io.vtk"),
+    ("craftmesh.cracks.series", "craftmesh.io.front_csv"),
+    ("craftmesh.io.dream3d", "craftmesh.mechanics.orientation"),
+    ("craftmesh.io.failed_grain", "craftmesh.tetrahedra.diagnose"),
+    ("craftmesh.io.labdct", "craftmesh.mechanics.orientation"),
+    ("craftmesh.io.msh", "craftmesh.mesh.tet_connectivity"),
+    ("craftmesh.io.npz", "craftmesh.mechanics.orientation"),
+    ("craftmesh.io.size_field", "craftmesh.sizing.length_field"),
+    ("craftmesh.io.stl", "craftmesh.surface.connectivity"),
+    ("craftmesh.io.vtu", "craftmesh.mesh.tet_connectivity"),
+    ("craftmesh.sizing.length_field", "craftmesh.gradation.state"),
+}
+
+
+def room(module: str) -> str:
+    return module.split(".")[1]
+
+
+def modules() -> list[str]:
+    """Return the dotted names of all modules of the package but the package itself."""
+    files = (file.relative_to(ROOT.parent).with_suffix("") for file in ROOT.rglob("*.py"))
+    names = (".".join(file.parts).removesuffix(".__init__") for file in files)
+    return sorted(name for name in names if name != craftmesh.__name__)
+
+
+def imports() -> list[tuple[str, str]]:
+    """Return all pairs (importer, imported) of the package's modules; no import is relative."""
+    return [(name, target) for name in modules() for target in imports_of(name) if "." in target]
+
+
+def imports_of(module: str) -> set[str]:
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(source(module))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{module}: a relative import"
+            found |= {
+                node.module if node.module != craftmesh.__name__ else f"{node.module}.{alias.name}"
+                for alias in node.names
+            }
+    return {name for name in found if name.split(".")[0] == craftmesh.__name__}
+
+
+def source(module: str) -> str:
+    path = ROOT.joinpath(*module.split(".")[1:])
+    return (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text()
+
+
+def is_allowed(importer: str, imported: str) -> bool:
+    if room(importer) == room(imported):
+        return True
+    if ".kernels." in imported and room(imported) not in SHARED_KERNELS:
+        return False
+    allowed = MAY_IMPORT[room(importer)] | MODULES_MAY_IMPORT.get(importer, set())
+    return room(imported) in allowed | GROUND - {"cli"}
+
+
+def test_every_room_has_its_place():
+    rooms = {room(name) for name in modules()}
+    assert rooms <= GROUND | THINGS | WISHES | STAGES | RIM
+
+
+def test_modules_import_what_their_layer_admits():
+    breaches = {pair for pair in imports() if not is_allowed(*pair)}
+    assert breaches - KNOWN == set(), "imports against the layers"
+    assert KNOWN - breaches == set(), "mended: take these out of KNOWN"
+
+
+def test_no_circle_of_rooms():
+    graph: dict[str, set[str]] = {}
+    for importer, imported in imports():
+        if room(importer) != room(imported) and (importer, imported) not in KNOWN:
+            graph.setdefault(room(importer), set()).add(room(imported))
+    assert list(TopologicalSorter(graph).static_order())  # raises CycleError, which names the rooms
+
+
+def test_compiled_functions_lie_in_folders_named_kernels():
+    strangers = {name for name in modules() if ".kernels." not in name and "njit" in source(name)}
+    assert strangers == set()
+
+
+@pytest.mark.parametrize(
+    ("importer", "imported", "allowed"),
+    [
+        ("craftmesh.gradation.passes", "craftmesh.surface.measure", True),
+        ("craftmesh.gradation.passes", "craftmesh.surface.kernels.triangles", True),
+        ("craftmesh.gradation.passes", "craftmesh.tetrahedra.record", False),
+        ("craftmesh.gradation.passes", "craftmesh.io.vtk", False),
+        ("craftmesh.surface.measure", "craftmesh.sizing.sizing", False),
+        ("craftmesh.commands.gradate", "craftmesh.gradation.kernels.star", False),
+        ("craftmesh.io.vtk", "craftmesh.types", True),
+        ("craftmesh.io.vtk", "craftmesh.mesh.quality", False),
+        ("craftmesh.types", "craftmesh.cli", False),
+    ],
+)
+def test_the_rule_itself(importer, imported, allowed):
+    assert is_allowed(importer, imported) == allowed
