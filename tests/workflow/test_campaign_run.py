@@ -80,9 +80,9 @@ def test_rerun_does_nothing(finished):
 @pytest.mark.parametrize(
     ("module", "rules"),
     [
-        ("gradate.py", {"gradate"} | AFTER_GRADATE),
-        ("deck/second_order.py", {"inp", "all"}),
-        ("digest.py", set()),
+        ("gradation/gradate.py", {"gradate"} | AFTER_GRADATE),
+        ("mesh/second_order.py", {"inp", "all"}),
+        ("campaign/digest.py", set()),
     ],
 )
 def test_touched_module_reruns_its_stage_and_what_follows(finished, tmp_path, module, rules):
