@@ -1,0 +1,90 @@
+"""`kernel`: numba's njit with a cache on disk that sees changes in the kernels that a kernel calls.
+
+Numba's own cache compares the source of the file that holds a function. A call compiles the callee in,
+but a change of the callee, in another file, goes unseen, and old machine code runs on.
+"""
+
+import hashlib
+import re
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+from numba import njit
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
+
+# Kernels take names from modules, never modules from packages, so this finds all that they import.
+IMPORT = re.compile(r"^(?:from|import)\s+(craftmesh(?:\.\w+)+)", re.MULTILINE)
+
+
+def kernel(function: Callable) -> Callable:
+    """Return `function` compiled by numba at its first call, or read from the cache on disk.
+
+    The cache is where numba keeps it: in NUMBA_CACHE_DIR where that is set, else in `__pycache__` beside
+    the kernel, else in the user's cache folder. Where none can be written, each process compiles anew.
+    """
+    compiled = njit(function)
+    if compiled is not function:  # as it is under NUMBA_DISABLE_JIT
+        with suppress(RuntimeError):
+            compiled._cache = _KernelCache(function)
+    return compiled
+
+
+@cache
+def sources_digest(module: str) -> str:
+    """Return 16 hexadecimal digits for the sources of `module` and of all craftmesh modules it imports."""
+    found: dict[str, str] = {}
+    waiting = [module]
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found[name] = _source(name)
+            waiting += IMPORT.findall(found[name])
+    text = "\0".join(f"{name}\0{found[name]}" for name in sorted(found))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+@cache
+def _source(module: str) -> str:
+    spec = find_spec(module)
+    assert spec is not None and spec.origin is not None
+    return Path(spec.origin).read_text(encoding="utf-8")
+
+
+class _KernelFiles(CompileResultCacheImpl):
+    """Names of a kernel's cache files that carry the digest of its sources."""
+
+    def __init__(self, function: Callable):
+        super().__init__(function)
+        self.stem = self._filename_base
+        self._filename_base = f"{self.stem}-{sources_digest(function.__module__)}"
+
+
+class _KernelCache(FunctionCache):
+    """A cache whose files no two versions of the code share, nor two processes that write at once."""
+
+    _impl_class = _KernelFiles
+
+    def __init__(self, function: Callable):
+        super().__init__(function)
+        # Two processes number the data of two signatures alike, and the index would name the wrong one.
+        own = f"{self._impl.filename_base}.{{number:d}}-{uuid4().hex[:8]}.nbc"
+        self._cache_file._data_name_pattern = own
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Save a compiled signature and remove the files of older sources; a full disk is no error."""
+        with suppress(OSError):
+            super().save_overload(sig, data)
+            for file in self._old_files():
+                file.unlink(missing_ok=True)
+
+    def _old_files(self) -> list[Path]:
+        """Return this kernel's files of the same Python that older sources left, at whatever line."""
+        name, _, place = self._impl.stem.rpartition("-")
+        python = place.partition(".")[2]
+        files = Path(self.cache_path).glob(f"{name}-*.{python}[-.]*.nb[ic]")
+        return [file for file in files if not file.name.startswith(self._impl.filename_base)]

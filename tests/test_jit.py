@@ -1,0 +1,124 @@
+"""Compiled kernels are never older than the sources of the kernels that they call."""
+
+import os
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from package_sources import imports_of, is_package, modules, source
+
+from craftmesh import jit
+
+CALLEE = """from numba import njit
+from craftmesh.jit import kernel
+
+@{decorator}
+def scaled(x):
+    return {factor} * x
+"""
+CALLER = """from numba import njit
+from craftmesh.jit import kernel
+from craftmesh.kernels.callee import scaled
+
+@{decorator}
+def scaled_sum(x, y):
+    return scaled(x) + scaled(y)
+"""
+RUN = """
+from craftmesh.kernels.caller import scaled_sum
+print(scaled_sum({arguments}), sum(scaled_sum.stats.cache_hits.values()))
+"""
+
+
+class Package:
+    """A package named craftmesh with one kernel that calls another, in a file of its own."""
+
+    def __init__(self, folder: Path, decorator: str):
+        self.folder = folder
+        self.decorator = decorator
+        self.kernels = folder / "craftmesh" / "kernels"
+        self.kernels.mkdir(parents=True)
+        for file in (self.kernels / "__init__.py", folder / "craftmesh" / "__init__.py"):
+            file.write_text("")
+        shutil.copy(jit.__file__, folder / "craftmesh")
+        (self.kernels / "caller.py").write_text(CALLER.format(decorator=decorator))
+
+    def scale_by(self, factor: int) -> None:
+        text = CALLEE.format(decorator=self.decorator, factor=factor)
+        (self.kernels / "callee.py").write_text(text)
+
+    def run(self, arguments: str = "1, 2", **environment: str) -> list[float]:
+        """Return the caller's value in a process of its own, and how often it came from the cache."""
+        kept = {key: value for key, value in os.environ.items() if not key.startswith("NUMBA")}
+        kept |= {"PYTHONPATH": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1"}
+        command = [sys.executable, "-c", RUN.format(arguments=arguments)]
+        done = subprocess.run(
+            command, capture_output=True, text=True, cwd=self.folder, env=kept | environment
+        )
+        assert done.returncode == 0, done.stderr
+        return [float(word) for word in done.stdout.split()]
+
+    def files(self, folder: Path | None = None) -> set[str]:
+        return {file.name for file in (folder or self.kernels).rglob("*.nb[ic]")}
+
+
+@pytest.fixture
+def package(tmp_path) -> Package:
+    made = Package(tmp_path, "kernel")
+    made.scale_by(3)
+    return made
+
+
+def test_a_changed_callee_is_compiled_in_and_old_files_go(package):
+    assert package.run() == [9, 0]
+    before = package.files()
+    assert package.run() == [9, 1]
+    package.scale_by(5)
+    assert package.run() == [15, 0]
+    assert package.run() == [15, 1]
+    assert len(package.files()) == len(before)
+    assert not package.files() & before
+
+
+def test_the_reason_stands_numba_alone_runs_the_old_callee(tmp_path):
+    package = Package(tmp_path, "njit(cache=True)")
+    package.scale_by(3)
+    assert package.run() == [9, 0]
+    package.scale_by(5)
+    assert package.run() == [9, 1], "numba sees the change now: craftmesh.jit may go"
+
+
+def test_the_users_cache_folder_is_used(package, tmp_path):
+    folder = tmp_path / "cache"
+    assert package.run(NUMBA_CACHE_DIR=str(folder)) == [9, 0]
+    package.scale_by(5)
+    assert package.run(NUMBA_CACHE_DIR=str(folder)) == [15, 0]
+    assert package.run(NUMBA_CACHE_DIR=str(folder)) == [15, 1]
+    assert package.files(folder)
+    assert not package.files()
+
+
+def test_a_read_only_package_compiles_into_the_users_folder_or_for_itself(package, tmp_path):
+    (package.kernels / "__pycache__").write_text("a file here lets nobody make the folder")
+    home = tmp_path / "home"
+    for hits in (0, 1):
+        assert package.run(HOME=str(home), XDG_CACHE_HOME=str(home)) == [9, hits]
+    assert package.files(home)
+    assert package.run(HOME=os.devnull, XDG_CACHE_HOME=os.devnull) == [9, 0]
+
+
+def test_processes_that_compile_at_once_leave_a_sound_cache(package):
+    calls = {"1, 2": 9, "1.5, 2": 10.5, "1, 2.5": 10.5}
+    with ThreadPoolExecutor(3) as pool:
+        assert [value for value, _ in pool.map(package.run, calls)] == list(calls.values())
+    assert [package.run(call)[0] for call in calls] == list(calls.values())
+
+
+@pytest.mark.parametrize("module", [name for name in modules() if ".kernels." in name])
+def test_the_digest_sees_every_import_of_the_kernels(module):
+    found = set(jit.IMPORT.findall(source(module)))
+    assert found == imports_of(module)
+    assert not any(is_package(name) for name in found), "a kernel takes names from modules"
