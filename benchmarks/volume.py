@@ -95,7 +95,8 @@ def merged(surface, grain_tets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def meshed(surface, sizing, islands, changes: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the tetrahedra of all grains, made by one worker process with the options `changes`."""
-    from craftmesh.tetrahedra.tetrahedralize import TetrahedralizeOptions, tetrahedralize
+    from craftmesh.tetrahedra.options import TetrahedralizeOptions
+    from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 
     grain_tets, _ = tetrahedralize(surface, sizing, islands, TetrahedralizeOptions(**changes))
     return merged(surface, grain_tets)

@@ -36,7 +36,6 @@ KNOWN: set[tuple[str, str]] = {
     ("craftmesh.cracks.series", "craftmesh.io.vtk"),
     ("craftmesh.cracks.series", "craftmesh.io.front_csv"),
     ("craftmesh.io.dream3d", "craftmesh.mechanics.orientation"),
-    ("craftmesh.io.failed_grain", "craftmesh.tetrahedra.diagnose"),
     ("craftmesh.io.labdct", "craftmesh.mechanics.orientation"),
     ("craftmesh.io.msh", "craftmesh.mesh.tet_connectivity"),
     ("craftmesh.io.npz", "craftmesh.mechanics.orientation"),

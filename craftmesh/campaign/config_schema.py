@@ -25,7 +25,7 @@ SECTIONS = {
         ["stitching.stitch.StitchOptions", "insertion.options.InsertOptions"],
     ),
     "gradate": ("gradation of the surface", ["gradation.gradate.GradateOptions"]),
-    "tetrahedralize": ("tetrahedra in the grains", ["tetrahedra.tetrahedralize.TetrahedralizeOptions"]),
+    "tetrahedralize": ("tetrahedra in the grains", ["tetrahedra.options.TetrahedralizeOptions"]),
     "inp": ("the input deck", ["deck.write_deck.DeckOptions"]),
 }
 EXPORTS = ("vtu", "msh", "e", "exo")

@@ -15,8 +15,8 @@ from craftmesh.io.grain_tets import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, write_tets
 from craftmesh.mesh.front import front_frames
 from craftmesh.surface.repair import repair_surface
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import merged
-from craftmesh.tetrahedra.tetrahedralize import TetrahedralizeOptions
 
 
 def add_arguments(parser):

@@ -7,8 +7,6 @@ import argparse
 from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
-
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, read_json, tell, warn
@@ -17,11 +15,13 @@ from craftmesh.io.failed_grain import write_failed_grain
 from craftmesh.io.grain_tets import write_grain_tets
 from craftmesh.io.vtk import read_surface, write_surface, write_tets
 from craftmesh.progress import ProgressLine
-from craftmesh.surface.repair import repair_surface
+from craftmesh.tetrahedra.chunks import grains_of_chunk
 from craftmesh.tetrahedra.diagnose import GrainFailure
+from craftmesh.tetrahedra.mending import mended
 from craftmesh.tetrahedra.meshers.base import TETWILD
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
-from craftmesh.tetrahedra.tetrahedralize import TetrahedralizeOptions, tetrahedralize
+from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 from craftmesh.types import GrainTets, Surface
 from craftmesh.voxels.islands import islands_from_json
 
@@ -45,7 +45,7 @@ def run(arguments):
     if arguments.workers < 1:
         raise CraftmeshError(f"--workers is {arguments.workers}; expected a number >= 1")
     options = options_from(arguments, TetrahedralizeOptions)
-    surface, repair = repaired(surface, options, arguments.output)
+    surface, repair = repaired(surface, arguments.output) if options.repair else (surface, None)
     sizing = sizing_from(arguments, surface, arguments.front) if is_sized(arguments) else None
     grains = surface.grains.tolist()
     if arguments.chunk is not None:
@@ -66,26 +66,17 @@ def run(arguments):
     tell(report | opened, arguments.report)
 
 
-def repaired(surface: Surface, options: TetrahedralizeOptions, output: Path) -> tuple[Surface, dict | None]:
+def repaired(surface: Surface, output: Path) -> tuple[Surface, dict | None]:
     """Return the surface, repaired where facets intersect, and what was done, if anything.
 
     The facets as they were are written beside the output.
     """
-    if not options.repair:
-        return surface, None
-    found, repair = repair_surface(surface)
-    if not repair["faults"]:
-        return surface, None
-    rows = repair["facets"]
-    faulty = Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
-    path = output.with_name(f"{output.stem}-faulty-facets.vtp")
-    write_surface(path, faulty)
-    warn(
-        f"{repair['faults']} facets of the surface intersect or are degenerate, at grains "
-        f"{', '.join(map(str, repair['grains'][:6]))}: {repair['points_moved']} points were moved by up to "
-        f"{repair['largest_move']:.3g}, {repair['faults_left']} such facets are left; see {path}"
-    )
-    return found, repair
+    found = mended(surface)
+    if found.faulty is not None:
+        path = output.with_name(f"{output.stem}-faulty-facets.vtp")
+        write_surface(path, found.faulty)
+        warn(f"{found.warning}; see {path}")
+    return found.surface, found.report
 
 
 def mesh_grains(
@@ -120,7 +111,7 @@ def write_places(output: Path, failures: Iterable[GrainFailure]) -> str:
     paths = []
     for failure in failures:
         paths.append(output.with_name(f"{output.stem}-failed-grain-{failure.grain}.vtp"))
-        write_failed_grain(paths[-1], failure)
+        write_failed_grain(paths[-1], failure.surface.points, failure.surface.facets, failure.marks)
     return f"; see {', '.join(map(str, paths))}" if paths else ""
 
 
@@ -130,17 +121,3 @@ def chunk(text: str) -> tuple[int, int]:
     if not (part.isdecimal() and parts.isdecimal() and 1 <= int(part) <= int(parts)):
         raise argparse.ArgumentTypeError(f"{text!r} is not K/N with 1 <= K <= N")
     return int(part), int(parts)
-
-
-def grains_of_chunk(surface: Surface, part: int, parts: int) -> list[int]:
-    """Return the grain ids of one part; the parts hold all grains and about equally many facets."""
-    labels, facets = np.unique(surface.sides, return_counts=True)
-    facets, labels = facets[labels > 0], labels[labels > 0]
-    load = np.zeros(parts, np.int64)
-    mine = []
-    for index in np.argsort(-facets, kind="stable"):
-        lightest = int(np.argmin(load))
-        load[lightest] += facets[index]
-        if lightest == part - 1:
-            mine.append(int(labels[index]))
-    return sorted(mine)

@@ -1,19 +1,22 @@
 """The surface of a grain that could not be meshed, for viewing."""
 
 import os
+from collections.abc import Mapping
+
+import numpy as np
 
 from craftmesh.io import vtk_xml
-from craftmesh.tetrahedra.diagnose import GrainFailure
 
 
-def write_failed_grain(path: str | os.PathLike, failure: GrainFailure) -> None:
-    """Write the grain's surface as .vtp with cell data `at_fault` (1: facets to repair) and `crack`."""
+def write_failed_grain(
+    path: str | os.PathLike, points: np.ndarray, facets: np.ndarray, marks: Mapping[str, np.ndarray]
+) -> None:
+    """Write facets (m, 3) on points (n, 3) as .vtp with `marks` (m,) as cell data, bools as 0 and 1."""
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-    surface = failure.surface
     poly = vtkPolyData()
-    poly.SetPoints(vtk_xml.vtk_points(surface.points))
-    poly.SetPolys(vtk_xml.uniform_cells(surface.facets))
-    marks = {"at_fault": failure.at_fault.astype("u1"), "crack": surface.internal.astype("u1")}
-    vtk_xml.add_arrays(poly.GetCellData(), marks | {"facet": surface.facet_ids})
+    poly.SetPoints(vtk_xml.vtk_points(points))
+    poly.SetPolys(vtk_xml.uniform_cells(facets))
+    numbers = {name: mark.astype("u1") if mark.dtype == bool else mark for name, mark in marks.items()}
+    vtk_xml.add_arrays(poly.GetCellData(), numbers)
     vtk_xml.write_dataset(path, poly, "PolyData")

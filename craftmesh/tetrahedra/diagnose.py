@@ -44,6 +44,15 @@ class GrainFailure:
             return None
         return self.surface.points[self.surface.facets[self.at_fault]].mean((0, 1))
 
+    @property
+    def marks(self) -> dict[str, np.ndarray]:
+        """Marks (m,) of the facets of `surface`, to look at: at fault, crack, row of the Surface."""
+        return {
+            "at_fault": self.at_fault,
+            "crack": self.surface.internal,
+            "facet": self.surface.facet_ids,
+        }
+
     def sentence(self) -> str:
         """Return the failure in one line."""
         text = f"grain {self.grain} could not be meshed in {len(self.attempts)} attempts: {self.reason}"

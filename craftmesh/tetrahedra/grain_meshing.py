@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from craftmesh.sizing.surface_sizing import LocalSizing
 from craftmesh.surface.connectivity import compact
 from craftmesh.tetrahedra.grain_region import (
     check_filled,
@@ -14,7 +15,7 @@ from craftmesh.tetrahedra.grain_region import (
     replace_by_given,
 )
 from craftmesh.tetrahedra.grain_surface import GrainSurface
-from craftmesh.tetrahedra.interior_points import LocalSizing, interior_points
+from craftmesh.tetrahedra.interior_points import interior_points
 from craftmesh.tetrahedra.meshers.base import load_mesher
 from craftmesh.tetrahedra.optimise_tets import optimise_tets
 from craftmesh.tetrahedra.poor_tets import poor_tets
@@ -64,7 +65,7 @@ def mesh_grain(shared: tuple[Any, Any], task: MeshingTask) -> tuple[GrainTets, d
     surface, attempt = task.surface, task.attempt
     mesher = load_mesher(options.mesher)
     markers = np.where(surface.internal, 2, 1).astype(np.int32)
-    sizing = LocalSizing(surface) if sizing is None else sizing
+    sizing = LocalSizing(surface.points, surface.facets) if sizing is None else sizing
     clock = process_time()
     seconds = {}
 

@@ -1,9 +1,8 @@
 """Interior points of a grain, spaced by the sizing function (paper, Eq. 3): a lattice, then a layer."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from craftmesh.surface.connectivity import unique_edges
+from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.measure import area_vectors
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.tetrahedra.kernels.interior_fill import bucket_points, mark_clear, mark_inside, thin_out
@@ -25,23 +24,9 @@ MAX_CELLS_PER_AXIS = 200
 OCTANTS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 4
 
 
-class LocalSizing:
-    """Edge lengths of a grain's own surface, carried into it: used when no sizing function is given."""
-
-    def __init__(self, surface: GrainSurface):
-        edges, _, _ = unique_edges(surface.facets)
-        length = np.linalg.norm(surface.points[edges[:, 0]] - surface.points[edges[:, 1]], axis=1)
-        count = np.bincount(edges.ravel(), minlength=len(surface.points))
-        total = np.bincount(edges.ravel(), np.repeat(length, 2), len(surface.points))
-        self.length = total / np.maximum(count, 1)
-        self.tree = cKDTree(surface.points)
-
-    def at(self, points: np.ndarray) -> np.ndarray:
-        """Return the mean length (n,) of the edges at the surface node nearest to each point (n, 3)."""
-        return self.length[self.tree.query(points)[1]]
-
-
-def interior_points(surface: GrainSurface, points: np.ndarray, tets: np.ndarray, sizing) -> np.ndarray:
+def interior_points(
+    surface: GrainSurface, points: np.ndarray, tets: np.ndarray, sizing: Lengths
+) -> np.ndarray:
     """Return points (k, 3) inside the grain at distances of about `sizing.at`.
 
     points, tets: a first mesh of the grain, which tells what is inside. A body-centred octree lattice of
@@ -65,7 +50,7 @@ def interior_points(surface: GrainSurface, points: np.ndarray, tets: np.ndarray,
     return candidates[stays]
 
 
-def _layer(surface: GrainSurface, sizing) -> np.ndarray:
+def _layer(surface: GrainSurface, sizing: Lengths) -> np.ndarray:
     """One point over each facet on its inner side, on both sides of internal facets."""
     normal = area_vectors(surface.points, surface.facets)
     length = np.linalg.norm(normal, axis=1)
@@ -77,7 +62,7 @@ def _layer(surface: GrainSurface, sizing) -> np.ndarray:
     return np.concatenate([centre - offset, (centre + offset)[internal]])
 
 
-def _lattice(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing) -> np.ndarray:
+def _lattice(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing: Lengths) -> np.ndarray:
     """Centres and corners of octree cells of about LATTICE_CELL * l, the coarse ones first."""
     cell = _coarsest_cell(low, high, nodes, sizing)
     axes = [np.arange(a, b, cell) + cell / 2 for a, b in zip(low, high)]
@@ -96,7 +81,7 @@ def _lattice(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing) -> np
     return np.concatenate(found)
 
 
-def _coarsest_cell(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing) -> float:
+def _coarsest_cell(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing: Lengths) -> float:
     """The octree's first cell, of which the halves fit LATTICE_CELL * l best, counted by points."""
     axes = np.linspace(low, high, PROBES_PER_AXIS).T
     local = LATTICE_CELL * sizing.at(np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3))

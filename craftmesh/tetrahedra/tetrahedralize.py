@@ -1,67 +1,30 @@
 """Fill each grain with tetrahedra by its own call of a mesher, in worker processes that may fail."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError, MeshingError
-from craftmesh.options import option
+from craftmesh.errors import MeshingError
 from craftmesh.processes.pool import run_tasks
 from craftmesh.progress import silent
+from craftmesh.sizing.lengths import Lengths
+from craftmesh.sizing.surface_sizing import LocalSizing
 from craftmesh.tetrahedra.diagnose import GrainFailure, diagnose
 from craftmesh.tetrahedra.grain_meshing import Attempt, MeshingTask, ladder, mesh_grain
 from craftmesh.tetrahedra.grain_surface import GrainSurface, grain_surfaces
-from craftmesh.tetrahedra.interior_points import LocalSizing
-from craftmesh.tetrahedra.meshers.base import BUILT_IN, TETWILD, load_mesher
+from craftmesh.tetrahedra.meshers.base import BUILT_IN, load_mesher
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.types import GrainTets, Surface
 
 # Tetrahedra per unit of sum dV / l^3 are not known beforehand; facets are, and the time follows them.
 FIXED_COST = 50.0
-WHOLE_MODEL = ("envelope", "whole_time_limit")
-
-
-@dataclass(frozen=True)
-class TetrahedralizeOptions:
-    """How grains are filled with tetrahedra."""
-
-    mesher: str = option(
-        "tetgen", "tetgen, tetgen-cli, tetwild (the whole model), or package.module:Class of your own"
-    )
-    radius_edge_ratio: float = option(1.4, "TetGen's bound on circumradius over shortest edge")
-    min_dihedral: float = option(10.0, "TetGen's bound on dihedral angles", "degrees")
-    switches: str = option("", "the mesher's switches in full, in place of the two bounds above")
-    interior_points: bool = option(True, "place points inside the grains by the sizing function (Eq. 3)")
-    optimise: bool = option(True, "improve the tetrahedra inside the grains; the surface stays")
-    time_limit: float = option(600.0, "longest time for one attempt at one grain", "s")
-    memory_limit: float = option(16.0, "largest address space of a worker process", "GB")
-    repair: bool = option(True, "first move points of facets that intersect or are degenerate")
-    fallback: str = option(
-        TETWILD,
-        "what happens when a grain fails every attempt: the whole model by pytetwild, or an error",
-        choices=(TETWILD, "none"),
-    )
-    envelope: float = option(0.1, "tetwild moves facets by this at most, in shortest target lengths")
-    whole_time_limit: float = option(14400.0, "longest time for tetwild", "s")
-
-    def __post_init__(self):
-        for name in ("radius_edge_ratio", "min_dihedral", "time_limit", "memory_limit", *WHOLE_MODEL):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise CraftmeshError(f"{name} is {value}; expected a number > 0")
-        if self.radius_edge_ratio < 1:
-            raise CraftmeshError(f"radius_edge_ratio is {self.radius_edge_ratio:g}; expected at least 1")
-
-    @property
-    def all_switches(self) -> str:
-        """The switches of the first attempt."""
-        return self.switches or f"pYq{self.radius_edge_ratio:g}/{self.min_dihedral:g}AQ"
 
 
 def tetrahedralize(
     surface: Surface,
-    sizing: Any,
+    sizing: Lengths | None,
     islands: Iterable | None,
     options: TetrahedralizeOptions,
     grains: Iterable[int] | None = None,
@@ -133,7 +96,7 @@ def compile_kernels(shared: tuple[Any, Any]) -> None:
     facets = np.array([[q[i] for i in half] for q in quads for half in ((0, 1, 2), (0, 2, 3))], np.int64)
     cube = GrainSurface(1, np.arange(8), corners, facets, np.zeros(12, bool), np.arange(12))
     task = MeshingTask(cube, np.zeros((0, 3)), Attempt("pYq1.4AQ", True))
-    mesh_grain((options, LocalSizing(cube)), task)
+    mesh_grain((options, LocalSizing(cube.points, cube.facets)), task)
 
 
 def _task(surface: GrainSurface, islands: Iterable | None, attempt: Attempt) -> MeshingTask:

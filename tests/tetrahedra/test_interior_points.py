@@ -5,12 +5,12 @@ import pytest
 from scipy.spatial import Delaunay, cKDTree
 from structured_box import hexagon, plane_crack, structured_box
 
+from craftmesh.sizing.surface_sizing import LocalSizing
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.interior_points import (
     APART,
     FROM_FACET,
     FROM_VERTEX,
-    LocalSizing,
     interior_points,
 )
 
@@ -91,6 +91,6 @@ def test_a_grain_smaller_than_the_target_gets_none():
 
 def test_without_a_sizing_the_surface_gives_it():
     surface, _, _ = bent_bar()
-    length = LocalSizing(surface).at(surface.points + 1e-3)
+    length = LocalSizing(surface.points, surface.facets).at(surface.points + 1e-3)
     # edges of the cells' sides and diagonals: 1 and sqrt 2
     assert ((length >= 1.0) & (length <= np.sqrt(2))).all()

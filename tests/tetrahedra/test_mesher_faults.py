@@ -13,7 +13,8 @@ from craftmesh.mesh.check_tets import check_tets
 from craftmesh.tetrahedra.diagnose import diagnose, tetgen_diagnosis
 from craftmesh.tetrahedra.grain_surface import GrainSurface, grain_surfaces
 from craftmesh.tetrahedra.meshers.base import load_mesher
-from craftmesh.tetrahedra.tetrahedralize import TetrahedralizeOptions, tetrahedralize
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
+from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 
 
 def three_grains():

@@ -13,7 +13,8 @@ from craftmesh.surface.measure import side_volumes
 from craftmesh.tetrahedra.grain_meshing import MeshingTask, ladder, mesh_grain
 from craftmesh.tetrahedra.grain_region import WrongMesh, find_regions
 from craftmesh.tetrahedra.grain_surface import grain_surfaces, lowest_equal_point
-from craftmesh.tetrahedra.tetrahedralize import TetrahedralizeOptions, tetrahedralize
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
+from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 from craftmesh.types import CRACK, Surface
 
 FAST = TetrahedralizeOptions()

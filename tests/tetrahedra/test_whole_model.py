@@ -9,7 +9,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.tet_connectivity import group_triples, half_face_corners, half_faces, tet_volumes
 from craftmesh.surface.check_surface import check_surface
-from craftmesh.tetrahedra.tetrahedralize import TetrahedralizeOptions
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.whole.crack_faces import check_crack, crack_half_faces
 from craftmesh.tetrahedra.whole.labels import labels_at
 from craftmesh.tetrahedra.whole.new_surface import put_on_planes

@@ -1,7 +1,6 @@
 """The whole model meshed in one call of pytetwild, with its grains, box planes and crack found again."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from scipy.spatial import Delaunay
@@ -9,12 +8,14 @@ from scipy.spatial import Delaunay
 from craftmesh.errors import CraftmeshError
 from craftmesh.processes.pool import run_tasks
 from craftmesh.progress import silent
+from craftmesh.sizing.lengths import Lengths
+from craftmesh.sizing.surface_sizing import LocalSizing
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.measure import side_volumes
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
-from craftmesh.tetrahedra.interior_points import LocalSizing
 from craftmesh.tetrahedra.meshers.tetwild import TetWildTask, tetwild
 from craftmesh.tetrahedra.optimise_tets import optimise_tets
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.whole.crack_faces import check_crack, with_fins
 from craftmesh.tetrahedra.whole.labels import labels_at
 from craftmesh.tetrahedra.whole.new_surface import model_of, put_on_planes, settle_crack
@@ -30,8 +31,8 @@ ENVELOPES = (1.0, 0.5)
 
 def mesh_whole_model(
     surface: Surface,
-    sizing: Any,
-    options: Any,
+    sizing: Lengths | None,
+    options: TetrahedralizeOptions,
     progress: Callable[[float, str], None] = silent,
 ) -> tuple[Surface, list[GrainTets], dict]:
     """Return the surface of a new mesh of the whole model, the tets of each grain by id, and a report.
@@ -42,7 +43,7 @@ def mesh_whole_model(
     gives target lengths, None takes the surface's own. options: TetrahedralizeOptions. Raises
     CraftmeshError where pytetwild gives up, a grain is lost, or the crack cannot be found again.
     """
-    sizing = LocalSizing(surface) if sizing is None else sizing
+    sizing = LocalSizing(surface.points, surface.facets) if sizing is None else sizing
     for factor in ENVELOPES:
         task = _task(surface, sizing, factor * options.envelope)
         progress(0.0, "meshing the whole model")
@@ -81,7 +82,7 @@ def _found_again(
     return found, grain_tets, report
 
 
-def _task(surface: Surface, sizing: Any, envelope: float) -> TetWildTask:
+def _task(surface: Surface, sizing: Lengths, envelope: float) -> TetWildTask:
     points, facets, _ = compact(*with_fins(surface, sizing.at(surface.points)))
     low, high = points.min(axis=0), points.max(axis=0)
     step = (high - low).max() / LATTICE
@@ -95,7 +96,7 @@ def _task(surface: Surface, sizing: Any, envelope: float) -> TetWildTask:
     )
 
 
-def _run(task: TetWildTask, options: Any) -> tuple[np.ndarray, np.ndarray, float]:
+def _run(task: TetWildTask, options: TetrahedralizeOptions) -> tuple[np.ndarray, np.ndarray, float]:
     """Run pytetwild in a process of its own under the limits of time and memory."""
     meshes = []
 
@@ -129,7 +130,7 @@ def _drift(before: Surface, after: Surface) -> dict:
     return {"volume_drift_worst": drift[worst], "volume_drift_grain": worst}
 
 
-def _optimised(surface: Surface, grain_tets: list[GrainTets], sizing: Any) -> list[GrainTets]:
+def _optimised(surface: Surface, grain_tets: list[GrainTets], sizing: Lengths) -> list[GrainTets]:
     """Return better tets of each grain on the same surface."""
     result = []
     for one, bounds in zip(grain_tets, grain_surfaces(surface)):
