@@ -106,7 +106,8 @@ def _cracked(voxels, crack: dict, sizes: dict) -> Start:
 
 
 def _with_crack(surface, crack: dict, box, sizes: dict, islands: tuple) -> Start:
-    from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
+    from craftmesh.cracks.options import CrackOptions
+    from craftmesh.cracks.shapes import prescribed_crack
     from craftmesh.insertion.insert import insert_crack
     from craftmesh.sizing.sizing import Sizing, densify
 

@@ -69,23 +69,21 @@ class Voxels:
 
 @dataclass(frozen=True)
 class Crack:
-    """A triangulated crack surface, one-to-one with its parameters (u, v), and its fronts.
+    """A triangulated crack surface, one-to-one over its best-fit plane, and its fronts.
 
-    points (n, 3); triangles (m, 3) int32, all oriented alike; uv (n, 2). fronts: one int32 array of
-    point ids per ordered front, the first id repeated at the end where the front is closed. Boundary
-    edges that belong to no front are the crack's mouth and lie on or outside the box.
+    points (n, 3); triangles (m, 3) int32, all oriented alike. fronts: one int32 array of point ids per
+    ordered front, the first id repeated at the end where the front is closed. Boundary edges that
+    belong to no front are the crack's mouth and lie on or outside the box.
     """
 
     points: np.ndarray
     triangles: np.ndarray
-    uv: np.ndarray
     fronts: tuple
 
     def __post_init__(self):
         put = object.__setattr__
         put(self, "points", _array("Crack", "points", self.points, float, (None, 3)))
         put(self, "triangles", _array("Crack", "triangles", self.triangles, np.int32, (None, 3)))
-        put(self, "uv", _array("Crack", "uv", self.uv, float, (len(self.points), 2)))
         fronts = tuple(_array("Crack", "fronts", f, np.int32, (None,)) for f in self.fronts)
         put(self, "fronts", fronts)
         _check_indices("Crack", "triangles", self.triangles, len(self.points))

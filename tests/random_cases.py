@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh import GradateOptions, Sizing, Surface
-from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.insert import insert_crack

@@ -13,6 +13,7 @@ from typing import Any
 
 from craftmesh.campaign.configuration import completed, listed, load_schema
 from craftmesh.campaign.digest import digest
+from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
 from craftmesh.errors import CraftmeshError
 
@@ -77,13 +78,8 @@ class Campaign:
 
     def crack_files(self, case: str, inc: str) -> list[str]:
         """Return the files that describe the crack of an increment; none for a prescribed shape."""
-        crack = self.config["cracks"][self.cases[case].crack]
-        series = crack["increments"]
-        return [
-            path
-            for path in (series[int(inc)] if series else crack["file"], crack["front"])
-            if _is_name(path)
-        ]
+        options = CrackOptions(**self.config["cracks"][self.cases[case].crack])
+        return list(crack_files(options, int(inc)).values())
 
     def size_files(self) -> list[str]:
         """Return the files that the sizing function reads."""
@@ -224,7 +220,7 @@ def _check_case(case: Case, config: Mapping[str, Any]) -> None:
     if case.crack == NO_CRACK and case.increments != 1:
         raise CraftmeshError(f"{place}: increments is {case.increments} without a crack; expected 1")
     if case.crack != NO_CRACK:
-        _check_crack(case, config)
+        _check_series(case, config)
     path = Path(_located(case.microstructure, Path(config["data"])))
     if case.microstructure != SYNTHETIC and not path.exists():
         raise CraftmeshError(
@@ -232,27 +228,23 @@ def _check_case(case: Case, config: Mapping[str, Any]) -> None:
         )
 
 
-def _check_crack(case: Case, config: Mapping[str, Any]) -> None:
-    key, crack = f"cracks.{case.crack}", config["cracks"][case.crack]
-    series = crack["increments"]
-    if series is not None and len(series) < case.increments:
+def _check_series(case: Case, config: Mapping[str, Any]) -> None:
+    """Raise where the case's crack lacks an increment, or a file of one."""
+    key, options = f"cracks.{case.crack}", CrackOptions(**config["cracks"][case.crack])
+    series = options.increments
+    if series and len(series) < case.increments:
         raise CraftmeshError(
             f"{key}.increments prescribes {len(series)} increments; "
             f"case {case.name!r} of {config['cases']} asks for {case.increments}"
         )
-    files = [("file", crack["file"]), ("front", crack["front"])]
-    files += [("increments", item) for item in series or () if isinstance(item, str)]
-    for name, path in files:
-        _check_exists(f"{key}.{name}", path)
+    for increment in range(case.increments):
+        for name, path in crack_files(options, increment).items():
+            _check_exists(f"{key}.{name}", path)
 
 
 def _check_exists(key: str, path: str | None) -> None:
     if path and not Path(path).exists():
         raise CraftmeshError(f"{key}: {path} is not there; expected a file")
-
-
-def _is_name(value: Any) -> bool:
-    return isinstance(value, str) and value != ""
 
 
 def _located(microstructure: str, data: Path) -> str:

@@ -29,7 +29,7 @@ SECTIONS = {
     "inp": ("the input deck", ["deck.write_deck.DeckOptions"]),
 }
 EXPORTS = ("vtu", "msh", "e", "exo")
-CRACK = "cracks.shapes.CrackOptions"
+CRACK = "cracks.options.CrackOptions"
 KINDS = {float: "number", int: "integer", bool: "boolean", str: "string"}
 
 

@@ -58,7 +58,7 @@ def check_polygons(file: Path, arguments) -> list[str]:
         from craftmesh.surface.check_surface import check_surface
 
         return check_surface(vtk.read_surface(file))
-    from craftmesh.cracks.series import check_crack
+    from craftmesh.cracks.check_crack import check_crack
 
     return check_crack(vtk.read_crack(file))
 

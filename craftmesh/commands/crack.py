@@ -1,18 +1,19 @@
 """Make the crack surface of one increment, prescribed by its shape or by a triangulated surface."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output, existing
-from craftmesh.cracks.series import crack_of_increment
-from craftmesh.cracks.shapes import CrackOptions
+from craftmesh.cracks.options import CrackOptions, surface_file
+from craftmesh.cracks.series import GivenSurface, crack_of_increment, refuse_shrunk
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.front_csv import read_front_points
 from craftmesh.io.npz import read_labels
+from craftmesh.io.stl import read_stl
 from craftmesh.io.vtk import read_crack, read_surface, read_voxels, write_crack
-from craftmesh.surface.measure import area_vectors
-from craftmesh.types import Crack
 
 
 def add_arguments(parser):
@@ -31,17 +32,37 @@ def add_arguments(parser):
 
 
 def run(arguments):
+    options, increment = options_from(arguments, CrackOptions), arguments.increment
     crack = crack_of_increment(
-        options_from(arguments, CrackOptions), arguments.increment, box_of(arguments.volume)
+        options, increment, box_of(arguments.volume), given_surface(options, increment)
     )
     if arguments.previous:
-        before, now = area(read_crack(arguments.previous)), area(crack)
-        if now < before * (1 - 1e-9):
-            raise CraftmeshError(
-                f"crack of increment {arguments.increment}: area {now:.6g} is below {before:.6g} of the "
-                "increment before; expected a crack that grows"
-            )
+        refuse_shrunk(crack, read_crack(arguments.previous), increment)
     write_crack(arguments.output, crack)
+
+
+def given_surface(options: CrackOptions, increment: int) -> GivenSurface | None:
+    """Return the surface of `increment` from its file, .stl or .vtp; None for the prescribed shapes.
+
+    The lines of a .vtp are its fronts; a front in options.front (csv) goes before them.
+    """
+    if options.shape != "surface":
+        return None
+    path = surface_file(options, increment)
+    if not path.is_file():
+        raise CraftmeshError(
+            f"crack.file {path} does not exist; expected a triangulated surface .vtp or .stl"
+        )
+    if path.suffix.lower() == ".stl":
+        surface = GivenSurface(*read_stl(path))
+    else:
+        known = read_crack(path)
+        surface = GivenSurface(
+            known.points, known.triangles, tuple(known.points[front] for front in known.fronts)
+        )
+    if not options.front:
+        return surface
+    return replace(surface, fronts=(read_front_points(Path(options.front)),))
 
 
 def box_of(path: Path) -> np.ndarray:
@@ -52,8 +73,3 @@ def box_of(path: Path) -> np.ndarray:
         return read_voxels(path).box
     points = read_surface(path).points
     return np.stack([points.min(axis=0), points.max(axis=0)])
-
-
-def area(crack: Crack) -> float:
-    """Return the area of a crack's surface."""
-    return float(np.linalg.norm(area_vectors(crack.points, crack.triangles), axis=1).sum())

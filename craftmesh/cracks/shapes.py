@@ -1,49 +1,23 @@
-"""Prescribed cracks: pennies, ellipses (whole, semi, quarter), through edge cracks, given surfaces."""
+"""Prescribed cracks: pennies, ellipses (whole, semi, quarter), through edge cracks."""
 
-from dataclasses import dataclass
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
 
+from craftmesh.cracks.options import SHAPES, CrackOptions, of_series
 from craftmesh.cracks.triangulated import crack_from_triangles, frame_along
 from craftmesh.errors import CraftmeshError
-from craftmesh.options import option
 from craftmesh.types import Crack
 
-SHAPES = ("penny", "ellipse", "through_edge", "surface")
 SAGITTA = 1e-5  # of the radius, between the front's chords and the front
 
 
-@dataclass(frozen=True)
-class CrackOptions:
-    """A crack whose shape and growth are prescribed; lengths in model units.
-
-    Semi- and quarter-elliptical cracks are ellipses whose centre lies on a face, edge or corner of the
-    box; what lies outside the box is cut off.
-    """
-
-    shape: str = option("penny", "kind of crack", choices=SHAPES)
-    centre: tuple = option(
-        (0.0, 0.0, 0.0), "centre of the ellipse; for through_edge a point of the mouth", "length"
-    )
-    normal: tuple = option((0.0, 0.0, 1.0), "normal of the crack plane")
-    axis: tuple = option(
-        (1.0, 0.0, 0.0), "direction of the first semi-axis, or of the depth (through_edge)"
-    )
-    radius: float | None = option(None, "radius of a penny, or depth of a through edge crack", "length")
-    semi_axes: tuple | None = option(None, "semi-axes a, b of an ellipse", "length")
-    file: str | None = option(None, "triangulated surface (.vtp or .stl) for shape surface")
-    front: str | None = option(None, "csv file of the front's points; none: the boundary within the box")
-    growth: float = option(0.0, "added to radius, semi-axes or depth at each increment", "length")
-    increments: tuple | None = option(None, "(a, b), radius or file of each increment, instead of growth")
-
-
-def prescribed_crack(options: CrackOptions, increment: int, box) -> Crack:
+def prescribed_crack(options: CrackOptions, increment: int, box: np.ndarray) -> Crack:
     """Return the planar crack of `increment` (0, 1, ...); fronts end exactly on the box (2, 3).
 
     Raises CraftmeshError for bad numbers, a missing increment, or a crack without a front in the box.
-    Surfaces from files come from `surface_file` and `crack_from_triangles`.
+    A surface read from the file that `surface_file` names becomes a crack in `crack_of_increment`.
     """
     if options.shape not in SHAPES or options.shape == "surface":
         raise CraftmeshError(
@@ -53,9 +27,7 @@ def prescribed_crack(options: CrackOptions, increment: int, box) -> Crack:
     centre, normal, axis = (_vector(name, getattr(options, name)) for name in ("centre", "normal", "axis"))
     frame = _frame(normal, axis)
     sizes = semi_axes(options, increment)
-    outline = (
-        _edge_outline(centre, frame, sizes[0], box) if options.shape == "through_edge" else _ellipse(sizes)
-    )
+    outline = _edge_outline(centre, sizes[0], box) if options.shape == "through_edge" else _ellipse(sizes)
     points = centre + outline @ frame[:2]
     _check_reaches(points, frame, box)
     triangles = _triangles_of(outline)
@@ -64,12 +36,8 @@ def prescribed_crack(options: CrackOptions, increment: int, box) -> Crack:
 
 def semi_axes(options: CrackOptions, increment: int) -> tuple[float, float]:
     """Return the semi-axes (a, b) of an increment; a penny has a = b, a through crack the depth a."""
-    if options.increments is not None:
-        if not 0 <= increment < len(options.increments):
-            raise CraftmeshError(
-                f"increment is {increment}; crack.increments holds {len(options.increments)}: add one"
-            )
-        sizes, grown = options.increments[increment], 0.0
+    if options.increments:
+        sizes, grown = of_series(options.increments, increment), 0
     else:
         sizes, grown = options.semi_axes if options.semi_axes is not None else options.radius, increment
     try:
@@ -83,23 +51,7 @@ def semi_axes(options: CrackOptions, increment: int) -> tuple[float, float]:
     return float(pair[0]), float(pair[1])
 
 
-def surface_file(options: CrackOptions, increment: int) -> Path:
-    """Return the file of the triangulated surface of `increment`."""
-    name = options.file
-    if options.increments is not None:
-        if not 0 <= increment < len(options.increments):
-            raise CraftmeshError(
-                f"increment is {increment}; crack.increments holds {len(options.increments)}"
-            )
-        name = options.increments[increment]
-    if not isinstance(name, (str, Path)):
-        raise CraftmeshError(
-            f"crack.file is {name!r}; expected the path of a .vtp or .stl for shape surface"
-        )
-    return Path(name)
-
-
-def _vector(name: str, value) -> np.ndarray:
+def _vector(name: str, value: Any) -> np.ndarray:
     try:
         vector = np.asarray(value, float)
     except (TypeError, ValueError):
@@ -128,13 +80,13 @@ def _ellipse(sizes: tuple[float, float]) -> np.ndarray:
     return np.stack([sizes[0] * np.cos(angle), sizes[1] * np.sin(angle)], axis=1)
 
 
-def _edge_outline(centre, frame, depth: float, box: np.ndarray) -> np.ndarray:
+def _edge_outline(centre: np.ndarray, depth: float, box: np.ndarray) -> np.ndarray:
     """Return the rectangle that covers the crack plane in the box up to `depth` along the axis."""
     reach = np.linalg.norm(box[1] - box[0]) + np.linalg.norm(centre - box.mean(axis=0))
     return np.array([[-reach, -reach], [depth, -reach], [depth, reach], [-reach, reach]])
 
 
-def _check_reaches(points, frame, box) -> None:
+def _check_reaches(points: np.ndarray, frame: np.ndarray, box: np.ndarray) -> None:
     corners = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
     offset = (corners - points[0]) @ frame[2]
     margin = 1e-9 * np.linalg.norm(box[1] - box[0])

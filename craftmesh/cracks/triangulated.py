@@ -1,5 +1,7 @@
 """Cracks from triangulated surfaces: checks, orientation, and fronts clipped to the box."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import shapely
 
@@ -11,9 +13,17 @@ from craftmesh.types import Crack
 MERGE = 1e-9  # points closer than this share of the crack's extent are one
 ON_PLANE = 1e-7  # share of the box's diagonal within which a point counts as on a box plane
 STEEPEST = 0.05  # least cosine between a triangle's normal and the best-fit normal
+COVERED = 1e-6  # share of the projected area that may be covered twice, by rounding, before it is a fold
+ALONG = 0.25  # of its length: a boundary edge whose middle is this near a given front is front
 
 
-def crack_from_triangles(points, triangles, fronts, box, frame=None) -> Crack:
+def crack_from_triangles(
+    points: np.ndarray,
+    triangles: np.ndarray,
+    fronts: Sequence[np.ndarray] | None,
+    box: np.ndarray,
+    frame: np.ndarray | None = None,
+) -> Crack:
     """Return the crack of a disc- or annulus-like triangulated surface.
 
     points (n, 3); triangles (m, 3); fronts: polylines (k, 3) along the surface's boundary, or None:
@@ -24,24 +34,26 @@ def crack_from_triangles(points, triangles, fronts, box, frame=None) -> Crack:
     points, triangles = _clean(points, triangles)
     box = np.asarray(box, float)
     frame = best_fit_frame(points, triangles) if frame is None else np.asarray(frame, float)
-    origin = points.mean(axis=0)
-    uv = (points - origin) @ frame[:2].T
+    uv = (points - points.mean(axis=0)) @ frame[:2].T
     triangles = _one_to_one(points, triangles, uv, frame)
     loops = boundary_loops(triangles)
     _check_simple(uv, loops)
     wanted = None if fronts is None else [np.asarray(front, float).reshape(-1, 3) for front in fronts]
     points, triangles, loops = _split_at_box(points, triangles, loops, box)
-    polylines = _front_polylines(points, loops, box, wanted)
+    polylines = _fronts_within(points, loops, box, wanted)
     if not polylines:
         raise CraftmeshError(
             f"the crack has no front within the box {box.tolist()}; expected a crack that ends inside: "
             "move it or make it smaller"
         )
-    return Crack(points, triangles, (points - origin) @ frame[:2].T, tuple(polylines))
+    return Crack(points, triangles, tuple(polylines))
 
 
 def best_fit_frame(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return rows u, v, normal of the best-fit plane; the normal is on the facets' side."""
+    """Return rows u, v, normal (3, 3) of the best-fit plane of triangles (m, 3) on points (n, 3).
+
+    Triangles count by their area; the normal is on the side of most of theirs.
+    """
     vectors = area_vectors(points, triangles)
     weight = np.linalg.norm(vectors, axis=1)
     corners = points[triangles].reshape(-1, 3)
@@ -91,7 +103,7 @@ def boundary_loops(triangles: np.ndarray) -> list[np.ndarray]:
     return loops
 
 
-def _clean(points, triangles) -> tuple[np.ndarray, np.ndarray]:
+def _clean(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Merge coincident points, drop degenerate triangles and unused points."""
     points = np.asarray(points, float).reshape(-1, 3)
     triangles = np.asarray(triangles, np.int64).reshape(-1, 3)
@@ -108,7 +120,7 @@ def _clean(points, triangles) -> tuple[np.ndarray, np.ndarray]:
     return points, triangles
 
 
-def _one_to_one(points, triangles, uv, frame) -> np.ndarray:
+def _one_to_one(points: np.ndarray, triangles: np.ndarray, uv: np.ndarray, frame: np.ndarray) -> np.ndarray:
     """Return the triangles oriented along the frame's normal, or refuse a folded surface."""
     vectors = area_vectors(points, triangles)
     true = np.linalg.norm(vectors, axis=1)
@@ -117,7 +129,7 @@ def _one_to_one(points, triangles, uv, frame) -> np.ndarray:
     steep = (np.abs(seen) < STEEPEST * true) & ~flat
     area = np.abs(seen).sum()
     covered = shapely.union_all(shapely.polygons(uv[triangles[~flat]]), grid_size=None).area
-    if steep.any() or covered < area * (1 - 1e-6):
+    if steep.any() or covered < area * (1 - COVERED):
         raise CraftmeshError(
             f"the crack surface is folded: {int(steep.sum())} steep triangles, covered/projected area "
             f"{covered / max(area, 1e-300):.6f}; expected a surface one-to-one over its best-fit plane"
@@ -127,28 +139,30 @@ def _one_to_one(points, triangles, uv, frame) -> np.ndarray:
     return triangles
 
 
-def _check_simple(uv, loops) -> None:
+def _check_simple(uv: np.ndarray, loops: list[np.ndarray]) -> None:
     for loop in loops:
         if not shapely.LinearRing(uv[loop]).is_simple:
             raise CraftmeshError("the crack front crosses itself; expected a front without crossings")
 
 
-def _split_at_box(points, triangles, loops, box):
+def _split_at_box(
+    points: np.ndarray, triangles: np.ndarray, loops: list[np.ndarray], box: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
     """Split boundary edges where they cross box planes; the new points lie exactly on the planes."""
-    points, triangles, rings = list(points), np.asarray(triangles), []
+    places, rings = list(points), []
     for loop in loops:
-        ring = []
+        ring: list[int] = []
         for a, b in zip(loop[:-1].tolist(), loop[1:].tolist()):
             ring.append(a)
-            for position in _crossings(points[a], points[b], box):
-                triangles = _split_boundary_edge(triangles, ring[-1], b, len(points))
-                ring.append(len(points))
-                points.append(position)
+            for place in _crossings(places[a], places[b], box):
+                triangles = _split_boundary_edge(triangles, ring[-1], b, len(places))
+                ring.append(len(places))
+                places.append(place)
         rings.append(np.array(ring + ring[:1]))
-    return np.array(points), triangles, rings
+    return np.array(places), triangles, rings
 
 
-def _split_boundary_edge(triangles, a: int, b: int, new: int) -> np.ndarray:
+def _split_boundary_edge(triangles: np.ndarray, a: int, b: int, new: int) -> np.ndarray:
     """Return the triangles with the one on the directed boundary edge a-b split at the point `new`."""
     row, side = np.argwhere((triangles == a) & (np.roll(triangles, -1, axis=1) == b))[0]
     apex = triangles[row, (side + 2) % 3]
@@ -157,7 +171,7 @@ def _split_boundary_edge(triangles, a: int, b: int, new: int) -> np.ndarray:
     return triangles
 
 
-def _crossings(a, b, box) -> list[np.ndarray]:
+def _crossings(a: np.ndarray, b: np.ndarray, box: np.ndarray) -> list[np.ndarray]:
     """Return the points of the segment a-b on box planes, those outside the box left out, in order."""
     near = ON_PLANE * np.linalg.norm(box[1] - box[0])
     found = []
@@ -174,7 +188,9 @@ def _crossings(a, b, box) -> list[np.ndarray]:
     return [point for _, point in sorted(found, key=lambda item: item[0])]
 
 
-def _front_polylines(points, loops, box, wanted) -> list[np.ndarray]:
+def _fronts_within(
+    points: np.ndarray, loops: list[np.ndarray], box: np.ndarray, wanted: list[np.ndarray] | None
+) -> list[np.ndarray]:
     """Chain the boundary edges that lie within the box, and on the wanted polylines where given."""
     near = ON_PLANE * np.linalg.norm(box[1] - box[0])
     low, high = points <= box[0] + near, points >= box[1] - near
@@ -190,8 +206,8 @@ def _front_polylines(points, loops, box, wanted) -> list[np.ndarray]:
     return polylines
 
 
-def _along(points, a, b, wanted) -> np.ndarray:
-    """Tell which edges a-b lie along the wanted polylines (within half of the edge's length)."""
+def _along(points: np.ndarray, a: np.ndarray, b: np.ndarray, wanted: list[np.ndarray]) -> np.ndarray:
+    """Tell which edges a-b lie along the wanted polylines (their middles within ALONG of their length)."""
     middle = (points[a] + points[b]) / 2
     length = np.linalg.norm(points[b] - points[a], axis=1)
     nearest = np.full(len(a), np.inf)
@@ -201,7 +217,7 @@ def _along(points, a, b, wanted) -> np.ndarray:
         t = np.clip(np.einsum("nkj,kj->nk", middle[:, None] - start[None], step) / square, 0, 1)
         foot = start[None] + t[..., None] * step[None]
         nearest = np.minimum(nearest, np.linalg.norm(middle[:, None] - foot, axis=2).min(axis=1))
-    return nearest <= 0.25 * length
+    return nearest <= ALONG * length
 
 
 def _runs(loop: np.ndarray, front: np.ndarray) -> list[np.ndarray]:
@@ -212,7 +228,8 @@ def _runs(loop: np.ndarray, front: np.ndarray) -> list[np.ndarray]:
         return []
     turn = int(np.flatnonzero(~front)[0]) + 1
     nodes, flags = np.roll(loop[:-1], -turn), np.roll(front, -turn)
-    runs, current = [], []
+    runs: list[np.ndarray] = []
+    current: list[int] = []
     for i, flag in enumerate(flags.tolist()):
         if flag:
             current = current or [nodes[i]]

@@ -13,7 +13,6 @@ from craftmesh.io.grain_tets import read_grain_tets, write_grain_tets
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Crack, Surface, TetMesh, Voxels
 
 __all__ = [
-    "holds_crack",
     "read_crack",
     "read_grain_tets",
     "read_surface",
@@ -62,7 +61,7 @@ def read_surface(path: str | os.PathLike) -> Surface:
 
 
 def write_crack(path: str | os.PathLike, crack: Crack) -> None:
-    """Write a .vtp with the crack's triangles as polygons, its fronts as lines and point data `uv`."""
+    """Write a .vtp with the crack's triangles as polygons and its fronts as lines."""
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
     poly = vtkPolyData()
@@ -71,24 +70,25 @@ def write_crack(path: str | os.PathLike, crack: Crack) -> None:
     if crack.fronts:
         offsets = np.cumsum([0, *(len(front) for front in crack.fronts)])
         poly.SetLines(vtk_xml.cell_array(np.concatenate(crack.fronts), offsets))
-    vtk_xml.add_arrays(poly.GetPointData(), {"uv": crack.uv})
     vtk_xml.write_dataset(path, poly, "PolyData")
 
 
 def read_crack(path: str | os.PathLike) -> Crack:
-    """Read a crack .vtp; raises CraftmeshError for a missing file, missing `uv` or polygons."""
+    """Read a .vtp of triangles as a crack; its lines are the fronts, its arrays are left unread.
+
+    Raises CraftmeshError for a missing or cut file, other polygons and surfaces (cell data `sides`).
+    """
     poly = vtk_xml.read_dataset(path, "PolyData")
+    if poly.GetCellData().HasArray("sides"):
+        raise CraftmeshError(
+            f"{path}: has cell data 'sides': a surface of grains; expected the triangles of a crack"
+        )
     triangles, _ = _triangles(path, poly)
-    uv = vtk_xml.named_array(path, poly.GetPointData(), ["uv"], "point data")
+    if not len(triangles):
+        raise CraftmeshError(f"{path}: holds no triangles, or was cut short; expected those of a crack")
     ids, offsets = vtk_xml.cells_of(poly.GetLines())
     fronts = tuple(np.split(ids, offsets[1:-1])) if len(ids) else ()
-    return Crack(vtk_xml.points_of(poly), triangles, uv, fronts)
-
-
-def holds_crack(path: str | os.PathLike) -> bool:
-    """Return whether a .vtp is a crack: it has point data `uv` and no cell data `sides`."""
-    poly = vtk_xml.read_dataset(path, "PolyData")
-    return bool(poly.GetPointData().HasArray("uv")) and not poly.GetCellData().HasArray("sides")
+    return Crack(vtk_xml.points_of(poly), triangles, fronts)
 
 
 def write_voxels(path: str | os.PathLike, voxels: Voxels) -> None:

@@ -1,15 +1,21 @@
 import numpy as np
 import pytest
+from given_cracks import wavy_disc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from craftmesh.cracks.series import check_crack, crack_of_increment
-from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
+from craftmesh.commands.crack import given_surface
+from craftmesh.cracks.check_crack import check_crack
+from craftmesh.cracks.options import CrackOptions, crack_files
+from craftmesh.cracks.series import crack_of_increment, refuse_shrunk
+from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.sheet import sheet_of
+from craftmesh.io import vtk_xml
 from craftmesh.io.stl import write_stl
 from craftmesh.surface.measure import area_vectors
+from craftmesh.types import Crack
 
 BOX = np.array([[1.0, -2.0, 3.0], [11.0, 10.0, 14.0]])
 CENTRE = tuple(BOX.mean(axis=0))
@@ -21,29 +27,6 @@ def area(crack) -> float:
 
 def box_distance(points) -> np.ndarray:
     return np.abs(points[:, None] - BOX[None]).min(axis=(1, 2))
-
-
-def wavy_disc(radius, amplitude, rings=8):
-    points, triangles, before = [[0.0, 0.0]], [], [0]
-    for ring in range(1, rings + 1):
-        angle = np.arange(6 * ring) * np.pi / (3 * ring)
-        start = len(points)
-        points += (radius * ring / rings * np.stack([np.cos(angle), np.sin(angle)], axis=1)).tolist()
-        now = list(range(start, start + 6 * ring))
-        i = j = 0
-        while i < len(now) or (j < len(before) and ring > 1):
-            outer = ring == 1 or (i + 0.5) / len(now) <= (j + 0.5) / len(before)
-            a, b = now[i % len(now)], before[j % len(before)]
-            if i < len(now) and (outer or j >= len(before)):
-                triangles.append([a, now[(i + 1) % len(now)], b])
-                i += 1
-            else:
-                triangles.append([b, a, before[(j + 1) % len(before)]])
-                j += 1
-        before = now
-    uv = np.array(points)
-    height = amplitude * np.sin(2 * uv[:, 0] / radius) * np.cos(1.5 * uv[:, 1] / radius)
-    return np.column_stack([uv, height]), np.array(triangles)
 
 
 def test_a_penny_inside_the_box_has_one_closed_front_on_its_circle():
@@ -152,12 +135,89 @@ def test_a_surface_from_an_stl_file_is_joined_and_keeps_its_area(tmp_path):
     points, triangles = wavy_disc(3.0, 0.3)
     write_stl(tmp_path / "crack.stl", points + CENTRE, triangles)
     options = CrackOptions(shape="surface", file=str(tmp_path / "crack.stl"))
-    crack = crack_of_increment(options, 0, BOX)
+    crack = crack_of_increment(options, 0, BOX, given_surface(options, 0))
     assert len(crack.points) == len(points) and len(crack.fronts) == 1
     # float32 coordinates of the file
     assert area(crack) == pytest.approx(
         np.linalg.norm(area_vectors(points, triangles), axis=1).sum(), rel=1e-5
     )
+
+
+def write_plain(path, points, triangles, **point_data):
+    """Write a .vtp of triangles as other programs do: no lines, and any point data."""
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    poly = vtkPolyData()
+    poly.SetPoints(vtk_xml.vtk_points(points))
+    poly.SetPolys(vtk_xml.uniform_cells(triangles))
+    vtk_xml.add_arrays(poly.GetPointData(), point_data)
+    vtk_xml.write_dataset(path, poly, "PolyData")
+
+
+@pytest.mark.parametrize("arrays", [(), ("uv", "Normals")])
+def test_a_plain_vtp_is_read_whatever_arrays_it_has(tmp_path, arrays):
+    points, triangles = wavy_disc(3.0, 0.3)
+    extra = {name: np.ones((len(points), 3)) for name in arrays}
+    write_plain(tmp_path / "crack.vtp", points + CENTRE, triangles, **extra)
+    options = CrackOptions(shape="surface", file=str(tmp_path / "crack.vtp"))
+    crack = crack_of_increment(options, 0, BOX, given_surface(options, 0))
+    expected = crack_from_triangles(points + CENTRE, triangles, None, BOX)
+    assert np.array_equal(crack.points, expected.points)
+    assert np.array_equal(crack.triangles, expected.triangles)
+    assert np.array_equal(crack.fronts[0], expected.fronts[0])
+
+
+def test_a_given_front_goes_before_the_boundary(tmp_path):
+    points, triangles = wavy_disc(3.0, 0.2)
+    rim = points[-48:] + CENTRE
+    lines = ["x,y,z", *(",".join(map(repr, row)) for row in rim[:20].tolist())]
+    (tmp_path / "front.csv").write_text("\n".join(lines))
+    write_plain(tmp_path / "crack.vtp", points + CENTRE, triangles)
+    options = CrackOptions(
+        shape="surface", file=str(tmp_path / "crack.vtp"), front=str(tmp_path / "front.csv")
+    )
+    (front,) = crack_of_increment(options, 0, BOX, given_surface(options, 0)).fronts
+    assert len(front) == 20
+
+
+def test_files_of_an_increment_are_named_by_their_option():
+    series = CrackOptions(shape="surface", file="a.stl", increments=("b.stl", "c.vtp"), front="f.csv")
+    assert crack_files(series, 1) == {"increments": "c.vtp", "front": "f.csv"}
+    assert crack_files(CrackOptions(shape="surface", file="a.stl"), 3) == {"file": "a.stl"}
+    assert crack_files(CrackOptions(increments=(1.0, 2.0)), 1) == {}
+    with pytest.raises(CraftmeshError, match="increment is 2"):
+        crack_files(series, 2)
+
+
+def test_a_crack_that_shrinks_is_refused():
+    small, large = (
+        prescribed_crack(CrackOptions(centre=CENTRE, radius=r), 0, BOX) for r in (2.0, 2.0 + 1e-6)
+    )
+    refuse_shrunk(large, small, 1)
+    refuse_shrunk(large, large, 1)
+    with pytest.raises(CraftmeshError, match="increment 1: area .* expected a crack that grows"):
+        refuse_shrunk(small, large, 1)
+
+
+def test_each_breach_of_a_crack_is_told():
+    square = np.array([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0], [2, 2, 0]], float)
+    fan = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+    rim = np.array([0, 1, 2, 3, 0])
+    assert check_crack(Crack(square, fan, (rim,))) == []
+    outside = square + [0, 0, 0]
+    outside[4] = 2, 5, 0  # past an edge of the square: one triangle of the fan is turned over
+    breaches = {
+        "1 triangles are turned over": Crack(outside, fan, (rim,)),
+        "no triangles": Crack(square, np.zeros((0, 3)), ()),
+        "not finite": Crack(square * np.nan, fan, (rim,)),
+        "4 triangles have no area": Crack(square * 0, fan, (rim,)),
+        "1 triangles have no area": Crack(square, [*fan.tolist(), [0, 1, 1]], (rim,)),
+        "not a manifold": Crack(square, [*fan.tolist(), [0, 4, 2], [4, 0, 2]], (rim,)),
+        "no front": Crack(square, fan, ()),
+        "front 2 has 1 edges": Crack(square, fan, (rim[:3], np.array([3, 0, 4]))),
+    }
+    for sentence, crack in breaches.items():
+        assert any(sentence in breach for breach in check_crack(crack)), sentence
 
 
 def test_a_mouth_on_the_box_is_pushed_out_so_that_the_box_is_inside():

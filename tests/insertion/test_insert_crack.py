@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
+from given_cracks import wavy_disc
 from scipy.spatial import cKDTree
 from structured_box import structured_box
-from test_crack_shapes import wavy_disc
 
-from craftmesh.cracks.shapes import CrackOptions, prescribed_crack
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.insert import insert_crack, refuse_intersections

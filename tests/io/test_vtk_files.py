@@ -23,8 +23,7 @@ def cube_surface() -> Surface:
 
 def crack_with_two_fronts() -> Crack:
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1 / 3, 0], [9, 9, 9.0]])
-    uv = points[:, :2] / 7
-    return Crack(points, [[0, 1, 2], [0, 2, 3]], uv, ([0, 1, 2, 0], [2, 3]))
+    return Crack(points, [[0, 1, 2], [0, 2, 3]], ([0, 1, 2, 0], [2, 3]))
 
 
 def voxels(**known) -> Voxels:
@@ -144,14 +143,15 @@ def test_missing_arrays_are_named(tmp_path):
     write_poly(tmp_path / "s.vtp", surface, sides=surface.sides)
     with pytest.raises(CraftmeshError, match="'kind' or 'crack'"):
         vtk.read_surface(tmp_path / "s.vtp")
-    with pytest.raises(CraftmeshError, match="uv"):
-        vtk.read_crack(tmp_path / "s.vtp")
 
 
 def test_cracks_and_surfaces_are_told_apart(tmp_path):
     vtk.write_surface(tmp_path / "s.vtp", cube_surface())
     vtk.write_crack(tmp_path / "c.vtp", crack_with_two_fronts())
-    assert vtk.holds_crack(tmp_path / "c.vtp") and not vtk.holds_crack(tmp_path / "s.vtp")
+    with pytest.raises(CraftmeshError, match="'sides': a surface of grains"):
+        vtk.read_crack(tmp_path / "s.vtp")
+    with pytest.raises(CraftmeshError, match="'sides'"):
+        vtk.read_surface(tmp_path / "c.vtp")
 
 
 def test_a_file_of_another_kind_is_refused(tmp_path):

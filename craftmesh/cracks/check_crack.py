@@ -1,0 +1,46 @@
+"""Invariants of a crack, one sentence per breach."""
+
+import numpy as np
+
+from craftmesh.cracks.triangulated import best_fit_frame, boundary_loops
+from craftmesh.errors import CraftmeshError
+from craftmesh.surface.measure import area_vectors
+from craftmesh.types import Crack
+
+
+def check_crack(crack: Crack) -> list[str]:
+    """Return one sentence per breach: empty, degenerate or folded triangles, bad boundary, bad fronts."""
+    if not len(crack.triangles):
+        return ["the crack has no triangles"]
+    if not np.isfinite(crack.points).all():
+        return ["the crack has points that are not finite"]
+    breaches = _facet_breaches(crack)
+    try:
+        loops = boundary_loops(crack.triangles)
+    except CraftmeshError as error:
+        return [*breaches, str(error)]
+    if not crack.fronts:
+        breaches.append("the crack has no front")
+    boundary = {frozenset(edge) for loop in loops for edge in _edges(loop)}
+    for number, front in enumerate(crack.fronts, 1):
+        off = sum(frozenset(edge) not in boundary for edge in _edges(front))
+        if off:
+            breaches.append(f"front {number} has {off} edges that are not on the crack's boundary")
+    return breaches
+
+
+def _facet_breaches(crack: Crack) -> list[str]:
+    """Return the breaches of single triangles: no area, or a normal against that of the best-fit plane."""
+    vectors = area_vectors(crack.points, crack.triangles)
+    flat = np.linalg.norm(vectors, axis=1) == 0
+    breaches = [f"{int(flat.sum())} triangles have no area"] if flat.any() else []
+    if flat.all():
+        return breaches
+    turned = vectors @ best_fit_frame(crack.points, crack.triangles)[2] < 0
+    if turned.any():
+        breaches.append(f"{int(turned.sum())} triangles are turned over against the best-fit plane")
+    return breaches
+
+
+def _edges(polyline: np.ndarray) -> list[tuple[int, int]]:
+    return list(zip(polyline[:-1].tolist(), polyline[1:].tolist()))

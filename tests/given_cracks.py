@@ -1,0 +1,27 @@
+"""Triangulated crack surfaces, as a file or a growth step may give them."""
+
+import numpy as np
+
+
+def wavy_disc(radius, amplitude, rings=8) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) and triangles (m, 3) of a disc about 0 whose height is a wave of the amplitude."""
+    points, triangles, before = [[0.0, 0.0]], [], [0]
+    for ring in range(1, rings + 1):
+        angle = np.arange(6 * ring) * np.pi / (3 * ring)
+        start = len(points)
+        points += (radius * ring / rings * np.stack([np.cos(angle), np.sin(angle)], axis=1)).tolist()
+        now = list(range(start, start + 6 * ring))
+        i = j = 0
+        while i < len(now) or (j < len(before) and ring > 1):
+            outer = ring == 1 or (i + 0.5) / len(now) <= (j + 0.5) / len(before)
+            a, b = now[i % len(now)], before[j % len(before)]
+            if i < len(now) and (outer or j >= len(before)):
+                triangles.append([a, now[(i + 1) % len(now)], b])
+                i += 1
+            else:
+                triangles.append([b, a, before[(j + 1) % len(before)]])
+                j += 1
+        before = now
+    uv = np.array(points)
+    height = amplitude * np.sin(2 * uv[:, 0] / radius) * np.cos(1.5 * uv[:, 1] / radius)
+    return np.column_stack([uv, height]), np.array(triangles)
