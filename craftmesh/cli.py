@@ -21,6 +21,7 @@ VERBS = {
     "check": "say each breach of a stage file's invariants; measure the mesh",
     "report": "put tables and histograms of all increments on one page",
     "import-config": "turn craftmesher's config.xml into a configuration",
+    "snakefile": "say where the Snakemake workflow is installed",
 }
 
 INTERRUPTED = 130

@@ -17,6 +17,7 @@ from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
 from craftmesh.errors import CraftmeshError
 
+SCHEMAS = Path(__file__).with_name("schemas")
 SYNTHETIC = "synthetic"
 NO_CRACK = "none"
 COLUMNS = ("case", "microstructure", "crack", "increments")
@@ -114,17 +115,17 @@ class Campaign:
         return digest(f"craftmesh.commands.{verb}")
 
 
-def read_campaign(config: Mapping[str, Any], schemas: Path) -> Campaign:
+def read_campaign(config: Mapping[str, Any]) -> Campaign:
     """Check `config` against the schemas, its sheet and its files, and fill in the defaults.
 
-    `schemas` is the folder of config.schema.yaml and cases.schema.yaml. Raises CraftmeshError with
-    one line that names the key, case or file, the value found and what is expected.
+    Raises CraftmeshError with one line that names the key, case or file, the value found and what is
+    expected.
     """
-    config = completed(config, load_schema(schemas / "config.schema.yaml"))
+    config = completed(config, load_schema(SCHEMAS / "config.schema.yaml"))
     check_sizes(config["sizing"])
     for key in SIZE_FILES:
         _check_exists(f"sizing.{key}", config["sizing"][key])
-    cases = read_cases(Path(config["cases"]), load_schema(schemas / "cases.schema.yaml"))
+    cases = read_cases(Path(config["cases"]), load_schema(SCHEMAS / "cases.schema.yaml"))
     for case in cases.values():
         _check_case(case, config)
     data = Path(config["data"])

@@ -1,7 +1,8 @@
 """The schema of the workflow's configuration, made from the stages' option classes.
 
-`python -m craftmesh.campaign.config_schema FILE` writes workflow/schemas/config.schema.yaml anew; a test
-compares the two, so an option has one definition for the library, the command line and the configuration.
+`python -m craftmesh.campaign.config_schema FILE` writes it anew; a test compares it with
+schemas/config.schema.yaml beside this module, so an option has one definition for the library, the
+command line and the configuration.
 """
 
 import dataclasses

@@ -7,7 +7,6 @@ import pytest
 from craftmesh.campaign.campaign import Campaign, command_flags, read_campaign
 from craftmesh.errors import CraftmeshError
 
-SCHEMAS = Path(__file__).parents[2] / "workflow" / "schemas"
 HEADER = "case\tmicrostructure\tcrack\tincrements\n"
 
 
@@ -20,7 +19,7 @@ def campaign(tmp_path):
         sheet.write_text(header + rows)
         config = {"cases": str(sheet), "data": str(tmp_path), "sizing": {"l0": 1.0}}
         config["cracks"] = {"penny": {"radius": 5.0}}
-        return read_campaign(config | keys, SCHEMAS)
+        return read_campaign(config | keys)
 
     return read
 

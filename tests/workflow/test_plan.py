@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from craftmesh.campaign.campaign import SCHEMAS
 from craftmesh.campaign.config_schema import config_schema
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -63,7 +64,7 @@ def test_mistakes_stop_the_campaign_with_one_line(new_folder, cases, line, said)
 
 
 def test_schema_is_made_from_the_option_classes():
-    path = ROOT / "workflow" / "schemas" / "config.schema.yaml"
+    path = SCHEMAS / "config.schema.yaml"
     assert yaml.safe_load(path.read_text()) == config_schema(), (
         f"run `python -m craftmesh.campaign.config_schema {path.relative_to(ROOT)}`"
     )

@@ -9,12 +9,12 @@ rule crack:
         f"{LOG}/{{inc}}/crack.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/crack.tsv"
+    localrule: True
     params:
         options=lambda wildcards: CAMPAIGN.crack_flags(wildcards.case),
         increment=lambda wildcards: int(wildcards.inc),
         previous=lambda wildcards, input: command_flags({"previous": input.get("previous")}),
         code=CAMPAIGN.code("crack"),
-    localrule: True
     shell:
         "craftmesh crack {input.labels} {params.options} --increment {params.increment} {params.previous}"
         " -o {output} > {log} 2>&1"

@@ -8,14 +8,14 @@ rule inp:
         f"{LOG}/{{inc}}/model.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/model.tsv"
-    params:
-        options=CAMPAIGN.flags("inp"),
-        code=CAMPAIGN.code("inp"),
+    group:
+        "deck_{case}_{inc}"
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=30,
-    group:
-        "deck_{case}_{inc}"
+    params:
+        options=CAMPAIGN.flags("inp"),
+        code=CAMPAIGN.code("inp"),
     shell:
         "craftmesh inp {input.volume} --microstructure {input.labels} {params.options} -o {output[0]} > {log} 2>&1"
 
@@ -31,14 +31,14 @@ rule export:
         f"{BENCHMARK}/{{inc}}/model.{{kind}}.tsv"
     wildcard_constraints:
         kind="vtu|msh|e|exo",
-    params:
-        options=CAMPAIGN.mesh_flags(),
-        code=CAMPAIGN.code("export"),
+    group:
+        "deck_{case}_{inc}"
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=30,
-    group:
-        "deck_{case}_{inc}"
+    params:
+        options=CAMPAIGN.mesh_flags(),
+        code=CAMPAIGN.code("export"),
     shell:
         "craftmesh export {input} {params.options} -o {output} > {log} 2>&1"
 
@@ -54,13 +54,13 @@ rule check:
         f"{LOG}/{{inc}}/quality.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/quality.tsv"
-    params:
-        code=CAMPAIGN.code("check"),
+    group:
+        "deck_{case}_{inc}"
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=30,
-    group:
-        "deck_{case}_{inc}"
+    params:
+        code=CAMPAIGN.code("check"),
     shell:
         "craftmesh check {input.volume} --labels {input.labels} --meshing {input.meshing} --quality {output}"
         " > {log} 2>&1"

@@ -5,12 +5,12 @@ rule generate:
         f"{LOG}/generated.log",
     benchmark:
         f"{BENCHMARK}/generated.tsv"
-    params:
-        options=CAMPAIGN.flags("generate"),
-        code=CAMPAIGN.code("generate"),
     resources:
         mem_mb=lambda wildcards, attempt: 2000 * attempt,
         runtime=10,
+    params:
+        options=CAMPAIGN.flags("generate"),
+        code=CAMPAIGN.code("generate"),
     shell:
         "craftmesh generate {params.options} -o {output} > {log} 2>&1"
 
@@ -27,12 +27,12 @@ rule import_microstructure:
         f"{LOG}/microstructure.log",
     benchmark:
         f"{BENCHMARK}/microstructure.tsv"
-    params:
-        options=lambda wildcards: CAMPAIGN.import_flags(wildcards.case),
-        code=CAMPAIGN.code("import_"),
     resources:
         mem_mb=lambda wildcards, attempt: 4000 * attempt,
         runtime=30,
+    params:
+        options=lambda wildcards: CAMPAIGN.import_flags(wildcards.case),
+        code=CAMPAIGN.code("import_"),
     shell:
         "craftmesh import {input} {params.options} --image {output.image} --labels {output.labels}"
         " --islands {output.islands} --report {output.report} > {log} 2>&1"

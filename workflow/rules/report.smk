@@ -7,8 +7,8 @@ rule report:
         f"{CAMPAIGN.results}/logs/report.log",
     benchmark:
         f"{CAMPAIGN.results}/benchmarks/report.tsv"
+    localrule: True
     params:
         code=CAMPAIGN.code("report"),
-    localrule: True
     shell:
         "craftmesh report {input} -o {output} > {log} 2>&1"

@@ -7,12 +7,12 @@ rule remesh:
         f"{LOG}/remeshed.log",
     benchmark:
         f"{BENCHMARK}/remeshed.tsv"
-    params:
-        options=CAMPAIGN.flags("remesh"),
-        code=CAMPAIGN.code("remesh"),
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=60,
+    params:
+        options=CAMPAIGN.flags("remesh"),
+        code=CAMPAIGN.code("remesh"),
     shell:
         "craftmesh remesh {input} {params.options} -o {output} > {log} 2>&1"
 
@@ -28,16 +28,16 @@ rule stitch:
         f"{LOG}/{{inc}}/surface.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/surface.tsv"
+    group:
+        "surface_{case}_{inc}"
+    resources:
+        mem_mb=lambda wildcards, attempt: 4000 * attempt,
+        runtime=30,
     params:
         options=CAMPAIGN.flags("stitch"),
         sizing=CAMPAIGN.flags("sizing"),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("stitch"),
-    resources:
-        mem_mb=lambda wildcards, attempt: 4000 * attempt,
-        runtime=30,
-    group:
-        "surface_{case}_{inc}"
     shell:
         "craftmesh stitch {input.surface} {params.crack} {params.sizing} {params.options}"
         " -o {output} > {log} 2>&1"
@@ -54,16 +54,16 @@ rule gradate:
         f"{LOG}/{{inc}}/gradated.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/gradated.tsv"
+    group:
+        "surface_{case}_{inc}"
+    resources:
+        mem_mb=lambda wildcards, attempt: 8000 * attempt,
+        runtime=60,
     params:
         options=CAMPAIGN.flags("gradate"),
         sizing=CAMPAIGN.flags("sizing"),
         front=lambda wildcards, input: command_flags({"front": input.get("crack")}),
         code=CAMPAIGN.code("gradate"),
-    resources:
-        mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=60,
-    group:
-        "surface_{case}_{inc}"
     shell:
         "craftmesh gradate {input.surface} {params.front} {params.sizing} {params.options}"
         " -o {output} > {log} 2>&1"

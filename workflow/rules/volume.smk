@@ -10,15 +10,15 @@ rule tetrahedralize:
         f"{LOG}/{{inc}}/tets/{{part}}-of-{{parts}}.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/tets/{{part}}-of-{{parts}}.tsv"
+    threads: 1
+    resources:
+        mem_mb=lambda wildcards, attempt: 8000 * attempt,
+        runtime=120,
     params:
         options=CAMPAIGN.flags("tetrahedralize"),
         sizing=CAMPAIGN.flags("sizing"),
         front=lambda wildcards, input: command_flags({"front": input.get("crack")}),
         code=CAMPAIGN.code("tetrahedralize"),
-    threads: 1
-    resources:
-        mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=120,
     shell:
         "craftmesh tetrahedralize {input.surface} --islands {input.islands} {params.front} {params.sizing}"
         " {params.options} --chunk {wildcards.part}/{wildcards.parts} --workers {threads}"
@@ -30,7 +30,11 @@ rule assemble:
         unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{INC}/gradated.vtp",
         sizes=CAMPAIGN.size_files(),
-        chunks=expand(f"{INC}/tets/{{part}}-of-{CAMPAIGN.chunks}.npz", part=range(1, CAMPAIGN.chunks + 1), allow_missing=True),
+        chunks=expand(
+            f"{INC}/tets/{{part}}-of-{CAMPAIGN.chunks}.npz",
+            part=range(1, CAMPAIGN.chunks + 1),
+            allow_missing=True,
+        ),
     output:
         volume=f"{INC}/volume.vtu",
         front=f"{INC}/front.csv",
@@ -39,16 +43,16 @@ rule assemble:
         f"{LOG}/{{inc}}/volume.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/volume.tsv"
+    group:
+        "deck_{case}_{inc}"
+    resources:
+        mem_mb=lambda wildcards, attempt: 8000 * attempt,
+        runtime=lambda wildcards, attempt: 30 * 5 ** (attempt - 1),
     params:
         options=CAMPAIGN.flags("tetrahedralize"),
         sizing=CAMPAIGN.flags("sizing"),
         front=lambda wildcards, input: command_flags({"front": input.get("crack")}),
         code=CAMPAIGN.code("assemble"),
-    resources:
-        mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=lambda wildcards, attempt: 30 * 5 ** (attempt - 1),
-    group:
-        "deck_{case}_{inc}"
     shell:
         "craftmesh assemble {input.surface} {input.chunks} {params.front} {params.sizing} {params.options}"
         " -o {output.volume} --front-csv {output.front} --report {output.meshing} > {log} 2>&1"

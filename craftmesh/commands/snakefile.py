@@ -1,0 +1,14 @@
+"""Say where the Snakemake workflow is installed, for `snakemake -s` and for `module`."""
+
+import argparse
+
+from craftmesh.campaign.home import snakefile
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add nothing: the verb has no options."""
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Print the path of workflow/Snakefile."""
+    print(snakefile())
