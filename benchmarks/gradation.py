@@ -38,8 +38,8 @@ COLUMNS = {
     "cpu_s": "CPU s",
     "peak_mb": "peak MB",
     "operations_per_s": "ops/s",
-    "regular far": "far regular 5/50/95%",
-    "junction far": "far junction",
+    "regular_far": "far regular 5/50/95%",
+    "junction_far": "far junction",
     "front": "front (of l_min)",
     "smallest_angle": "smallest angle",
     "under_12": "under 12 deg",
@@ -64,7 +64,7 @@ def figures_of(surface, sizing) -> dict:
     smallest = facet_angles(surface.points, surface.facets).min(axis=1)
     return {
         "facets_out": len(surface.facets),
-        **{key: adherence[key] for key in ("regular far", "junction far", "front")},
+        **{key: adherence[key] for key in ("regular_far", "junction_far", "front")},
         "smallest_angle": float(smallest.min()),
         "under_12": int((smallest < 12).sum()),
         "intersections": len(intersecting_pairs(surface.points, surface.facets.astype(np.int64))),

@@ -10,8 +10,8 @@ from craftmesh.gradation.cleaning import clean_facets, loosened, split_ears
 from craftmesh.gradation.locality import spatially_sorted
 from craftmesh.gradation.narrow_places import open_narrow_places
 from craftmesh.gradation.passes import (
+    Gradation,
     Limits,
-    Workshop,
     collapse_short,
     even_lines,
     filled_grid,
@@ -32,6 +32,11 @@ from craftmesh.types import Surface
 
 # What the restoring of volumes may move a vertex, as a part of the distance tolerance.
 RESTORING_SHARE = 0.5
+# Times the volume tolerance: how far volumes may drift while narrow places open, where they are restored
+# afterwards.
+OPENING_DRIFT = 2.0
+# The progress at the start of the rounds, of the cleaning and of the restoring of volumes.
+ROUNDS_AT, CLEANING_AT, VOLUMES_AT = 0.05, 0.75, 0.95
 
 
 @dataclass(frozen=True)
@@ -89,37 +94,40 @@ def gradate(
     progress(0.0, "preprocess")
     facets = len(surface.facets)
     before = side_volumes(surface.points, surface.facets, surface.sides)
+    surface, done = _prepared(surface, options)
+    gradation = _begun(surface, sizing, done)
+    limits = _limits(options, sizing)
+    for n in range(options.passes):
+        share = ROUNDS_AT + (CLEANING_AT - ROUNDS_AT) * n / options.passes
+        progress(share, f"gradate, round {n + 1} of {options.passes}")
+        _round(gradation, sizing, limits, relaxing=n >= options.passes // 2)
+    progress(CLEANING_AT, "clean")
+    clean_facets(gradation, sizing, limits, options.cleaning_passes, options.cleaning_angle)
+    open_narrow_places(gradation, _opening_limits(limits, options))
+    split_ears(gradation, limits)
+    result = surface_of(gradation.state, surface)
+    if options.restore_volumes:
+        progress(VOLUMES_AT, "volumes")
+        result = _restored(result, before | dict(volumes or {}), sizing, options)
+    progress(1.0, "done")
+    return result, gradation_report(gradation, facets, before, result, sizing)
+
+
+def _prepared(surface: Surface, options: GradateOptions) -> tuple[Surface, dict[str, int]]:
+    """Return the preprocessed surface in spatial order, and how many nodes were changed."""
     released, removed = 0, 0
     if options.release_tied_nodes:
         surface, released, _ = release_tied_nodes(surface)
     if options.remove_unnecessary_nodes:
         surface, removed = remove_unnecessary_nodes(surface, options.normal_tolerance)
     surface, smoothed = smooth_junctions(surface, options.junction_smoothing)
-    surface = spatially_sorted(surface)
-    done = {"released nodes": released, "unnecessary nodes": removed, "smoothed nodes": smoothed}
-    shop = _workshop(surface, sizing, done)
-    limits = _limits(options, sizing)
-    for n in range(options.passes):
-        progress(0.05 + 0.7 * n / options.passes, f"gradate, round {n + 1} of {options.passes}")
-        _round(shop, sizing, limits)
-        if n >= options.passes // 2:
-            relax_all(shop, limits)
-            swap_all(shop, limits)
-    progress(0.75, "clean")
-    clean_facets(shop, sizing, limits, options.cleaning_passes, options.cleaning_angle)
-    open_narrow_places(shop, _opening_limits(limits, options))
-    split_ears(shop, limits)
-    result = surface_of(shop.state, surface)
-    if options.restore_volumes:
-        progress(0.95, "volumes")
-        result = _restored(result, before | dict(volumes or {}), sizing, options)
-    progress(1.0, "done")
-    return result, gradation_report(shop, facets, before, result, sizing)
+    done = {"released_nodes": released, "unnecessary_nodes": removed, "smoothed_nodes": smoothed}
+    return spatially_sorted(surface), done
 
 
-def _workshop(surface: Surface, sizing: Sizing, done: dict) -> Workshop:
+def _begun(surface: Surface, sizing: Sizing, done: dict[str, int]) -> Gradation:
     state = make_state(surface, sizing.at(surface.points))
-    return Workshop(state, filled_grid(state), done)
+    return Gradation(state, filled_grid(state), done)
 
 
 def _restored(
@@ -150,15 +158,18 @@ def _limits(options: GradateOptions, sizing: Sizing) -> Limits:
 
 
 def _opening_limits(limits: Limits, options: GradateOptions) -> Limits:
-    """Return the limits of the cleaning's last round, with twice the drift where volumes are restored."""
+    """Return the limits of the cleaning's last round, with more drift where volumes are restored."""
     last = loosened(limits, options.cleaning_passes, options.cleaning_passes)
-    return last._replace(drift=2 * last.drift) if options.restore_volumes else last
+    return last._replace(drift=OPENING_DRIFT * last.drift) if options.restore_volumes else last
 
 
-def _round(shop: Workshop, sizing: Sizing, limits: Limits) -> None:
-    shop.set_sizes(sizing)
-    collapse_short(shop, limits)
-    shop.set_sizes(sizing)
-    split_long(shop, limits, 1.0)
-    swap_all(shop, limits)
-    even_lines(shop, limits)
+def _round(gradation: Gradation, sizing: Sizing, limits: Limits, relaxing: bool) -> None:
+    gradation.set_sizes(sizing)
+    collapse_short(gradation, limits)
+    gradation.set_sizes(sizing)
+    split_long(gradation, limits, 1.0)
+    swap_all(gradation, limits)
+    even_lines(gradation, limits)
+    if relaxing:
+        relax_all(gradation, limits)
+        swap_all(gradation, limits)

@@ -6,9 +6,9 @@ Tetrahedra in them would be as flat as they are.
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.gradation.kernels.collapse_rules import ON_FRONT
+from craftmesh.gradation.kernels.codes import ON_FRONT
 from craftmesh.gradation.kernels.slide import move_pass
-from craftmesh.gradation.passes import Limits, Workshop
+from craftmesh.gradation.passes import Gradation, Limits
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.wedges import Wedges, wedges
 
@@ -28,26 +28,26 @@ TOLERANCES = 1.5
 LEAST_MOVE = 1e-3
 
 
-def open_narrow_places(shop: Workshop, limits: Limits) -> None:
+def open_narrow_places(gradation: Gradation, limits: Limits) -> None:
     """Move vertices off box and crack away from what is too near, as far as the guards allow.
 
     No vertex goes further than TOLERANCES distance tolerances.
     """
     openings = {
-        "wedge openings": _wedge_moves,
-        "gap openings": _gap_moves,
-        "front openings": _front_moves,
+        "wedge_openings": _wedge_moves,
+        "gap_openings": _gap_moves,
+        "front_openings": _front_moves,
     }
-    origin = shop.state.points[: shop.state.used[0]].copy()
+    origin = gradation.state.points[: gradation.state.used[0]].copy()
     for name, moves in openings.items():
         for _ in range(ROUNDS):
-            vertices, places = moves(shop)
-            size = shop.state.size[vertices]
+            vertices, places = moves(gradation)
+            size = gradation.state.size[vertices]
             places = _within(origin[vertices], places, TOLERANCES * limits.distance * size)
-            far = np.linalg.norm(places - shop.state.points[vertices], axis=1) > LEAST_MOVE * size
+            far = np.linalg.norm(places - gradation.state.points[vertices], axis=1) > LEAST_MOVE * size
             vertices, places = vertices[far], places[far]
             count = len(vertices)
-            if not count or not shop.repeat(name, move_pass, count, limits, vertices, places, ()):
+            if not count or not gradation.repeat(name, move_pass, count, limits, vertices, places, ()):
                 break
 
 
@@ -58,31 +58,31 @@ def _within(origin: np.ndarray, places: np.ndarray, reach: np.ndarray) -> np.nda
     return origin + way * np.minimum(1.0, reach / np.maximum(length, 1e-300))[:, None]
 
 
-def _is_free(shop: Workshop, vertices: np.ndarray) -> np.ndarray:
-    return shop.state.flags[vertices] == 0
+def _is_free(gradation: Gradation, vertices: np.ndarray) -> np.ndarray:
+    return gradation.state.flags[vertices] == 0
 
 
-def _unit_normals(shop: Workshop, facets: np.ndarray) -> np.ndarray:
-    normal = area_vectors(shop.state.points, facets)
+def _unit_normals(gradation: Gradation, facets: np.ndarray) -> np.ndarray:
+    normal = area_vectors(gradation.state.points, facets)
     return normal / np.linalg.norm(normal, axis=1)[:, None]
 
 
-def _sharp_wedges(shop: Workshop) -> Wedges:
+def _sharp_wedges(gradation: Gradation) -> Wedges:
     """Return the wedges of grains and voids under SHARP degrees; labels are slots."""
-    state = shop.state
+    state = gradation.state
     living = np.flatnonzero(state.alive[: state.used[1]])
-    edges, feature = shop.edges()
+    edges, feature = gradation.edges()
     slots = state.patch_sides[state.patch[living]]
     found = wedges(state.points, state.facets[living], slots, np.sort(edges[feature], axis=1))
     found = found.where((found.label >= 0) & (found.angle < SHARP))
     return found._replace(facets=living[found.facets])
 
 
-def _wedge_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
+def _wedge_moves(gradation: Gradation) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices (k,) and places (k, 3) that turn the facets beside sharp wedges."""
-    state, found = shop.state, _sharp_wedges(shop)
+    state, found = gradation.state, _sharp_wedges(gradation)
     found = found.where(np.argsort(found.angle, kind="stable"))
-    free = _is_free(shop, found.far)
+    free = _is_free(gradation, found.far)
     turn = np.radians(OPENED - found.angle) / np.maximum(free.sum(axis=1), 1)
     start = state.points[found.edge[:, 0]]
     axis = state.points[found.edge[:, 1]] - start
@@ -90,7 +90,7 @@ def _wedge_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
     vertices, places = [], []
     for column in (0, 1):
         facet, far = found.facets[:, column], found.far[:, column]
-        normal = _unit_normals(shop, state.facets[facet])
+        normal = _unit_normals(gradation, state.facets[facet])
         behind = state.patch_sides[state.patch[facet], 0] == found.label
         normal[~behind] *= -1
         arm = state.points[far] - start
@@ -102,17 +102,17 @@ def _wedge_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(vertices), np.concatenate(places)
 
 
-def _gap_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
+def _gap_moves(gradation: Gradation) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices (k,) over crack facets and places (k, 3) further away, the nearest first."""
-    state = shop.state
-    living = shop.living(on_crack=True)
+    state = gradation.state
+    living = gradation.living(on_crack=True)
     if not len(living):
         return np.zeros(0, np.int64), np.zeros((0, 3))
     corners = state.points[state.facets[living]]
-    normal = _unit_normals(shop, state.facets[living])
+    normal = _unit_normals(gradation, state.facets[living])
     tree = cKDTree(corners.mean(axis=1))
     vertices = np.flatnonzero(state.first[: state.used[0]] >= 0)
-    vertices = vertices[_is_free(shop, vertices)]
+    vertices = vertices[_is_free(gradation, vertices)]
     size = state.size[vertices]
     distance, nearest = tree.query(state.points[vertices], distance_upper_bound=float(size.max(initial=0)))
     near = distance < np.hypot(OVER_FACET, GAP) * size
@@ -125,11 +125,11 @@ def _gap_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
     return vertices[order], places[order]
 
 
-def _front_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
+def _front_moves(gradation: Gradation) -> tuple[np.ndarray, np.ndarray]:
     """Return corners (k,) of facets close to the crack front and places (k, 3) away, the closest first."""
-    state = shop.state
-    vertex, corners = _near_front(shop)
-    normal = _unit_normals(shop, corners)
+    state = gradation.state
+    vertex, corners = _near_front(gradation)
+    normal = _unit_normals(gradation, corners)
     height = np.einsum("ij,ij->i", state.points[vertex] - state.points[corners[:, 0]], normal)
     weight = _weights(state.points[corners], normal, state.points[vertex] - height[:, None] * normal)
     missing = FRONT_GAP * state.size[vertex] - np.abs(height)
@@ -138,15 +138,15 @@ def _front_moves(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
     moved = corners[chosen]
     step = np.minimum(missing[chosen, None], REACH * state.size[moved]) * -np.sign(height[chosen, None])
     places = state.points[moved] + step[:, :, None] * normal[chosen, None]
-    free = _is_free(shop, moved) & (weight[chosen] > 0)
+    free = _is_free(gradation, moved) & (weight[chosen] > 0)
     return moved[free], places[free]
 
 
-def _near_front(shop: Workshop) -> tuple[np.ndarray, np.ndarray]:
+def _near_front(gradation: Gradation) -> tuple[np.ndarray, np.ndarray]:
     """Return front vertices (k,) and corners (k, 3) of facets, off the crack, that may be close to them."""
-    state = shop.state
+    state = gradation.state
     front = np.flatnonzero((state.first >= 0) & (state.flags & ON_FRONT > 0))
-    living = shop.living(on_crack=False)
+    living = gradation.living(on_crack=False)
     if not len(front) or not len(living):
         return np.zeros(0, np.int64), np.zeros((0, 3), np.int64)
     corners = state.facets[living]

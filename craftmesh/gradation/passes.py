@@ -29,7 +29,7 @@ Limits = namedtuple(
 
 
 @dataclass
-class Workshop:
+class Gradation:
     """The state and its grid, with the counts of what was done; passes replace both as they grow."""
 
     state: State
@@ -96,50 +96,50 @@ def filled_grid(state: State) -> FacetGrid:
     return grid
 
 
-def collapse_short(shop: Workshop, limits: Limits) -> int:
+def collapse_short(gradation: Gradation, limits: Limits) -> int:
     """Collapse edges under limits.collapse of their target: junction lines first, short ones first."""
     total = 0
-    edges, feature = shop.edges()
-    ratio = relative_lengths(shop.state.points, shop.state.size, edges)
+    edges, feature = gradation.edges()
+    ratio = relative_lengths(gradation.state.points, gradation.state.size, edges)
     for lines in (True, False):
         chosen = np.flatnonzero((feature == lines) & (ratio < limits.collapse))
         order = chosen[block_order(edges[chosen], ratio[chosen])]
-        name = "collapsed junction edges" if lines else "collapsed regular edges"
-        total += shop.repeat(name, collapse_pass, len(order), limits, edges, order, ())
+        name = "collapsed_junction_edges" if lines else "collapsed_regular_edges"
+        total += gradation.repeat(name, collapse_pass, len(order), limits, edges, order, ())
     return total
 
 
-def split_long(shop: Workshop, limits: Limits, share: float) -> int:
+def split_long(gradation: Gradation, limits: Limits, share: float) -> int:
     """Split edges over limits.split of their target, longest first by blocks."""
-    edges, _ = shop.edges()
-    ratio = relative_lengths(shop.state.points, shop.state.size, edges)
+    edges, _ = gradation.edges()
+    ratio = relative_lengths(gradation.state.points, gradation.state.size, edges)
     chosen = np.flatnonzero(ratio > limits.split)
     order = chosen[block_order(edges[chosen], -ratio[chosen])]
-    return shop.repeat("split edges", split_pass, len(order), limits, edges, order, (share,))
+    return gradation.repeat("split_edges", split_pass, len(order), limits, edges, order, (share,))
 
 
-def swap_all(shop: Workshop, limits: Limits) -> int:
+def swap_all(gradation: Gradation, limits: Limits) -> int:
     """Swap edges inside patches until hardly any gains."""
-    edges, feature = shop.edges()
+    edges, feature = gradation.edges()
     edges = edges[~feature]
-    return shop.repeat("swapped edges", swap_pass, len(edges), limits, edges, ())
+    return gradation.repeat("swapped_edges", swap_pass, len(edges), limits, edges, ())
 
 
-def slide_all(shop: Workshop, limits: Limits, goal: float) -> int:
+def slide_all(gradation: Gradation, limits: Limits, goal: float) -> int:
     """Slide vertices of facets that score under `goal`."""
-    s = shop.state
+    s = gradation.state
     order = np.unique(s.facets[poor_facets(s.points, s.facets, s.alive, s.used[1], goal)])
-    return shop.repeat("slid vertices", slide_pass, len(order), limits, order, (goal,))
+    return gradation.repeat("slid_vertices", slide_pass, len(order), limits, order, (goal,))
 
 
-def even_lines(shop: Workshop, limits: Limits) -> int:
+def even_lines(gradation: Gradation, limits: Limits) -> int:
     """Even out the edges along junction lines and crack fronts."""
-    s = shop.state
+    s = gradation.state
     order = np.flatnonzero((s.first[: s.used[0]] >= 0) & (s.rank[: s.used[0]] == 1))
-    return shop.repeat("slid line vertices", even_lines_pass, len(order), limits, order, ())
+    return gradation.repeat("slid_line_vertices", even_lines_pass, len(order), limits, order, ())
 
 
-def relax_all(shop: Workshop, limits: Limits) -> int:
+def relax_all(gradation: Gradation, limits: Limits) -> int:
     """Move vertices inside patches to where their facets are more even."""
-    order = np.flatnonzero(shop.state.first[: shop.state.used[0]] >= 0)
-    return shop.repeat("relaxed vertices", relax_pass, len(order), limits, order, ())
+    order = np.flatnonzero(gradation.state.first[: gradation.state.used[0]] >= 0)
+    return gradation.repeat("relaxed_vertices", relax_pass, len(order), limits, order, ())

@@ -2,18 +2,24 @@
 
 import numpy as np
 
-from craftmesh.gradation.passes import Workshop
-from craftmesh.gradation.state import REFUSALS, front_edges, oriented, patch_ids
+from craftmesh.gradation.cleaning import NEEDLE_ANGLE
+from craftmesh.gradation.kernels.codes import REFUSALS
+from craftmesh.gradation.passes import Gradation
+from craftmesh.gradation.state import front_edges, oriented, patch_ids
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.kernels.facet_shape import LARGEST_ANGLE
 from craftmesh.surface.measure import facet_angles, side_volumes
 from craftmesh.types import Surface
 
-NEEDLE_ANGLE = 12.0
+# Degrees under which a facet has next to no area.
+FLAT_ANGLE = 3.0
+# Edges count as far from the front where their target is over this part of l_max.
+FAR = 0.95
 
 
 def gradation_report(
-    shop: Workshop, facets: int, volumes: dict[int, float], result: Surface, sizing: Sizing
+    gradation: Gradation, facets: int, volumes: dict[int, float], result: Surface, sizing: Sizing
 ) -> dict:
     """Return counts, refusals, size adherence, angles and drift as JSON-able numbers.
 
@@ -22,14 +28,14 @@ def gradation_report(
     angles = facet_angles(result.points, result.facets)
     return {
         "facets": [facets, len(result.facets)],
-        "operations": {k: int(v) for k, v in shop.done.items()},
-        "refusals": {k: int(v) for k, v in zip(REFUSALS, shop.state.refused)},
+        "operations": {k: int(v) for k, v in gradation.done.items()},
+        "refusals": {reason: int(gradation.state.refused[code]) for code, reason in REFUSALS.items()},
         "adherence": size_adherence(result, sizing),
-        "smallest angle": float(angles.min()),
-        "largest angle": float(angles.max()),
-        "facets under 12 degrees": int((angles.min(1) < NEEDLE_ANGLE).sum()),
-        "facets under 3 degrees": int((angles.min(1) < 3).sum()),
-        "facets over 135 degrees": int((angles.max(1) > 135).sum()),
+        "smallest_angle": float(angles.min()),
+        "largest_angle": float(angles.max()),
+        "facets_under_12_degrees": int((angles.min(1) < NEEDLE_ANGLE).sum()),
+        "facets_under_3_degrees": int((angles.min(1) < FLAT_ANGLE).sum()),
+        "facets_over_135_degrees": int((angles.max(1) > LARGEST_ANGLE).sum()),
         "left": _left_over(result, angles),
         "drift": volume_drift(volumes, result),
     }
@@ -49,12 +55,12 @@ def size_adherence(surface: Surface, sizing: Sizing) -> dict:
     front = np.isin(edges[:, 0] * width + edges[:, 1], lone[:, 0] * width + lone[:, 1])
     target = sizing.at(surface.points)[edges].mean(1)
     ratio = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1) / target
-    far = target > 0.95 * sizing.l_max
+    far = target > FAR * sizing.l_max
     groups = {
         "regular": ~feature,
-        "regular far": ~feature & far,
+        "regular_far": ~feature & far,
         "junction": feature & ~front,
-        "junction far": feature & far & ~front,
+        "junction_far": feature & far & ~front,
         "front": front,
     }
     return {k: _percentiles(ratio[chosen]) for k, chosen in groups.items()}

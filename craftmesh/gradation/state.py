@@ -4,7 +4,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.gradation.kernels.collapse_rules import ON_CRACK, ON_FRONT
+from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT, REFUSALS
 from craftmesh.gradation.kernels.reference_normals import reference_normals
 from craftmesh.gradation.kernels.rings import classify, link_all
 from craftmesh.surface.connectivity import compact, unique_edges
@@ -30,20 +30,6 @@ State = namedtuple(
 PER_VERTEX = {"points": 0, "first": -1, "rank": 0, "flags": 0, "size": 0, "stamp": 0}
 PER_VERTEX |= {"home": 0, "witness_after": -1, "witness_rank": 0, "witness_crack": 0, "is_witness": 0}
 PER_FACET = {"facets": 0, "alive": 0, "patch": 0, "reference": 0, "witness_first": -1, "facet_stamp": 0}
-REFUSALS = (
-    "junction",
-    "constraint",
-    "link",
-    "junction triangle",
-    "grain contact",
-    "angle",
-    "normal",
-    "length",
-    "distance",
-    "volume",
-    "ear",
-    "intersection",
-)
 
 
 def front_edges(surface: Surface) -> np.ndarray:

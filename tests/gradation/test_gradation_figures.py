@@ -30,8 +30,8 @@ def gradated():
 
 def test_edges_far_off_follow_the_sizing(gradated):
     adherence = gradated[1]["adherence"]
-    assert 0.9 < adherence["regular far"][1] < 1.1
-    assert 0.85 < adherence["junction far"][1] < 1.15
+    assert 0.9 < adherence["regular_far"][1] < 1.1
+    assert 0.85 < adherence["junction_far"][1] < 1.15
 
 
 def test_front_edges_are_as_long_as_the_least_length(gradated):

@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 from structured_box import structured_box
 
 from craftmesh.gradation.kernels.by_reference import by_reference
-from craftmesh.gradation.kernels.collapse_rules import DONE, JUNCTION_TRIANGLE, link_refusal, zips
+from craftmesh.gradation.kernels.codes import DONE, JUNCTION_TRIANGLE, REFUSALS
+from craftmesh.gradation.kernels.collapse_rules import closes_thin_end, link_refusal
 from craftmesh.gradation.kernels.facet_grid import star_intersects
 from craftmesh.gradation.kernels.projection import put_on_crack, put_on_front
 from craftmesh.gradation.kernels.relax import relax_pass
 from craftmesh.gradation.locality import BLOCK, block_order
-from craftmesh.gradation.passes import Limits, Workshop, collapse_short, filled_grid
+from craftmesh.gradation.passes import Gradation, Limits, collapse_short, filled_grid
 from craftmesh.gradation.state import make_state, patch_ids, surface_of
 from craftmesh.surface.kernels.facet_shape import angle_score, facet_distance2, segment_distance2
 from craftmesh.surface.kernels.triangles import triangles_intersect
@@ -138,6 +139,11 @@ def test_work_goes_block_by_block_and_by_key_in_each():
     assert len(block_order(edges[:0], key[:0])) == 0
 
 
+def test_every_refusal_has_a_name_of_its_own():
+    assert sorted(REFUSALS) == list(range(len(REFUSALS)))
+    assert len(set(REFUSALS.values())) == len(REFUSALS)
+
+
 def test_state_and_back_keeps_the_surface():
     surface = two_cubes()
     back = surface_of(make_state(surface, np.ones(12)), surface)
@@ -161,12 +167,12 @@ def lists_of(first, after, heads) -> dict:
 def test_facets_that_are_gone_leave_and_the_rest_keeps_lists_and_witnesses():
     surface, _ = structured_box((6, 6, 6), lambda centres: 1 + (centres[:, 0] > 3))
     state = make_state(surface, np.full(len(surface.points), 2.0))
-    shop = Workshop(state, filled_grid(state), {})
-    collapse_short(shop, Limits(0.75, 1.4, 1.6, 0.5, 0.0, 0.3, 0.5, 0.04, 0.5, False))
-    old, edges = shop.state, shop.edges()
+    gradation = Gradation(state, filled_grid(state), {})
+    collapse_short(gradation, Limits(0.75, 1.4, 1.6, 0.5, 0.0, 0.3, 0.5, 0.04, 0.5, False))
+    old, edges = gradation.state, gradation.edges()
     living = np.flatnonzero(old.alive)
-    shop.make_room()
-    new, count = shop.state, int(shop.state.used[1])
+    gradation.make_room()
+    new, count = gradation.state, int(gradation.state.used[1])
     assert count == len(living) < 0.7 * len(old.alive) and not new.alive[count:].any()
     for name in ("facets", "patch", "reference", "facet_stamp"):
         assert np.array_equal(getattr(new, name)[:count], getattr(old, name)[living])
@@ -181,7 +187,7 @@ def test_facets_that_are_gone_leave_and_the_rest_keeps_lists_and_witnesses():
     assert {living[f]: w for f, w in witnesses.items()} == lists_of(
         old.witness_first, old.witness_after, living
     )
-    assert len(witnesses) > 0 and all(np.array_equal(a, b) for a, b in zip(edges, shop.edges()))
+    assert len(witnesses) > 0 and all(np.array_equal(a, b) for a, b in zip(edges, gradation.edges()))
 
 
 @settings(deadline=None, max_examples=30)
@@ -218,8 +224,8 @@ def thin_end(upper_wedge: int, tip: bool = True) -> Surface:
 )
 def test_thin_ends_of_contacts_close_where_no_side_is_tied(surface, closes):
     state = by_reference(make_state(surface, np.ones(len(surface.points))))
-    assert zips(state, 1, 2) == zips(state, 2, 1) == closes
-    assert not zips(state, 0, 1)
+    assert closes_thin_end(state, 1, 2) == closes_thin_end(state, 2, 1) == closes
+    assert not closes_thin_end(state, 0, 1)
 
 
 def remnant(beyond: str) -> Surface:

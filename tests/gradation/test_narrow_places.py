@@ -14,7 +14,7 @@ from craftmesh.gradation.narrow_places import (
     TOLERANCES,
     open_narrow_places,
 )
-from craftmesh.gradation.passes import Limits, Workshop, filled_grid
+from craftmesh.gradation.passes import Gradation, Limits, filled_grid
 from craftmesh.gradation.state import make_state, surface_of
 from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.wedges import wedges
@@ -84,10 +84,10 @@ def lens(slope):
 
 
 def opened(surface, limits=FREE, size=0.5):
-    shop = Workshop(make_state(surface, np.full(len(surface.points), size)), None, {})
-    shop.grid = filled_grid(shop.state)
-    open_narrow_places(shop, limits)
-    return surface_of(shop.state, surface), shop.done
+    gradation = Gradation(make_state(surface, np.full(len(surface.points), size)), None, {})
+    gradation.grid = filled_grid(gradation.state)
+    open_narrow_places(gradation, limits)
+    return surface_of(gradation.state, surface), gradation.done
 
 
 def sharpest(surface):
@@ -100,7 +100,7 @@ def test_a_sharp_wedge_is_opened():
     surface = lens(np.tan(np.radians(12)))
     before = sharpest(surface)
     after, done = opened(surface)
-    assert before < 15 and done["wedge openings"] > 0
+    assert before < 15 and done["wedge_openings"] > 0
     assert sharpest(after) > SHARP - 0.5
     assert len(after.facets) == len(surface.facets)
 
@@ -137,7 +137,7 @@ def test_a_grain_boundary_close_over_the_crack_moves_away():
     on_crack = np.unique(after.facets[after.kind == CRACK])
     above = np.setdiff1d(after.facets, on_crack)
     inside = above[np.linalg.norm(after.points[above, :2], axis=1) < 1.8]
-    assert done["gap openings"] >= len(inside) == 37
+    assert done["gap_openings"] >= len(inside) == 37
     assert after.points[inside, 2].min() == pytest.approx(GAP * 0.5)
     assert (after.points[on_crack, 2] == 0).all()
 
@@ -152,7 +152,7 @@ def test_a_facet_close_to_the_crack_front_moves_away(turn):
     after, done = opened(surface)
     a, b, c = after.points[after.facets[1]]
     normal = np.cross(b - a, c - a)
-    assert done["front openings"] > 0
+    assert done["front_openings"] > 0
     assert abs(np.dot(a, normal)) / np.linalg.norm(normal) == pytest.approx(FRONT_GAP * 0.5, abs=1e-3)
     assert (after.points[:3] == surface.points[:3]).all()
     assert (after.points[3:, 2] * turn >= 0.04).all()

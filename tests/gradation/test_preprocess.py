@@ -114,7 +114,7 @@ def test_gradation_releases_on_demand():
     _, kept = gradate(surface, plain, GradateOptions(passes=1, cleaning_passes=0))
     options = GradateOptions(passes=1, cleaning_passes=0, release_tied_nodes=True)
     after, report = gradate(surface, plain, options)
-    assert report["operations"]["released nodes"] == 1 and kept["operations"]["released nodes"] == 0
+    assert report["operations"]["released_nodes"] == 1 and kept["operations"]["released_nodes"] == 0
     assert check_surface(after) == [] and release_tied_nodes(after)[1:] == (0, 0)
 
 

@@ -3,24 +3,28 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.gradation.kernels.collapse_rules import (
-    CONTACT,
+from craftmesh.gradation.kernels.codes import (
     DISTANCE,
     DONE,
     EAR,
-    EITHER,
-    HIT,
+    GRAIN_CONTACT,
+    INTERSECTION,
     LINK,
-    NEITHER,
     ON_CRACK,
+    VOLUME,
+    counted,
+    is_held,
+)
+from craftmesh.gradation.kernels.collapse_rules import (
+    EITHER,
+    NEITHER,
     ONTO_A,
     ONTO_B,
-    VOLUME,
+    closes_thin_end,
     grains_touch,
     link_refusal,
     makes_ear,
     movable_end,
-    zips,
 )
 from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
 from craftmesh.gradation.kernels.facet_grid import GONE, has_room
@@ -71,7 +75,7 @@ def _new_place(state, a, b, moved, dying, place):
     if length > reach:
         shift *= reach / length
     for k in range(3):
-        if (planes >> (2 * k)) & 3:
+        if is_held(planes, k):
             place[k] = state.points[a, k]
         else:
             place[k] += shift[k]
@@ -138,7 +142,7 @@ def collapse(state, grid, limits, a, b, halfway):
         elif not find_new_homes(state, loose, total, limits.distance, state.size[a], limits.crack_distance):
             reason = DISTANCE
     if reason == DONE and hits(state, grid, moved, dying):
-        reason = HIT
+        reason = INTERSECTION
     if reason != DONE:
         points[a] = before
         state.size[a] = size
@@ -157,24 +161,24 @@ def collapse_edge(state, grid, limits, a, b):
     """Collapse edge (a, b) when its vertex classes and the topology allow it; return DONE or why not."""
     lines = state.rank[a] > 0 and state.rank[b] > 0
     feature = lines and is_feature(state.facets, state.patch, state.first, state.after, a, b)
-    zipping = limits.merge_points and lines and not feature and zips(state, a, b)
+    closing = limits.merge_points and lines and not feature and closes_thin_end(state, a, b)
     ends, reason = movable_end(
         state.rank[a],
         state.rank[b],
         state.flags[a],
         state.flags[b],
-        feature or zipping,
+        feature or closing,
         limits.merge_points,
     )
     if ends == NEITHER:
         return reason
-    reason = link_refusal(state, a, b, zipping, limits.merge_points)
+    reason = link_refusal(state, a, b, closing, limits.merge_points)
     if reason != DONE:
         return reason
-    if (zipping or (state.rank[a] == 2 and state.rank[b] == 2)) and grains_touch(state, a, b):
-        return CONTACT
+    if (closing or (state.rank[a] == 2 and state.rank[b] == 2)) and grains_touch(state, a, b):
+        return GRAIN_CONTACT
     reason = _collapse_somehow(state, grid, limits, a, b, ends)
-    if zipping and reason == DONE:
+    if closing and reason == DONE:
         state.rank[a if state.first[b] < 0 else b] = 2
     return reason
 
@@ -212,9 +216,5 @@ def collapse_pass(state, grid, limits, edges, order, start):
         limit = limits.collapse * 0.5 * (state.size[a] + state.size[b])
         if squared_distance(state.points, a, b) >= limit * limit:
             continue
-        reason = collapse_edge(state, grid, limits, a, b)
-        if reason == DONE:
-            done += 1
-        else:
-            state.refused[reason] += 1
+        done += counted(state.refused, collapse_edge(state, grid, limits, a, b))
     return len(order), done

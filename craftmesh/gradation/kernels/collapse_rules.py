@@ -2,15 +2,16 @@
 
 from numba import njit
 
-from craftmesh.gradation.kernels.rings import edge_facets, has_corner, is_feature
-
-# Bits of a vertex's flags: 1 << k for the box plane of kind k + 1, then these two.
-ON_CRACK = 64
-ON_FRONT = 128
-DONE = -1
-# Reasons of refusal, in the order of craftmesh.gradation.state.REFUSALS.
-JUNCTION, CONSTRAINT, LINK, JUNCTION_TRIANGLE, CONTACT = range(5)
-ANGLE, NORMAL, LENGTH, DISTANCE, VOLUME, EAR, HIT = range(5, 12)
+from craftmesh.gradation.kernels.codes import (
+    CONSTRAINT,
+    DONE,
+    JUNCTION,
+    JUNCTION_TRIANGLE,
+    LINK,
+    ON_CRACK,
+    ON_FRONT,
+)
+from craftmesh.gradation.kernels.rings import edge_facets, has_corner, is_feature, third_corner
 
 # Which end of an edge may move: neither, the second onto the first, the first onto the second, both.
 NEITHER, ONTO_A, ONTO_B, EITHER = range(4)
@@ -40,7 +41,7 @@ def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
 
 
 @njit(cache=True)
-def zips(state, a, b):
+def closes_thin_end(state, a, b):
     """Tell whether the edge inside a patch, between two of its border lines, is next to where these meet.
 
     Merging such an edge closes the thin end of the patch: one facet between the two lines goes, and its
@@ -51,8 +52,8 @@ def zips(state, a, b):
     count, f, g = edge_facets(state.facets, state.first, state.after, a, b)
     if count != 2 or state.patch[f] != state.patch[g]:
         return False
-    u = state.facets[f, 0] + state.facets[f, 1] + state.facets[f, 2] - a - b
-    v = state.facets[g, 0] + state.facets[g, 1] + state.facets[g, 2] - a - b
+    u = third_corner(state.facets, f, a, b)
+    v = third_corner(state.facets, g, a, b)
     if _between_lines(state, a, b, u) == _between_lines(state, a, b, v):
         return False
     return _lines_may_join(state, a, b, u if _between_lines(state, a, b, u) else v)
@@ -97,13 +98,13 @@ def _facets_of_side(state, a, b, u, side):
 
 
 @njit(cache=True)
-def link_refusal(state, a, b, zipping, merge_points):
+def link_refusal(state, a, b, closing, merge_points):
     """Return why merging (a, b) would change the topology, or DONE.
 
     Vertices joined to both ends must be corners of facets on the edge (link condition), and none of
     these may be joined to both by feature edges, or two junction lines would fall into one; unless
-    `zipping` (zips), or where junction points may merge and the facet between the lines is a remnant
-    (_is_remnant).
+    `closing` (closes_thin_end), or where junction points may merge and the facet between the lines is a
+    remnant (_is_remnant).
     """
     facets, first, after, stamp = state.facets, state.first, state.after, state.stamp
     mark = state.clock[0] + 1
@@ -119,11 +120,11 @@ def link_refusal(state, a, b, zipping, merge_points):
         f = c // 3
         if has_corner(facets, f, a):
             shared += 1
-            u = facets[f, 0] + facets[f, 1] + facets[f, 2] - a - b
+            u = third_corner(facets, f, a, b)
             if stamp[u] == mark + 1:
                 return LINK
             stamp[u] = mark + 1
-            if not zipping and state.rank[a] > 0 and state.rank[b] > 0 and _between_lines(state, a, b, u):
+            if not closing and state.rank[a] > 0 and state.rank[b] > 0 and _between_lines(state, a, b, u):
                 if not (merge_points and _is_remnant(state, f, a, b, u)):
                     return JUNCTION_TRIANGLE
         c = after[c]

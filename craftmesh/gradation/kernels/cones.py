@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit
 
+from craftmesh.gradation.kernels.codes import is_held
 from craftmesh.surface.kernels.facet_shape import area_vector
 
 
@@ -101,7 +102,7 @@ def volume_shift(state, count, planes, shift):
     right = np.zeros(3)
     for n in range(count):
         for i in range(3):
-            if (planes >> (2 * i)) & 3:
+            if is_held(planes, i):
                 state.near_area[n, i] = 0.0
         for i in range(3):
             right[i] += 3.0 * state.near_volume[n] * state.near_area[n, i]

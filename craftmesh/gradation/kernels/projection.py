@@ -3,6 +3,8 @@
 import numpy as np
 from numba import njit
 
+from craftmesh.gradation.kernels.codes import is_held
+
 # Rounds of projection onto a curved crack and back onto the box's plane; they converge to the trace.
 ROUNDS = 12
 
@@ -67,7 +69,7 @@ def put_on_crack_in_box(state, planes, v, place):
         put_on_crack(state.crack_corners, state.crack_centre, state.crack_reach, place)
         off = 0.0
         for k in range(3):
-            if (planes >> (2 * k)) & 3:
+            if is_held(planes, k):
                 off = max(off, abs(place[k] - state.points[v, k]))
                 place[k] = state.points[v, k]
         if off == 0.0:

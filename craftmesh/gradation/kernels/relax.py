@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.gradation.kernels.collapse_rules import DONE
+from craftmesh.gradation.kernels.codes import DONE
 from craftmesh.gradation.kernels.facet_grid import has_room
 from craftmesh.gradation.kernels.slide import constrain, relocate
 from craftmesh.gradation.kernels.star import star_of, worst_score

@@ -44,6 +44,12 @@ def has_corner(facets, f, v):
 
 
 @njit(cache=True)
+def third_corner(facets, f, a, b):
+    """Return the corner of facet `f` that is neither `a` nor `b`."""
+    return facets[f, 0] + facets[f, 1] + facets[f, 2] - a - b
+
+
+@njit(cache=True)
 def edge_facets(facets, first, after, a, b):
     """Return the number of facets on edge (a, b) and the first two of them (-1 where missing)."""
     count = 0

@@ -3,7 +3,16 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.gradation.kernels.collapse_rules import DISTANCE, DONE, HIT, LINK, ON_CRACK, ON_FRONT, VOLUME
+from craftmesh.gradation.kernels.codes import (
+    DISTANCE,
+    DONE,
+    INTERSECTION,
+    LINK,
+    ON_CRACK,
+    ON_FRONT,
+    VOLUME,
+    is_held,
+)
 from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
 from craftmesh.gradation.kernels.facet_grid import has_room
 from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front
@@ -44,7 +53,7 @@ def relocate(state, grid, limits, v, place, floor):
         ):
             reason = DISTANCE
     if reason == DONE and hits(state, grid, moved, np.int64(0)):
-        reason = HIT
+        reason = INTERSECTION
     if reason != DONE:
         state.points[v] = before
         return reason
@@ -74,7 +83,7 @@ def constrain(state, v, place):
             shift *= reach / length
         place += shift
     for k in range(3):
-        if (flags >> (2 * k)) & 3:
+        if is_held(flags, k):
             place[k] = state.points[v, k]
 
 
@@ -133,7 +142,7 @@ def _tangents(state, moved, v, first, second):
         normal[1] += y
         normal[2] += z
     for k in range(3):
-        if (state.flags[v] >> (2 * k)) & 3:
+        if is_held(state.flags[v], k):
             normal[:] = 0.0
             normal[k] = 1.0
             break

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.gradation.kernels.collapse_rules import ON_CRACK, ON_FRONT
+from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT, ON_PLANES, is_held
 from craftmesh.gradation.kernels.cones import book_drift, grain_cones
 from craftmesh.gradation.kernels.facet_grid import has_room, insert_facet, star_intersects
 from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front
@@ -28,7 +28,7 @@ def _parents(state, a, b):
 @njit(cache=True)
 def _edge_class(state, a, b, parents):
     """Return the rank and flags of a vertex on edge (a, b)."""
-    flags = state.flags[a] & state.flags[b] & (ON_CRACK - 1)
+    flags = state.flags[a] & state.flags[b] & ON_PLANES
     rank = 0
     for i in range(parents):
         patch = state.patch[state.dying[i]]
@@ -52,7 +52,7 @@ def _split_place(state, a, b, flags, place):
     elif flags & ON_CRACK:
         put_on_crack_in_box(state, flags, a, place)
     for k in range(3):
-        if (flags >> (2 * k)) & 3:
+        if is_held(flags, k):
             place[k] = state.points[a, k]
     return (place[0] - middle[0]) ** 2 + (place[1] - middle[1]) ** 2 + (place[2] - middle[2]) ** 2 > 0.0
 

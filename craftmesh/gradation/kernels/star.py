@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.gradation.kernels.collapse_rules import ANGLE, DONE, LENGTH, NORMAL
+from craftmesh.gradation.kernels.codes import ANGLE, DONE, LENGTH, NORMAL
 from craftmesh.gradation.kernels.facet_grid import insert_facet, star_intersects
 from craftmesh.gradation.kernels.rings import has_corner
 from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squared_distance

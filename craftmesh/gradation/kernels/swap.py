@@ -3,10 +3,10 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.gradation.kernels.collapse_rules import ON_FRONT
+from craftmesh.gradation.kernels.codes import ON_FRONT
 from craftmesh.gradation.kernels.cones import add_cone, book_drift, drift_allows
 from craftmesh.gradation.kernels.facet_grid import has_room, insert_facet
-from craftmesh.gradation.kernels.rings import edge_facets, link_corner, unlink_corner
+from craftmesh.gradation.kernels.rings import edge_facets, link_corner, third_corner, unlink_corner
 from craftmesh.gradation.kernels.star import hits
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
 from craftmesh.surface.kernels.facet_shape import cosine_range, facet_distance2, keeps_normal
@@ -94,7 +94,7 @@ def swap_edge(state, grid, limits, a, b):
     u = state.facets[f, i]
     p = state.facets[f, (i + 1) % 3]
     q = state.facets[f, (i + 2) % 3]
-    v = state.facets[g, 0] + state.facets[g, 1] + state.facets[g, 2] - a - b
+    v = third_corner(state.facets, g, a, b)
     if u == v or not _runs_along(state, g, q, p) or not _raises_angle(state, u, v, p, q):
         return False
     if edge_facets(state.facets, state.first, state.after, u, v)[0] > 0:

@@ -1,0 +1,42 @@
+"""What operations answer, and the bits of a vertex's flags."""
+
+from numba import njit
+
+# An operation was done; it was not needed, or what it was meant for is gone: neither is a refusal.
+DONE = -1
+NO_NEED = -2
+# Reasons of refusal, and how the report names them.
+JUNCTION, CONSTRAINT, LINK, JUNCTION_TRIANGLE, GRAIN_CONTACT = range(5)
+ANGLE, NORMAL, LENGTH, DISTANCE, VOLUME, EAR, INTERSECTION = range(5, 12)
+REFUSALS = {
+    JUNCTION: "junction",
+    CONSTRAINT: "constraint",
+    LINK: "link",
+    JUNCTION_TRIANGLE: "junction_triangle",
+    GRAIN_CONTACT: "grain_contact",
+    ANGLE: "angle",
+    NORMAL: "normal",
+    LENGTH: "length",
+    DISTANCE: "distance",
+    VOLUME: "volume",
+    EAR: "ear",
+    INTERSECTION: "intersection",
+}
+# Bits of a vertex's flags: 1 << (k - 1) for the box plane of kind k, two planes an axis; then these two.
+ON_PLANES = 63
+ON_CRACK = 64
+ON_FRONT = 128
+
+
+@njit(cache=True)
+def is_held(flags, axis):
+    """Tell whether a box plane across `axis` holds the vertex's coordinate."""
+    return (flags >> (2 * axis)) & 3 != 0
+
+
+@njit(cache=True)
+def counted(refused, answer):
+    """Return 1 for an operation that was done, else 0; count a refusal in `refused` by its reason."""
+    if answer >= 0:
+        refused[answer] += 1
+    return 1 if answer == DONE else 0
