@@ -37,7 +37,6 @@ KNOWN: set[tuple[str, str]] = {
     ("craftmesh.io.msh", "craftmesh.mesh.tet_connectivity"),
     ("craftmesh.io.npz", "craftmesh.mechanics.orientation"),
     ("craftmesh.io.size_field", "craftmesh.sizing.length_field"),
-    ("craftmesh.io.stl", "craftmesh.surface.connectivity"),
     ("craftmesh.io.vtu", "craftmesh.mesh.tet_connectivity"),
     ("craftmesh.sizing.length_field", "craftmesh.gradation.state"),
 }

@@ -12,7 +12,7 @@ from craftmesh.cracks.series import GivenSurface, crack_of_increment, refuse_shr
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import read_front_points
 from craftmesh.io.npz import read_labels
-from craftmesh.io.stl import read_stl
+from craftmesh.io.surface_files import listed_suffixes, read_triangles
 from craftmesh.io.vtk import read_crack, read_surface, read_voxels, write_crack
 
 
@@ -42,7 +42,7 @@ def run(arguments):
 
 
 def given_surface(options: CrackOptions, increment: int) -> GivenSurface | None:
-    """Return the surface of `increment` from its file, .stl or .vtp; None for the prescribed shapes.
+    """Return the surface of `increment` from its file; None for the prescribed shapes.
 
     The lines of a .vtp are its fronts; a front in options.front (csv) goes before them.
     """
@@ -51,10 +51,10 @@ def given_surface(options: CrackOptions, increment: int) -> GivenSurface | None:
     path = surface_file(options, increment)
     if not path.is_file():
         raise CraftmeshError(
-            f"crack.file {path} does not exist; expected a triangulated surface .vtp or .stl"
+            f"crack.file {path} does not exist; expected a triangulated surface .vtp, {listed_suffixes()}"
         )
-    if path.suffix.lower() == ".stl":
-        surface = GivenSurface(*read_stl(path))
+    if path.suffix.lower() != ".vtp":
+        surface = GivenSurface(*read_triangles(path))
     else:
         known = read_crack(path)
         surface = GivenSurface(

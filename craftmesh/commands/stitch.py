@@ -7,14 +7,16 @@ from craftmesh.commands.sizing_flags import add_sizing, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.io.stl import read_stl_folder
+from craftmesh.io.surface_files import listed_suffixes, read_grain_folder
 from craftmesh.io.vtk import read_crack, read_surface, write_surface
 from craftmesh.progress import ProgressLine
 from craftmesh.stitching.stitch import StitchOptions, stitch_grains
 
 
 def add_arguments(parser):
-    parser.add_argument("surface", type=Path, help="surface .vtp, or folder of .stl files, one per grain")
+    parser.add_argument(
+        "surface", type=Path, help=f"surface .vtp, or folder of {listed_suffixes()} files, one per grain"
+    )
     add_output(parser, "stitched surface .vtp")
     parser.add_argument("--crack", type=Path, metavar="FILE", help="crack .vtp to insert")
     add_report(parser)
@@ -26,7 +28,7 @@ def run(arguments):
     report = {}
     if existing(arguments.surface).is_dir():
         surface, report = stitch_grains(
-            read_stl_folder(arguments.surface), options_from(arguments, StitchOptions)
+            read_grain_folder(arguments.surface), options_from(arguments, StitchOptions)
         )
     else:
         surface = read_surface(arguments.surface)

@@ -28,7 +28,9 @@ class CrackOptions:
     )
     radius: float | None = option(None, "radius of a penny, or depth of a through edge crack", "length")
     semi_axes: tuple | None = option(None, "semi-axes a, b of an ellipse", "length")
-    file: str | None = option(None, "triangulated surface (.vtp or .stl) for shape surface")
+    file: str | None = option(
+        None, "triangulated surface (.vtp, .stl, .ply, .obj, .off or .3mf) for shape surface"
+    )
     front: str | None = option(None, "csv file of the front's points; none: the boundary within the box")
     growth: float = option(0.0, "added to radius, semi-axes or depth at each increment", "length")
     increments: tuple | None = option(None, "(a, b), radius or file of each increment, instead of growth")
@@ -53,7 +55,7 @@ def surface_file(options: CrackOptions, increment: int) -> Path:
     if name is None:
         given = of_series(options.increments, increment) if options.increments else options.file
         raise CraftmeshError(
-            f"crack.file is {given!r}; expected the path of a .vtp or .stl for shape surface"
+            f"crack.file is {given!r}; expected a .vtp, .stl, .ply, .obj, .off or .3mf for shape surface"
         )
     return Path(name)
 

@@ -13,7 +13,7 @@ from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.sheet import sheet_of
 from craftmesh.io import vtk_xml
-from craftmesh.io.stl import write_stl
+from craftmesh.io.surface_files import SUFFIXES, write_triangles
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
 
@@ -131,13 +131,14 @@ def test_given_fronts_choose_among_the_boundary_edges():
     assert check_crack(crack) == []
 
 
-def test_a_surface_from_an_stl_file_is_joined_and_keeps_its_area(tmp_path):
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_surface_from_a_file_is_joined_and_keeps_its_area(tmp_path, suffix):
     points, triangles = wavy_disc(3.0, 0.3)
-    write_stl(tmp_path / "crack.stl", points + CENTRE, triangles)
-    options = CrackOptions(shape="surface", file=str(tmp_path / "crack.stl"))
+    write_triangles(tmp_path / f"crack{suffix}", points + CENTRE, triangles)
+    options = CrackOptions(shape="surface", file=str(tmp_path / f"crack{suffix}"))
     crack = crack_of_increment(options, 0, BOX, given_surface(options, 0))
     assert len(crack.points) == len(points) and len(crack.fronts) == 1
-    # float32 coordinates of the file
+    # float32 coordinates of some of the files
     assert area(crack) == pytest.approx(
         np.linalg.norm(area_vectors(points, triangles), axis=1).sum(), rel=1e-5
     )

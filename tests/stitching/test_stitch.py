@@ -3,7 +3,7 @@ import pytest
 from structured_box import structured_box
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.stl import read_stl_folder, write_stl_folder
+from craftmesh.io.surface_files import read_grain_folder, write_grain_folder
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.stitching.stitch import StitchOptions, stitch_grains
 from craftmesh.surface.check_surface import check_surface
@@ -77,8 +77,8 @@ def test_neither_order_nor_turned_normals_matter(polycrystal):
 
 
 def test_coordinates_of_stl_files_come_out_with_an_exact_box(polycrystal, tmp_path):
-    write_stl_folder(tmp_path, polycrystal)
-    stitched, _ = stitch_grains(read_stl_folder(tmp_path))
+    write_grain_folder(tmp_path, polycrystal)
+    stitched, _ = stitch_grains(read_grain_folder(tmp_path))
     assert check_surface(stitched) == []
     old = side_volumes(polycrystal.points, polycrystal.facets, polycrystal.sides)
     new = side_volumes(stitched.points, stitched.facets, stitched.sides)
@@ -192,6 +192,6 @@ def test_real_stl_sets_come_back_as_they_were(shared_data, tmp_path):
         for end, plane in enumerate((points[:, axis].min(), points[:, axis].max())):
             kind[(corner[:, :, axis] == plane).all(axis=1) & (sides == 0).any(axis=1)] = 1 + 2 * axis + end
     surface = Surface(points, data["triangles"], sides, kind)
-    write_stl_folder(tmp_path, surface)
-    stitched, _ = stitch_grains(read_stl_folder(tmp_path), StitchOptions())
+    write_grain_folder(tmp_path, surface)
+    stitched, _ = stitch_grains(read_grain_folder(tmp_path), StitchOptions())
     assert_same(stitched, surface)

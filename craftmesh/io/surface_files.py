@@ -1,0 +1,170 @@
+"""Triangulated surfaces in other tools' files: STL, PLY, OBJ, OFF and 3MF, ASCII and binary, by trimesh.
+
+trimesh is imported on first use. Its clean-up is off: points are neither joined nor moved.
+"""
+
+import os
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.atomic import atomic_path
+from craftmesh.errors import CraftmeshError
+from craftmesh.types import Surface
+
+SUFFIXES = (".stl", ".ply", ".obj", ".off", ".3mf")
+_GRAIN = re.compile(r"(\d+)$")
+_TEXT_CUT_SHORT = "string or file could not be read to its end"  # numpy's warning at what is no number
+# The head's number of faces: trimesh reads a file that was cut short as far as it goes.
+_FACE_COUNT = {
+    ".ply": re.compile(rb"^element\s+face\s+(\d+)", re.M),
+    ".off": re.compile(rb"OFF(?:\s|#.*)*\d+\s+(\d+)"),
+}
+_HEAD = 1 << 16  # bytes in which it is looked for
+_DIGITS = {".obj": 17, ".off": 17}  # behind the decimal point
+
+
+def read_triangles(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (n, 3) float64 and triangles (m, 3) int64 of a surface file, by its suffix.
+
+    Points are in the file's order, those of no triangle left out; in an STL every triangle has three of its
+    own. Coordinates keep the file's precision: float32 in binary STL, float64 where written as text.
+    Several bodies of a file come one after the other, polygons cut into triangles. Raises CraftmeshError
+    for a missing, broken or unknown file, one cut short or without triangles, and numbers not finite.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise CraftmeshError(f"{path}: no such file; give a triangulated surface ({listed_suffixes()})")
+    if path.suffix.lower() not in SUFFIXES:
+        raise CraftmeshError(f"{path}: suffix {path.suffix!r} is not known; expected {listed_suffixes()}")
+    parts = _parts(path)
+    if not parts:
+        raise CraftmeshError(f"{path}: holds no triangles; expected a triangulated surface")
+    shifts = np.cumsum([0, *(len(points) for points, _ in parts)])
+    _refuse_cut_short(path, sum(len(triangles) for _, triangles in parts))
+    points = np.concatenate([points for points, _ in parts])
+    triangles = np.concatenate([triangles + shift for (_, triangles), shift in zip(parts, shifts)])
+    if not np.isfinite(points).all():
+        row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+        raise CraftmeshError(f"{path}: a corner is {points[row].tolist()}; expected three finite numbers")
+    return points, triangles
+
+
+def read_grain_folder(folder: str | os.PathLike) -> list[tuple[int, np.ndarray, np.ndarray]]:
+    """Return (grain id, points (n, 3), triangles (m, 3)) of every surface file `*<id>` in a folder, by id.
+
+    Files of other suffixes, and those whose names do not end with a number, are passed over. Raises
+    CraftmeshError for a folder without surface files or with several formats, an id met twice, or a
+    broken file.
+    """
+    found: dict[int, Path] = {}
+    for path in sorted(Path(folder).iterdir()):
+        number = _GRAIN.search(path.stem)
+        if path.suffix.lower() not in SUFFIXES or not number:
+            continue
+        grain = int(number.group())
+        if grain in found:
+            raise CraftmeshError(
+                f"{path}: grain {grain} is in {found[grain].name} too; expected one file a grain"
+            )
+        found[grain] = path
+    if not found:
+        raise CraftmeshError(
+            f"{folder}: no file named *<grain id> with suffix {listed_suffixes()}; expected one per grain"
+        )
+    _refuse_mixed(folder, list(found.values()))
+    return [(grain, *read_triangles(found[grain])) for grain in sorted(found)]
+
+
+def write_triangles(path: str | os.PathLike, points: np.ndarray, triangles: np.ndarray) -> None:
+    """Write points (n, 3) and triangles (m, 3) by the suffix; STL and PLY are binary, in float32."""
+    from trimesh import Trimesh
+
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise CraftmeshError(f"{path}: suffix {suffix!r} is not known; expected {listed_suffixes()}")
+    precision = {"digits": _DIGITS[suffix]} if suffix in _DIGITS else {}
+    content = Trimesh(points, triangles, process=False).export(file_type=suffix[1:], **precision)
+    with atomic_path(path) as temporary:
+        Path(temporary).write_bytes(content.encode("ascii") if isinstance(content, str) else content)
+
+
+def write_grain_folder(
+    folder: str | os.PathLike, surface: Surface, prefix: str = "grain", suffix: str = ".stl"
+) -> list[Path]:
+    """Write `<prefix>_<id><suffix>` per grain, normals outward, crack facets inside a grain left out."""
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    paths = []
+    for grain in surface.grains.tolist():
+        behind, ahead = (surface.sides == grain).T
+        facets = np.concatenate([surface.facets[behind & ~ahead], surface.facets[ahead & ~behind][:, ::-1]])
+        paths.append(Path(folder) / f"{prefix}_{grain}{suffix}")
+        write_triangles(paths[-1], *_used(surface.points, facets))
+    return paths
+
+
+def listed_suffixes() -> str:
+    """Return the suffixes for an error message."""
+    return ", ".join(SUFFIXES[:-1]) + f" or {SUFFIXES[-1]}"
+
+
+def _refuse_mixed(folder: str | os.PathLike, paths: list[Path]) -> None:
+    by_suffix = {path.suffix.lower(): path.name for path in paths}
+    if len(by_suffix) > 1:
+        (first, a), (second, b), *_ = by_suffix.items()
+        raise CraftmeshError(
+            f"{folder}: holds {first} and {second} files ({a}, {b}); expected one format: move the others"
+        )
+
+
+def _parts(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return (points, triangles) of every body of the file with triangles, moved to its place."""
+    import trimesh
+
+    # Textures and materials would make trimesh look for more files, and split points that differ in them.
+    plain = {"process": False, "maintain_order": True, "skip_materials": True, "fix_texture": False}
+    suffix = path.suffix.lower()
+    try:
+        with warnings.catch_warnings(), open(path, "rb") as stream:
+            warnings.filterwarnings("error", _TEXT_CUT_SHORT, DeprecationWarning)
+            scene = trimesh.load_scene(stream, file_type=suffix[1:], **plain)
+            bodies = scene.dump() if suffix == ".3mf" else list(scene.geometry.values())
+        meshes = [body for body in bodies if isinstance(body, trimesh.Trimesh) and len(body.faces)]
+        parts = [(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)) for mesh in meshes]
+    except (MemoryError, OSError):
+        raise
+    except Exception as error:  # each of trimesh's readers fails in its own ways
+        raise CraftmeshError(
+            f"{path}: is not a whole {suffix[1:].upper()} file ({type(error).__name__}: {error}); "
+            "write it anew"
+        ) from None
+    for points, triangles in parts:
+        if triangles.min() < 0 or triangles.max() >= len(points):
+            raise CraftmeshError(
+                f"{path}: triangles name points up to {triangles.max()} of {len(points)}; write it anew"
+            )
+    return [_used(*part) for part in parts]
+
+
+def _refuse_cut_short(path: Path, triangles: int) -> None:
+    pattern = _FACE_COUNT.get(path.suffix.lower())
+    if pattern is None:
+        return
+    with open(path, "rb") as stream:
+        named = pattern.search(stream.read(_HEAD))
+    if named and triangles < int(named.group(1)):
+        raise CraftmeshError(
+            f"{path}: holds {triangles} of the {named.group(1).decode()} faces that its head names; "
+            "copy it again or write it anew"
+        )
+
+
+def _used(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points that triangles use, in their order, and the triangles (m, 3) renumbered."""
+    used = np.zeros(len(points), bool)
+    used[triangles] = True
+    if used.all():
+        return points, triangles
+    return points[used], (np.cumsum(used) - 1)[triangles]
