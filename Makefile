@@ -27,6 +27,8 @@ test-slow: setup
 lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/python -m pytest tests/test_architecture.py
 
 bench: setup
 	$(BIN)/python benchmarks/gradation.py

@@ -99,7 +99,7 @@ def run_library(path: str, name: str, changes: dict) -> dict:
     return measured(path, name, lambda target: write_deck(target, mesh, DeckOptions(**changes)))
 
 
-def run_command(path: str, name: str, changes: dict) -> dict:
+def run_command(path: str, name: str, _: dict) -> dict:
     """Measure a whole command, from reading the mesh on."""
     from craftmesh.cli import run
 

@@ -29,22 +29,22 @@ def atomic_paths(paths: Sequence[str | os.PathLike]) -> Iterator[list[Path]]:
     As `atomic_path`. The first path is the one that refers to the others: it goes before they change and
     comes last, so it is never there beside files of another time.
     """
-    paths = [Path(path) for path in paths]
-    temporaries = [path.with_name(f".tmp-{uuid4().hex[:12]}-{path.name}") for path in paths]
+    targets = [Path(path) for path in paths]
+    temporaries = [target.with_name(f".tmp-{uuid4().hex[:12]}-{target.name}") for target in targets]
     try:
-        for path in paths:
-            path.parent.mkdir(parents=True, exist_ok=True)
+        for target in targets:
+            target.parent.mkdir(parents=True, exist_ok=True)
         yield temporaries
-        if any(path.is_dir() for path in paths):
+        if any(target.is_dir() for target in targets):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        if len(paths) > 1:
-            paths[0].unlink(missing_ok=True)
-        for temporary, path in reversed(list(zip(temporaries, paths))):
-            os.replace(temporary, path)
+        if len(targets) > 1:
+            targets[0].unlink(missing_ok=True)
+        for temporary, target in reversed(list(zip(temporaries, targets))):
+            os.replace(temporary, target)
     except OSError as error:
         reason = error.strerror or str(error)
         raise CraftmeshError(
-            f"{paths[0]}: cannot be written ({reason}); check the folder and its space"
+            f"{targets[0]}: cannot be written ({reason}); check the folder and its space"
         ) from error
     finally:
         for temporary in temporaries:

@@ -27,7 +27,7 @@ def kernel(function: Callable) -> Callable:
     The cache is where numba keeps it: in NUMBA_CACHE_DIR where that is set, else in `__pycache__` beside
     the kernel, else in the user's cache folder. Where none can be written, each process compiles anew.
     """
-    compiled = njit(function)
+    compiled: Any = njit(function)
     if compiled is not function:  # as it is under NUMBA_DISABLE_JIT
         with suppress(RuntimeError):
             compiled._cache = _KernelCache(function)

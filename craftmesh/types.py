@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import ArrayLike, DTypeLike
 
 from craftmesh.errors import CraftmeshError
 
@@ -14,7 +15,7 @@ CRACK = 7
 BOX_PLANES = ("XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX")
 
 
-def _array(owner: str, name: str, value, dtype, shape: tuple) -> np.ndarray:
+def _array(owner: str, name: str, value: ArrayLike, dtype: DTypeLike, shape: tuple) -> np.ndarray:
     """Return `value` as a read-only C-contiguous array of `dtype`; None in `shape` admits any length."""
     array = np.array(value, dtype=dtype, order="C")
     if array.ndim != len(shape) or any(s is not None and s != n for s, n in zip(shape, array.shape)):
@@ -49,7 +50,7 @@ class Voxels:
     orientations: np.ndarray | None = None
     phases: np.ndarray | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "labels", _array("Voxels", "labels", self.labels, np.int32, (None,) * 3))
         put(self, "spacing", _array("Voxels", "spacing", self.spacing, float, (3,)))
@@ -80,7 +81,7 @@ class Crack:
     triangles: np.ndarray
     fronts: tuple
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "points", _array("Crack", "points", self.points, float, (None, 3)))
         put(self, "triangles", _array("Crack", "triangles", self.triangles, np.int32, (None, 3)))
@@ -106,7 +107,7 @@ class Surface:
     sides: np.ndarray
     kind: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "points", _array("Surface", "points", self.points, float, (None, 3)))
         put(self, "facets", _array("Surface", "facets", self.facets, np.int32, (None, 3)))
@@ -136,7 +137,7 @@ class TetMesh:
     node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     face_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "points", _array("TetMesh", "points", self.points, float, (None, 3)))
         width = 10 if np.shape(self.tets)[1:] == (10,) else 4
@@ -162,7 +163,7 @@ class GrainTets:
     interior: np.ndarray
     tets: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "grain", int(self.grain))
         put(self, "nodes", _array("GrainTets", "nodes", self.nodes, np.int64, (None,)))
