@@ -1,15 +1,143 @@
 """Fields of the stages' frozen option classes: one definition serves library, CLI and config."""
 
-from dataclasses import MISSING, field
-from typing import Any
+import math
+import operator
+import types
+import typing
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, field, fields
+from functools import cache
+from numbers import Integral, Real
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
 
 
-def option(default: Any, help: str, unit: str = "", choices: tuple = ()) -> Any:
-    """Return a dataclass field that carries its own help text, unit and admitted values.
+class Bound(NamedTuple):
+    """A kind of bound: its sign in messages, its key in a JSON schema, and when a value keeps it."""
 
-    `default` may be MISSING for a value that the user has to give.
+    sign: str
+    schema_key: str
+    holds: Callable[[Any, Any], bool]
+
+
+BOUNDS = {
+    "above": Bound(">", "exclusiveMinimum", operator.gt),
+    "at_least": Bound(">=", "minimum", operator.ge),
+    "below": Bound("<", "exclusiveMaximum", operator.lt),
+    "at_most": Bound("<=", "maximum", operator.le),
+}
+_NAMES = {float: "number", int: "whole number", bool: "true or false", str: "text"}
+_WITH_ARTICLE = (float, int)
+
+
+def option(
+    default: Any,
+    help: str,
+    unit: str = "",
+    choices: tuple = (),
+    *,
+    above: float | None = None,
+    at_least: float | None = None,
+    below: float | None = None,
+    at_most: float | None = None,
+) -> Any:
+    """Return a dataclass field that carries its own help text, unit, admitted values and bounds.
+
+    `default` may be MISSING for a value that the user has to give. Bounds hold for each number of a
+    tuple; None, where the type admits it, has no bounds.
     """
-    metadata = {"help": help, "unit": unit, "choices": choices}
+    bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
+    given = {name: limit for name, limit in bounds.items() if limit is not None}
+    metadata = {"help": help, "unit": unit, "choices": choices, "bounds": given}
     if default is MISSING:
         return field(metadata=metadata)
     return field(default=default, metadata=metadata)
+
+
+class Options:
+    """Base of the option classes: values of a wrong type or out of bounds are refused at once."""
+
+    def __post_init__(self) -> None:
+        """Raise CraftmeshError for the first field that is not what its `option` admits."""
+        hints = hints_of(type(self))  # type: ignore[arg-type]  # a class is hashable
+        for item in fields(self):  # type: ignore[arg-type]  # those who inherit are dataclasses
+            value, hint = getattr(self, item.name), hints[item.name]
+            if not is_admitted(value, hint, item.metadata):
+                shown = repr(value) if isinstance(value, str) else value
+                expected = expectation(hint, item.metadata)
+                raise CraftmeshError(f"{item.name} is {shown}; expected {expected}")
+
+
+@cache
+def hints_of(cls: type) -> dict[str, Any]:
+    """Return the types of an option class's fields by name."""
+    return typing.get_type_hints(cls)
+
+
+def alternatives(hint: Any) -> tuple:
+    """Return the types that a field may have: the parts of a union, or the type itself."""
+    is_union = isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union
+    return typing.get_args(hint) if is_union else (hint,)
+
+
+def items_of(hint: Any) -> tuple[Any, int | None] | None:
+    """Return the type of a tuple's items and their number (None: any); None where it is no tuple."""
+    if typing.get_origin(hint) is not tuple:
+        return None
+    parts = typing.get_args(hint)
+    return (parts[0], None) if parts[-1] is Ellipsis else (parts[0], len(parts))
+
+
+def is_admitted(value: Any, hint: Any, metadata: Mapping[str, Any]) -> bool:
+    """Return whether `value` has the type `hint` and keeps the bounds and choices of an option."""
+    return any(_is_one(value, part, metadata) for part in alternatives(hint))
+
+
+def _is_one(value: Any, hint: Any, metadata: Mapping[str, Any]) -> bool:
+    items = items_of(hint)
+    if items is not None:
+        kind, count = items
+        is_row = isinstance(value, (tuple, list)) or getattr(value, "ndim", 0) == 1
+        return (
+            is_row
+            and count in (None, len(value))
+            and all(is_admitted(item, kind, metadata) for item in value)
+        )
+    if hint in (float, int):
+        is_number = isinstance(value, Real if hint is float else Integral)
+        return (
+            is_number and not isinstance(value, bool) and math.isfinite(value) and _within(value, metadata)
+        )
+    if hint is bool:
+        return isinstance(value, (bool, np.bool_))
+    return isinstance(value, hint) and (not metadata.get("choices") or value in metadata["choices"])
+
+
+def _within(value: Any, metadata: Mapping[str, Any]) -> bool:
+    return all(BOUNDS[name].holds(value, limit) for name, limit in metadata.get("bounds", {}).items())
+
+
+def expectation(hint: Any, metadata: Mapping[str, Any]) -> str:
+    """Return in words what an option admits: "a number > 0 and < 90, in degrees"."""
+    if metadata.get("choices"):
+        return "one of " + ", ".join(map(repr, metadata["choices"]))
+    kinds = [part for part in alternatives(hint) if part is not types.NoneType]
+    unit = metadata.get("unit")
+    return " or ".join(_described(kind, metadata) for kind in kinds) + (f", in {unit}" if unit else "")
+
+
+def _described(hint: Any, metadata: Mapping[str, Any]) -> str:
+    items = items_of(hint)
+    if items is None:
+        name = _NAMES[hint]
+        text = f"a {name}" if hint in _WITH_ARTICLE else name
+    else:
+        kinds = [part for part in alternatives(items[0]) if items_of(part) is None]
+        names = " or ".join(f"{_NAMES[kind]}s" if kind in _WITH_ARTICLE else _NAMES[kind] for kind in kinds)
+        text = f"a list of {items[1]} {names}" if items[1] else f"a list of {names}"
+        hint = items[0]
+    limits = metadata.get("bounds", {}).items() if {float, int} & set(alternatives(hint)) else ()
+    return text + " and".join(f" {BOUNDS[name].sign} {limit:g}" for name, limit in limits)

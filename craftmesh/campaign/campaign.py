@@ -140,9 +140,12 @@ def check_sizes(sizing: Mapping[str, Any]) -> None:
     """Raise CraftmeshError unless the numbers of Eq. 3, defaults included, fit each other."""
     from craftmesh.sizing.sizing import SizingOptions, sizing_for
 
-    numbers = {key: value for key, value in sizing.items() if key != "around_voids"}
+    if sizing["l0"] is None:
+        raise CraftmeshError(
+            "key sizing.l0 is missing; expected the original edge length, about the voxel's"
+        )
     try:
-        sizing_for(None, SizingOptions(**numbers), ())
+        sizing_for(None, SizingOptions(**sizing), ())
     except CraftmeshError as error:
         raise CraftmeshError(f"sizing: {error}") from None
 

@@ -8,10 +8,12 @@ command line and the configuration.
 import dataclasses
 import importlib
 import sys
-import types
-import typing
+from collections.abc import Mapping
 from pathlib import Path
+from types import NoneType
 from typing import Any
+
+from craftmesh.options import BOUNDS, alternatives, hints_of, items_of
 
 SECTIONS = {
     "generate": ("the synthetic microstructure", ["voxels.generate.GenerateOptions"]),
@@ -31,7 +33,7 @@ SECTIONS = {
 }
 EXPORTS = ("vtu", "msh", "e", "exo")
 CRACK = "cracks.options.CrackOptions"
-KINDS = {float: "number", int: "integer", bool: "boolean", str: "string"}
+KINDS = {float: "number", int: "integer", bool: "boolean", str: "string", NoneType: "null"}
 
 
 def config_schema() -> dict:
@@ -65,13 +67,12 @@ def config_schema() -> dict:
     }
     for name, (about, classes) in SECTIONS.items():
         properties[name] = _section(about, classes) | {"default": {}}
-    _refine_sizing(properties["sizing"])
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "description": "configuration of a craftmesh campaign; made by craftmesh.campaign.config_schema",
         "type": "object",
         "additionalProperties": False,
-        "required": ["cases", "sizing"],
+        "required": ["cases"],
         "properties": properties,
     }
 
@@ -83,45 +84,41 @@ def _text(default: str, about: str) -> dict:
 def _section(about: str, classes: list[str]) -> dict:
     properties = {}
     for path in classes:
-        module, name = path.rsplit(".", 1)
-        cls = getattr(importlib.import_module(f"craftmesh.{module}"), name)
-        hints = typing.get_type_hints(cls)
+        cls = option_class(path)
         for field in dataclasses.fields(cls):
-            properties[field.name] = _property(field, hints[field.name])
+            properties[field.name] = _property(field, hints_of(cls)[field.name])
     return {"type": "object", "description": about, "additionalProperties": False, "properties": properties}
 
 
+def option_class(path: str) -> Any:
+    """Return the option class of a dotted name within the package."""
+    module, name = path.rsplit(".", 1)
+    return getattr(importlib.import_module(f"craftmesh.{module}"), name)
+
+
 def _property(field: dataclasses.Field, hint: Any) -> dict:
-    parts = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
-    kinds = [_kind(part) for part in parts if part is not type(None)]
-    if len(parts) > len(kinds):
-        kinds.append("null")
     unit = field.metadata.get("unit")
-    about = field.metadata.get("help", "") + (f" [{unit}]" if unit else "")
-    made: dict[str, Any] = {"type": kinds[0] if len(kinds) == 1 else kinds, "description": about}
+    made = _values(hint, field.metadata)
+    made["description"] = field.metadata.get("help", "") + (f" [{unit}]" if unit else "")
     if field.default is not dataclasses.MISSING:
         made["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
-    if isinstance(field.default, tuple) and field.default and Ellipsis not in typing.get_args(hint):
-        made |= {"minItems": len(field.default), "maxItems": len(field.default)}
     if field.metadata.get("choices"):
-        made["enum"] = [*field.metadata["choices"], *([None] if "null" in kinds else [])]
+        made["enum"] = list(field.metadata["choices"])
     return made
 
 
-def _kind(hint: Any) -> str:
-    return "array" if tuple in (hint, typing.get_origin(hint)) else KINDS[hint]
-
-
-def _refine_sizing(section: dict) -> None:
-    """Make l0 a number that has to be given, for a default would differ from stage to stage."""
-    for name, made in section["properties"].items():
-        made |= {"minimum": 0} if name in ("r0", "r1") else {"exclusiveMinimum": 0}
-    l0 = section["properties"]["l0"]
-    del l0["default"]
-    l0 |= {"type": "number", "description": "original edge length, about the voxel's (Eq. 3) [length]"}
-    about = "refine around the enclosed voids as well"
-    section["properties"]["around_voids"] = {"type": "boolean", "default": False, "description": about}
-    section["required"] = ["l0"]
+def _values(hint: Any, metadata: Mapping[str, Any]) -> dict:
+    """Return the schema of the values that `options.is_admitted` admits, choices left aside."""
+    parts = alternatives(hint)
+    kinds = list(dict.fromkeys("array" if items_of(part) else KINDS[part] for part in parts))
+    made: dict[str, Any] = {"type": kinds[0] if len(kinds) == 1 else kinds}
+    if {"number", "integer"} & set(kinds):
+        bounds = metadata.get("bounds", {})
+        made |= {BOUNDS[name].schema_key: limit for name, limit in bounds.items()}
+    for kind, count in filter(None, map(items_of, parts)):
+        made["items"] = _values(kind, metadata)
+        made |= {} if count is None else {"minItems": count, "maxItems": count}
+    return made
 
 
 def main(path: Path) -> None:

@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.options import BOUNDS, is_admitted
 
 
 def load_schema(path: Path) -> dict:
@@ -16,10 +18,8 @@ def load_schema(path: Path) -> dict:
 
 def completed(config: Mapping[str, Any], schema: dict) -> dict:
     """Return a copy of `config` with the schema's defaults; raises CraftmeshError for its first fault."""
-    from jsonschema import Draft202012Validator
-
     filled = _with_defaults(config, schema)
-    faults = list(Draft202012Validator(schema).iter_errors(filled))
+    faults = list(_validator()(schema).iter_errors(filled))
     if faults:
         # an unknown key explains more than the missing key that it was meant to be
         faults.sort(
@@ -27,6 +27,25 @@ def completed(config: Mapping[str, Any], schema: dict) -> dict:
         )
         raise CraftmeshError(_explain(faults[0]))
     return filled
+
+
+@cache
+def _validator() -> Any:
+    """Return the JSON schema's validator with the numbers of the option classes.
+
+    JSON knows no NaN and no infinity, but YAML does; and 4.0 is a whole number to a JSON schema, but not
+    to the command line.
+    """
+    from jsonschema import Draft202012Validator
+    from jsonschema.validators import extend
+
+    numbers = {
+        "number": lambda _, value: is_admitted(value, float, {}),
+        "integer": lambda _, value: is_admitted(value, int, {}),
+    }
+    return extend(
+        Draft202012Validator, type_checker=Draft202012Validator.TYPE_CHECKER.redefine_many(numbers)
+    )
 
 
 def _with_defaults(value: Any, schema: dict) -> Any:
@@ -67,19 +86,14 @@ def _expectation(schema: dict) -> str:
         "string": "text",
         "boolean": "true or false",
     }
-    names |= {"array": "a list", "object": "keys with values", "null": "null"}
+    names |= {"array": "a list", "object": "keys with values"}
     kinds = schema.get("type", [])
-    text = " or ".join(names[kind] for kind in ([kinds] if isinstance(kinds, str) else kinds))
+    kinds = [kinds] if isinstance(kinds, str) else kinds
+    text = " or ".join(names[kind] for kind in kinds if kind != "null")
     if "minItems" in schema:
         text += f" of {schema['minItems']} values"
-    for key, sign in (
-        ("minimum", ">="),
-        ("exclusiveMinimum", ">"),
-        ("maximum", "<="),
-        ("exclusiveMaximum", "<"),
-    ):
-        if key in schema:
-            text += f" {sign} {schema[key]}"
+    limits = [(bound.sign, schema.get(bound.schema_key)) for bound in BOUNDS.values()]
+    text += " and".join(f" {sign} {limit}" for sign, limit in limits if limit is not None)
     if "pattern" in schema:
         text += f" that fits {schema['pattern']}"
     about = schema.get("description")

@@ -4,11 +4,11 @@ import argparse
 import dataclasses
 import re
 import types
-import typing
 from collections.abc import Callable, Iterable
 from typing import Any
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.options import alternatives, hints_of, items_of
 
 
 class Parser(argparse.ArgumentParser):
@@ -27,10 +27,9 @@ def add_options(parser: argparse.ArgumentParser, *classes: type, skip: Iterable[
     """Add one group of flags for each option class; `skip` names fields that the verb sets itself."""
     for cls in classes:
         group = parser.add_argument_group(_title(cls))
-        hints = typing.get_type_hints(cls)
         for field in dataclasses.fields(cls):
             if field.name not in skip:
-                _add_flag(group, field, hints[field.name])
+                _add_flag(group, field, hints_of(cls)[field.name])
 
 
 def options_from(arguments: argparse.Namespace, cls: type, **values: Any) -> Any:
@@ -54,7 +53,7 @@ def _add_flag(group, field: dataclasses.Field, hint: Any) -> None:
     flag = "--" + field.name.replace("_", "-")
     required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
     keywords: dict[str, Any] = {"default": argparse.SUPPRESS, "required": required, "help": _help(field)}
-    kind, count = value_type(hint, field.default)
+    kind, count = value_type(hint)
     choices = field.metadata.get("choices") or None
     if kind is bool:
         group.add_argument(flag, action=argparse.BooleanOptionalAction, **keywords)
@@ -63,20 +62,13 @@ def _add_flag(group, field: dataclasses.Field, hint: Any) -> None:
         group.add_argument(flag, type=kind, nargs=count, choices=choices, metavar=name, **keywords)
 
 
-def value_type(hint: Any, default: Any = None) -> tuple[Callable, int | str | None]:
-    """Return the type of a field's values and their count as argparse has it: None, "+" or a number.
-
-    A plain `tuple` takes the type and count of its default; without one it takes any words.
-    """
-    if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
-        hint = next(part for part in typing.get_args(hint) if part is not type(None))
-    if hint is tuple:
-        return (type(default[0]), len(default)) if default else (word, "+")
-    if typing.get_origin(hint) is not tuple:
-        return hint, None
-    parts = typing.get_args(hint)
-    kind = word if typing.get_origin(parts[0]) is tuple else parts[0]
-    return kind, "+" if parts[-1] is Ellipsis else len(parts)
+def value_type(hint: Any) -> tuple[Callable, int | str | None]:
+    """Return the type of a field's values and their count as argparse has it: None, "+" or a number."""
+    kind, *others = (part for part in alternatives(hint) if part is not types.NoneType)
+    items = items_of(kind)
+    if items is None:
+        return (word if others else kind), None
+    return value_type(items[0])[0], items[1] or "+"
 
 
 def word(text: str) -> float | str | tuple:

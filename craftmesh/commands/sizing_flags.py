@@ -1,7 +1,7 @@
 """The flags of the sizing function and its sources, shared by the stages that use it."""
 
 import argparse
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,20 +28,11 @@ def add_front(parser: argparse.ArgumentParser) -> None:
 
 def add_sizing(parser: argparse.ArgumentParser) -> None:
     add_options(parser, SizingOptions)
-    parser.add_argument(
-        "--around-voids",
-        action=argparse.BooleanOptionalAction,
-        default=False,
-        help="refine around the enclosed voids as well",
-    )
 
 
 def is_sized(arguments: argparse.Namespace) -> bool:
     """Return whether a front, the voids or any number of the sizing function was given."""
-    sizes = (field.name for field in fields(SizingOptions))
-    return bool(
-        arguments.front or arguments.around_voids or any(hasattr(arguments, name) for name in sizes)
-    )
+    return bool(arguments.front) or options_from(arguments, SizingOptions) != SizingOptions()
 
 
 def sizing_from(arguments: argparse.Namespace, surface: Surface, front: Path | None) -> Sizing:
@@ -53,7 +44,7 @@ def sizing_from(arguments: argparse.Namespace, surface: Surface, front: Path | N
     field = options.field and read_length_field(existing(Path(options.field)), options.field_array)
     plain = sizing_for(surface, options, np.zeros((0, 3)), (field,) if field else ())
     sources = [read_front_sources(front, plain.l_min)] if front else []
-    if arguments.around_voids:
+    if options.around_voids:
         sources.append(surface.points[np.unique(surface.facets[(surface.sides < 0).any(axis=1)])])
     if options.points:
         used = surface.points[np.unique(surface.facets)]

@@ -5,13 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.options import option
+from craftmesh.options import Options, option
 
 SHAPES = ("penny", "ellipse", "through_edge", "surface")
 
 
 @dataclass(frozen=True)
-class CrackOptions:
+class CrackOptions(Options):
     """A crack whose shape and growth are prescribed; lengths in model units.
 
     Semi- and quarter-elliptical cracks are ellipses whose centre lies on a face, edge or corner of the
@@ -19,21 +19,29 @@ class CrackOptions:
     """
 
     shape: str = option("penny", "kind of crack", choices=SHAPES)
-    centre: tuple = option(
-        (0.0, 0.0, 0.0), "centre of the ellipse; for through_edge a point of the mouth", "length"
+    centre: tuple[float, float, float] = option(
+        (0.0, 0.0, 0.0), "centre of the ellipse; for through_edge a point of the mouth", "model units"
     )
-    normal: tuple = option((0.0, 0.0, 1.0), "normal of the crack plane")
-    axis: tuple = option(
+    normal: tuple[float, float, float] = option((0.0, 0.0, 1.0), "normal of the crack plane")
+    axis: tuple[float, float, float] = option(
         (1.0, 0.0, 0.0), "direction of the first semi-axis, or of the depth (through_edge)"
     )
-    radius: float | None = option(None, "radius of a penny, or depth of a through edge crack", "length")
-    semi_axes: tuple | None = option(None, "semi-axes a, b of an ellipse", "length")
+    radius: float | None = option(
+        None, "radius of a penny, or depth of a through edge crack", "model units", above=0
+    )
+    semi_axes: tuple[float, float] | None = option(
+        None, "semi-axes a, b of an ellipse", "model units", above=0
+    )
     file: str | None = option(
         None, "triangulated surface (.vtp, .stl, .ply, .obj, .off or .3mf) for shape surface"
     )
     front: str | None = option(None, "csv file of the front's points; none: the boundary within the box")
-    growth: float = option(0.0, "added to radius, semi-axes or depth at each increment", "length")
-    increments: tuple | None = option(None, "(a, b), radius or file of each increment, instead of growth")
+    growth: float = option(
+        0.0, "added to radius, semi-axes or depth at each increment", "model units", at_least=0
+    )
+    increments: tuple[float | str | tuple[float, float], ...] | None = option(
+        None, "(a, b), radius or file of each increment, instead of growth", above=0
+    )
 
 
 def crack_files(options: CrackOptions, increment: int) -> dict[str, str]:

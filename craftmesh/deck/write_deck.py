@@ -16,7 +16,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.materials import Material, parse_materials
 from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
 from craftmesh.mesh.second_order import as_elements
-from craftmesh.options import option
+from craftmesh.options import Options, option
 from craftmesh.types import TetMesh
 
 _HEADER = """\
@@ -39,7 +39,7 @@ _OUTPUT = "*NODE FILE\nU, RF\n*EL FILE\nS, E\n"
 
 
 @dataclass(frozen=True)
-class DeckOptions:
+class DeckOptions(Options):
     """What the deck holds beside the mesh: element type, materials and one tension step."""
 
     element: str = option("C3D10", "element type", choices=("C3D4", "C3D10"))

@@ -1,7 +1,7 @@
 """Gradation of a surface mesh to the sizing function (paper, sections 2.2-2.5), and its cleaning."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junc
 from craftmesh.gradation.report import gradation_report
 from craftmesh.gradation.state import make_state, surface_of
 from craftmesh.gradation.tied_nodes import release_tied_nodes
-from craftmesh.options import option
+from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.measure import side_volumes
@@ -40,35 +40,34 @@ ROUNDS_AT, CLEANING_AT, VOLUMES_AT = 0.05, 0.75, 0.95
 
 
 @dataclass(frozen=True)
-class GradateOptions:
+class GradateOptions(Options):
     """How far the gradation may go from the input surface, and what is done before and after it."""
 
-    normal_tolerance: float = option(40.0, "largest turn of a facet's normal from the input's", "degree")
-    distance_tolerance: float = option(0.15, "largest distance of input vertices over the target length")
-    crack_tolerance: float = option(0.04, "the same on the crack, over l_min")
-    volume_tolerance: float = option(0.02, "largest relative change of a grain's volume")
-    collapse_ratio: float = option(0.75, "edges under this ratio to their target are collapsed")
-    split_ratio: float = option(1.4, "edges over this ratio to their target are split, none longer is made")
-    passes: int = option(4, "rounds of collapse, swap and split")
-    cleaning_passes: int = option(8, "rounds of needle and cap removal after the gradation")
-    cleaning_angle: float = option(30.0, "angle towards which the cleaning raises the facets", "degree")
+    normal_tolerance: float = option(
+        40.0, "largest turn of a facet's normal from the input's", "degrees", above=0, below=90
+    )
+    distance_tolerance: float = option(
+        0.15, "largest distance of input vertices over the target length", at_least=0
+    )
+    crack_tolerance: float = option(0.04, "the same on the crack, over l_min", at_least=0)
+    volume_tolerance: float = option(0.02, "largest relative change of a grain's volume", at_least=0)
+    collapse_ratio: float = option(
+        0.75, "edges under this ratio to their target are collapsed", at_least=0, below=1
+    )
+    split_ratio: float = option(
+        1.4, "edges over this ratio to their target are split, none longer is made", above=1
+    )
+    passes: int = option(4, "rounds of collapse, swap and split", at_least=0)
+    cleaning_passes: int = option(8, "rounds of needle and cap removal after the gradation", at_least=0)
+    cleaning_angle: float = option(
+        30.0, "angle towards which the cleaning raises the facets", "degrees", at_least=0, at_most=60
+    )
     remove_unnecessary_nodes: bool = option(True, "first remove vertices of three facets (section 2.2)")
     release_tied_nodes: bool = option(False, "first part sheets that meet in single vertices (section 2.2)")
     restore_volumes: bool = option(True, "bring the grains' volumes back at the end")
-    junction_smoothing: int = option(0, "iterations of sawtooth smoothing of junctions first (Eq. 1)")
-
-    def __post_init__(self):
-        for item in fields(self):
-            value = getattr(self, item.name)
-            if not np.isfinite(value) or value < 0:
-                raise CraftmeshError(f"{item.name} is {value}; expected a finite number >= 0")
-        if not 0 < self.normal_tolerance < 90:
-            raise CraftmeshError(f"normal_tolerance is {self.normal_tolerance}; expected 0 < degrees < 90")
-        if not self.collapse_ratio < 1 < self.split_ratio:
-            raise CraftmeshError(
-                f"collapse_ratio is {self.collapse_ratio} and split_ratio {self.split_ratio}; "
-                "expected collapse_ratio < 1 < split_ratio"
-            )
+    junction_smoothing: int = option(
+        0, "iterations of sawtooth smoothing of junctions first (Eq. 1)", at_least=0
+    )
 
 
 def gradate(

@@ -2,15 +2,23 @@
 
 from dataclasses import dataclass
 
-from craftmesh.options import option
+from craftmesh.options import Options, option
 
 
 @dataclass(frozen=True)
-class InsertOptions:
+class InsertOptions(Options):
     """How near to the crack points move onto it, and how far facets may turn with them."""
 
-    snap: float = option(0.2, "points this near the crack move onto it, in local edge lengths; 0: none")
-    snap_front: float = option(
-        0.3, "trace points this near the front move onto it, in local edge lengths; 0: none"
+    snap: float = option(
+        0.2, "points this near the crack move onto it, in local edge lengths; 0: none", at_least=0
     )
-    max_turn: float = option(40.0, "facets may turn by at most this much when points are moved", "degrees")
+    snap_front: float = option(
+        0.3, "trace points this near the front move onto it, in local edge lengths; 0: none", at_least=0
+    )
+    max_turn: float = option(
+        40.0,
+        "facets may turn by at most this much when points are moved",
+        "degrees",
+        at_least=0,
+        at_most=180,
+    )

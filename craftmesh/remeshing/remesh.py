@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.options import option
+from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.remeshing.kernels.marching import march
 from craftmesh.surface.kernels.smoothing import lap, spoiled_facets
@@ -23,19 +23,34 @@ from craftmesh.types import Surface, Voxels
 
 
 @dataclass(frozen=True)
-class RemeshOptions:
+class RemeshOptions(Options):
     """Options of the stage `remesh`."""
 
-    laplace_laps: int = option(4, "laps of Laplacian smoothing that take the voxel steps away")
-    taubin_laps: int = option(20, "pairs of Taubin laps (in and out) that follow and keep volumes")
-    laplace_weight: float = option(0.5, "part of the way to the neighbours' mean in an inward lap")
-    taubin_weight: float = option(-0.53, "the same in an outward lap of Taubin's pairs, negative")
-    sliver_quality: float = option(0.25, "facets that smoothing brings below this quality go back")
-    sliver_edge: float = option(0.05, "facets that smoothing leaves with a shorter edge go back", "voxels")
-    least_volume: float = option(
-        0.5, "grains that smoothing shrinks below this part of their raw volume go back"
+    laplace_laps: int = option(4, "laps of Laplacian smoothing that take the voxel steps away", at_least=0)
+    taubin_laps: int = option(
+        20, "pairs of Taubin laps (in and out) that follow and keep volumes", at_least=0
     )
-    volume_rounds: int = option(8, "corrections of the grains' volumes at most; 0 leaves them as smoothed")
+    laplace_weight: float = option(
+        0.5, "part of the way to the neighbours' mean in an inward lap", at_least=0, at_most=1
+    )
+    taubin_weight: float = option(
+        -0.53, "the same in an outward lap of Taubin's pairs, negative", at_least=-1, at_most=0
+    )
+    sliver_quality: float = option(
+        0.25, "facets that smoothing brings below this quality go back", at_least=0, below=1
+    )
+    sliver_edge: float = option(
+        0.05, "facets that smoothing leaves with a shorter edge go back", "voxels", at_least=0, below=1
+    )
+    least_volume: float = option(
+        0.5,
+        "grains that smoothing shrinks below this part of their raw volume go back",
+        at_least=0,
+        at_most=1,
+    )
+    volume_rounds: int = option(
+        8, "corrections of the grains' volumes at most; 0 leaves them as smoothed", at_least=0
+    )
 
 
 def remesh(

@@ -1,13 +1,13 @@
 """The element-sizing function: target edge lengths from the distance to the defects (paper, Eq. 2-3)."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.options import option
+from craftmesh.options import Options, option
 from craftmesh.sizing.length_field import LengthField, curvature_lengths
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.types import Surface
@@ -17,18 +17,36 @@ FREE_GROWTH = 0.5
 
 
 @dataclass(frozen=True)
-class SizingOptions:
-    """The numbers of Eq. 3; a None takes its default from l0, and l0 from the surface's median edge."""
+class SizingOptions(Options):
+    """The numbers of Eq. 3 and where to refine; a None takes its default from l0.
 
-    l_min: float | None = option(None, "edge length at the defects; default l0 / 2 (Eq. 3)", "length")
-    l0: float | None = option(None, "original edge length; default the median edge (Eq. 3)", "length")
-    l_max: float | None = option(None, "edge length far from the defects; default 3 l0 (Eq. 3)", "length")
-    r0: float | None = option(None, "refinement-zone radius R_0; default 8 l0 (Eq. 3)", "length")
-    r1: float | None = option(None, "transition-zone radius R_1; default 16 l0 (Eq. 3)", "length")
-    exponent: float | None = option(None, "power-law exponent a within R_0; default 1 (Eq. 3)")
-    gradation: float | None = option(None, "largest ratio of neighbouring edges' lengths; default no limit")
+    l0 itself is the surface's median edge where nobody says more; a campaign takes the voxel's edge.
+    """
+
+    l_min: float | None = option(
+        None, "edge length at the defects; default l0 / 2 (Eq. 3)", "model units", above=0
+    )
+    l0: float | None = option(
+        None,
+        "original edge length; default the voxel's edge, or by hand the median edge (Eq. 3)",
+        "model units",
+        above=0,
+    )
+    l_max: float | None = option(
+        None, "edge length far from the defects; default 3 l0 (Eq. 3)", "model units", above=0
+    )
+    r0: float | None = option(
+        None, "refinement-zone radius R_0; default 8 l0 (Eq. 3)", "model units", at_least=0
+    )
+    r1: float | None = option(
+        None, "transition-zone radius R_1; default 16 l0 (Eq. 3)", "model units", at_least=0
+    )
+    exponent: float | None = option(None, "power-law exponent a within R_0; default 1 (Eq. 3)", above=0)
+    gradation: float | None = option(
+        None, "largest ratio of neighbouring edges' lengths; default no limit", above=1
+    )
     curvature: float | None = option(
-        None, "largest turn of the surface over one edge; default no such term", "degree"
+        None, "largest turn of the surface over one edge; default no such term", "degrees", above=0
     )
     points: str | None = option(
         None, "csv of points to refine around as well: x, y, z, or a void list id,x,y,z,r (craftmesher)"
@@ -37,18 +55,16 @@ class SizingOptions:
         None, "file (.vtp or .vti) with largest target lengths at its points or cells"
     )
     field_array: str = option("length", "name of the array of lengths in that file")
+    around_voids: bool = option(False, "refine around the enclosed voids as well")
 
-    def __post_init__(self):
-        for item in fields(self):
-            value = getattr(self, item.name)
-            if isinstance(value, str):
-                continue
-            if value is not None and not np.isfinite(value):
-                raise CraftmeshError(f"{item.name} is {value}; expected a finite number")
-            if value is not None and value < 0 or value == 0 and item.name not in ("r0", "r1"):
-                raise CraftmeshError(f"{item.name} is {value}; expected a number > 0")
-        if self.gradation is not None and self.gradation <= 1:
-            raise CraftmeshError(f"gradation is {self.gradation}; expected a ratio > 1")
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.l_min is not None and self.l_max is not None and self.l_min > self.l_max:
+            raise CraftmeshError(
+                f"l_min is {self.l_min:g}; expected at most l_max, which is {self.l_max:g}"
+            )
+        if self.r0 is not None and self.r1 is not None and self.r1 < self.r0:
+            raise CraftmeshError(f"r1 is {self.r1:g}; expected at least r0, which is {self.r0:g}")
 
     @property
     def growth(self) -> float | None:
@@ -85,14 +101,8 @@ class Sizing:
         object.__setattr__(self, "sources", sources)
         numbers = {k: getattr(self, k) for k in ("l_min", "l0", "l_max", "r0", "r1", "exponent")}
         SizingOptions(**numbers)
-        if self.l_min > self.l_max:
-            raise CraftmeshError(
-                f"l_min is {self.l_min:g}; expected at most l_max, which is {self.l_max:g}"
-            )
         if self.growth is not None and not 0 < self.growth < np.inf:
             raise CraftmeshError(f"growth is {self.growth}; expected a finite number > 0, or None")
-        if self.r1 < self.r0:
-            raise CraftmeshError(f"r1 is {self.r1:g}; expected at least r0, which is {self.r0:g}")
 
     @cached_property
     def _tree(self) -> cKDTree:

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.options import option
+from craftmesh.options import Options, option
 from craftmesh.stitching.outer_shells import grain_names, refuse_gaps, with_voids
 from craftmesh.surface.connectivity import compact, facet_edges
 from craftmesh.surface.measure import area_vectors
@@ -17,10 +17,12 @@ from craftmesh.types import INTERFACE, Surface
 
 
 @dataclass(frozen=True)
-class StitchOptions:
+class StitchOptions(Options):
     """How near points have to be to be joined."""
 
-    tolerance: float = option(1e-6, "points closer than this share of the model's diagonal are one")
+    tolerance: float = option(
+        1e-6, "points closer than this share of the model's diagonal are one", at_least=0, below=1
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,45 +2,34 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from craftmesh.errors import CraftmeshError
-from craftmesh.options import option
+from craftmesh.options import Options, option
 from craftmesh.tetrahedra.meshers.base import TETWILD
-
-WHOLE_MODEL = ("envelope", "whole_time_limit")
 
 
 @dataclass(frozen=True)
-class TetrahedralizeOptions:
+class TetrahedralizeOptions(Options):
     """How grains are filled with tetrahedra."""
 
     mesher: str = option(
         "tetgen", "tetgen, tetgen-cli, tetwild (the whole model), or package.module:Class of your own"
     )
-    radius_edge_ratio: float = option(1.4, "TetGen's bound on circumradius over shortest edge")
-    min_dihedral: float = option(10.0, "TetGen's bound on dihedral angles", "degrees")
+    radius_edge_ratio: float = option(1.4, "TetGen's bound on circumradius over shortest edge", at_least=1)
+    min_dihedral: float = option(10.0, "TetGen's bound on dihedral angles", "degrees", above=0, below=90)
     switches: str = option("", "the mesher's switches in full, in place of the two bounds above")
     interior_points: bool = option(True, "place points inside the grains by the sizing function (Eq. 3)")
     optimise: bool = option(True, "improve the tetrahedra inside the grains; the surface stays")
-    time_limit: float = option(600.0, "longest time for one attempt at one grain", "s")
-    memory_limit: float = option(16.0, "largest address space of a worker process", "GB")
+    time_limit: float = option(600.0, "longest time for one attempt at one grain", "s", above=0)
+    memory_limit: float = option(16.0, "largest address space of a worker process", "GB", above=0)
     repair: bool = option(True, "first move points of facets that intersect or are degenerate")
     fallback: str = option(
         TETWILD,
         "what happens when a grain fails every attempt: the whole model by pytetwild, or an error",
         choices=(TETWILD, "none"),
     )
-    envelope: float = option(0.1, "tetwild moves facets by this at most, in shortest target lengths")
-    whole_time_limit: float = option(14400.0, "longest time for tetwild", "s")
-
-    def __post_init__(self):
-        for name in ("radius_edge_ratio", "min_dihedral", "time_limit", "memory_limit", *WHOLE_MODEL):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise CraftmeshError(f"{name} is {value}; expected a number > 0")
-        if self.radius_edge_ratio < 1:
-            raise CraftmeshError(f"radius_edge_ratio is {self.radius_edge_ratio:g}; expected at least 1")
+    envelope: float = option(
+        0.1, "tetwild moves facets by this at most, in shortest target lengths", above=0
+    )
+    whole_time_limit: float = option(14400.0, "longest time for tetwild", "s", above=0)
 
     @property
     def all_switches(self) -> str:

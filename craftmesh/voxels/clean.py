@@ -11,7 +11,7 @@ import numpy as np
 from scipy import ndimage
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.options import option
+from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.types import Voxels
 from craftmesh.voxels.absorb import absorb_small_pieces
@@ -22,12 +22,14 @@ _SMALLEST_LISTED = 10
 
 
 @dataclass(frozen=True)
-class CleanOptions:
+class CleanOptions(Options):
     """What to do with unindexed voxels, islands of few voxels, and grains in pieces."""
 
     fill_unindexed: bool = option(False, "give voxels without a grain to the grains around them")
     min_island_voxels: int = option(
-        0, "absorb connected pieces of fewer voxels, small grains and voids included, into a neighbour"
+        0,
+        "absorb connected pieces of fewer voxels, small grains and voids included, into a neighbour",
+        at_least=0,
     )
     split_pieces: bool = option(
         False, "make each disconnected piece of a grain a grain of its own, with ids after the largest"

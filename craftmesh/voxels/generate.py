@@ -1,5 +1,6 @@
 """Synthetic polycrystals: Voronoi or Laguerre grains, enclosed voids, embedded grains."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.orientation import random_orientations
-from craftmesh.options import option
+from craftmesh.options import Options, option
 from craftmesh.types import Voxels
 
 _CLEARANCE = 2.0  # voxels between a void and the box, or another void or embedded grain
@@ -17,27 +18,37 @@ _TRIALS = 2000  # random centres per void before it is given up
 
 
 @dataclass(frozen=True)
-class GenerateOptions:
+class GenerateOptions(Options):
     """A synthetic polycrystal on a grid of voxels."""
 
-    shape: tuple[int, int, int] = option((48, 48, 48), "voxels along x, y, z")
+    shape: tuple[int, int, int] = option((48, 48, 48), "voxels along x, y, z", at_least=2)
     spacing: tuple[float, float, float] = option(
-        (1.0, 1.0, 1.0), "voxel spacing along x, y, z", "model units"
+        (1.0, 1.0, 1.0), "voxel spacing along x, y, z", "model units", above=0
     )
     origin: tuple[float, float, float] = option((0.0, 0.0, 0.0), "lower corner of the box", "model units")
-    grains: int = option(30, "number of cells, without embedded grains")
-    seed: int = option(0, "seed of all random numbers")
-    relaxation: int = option(1, "rounds that move each cell's seed to the cell's centre")
+    grains: int = option(30, "number of cells, without embedded grains", at_least=1)
+    seed: int = option(0, "seed of all random numbers", at_least=0)
+    relaxation: int = option(1, "rounds that move each cell's seed to the cell's centre", at_least=0)
     size_spread: float = option(
-        0.0, "spread of grain sizes: 0 a Voronoi, towards 1 a Laguerre tessellation"
+        0.0, "spread of grain sizes: 0 a Voronoi, towards 1 a Laguerre tessellation", at_least=0, below=1
     )
     columnar_axis: str = option("z", "axis along which columnar_ratio stretches", choices=("x", "y", "z"))
-    columnar_ratio: float = option(1.0, "length of the grains along columnar_axis over their width")
-    voids: int = option(0, "number of enclosed spherical voids")
-    void_radius: float = option(3.0, "radius of the voids", "model units")
-    embedded_grains: int = option(0, "grains wholly inside another grain, one each")
-    embedded_pairs: int = option(0, "pairs of touching grains wholly inside another grain")
-    embedded_fraction: float = option(0.6, "radius of an embedded body over the room in its host")
+    columnar_ratio: float = option(
+        1.0, "length of the grains along columnar_axis over their width", above=0
+    )
+    voids: int = option(0, "number of enclosed spherical voids", at_least=0)
+    void_radius: float = option(3.0, "radius of the voids", "model units", above=0)
+    embedded_grains: int = option(0, "grains wholly inside another grain, one each", at_least=0)
+    embedded_pairs: int = option(0, "pairs of touching grains wholly inside another grain", at_least=0)
+    embedded_fraction: float = option(
+        0.6, "radius of an embedded body over the room in its host", above=0, below=1
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        voxels = math.prod(self.shape)
+        if self.grains > voxels:
+            raise CraftmeshError(f"grains is {self.grains}; expected at most the {voxels} voxels of shape")
 
 
 def generate(options: GenerateOptions = GenerateOptions()) -> Voxels:  # noqa: B008
@@ -46,7 +57,6 @@ def generate(options: GenerateOptions = GenerateOptions()) -> Voxels:  # noqa: B
     Orientations are uniform; phase 1 throughout. The same options give the same voxels. Raises
     CraftmeshError for options out of range, and where no room is left for a void or an embedded grain.
     """
-    _check(options)
     rng_cells, rng_embedded, rng_voids, rng_orientations = (
         np.random.default_rng(sequence) for sequence in np.random.SeedSequence(options.seed).spawn(4)
     )
@@ -57,37 +67,6 @@ def generate(options: GenerateOptions = GenerateOptions()) -> Voxels:  # noqa: B
     orientations = np.vstack([np.full((1, 4), np.nan), random_orientations(count, rng_orientations)])
     phases = np.minimum(np.arange(count + 1), 1)
     return Voxels(labels, options.spacing, options.origin, orientations, phases)
-
-
-def _check(options: GenerateOptions) -> None:
-    wrong = [
-        (min(options.shape) < 2, "shape", options.shape, "at least 2 voxels along each axis"),
-        (not min(options.spacing) > 0, "spacing", options.spacing, "three lengths > 0"),
-        (
-            not 1 <= options.grains <= np.prod(options.shape),
-            "grains",
-            options.grains,
-            "1 to the voxels' number",
-        ),
-        (options.seed < 0, "seed", options.seed, "an integer >= 0"),
-        (options.relaxation < 0, "relaxation", options.relaxation, "a number of rounds >= 0"),
-        (not 0 <= options.size_spread < 1, "size_spread", options.size_spread, "0 <= size_spread < 1"),
-        (not options.columnar_ratio > 0, "columnar_ratio", options.columnar_ratio, "a ratio > 0"),
-        (options.columnar_axis not in "xyz", "columnar_axis", options.columnar_axis, "x, y or z"),
-        (options.voids < 0, "voids", options.voids, "a number >= 0"),
-        (not options.void_radius > 0, "void_radius", options.void_radius, "a length > 0"),
-        (options.embedded_grains < 0, "embedded_grains", options.embedded_grains, "a number >= 0"),
-        (options.embedded_pairs < 0, "embedded_pairs", options.embedded_pairs, "a number >= 0"),
-        (
-            not 0 < options.embedded_fraction < 1,
-            "embedded_fraction",
-            options.embedded_fraction,
-            "0 < embedded_fraction < 1",
-        ),
-    ]
-    for is_wrong, name, value, expected in wrong:
-        if is_wrong:
-            raise CraftmeshError(f"{name} is {value}; expected {expected}")
 
 
 def _window(centre, radius: float, options: GenerateOptions) -> tuple[tuple, np.ndarray]:

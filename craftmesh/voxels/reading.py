@@ -10,7 +10,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io import dream3d, labdct, npy, npz, tiff, vti
 from craftmesh.io.file_volume import GRAIN, UNINDEXED, VOID, FileVolume, listed, table_rows
 from craftmesh.io.hdf5 import opened
-from craftmesh.options import option
+from craftmesh.options import Options, option
 from craftmesh.types import Voxels
 from craftmesh.voxels.raw_volume import RawVolume
 
@@ -23,7 +23,7 @@ _ORIENTATION_MAPS = (".ang", ".ctf", ".h5oina", ".crc", ".osc")
 
 
 @dataclass(frozen=True)
-class ReadOptions:
+class ReadOptions(Options):
     """How a microstructure file is to be understood."""
 
     format: str = option(AUTO, "format of the file; auto: by its name and contents", choices=FORMATS)
@@ -31,7 +31,7 @@ class ReadOptions:
         "", "array with the grain ids: entry, cell array or HDF5 path; empty: the usual one"
     )
     spacing: tuple[float, float, float] | None = option(
-        None, "voxel spacing along x, y, z in place of the file's", "model units"
+        None, "voxel spacing along x, y, z in place of the file's", "model units", above=0
     )
     origin: tuple[float, float, float] | None = option(
         None, "lower corner of the volume in place of the file's", "model units"

@@ -17,8 +17,8 @@ class WarpOptions:
     fill: bool = option(True, "fill gaps")
     scheme: str = option("fast", "scheme", choices=("fast", "safe"))
     centre: tuple[float, float, float] = option((0.0, 0.0, 0.0), "centre", "um")
-    plain: tuple = option((1.0, 2.0), "two numbers")
-    steps: tuple | None = option(None, "any words")
+    plain: tuple[float, float] = option((1.0, 2.0), "two numbers")
+    steps: tuple[float | str | tuple[float, float], ...] | None = option(None, "any words")
 
 
 @dataclass(frozen=True)
