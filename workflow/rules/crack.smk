@@ -10,6 +10,8 @@ rule crack:
     benchmark:
         f"{BENCHMARK}/{{inc}}/crack.tsv"
     localrule: True
+    conda:
+        "../envs/craftmesh.yaml"
     params:
         options=lambda wildcards: CAMPAIGN.crack_flags(wildcards.case),
         increment=lambda wildcards: int(wildcards.inc),

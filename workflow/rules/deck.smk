@@ -3,13 +3,16 @@ rule inp:
         volume=f"{INC}/volume.vtu",
         labels=f"{CASE}/labels.npz",
     output:
-        CAMPAIGN.deck_files(f"{INC}/model.inp"),
+        model=f"{INC}/model.inp",
+        mesh=CAMPAIGN.deck_files(f"{INC}/model.inp")[1:],
     log:
         f"{LOG}/{{inc}}/model.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/model.tsv"
     group:
         "deck_{case}_{inc}"
+    conda:
+        "../envs/craftmesh.yaml"
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=30,
@@ -17,7 +20,7 @@ rule inp:
         options=CAMPAIGN.flags("inp"),
         code=CAMPAIGN.code("inp"),
     shell:
-        "craftmesh inp {input.volume} --microstructure {input.labels} {params.options} -o {output[0]} > {log} 2>&1"
+        "craftmesh inp {input.volume} --microstructure {input.labels} {params.options} -o {output.model} > {log} 2>&1"
 
 
 rule export:
@@ -33,6 +36,8 @@ rule export:
         kind="vtu|msh|e|exo",
     group:
         "deck_{case}_{inc}"
+    conda:
+        "../envs/craftmesh.yaml"
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=30,
@@ -56,6 +61,8 @@ rule check:
         f"{BENCHMARK}/{{inc}}/quality.tsv"
     group:
         "deck_{case}_{inc}"
+    conda:
+        "../envs/craftmesh.yaml"
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=30,

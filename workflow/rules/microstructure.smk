@@ -5,6 +5,8 @@ rule generate:
         f"{LOG}/generated.log",
     benchmark:
         f"{BENCHMARK}/generated.tsv"
+    conda:
+        "../envs/craftmesh.yaml"
     resources:
         mem_mb=lambda wildcards, attempt: 2000 * attempt,
         runtime=10,
@@ -27,6 +29,8 @@ rule import_microstructure:
         f"{LOG}/microstructure.log",
     benchmark:
         f"{BENCHMARK}/microstructure.tsv"
+    conda:
+        "../envs/craftmesh.yaml"
     resources:
         mem_mb=lambda wildcards, attempt: 4000 * attempt,
         runtime=30,

@@ -8,6 +8,8 @@ rule report:
     benchmark:
         f"{CAMPAIGN.results}/benchmarks/report.tsv"
     localrule: True
+    conda:
+        "../envs/craftmesh.yaml"
     params:
         code=CAMPAIGN.code("report"),
     shell:

@@ -7,6 +7,8 @@ rule remesh:
         f"{LOG}/remeshed.log",
     benchmark:
         f"{BENCHMARK}/remeshed.tsv"
+    conda:
+        "../envs/craftmesh.yaml"
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=60,
@@ -30,6 +32,8 @@ rule stitch:
         f"{BENCHMARK}/{{inc}}/surface.tsv"
     group:
         "surface_{case}_{inc}"
+    conda:
+        "../envs/craftmesh.yaml"
     resources:
         mem_mb=lambda wildcards, attempt: 4000 * attempt,
         runtime=30,
@@ -56,6 +60,8 @@ rule gradate:
         f"{BENCHMARK}/{{inc}}/gradated.tsv"
     group:
         "surface_{case}_{inc}"
+    conda:
+        "../envs/craftmesh.yaml"
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=60,

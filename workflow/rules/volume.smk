@@ -10,6 +10,8 @@ rule tetrahedralize:
         f"{LOG}/{{inc}}/tets/{{part}}-of-{{parts}}.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/tets/{{part}}-of-{{parts}}.tsv"
+    conda:
+        "../envs/craftmesh.yaml"
     threads: 1
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
@@ -45,6 +47,8 @@ rule assemble:
         f"{BENCHMARK}/{{inc}}/volume.tsv"
     group:
         "deck_{case}_{inc}"
+    conda:
+        "../envs/craftmesh.yaml"
     resources:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=lambda wildcards, attempt: 30 * 5 ** (attempt - 1),
