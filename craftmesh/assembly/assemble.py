@@ -18,6 +18,7 @@ from craftmesh.mesh.tet_connectivity import (
     half_faces,
 )
 from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.patches import is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, GrainTets, Surface, TetMesh
 
 _NO_FACET = -1
@@ -187,13 +188,12 @@ def _is_closed(opened, crack_pairs) -> np.ndarray:
 def _face_sets(surface, tets, facet, free, lips) -> dict[str, np.ndarray]:
     """Return the named faces as rows (tet, face), sorted; empty sets are left out."""
     kind, sides = surface.kind[facet[free]], surface.sides[facet[free]].min(axis=1)
-    on_box = (kind > 0) & (kind < CRACK)
     on_crack = kind == CRACK
     chosen = {name: free[kind == plane] for plane, name in enumerate(BOX_PLANES, 1)}
     all_lips = np.concatenate([lips, free[on_crack]])
     ahead = _same_turn(half_face_corners(tets, all_lips), surface.facets[facet[all_lips]])
     chosen |= dict(zip(LIPS, (all_lips[ahead], all_lips[~ahead])))
-    rest = ~on_box & ~on_crack
+    rest = ~is_on_box(kind) & ~on_crack
     for label in np.unique(sides[rest & (sides < 0)])[::-1]:
         chosen[f"VOID_{-label}"] = free[rest & (sides == label)]
     chosen["EXTERIOR"] = free[rest & (sides == 0)]

@@ -3,10 +3,11 @@
 import numpy as np
 
 from craftmesh.gradation.kernels.rings import classify, link_all
-from craftmesh.gradation.state import ON_CRACK, oriented, patch_ids, vertex_flags
-from craftmesh.surface.connectivity import compact, unique_edges
+from craftmesh.gradation.state import ON_CRACK, vertex_flags
+from craftmesh.surface.connectivity import compact
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.patches import feature_edges, oriented, patches
 from craftmesh.types import Surface
 
 
@@ -19,7 +20,7 @@ def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -
     cosine = float(np.cos(np.radians(normal_tolerance)))
     facets, sides = oriented(surface)
     facets = facets.astype(np.int64)
-    patch, _ = patch_ids(sides, surface.kind)
+    patch = patches(surface).of_facet
     count = np.bincount(facets.ravel(), minlength=len(surface.points))
     corner_order = np.argsort(facets.ravel(), kind="stable")
     start = np.concatenate([[0], np.cumsum(count)])
@@ -90,19 +91,14 @@ def smooth_junctions(surface: Surface, iterations: int) -> tuple[Surface, int]:
 
 def _line_neighbours(surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the free junction-line vertices and their two neighbours on the line."""
-    facets, sides = oriented(surface)
-    facets = facets.astype(np.int64)
-    patch, _ = patch_ids(sides, surface.kind)
+    facets = surface.facets.astype(np.int64)
+    patch = patches(surface).of_facet
     n, m = len(surface.points), len(facets)
     first, after = np.full(n, -1, np.int64), np.full(3 * m, -1, np.int64)
     rank, stamp, clock = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(2, np.int64)
     link_all(facets, np.ones(m, bool), m, first, after)
     classify(facets, patch, first, after, n, rank, stamp, clock)
-    edges, of_corner, count = unique_edges(facets)
-    low, high = np.full(len(edges), m), np.full(len(edges), -1)
-    np.minimum.at(low, of_corner, patch[:, None])
-    np.maximum.at(high, of_corner, patch[:, None])
-    lines = edges[(count != 2) | (low != high)]
+    lines = feature_edges(surface, patch).lines
     both = np.concatenate([lines, lines[:, ::-1]])
     both = both[np.lexsort((both[:, 1], both[:, 0]))]
     flags = vertex_flags(surface)

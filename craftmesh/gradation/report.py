@@ -5,11 +5,11 @@ import numpy as np
 from craftmesh.gradation.cleaning import NEEDLE_ANGLE
 from craftmesh.gradation.kernels.codes import REFUSALS
 from craftmesh.gradation.passes import Gradation
-from craftmesh.gradation.state import front_edges, oriented, patch_ids
+from craftmesh.gradation.state import front_edges
 from craftmesh.sizing.sizing import Sizing
-from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.facet_shape import LARGEST_ANGLE
 from craftmesh.surface.measure import facet_angles, side_volumes
+from craftmesh.surface.patches import feature_edges
 from craftmesh.types import Surface
 
 # Degrees under which a facet has next to no area.
@@ -43,13 +43,7 @@ def gradation_report(
 
 def size_adherence(surface: Surface, sizing: Sizing) -> dict:
     """Return 5, 50 and 95% of length over target for regular edges far off, junctions and fronts."""
-    _, sides = oriented(surface)
-    patch, _ = patch_ids(sides, surface.kind)
-    edges, of_corner, count = unique_edges(surface.facets)
-    low, high = np.full(len(edges), len(patch)), np.full(len(edges), -1)
-    np.minimum.at(low, of_corner, patch[:, None])
-    np.maximum.at(high, of_corner, patch[:, None])
-    feature = (count != 2) | (low != high)
+    edges, _, _, feature = feature_edges(surface)
     lone = front_edges(surface)
     width = len(surface.points) + 1
     front = np.isin(edges[:, 0] * width + edges[:, 1], lone[:, 0] * width + lone[:, 1])

@@ -9,6 +9,7 @@ from craftmesh.gradation.kernels.reference_normals import reference_normals
 from craftmesh.gradation.kernels.rings import classify, link_all
 from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.patches import oriented, patches
 from craftmesh.types import CRACK, Surface
 
 # points, facets, alive, patch, reference: the surface; first, after: corner lists (kernels.rings);
@@ -53,24 +54,6 @@ def vertex_flags(surface: Surface) -> np.ndarray:
     return flags
 
 
-def oriented(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
-    """Return facets and sides with the larger label behind each normal; crack facets stay as they are."""
-    turned = (surface.sides[:, 0] < surface.sides[:, 1]) & (surface.kind != CRACK)
-    facets = np.where(turned[:, None], surface.facets[:, ::-1], surface.facets)
-    return facets, np.where(turned[:, None], surface.sides[:, ::-1], surface.sides)
-
-
-def patch_ids(sides: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return per facet its patch and per patch its first facet: a patch is a pair of sides and a kind."""
-    rows = np.column_stack([sides, kind]).astype(np.int64)
-    base = int(rows.min(initial=0))
-    stride = int(rows.max(initial=0)) - base + 1
-    key = ((rows[:, 0] - base) * stride + rows[:, 1] - base) * stride + rows[:, 2] - base
-    start = np.flatnonzero(np.r_[True, key[1:] != key[:-1]][: len(key)])
-    _, first, patch = np.unique(key[start], return_index=True, return_inverse=True)
-    return np.repeat(patch.reshape(-1), np.diff(start, append=len(key))).astype(np.int64), start[first]
-
-
 def _is_flat(points: np.ndarray, facets: np.ndarray) -> bool:
     normal = area_vectors(points, facets)
     total = normal.sum(0)
@@ -86,7 +69,7 @@ def make_state(surface: Surface, size: np.ndarray) -> State:
     n, m = len(surface.points), len(surface.facets)
     facets, sides = oriented(surface)
     facets = facets.astype(np.int64)
-    patch, patch_facet = patch_ids(sides, surface.kind)
+    patch, patch_facet = patches(surface)
     labels = np.unique(sides[sides != 0])
     slot = np.where(sides == 0, -1, np.searchsorted(labels, sides))
     crack = facets[surface.kind == CRACK]
@@ -198,7 +181,7 @@ def _stretched(array: np.ndarray, length: int, fill) -> np.ndarray:
 def surface_of(state: State, surface: Surface) -> Surface:
     """Return the state's living facets as a surface; sides and kinds come from the input's patches."""
     _, sides = oriented(surface)
-    _, patch_facet = patch_ids(sides, surface.kind)
+    _, patch_facet = patches(surface)
     m = int(state.used[1])
     living = np.flatnonzero(state.alive[:m])
     points, facets, _ = compact(state.points[: state.used[0]], state.facets[living])

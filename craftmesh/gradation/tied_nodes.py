@@ -5,9 +5,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from craftmesh.gradation.state import patch_ids
-from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.patches import FeatureEdges, box_axis, feature_edges
 from craftmesh.types import CRACK, Surface
 
 
@@ -20,7 +19,7 @@ def release_tied_nodes(surface: Surface) -> tuple[Surface, int, int]:
     would make facets intersect or pass over another vertex. Facets keep their order.
     """
     facets = surface.facets.astype(np.int64)
-    corners, copies, node = _fans(facets, surface.sides, surface.kind, len(surface.points))
+    corners, copies, node = _fans(surface, facets)
     tied = np.unique(node)
     if not len(tied):
         return surface, 0, 0
@@ -41,23 +40,19 @@ def release_tied_nodes(surface: Surface) -> tuple[Surface, int, int]:
     return result, int(released.sum()), int((~released).sum())
 
 
-def _fans(facets, sides, kind, n_points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _fans(surface: Surface, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the corners of tied nodes, the fan of each, and the node of each fan.
 
     Corner c is facets[c // 3, c % 3]; fans are numbered in the order of their nodes.
     """
-    edges, edge_of, count = unique_edges(facets)
-    patch, _ = patch_ids(np.sort(sides, axis=1), kind)
-    low, high = np.full(len(edges), len(facets)), np.full(len(edges), -1)
-    np.minimum.at(low, edge_of, patch[:, None])
-    np.maximum.at(high, edge_of, patch[:, None])
-    bound = np.zeros(n_points, bool)
-    bound[edges[(count != 2) | (low != high)]] = True
-    bound[facets[kind == CRACK]] = True
+    features = feature_edges(surface)
+    bound = np.zeros(len(surface.points), bool)
+    bound[features.lines] = True
+    bound[facets[surface.kind == CRACK]] = True
     corner = np.flatnonzero(~bound[facets].ravel())
     vertex = facets.ravel()[corner]
-    fan = _connected(facets, edges, edge_of, corner, vertex)
-    fans_of = np.zeros(n_points, np.int64)
+    fan = _connected(features, corner, vertex)
+    fans_of = np.zeros(len(surface.points), np.int64)
     first = np.unique(fan, return_index=True)[1]
     np.add.at(fans_of, vertex[first], 1)
     tied = fans_of[vertex] > 1
@@ -66,8 +61,9 @@ def _fans(facets, sides, kind, n_points) -> tuple[np.ndarray, np.ndarray, np.nda
     return corner[tied], copies.reshape(-1), keys // (len(first) + 1)
 
 
-def _connected(facets, edges, edge_of, corner, vertex) -> np.ndarray:
+def _connected(features: FeatureEdges, corner: np.ndarray, vertex: np.ndarray) -> np.ndarray:
     """Return per corner the number of its fan: corners at one vertex joined over the edges there."""
+    edges, edge_of = features.edges, features.of_corner
     row, column = corner // 3, corner % 3
     joints = []
     for edge in (edge_of[row, column], edge_of[row, (column + 2) % 3]):
@@ -87,9 +83,9 @@ def _centroids(surface, facets, corners, copies, count) -> np.ndarray:
     total = np.zeros((count, 3))
     np.add.at(total, copies, following + preceding)
     centroid = total / size[:, None]
-    kind = surface.kind[row].astype(np.int64)
+    normal_to = box_axis(surface.kind[row])
     for axis in range(3):
-        on_plane = (kind > 0) & (kind != CRACK) & ((kind - 1) // 2 == axis)
+        on_plane = normal_to == axis
         centroid[copies[on_plane], axis] = surface.points[facets.ravel()[corners[on_plane]], axis]
     return centroid
 

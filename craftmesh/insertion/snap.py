@@ -9,10 +9,10 @@ from craftmesh.insertion.cut import CutSurface
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import put_on_front
 from craftmesh.insertion.sheet import Sheet
-from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, facet_angles
-from craftmesh.types import CRACK, INTERFACE
+from craftmesh.surface.patches import feature_edges, held_by_box
+from craftmesh.types import Surface
 
 FARTHEST = 0.5  # of the local size: points slide along their line by at most this much
 GRAZING = 0.5  # points on lines that graze the crack move straight from this share of the distance
@@ -154,18 +154,8 @@ class _Junctions:
 def _classes(surface: CutSurface) -> tuple[_Junctions, np.ndarray]:
     """Return the junction edges near the crack and which points are on x, y, z box planes (n, 3)."""
     rows = np.flatnonzero(np.isfinite(surface.psi[surface.facets]).any(axis=1))
-    facets, kind = surface.facets[rows], surface.kind[rows].astype(np.int64)
-    pair = np.sort(surface.sides[rows], axis=1).astype(np.int64)
-    _, patch = np.unique(np.column_stack([pair, kind]), axis=0, return_inverse=True)
-    edges, of_corner, count = unique_edges(facets)
-    low, high = np.full(len(edges), len(rows)), np.full(len(edges), -1)
-    np.minimum.at(low, of_corner, patch.ravel()[:, None])
-    np.maximum.at(high, of_corner, patch.ravel()[:, None])
-    planes = np.zeros((len(surface.points), 3), bool)
-    boxed = (kind != INTERFACE) & (kind != CRACK)
-    for axis in range(3):
-        planes[facets[boxed & ((kind - 1) // 2 == axis)], axis] = True
-    return _Junctions(edges[(count != 2) | (low != high)], len(surface.points)), planes
+    near = Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
+    return _Junctions(feature_edges(near).lines, len(near.points)), held_by_box(near)
 
 
 def _onto_crack(points, planes, sheet: Sheet) -> np.ndarray:

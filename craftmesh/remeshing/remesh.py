@@ -12,6 +12,7 @@ from craftmesh.remeshing.kernels.marching import march
 from craftmesh.surface.kernels.smoothing import lap, spoiled_facets
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, facet_angles
+from craftmesh.surface.patches import PLANES
 from craftmesh.surface.vertex_classes import (
     facets_beyond_box,
     smoothing_neighbours,
@@ -65,10 +66,10 @@ def remesh(
     if not (voxels.labels > 0).any():
         raise CraftmeshError("the volume holds no label > 0; expected at least one grain")
     progress(0.0, "marching cubes")
-    points, facets, sides, kind = march(voxels.labels)
+    raw = Surface(*march(voxels.labels))
     progress(0.3, "smoothing")
-    points, frozen = smooth(points, facets, sides, kind, options, progress)
-    surface = Surface(_in_model_units(points, facets, kind, voxels), facets, sides, kind)
+    points, frozen = smooth(raw, options, progress)
+    surface = Surface(_in_model_units(points, raw, voxels), raw.facets, raw.sides, raw.kind)
     surface, volumes = restore_volumes(
         surface,
         voxel_volumes(voxels),
@@ -78,8 +79,8 @@ def remesh(
         progress=lambda fraction, text: progress(0.7 + 0.3 * fraction, text),
     )
     report = {
-        "facets": len(facets),
-        "points": len(points),
+        "facets": len(surface.facets),
+        "points": len(surface.points),
         "frozen_points": frozen,
         "smallest_angle": float(facet_angles(surface.points, surface.facets).min()),
         "volumes": volumes,
@@ -108,12 +109,11 @@ def _voids_at_the_outside(labels: np.ndarray) -> np.ndarray:
     return found[found < 0]
 
 
-def _in_model_units(points: np.ndarray, facets: np.ndarray, kind: np.ndarray, voxels: Voxels) -> np.ndarray:
-    """Return points given in voxels in model units, the planes of the box bitwise exact."""
+def _in_model_units(points: np.ndarray, raw: Surface, voxels: Voxels) -> np.ndarray:
+    """Return points (n, 3) of the raw surface, given in voxels, in model units, exact on the box."""
     placed = voxels.origin + voxels.spacing * points
-    for plane in range(1, 7):
-        axis, upper = divmod(plane - 1, 2)
-        placed[facets[kind == plane].ravel(), axis] = voxels.box[upper, axis]
+    for plane, axis, upper in PLANES:
+        placed[raw.facets[raw.kind == plane].ravel(), axis] = voxels.box[int(upper), axis]
     return placed
 
 
@@ -125,46 +125,60 @@ def _smoothing_stages(options: RemeshOptions) -> list[list[float]]:
 
 
 def smooth(
-    points: np.ndarray,
-    facets: np.ndarray,
-    sides: np.ndarray,
-    kind: np.ndarray,
-    options: RemeshOptions,
-    progress: Callable[[float, str], None] = silent,
+    raw: Surface, options: RemeshOptions, progress: Callable[[float, str], None] = silent
 ) -> tuple[np.ndarray, int]:
-    """Return smoothed points of a raw surface in voxel units, and how many were frozen.
+    """Return smoothed points (n, 3) of a raw surface in voxel units, and how many were frozen.
 
     Laps weigh neighbours alike, so that smoothing in voxels equals smoothing in model units whatever the
     spacing; only the sliver limits are measured in voxels. The raw surface must be free of
     intersections; so is the result: facets that intersect, become slivers or bound a grain that
     vanishes go back to the last checkpoint with a growing neighbourhood and stay there.
     """
-    classes = vertex_classes(len(points), facets, sides, kind)
-    start, neighbour = smoothing_neighbours(classes)
-    fixed = classes.fixed.copy()
+    classes = vertex_classes(raw)
+    laps = _Laps(raw, options, smoothing_neighbours(classes))
+    points, fixed = raw.points, classes.fixed.copy()
     stages = _smoothing_stages(options)
-    raw_volume = _label_volumes(points, facets, sides)
     for number, weights in enumerate(stages):
+        points = laps.sound(points, weights, fixed)
+        progress(0.3 + 0.4 * (number + 1) / len(stages), "smoothing")
+    return points, int(fixed.all(axis=1).sum() - classes.fixed.all(axis=1).sum())
+
+
+class _Laps:
+    """Laps over a raw surface that go back to where they began wherever they spoil facets."""
+
+    def __init__(self, raw: Surface, options: RemeshOptions, neighbours: tuple[np.ndarray, np.ndarray]):
+        self.facets, self.sides, self.kind = raw.facets.astype(np.int64), raw.sides, raw.kind
+        self.options, self.neighbours = options, neighbours
+        self.raw_volume = _label_volumes(raw.points, self.facets, raw.sides)
+
+    def sound(self, points: np.ndarray, weights: list[float], fixed: np.ndarray) -> np.ndarray:
+        """Return points (n, 3) after a lap per weight that spoil no facet; who had to stay becomes `fixed`.
+
+        fixed (n, 3) bool: coordinates that stay; rows round spoiled facets are set.
+        """
         reach = 1
         while True:
             moved = points
             for weight in weights:
-                moved = lap(moved, start, neighbour, fixed, weight)
-            bad = spoiled_facets(moved, points, facets, options.sliver_quality, options.sliver_edge)
-            bad |= facets_beyond_box(moved, points, facets, kind)
-            bad |= _vanishing(moved, facets, sides, raw_volume, options.least_volume)
-            bad[intersecting_pairs(moved, facets).ravel()] = True
+                moved = lap(moved, *self.neighbours, fixed, weight)
+            bad = self._spoiled(points, moved)
             if not bad.any():
-                break
-            around = vertices_around(facets, bad, reach, len(points))
+                return moved
+            around = vertices_around(self.facets, bad, reach, len(points))
             if fixed[around].all():
-                moved = points
-                break
+                return points
             fixed[around] = True
             reach += 1
-        points = moved
-        progress(0.3 + 0.4 * (number + 1) / len(stages), "smoothing")
-    return points, int(fixed.all(axis=1).sum() - classes.fixed.all(axis=1).sum())
+
+    def _spoiled(self, points: np.ndarray, moved: np.ndarray) -> np.ndarray:
+        """(m,) bool: facets that `moved` (n, 3) spoils: they intersect, are poor, leave the box, vanish."""
+        options, facets = self.options, self.facets
+        bad = spoiled_facets(moved, points, facets, options.sliver_quality, options.sliver_edge)
+        bad |= facets_beyond_box(moved, points, facets, self.kind)
+        bad |= _vanishing(moved, facets, self.sides, self.raw_volume, options.least_volume)
+        bad[intersecting_pairs(moved, facets).ravel()] = True
+        return bad
 
 
 def _label_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> np.ndarray:

@@ -9,9 +9,9 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import area_vectors
-from craftmesh.types import Surface
+from craftmesh.surface.patches import feature_edges, oriented, patches
+from craftmesh.types import CRACK, Surface
 
 _AVERAGED = 4  # samples that a length between the samples is made of
 _LINKED = 26  # neighbours of a sample over which the gradation limit acts
@@ -94,24 +94,16 @@ def curvature_lengths(surface: Surface, turn: float, shortest: float, growth: fl
     (2003) over its facets, averaged over neighbours; vertices of junction lines and of the crack give none.
     Raises CraftmeshError when no vertex lies inside a patch.
     """
-    from craftmesh.gradation.state import oriented, patch_ids
-    from craftmesh.types import CRACK
-
-    facets, sides = oriented(surface)
+    facets, _ = oriented(surface)
     facets = facets.astype(np.int64)
-    patch, _ = patch_ids(sides, surface.kind)
-    edges, edge_of, count = unique_edges(facets)
-    pair = np.argsort(edge_of.ravel(), kind="stable") // 3
-    start = np.cumsum(count) - count
-    inner = count == 2
-    f, g = pair[start[inner]], pair[start[inner] + 1]
-    same = patch[f] == patch[g]
-    f, g, ends = f[same], g[same], edges[inner][same]
-    bound = np.zeros(len(surface.points), bool)
-    bound[facets] = True
-    free = bound.copy()
-    free[edges[~inner]] = False
-    free[edges[inner][~same]] = False
+    patch = patches(surface).of_facet
+    edges, of_corner, count, is_feature = feature_edges(surface, patch)
+    pair = np.argsort(of_corner.ravel(), kind="stable") // 3
+    start = (np.cumsum(count) - count)[~is_feature]
+    f, g, ends = pair[start], pair[start + 1], edges[~is_feature]
+    free = np.zeros(len(surface.points), bool)
+    free[facets] = True
+    free[edges[is_feature]] = False
     free[facets[surface.kind == CRACK]] = False
     if not free.any():
         raise CraftmeshError(

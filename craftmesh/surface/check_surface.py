@@ -7,7 +7,8 @@ from scipy.sparse.csgraph import connected_components
 from craftmesh.surface.connectivity import facet_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, side_volumes
-from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Surface
+from craftmesh.surface.patches import PLANES, is_on_box
+from craftmesh.types import BOX_PLANES, CRACK, Surface
 
 # A facet is degenerate when its area is below this part of its longest edge squared.
 FLAT = 1e-10
@@ -97,7 +98,7 @@ def _duplicates(surface: Surface) -> list[str]:
 def _labels(surface: Surface) -> list[str]:
     behind, ahead = surface.sides.T
     kind = surface.kind
-    on_box = (kind != INTERFACE) & (kind != CRACK)
+    on_box = is_on_box(kind)
     return (
         _facets_breach(surface, kind > CRACK, f"have a kind past {CRACK}")
         + _facets_breach(surface, (behind <= 0) & (ahead <= 0), "bound no grain")
@@ -112,9 +113,8 @@ def _planes(surface: Surface) -> list[str]:
     outward = np.where(surface.sides[:, 0] > 0, 1, -1)[:, None] * area_vectors(
         surface.points, surface.facets
     )
-    for plane, name in enumerate(BOX_PLANES):
-        axis, upper = divmod(plane, 2)
-        mine = surface.kind == plane + 1
+    for (plane, axis, upper), name in zip(PLANES, BOX_PLANES):
+        mine = surface.kind == plane
         if not mine.any():
             continue
         reach = surface.points[:, axis].max() if upper else surface.points[:, axis].min()

@@ -34,7 +34,7 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
     faulty = faulty_facets(surface.points, facets)
     first, best = faulty, (surface.points, faulty)
     if faulty.any():
-        classes = vertex_classes(len(surface.points), facets, surface.sides, surface.kind)
+        classes = vertex_classes(surface)
         mobile = ~classes.fixed
         mobile[facets[surface.kind == CRACK].ravel()] = False
         neighbours = smoothing_neighbours(classes)

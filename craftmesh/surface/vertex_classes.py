@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.surface.connectivity import unique_edges
-from craftmesh.types import CRACK, INTERFACE
+from craftmesh.surface.patches import PLANES, feature_edges, held_by_box
+from craftmesh.types import Surface
 
 ON_INTERFACE, ON_LINE, AT_JUNCTION = 0, 1, 2
 
@@ -26,27 +26,12 @@ class VertexClasses:
     is_line: np.ndarray
 
 
-def facet_patches(sides: np.ndarray, kind: np.ndarray) -> np.ndarray:
-    """Return (m,) int64 numbers of the patches: facets between the same labels and of the same kind."""
-    key = np.column_stack([sides.min(axis=1), sides.max(axis=1), kind])
-    return np.unique(key, axis=0, return_inverse=True)[1].reshape(-1)
-
-
-def vertex_classes(n_points: int, facets: np.ndarray, sides: np.ndarray, kind: np.ndarray) -> VertexClasses:
-    """Classify the `n_points` vertices of the surface facets (m, 3) with sides (m, 2) and kind (m,)."""
-    edges, edge_of, count = unique_edges(facets)
-    patch = np.repeat(facet_patches(sides, kind), 3)
-    lowest, highest = np.full(len(edges), len(facets)), np.full(len(edges), -1)
-    np.minimum.at(lowest, edge_of.ravel(), patch)
-    np.maximum.at(highest, edge_of.ravel(), patch)
-    is_line = (count != 2) | (lowest != highest)
-    lines = np.bincount(edges[is_line].ravel(), minlength=n_points)
+def vertex_classes(surface: Surface) -> VertexClasses:
+    """Classify the vertices of the surface."""
+    features = feature_edges(surface)
+    lines = np.bincount(features.lines.ravel(), minlength=len(surface.points))
     rank = np.where(lines == 0, ON_INTERFACE, np.where(lines == 2, ON_LINE, AT_JUNCTION)).astype(np.uint8)
-    fixed = np.zeros((n_points, 3), bool)
-    on_box = (kind != INTERFACE) & (kind != CRACK)
-    for axis in range(3):
-        fixed[facets[on_box & ((kind - 1) // 2 == axis)].ravel(), axis] = True
-    return VertexClasses(rank, fixed, edges, is_line)
+    return VertexClasses(rank, held_by_box(surface), features.edges, features.is_feature)
 
 
 def smoothing_neighbours(classes: VertexClasses) -> tuple[np.ndarray, np.ndarray]:
@@ -72,12 +57,14 @@ def smoothing_neighbours(classes: VertexClasses) -> tuple[np.ndarray, np.ndarray
 def facets_beyond_box(
     moved: np.ndarray, points: np.ndarray, facets: np.ndarray, kind: np.ndarray
 ) -> np.ndarray:
-    """Return (m,) bool: facets with a vertex moved past a plane of the box (one with facets)."""
+    """Return (m,) bool: facets (m, 3) of kind (m,) with a vertex past a plane of the box (one with facets).
+
+    points (n, 3): the vertices before, `moved` (n, 3) the same ones now.
+    """
     beyond = np.zeros(len(points), bool)
-    for plane in range(1, 7):
+    for plane, axis, upper in PLANES:
         on_plane = facets[kind == plane]
         if len(on_plane):
-            axis, upper = divmod(plane - 1, 2)
             level = points[on_plane[0, 0], axis]
             beyond |= moved[:, axis] > level if upper else moved[:, axis] < level
     return beyond[facets].any(axis=1)

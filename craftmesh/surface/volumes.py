@@ -13,7 +13,8 @@ from craftmesh.surface.connectivity import facet_edges
 from craftmesh.surface.kernels.smoothing import spoiled_facets
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
-from craftmesh.surface.vertex_classes import facets_beyond_box, vertex_classes, vertices_around
+from craftmesh.surface.patches import held_by_box
+from craftmesh.surface.vertex_classes import facets_beyond_box, vertices_around
 from craftmesh.types import CRACK, Surface
 
 # A vertex moves at most this part of its mean edge in one round.
@@ -80,7 +81,7 @@ def _drift_report(when: str, drift: np.ndarray) -> dict:
 
 def _free_directions(surface: Surface, facets: np.ndarray) -> np.ndarray:
     """(n, 3) bool: coordinates that may change."""
-    free = ~vertex_classes(len(surface.points), facets, surface.sides, surface.kind).fixed
+    free = ~held_by_box(surface)
     free[facets[surface.kind == CRACK].ravel()] = False
     return free
 

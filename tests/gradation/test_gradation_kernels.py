@@ -16,7 +16,7 @@ from craftmesh.gradation.kernels.projection import put_on_crack, put_on_front
 from craftmesh.gradation.kernels.relax import relax_pass
 from craftmesh.gradation.locality import BLOCK, block_order
 from craftmesh.gradation.passes import Gradation, Limits, collapse_short, filled_grid
-from craftmesh.gradation.state import make_state, patch_ids, surface_of
+from craftmesh.gradation.state import make_state, surface_of
 from craftmesh.surface.kernels.facet_shape import angle_score, facet_distance2, segment_distance2
 from craftmesh.surface.kernels.triangles import triangles_intersect
 from craftmesh.surface.measure import facet_angles
@@ -120,16 +120,6 @@ def test_a_reference_keeps_its_arrays_and_no_longer_than_itself():
     assert points() is not None
     del reference
     assert points() is None
-
-
-def test_patches_of_runs_agree_with_those_of_single_facets():
-    rng = np.random.default_rng(3)
-    sides, kind = np.repeat(rng.integers(-2, 3, (60, 2)), 4, axis=0), np.repeat(rng.integers(0, 3, 40), 6)
-    patch, first = patch_ids(sides, kind)
-    rows = np.column_stack([sides, kind])
-    _, found, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    assert (patch == inverse.ravel()).all()
-    assert (first == found).all()
 
 
 def test_work_goes_block_by_block_and_by_key_in_each():

@@ -18,7 +18,7 @@ from craftmesh.surface.vertex_classes import (
     smoothing_neighbours,
     vertex_classes,
 )
-from craftmesh.types import INTERFACE, Voxels
+from craftmesh.types import INTERFACE, Surface, Voxels
 
 
 def polycrystal(seed=0, shape=(14, 12, 10), grains=7, spacing=(1, 1, 1), origin=(0, 0, 0)):
@@ -34,8 +34,8 @@ def test_classes_of_four_columns():
     """Four columns meet in one vertical line; it ends on the box with a junction at either end."""
     labels = np.ones((4, 4, 4), np.int32)
     labels[2:, :2], labels[:2, 2:], labels[2:, 2:] = 2, 3, 4
-    points, facets, sides, kind = march(labels)
-    classes = vertex_classes(len(points), facets, sides, kind)
+    surface = Surface(*march(labels))
+    points, classes = surface.points, vertex_classes(surface)
     corners = classes.fixed.all(axis=1)
     assert np.array_equal(
         np.sort(points[corners], axis=0),
@@ -75,8 +75,7 @@ def test_spoiled_facets_are_those_that_got_worse():
 
 def test_lines_are_drawn_along_lines_only():
     voxels = polycrystal()
-    points, facets, sides, kind = march(voxels.labels)
-    classes = vertex_classes(len(points), facets, sides, kind)
+    classes = vertex_classes(Surface(*march(voxels.labels)))
     start, neighbour = smoothing_neighbours(classes)
     line_edges = {tuple(e) for e in classes.edges[classes.is_line].tolist()}
     for v in np.flatnonzero(classes.rank == ON_LINE):
@@ -125,9 +124,9 @@ def test_smoothing_does_not_depend_on_spacing_and_origin():
 
 
 def test_without_laps_the_raw_surface_comes_back():
-    points, facets, sides, kind = march(polycrystal().labels)
-    smoothed, frozen = smooth(points, facets, sides, kind, RemeshOptions(laplace_laps=0, taubin_laps=0))
-    assert np.array_equal(points, smoothed) and frozen == 0
+    raw = Surface(*march(polycrystal().labels))
+    smoothed, frozen = smooth(raw, RemeshOptions(laplace_laps=0, taubin_laps=0))
+    assert np.array_equal(raw.points, smoothed) and frozen == 0
 
 
 def test_slivers_go_back_to_the_checkpoint():

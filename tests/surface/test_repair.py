@@ -28,7 +28,7 @@ def with_points(surface, points):
 def pulled(surface, rank, seed, by=1.5):
     """The surface with a vertex of the rank, off the box, pulled so far that facets intersect."""
     rng = np.random.default_rng(seed)
-    classes = vertex_classes(len(surface.points), surface.facets, surface.sides, surface.kind)
+    classes = vertex_classes(surface)
     candidates = np.flatnonzero((classes.rank == rank) & ~classes.fixed.any(axis=1))
     for _ in range(200):
         points = surface.points.copy()
@@ -56,7 +56,7 @@ def test_a_pulled_vertex_goes_back_and_all_grains_mesh(sound, rank, seed):
     assert vertex in moved and len(moved) == report["points_moved"] < 60
     near = np.linalg.norm(sound.points[moved] - sound.points[vertex], axis=1)
     assert near.max() < 6
-    classes = vertex_classes(len(sound.points), sound.facets, sound.sides, sound.kind)
+    classes = vertex_classes(sound)
     assert np.array_equal(repaired.points[classes.fixed], broken.points[classes.fixed])
     assert not (classes.rank[vertex] == AT_JUNCTION)
     again, _ = repair_surface(broken)

@@ -10,6 +10,7 @@ from numba import njit
 from craftmesh.remeshing.kernels.cell_sheets import MAX_FACETS, cell_sheets, new_scratch
 from craftmesh.remeshing.kernels.cell_tables import FIRST_CELL_POINT, MAX_POINTS, POINT_SLOT
 from craftmesh.remeshing.kernels.cell_wedges import OUTSIDE_LABELS
+from craftmesh.surface.patches import PLANES
 
 OUTSIDE = 0
 
@@ -131,7 +132,6 @@ def march(labels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nd
     facets, behind, ahead = np.ascontiguousarray(rows[:, :3]), rows[:, 3], rows[:, 4]
     sides = np.stack([label_of[behind], label_of[ahead]], axis=1)
     kind = np.where(behind < OUTSIDE_LABELS, behind + 1, 0).astype(np.uint8)
-    for plane in range(1, 7):
-        axis, upper = divmod(plane - 1, 2)
+    for plane, axis, upper in PLANES:
         points[facets[kind == plane].ravel(), axis] = labels.shape[axis] if upper else 0.0
     return points, facets, sides, kind

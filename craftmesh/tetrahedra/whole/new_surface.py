@@ -5,8 +5,9 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.tet_connectivity import group_triples, half_face_corners, half_faces, tet_volumes
 from craftmesh.surface.connectivity import compact
+from craftmesh.surface.patches import PLANES
 from craftmesh.tetrahedra.whole.crack_faces import closed_edges, crack_half_faces, put_on_front
-from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, GrainTets, Surface
+from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
 
 # Rounds of splits, each of which may leave new facets with all corners on the front.
 MAX_SPLITS = 5
@@ -118,10 +119,9 @@ def model_of(
 def box_levels(surface: Surface) -> dict[int, tuple[int, float]]:
     """Return for each box plane (1..6) with facets its axis and its coordinate."""
     levels = {}
-    for plane in range(1, len(BOX_PLANES) + 1):
+    for plane, axis, _ in PLANES:
         facets = surface.facets[surface.kind == plane]
         if len(facets):
-            axis = (plane - 1) // 2
             levels[plane] = axis, float(surface.points[facets[0, 0], axis])
     return levels
 
