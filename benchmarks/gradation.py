@@ -3,19 +3,19 @@
 import importlib.util
 import sys
 import tempfile
-from collections.abc import Iterator
 
 import numpy as np
 from cases import G26, G100, GRAINS_200, GRAINS_430, TINY, Case, generated
 from measure import (
     ChildFailed,
-    empty_jit_cache,
+    compilation,
     flags,
     in_child,
     load,
     print_table,
     repeated,
     save,
+    side_by_side,
     timed,
     write_json,
 )
@@ -110,22 +110,14 @@ def remeshed_by_mmgs(surface, sizing):
     return Surface(mesh.get_vertices(), facets, found[:, :2], found[:, 2])
 
 
-def table(names, folder: str, runs: int, peers: bool) -> Iterator[dict]:
-    """Yield the rows of the cases, printing what is skipped."""
-    methods = {"craftmesh": (run_ours, f"{folder}/tiny")}
+def methods_of(warm_up: str, peers: bool) -> dict[str, tuple]:
+    """Return what is measured by name: a function of a prepared case, and its other arguments."""
+    methods: dict[str, tuple] = {"craftmesh": (run_ours, warm_up)}
     if peers and importlib.util.find_spec("mmgpy"):
         methods["mmgs"] = (run_mmgs,)
     elif peers:
         print("mmgs: skipped, the package mmgpy is not installed")
-    for name in names:
-        if CASES[name].missing:
-            print(f"{name}: skipped, {CASES[name].missing}")
-            continue
-        path = f"{folder}/{name}"
-        in_child(prepare, CASES[name], path)
-        for method, (function, *arguments) in methods.items():
-            print(f"{name}, {method} ...", file=sys.stderr)
-            yield {"case": name, "method": method} | repeated(runs, function, path, *arguments)
+    return methods
 
 
 def scaling(folder: str, runs: int, with_six_million: bool) -> dict:
@@ -155,15 +147,12 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         in_child(prepare, TINY, f"{folder}/tiny")
         if arguments.cold:
-            with empty_jit_cache():
-                cold = in_child(run_ours, f"{folder}/tiny", None)["cpu_s"]
-            in_child(run_ours, f"{folder}/tiny", None)
-            warm = in_child(run_ours, f"{folder}/tiny", None)["cpu_s"]
-            content["jit"] = {"cold_s": cold, "cached_s": warm}
-            print(f"kernels on a tiny case: {cold:.1f} CPU s to compile, {warm:.1f} from the cache")
+            content["jit"] = compilation(run_ours, f"{folder}/tiny", None)
         if names:
+            methods = methods_of(f"{folder}/tiny", not arguments.no_peers)
+            cases = {name: CASES[name] for name in names}
             content["rows"] = []
-            for row in table(names, folder, arguments.runs, not arguments.no_peers):
+            for row in side_by_side(cases, prepare, methods, folder, arguments.runs):
                 content["rows"].append(row)
                 write_json(arguments.json, content)
             print_table(content["rows"], COLUMNS)

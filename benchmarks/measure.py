@@ -7,8 +7,9 @@ import multiprocessing
 import os
 import pickle
 import resource
+import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from statistics import median
@@ -85,8 +86,36 @@ def repeated(runs: int, function: Callable, *arguments: Any) -> dict:
     return figures[-1] | {"cpu_s": median(cpu), "peak_mb": max(peak)}
 
 
+def side_by_side(
+    cases: Mapping[str, Any], prepare: Callable, methods: Mapping[str, tuple], folder: str, runs: int
+) -> Iterator[dict]:
+    """Yield a row per case and method, printing the cases that are skipped for a missing file.
+
+    prepare(case, path) writes a case's input; a method is a function of that path and its other arguments.
+    """
+    for name, case in cases.items():
+        if case.missing:
+            print(f"{name}: skipped, {case.missing}")
+            continue
+        path = f"{folder}/{name}"
+        in_child(prepare, case, path)
+        for method, (function, *arguments) in methods.items():
+            print(f"{name}, {method} ...", file=sys.stderr)
+            yield {"case": name, "method": method} | repeated(runs, function, path, *arguments)
+
+
+def compilation(function: Callable, *arguments: Any) -> dict:
+    """Return and print the CPU seconds of function(*arguments), kernels compiled and from the cache."""
+    with _empty_jit_cache():
+        cold = in_child(function, *arguments)["cpu_s"]
+    in_child(function, *arguments)  # compiles what the cache lacks
+    warm = in_child(function, *arguments)["cpu_s"]
+    print(f"kernels on a tiny case: {cold:.1f} CPU s to compile, {warm:.1f} from the cache")
+    return {"cold_s": cold, "cached_s": warm}
+
+
 @contextmanager
-def empty_jit_cache() -> Iterator[None]:
+def _empty_jit_cache() -> Iterator[None]:
     """Let processes started meanwhile compile all numba kernels anew."""
     before = os.environ.get("NUMBA_CACHE_DIR")
     with tempfile.TemporaryDirectory() as folder:

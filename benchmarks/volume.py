@@ -2,14 +2,12 @@
 
 import importlib.util
 import os
-import sys
 import tempfile
-from collections.abc import Iterator
 
 import numpy as np
 import size_map
 from cases import AL1050, COPPER, G26, G100, GRAINS_430, TINY, VOIDS, Case
-from measure import empty_jit_cache, flags, in_child, load, print_table, repeated, save, timed, write_json
+from measure import compilation, flags, in_child, load, print_table, save, side_by_side, timed, write_json
 
 CASES = {
     "tiny": TINY,
@@ -157,9 +155,9 @@ def surface_first(points, tets, grain, surface):
 PLAIN = {"interior_points": False, "optimise": False}
 
 
-def table(names, folder: str, runs: int, peers: bool) -> Iterator[dict]:
-    """Yield the rows of the cases, printing what is skipped."""
-    methods = {"TetGen": (run_grains, PLAIN), "craftmesh": (run_grains, {})}
+def methods_of(peers: bool) -> dict[str, tuple]:
+    """Return what is measured by name: a function of a prepared case, and its other arguments."""
+    methods: dict[str, tuple] = {"TetGen": (run_grains, PLAIN), "craftmesh": (run_grains, {})}
     if peers and not size_map.missing():
         methods["TetGen + size map"] = (run_size_map, PLAIN)
     elif peers:
@@ -168,31 +166,20 @@ def table(names, folder: str, runs: int, peers: bool) -> Iterator[dict]:
         methods["TetGen + mmg3d"] = (run_mmg3d, PLAIN)
     elif peers:
         print("mmg3d: skipped, the package mmgpy is not installed")
-    for name in names:
-        if CASES[name].missing:
-            print(f"{name}: skipped, {CASES[name].missing}")
-            continue
-        path = f"{folder}/{name}"
-        in_child(prepare, CASES[name], path)
-        for method, (function, changes) in methods.items():
-            print(f"{name}, {method} ...", file=sys.stderr)
-            yield {"case": name, "method": method} | repeated(runs, function, path, changes)
+    return methods
 
 
 def main() -> None:
     arguments = flags(__doc__, list(CASES)).parse_args()
-    content = {}
+    content: dict = {}
     with tempfile.TemporaryDirectory() as folder:
         in_child(prepare, TINY, f"{folder}/warm-up")
         in_child(run_grains, f"{folder}/warm-up", {})
         if arguments.cold:
-            with empty_jit_cache():
-                cold = in_child(run_grains, f"{folder}/warm-up", {})["cpu_s"]
-            warm = in_child(run_grains, f"{folder}/warm-up", {})["cpu_s"]
-            content["jit"] = {"cold_s": cold, "cached_s": warm}
-            print(f"kernels on a tiny case: {cold:.1f} CPU s to compile, {warm:.1f} from the cache")
-        names, content["rows"] = arguments.case or DEFAULT, []
-        for row in table(names, folder, arguments.runs, not arguments.no_peers):
+            content["jit"] = compilation(run_grains, f"{folder}/warm-up", {})
+        cases = {name: CASES[name] for name in arguments.case or DEFAULT}
+        methods, content["rows"] = methods_of(not arguments.no_peers), []
+        for row in side_by_side(cases, prepare, methods, folder, arguments.runs):
             content["rows"].append(row)
             write_json(arguments.json, content)
         print_table(content["rows"], COLUMNS)
