@@ -1,5 +1,6 @@
 """Snakemake runs on campaigns in temporary folders."""
 
+import os
 import re
 import subprocess
 import sys
@@ -34,6 +35,20 @@ class Run:
         return {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", table, re.M)}
 
 
+def snakemake(folder: Path, *flags: str, env: dict[str, str] | None = None) -> Run:
+    """Run Snakemake in `folder`; `env` is added to the environment."""
+    done = subprocess.run(
+        [str(Path(sys.executable).parent / "snakemake"), *flags],
+        cwd=folder,
+        env=os.environ | (env or {}),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=500,
+    )
+    return Run(done.returncode, done.stdout)
+
+
 @dataclass(frozen=True)
 class Folder:
     """A folder with a configuration and a sheet that Snakemake runs in."""
@@ -42,16 +57,14 @@ class Folder:
 
     def snakemake(self, *flags: str, configfile="config.yaml", project: Path = ROOT) -> Run:
         """Run the Snakefile of `project` here; the library beside that Snakefile is the one it sees."""
-        command = [str(Path(sys.executable).parent / "snakemake"), "-s", str(project / "Snakefile"), *flags]
-        done = subprocess.run(
-            [*command, "--configfile", str(configfile)],
-            cwd=self.path,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=500,
-        )
-        return Run(done.returncode, done.stdout)
+        snakefile = str(project / "Snakefile")
+        return snakemake(self.path, "-s", snakefile, *flags, "--configfile", str(configfile))
+
+
+@pytest.fixture(scope="session")
+def run_snakemake():
+    """Return `snakemake(folder, *flags, env=None)`."""
+    return snakemake
 
 
 @pytest.fixture(scope="session")
