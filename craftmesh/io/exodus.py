@@ -24,8 +24,9 @@ def write_exodus(path: str | os.PathLike, mesh: TetMesh) -> None:
     order = np.argsort(mesh.grain, kind="stable")
     grains, counts = np.unique(mesh.grain, return_counts=True)
     blocks = np.split(order, np.cumsum(counts)[:-1])
-    dimensions: dict[str, int | None] = {"len_string": 33, "len_line": 81, "len_name": _NAME_LIMIT + 1}
-    dimensions |= {"time_step": None, "num_dim": 3, "num_nodes": len(mesh.points), "num_elem": len(order)}
+    dimensions: dict[str, int | None] = {"time_step": None, "len_string": 33, "len_line": 81}
+    dimensions |= {"len_name": _NAME_LIMIT + 1, "num_dim": 3}
+    dimensions |= {"num_nodes": len(mesh.points), "num_elem": len(order)}
     variables = [
         Variable(f"coord{axis}", ("num_nodes",), mesh.points[:, i]) for i, axis in enumerate("xyz")
     ]
