@@ -37,7 +37,6 @@ KNOWN: set[tuple[str, str]] = {
     ("craftmesh.io.msh", "craftmesh.mesh.tet_connectivity"),
     ("craftmesh.io.size_field", "craftmesh.sizing.length_field"),
     ("craftmesh.io.vtu", "craftmesh.mesh.tet_connectivity"),
-    ("craftmesh.sizing.length_field", "craftmesh.gradation.state"),
 }
 
 
