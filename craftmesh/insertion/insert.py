@@ -8,7 +8,7 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.cut import CutSurface, cut_along, with_phi
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.patch import refine, smooth_points, split_ears, triangulate
+from craftmesh.insertion.patch import refine, smooth_points, split_front_chords, triangulate
 from craftmesh.insertion.pierce import chain, conflicts, inside_traces, pierce, split_chords
 from craftmesh.insertion.regions import labels_of_regions, regions_of
 from craftmesh.insertion.sheet import Sheet, sheet_of
@@ -153,7 +153,7 @@ def _patch(cut: CutSurface, sheet: Sheet, front, traces, along, target):
     is_front = np.zeros(len(uv), bool)
     is_front[front.edges[:, :2]] = True
     first = patch.used[0].copy()
-    split_ears(patch, is_front[nodes])
+    split_front_chords(patch, is_front[nodes])
     smooth_points(patch, np.arange(first, patch.used[0]))
     return _with_new_points(cut, sheet, patch, nodes, front), _global(patch, nodes, len(uv)), is_front
 

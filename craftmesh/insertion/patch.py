@@ -1,36 +1,29 @@
 """Triangulate the crack in its own parameters: traces and front kept, interior points to the sizes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.kernels import planar
-from craftmesh.insertion.kernels.planar_smoothing import smooth
+from craftmesh.insertion.kernels.planar import Candidates, Planar
+from craftmesh.insertion.kernels.planar_smoothing import smooth_in_plane
 from craftmesh.surface.connectivity import facet_edges
 
-SPACING = 0.72  # least distance of an interior point from others, in target edge lengths
-CLEARANCE = 0.4  # least distance from a fixed edge, in target edge lengths
+# Shares of the target edge, chosen by hand. An even triangle of target edges has the circumradius
+# 0.577, so that SPACING leaves triangles up to a quarter larger.
+SPACING = 0.72  # a triangle of a larger circumradius gets a point; also the point's distance from others
+CLEARANCE = 0.4  # least distance of an interior point from a fixed edge
+BARELY = 0.98  # of SPACING is kept, so that rounding does not refuse the centre of a circle just larger
+ROUNDS = 60  # of insertion at most; it ends when a round inserts nothing
+SMOOTHINGS = 4  # sweeps over the interior points after that, edges flipped after each
+MOST_POINTS = 5e6  # that room is made for: 0.6 GB
 
 
-@dataclass(eq=False)
-class Patch:
-    """A planar triangulation under refinement; arrays have spare rows, `used` = [points, triangles]."""
-
-    uv: np.ndarray
-    corners: np.ndarray
-    across: np.ndarray
-    fixed: np.ndarray
-    used: np.ndarray
-
-    @property
-    def triangles(self) -> np.ndarray:
-        return self.corners[: self.used[1]]
-
-
-def triangulate(uv, segments, loose, is_inside: Callable) -> Patch:
+def triangulate(
+    uv: np.ndarray, segments: np.ndarray, loose: np.ndarray, is_inside: Callable[[np.ndarray], np.ndarray]
+) -> Planar:
     """Return the constrained Delaunay triangulation of the polygons that segments (k, 2) bound.
 
     uv (n, 2); loose: points that lie on no segment. Only polygons with is_inside(uv) > 0 count. Every
@@ -42,44 +35,49 @@ def triangulate(uv, segments, loose, is_inside: Callable) -> Patch:
         raise CraftmeshError("the crack's front and traces bound no area; move the crack a little")
     witness = shapely.get_coordinates(shapely.point_on_surface(polygons))
     polygons = polygons[is_inside(witness) > 0]
-    parts = shapely.get_parts(shapely.constrained_delaunay_triangles(polygons))
-    parts = shapely.get_parts(parts)
+    parts = shapely.get_parts(shapely.get_parts(shapely.constrained_delaunay_triangles(polygons)))
     corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
-    ids = _ids_of(uv, np.unique(np.concatenate([segments.ravel(), loose])), corners.reshape(-1, 2)).reshape(
-        -1, 3
-    )
-    a, b, c = (uv[ids[:, i]] for i in range(3))
-    turned = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) < (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    ids[turned] = ids[turned][:, ::-1]
-    patch = _linked(uv, ids, segments)
+    known = np.unique(np.concatenate([segments.ravel(), loose]))
+    triangles = _ids_of(uv, known, corners.reshape(-1, 2)).reshape(-1, 3)
+    turned = _doubled_areas(uv, triangles) < 0
+    triangles[turned] = triangles[turned][:, ::-1]
+    patch = _linked(uv, triangles, segments)
     _add_missing(patch, segments, loose)
     return patch
 
 
-def _ids_of(uv, candidates, coordinates) -> np.ndarray:
+def _ids_of(uv: np.ndarray, candidates: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
     """Return the point id of each row of coordinates, found by equality."""
     known = {tuple(row): i for i, row in zip(candidates.tolist(), uv[candidates].tolist())}
     return np.array([known[tuple(row)] for row in coordinates.tolist()], np.int64)
 
 
-def _padded(array, rows: int, fill) -> np.ndarray:
+def _doubled_areas(uv: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    a, b, c = (uv[triangles[:, i]] for i in range(3))
+    return (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+
+
+def _padded(array: np.ndarray, rows: int, fill: float) -> np.ndarray:
     return np.concatenate([array, np.full((rows, *array.shape[1:]), fill, array.dtype)])
 
 
-def _with_room(uv, corners, across, fixed, points: int) -> Patch:
-    """Return a patch with room for `points` more points."""
-    used = np.array([len(uv), len(corners)])
-    return Patch(
-        _padded(np.asarray(uv, float), points, 0.0),
-        _padded(corners, 2 * points, -1),
-        _padded(across, 2 * points, -1),
-        _padded(fixed, 2 * points, False),
-        used,
+def _with_room(patch: Planar, points: int) -> Planar:
+    """Return a copy of the patch with room for `points` more points, each of which brings two triangles."""
+    old_points, old_triangles = patch.used
+    return Planar(
+        _padded(patch.uv[:old_points], points, 0.0),
+        _padded(patch.corners[:old_triangles], 2 * points, -1),
+        _padded(patch.across[:old_triangles], 2 * points, -1),
+        _padded(patch.fixed[:old_triangles], 2 * points, False),
+        patch.used.copy(),
     )
 
 
-def _linked(uv, triangles, segments) -> Patch:
-    """Return the patch of triangles with their neighbours; segments and the rim are fixed."""
+def _linked(uv: np.ndarray, triangles: np.ndarray, segments: np.ndarray) -> Planar:
+    """Return the patch of triangles with their neighbours; segments and the rim are fixed.
+
+    There is room to insert every point of uv that is in no triangle yet.
+    """
     directed = facet_edges(triangles)
     stride = len(uv) + 1
     key = directed[:, 0] * stride + directed[:, 1]
@@ -91,44 +89,39 @@ def _linked(uv, triangles, segments) -> Patch:
     across = np.where(key[order[slot]] == back, order[slot] // 3, -1).reshape(-1, 3)
     wanted = np.sort(segments, axis=1) @ np.array([stride, 1])
     fixed = np.isin(np.sort(directed, axis=1) @ np.array([stride, 1]), wanted).reshape(-1, 3) | (across < 0)
-    return _with_room(uv, triangles, across, fixed, len(segments) + 16)
+    used = np.array([len(uv), len(triangles)])
+    return _with_room(Planar(np.asarray(uv, float), triangles, across, fixed, used), len(uv))
 
 
-def _edges_present(patch: Patch) -> set:
-    return set(map(tuple, np.sort(facet_edges(patch.triangles), axis=1).tolist()))
-
-
-def _add_missing(patch: Patch, segments, loose) -> None:
-    """Insert points and recover segments that bound no polygon."""
-    present = _edges_present(patch)
+def _add_missing(patch: Planar, segments: np.ndarray, loose: np.ndarray) -> None:
+    """Insert the points and recover the segments that bound no polygon."""
+    present = set(map(tuple, np.sort(facet_edges(patch.triangles), axis=1).tolist()))
     missing = [pair for pair in np.sort(segments, axis=1).tolist() if tuple(pair) not in present]
     absent = np.setdiff1d(np.concatenate([np.array(missing, np.int64).ravel(), loose]), patch.triangles)
-    stack = np.empty(1 << 16, np.int64)
     for point in absent.tolist():
-        t = planar.locate(patch.uv, patch.corners, patch.across, patch.fixed, 0, point, True)
+        t = planar.locate(patch, 0, point, True)
         if t < 0:
             t = _holding(patch, patch.uv[point])
-        if t < 0 or planar.insert_point(
-            patch.uv, patch.corners, patch.across, patch.fixed, patch.used, t, point, stack
-        ):
+        if t < 0 or planar.insert_point(patch, t, point) == planar.BLOCKED:
             raise CraftmeshError(
                 f"a trace point at (u, v) = {patch.uv[point].tolist()} lies outside the crack"
             )
     for a, b in missing:
-        if not planar.recover_edge(patch.uv, patch.corners, patch.across, patch.fixed, patch.used, a, b):
+        if not planar.recover_edge(patch, a, b):
             raise CraftmeshError(
                 f"a trace edge at (u, v) = {patch.uv[a].tolist()} crosses another; move the crack a little"
             )
         _fix_edge(patch, a, b)
 
 
-def _fix_edge(patch: Patch, a: int, b: int) -> None:
+def _fix_edge(patch: Planar, a: int, b: int) -> None:
     following = np.roll(patch.triangles, -1, axis=1)
     along = (patch.triangles == a) & (following == b) | (patch.triangles == b) & (following == a)
     patch.fixed[: patch.used[1]] |= along
 
 
-def _holding(patch: Patch, position) -> int:
+def _holding(patch: Planar, position: np.ndarray) -> int:
+    """Return a triangle that holds the position (2,), -1 for none."""
     corner = patch.uv[patch.triangles]
     edge = np.roll(corner, -1, axis=1) - corner
     step = position - corner
@@ -137,59 +130,75 @@ def _holding(patch: Patch, position) -> int:
     return int(inside[0]) if len(inside) else -1
 
 
-def refine(patch: Patch, size_at: Callable, frozen_points, rounds: int = 60) -> Patch:
-    """Insert circumcentres of triangles larger than size_at(uv) until none is left; then smooth.
+def refine(patch: Planar, size_at: Callable[[np.ndarray], np.ndarray], kept: np.ndarray) -> Planar:
+    """Return the patch with circumcentres of triangles larger than size_at(uv) inserted until none is left.
 
-    frozen_points (k, 3): triangles (sorted ids) that stay as they are.
+    Then its interior points are smoothed. kept (k, 3): triangles that stay as they are, by their points.
+    Raises CraftmeshError where that takes more than MOST_POINTS.
     """
-    patch = _grown(patch, size_at)
-    frozen_keys = {tuple(row) for row in np.sort(frozen_points, axis=1).tolist()}
-    stack = np.empty(1 << 20, np.int64)
-    fixed_points = patch.used[0].copy()
-    arrays = (patch.uv, patch.corners, patch.across, patch.fixed)
-    planar.legalise_all(*arrays, patch.used)
-    for _ in range(rounds):
-        centre, radius = _circumcircles(patch)
-        rows, centre, target = _oversized(patch, centre, radius, size_at)
-        frozen = np.zeros(len(patch.corners), bool)
-        if frozen_keys:
-            sorted_ids = np.sort(patch.triangles, axis=1).tolist()
-            frozen[: patch.used[1]] = [tuple(row) in frozen_keys for row in sorted_ids]
-        if not len(rows) or not planar.insert_spaced(
-            *arrays, frozen, patch.used, rows, centre, SPACING * 0.98 * target, CLEARANCE * target, stack
-        ):
+    patch = _with_room(patch, _points_wanted(patch, size_at))
+    first = patch.used[0]
+    planar.legalise_all(patch)
+    for _ in range(ROUNDS):
+        candidates = _circumcentres(patch, size_at)
+        if not len(candidates.uv) or not planar.insert_spaced(patch, candidates, _is_among(patch, kept)):
             break
-    for _ in range(4):
-        smooth_points(patch, np.arange(fixed_points, patch.used[0]))
-        planar.legalise_all(*arrays, patch.used)
+    refuse_full(patch)
+    for _ in range(SMOOTHINGS):
+        smooth_points(patch, np.arange(first, patch.used[0]))
+        planar.legalise_all(patch)
     return patch
 
 
-def smooth_points(patch: Patch, movable) -> None:
+def refuse_full(patch: Planar) -> None:
+    """Raise CraftmeshError where the patch has no room for one more point."""
+    if not planar.has_room(patch):
+        raise CraftmeshError(
+            f"the crack's patch is full with {int(patch.used[1])} triangles; use larger sizes"
+        )
+
+
+def _is_among(patch: Planar, triangles: np.ndarray) -> np.ndarray:
+    """Tell which rows of the patch are one of `triangles` (k, 3), in any order of the corners."""
+    found = np.zeros(len(patch.corners), bool)
+    if len(triangles):
+        keys = {tuple(row) for row in np.sort(triangles, axis=1).tolist()}
+        found[: patch.used[1]] = [tuple(row) in keys for row in np.sort(patch.triangles, axis=1).tolist()]
+    return found
+
+
+def smooth_points(patch: Planar, movable: np.ndarray) -> None:
     """One sweep of guarded centroid smoothing over the given points."""
     flat = patch.triangles.ravel()
     start = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=len(patch.uv)))])
-    smooth(patch.uv, patch.corners, start, np.argsort(flat, kind="stable") // 3, movable)
+    smooth_in_plane(patch.uv, patch.corners, start, np.argsort(flat, kind="stable") // 3, movable)
 
 
-def _grown(patch: Patch, size_at) -> Patch:
-    """Return the patch with room for the points that its area and sizes call for."""
-    corner = patch.uv[patch.triangles]
-    u, v = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    area = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).sum() / 2
+def _points_wanted(patch: Planar, size_at: Callable[[np.ndarray], np.ndarray]) -> int:
+    """Return four points per square of the least size on the patch's area, and some more for small ones."""
+    area = np.abs(_doubled_areas(patch.uv, patch.triangles)).sum() / 2
     low = np.min(size_at(patch.uv[np.unique(patch.triangles)]))
-    more = int(min(4 * area / low**2, 5e6)) + 4096
-    points, triangles = patch.used
-    return _with_room(
-        patch.uv[:points],
-        patch.corners[:triangles],
-        patch.across[:triangles],
-        patch.fixed[:triangles],
-        more,
-    )
+    return int(min(4 * area / low**2, MOST_POINTS)) + 4096
 
 
-def _circumcircles(patch: Patch) -> tuple[np.ndarray, np.ndarray]:
+def _circumcentres(patch: Planar, size_at: Callable[[np.ndarray], np.ndarray]) -> Candidates:
+    """Return the circumcentres of triangles whose circumradius exceeds SPACING targets, worst first."""
+    centre, radius = _circumcircles(patch)
+    rows = np.flatnonzero(np.isfinite(radius))
+    corner = patch.uv[patch.triangles]
+    low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
+    rows = rows[((centre[rows] >= low) & (centre[rows] <= high)).all(axis=1)]
+    target = size_at(centre[rows]) if len(rows) else np.zeros(0)
+    excess = radius[rows] / target
+    keep = excess > SPACING
+    rows, target, excess = rows[keep], target[keep], excess[keep]
+    order = np.argsort(-excess, kind="stable")
+    rows, target = rows[order], target[order]
+    return Candidates(centre[rows], rows, SPACING * BARELY * target, CLEARANCE * target)
+
+
+def _circumcircles(patch: Planar) -> tuple[np.ndarray, np.ndarray]:
+    """Return centres (t, 2) and radii (t,), not finite for triangles without area."""
     a, b, c = (patch.uv[patch.triangles[:, i]] for i in range(3))
     u, v = b - a, c - a
     twice = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
@@ -200,21 +209,11 @@ def _circumcircles(patch: Patch) -> tuple[np.ndarray, np.ndarray]:
     return a + np.stack([x, y], axis=1), np.hypot(x, y)
 
 
-def _oversized(patch: Patch, centre, radius, size_at):
-    """Return the triangles whose circumradius exceeds SPACING targets, worst first."""
-    rows = np.flatnonzero(np.isfinite(radius))
-    low, high = patch.uv[patch.triangles].min(axis=(0, 1)), patch.uv[patch.triangles].max(axis=(0, 1))
-    rows = rows[((centre[rows] >= low) & (centre[rows] <= high)).all(axis=1)]
-    target = size_at(centre[rows]) if len(rows) else np.zeros(0)
-    excess = radius[rows] / target
-    keep = excess > SPACING
-    rows, target, excess = rows[keep], target[keep], excess[keep]
-    order = np.argsort(-excess, kind="stable")
-    return rows[order], centre[rows[order]], target[order]
+def split_front_chords(patch: Planar, is_front_node: np.ndarray) -> int:
+    """Split free edges that join two front nodes, so that every crack facet has a corner off the front.
 
-
-def split_ears(patch: Patch, is_front_node) -> int:
-    """Split free edges that join two front nodes, so that every crack facet has a corner off the front."""
+    is_front_node (n,): of the points that the patch began with. Returns how many were split.
+    """
     split = 0
     while True:
         ends = patch.triangles, np.roll(patch.triangles, -1, axis=1)
@@ -222,11 +221,10 @@ def split_ears(patch: Patch, is_front_node) -> int:
         t, i = np.nonzero(known[ends[0]] & known[ends[1]] & ~patch.fixed[: patch.used[1]])
         if not len(t):
             return split
-        if patch.used[0] >= len(patch.uv) or patch.used[1] + 2 > len(patch.corners):
-            raise CraftmeshError("the crack's patch ran out of room; use larger sizes")
+        refuse_full(patch)
         point = patch.used[0]
         a, b = ends[0][t[0], i[0]], ends[1][t[0], i[0]]
         patch.uv[point] = (patch.uv[a] + patch.uv[b]) / 2
-        planar.split_edge(patch.corners, patch.across, patch.fixed, patch.used, t[0], i[0], point)
+        planar.split_inner_edge(patch, t[0], i[0], point)
         patch.used[0] += 1
         split += 1

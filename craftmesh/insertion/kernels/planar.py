@@ -1,14 +1,51 @@
-"""Kernels on planar triangulations with fixed edges: flips, insertion, recovery of edges.
+"""Kernels on plane triangulations with fixed edges: flips, insertion of points, recovery of edges.
 
-A triangulation is corners (t, 3) int64 counter-clockwise, across (t, 3) int64 (the triangle across the
-edge from corner i to i + 1, or -1) and fixed (t, 3) bool; all with spare rows, `used` = [points,
-triangles].
+Edge i of a triangle runs from its corner i to its corner i + 1. A point is a row of `uv`.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-DONE, BLOCKED = 0, 1
+DONE, BLOCKED = 0, 1  # what insert_point says
+COCIRCULAR = 1e-10  # sine of the angle by which a diagonal has to be better, so that no pair flips for ever
+ON_EDGE = 1e-9  # of an edge's length: points this near the edge are inserted in it
+BEHIND = 1e-14  # length units: a point this far behind an edge still lies in the triangle
+
+
+class Planar(NamedTuple):
+    """A plane triangulation; every array but `used` has spare rows.
+
+    uv (n, 2) points; corners (t, 3) int64, counter-clockwise; across (t, 3) int64: the triangle on the
+    other side of each edge, or -1; fixed (t, 3) bool: edges that no kernel flips, the same from both
+    sides; used (2,) int64: how many points and triangles there are.
+    """
+
+    uv: np.ndarray
+    corners: np.ndarray
+    across: np.ndarray
+    fixed: np.ndarray
+    used: np.ndarray
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """(t, 3) the corners of the triangles in use."""
+        return self.corners[: self.used[1]]
+
+
+class Candidates(NamedTuple):
+    """Points that may be inserted: uv (k, 2), and for each the least distances it has to keep.
+
+    start (k,): a triangle from which the candidate is reached without crossing a fixed edge; spacing (k,)
+    from the corners of the triangle that holds it and of the neighbours; clearance (k,) from fixed edges
+    of that triangle.
+    """
+
+    uv: np.ndarray
+    start: np.ndarray
+    spacing: np.ndarray
+    clearance: np.ndarray
 
 
 @njit(cache=True)
@@ -18,34 +55,66 @@ def turn(uv, a, b, c):
 
 
 @njit(cache=True)
-def square(uv, a, b):
+def squared_distance(uv, a, b):
+    """The square of the distance of a and b."""
     return (uv[a, 0] - uv[b, 0]) ** 2 + (uv[a, 1] - uv[b, 1]) ** 2
 
 
 @njit(cache=True)
-def _edge_from(corners, t, a):
-    """The edge of triangle t that starts at point a."""
+def _edge_from(mesh, t, a):
+    """The edge of triangle t that starts at point a; -1 where a is no corner of t."""
     for i in range(3):
-        if corners[t, i] == a:
+        if mesh.corners[t, i] == a:
             return i
     return -1
 
 
 @njit(cache=True)
-def _place(corners, across, fixed, t, i, point, neighbour, is_fixed):
-    """Set corner i of t and the edge that starts there; the neighbour's link is set back to t."""
-    corners[t, i] = point
-    across[t, i] = neighbour
-    fixed[t, i] = is_fixed
+def _edges(mesh, t, i):
+    """The three edges of t from edge i on, each as the triangle across it and whether it is fixed."""
+    j, k = (i + 1) % 3, (i + 2) % 3
+    return (
+        (mesh.across[t, i], mesh.fixed[t, i]),
+        (mesh.across[t, j], mesh.fixed[t, j]),
+        (mesh.across[t, k], mesh.fixed[t, k]),
+    )
 
 
 @njit(cache=True)
-def _link_back(corners, across, t):
-    """Let the neighbours of t point to t."""
+def _free(u):
+    """The edge that leads to triangle u and is not fixed."""
+    return u, bool(0)  # a plain False is a type of its own: what gets it would be compiled once more
+
+
+@njit(cache=True)
+def _put(mesh, t, corners, first, second, third):
+    """Make t the triangle of `corners` with these three edges; the triangles across are not told."""
     for i in range(3):
-        u = across[t, i]
+        mesh.corners[t, i] = corners[i]
+    mesh.across[t, 0], mesh.fixed[t, 0] = first
+    mesh.across[t, 1], mesh.fixed[t, 1] = second
+    mesh.across[t, 2], mesh.fixed[t, 2] = third
+
+
+@njit(cache=True)
+def _tell_neighbours(mesh, t):
+    """Let the triangles across the edges of t have t across theirs."""
+    for i in range(3):
+        u = mesh.across[t, i]
         if u >= 0:
-            across[u, _edge_from(corners, u, corners[t, (i + 1) % 3])] = t
+            mesh.across[u, _edge_from(mesh, u, mesh.corners[t, (i + 1) % 3])] = t
+
+
+@njit(cache=True)
+def _pair(mesh, t, i):
+    """The two triangles at the inner edge i of t: its ends a, b, the apex c of t, and u with its apex d.
+
+    Also the edge j of u that is the same edge, from b to a.
+    """
+    a, b, c = mesh.corners[t, i], mesh.corners[t, (i + 1) % 3], mesh.corners[t, (i + 2) % 3]
+    u = mesh.across[t, i]
+    j = _edge_from(mesh, u, b)
+    return a, b, c, u, mesh.corners[u, (j + 2) % 3], j
 
 
 @njit(cache=True)
@@ -58,224 +127,225 @@ def _prefers_flip(uv, a, b, c, d):
     dot_c, dot_d = ca[0] * cb[0] + ca[1] * cb[1], da[0] * db[0] + da[1] * db[1]
     sin_c, sin_d = abs(ca[0] * cb[1] - ca[1] * cb[0]), abs(da[0] * db[1] - da[1] * db[0])
     scale = np.sqrt((dot_c**2 + sin_c**2) * (dot_d**2 + sin_d**2))
-    return sin_c * dot_d + sin_d * dot_c < -1e-10 * scale
+    return sin_c * dot_d + sin_d * dot_c < -COCIRCULAR * scale
 
 
 @njit(cache=True)
-def flip(corners, across, fixed, t, i):
-    """Replace the edge i of t, shared with another triangle, by the other diagonal."""
-    a, b, c = corners[t, i], corners[t, (i + 1) % 3], corners[t, (i + 2) % 3]
-    u = across[t, i]
-    j = _edge_from(corners, u, b)
-    d = corners[u, (j + 2) % 3]
-    bc, ca = (i + 1) % 3, (i + 2) % 3
-    ad, db = (j + 1) % 3, (j + 2) % 3
-    out_bc, out_ca, out_ad, out_db = across[t, bc], across[t, ca], across[u, ad], across[u, db]
-    fix_bc, fix_ca, fix_ad, fix_db = fixed[t, bc], fixed[t, ca], fixed[u, ad], fixed[u, db]
-    _place(corners, across, fixed, t, 0, a, out_ad, fix_ad)
-    _place(corners, across, fixed, t, 1, d, u, False)
-    _place(corners, across, fixed, t, 2, c, out_ca, fix_ca)
-    _place(corners, across, fixed, u, 0, b, out_bc, fix_bc)
-    _place(corners, across, fixed, u, 1, c, t, False)
-    _place(corners, across, fixed, u, 2, d, out_db, fix_db)
-    _link_back(corners, across, t)
-    _link_back(corners, across, u)
+def flip(mesh, t, i):
+    """Replace the inner edge i of t by the other diagonal of the two triangles at it."""
+    a, b, c, u, d, j = _pair(mesh, t, i)
+    _, bc, ca = _edges(mesh, t, i)
+    _, ad, db = _edges(mesh, u, j)
+    _put(mesh, t, (a, d, c), ad, _free(u), ca)
+    _put(mesh, u, (b, c, d), bc, _free(t), db)
+    _tell_neighbours(mesh, t)
+    _tell_neighbours(mesh, u)
 
 
 @njit(cache=True)
-def legalise(uv, corners, across, fixed, stack, height):
-    """Flip free edges of the triangles on the stack until they are constrained Delaunay."""
+def _legalise(mesh, waiting):
+    """Flip free edges of the triangles `waiting`, the last first, until they are constrained Delaunay."""
+    height = len(waiting)
+    stack = np.concatenate((waiting, waiting))
     while height > 0:
         height -= 1
         t = stack[height]
         for i in range(3):
-            u = across[t, i]
-            if u < 0 or fixed[t, i]:
+            if mesh.across[t, i] < 0 or mesh.fixed[t, i]:
                 continue
-            a, b, c = corners[t, i], corners[t, (i + 1) % 3], corners[t, (i + 2) % 3]
-            d = corners[u, (_edge_from(corners, u, b) + 2) % 3]
-            if _prefers_flip(uv, a, b, c, d):
-                flip(corners, across, fixed, t, i)
-                if height + 2 <= len(stack):
-                    stack[height], stack[height + 1] = t, u
-                    height += 2
+            a, b, c, u, d, _ = _pair(mesh, t, i)
+            if _prefers_flip(mesh.uv, a, b, c, d):
+                flip(mesh, t, i)
+                if height + 2 > len(stack):
+                    stack = np.concatenate((stack, stack))
+                stack[height], stack[height + 1] = t, u
+                height += 2
                 break
 
 
 @njit(cache=True)
-def legalise_all(uv, corners, across, fixed, used):
+def legalise_all(mesh):
     """Make the whole triangulation constrained Delaunay."""
-    stack = np.empty(8 * len(corners) + 64, np.int64)
-    for t in range(used[1]):
-        stack[t] = used[1] - 1 - t
-    legalise(uv, corners, across, fixed, stack, used[1])
+    _legalise(mesh, np.arange(mesh.used[1] - 1, -1, -1))
 
 
 @njit(cache=True)
-def locate(uv, corners, across, fixed, start, point, through_fixed):
-    """Walk from triangle `start` to the one that holds `point`; -1 where an edge stops it."""
+def locate(mesh, start, point, through_fixed):
+    """Walk from triangle `start` to the one that holds `point`; -1 where the rim or a fixed edge stops it.
+
+    through_fixed: fixed edges do not stop it. -1 also where the walk runs in circles.
+    """
     t = start
-    for _ in range(2 * len(corners) + 10):
-        worst, exit_edge = -1e-14, -1
+    for _ in range(2 * len(mesh.corners) + 10):
+        worst, exit_edge = -BEHIND, -1
         for i in range(3):
-            a, b = corners[t, i], corners[t, (i + 1) % 3]
-            side = (uv[b, 0] - uv[a, 0]) * (uv[point, 1] - uv[a, 1]) - (uv[b, 1] - uv[a, 1]) * (
-                uv[point, 0] - uv[a, 0]
-            )
-            side /= np.sqrt(square(uv, a, b)) + 1e-300
-            if side < worst:
-                worst, exit_edge = side, i
+            a, b = mesh.corners[t, i], mesh.corners[t, (i + 1) % 3]
+            ahead = turn(mesh.uv, a, b, point) / (np.sqrt(squared_distance(mesh.uv, a, b)) + 1e-300)
+            if ahead < worst:
+                worst, exit_edge = ahead, i
         if exit_edge < 0:
             return t
-        if across[t, exit_edge] < 0 or (fixed[t, exit_edge] and not through_fixed):
+        if mesh.across[t, exit_edge] < 0 or (mesh.fixed[t, exit_edge] and not through_fixed):
             return -1
-        t = across[t, exit_edge]
+        t = mesh.across[t, exit_edge]
     return -1
 
 
 @njit(cache=True)
-def _insert_in_triangle(corners, across, fixed, used, t, point):
-    a, b, c = corners[t]
-    ab, bc, ca = across[t]
-    fix_ab, fix_bc, fix_ca = fixed[t]
-    u, w = used[1], used[1] + 1
-    used[1] += 2
-    _place(corners, across, fixed, t, 0, a, ab, fix_ab)
-    _place(corners, across, fixed, t, 1, b, u, False)
-    _place(corners, across, fixed, t, 2, point, w, False)
-    _place(corners, across, fixed, u, 0, b, bc, fix_bc)
-    _place(corners, across, fixed, u, 1, c, w, False)
-    _place(corners, across, fixed, u, 2, point, t, False)
-    _place(corners, across, fixed, w, 0, c, ca, fix_ca)
-    _place(corners, across, fixed, w, 1, a, t, False)
-    _place(corners, across, fixed, w, 2, point, u, False)
-    _link_back(corners, across, u)
-    _link_back(corners, across, w)
+def _new_triangles(mesh):
+    """Take two spare rows into use and return them."""
+    mesh.used[1] += 2
+    return mesh.used[1] - 2, mesh.used[1] - 1
+
+
+@njit(cache=True)
+def _split_triangle(mesh, t, point):
+    """Part t into three triangles about `point`; return the two that are new."""
+    a, b, c = mesh.corners[t]
+    ab, bc, ca = _edges(mesh, t, 0)
+    u, w = _new_triangles(mesh)
+    _put(mesh, t, (a, b, point), ab, _free(u), _free(w))
+    _put(mesh, u, (b, c, point), bc, _free(w), _free(t))
+    _put(mesh, w, (c, a, point), ca, _free(t), _free(u))
+    _tell_neighbours(mesh, u)
+    _tell_neighbours(mesh, w)
     return u, w
 
 
 @njit(cache=True)
-def split_edge(corners, across, fixed, used, t, i, point):
-    """Put `point` on the inner edge i of t: two triangles become four, no edge is flipped."""
-    a, b, c = corners[t, i], corners[t, (i + 1) % 3], corners[t, (i + 2) % 3]
-    u = across[t, i]
-    j = _edge_from(corners, u, b)
-    d = corners[u, (j + 2) % 3]
-    bc, ca = across[t, (i + 1) % 3], across[t, (i + 2) % 3]
-    ad, db = across[u, (j + 1) % 3], across[u, (j + 2) % 3]
-    fix_bc, fix_ca = fixed[t, (i + 1) % 3], fixed[t, (i + 2) % 3]
-    fix_ad, fix_db = fixed[u, (j + 1) % 3], fixed[u, (j + 2) % 3]
-    edge_fixed = fixed[t, i]
-    v, w = used[1], used[1] + 1
-    used[1] += 2
-    _place(corners, across, fixed, t, 0, a, w, edge_fixed)
-    _place(corners, across, fixed, t, 1, point, v, False)
-    _place(corners, across, fixed, t, 2, c, ca, fix_ca)
-    _place(corners, across, fixed, v, 0, point, u, edge_fixed)
-    _place(corners, across, fixed, v, 1, b, bc, fix_bc)
-    _place(corners, across, fixed, v, 2, c, t, False)
-    _place(corners, across, fixed, u, 0, b, v, edge_fixed)
-    _place(corners, across, fixed, u, 1, point, w, False)
-    _place(corners, across, fixed, u, 2, d, db, fix_db)
-    _place(corners, across, fixed, w, 0, point, t, edge_fixed)
-    _place(corners, across, fixed, w, 1, a, ad, fix_ad)
-    _place(corners, across, fixed, w, 2, d, u, False)
-    _link_back(corners, across, v)
-    _link_back(corners, across, w)
+def split_inner_edge(mesh, t, i, point):
+    """Put `point` on the inner edge i of t: two triangles become four, no edge is flipped.
+
+    The halves are fixed where the edge was. Return the two new triangles.
+    """
+    a, b, c, u, d, j = _pair(mesh, t, i)
+    _, bc, ca = _edges(mesh, t, i)
+    _, ad, db = _edges(mesh, u, j)
+    is_fixed = mesh.fixed[t, i]
+    v, w = _new_triangles(mesh)
+    _put(mesh, t, (a, point, c), (w, is_fixed), _free(v), ca)
+    _put(mesh, v, (point, b, c), (u, is_fixed), bc, _free(t))
+    _put(mesh, u, (b, point, d), (v, is_fixed), _free(w), db)
+    _put(mesh, w, (point, a, d), (t, is_fixed), ad, _free(u))
+    _tell_neighbours(mesh, v)
+    _tell_neighbours(mesh, w)
+    return v, w
 
 
 @njit(cache=True)
-def insert_point(uv, corners, across, fixed, used, t, point, stack):
-    """Insert `point`, which lies in triangle t, and legalise around it; BLOCKED on a fixed or rim edge."""
+def insert_point(mesh, t, point):
+    """Insert `point`, which lies in triangle t, and legalise around it; BLOCKED on a fixed or rim edge.
+
+    There have to be two spare triangles.
+    """
+    changed = np.empty(4, np.int64)
     for i in range(3):
-        a, b = corners[t, i], corners[t, (i + 1) % 3]
-        length = square(uv, a, b)
-        if turn(uv, a, b, point) <= 1e-9 * length:
-            if fixed[t, i] or across[t, i] < 0:
+        a, b = mesh.corners[t, i], mesh.corners[t, (i + 1) % 3]
+        if turn(mesh.uv, a, b, point) <= ON_EDGE * squared_distance(mesh.uv, a, b):
+            u = mesh.across[t, i]
+            if mesh.fixed[t, i] or u < 0:
                 return BLOCKED
-            u, rows = across[t, i], used[1]
-            split_edge(corners, across, fixed, used, t, i, point)
-            stack[0], stack[1], stack[2], stack[3] = t, u, rows, rows + 1
-            legalise(uv, corners, across, fixed, stack, 4)
+            v, w = split_inner_edge(mesh, t, i, point)
+            changed[0], changed[1], changed[2], changed[3] = t, u, v, w
+            _legalise(mesh, changed)
             return DONE
-    u, w = _insert_in_triangle(corners, across, fixed, used, t, point)
-    stack[0], stack[1], stack[2] = t, u, w
-    legalise(uv, corners, across, fixed, stack, 3)
+    u, w = _split_triangle(mesh, t, point)
+    changed[0], changed[1], changed[2] = t, u, w
+    _legalise(mesh, changed[:3])
     return DONE
 
 
 @njit(cache=True)
-def insert_spaced(uv, corners, across, fixed, frozen, used, starts, candidates, spacing, clearance, stack):
-    """Insert candidates (k, 2) that keep `spacing` from points and `clearance` from fixed edges.
+def has_room(mesh):
+    """Whether one more point and the two triangles that it brings find spare rows."""
+    return mesh.used[0] < len(mesh.uv) and mesh.used[1] + 2 <= len(mesh.corners)
 
-    starts (k,): a triangle from which a candidate can be reached without crossing a fixed edge.
-    Returns how many were inserted.
+
+@njit(cache=True)
+def insert_spaced(mesh, candidates, frozen):
+    """Insert the candidates that keep their distances, in order, and return how many; stop without room.
+
+    frozen (t,): triangles in which nothing is inserted.
     """
     inserted = 0
-    for k in range(len(candidates)):
-        point = used[0]
-        if point >= len(uv) or used[1] + 2 > len(corners):
+    for k in range(len(candidates.uv)):
+        if not has_room(mesh):
             break
-        uv[point] = candidates[k]
-        t = locate(uv, corners, across, fixed, starts[k], point, False)
+        point = mesh.used[0]
+        mesh.uv[point] = candidates.uv[k]
+        t = locate(mesh, candidates.start[k], point, False)
         if t < 0 or frozen[t]:
             continue
-        if not _is_clear(uv, corners, across, fixed, t, point, spacing[k], clearance[k]):
+        if not _is_clear(mesh, t, point, candidates.spacing[k], candidates.clearance[k]):
             continue
-        if insert_point(uv, corners, across, fixed, used, t, point, stack) == DONE:
-            used[0] += 1
+        if insert_point(mesh, t, point) == DONE:
+            mesh.used[0] += 1
             inserted += 1
     return inserted
 
 
 @njit(cache=True)
-def _is_clear(uv, corners, across, fixed, t, point, spacing, clearance):
+def _is_clear(mesh, t, point, spacing, clearance):
+    """Whether `point` in t is off the corners of t and of its neighbours, and off the fixed edges of t."""
     for i in range(3):
-        a, b = corners[t, i], corners[t, (i + 1) % 3]
-        if square(uv, a, point) < spacing * spacing:
+        a, b = mesh.corners[t, i], mesh.corners[t, (i + 1) % 3]
+        if squared_distance(mesh.uv, a, point) < spacing * spacing:
             return False
-        u = across[t, i]
-        if fixed[t, i] or u < 0:
-            if turn(uv, a, b, point) < clearance * np.sqrt(square(uv, a, b)):
+        u = mesh.across[t, i]
+        if mesh.fixed[t, i] or u < 0:
+            if turn(mesh.uv, a, b, point) < clearance * np.sqrt(squared_distance(mesh.uv, a, b)):
                 return False
             continue
-        d = corners[u, (_edge_from(corners, u, b) + 2) % 3]
-        if square(uv, d, point) < spacing * spacing:
+        d = mesh.corners[u, (_edge_from(mesh, u, b) + 2) % 3]
+        if squared_distance(mesh.uv, d, point) < spacing * spacing:
             return False
     return True
 
 
 @njit(cache=True)
-def recover_edge(uv, corners, across, fixed, used, a, b):
-    """Make the segment a-b an edge by flipping the free edges that cross it; False where it cannot be."""
-    for _ in range(10 * used[1] + 100):
-        crossed = False
-        for t in range(used[1]):
-            i = _edge_from(corners, t, a)
-            if i < 0:
-                continue
-            if corners[t, (i + 1) % 3] == b or corners[t, (i + 2) % 3] == b:
-                return True
-        for t in range(used[1]):
-            for i in range(3):
-                u = across[t, i]
-                if u < t or fixed[t, i]:
-                    continue
-                p, q, r = corners[t, i], corners[t, (i + 1) % 3], corners[t, (i + 2) % 3]
-                if not _crosses(uv, a, b, p, q):
-                    continue
-                s = corners[u, (_edge_from(corners, u, q) + 2) % 3]
-                if turn(uv, r, s, q) <= 0.0 or turn(uv, s, r, p) <= 0.0:
-                    continue
-                flip(corners, across, fixed, t, i)
-                crossed = True
-        if not crossed:
+def recover_edge(mesh, a, b):
+    """Make the segment a-b an edge by flipping the free edges that cross it; False where it cannot be.
+
+    Each round runs over all triangles, and an edge that leaves no convex pair waits for the next: the cost
+    is triangles times rounds. It serves the few segments that bound no polygon, before the refinement.
+    """
+    for _ in range(10 * mesh.used[1] + 100):
+        if _has_edge(mesh, a, b):
+            return True
+        if not _flip_crossing(mesh, a, b):
             return False
     return False
 
 
 @njit(cache=True)
+def _has_edge(mesh, a, b):
+    for t in range(mesh.used[1]):
+        if _edge_from(mesh, t, a) >= 0 and _edge_from(mesh, t, b) >= 0:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _flip_crossing(mesh, a, b):
+    """Flip the free edges that cross the segment a-b where that makes proper triangles; say if any did."""
+    flipped = False
+    for t in range(mesh.used[1]):
+        for i in range(3):
+            if mesh.across[t, i] < t or mesh.fixed[t, i]:
+                continue
+            p, q, r, _, s, _ = _pair(mesh, t, i)
+            if not _crosses(mesh.uv, a, b, p, q):
+                continue
+            if turn(mesh.uv, r, s, q) <= 0.0 or turn(mesh.uv, s, r, p) <= 0.0:
+                continue
+            flip(mesh, t, i)
+            flipped = True
+    return flipped
+
+
+@njit(cache=True)
 def _crosses(uv, a, b, p, q):
+    """Whether the segments a-b and p-q, which share no point, cross in their interiors."""
     if a == p or a == q or b == p or b == q:
         return False
     return turn(uv, a, b, p) * turn(uv, a, b, q) < 0.0 and turn(uv, p, q, a) * turn(uv, p, q, b) < 0.0
