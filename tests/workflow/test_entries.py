@@ -18,7 +18,7 @@ DEMO_JOBS = {"generate": 1, "crack": 3, "tetrahedralize": 6, "inp": 3, "all": 1,
 
 @pytest.fixture(params=["root", "workflow", "module"])
 def entry(request, tmp_path) -> tuple[Path, tuple[str, ...]]:
-    """An empty folder and the flags of one entry into the workflow; a module is a Snakefile of three lines."""
+    """An empty folder and the flags of one entry; a module is a Snakefile of three lines."""
     if request.param == "module":
         (tmp_path / "Snakefile").write_text(MODULE)
         return tmp_path, ()
