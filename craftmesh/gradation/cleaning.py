@@ -8,6 +8,7 @@ from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.passes import Gradation, Limits, slide_all, swap_all
 from craftmesh.gradation.state import ON_FRONT
 from craftmesh.sizing.sizing import Sizing
+from craftmesh.surface.front import ears
 from craftmesh.surface.kernels.facet_shape import LEAST_ANGLE, poor_facets, relative_lengths, score_of_angle
 from craftmesh.surface.measure import facet_angles
 
@@ -80,19 +81,10 @@ def collapse_poor(gradation: Gradation, limits: Limits, goal: float) -> int:
     return gradation.repeat("cleaning_collapses", collapse_pass, len(order), limits, edges, order, ())
 
 
-def ear_edges(gradation: Gradation) -> np.ndarray:
-    """Return the crack edges (k, 2), other than front edges, that join two front vertices."""
-    state = gradation.state
-    facets = state.facets[gradation.living(on_crack=True)]
-    pairs = facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    on_front = (state.flags[pairs] & ON_FRONT).all(1)
-    pairs, count = np.unique(np.sort(pairs[on_front], axis=1), axis=0, return_counts=True)
-    return pairs[count > 1]
-
-
 def split_ears(gradation: Gradation, limits: Limits) -> int:
-    """Split crack edges that join two front vertices, so that every crack facet can open."""
-    edges = ear_edges(gradation)
+    """Split the crack's ears, so that every crack facet can open."""
+    state = gradation.state
+    edges = ears(state.facets[gradation.living(on_crack=True)], state.flags & ON_FRONT > 0)
     order = np.arange(len(edges))
     any_angle = limits._replace(split=0.0, floor=0.0)
     return gradation.repeat("split_ears", split_pass, len(edges), any_angle, edges, order, (0.0,))

@@ -5,8 +5,8 @@ import numpy as np
 from craftmesh.gradation.cleaning import NEEDLE_ANGLE
 from craftmesh.gradation.kernels.codes import REFUSALS
 from craftmesh.gradation.passes import Gradation
-from craftmesh.gradation.state import front_edges
 from craftmesh.sizing.sizing import Sizing
+from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.facet_shape import LARGEST_ANGLE
 from craftmesh.surface.measure import facet_angles, side_volumes
 from craftmesh.surface.patches import feature_edges

@@ -7,7 +7,8 @@ import numpy as np
 from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT, REFUSALS
 from craftmesh.gradation.kernels.reference_normals import reference_normals
 from craftmesh.gradation.kernels.rings import classify, link_all
-from craftmesh.surface.connectivity import compact, unique_edges
+from craftmesh.surface.connectivity import compact
+from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import oriented, patches
 from craftmesh.types import CRACK, Surface
@@ -15,7 +16,8 @@ from craftmesh.types import CRACK, Surface
 # points, facets, alive, patch, reference: the surface; first, after: corner lists (kernels.rings);
 # rank, flags, size: per vertex class, constraints and target length;
 # home, witness_*: first places of the vertices and the facet lists of those that are gone or moved;
-# patch_sides, patch_crack: per patch its two volume slots (-1: the exterior) and whether it is crack;
+# patch_sides, patch_crack, patch_free: per patch its two volume slots (-1: the exterior), whether it is
+# crack and whether it bounds the exterior or a void;
 # volume, drift: per slot; stamp, facet_stamp, clock: marks; used: numbers of vertices and facets;
 # front, crack_*: the input's front segments and crack facets, to put new vertices on;
 # the rest is room to work in.
@@ -23,7 +25,7 @@ State = namedtuple(
     "State",
     "points facets alive patch reference first after rank flags size "
     "home witness_first witness_after witness_rank witness_crack is_witness "
-    "patch_sides patch_crack volume drift stamp facet_stamp clock used "
+    "patch_sides patch_crack patch_free volume drift stamp facet_stamp clock used "
     "front crack_corners crack_centre crack_reach "
     "star star_corners star_feature dying loose loose_facet near_slot near_area near_volume refused",
 )
@@ -31,17 +33,6 @@ State = namedtuple(
 PER_VERTEX = {"points": 0, "first": -1, "rank": 0, "flags": 0, "size": 0, "stamp": 0}
 PER_VERTEX |= {"home": 0, "witness_after": -1, "witness_rank": 0, "witness_crack": 0, "is_witness": 0}
 PER_FACET = {"facets": 0, "alive": 0, "patch": 0, "reference": 0, "witness_first": -1, "facet_stamp": 0}
-
-
-def front_edges(surface: Surface) -> np.ndarray:
-    """Return the (k, 2) crack-front edges of `surface`: edges on which nothing but one crack facet lies."""
-    on_crack = np.zeros(len(surface.points), bool)
-    on_crack[surface.facets[surface.kind == CRACK]] = True
-    near = np.flatnonzero(on_crack[surface.facets].sum(axis=1) >= 2)
-    edges, of_corner, count = unique_edges(surface.facets[near])
-    lone = count[of_corner] == 1
-    lone &= (surface.kind[near] == CRACK)[:, None]
-    return edges[np.unique(of_corner[lone])]
 
 
 def vertex_flags(surface: Surface) -> np.ndarray:
@@ -97,6 +88,7 @@ def make_state(surface: Surface, size: np.ndarray) -> State:
         is_witness=np.zeros(n, bool),
         patch_sides=slot[patch_facet].reshape(-1, 2),
         patch_crack=surface.kind[patch_facet] == CRACK,
+        patch_free=(sides[patch_facet] <= 0).any(axis=1),
         volume=np.zeros(len(labels)),
         drift=np.zeros(len(labels)),
         stamp=np.zeros(n, np.int64),

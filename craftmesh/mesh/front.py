@@ -88,7 +88,7 @@ def with_mid_nodes(corners: np.ndarray, closed: bool, mid_of: dict) -> np.ndarra
 
 
 def _front_edges(tets, face_sets) -> np.ndarray:
-    """Return the directed front edges (k, 2)."""
+    """Return the directed front edges (k, 2): those of craftmesh.surface.front, told by opened faces."""
     empty = np.zeros((0, 2), np.int64)
     corners = {name: face_nodes(tets, faces) for name, faces in face_sets.items() if len(faces)}
     lips = [corners.pop(name, np.zeros((0, 3), np.int64)) for name in ("CRACK_LIP_A", "CRACK_LIP_B")]

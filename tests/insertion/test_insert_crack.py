@@ -15,6 +15,7 @@ from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors, facet_angles, side_volumes
 from craftmesh.types import CRACK, Surface, Voxels
 from craftmesh.voxels.generate import GenerateOptions, generate
@@ -73,15 +74,6 @@ CRACKS = {
 def cracked(request, polycrystal):
     crack = prescribed_crack(CRACKS[request.param], 0, BOX)
     return polycrystal, crack, *insert_crack(polycrystal, crack, None)
-
-
-def front_edges(surface: Surface) -> np.ndarray:
-    """Edges of one crack facet that lie in the material: no facet on them is free."""
-    crack = surface.kind == CRACK
-    edges, of_corner, _ = unique_edges(surface.facets)
-    on_crack = np.bincount(of_corner[crack].ravel(), minlength=len(edges))
-    free = np.bincount(of_corner[(surface.sides <= 0).any(axis=1)].ravel(), minlength=len(edges))
-    return edges[(on_crack == 1) & (free == 0)]
 
 
 def crack_area(surface: Surface) -> float:

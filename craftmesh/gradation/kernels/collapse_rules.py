@@ -221,8 +221,27 @@ def _ends_meet(state, a, b, patch, side):
 
 
 @njit(cache=True)
+def is_front_edge(state, a, b):
+    """Tell whether (a, b) is a front edge: one crack facet on it, none of the exterior or a void."""
+    crack = 0
+    c = state.first[a]
+    while c >= 0:
+        if has_corner(state.facets, c // 3, b):
+            patch = state.patch[c // 3]
+            if state.patch_free[patch]:
+                return False
+            if state.patch_crack[patch]:
+                crack += 1
+        c = state.after[c]
+    return crack == 1
+
+
+@njit(cache=True)
 def makes_ear(state, a, b):
-    """Tell whether moving `b` onto the front vertex `a` joins two front vertices by another crack edge."""
+    """Tell whether moving `b` onto the front vertex `a` makes an ear: joins it to another front vertex.
+
+    See craftmesh.surface.front; an edge that is or becomes the front itself is none.
+    """
     if not (state.flags[a] & ON_FRONT):
         return False
     c = state.first[b]
@@ -232,9 +251,7 @@ def makes_ear(state, a, b):
             for i in range(1, 3):
                 u = state.facets[f, (c + i) % 3]
                 if state.flags[u] & ON_FRONT:
-                    old, _, _ = edge_facets(state.facets, state.first, state.after, b, u)
-                    new, _, _ = edge_facets(state.facets, state.first, state.after, a, u)
-                    if old != 1 and new != 1:
+                    if not is_front_edge(state, b, u) and not is_front_edge(state, a, u):
                         return True
         c = state.after[c]
     return False

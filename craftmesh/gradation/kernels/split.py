@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 
 from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT, ON_PLANES, is_held
+from craftmesh.gradation.kernels.collapse_rules import is_front_edge
 from craftmesh.gradation.kernels.cones import book_drift, grain_cones
 from craftmesh.gradation.kernels.facet_grid import has_room, insert_facet, star_intersects
 from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front
@@ -36,8 +37,8 @@ def _edge_class(state, a, b, parents):
             rank = 1
         if state.patch_crack[patch]:
             flags |= ON_CRACK
-            if parents == 1:
-                flags |= ON_FRONT
+    if flags & ON_CRACK and is_front_edge(state, a, b):
+        flags |= ON_FRONT
     return (1 if parents != 2 else rank), flags
 
 

@@ -100,7 +100,7 @@ def swap_edge(state, grid, limits, a, b):
     if edge_facets(state.facets, state.first, state.after, u, v)[0] > 0:
         return False
     if state.patch_crack[state.patch[f]] and state.flags[u] & state.flags[v] & ON_FRONT:
-        return False
+        return False  # an ear
     _set_star(state, f, g, u, v, p, q)
     if not _keeps_normals(state, limits.cosine) or not _stays_near(state, limits, u, v, p, q):
         return False

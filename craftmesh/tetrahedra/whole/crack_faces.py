@@ -4,7 +4,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.tet_connectivity import half_face_corners, tet_volumes
-from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.front import front_edges, front_of
 from craftmesh.surface.kernels.distances import nearest_facets, nearest_on_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import CRACK, Surface
@@ -56,7 +56,7 @@ def with_fins(surface: Surface, lengths: np.ndarray) -> tuple[np.ndarray, np.nda
     lengths at the surface's points, about the height of the fins.
     """
     points, facets = surface.points, surface.facets.astype(np.int64)
-    _, front = _area_and_front(surface)
+    front = front_edges(surface)
     if not len(front):
         return points, facets
     crack = facets[surface.kind == CRACK]
@@ -75,17 +75,15 @@ def with_fins(surface: Surface, lengths: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def put_on_front(
-    surface: Surface, points: np.ndarray, tets: np.ndarray, crack: np.ndarray, at_free: np.ndarray
+    surface: Surface, points: np.ndarray, tets: np.ndarray, crack: np.ndarray, free: np.ndarray
 ) -> np.ndarray:
-    """Return points with the rim of the crack facets (c, 3) moved onto the front of the input surface.
+    """Return points with the front of the crack facets (c, 3) moved onto the front of the input surface.
 
-    at_free (n,): points on free surfaces, which stay. A point goes as far as its tets keep a tenth of
-    their volumes.
+    free (f, 3): facets on free surfaces, whose points stay. A point goes as far as its tets keep a tenth
+    of their volumes.
     """
-    _, front = _area_and_front(surface)
-    edges, _, count = unique_edges(crack)
-    rim = np.unique(edges[(count == 1) & ~at_free[edges].all(axis=1)])
-    rim = rim[~at_free[rim]]
+    front = front_edges(surface)
+    rim = np.setdiff1d(front_of(crack, free), free)
     if not len(front) or not len(rim):
         return points
     targets = nearest_on_edges(points[rim], surface.points, front)
@@ -101,22 +99,6 @@ def put_on_front(
         else:
             moved[point] = points[point]
     return moved
-
-
-def closed_edges(crack: np.ndarray, at_free: np.ndarray) -> np.ndarray:
-    """Return an edge (e, 2) of each crack facet (c, 3) that could not open: its corners are on the front.
-
-    The edge is one inside the crack; a point on it that is no front's lets the facet open. at_free (n,):
-    points on free surfaces, between which the crack's rim is its mouth.
-    """
-    edges, edge_of, count = unique_edges(crack)
-    is_front = (count == 1) & ~at_free[edges].all(axis=1)
-    on_front = np.zeros(len(at_free), bool)
-    on_front[edges[is_front].ravel()] = True
-    closed = edge_of[on_front[crack].all(axis=1)]
-    inner = count[closed] == 2
-    closed, inner = closed[inner.any(axis=1)], inner[inner.any(axis=1)]
-    return edges[np.unique(closed[np.arange(len(closed)), inner.argmax(axis=1)])]
 
 
 def check_crack(before: Surface, after: Surface) -> dict:
@@ -157,14 +139,10 @@ def _distance(places: np.ndarray, points: np.ndarray, facets: np.ndarray) -> np.
 
 
 def _area_and_front(surface: Surface) -> tuple[float, np.ndarray]:
-    """Return the crack's area and its front edges (e, 2): edges of one crack facet inside the material."""
+    """Return the crack's area and its front edges (e, 2)."""
     crack = surface.facets[surface.kind == CRACK]
-    edges, _, count = unique_edges(crack)
-    free = surface.facets[(surface.sides <= 0).any(axis=1)]
-    at_free = np.zeros(len(surface.points), bool)
-    at_free[free.ravel()] = True
-    front = edges[(count == 1) & ~at_free[edges].all(axis=1)]
-    return float(np.linalg.norm(area_vectors(surface.points, crack), axis=1).sum()), front
+    area = np.linalg.norm(area_vectors(surface.points, crack), axis=1).sum()
+    return float(area), front_edges(surface)
 
 
 def _lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:

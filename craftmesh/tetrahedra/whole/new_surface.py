@@ -5,11 +5,12 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.tet_connectivity import group_triples, half_face_corners, half_faces, tet_volumes
 from craftmesh.surface.connectivity import compact
+from craftmesh.surface.front import ears, front_of
 from craftmesh.surface.patches import PLANES
-from craftmesh.tetrahedra.whole.crack_faces import closed_edges, crack_half_faces, put_on_front
+from craftmesh.tetrahedra.whole.crack_faces import crack_half_faces, put_on_front
 from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
 
-# Rounds of splits, each of which may leave new facets with all corners on the front.
+# Rounds of splits: the crack is found anew in the split mesh, and may have other facets there.
 MAX_SPLITS = 5
 
 
@@ -50,29 +51,29 @@ def settle_crack(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points, tets and labels with the crack's front on the given one and facets that can open.
 
-    Crack facets with all corners on the front are split inside the crack first.
+    The crack's ears are split first.
     """
     for _ in range(MAX_SPLITS):
-        crack, at_free = _crack_facets(surface, points, tets, labels, reach)
-        edges = closed_edges(crack, at_free)
+        crack, free = _crack_facets(surface, points, tets, labels, reach)
+        on_front = np.zeros(len(points), bool)
+        on_front[front_of(crack, free)] = True
+        edges = ears(crack, on_front)
         if not len(edges):
             break
         for edge in edges:
             points, tets, labels = _split(points, tets, labels, edge)
-    crack, at_free = _crack_facets(surface, points, tets, labels, reach)
-    return put_on_front(surface, points, tets, crack, at_free), tets, labels
+    crack, free = _crack_facets(surface, points, tets, labels, reach)
+    return put_on_front(surface, points, tets, crack, free), tets, labels
 
 
 def _crack_facets(surface, points, tets, labels, reach) -> tuple[np.ndarray, np.ndarray]:
-    """Return the crack facets (c, 3) of the mesh, and (n,) bool: its points on free surfaces."""
+    """Return the crack facets (c, 3) of the mesh and the facets (f, 3) of its free surfaces."""
     groups = group_triples(half_faces(tets))
     pairs = groups.pairs[(labels[groups.pairs // 4] > 0).all(axis=1)]
     crack = half_face_corners(tets, crack_half_faces(surface, points, tets, pairs, reach))
     sides = _sides_of(groups, labels)
     free = groups.lead[(sides > 0).any(axis=1) & (sides <= 0).any(axis=1)]
-    at_free = np.zeros(len(points), bool)
-    at_free[half_face_corners(tets, free)] = True
-    return crack, at_free
+    return crack, half_face_corners(tets, free)
 
 
 def _split(points, tets, labels, edge) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
