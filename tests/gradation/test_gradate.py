@@ -163,6 +163,47 @@ def test_no_ears(cracked):
     assert not len(ears(crack, on_front))
 
 
+def penny_in_a_boundary(l_min: float, step: int) -> tuple[Surface, Sizing, np.ndarray]:
+    """A penny of radius 5 in the plane boundary z = 8 of two blocks, its sizing and its centre.
+
+    step > 0: beyond x = 9 the boundary lies that much higher, so that the front runs on inside a grain.
+    """
+    labels = np.ones((16, 16, 16), int)
+    labels[:, :, 8:] = 2
+    labels[9:, :, 8 : 8 + step] = 1
+    surface, _ = remesh(Voxels(labels, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)))
+    box, centre = np.array([[0.0] * 3, [16.0] * 3]), np.full(3, 8.0)
+    crack = prescribed_crack(CrackOptions(centre=tuple(centre), normal=(0, 0, 1), radius=5.0), 0, box)
+    sources = np.concatenate([densify(crack.points[f], 0.1) for f in crack.fronts])
+    sizing = Sizing(l_min, 2 * l_min, 4 * l_min, 1.5, 5.0, 1.0, sources)
+    return insert_crack(surface, crack, sizing)[0], sizing, centre
+
+
+@pytest.mark.parametrize("step", [0, 3])
+@pytest.mark.parametrize("l_min", [0.4, 1.1])
+def test_a_front_along_a_grain_boundary_stays_on_its_curve(l_min, step):
+    before, sizing, centre = penny_in_a_boundary(l_min, step)
+    after, report = gradate(before, sizing)
+    assert check_surface(after) == []
+    edges, given_edges = front_edges(after), front_edges(before)
+    low, middle, high = report["adherence"]["front"]
+    assert 0.5 < low < middle < high < 1.5
+    # nodes slide and new ones come on the segments of the front that was given: 5e-15 at most was measured
+    p, q = before.points[given_edges[:, 0]], before.points[given_edges[:, 1]]
+    nodes = after.points[np.unique(edges)]
+    for x in nodes:
+        t = np.clip(np.einsum("ij,ij->i", x - p, q - p) / np.einsum("ij,ij->i", q - p, q - p), 0, 1)
+        assert np.linalg.norm(p + t[:, None] * (q - p) - x, axis=1).min() < 1e-9
+    assert not np.isin(nodes, before.points).all()
+    # the given front has the boundary's own edges of up to 1.42 for chords: 1.42^2 / (8 R) = 0.050
+    assert np.abs(np.linalg.norm(nodes - centre, axis=1) - 5.0).max() < 0.051
+    # one closed curve
+    assert (np.bincount(edges.ravel())[np.unique(edges)] == 2).all() and len(np.unique(edges)) == len(edges)
+    on_front = np.zeros(len(after.points), bool)
+    on_front[edges] = True
+    assert not len(ears(after.facets[after.kind == CRACK], on_front))
+
+
 def test_ears_of_the_input_are_split():
     # A square crack of two facets inside one grain: all corners on the front, its diagonal a chord.
     box = polycrystal(0, grains=1, n=8)
