@@ -12,6 +12,7 @@ VERBS = {
     "import": "read and clean a labelled microstructure; find voids and embedded grains",
     "remesh": "turn the labelled volume into one conformal, smoothed surface",
     "crack": "make the crack surface of one increment",
+    "size": "make the sizing function of one increment for all stages",
     "stitch": "join surfaces, insert the crack and clean the result",
     "gradate": "fit the surface's edges to the sizing function around the crack front",
     "tetrahedralize": "fill the grains with tetrahedra",

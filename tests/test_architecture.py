@@ -35,7 +35,6 @@ MODULES_MAY_IMPORT = {
 # Breaches that are being mended; an entry that is no longer needed fails the test.
 KNOWN: set[tuple[str, str]] = {
     ("craftmesh.io.msh", "craftmesh.mesh.tet_connectivity"),
-    ("craftmesh.io.size_field", "craftmesh.sizing.length_field"),
     ("craftmesh.io.vtu", "craftmesh.mesh.tet_connectivity"),
 }
 

@@ -137,15 +137,18 @@ def read_campaign(config: Mapping[str, Any]) -> Campaign:
 
 
 def check_sizes(sizing: Mapping[str, Any]) -> None:
-    """Raise CraftmeshError unless the numbers of Eq. 3, defaults included, fit each other."""
+    """Raise CraftmeshError unless the numbers of Eq. 3, defaults included, fit each other.
+
+    Without l0, which the microstructure gives later, there are no defaults to hold the others against.
+    """
+    import numpy as np
+
     from craftmesh.sizing.sizing import SizingOptions, sizing_for
 
-    if sizing["l0"] is None:
-        raise CraftmeshError(
-            "key sizing.l0 is missing; expected the original edge length, about the voxel's"
-        )
     try:
-        sizing_for(None, SizingOptions(**sizing), ())
+        options = SizingOptions(**sizing)
+        if options.l0 is not None:
+            sizing_for(None, options, np.zeros((0, 3)))
     except CraftmeshError as error:
         raise CraftmeshError(f"sizing: {error}") from None
 

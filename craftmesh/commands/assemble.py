@@ -7,7 +7,7 @@ same sizes and options as to tetrahedralize.
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, sizing_from
+from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, tell
 from craftmesh.commands.whole_model_step import complete_mesh
 from craftmesh.io.front_csv import write_front
@@ -33,6 +33,7 @@ def add_arguments(parser):
 
 
 def run(arguments):
+    refuse_two_sizings(arguments)
     surface = read_surface(arguments.surface)
     record = merged([read_record(chunk) for chunk in arguments.chunks])
     if record.get("repair"):

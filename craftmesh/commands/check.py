@@ -73,6 +73,18 @@ def check_volume(file: Path, arguments) -> list[str]:
     )
 
 
+def check_arrays(file: Path, arguments) -> list[str]:
+    """Check a sizing or, where the file is none, a volume of labels."""
+    from craftmesh.io.sizing_npz import is_sizing
+
+    if not is_sizing(file):
+        return check_volume(file, arguments)
+    from craftmesh.commands.sizing_flags import stored_sizing
+
+    stored_sizing(file)
+    return []
+
+
 def check_islands(file: Path, arguments) -> list[str]:
     from craftmesh.voxels.islands import islands_from_json
 
@@ -95,7 +107,7 @@ def check_input_deck(file: Path, arguments) -> list[str]:
 
 CHECKS = {
     ".vti": check_volume,
-    ".npz": check_volume,
+    ".npz": check_arrays,
     ".vtp": check_polygons,
     ".vtu": check_mesh,
     ".inp": check_input_deck,

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import add_front, add_sizing, sizing_from
+from craftmesh.commands.sizing_flags import add_front, add_sizing, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, tell
 from craftmesh.gradation.gradate import GradateOptions, gradate
 from craftmesh.io.vtk import read_surface, write_surface
@@ -20,6 +20,7 @@ def add_arguments(parser):
 
 
 def run(arguments):
+    refuse_two_sizings(arguments)
     surface = read_surface(arguments.surface)
     sizing = sizing_from(arguments, surface, arguments.front)
     with ProgressLine("gradate") as progress:

@@ -6,9 +6,9 @@ from craftmesh.atomic import atomic_path
 from craftmesh.campaign.campaign import check_sizes
 from craftmesh.campaign.config_schema import config_schema
 from craftmesh.campaign.configuration import completed
+from craftmesh.campaign.craftmesher import converted, read_config
 from craftmesh.commands.stage_io import add_output, existing
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.craftmesher import converted, read_config
 
 CASES = "config/cases.tsv"
 
@@ -24,8 +24,7 @@ def run(arguments):
     try:
         sections, notes = converted(read_config(existing(arguments.config)), arguments.config.parent)
         config = {"cases": CASES} | sections
-        if "l0" in config["sizing"]:
-            check_sizes(completed(config, config_schema())["sizing"])
+        check_sizes(completed(config, config_schema())["sizing"])
     except CraftmeshError as error:
         place = "" if str(error).startswith(str(arguments.config)) else f"{arguments.config}: "
         raise CraftmeshError(f"{place}{error}") from None

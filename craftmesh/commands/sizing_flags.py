@@ -1,7 +1,7 @@
-"""The flags of the sizing function and its sources, shared by the stages that use it."""
+"""The sizing function of the stages that use it: from a file of `craftmesh size`, or from flags."""
 
 import argparse
-from dataclasses import replace
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +9,15 @@ import numpy as np
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import existing
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.craftmesher import read_source_points
 from craftmesh.io.front_csv import read_front_points
 from craftmesh.io.size_field import read_length_field
+from craftmesh.io.sizing_npz import read_sizing
+from craftmesh.io.void_list import read_source_points
 from craftmesh.io.vtk import read_crack
-from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
+from craftmesh.sizing.length_field import LengthField
+from craftmesh.sizing.sizing import Sizing, SizingOptions
+from craftmesh.sizing.sources import Defects, sizing_around
+from craftmesh.sizing.stored import sizing_of
 from craftmesh.types import Surface
 
 
@@ -27,37 +31,77 @@ def add_front(parser: argparse.ArgumentParser) -> None:
 
 
 def add_sizing(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--sizing",
+        type=Path,
+        metavar="FILE",
+        help="sizing .npz of `craftmesh size`, in place of the front and all sizing options",
+    )
     add_options(parser, SizingOptions)
 
 
+def refuse_two_sizings(arguments: argparse.Namespace) -> None:
+    """Raise CraftmeshError where both --sizing and flags that make a sizing were given."""
+    names = ["front", *(item.name for item in fields(SizingOptions))]
+    given = [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name, None) is not None]
+    if arguments.sizing and given:
+        raise CraftmeshError(f"--sizing {arguments.sizing} holds all sizes; leave out {', '.join(given)}")
+
+
 def is_sized(arguments: argparse.Namespace) -> bool:
-    """Return whether a front, the voids or any number of the sizing function was given."""
-    return bool(arguments.front) or options_from(arguments, SizingOptions) != SizingOptions()
+    """Return whether a sizing, a front, the voids or any number of the sizing function was given."""
+    has_front = getattr(arguments, "front", None) is not None
+    return bool(arguments.sizing or has_front or options_from(arguments, SizingOptions) != SizingOptions())
 
 
 def sizing_from(arguments: argparse.Namespace, surface: Surface, front: Path | None) -> Sizing:
-    """Return the sizing function around the front in a file and all else that the flags name.
+    """Return the sizing function of --sizing, or else the one around `front` that the flags describe."""
+    if arguments.sizing:
+        return stored_sizing(arguments.sizing)
+    return sizing_by(options_from(arguments, SizingOptions), surface, front)
+
+
+def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> Sizing:
+    """Return the sizing function around the front in a file and all that `options` names.
 
     That is the voids of the surface, points or voids in a csv, and a field of lengths: the least counts.
     """
-    options = options_from(arguments, SizingOptions)
-    field = options.field and read_length_field(existing(Path(options.field)), options.field_array)
-    plain = sizing_for(surface, options, np.zeros((0, 3)), (field,) if field else ())
-    sources = [read_front_sources(front, plain.l_min)] if front else []
-    if options.around_voids:
-        sources.append(surface.points[np.unique(surface.facets[(surface.sides < 0).any(axis=1)])])
+    lengths = _length_field(options)
+    polylines, front_points = _front(front)
+    points, voids = np.zeros((0, 3)), np.zeros((0, 4))
     if options.points:
-        used = surface.points[np.unique(surface.facets)]
-        box = np.stack([used.min(axis=0), used.max(axis=0)])
-        sources.append(read_source_points(existing(Path(options.points)), box, plain.l_min / 2))
-    return replace(plain, sources=np.concatenate([plain.sources, *sources]))
+        points, voids = read_source_points(existing(Path(options.points)))
+    defects = Defects(polylines, np.concatenate([front_points, points]), voids)
+    return sizing_around(defects, surface, options, lengths)
 
 
-def read_front_sources(path: Path, l_min: float) -> np.ndarray:
-    """Return the points (k, 3) of a front .csv, or points l_min / 2 apart on the fronts of a crack .vtp."""
+def stored_sizing(path: Path) -> Sizing:
+    """Read the sizing function in a file of `craftmesh size`; raises CraftmeshError that names the file."""
+    arrays = read_sizing(path)
+    try:
+        return sizing_of(arrays)
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{path}: {error}") from None
+
+
+def _front(path: Path | None) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+    """Return the fronts of a crack .vtp as polylines, or the points (k, 3) of a front .csv as they are."""
+    if path is None:
+        return (), np.zeros((0, 3))
     if path.suffix != ".vtp":
-        return read_front_points(path)
+        return (), read_front_points(path)
     crack = read_crack(path)
     if not crack.fronts:
         raise CraftmeshError(f"{path}: the crack has no front inside the box; expected at least one")
-    return np.concatenate([densify(crack.points[front], l_min / 2) for front in crack.fronts])
+    return tuple(crack.points[front] for front in crack.fronts), np.zeros((0, 3))
+
+
+def _length_field(options: SizingOptions) -> LengthField | None:
+    if not options.field:
+        return None
+    path = existing(Path(options.field))
+    points, lengths = read_length_field(path, options.field_array)
+    try:
+        return LengthField(points, lengths)
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{path}: {error}") from None

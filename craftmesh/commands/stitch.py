@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import add_sizing, sizing_from
+from craftmesh.commands.sizing_flags import add_sizing, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.options import InsertOptions
@@ -25,6 +25,7 @@ def add_arguments(parser):
 
 
 def run(arguments):
+    refuse_two_sizings(arguments)
     report = {}
     if existing(arguments.surface).is_dir():
         surface, report = stitch_grains(

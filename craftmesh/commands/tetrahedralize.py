@@ -1,6 +1,6 @@
 """Fill the grains of a surface with tetrahedra; the surface stays as it is, bit for bit.
 
-Without --front, --around-voids and sizes, edges inside the grains follow those of the surface.
+Without --sizing, --front and sizes, edges inside the grains follow those of the surface.
 """
 
 import argparse
@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, sizing_from
+from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, read_json, tell, warn
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.io.failed_grain import write_failed_grain
@@ -41,6 +41,7 @@ def add_arguments(parser):
 
 
 def run(arguments):
+    refuse_two_sizings(arguments)
     surface = read_surface(arguments.surface)
     if arguments.workers < 1:
         raise CraftmeshError(f"--workers is {arguments.workers}; expected a number >= 1")

@@ -28,6 +28,11 @@ def write_labels(path: str | os.PathLike, voxels: Voxels) -> None:
     arrays |= {"spacing": voxels.spacing, "origin": voxels.origin}
     optional = {"orientations": voxels.orientations, "phases": voxels.phases}
     arrays |= {name: values for name, values in optional.items() if values is not None}
+    write_arrays(path, arrays)
+
+
+def write_arrays(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write arrays to a compressed .npz, whole or not at all; the same arrays give the same bytes."""
     with atomic_path(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name, values in arrays.items():
             entry = zipfile.ZipInfo(f"{name}.npy", _EPOCH)

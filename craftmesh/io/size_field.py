@@ -6,16 +6,15 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
-from craftmesh.sizing.length_field import LengthField
 
 _KINDS = {".vtp": "PolyData", ".vti": "ImageData"}
 
 
-def read_length_field(path: Path, name: str) -> LengthField:
-    """Read the array `name` of target lengths at the points or cells of a .vtp or .vti.
+def read_length_field(path: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Read points (k, 3) and the array `name` of target lengths (k,) there from a .vtp or .vti.
 
-    Cell data count at the cells' centres. Raises CraftmeshError for other files, a missing array, one
-    that is not a scalar, and lengths that are not finite and > 0.
+    Cell data count at the cells' centres. Raises CraftmeshError for other files, a missing array, and one
+    that is not a scalar.
     """
     kind = _KINDS.get(path.suffix.lower())
     if kind is None:
@@ -26,11 +25,7 @@ def read_length_field(path: Path, name: str) -> LengthField:
     lengths = vtk_xml.named_array(path, attributes, [name], "point or cell data")
     if lengths.ndim != 1:
         raise CraftmeshError(f"{path}: {name!r} has {lengths.shape[1]} components; expected one")
-    points = _points(data) if at_points else _centres(data)
-    try:
-        return LengthField(points, lengths)
-    except CraftmeshError as error:
-        raise CraftmeshError(f"{path}: {error}") from None
+    return _points(data) if at_points else _centres(data), lengths
 
 
 def _points(data) -> np.ndarray:

@@ -68,7 +68,7 @@ def test_case_without_crack_has_no_crack_file(campaign):
     [
         ({"sizng": {}}, "unknown key 'sizng'; did you mean 'sizing'"),
         ({"sizing": {"l0": 1, "zzz": 2}}, "unknown key 'sizing.zzz'; expected one of l_min"),
-        ({"sizing": {}}, "key sizing.l0 is missing"),
+        ({"sizing": {"l_min": 4, "l_max": 3}}, "sizing: l_min is 4.* l_max.* 3"),
         ({"sizing": {"l0": float("nan")}}, "sizing.l0 is nan; expected a number > 0"),
         ({"sizing": {"l0": "1e-3"}}, "sizing.l0 is '1e-3'; expected a number > 0"),
         ({"sizing": {"l0": 1, "r0": 8, "r1": 4}}, "sizing: r1 is 4.* r0.* 8"),

@@ -8,12 +8,16 @@ import pytest
 from craftmesh.commands.sizing_flags import add_front, add_sizing, sizing_from
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
-from craftmesh.io.craftmesher import read_source_points
 from craftmesh.io.size_field import read_length_field
+from craftmesh.io.void_list import read_source_points
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
+from craftmesh.sizing.length_field import LengthField
+from craftmesh.sizing.sources import points_on_voids
+from craftmesh.types import Surface
 from craftmesh.voxels.generate import GenerateOptions, generate
 
 BOX = np.array([[1.0, 0.0, 0.0], [11.0, 10.0, 10.0]])
+IN_BOX = Surface([*BOX, [1, 10, 0]], [[0, 1, 2]], [[1, 0]], [0])
 
 
 def arguments_of(text: str, *paths) -> argparse.Namespace:
@@ -27,7 +31,7 @@ def arguments_of(text: str, *paths) -> argparse.Namespace:
 def test_void_list_is_in_fractions_of_the_box(tmp_path, header):
     path = tmp_path / "voids.csv"
     path.write_text(header + "0,0.5,0.5,0.5,0.2\n1,0.1,0.2,0.3,0.05\n")
-    points = read_source_points(path, BOX, 0.3)
+    points = points_on_voids(read_source_points(path)[1], IN_BOX, 0.3)
     distance = [np.linalg.norm(points - c, axis=1) for c in ([6, 5, 5], [2, 2, 3])]
     first = distance[0] < 2.5
     assert np.allclose(distance[0][first], 2.0) and np.allclose(distance[1][~first], 0.5)
@@ -40,18 +44,21 @@ def test_void_list_is_in_fractions_of_the_box(tmp_path, header):
 def test_points_are_taken_as_they_are(tmp_path):
     path = tmp_path / "points.csv"
     path.write_text("x,y,z\n1,2,3\n4,5,6\n")
-    assert np.array_equal(read_source_points(path, BOX, 0.3), [[1, 2, 3], [4, 5, 6]])
+    points, voids = read_source_points(path)
+    assert np.array_equal(points, [[1, 2, 3], [4, 5, 6]]) and len(voids) == 0
 
 
 def test_void_list_with_a_bad_radius_is_refused(tmp_path):
     path = tmp_path / "voids.csv"
     path.write_text("0,0.5,0.5,0.5,0.2\n1,0.1,0.2,0.3,-1\n")
     with pytest.raises(CraftmeshError, match="void 2 is .*r > 0"):
-        read_source_points(path, BOX, 0.3)
+        read_source_points(path)
 
 
 def test_published_void_list(shared_data):
-    points = read_source_points(shared_data / "defects" / "craftmesher_VoidList.csv", BOX, 0.1)
+    points, voids = read_source_points(shared_data / "defects" / "craftmesher_VoidList.csv")
+    assert len(points) == 0
+    points = points_on_voids(voids, IN_BOX, 0.1)
     assert len(points) > 250 * 12 and np.isfinite(points).all()
 
 
@@ -71,7 +78,7 @@ def write_field(path, lengths: np.ndarray, spacing: float, at_points: bool) -> N
 def test_field_on_an_image(tmp_path, at_points):
     lengths = 0.5 + np.arange(2 * 3 * 4).reshape(2, 3, 4)
     write_field(tmp_path / "h.vti", lengths, 2.0, at_points)
-    field = read_length_field(tmp_path / "h.vti", "h")
+    field = LengthField(*read_length_field(tmp_path / "h.vti", "h"))
     place = np.moveaxis(np.indices(lengths.shape), 0, -1) * 2.0 + (1, 0, 0) + (0.0 if at_points else 1.0)
     assert np.allclose(field.at(place.reshape(-1, 3)), lengths.ravel(), rtol=1e-6)
     with pytest.raises(CraftmeshError, match="'size'"):
@@ -92,7 +99,8 @@ def test_field_on_a_surface(tmp_path, at_points):
     data = poly.GetPointData() if at_points else poly.GetCellData()
     vtk_xml.add_arrays(data, {"length": lengths})
     vtk_xml.write_dataset(tmp_path / "h.vtp", poly, "PolyData")
-    assert np.allclose(read_length_field(tmp_path / "h.vtp", "length").at(places), lengths, rtol=1e-6)
+    field = LengthField(*read_length_field(tmp_path / "h.vtp", "length"))
+    assert np.allclose(field.at(places), lengths, rtol=1e-6)
 
 
 @pytest.fixture(scope="module")

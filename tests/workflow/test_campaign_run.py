@@ -7,6 +7,7 @@ from pathlib import Path
 
 import meshio
 import pytest
+import yaml
 from deck_reader import load_judge
 
 from craftmesh.deck.check_deck import check_deck
@@ -16,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.xdist_group("tiny campaign")
 FILES_OF_INCREMENT = {
     "crack.vtp",
+    "sizing.npz",
     "surface.vtp",
     "gradated.vtp",
     "volume.vtu",
@@ -26,6 +28,7 @@ FILES_OF_INCREMENT = {
 }
 AFTER_ASSEMBLE = {"inp", "check", "report", "all"}
 AFTER_GRADATE = {"tetrahedralize", "assemble"} | AFTER_ASSEMBLE
+AFTER_SIZE = {"stitch", "gradate"} | AFTER_GRADATE
 
 
 @pytest.fixture(scope="module")
@@ -102,6 +105,18 @@ def test_changed_option_reruns_its_stage_and_what_follows(finished):
     assert run.jobs == {}
     run = finished.snakemake("--dry-run", "--config", "chunks=3")
     assert set(run.jobs) - {"total"} == AFTER_GRADATE
+
+
+@pytest.mark.parametrize(("key", "value"), [("l_min", 0.8), ("l0", None), ("around_voids", True)])
+def test_changed_sizing_reruns_the_sizing_and_what_follows(finished, tmp_path, key, value):
+    folder = type(finished)(shutil.copytree(finished.path, tmp_path / "other"))
+    config = yaml.safe_load((folder.path / "config.yaml").read_text())
+    config["sizing"][key] = value
+    (folder.path / "config.yaml").write_text(yaml.safe_dump(config))
+    run = folder.snakemake("--dry-run")
+    assert run.status == 0, run.text
+    assert set(run.jobs) - {"total"} == {"size"} | AFTER_SIZE
+    assert run.jobs["size"] == run.jobs["stitch"] == 2
 
 
 def test_includes_and_exports_make_their_files_and_rerun_nothing_else(finished, tmp_path):

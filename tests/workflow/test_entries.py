@@ -13,7 +13,7 @@ use rule * from craftmesh
 '''
 OWN = "cases: mine.tsv\nresults: mine\nsizing: {l0: 1.5}\n"
 OWN_CASES = "case\tmicrostructure\tcrack\tincrements\nbare\tsynthetic\tnone\t1\n"
-DEMO_JOBS = {"generate": 1, "crack": 3, "tetrahedralize": 6, "inp": 3, "all": 1, "total": 29}
+DEMO_JOBS = {"generate": 1, "crack": 3, "size": 3, "tetrahedralize": 6, "inp": 3, "all": 1, "total": 32}
 
 
 @pytest.fixture(params=["root", "workflow", "module"])
@@ -35,7 +35,7 @@ def test_each_entry_plans_the_demo_in_an_empty_folder(entry, run_snakemake):
     run = run_snakemake(folder, *flags, "--dry-run", "--printshellcmds", "--config", "results=elsewhere")
     assert run.status == 0, run.text
     assert DEMO_JOBS.items() <= run.jobs.items()
-    assert "--l-min 0.9" in flags_of(run.text, "gradate") and " -o elsewhere/demo/" in run.text
+    assert "--l-min 0.9" in flags_of(run.text, "size") and " -o elsewhere/demo/" in run.text
 
 
 def test_each_entry_plans_a_campaign_of_ones_own_without_values_of_the_demo(entry, run_snakemake):

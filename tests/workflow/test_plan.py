@@ -13,6 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PER_CASE = {"generate": 1, "import_microstructure": 1, "remesh": 1}
 PER_INCREMENT = {
     "crack": 1,
+    "size": 1,
     "stitch": 1,
     "gradate": 1,
     "tetrahedralize": 2,
@@ -31,6 +32,17 @@ def test_plan_of_a_new_campaign(new_folder):
     wanted |= {"crack": 4, "report": 1, "all": 1}
     assert run.status == 0, run.text
     assert run.jobs == wanted | {"total": sum(wanted.values())}
+
+
+def test_a_configuration_without_sizes_takes_them_from_the_voxels(new_folder):
+    folder = new_folder(HEADER + "a\tsynthetic\tnone\t1\n", "cases: cases.tsv\n")
+    run = folder.snakemake("--dry-run", "--printshellcmds")
+    assert run.status == 0 and run.jobs["size"] == run.jobs["inp"] == 1, run.text
+    (command,) = [line for line in run.text.splitlines() if "craftmesh size " in line]
+    assert "--labels results/a/labels.npz" in command and "--l0" not in command
+    for verb in ("stitch", "gradate", "tetrahedralize", "assemble"):
+        commands = [line for line in run.text.splitlines() if f"craftmesh {verb} " in line]
+        assert commands and all("--sizing results/a/000/sizing.npz" in command for command in commands)
 
 
 def test_slurm_profile_plans_the_same_jobs_in_groups(new_folder):

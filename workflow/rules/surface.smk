@@ -19,11 +19,39 @@ rule remesh:
         "craftmesh remesh {input} {params.options} -o {output} > {log} 2>&1"
 
 
+rule size:
+    input:
+        unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
+        surface=f"{CASE}/remeshed.vtp",
+        labels=f"{CASE}/labels.npz",
+        files=CAMPAIGN.size_files(),
+    output:
+        f"{INC}/sizing.npz",
+    log:
+        f"{LOG}/{{inc}}/sizing.log",
+    benchmark:
+        f"{BENCHMARK}/{{inc}}/sizing.tsv"
+    group:
+        "surface_{case}_{inc}"
+    conda:
+        "../envs/craftmesh.yaml"
+    resources:
+        mem_mb=lambda wildcards, attempt: 4000 * attempt,
+        runtime=30,
+    params:
+        options=CAMPAIGN.flags("sizing"),
+        crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
+        code=CAMPAIGN.code("size"),
+    shell:
+        "craftmesh size {input.surface} {params.crack} --labels {input.labels} {params.options}"
+        " -o {output} > {log} 2>&1"
+
+
 rule stitch:
     input:
         unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{CASE}/remeshed.vtp",
-        sizes=CAMPAIGN.size_files(),
+        sizing=f"{INC}/sizing.npz",
     output:
         f"{INC}/surface.vtp",
     log:
@@ -39,19 +67,17 @@ rule stitch:
         runtime=30,
     params:
         options=CAMPAIGN.flags("stitch"),
-        sizing=CAMPAIGN.flags("sizing"),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("stitch"),
     shell:
-        "craftmesh stitch {input.surface} {params.crack} {params.sizing} {params.options}"
+        "craftmesh stitch {input.surface} {params.crack} --sizing {input.sizing} {params.options}"
         " -o {output} > {log} 2>&1"
 
 
 rule gradate:
     input:
-        unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{INC}/surface.vtp",
-        sizes=CAMPAIGN.size_files(),
+        sizing=f"{INC}/sizing.npz",
     output:
         f"{INC}/gradated.vtp",
     log:
@@ -67,9 +93,6 @@ rule gradate:
         runtime=60,
     params:
         options=CAMPAIGN.flags("gradate"),
-        sizing=CAMPAIGN.flags("sizing"),
-        front=lambda wildcards, input: command_flags({"front": input.get("crack")}),
         code=CAMPAIGN.code("gradate"),
     shell:
-        "craftmesh gradate {input.surface} {params.front} {params.sizing} {params.options}"
-        " -o {output} > {log} 2>&1"
+        "craftmesh gradate {input.surface} --sizing {input.sizing} {params.options} -o {output} > {log} 2>&1"

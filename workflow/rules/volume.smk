@@ -1,9 +1,8 @@
 rule tetrahedralize:
     input:
-        unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{INC}/gradated.vtp",
         islands=f"{CASE}/islands.json",
-        sizes=CAMPAIGN.size_files(),
+        sizing=f"{INC}/sizing.npz",
     output:
         f"{INC}/tets/{{part}}-of-{{parts}}.npz",
     log:
@@ -18,20 +17,17 @@ rule tetrahedralize:
         runtime=120,
     params:
         options=CAMPAIGN.flags("tetrahedralize"),
-        sizing=CAMPAIGN.flags("sizing"),
-        front=lambda wildcards, input: command_flags({"front": input.get("crack")}),
         code=CAMPAIGN.code("tetrahedralize"),
     shell:
-        "craftmesh tetrahedralize {input.surface} --islands {input.islands} {params.front} {params.sizing}"
+        "craftmesh tetrahedralize {input.surface} --islands {input.islands} --sizing {input.sizing}"
         " {params.options} --chunk {wildcards.part}/{wildcards.parts} --workers {threads}"
         " -o {output} > {log} 2>&1"
 
 
 rule assemble:
     input:
-        unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{INC}/gradated.vtp",
-        sizes=CAMPAIGN.size_files(),
+        sizing=f"{INC}/sizing.npz",
         chunks=expand(
             f"{INC}/tets/{{part}}-of-{CAMPAIGN.chunks}.npz",
             part=range(1, CAMPAIGN.chunks + 1),
@@ -54,9 +50,7 @@ rule assemble:
         runtime=lambda wildcards, attempt: 30 * 5 ** (attempt - 1),
     params:
         options=CAMPAIGN.flags("tetrahedralize"),
-        sizing=CAMPAIGN.flags("sizing"),
-        front=lambda wildcards, input: command_flags({"front": input.get("crack")}),
         code=CAMPAIGN.code("assemble"),
     shell:
-        "craftmesh assemble {input.surface} {input.chunks} {params.front} {params.sizing} {params.options}"
+        "craftmesh assemble {input.surface} {input.chunks} --sizing {input.sizing} {params.options}"
         " -o {output.volume} --front-csv {output.front} --report {output.meshing} > {log} 2>&1"

@@ -1,0 +1,60 @@
+"""Make the sizing function of one increment, once for all stages: sources, numbers and fields of lengths.
+
+Stages that take --sizing then ask for the same lengths at the same place, whatever their surface.
+"""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.sizing_flags import sizing_by
+from craftmesh.commands.stage_io import add_output, add_report, existing, tell
+from craftmesh.io.npz import read_labels
+from craftmesh.io.sizing_npz import write_sizing
+from craftmesh.io.vtk import read_surface
+from craftmesh.sizing.sizing import SizingOptions
+from craftmesh.sizing.stored import NUMBERS, arrays_of
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("surface", type=Path, help="surface .vtp before the crack is inserted")
+    add_output(parser, "sizing .npz")
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument(
+        "--crack",
+        type=Path,
+        metavar="FILE",
+        dest="front",
+        help="crack .vtp to refine around its fronts",
+    )
+    source.add_argument(
+        "--front", type=Path, metavar="FILE", help="the same for a front: .csv with columns x, y, z"
+    )
+    parser.add_argument(
+        "--labels", type=Path, metavar="FILE", help="labels .npz: without --l0, l0 is its voxel's edge"
+    )
+    add_report(parser)
+    add_options(parser, SizingOptions)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    options, l0_is = with_l0(options_from(arguments, SizingOptions), arguments.labels)
+    sizing = sizing_by(options, read_surface(arguments.surface), arguments.front)
+    arrays = arrays_of(sizing)
+    write_sizing(arguments.output, arrays)
+    numbers = {name: getattr(sizing, name) for name in NUMBERS}
+    fields = {"sources": len(sizing.sources), "fields_of_lengths": len(sizing.others)}
+    tell(numbers | {"l0_is": l0_is, "growth": sizing.growth} | fields, arguments.report)
+
+
+def with_l0(options: SizingOptions, labels: Path | None) -> tuple[SizingOptions, str]:
+    """Return the options with the default that a volume of labels gives l0, and where l0 comes from."""
+    if options.l0 is not None:
+        return options, "given"
+    if labels is None:
+        return options, "the surface's median edge"
+    edge = float(np.cbrt(read_labels(existing(labels)).spacing.prod()))
+    return replace(options, l0=edge), "the voxel's edge, the cube root of its volume"

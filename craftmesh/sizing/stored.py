@@ -1,0 +1,48 @@
+"""A sizing function as plain arrays, which a file can hold, and back; nothing is lost on the way."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.sizing.length_field import LengthField
+from craftmesh.sizing.sizing import Sizing
+
+NUMBERS = ("l_min", "l0", "l_max", "r0", "r1", "exponent")
+
+
+def arrays_of(sizing: Sizing) -> dict[str, np.ndarray]:
+    """Return the arrays of `sizing`: the numbers of Eq. 3 and `growth` (NaN: no limit), `sources` (k, 3).
+
+    Its fields of lengths follow one another in `field_points` (n, 3) and `field_lengths` (n,);
+    `field_counts` (f,) and `field_growth` (f,) have a row for each. Raises CraftmeshError for a further
+    length that is no LengthField.
+    """
+    others = sizing.others
+    if not all(isinstance(other, LengthField) for other in others):
+        raise CraftmeshError("a sizing within a sizing cannot be stored; expected fields of lengths alone")
+    growth = np.nan if sizing.growth is None else sizing.growth
+    return {
+        **{name: np.array(getattr(sizing, name), float) for name in NUMBERS},
+        "growth": np.array(growth, float),
+        "sources": sizing.sources,
+        "field_points": np.concatenate([np.zeros((0, 3)), *(other.points for other in others)]),
+        "field_lengths": np.concatenate([np.zeros(0), *(other.lengths for other in others)]),
+        "field_counts": np.array([len(other.points) for other in others], np.int64),
+        "field_growth": np.array([other.growth for other in others], float),
+    }
+
+
+def sizing_of(arrays: Mapping[str, np.ndarray]) -> Sizing:
+    """Return the sizing function that `arrays_of` gave; raises CraftmeshError where it cannot be one."""
+    cuts = np.cumsum(arrays["field_counts"])[:-1]
+    points = np.split(arrays["field_points"], cuts)
+    lengths = np.split(arrays["field_lengths"], cuts)
+    growths = arrays["field_growth"].tolist()
+    growth = float(arrays["growth"])
+    return Sizing(
+        **{name: float(arrays[name]) for name in NUMBERS},
+        sources=arrays["sources"],
+        growth=None if np.isnan(growth) else growth,
+        others=tuple(LengthField(*one) for one in zip(points, lengths, growths)),
+    )
