@@ -11,10 +11,12 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path, atomic_paths
 from craftmesh.deck.includes import include_line, mesh_file
-from craftmesh.deck.inp_format import constant_lines, id_lines, integer_rows, name_lines, node_rows, number
+from craftmesh.deck.mesh_lines import mesh_lines, set_lines
+from craftmesh.deck.section_lines import crystal_axes, section_lines
+from craftmesh.deck.step_lines import step_lines
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.materials import Material, parse_materials
-from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
+from craftmesh.mechanics.load import tension
+from craftmesh.mechanics.materials import parse_materials
 from craftmesh.mesh.second_order import as_elements
 from craftmesh.options import Options, option
 from craftmesh.types import TetMesh
@@ -34,8 +36,6 @@ _ORIENTATION_NOTE = """\
 ** of materials, and stresses where the solver reports them locally, refer to the crystal's axes.
 """
 _MESH_NOTE = "** Mesh of {model}: nodes, elements of the grains, node sets and surfaces; included by it.\n"
-# Both solvers write these to their results files (.fil, .frd).
-_OUTPUT = "*NODE FILE\nU, RF\n*EL FILE\nS, E\n"
 
 
 @dataclass(frozen=True)
@@ -84,26 +84,26 @@ def write_deck(
     """
     mesh, report = as_elements(mesh, options.element, options.quarter_points)
     grains = np.unique(mesh.grain)
-    axes = _crystal_axes(grains, orientations)
-    sections = list(_sections(grains, axes, parse_materials(options.material), phases))
-    step = list(_step(mesh, options))
+    axes = crystal_axes(grains, orientations)
+    sections = list(section_lines(grains, axes, parse_materials(options.material), phases))
+    step = _step(mesh, options)
     header = _HEADER.format(**report, grains=len(grains)) + (_ORIENTATION_NOTE if axes else "")
     with _text_streams(target, options.includes) as (model, included):
         model.write(header)
         if included is not model:
             model.write(include_line(target))
             included.write(_MESH_NOTE.format(model=Path(target).name))
-        included.writelines(_mesh_lines(mesh, grains, options.element))
-        included.writelines(_set_lines(mesh))
+        included.writelines(mesh_lines(mesh, grains, options.element))
+        included.writelines(set_lines(mesh))
         model.writelines(sections)
         model.writelines(step)
     return report | {"grains": len(grains)}
 
 
 @contextmanager
-def _text_streams(target, includes: bool) -> Iterator[tuple[TextIO, TextIO]]:
+def _text_streams(target: str | os.PathLike | TextIO, includes: bool) -> Iterator[tuple[TextIO, TextIO]]:
     """Yield the stream of the model and that of its mesh, one and the same without includes."""
-    if hasattr(target, "write"):
+    if not isinstance(target, (str, os.PathLike)):
         if includes:
             raise CraftmeshError("includes: a stream has no place for a second file; give a path")
         yield target, target
@@ -121,124 +121,15 @@ def _text(path: Path) -> TextIO:
     return open(path, "w", encoding="ascii", newline="\n")
 
 
-def _mesh_lines(mesh: TetMesh, grains: np.ndarray, element: str) -> Iterator[str]:
-    yield "*NODE, NSET=NALL\n"
-    yield from node_rows(mesh.points)
-    order = np.argsort(mesh.grain, kind="stable")
-    ends = np.searchsorted(mesh.grain[order], grains, side="right")
-    for grain, rows in zip(grains, np.split(order, ends[:-1])):
-        yield f"*ELEMENT, TYPE={element}, ELSET=GRAIN_{grain}\n"
-        yield from integer_rows(np.column_stack([rows, mesh.tets[rows]]) + 1)
-    yield "*ELSET, ELSET=EALL\n"
-    yield from name_lines(f"GRAIN_{grain}" for grain in grains)
-
-
-def _set_lines(mesh: TetMesh) -> Iterator[str]:
-    for name, nodes in mesh.node_sets.items():
-        if len(nodes):
-            yield f"*NSET, NSET={name}{', UNSORTED' if name.startswith('CRACK_FRONT') else ''}\n"
-            yield from id_lines(nodes)
-    for name, faces in mesh.face_sets.items():
-        sides = [side for side in range(4) if (faces[:, 1] == side).any()]
-        for side in sides:
-            yield f"*ELSET, ELSET={name}_S{side + 1}\n"
-            yield from id_lines(faces[faces[:, 1] == side, 0])
-        if sides:
-            yield f"*SURFACE, NAME={name}, TYPE=ELEMENT\n"
-            yield from (f"{name}_S{side + 1}, S{side + 1}\n" for side in sides)
-
-
-def _crystal_axes(grains, orientations) -> dict[int, np.ndarray]:
-    """Return per grain of known orientation the sample components (6,) of its axes [100] and [010]."""
-    if orientations is None:
-        return {}
-    grains = grains[grains < len(orientations)]
-    matrices = quaternion_to_matrix(normalized(orientations[grains]))
-    return {
-        grain: matrix[:, :2].T.ravel()
-        for grain, matrix in zip(grains.tolist(), matrices)
-        if np.isfinite(matrix).all()
-    }
-
-
-def _sections(grains, axes, materials: dict[int | None, Material], phases) -> Iterator[str]:
-    phase_of = {grain: _phase(grain, materials, phases) for grain in grains.tolist()}
-    unoriented = [g for g in phase_of if g not in axes and materials[phase_of[g]].kind != "isotropic"]
-    if unoriented:
-        kind = materials[phase_of[unoriented[0]]].kind
-        raise CraftmeshError(
-            f"material: {kind} needs an orientation per grain, and {len(unoriented)} have none (the first: "
-            f"{unoriented[0]}); give orientations with the microstructure, or an isotropic material"
-        )
-    for phase in sorted(set(phase_of.values()), key=lambda phase: phase or 0):
-        material = materials[phase]
-        yield f"*MATERIAL, NAME={_material_name(phase)}\n"
-        if material.kind == "isotropic":
-            yield "*ELASTIC\n"
-            yield from constant_lines(list(material.constants))
-        else:
-            yield "*ELASTIC, TYPE=ANISOTROPIC\n"
-            yield from constant_lines(material.upper_triangle())
-    for grain, phase in phase_of.items():
-        orientation = ""
-        if grain in axes:
-            yield f"*ORIENTATION, NAME=ORI_{grain}, SYSTEM=RECTANGULAR\n"
-            yield from constant_lines(axes[grain].tolist())
-            orientation = f", ORIENTATION=ORI_{grain}"
-        yield f"*SOLID SECTION, ELSET=GRAIN_{grain}, MATERIAL={_material_name(phase)}{orientation}\n"
-
-
-def _phase(grain: int, materials, phases) -> int | None:
-    if None in materials:
-        return None
-    if phases is None:
-        if len(materials) == 1:
-            return next(iter(materials))
-        raise CraftmeshError(
-            f"material: {len(materials)} are given, but grains have no phase; give one for all"
-        )
-    phase = int(phases[grain]) if grain < len(phases) else 0
-    if phase not in materials:
-        raise CraftmeshError(f"material: grain {grain} has phase {phase}; give {phase}=KIND:CONSTANTS too")
-    return phase
-
-
-def _material_name(phase: int | None) -> str:
-    return "MATERIAL" if phase is None else f"PHASE_{phase}"
-
-
-def _step(mesh: TetMesh, options: DeckOptions) -> Iterator[str]:
-    """Yield supports and one static step of tension; nothing where no load is asked for."""
+def _step(mesh: TetMesh, options: DeckOptions) -> list[str]:
+    """Return the lines of the load; none where none is asked for."""
     if options.load == "none":
-        return
-    axis = "xyz".index(options.axis)
-    near, far = (f"{options.axis.upper()}{end}" for end in ("MIN", "MAX"))
-    rollers = [f"{name}MIN" for name in "XYZ"] if options.sides == "rollers" else [near]
-    for name in (*rollers, far):
-        if not len(mesh.node_sets.get(name, ())):
-            raise CraftmeshError(
-                f"load: the mesh has no nodes on {name}; choose another axis, sides free, or load none"
-            )
-    yield "*BOUNDARY\n"
-    yield from (f"{name}, {'XYZ'.index(name[0]) + 1}, {'XYZ'.index(name[0]) + 1}\n" for name in rollers)
-    if options.sides == "free":
-        yield from _held_nodes(mesh, axis, near)
-    yield "*STEP\n*STATIC\n"
-    if options.load == "strain":
-        low, high = (mesh.points[mesh.node_sets[name][0], axis] for name in (near, far))
-        pulled = number(float(options.magnitude * (high - low)))
-        yield f"*BOUNDARY\n{far}, {axis + 1}, {axis + 1}, {pulled}\n"
-    else:
-        yield f"*DSLOAD\n{far}, P, {number(-float(options.magnitude))}\n"
-    yield _OUTPUT + "*END STEP\n"
-
-
-def _held_nodes(mesh: TetMesh, axis: int, near: str) -> Iterator[str]:
-    """Hold one node of the plane `near` in its plane and the farthest from it against turning."""
-    u, v = (other for other in range(3) if other != axis)
-    nodes = mesh.node_sets[near]
-    points = mesh.points[nodes]
-    corner = np.lexsort((points[:, v], points[:, u]))[0]
-    far = np.lexsort((np.abs(points[:, v] - points[corner, v]), -points[:, u]))[0]
-    yield from (f"{nodes[corner] + 1}, {direction + 1}, {direction + 1}\n" for direction in (u, v))
-    yield f"{nodes[far] + 1}, {v + 1}, {v + 1}\n"
+        return []
+    load = tension(
+        mesh,
+        "xyz".index(options.axis),
+        options.magnitude,
+        by_stress=options.load == "stress",
+        rollers=options.sides == "rollers",
+    )
+    return list(step_lines(load))

@@ -1,6 +1,6 @@
 """Linear elastic materials: isotropic, cubic or with all 21 constants."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,3 +91,30 @@ def parse_materials(texts: Iterable[str]) -> dict[int | None, Material]:
             "material: expected one for all phases, or each with its phase, as 1=isotropic:70e3,0.33"
         )
     return materials
+
+
+def phases_of_grains(
+    grains: np.ndarray, materials: Mapping[int | None, Material], phases: np.ndarray | None
+) -> dict[int, int | None]:
+    """Return the key in `materials` of each of the grains (g,) by its id.
+
+    phases (n,), row = grain id, 0 unknown. Raises CraftmeshError for a phase without a material, and where
+    there are several materials and no phases.
+    """
+    if None in materials:
+        return dict.fromkeys(grains.tolist(), None)
+    if phases is None:
+        if len(materials) == 1:
+            return dict.fromkeys(grains.tolist(), next(iter(materials)))
+        raise CraftmeshError(
+            f"material: {len(materials)} are given, but grains have no phase; give one for all"
+        )
+    found: dict[int, int | None] = {
+        grain: int(phases[grain]) if grain < len(phases) else 0 for grain in grains.tolist()
+    }
+    for grain, phase in found.items():
+        if phase not in materials:
+            raise CraftmeshError(
+                f"material: grain {grain} has phase {phase}; give {phase}=KIND:CONSTANTS too"
+            )
+    return found

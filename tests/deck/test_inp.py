@@ -199,7 +199,7 @@ def test_a_deck_with_includes_is_there_whole_or_not_at_all(tmp_path, monkeypatch
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr("craftmesh.deck.write_deck._set_lines", no_space)
+        patched.setattr("craftmesh.deck.write_deck.set_lines", no_space)
         with pytest.raises(CraftmeshError, match="No space left"):
             write_deck(tmp_path / "m.inp", cracked_mesh(), replace(options, magnitude=9.0))
     assert files_in(tmp_path) == before

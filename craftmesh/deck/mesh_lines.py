@@ -1,0 +1,40 @@
+"""Lines of the deck for the mesh: nodes, elements by grain, node sets and surfaces."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from craftmesh.deck.inp_format import id_lines, integer_rows, name_lines, node_rows
+from craftmesh.types import TetMesh
+
+
+def mesh_lines(mesh: TetMesh, grains: np.ndarray, element: str) -> Iterator[str]:
+    """Yield the nodes, the elements of type `element` by grain, and all of them as EALL.
+
+    grains (g,): the ids that occur, ascending.
+    """
+    yield "*NODE, NSET=NALL\n"
+    yield from node_rows(mesh.points)
+    order = np.argsort(mesh.grain, kind="stable")
+    ends = np.searchsorted(mesh.grain[order], grains, side="right")
+    for grain, rows in zip(grains, np.split(order, ends[:-1])):
+        yield f"*ELEMENT, TYPE={element}, ELSET=GRAIN_{grain}\n"
+        yield from integer_rows(np.column_stack([rows, mesh.tets[rows]]) + 1)
+    yield "*ELSET, ELSET=EALL\n"
+    yield from name_lines(f"GRAIN_{grain}" for grain in grains)
+
+
+def set_lines(mesh: TetMesh) -> Iterator[str]:
+    """Yield the node sets, the front's in order, and the face sets as surfaces; empty ones are left out."""
+    for name, nodes in mesh.node_sets.items():
+        if len(nodes):
+            yield f"*NSET, NSET={name}{', UNSORTED' if name.startswith('CRACK_FRONT') else ''}\n"
+            yield from id_lines(nodes)
+    for name, faces in mesh.face_sets.items():
+        sides = [side for side in range(4) if (faces[:, 1] == side).any()]
+        for side in sides:
+            yield f"*ELSET, ELSET={name}_S{side + 1}\n"
+            yield from id_lines(faces[faces[:, 1] == side, 0])
+        if sides:
+            yield f"*SURFACE, NAME={name}, TYPE=ELEMENT\n"
+            yield from (f"{name}_S{side + 1}, S{side + 1}\n" for side in sides)

@@ -1,0 +1,75 @@
+"""The load of a tension test as data: which nodes are held, moved or under traction, and how."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.types import TetMesh
+
+
+@dataclass(frozen=True, eq=False)
+class Fixed:
+    """Nodes (k,) whose displacement along `axis` (0, 1, 2) is prescribed; 0 holds them.
+
+    name: the node set of the mesh that they are, empty for single nodes.
+    """
+
+    nodes: np.ndarray
+    axis: int
+    displacement: float = 0.0
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Traction:
+    """A stress along the outward normals of a face set: faces (f, 2) of elements and sides; tension > 0."""
+
+    faces: np.ndarray
+    stress: float
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """One static step: `held` before and throughout it, then `moved` or `pulled` in it."""
+
+    held: tuple[Fixed, ...]
+    moved: tuple[Fixed, ...] = ()
+    pulled: tuple[Traction, ...] = ()
+
+
+def tension(mesh: TetMesh, axis: int, magnitude: float, by_stress: bool, rollers: bool) -> Load:
+    """Return the load that pulls the far plane of `axis` (0, 1, 2) away from the near one, which is held.
+
+    magnitude: the strain between both planes, or with by_stress the stress on the far one. With rollers the
+    near planes of the other axes are held along their normals, as planes of symmetry; without, the body is
+    held against turning and sliding at two nodes of the near plane. Raises CraftmeshError for a plane
+    without nodes.
+    """
+    near, far = (f"{'XYZ'[axis]}{end}" for end in ("MIN", "MAX"))
+    planes = [(k, f"{'XYZ'[k]}MIN") for k in range(3) if rollers or k == axis]
+    for name in (*(name for _, name in planes), far):
+        if not len(mesh.node_sets.get(name, ())):
+            raise CraftmeshError(
+                f"load: the mesh has no nodes on {name}; choose another axis, sides free, or load none"
+            )
+    held = [Fixed(mesh.node_sets[name], k, name=name) for k, name in planes]
+    if not rollers:
+        held += _against_turning(mesh, axis, mesh.node_sets[near])
+    if by_stress:
+        faces = mesh.face_sets.get(far, np.zeros((0, 2), np.int64))
+        return Load(tuple(held), pulled=(Traction(faces, float(magnitude), far),))
+    low, high = (mesh.points[mesh.node_sets[name][0], axis] for name in (near, far))
+    moved = Fixed(mesh.node_sets[far], axis, float(magnitude * (high - low)), far)
+    return Load(tuple(held), moved=(moved,))
+
+
+def _against_turning(mesh: TetMesh, axis: int, nodes: np.ndarray) -> list[Fixed]:
+    """Hold one of the nodes (k,) of a plane normal to `axis` in it, and the farthest against turning."""
+    u, v = (other for other in range(3) if other != axis)
+    points = mesh.points[nodes]
+    corner = np.lexsort((points[:, v], points[:, u]))[0]
+    far = np.lexsort((np.abs(points[:, v] - points[corner, v]), -points[:, u]))[0]
+    at_corner, at_far = nodes[[corner]], nodes[[far]]
+    return [Fixed(at_corner, u), Fixed(at_corner, v), Fixed(at_far, v)]
