@@ -3,7 +3,15 @@ PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 READY := .venv/.ready
 
-.PHONY: setup demo test test-slow lint bench
+# what a kernel does is tested here
+KERNEL_TESTS := $(addprefix tests/,remeshing surface mesh insertion gradation tetrahedra)
+# rooms of numpy alone, and one of kernels
+FAST_TESTS := $(addprefix tests/,assembly campaign commands cracks deck io mechanics sizing voxels) \
+    tests/gradation/test_gradation_kernels.py
+# plain Python is quick enough for these
+UNCOMPILED_TESTS := $(addprefix tests/gradation/test_,gradation_kernels.py narrow_places.py preprocess.py)
+
+.PHONY: setup demo test test-fast test-slow test-bounds test-branches lint bench
 
 setup: $(READY)
 
@@ -20,6 +28,21 @@ demo: setup
 
 test: setup
 	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadgroup
+
+# under a minute with compiled kernels
+test-fast: setup
+	$(BIN)/python -m pytest -m "not slow" -n 2 $(FAST_TESTS)
+
+# indices out of bounds are errors; a cache of its own, for numba does not tell such kernels from others
+test-bounds: setup
+	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(CURDIR)/.numba-bounds \
+	    $(BIN)/python -m pytest -m "not slow" -n 2 $(KERNEL_TESTS)
+
+# the lines of the gradation's kernels that no test of theirs reaches, found without compiling
+test-branches: setup
+	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run --branch --include='craftmesh/gradation/kernels/*' \
+	    -m pytest -m "not slow" $(UNCOMPILED_TESTS)
+	$(BIN)/coverage report --show-missing
 
 test-slow: setup
 	$(BIN)/python -m pytest -m slow
