@@ -122,6 +122,10 @@ class Surface:
         return ids[ids > 0]
 
 
+# Corners, then mid nodes of the edges from each to the next, of the faces S1..S4.
+_OUTWARD = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [2, 0, 3, 6, 7, 9]])
+
+
 @dataclass(frozen=True)
 class TetMesh:
     """A conformal tetrahedral mesh with named sets.
@@ -148,6 +152,11 @@ class TetMesh:
         faces = {k: _array("TetMesh", k, v, np.int64, (None, 2)) for k, v in self.face_sets.items()}
         put(self, "node_sets", MappingProxyType(nodes))
         put(self, "face_sets", MappingProxyType(faces))
+
+    def outward_triangles(self, name: str) -> np.ndarray:
+        """Return the nodes (k, 3), or with mid nodes (k, 6), of a face set, normals out of the elements."""
+        tets, faces = self.face_sets[name].T
+        return self.tets[tets[:, None], _OUTWARD[faces, : 3 if self.tets.shape[1] == 4 else 6]]
 
 
 @dataclass(frozen=True)

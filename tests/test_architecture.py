@@ -32,11 +32,6 @@ MODULES_MAY_IMPORT = {
     "craftmesh.voxels.file_orientations": {"io"},
     "craftmesh.cli": {"commands"},
 }
-# Breaches that are being mended; an entry that is no longer needed fails the test.
-KNOWN: set[tuple[str, str]] = {
-    ("craftmesh.io.msh", "craftmesh.mesh.tet_connectivity"),
-    ("craftmesh.io.vtu", "craftmesh.mesh.tet_connectivity"),
-}
 
 
 def room(module: str) -> str:
@@ -64,14 +59,13 @@ def test_every_room_has_its_place():
 
 def test_modules_import_what_their_layer_admits():
     breaches = {pair for pair in imports() if not is_allowed(*pair)}
-    assert breaches - KNOWN == set(), "imports against the layers"
-    assert KNOWN - breaches == set(), "mended: take these out of KNOWN"
+    assert breaches == set(), "imports against the layers"
 
 
 def test_no_circle_of_rooms():
     graph: dict[str, set[str]] = {}
     for importer, imported in imports():
-        if room(importer) != room(imported) and (importer, imported) not in KNOWN:
+        if room(importer) != room(imported):
             graph.setdefault(room(importer), set()).add(room(imported))
     assert list(TopologicalSorter(graph).static_order())  # raises CycleError, which names the rooms
 

@@ -5,7 +5,6 @@ import os
 import numpy as np
 
 from craftmesh.atomic import atomic_path
-from craftmesh.mesh.tet_connectivity import outer_face_nodes
 from craftmesh.types import TetMesh
 
 _CELLS = {4: ("tetra", "triangle"), 10: ("tetra10", "triangle6")}
@@ -27,7 +26,7 @@ def write_msh(path: str | os.PathLike, mesh: TetMesh) -> None:
     groups = {f"GRAIN_{grain}": np.array([grain, 3]) for grain in np.unique(mesh.grain).tolist()}
     for k, (name, faces) in enumerate(mesh.face_sets.items(), 1):
         if len(faces):
-            cells.append((face, outer_face_nodes(mesh.tets, faces)))
+            cells.append((face, mesh.outward_triangles(name)))
             tags.append(np.full(len(faces), k, np.int32))
             groups[name] = np.array([k, 2])
     for k, (name, nodes) in enumerate(mesh.node_sets.items(), 1):

@@ -9,21 +9,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
-from craftmesh.io.grain_tets import read_grain_tets, write_grain_tets
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Crack, Surface, TetMesh, Voxels
-
-__all__ = [
-    "read_crack",
-    "read_grain_tets",
-    "read_surface",
-    "read_tets",
-    "read_voxels",
-    "write_crack",
-    "write_grain_tets",
-    "write_surface",
-    "write_tets",
-    "write_voxels",
-]
 
 _NODE_SET, _FACE_SET = "node_set:", "face_set:"
 _VTK_TRIANGLES = (5, 22)

@@ -6,7 +6,6 @@ import numpy as np
 
 from craftmesh.io import vtk_xml
 from craftmesh.io.vtk import VTK_CELL_TYPE, set_arrays
-from craftmesh.mesh.tet_connectivity import outer_face_nodes
 from craftmesh.types import TetMesh
 
 VTK_FACE_TYPE = {4: 5, 10: 22}  # VTK_TRIANGLE, VTK_QUADRATIC_TRIANGLE
@@ -23,7 +22,7 @@ def write_vtu(path: str | os.PathLike, mesh: TetMesh) -> None:
     from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 
     width, count = mesh.tets.shape[1], len(mesh.tets)
-    triangles = [outer_face_nodes(mesh.tets, faces) for faces in mesh.face_sets.values()]
+    triangles = [mesh.outward_triangles(name) for name in mesh.face_sets]
     numbers = np.repeat(np.arange(1, len(triangles) + 1), [len(rows) for rows in triangles])
     total = len(numbers)
     sizes = np.repeat([width, 3 if width == 4 else 6], [count, total])

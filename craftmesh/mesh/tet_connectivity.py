@@ -82,12 +82,6 @@ def face_nodes(tets: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return tets[faces[:, :1], local[faces[:, 1]]]
 
 
-def outer_face_nodes(tets: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return what `face_nodes` does with normals that point out of the elements."""
-    turned = [0, 2, 1] if tets.shape[1] == 4 else [0, 2, 1, 5, 4, 3]
-    return face_nodes(tets, faces)[:, turned]
-
-
 def tet_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
     """Return the signed volumes (m,); positive when corners 1, 2, 3 turn right-handed towards corner 4."""
     a, b, c, d = (points[tets[:, i]] for i in range(4))

@@ -7,7 +7,7 @@ import pytest
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
-from craftmesh.io import vtk, vtk_xml
+from craftmesh.io import grain_tets, vtk, vtk_xml
 from craftmesh.types import CRACK, Crack, GrainTets, Surface, TetMesh, Voxels
 
 AWKWARD = np.array([0.1, 1 / 3, np.nextafter(1.0, 2.0), 1e-300, -1.7976931348623157e308, 5e-324])
@@ -54,8 +54,8 @@ CASES = {
     ),
     "linear.vtu": (vtk.write_tets, vtk.read_tets, tets(4)),
     "quadratic.vtu": (vtk.write_tets, vtk.read_tets, tets(10)),
-    "chunk.npz": (vtk.write_grain_tets, vtk.read_grain_tets, grains()),
-    "no_grains.npz": (vtk.write_grain_tets, vtk.read_grain_tets, []),
+    "chunk.npz": (grain_tets.write_grain_tets, grain_tets.read_grain_tets, grains()),
+    "no_grains.npz": (grain_tets.write_grain_tets, grain_tets.read_grain_tets, []),
 }
 
 
@@ -111,7 +111,7 @@ def test_missing_and_truncated_files_are_named_in_one_line(name, tmp_path, capfd
 
 
 def test_chunk_files_carry_no_clock_time(tmp_path):
-    vtk.write_grain_tets(tmp_path / "chunk.npz", grains())
+    grain_tets.write_grain_tets(tmp_path / "chunk.npz", grains())
     with zipfile.ZipFile(tmp_path / "chunk.npz") as archive:
         assert {entry.date_time[0] for entry in archive.infolist()} == {1980}
 
