@@ -12,37 +12,28 @@ import time
 from contextlib import suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
-from typing import Any, NamedTuple
+from typing import Any
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.processes.job import Failure, Job
 
+# Seconds for a process to start, imports and warm-up included: the first run compiles all kernels.
 START_LIMIT = 300.0
 GIGABYTE = 2**30
 DISK_FAULTS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 _START = "import sys; from craftmesh.processes.worker import serve; serve(int(sys.argv[1]))"
 
 
-class Failure(NamedTuple):
-    """Why a task has no result, and where: rows of what the task is about, if its error names them.
-
-    `is_system`: the machine is at fault (a full disk, say), so that other attempts are in vain.
-    """
-
-    reason: str
-    where: Any = ()
-    is_system: bool = False
-
-
 class Worker:
-    """A process that calls `function(shared, task)` for one task at a time.
+    """A process that does a job for one task at a time.
 
-    `function` is a module's function; all that passes is pickled. The process has its own address space
-    of at most `memory_limit` gigabytes, nowhere to print to and a working folder of its own, which is
-    removed with it (meshers leave files behind). `warm_up(shared)` is called once before
-    the first clock runs, so that time limits do not count compilation.
+    The process has its own address space of at most `job.limits.memory` gigabytes, nowhere to print to and
+    a working folder of its own, which is removed with it (programs leave files behind). Raises
+    CraftmeshError where the job cannot be pickled.
     """
 
-    def __init__(self, function, shared: Any, memory_limit: float, warm_up=None):
+    def __init__(self, job: Job):
+        self.job = job
         self.key: Any = None
         self.is_ready = False
         self.deadline = time.monotonic() + START_LIMIT
@@ -65,13 +56,23 @@ class Worker:
             start_new_session=True,
         )
         child.close()
-        self._send((function, shared, memory_limit, warm_up))
+        self._send(job)
 
-    def start(self, key: Any, task: Any, time_limit: float) -> None:
+    @property
+    def is_busy(self) -> bool:
+        """Whether it starts up or has a task."""
+        return self.key is not None or not self.is_ready
+
+    def start(self, key: Any, task: Any) -> None:
         """Hand over the task known by `key`; its clock starts now."""
         self.key = key
-        self.deadline = time.monotonic() + time_limit
+        self.deadline = time.monotonic() + self.job.limits.time
         self._send(task)
+
+    def finish(self) -> tuple[Any, float]:
+        """Return the key of the task, which is no longer the worker's, and the seconds it took."""
+        key, self.key = self.key, None
+        return key, time.monotonic() - (self.deadline - self.job.limits.time)
 
     def receive(self) -> tuple[str, Any]:
         """Return what the process has to say: ("ready" | "done" | "failed" | "died", value)."""
@@ -96,7 +97,8 @@ class Worker:
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             self.kill()
             raise CraftmeshError(
-                f"worker processes cannot receive the sizing or options ({error})"
+                f"worker processes cannot receive {self.job.shared_name} ({error}); take classes and "
+                "functions of a module"
             ) from error
         try:
             self.connection.send_bytes(payload)
@@ -113,10 +115,10 @@ def serve(descriptor: int) -> None:
     """Run tasks that come through the pipe `descriptor` until it closes."""
     connection = Connection(descriptor)
     try:
-        function, shared, memory_limit, warm_up = connection.recv()
-        if warm_up is not None:
-            warm_up(shared)
-        _limit_memory(memory_limit)
+        job = connection.recv()
+        if job.warm_up is not None:
+            job.warm_up(job.shared)
+        _limit_memory(job.limits.memory)
     except Exception as error:
         connection.send(("failed", Failure(f"cannot start: {type(error).__name__}: {error}")))
         return
@@ -126,16 +128,20 @@ def serve(descriptor: int) -> None:
             task = connection.recv()
         except EOFError:
             return
-        try:
-            answer = "done", function(shared, task)
-        except MemoryError:
-            answer = "failed", Failure(f"needs more memory than {memory_limit:g} GB")
-        except OSError as error:
-            reason = error.strerror or str(error)
-            answer = "failed", Failure(reason, is_system=error.errno in DISK_FAULTS)
-        except Exception as error:
-            answer = "failed", Failure(str(error) or type(error).__name__, getattr(error, "where", ()))
-        connection.send(answer)
+        connection.send(_answer(job, task))
+
+
+def _answer(job: Job, task: Any) -> tuple[str, Any]:
+    """Return ("done", result) or ("failed", Failure) of a task."""
+    try:
+        return "done", job.function(job.shared, task)
+    except MemoryError:
+        return "failed", Failure(f"needs more memory than {job.limits.memory:g} GB")
+    except OSError as error:
+        reason = error.strerror or str(error)
+        return "failed", Failure(reason, is_system=error.errno in DISK_FAULTS)
+    except Exception as error:
+        return "failed", Failure(str(error) or type(error).__name__, getattr(error, "where", ()))
 
 
 def _limit_memory(gigabytes: float) -> None:

@@ -53,6 +53,14 @@ class GrainFailure:
             "facet": self.surface.facet_ids,
         }
 
+    def report(self) -> dict:
+        """Return the failure as reports list it."""
+        return {
+            "reason": self.reason,
+            "facets": self.facet_ids.tolist(),
+            "attempts": list(self.attempts),
+        }
+
     def sentence(self) -> str:
         """Return the failure in one line."""
         text = f"grain {self.grain} could not be meshed in {len(self.attempts)} attempts: {self.reason}"

@@ -1,14 +1,17 @@
 """One attempt at one grain: scaffold, interior points, mesh, checks, optimisation. Runs in a worker."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from time import process_time
 from typing import Any
 
 import numpy as np
 
+from craftmesh.sizing.lengths import Lengths
 from craftmesh.sizing.surface_sizing import LocalSizing
 from craftmesh.surface.connectivity import compact
+from craftmesh.tetrahedra.attempts import MeshingTask
 from craftmesh.tetrahedra.grain_region import (
+    Regions,
     check_filled,
     find_regions,
     hole_seeds,
@@ -18,94 +21,116 @@ from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.tetrahedra.interior_points import interior_points
 from craftmesh.tetrahedra.meshers.base import load_mesher
 from craftmesh.tetrahedra.optimise_tets import optimise_tets
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.poor_tets import poor_tets
 from craftmesh.types import GrainTets
 
-# Keeps the surface, adds nothing it can do without: the cheapest mesh that tells inside from outside.
-SCAFFOLD_SWITCHES = "pYAQ"
 NO_POINTS = np.zeros((0, 3))
+# Marks of facets for the mesher: any two numbers > 0 do.
+BOUNDARY_MARKER, INTERNAL_MARKER = 1, 2
 
 
 @dataclass(frozen=True)
-class Attempt:
-    """How a grain is tried: the mesher's switches, and whether with interior points."""
+class Setting:
+    """What all grains share: the options and target lengths, None for those of each grain's surface."""
 
-    switches: str
-    with_points: bool
-    scaffold: str = SCAFFOLD_SWITCHES
+    options: TetrahedralizeOptions
+    sizing: Lengths | None
 
 
 @dataclass(frozen=True)
-class MeshingTask:
-    """A grain to mesh, the seeds of islands within it, the attempt and those that failed before."""
+class Scaffold:
+    """A first mesh without added points, which tells inside from outside.
 
-    surface: GrainSurface
-    seeds: np.ndarray
-    attempt: Attempt
-    rung: int = 0
-    failed: tuple = field(default=())
+    nodes (n, 3), tets (t, 4); holes (h, 3): seeds of the regions to leave empty; seeds_off: how many of the
+    seeds that were given lie in none of them.
+    """
 
-    def next(self, attempt: Attempt, failure: dict) -> "MeshingTask":
-        """Return the task of the next rung of the ladder."""
-        return replace(self, attempt=attempt, rung=self.rung + 1, failed=(*self.failed, failure))
-
-
-def ladder(switches: str, with_points: bool) -> list[Attempt]:
-    """Return the attempts in order: as asked, then without points, without quality, coarser tolerance."""
-    plain = SCAFFOLD_SWITCHES
-    coarse = "pYT1e-12AQ"
-    attempts = [Attempt(switches, with_points), Attempt(switches, False)]
-    attempts += [Attempt(plain, with_points), Attempt(plain, False), Attempt(coarse, False, coarse)]
-    return list(dict.fromkeys(attempts))
+    nodes: np.ndarray
+    tets: np.ndarray
+    regions: Regions
+    holes: np.ndarray
+    seeds_off: int
 
 
-def mesh_grain(shared: tuple[Any, Any], task: MeshingTask) -> tuple[GrainTets, dict]:
-    """Return the grain's tets and figures of the making. Raises WrongMesh and MesherRefusal."""
-    options, sizing = shared
-    surface, attempt = task.surface, task.attempt
-    mesher = load_mesher(options.mesher)
-    markers = np.where(surface.internal, 2, 1).astype(np.int32)
-    sizing = LocalSizing(surface.points, surface.facets) if sizing is None else sizing
-    clock = process_time()
-    seconds = {}
+class Stopwatch:
+    """Processor seconds from lap to lap."""
 
-    def lap(name: str) -> None:
-        nonlocal clock
+    def __init__(self) -> None:
+        self.last = process_time()
+        self.seconds: dict[str, float] = {}
+
+    def lap(self, name: str) -> None:
+        """Keep the seconds since the last lap under `name`."""
         now = process_time()
-        seconds[name], clock = now - clock, now
+        self.seconds[name], self.last = now - self.last, now
 
-    def run(points, holes, switches):
-        return mesher.mesh(surface.points, surface.facets, markers, points, holes, switches)
 
-    nodes, tets = run(NO_POINTS, NO_POINTS, attempt.scaffold)
-    regions = find_regions(surface, tets)
-    holes, seeds_off = replace_by_given(hole_seeds(nodes, tets, regions), task.seeds, nodes, tets, regions)
-    lap("scaffold_seconds")
+def mesh_grain(setting: Setting, task: MeshingTask) -> tuple[GrainTets, dict]:
+    """Return the grain's tets and figures of the making. Raises WrongMesh and MesherRefusal."""
+    surface, options = task.surface, setting.options
+    sizing = LocalSizing(surface.points, surface.facets) if setting.sizing is None else setting.sizing
+    watch = Stopwatch()
+    first = scaffold(task, options.mesher)
+    watch.lap("scaffold_seconds")
     points = NO_POINTS
-    if attempt.with_points:
-        points = interior_points(surface, nodes, tets[regions.kept], sizing)
-    lap("points_seconds")
-    if len(points) or attempt.switches != attempt.scaffold:
-        nodes, tets = run(points, holes, attempt.switches)
-        regions = find_regions(surface, tets)
-    # every facet is a face, so all surface nodes are in use and stay first
-    nodes, tets, _ = compact(nodes, tets[regions.kept])
-    surface_nodes = len(surface.points)
-    check_filled(surface, nodes, tets)
-    lap("mesh_seconds")
-    report = {
+    if task.attempt.with_points:
+        points = interior_points(surface, first.nodes, first.tets[first.regions.kept], sizing)
+    watch.lap("points_seconds")
+    nodes, tets = filled(task, options.mesher, first, points)
+    watch.lap("mesh_seconds")
+    report: dict[str, Any] = {
         "tets_meshed": len(tets),
-        "holes": len(holes),
-        "island_seeds_off": seeds_off,
+        "holes": len(first.holes),
+        "island_seeds_off": first.seeds_off,
         "interior_points": len(points),
     }
     if options.optimise:
-        internal = surface.facets[surface.internal]
-        nodes, tets, steps = optimise_tets(nodes, tets, surface_nodes, internal, sizing.at(nodes))
-        find_regions(surface, tets)
-        check_filled(surface, nodes, tets)
+        nodes, tets, steps = optimised(surface, nodes, tets, sizing)
         report |= {"optimiser": steps}
-    lap("optimise_seconds")
-    result = GrainTets(surface.grain, surface.nodes, nodes[surface_nodes:], tets)
+    watch.lap("optimise_seconds")
+    result = GrainTets(surface.grain, surface.nodes, nodes[len(surface.points) :], tets)
     poor = poor_tets(surface, nodes, tets) if options.optimise else []
-    return result, report | {"tets": len(tets), "poor": poor} | seconds
+    return result, report | {"tets": len(tets), "poor": poor} | watch.seconds
+
+
+def scaffold(task: MeshingTask, mesher: str) -> Scaffold:
+    """Return the first mesh of a grain, with the seeds of what to leave empty."""
+    nodes, tets = _mesh(task.surface, mesher, NO_POINTS, NO_POINTS, task.attempt.scaffold)
+    regions = find_regions(task.surface, tets)
+    seeds = hole_seeds(nodes, tets, regions)
+    holes, seeds_off = replace_by_given(seeds, task.seeds, nodes, tets, regions)
+    return Scaffold(nodes, tets, regions, holes, seeds_off)
+
+
+def filled(
+    task: MeshingTask, mesher: str, first: Scaffold, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return nodes (n, 3), the surface first, and tets (t, 4) that fill the grain, with `points` (p, 3)."""
+    surface, switches = task.surface, task.attempt.switches
+    nodes, tets, regions = first.nodes, first.tets, first.regions
+    if len(points) or switches != task.attempt.scaffold:
+        nodes, tets = _mesh(surface, mesher, points, first.holes, switches)
+        regions = find_regions(surface, tets)
+    # every facet is a face, so all surface nodes are in use and stay first
+    nodes, tets, _ = compact(nodes, tets[regions.kept])
+    check_filled(surface, nodes, tets)
+    return nodes, tets
+
+
+def optimised(
+    surface: GrainSurface, nodes: np.ndarray, tets: np.ndarray, sizing: Lengths
+) -> tuple[np.ndarray, np.ndarray, dict]:
+    """Return better nodes and tets, checked like the mesher's, and counts of operations."""
+    internal = surface.facets[surface.internal]
+    nodes, tets, steps = optimise_tets(nodes, tets, len(surface.points), internal, sizing.at(nodes))
+    find_regions(surface, tets)
+    check_filled(surface, nodes, tets)
+    return nodes, tets, steps
+
+
+def _mesh(
+    surface: GrainSurface, mesher: str, points: np.ndarray, holes: np.ndarray, switches: str
+) -> tuple[np.ndarray, np.ndarray]:
+    markers = np.where(surface.internal, INTERNAL_MARKER, BOUNDARY_MARKER).astype(np.int32)
+    return load_mesher(mesher).mesh(surface.points, surface.facets, markers, points, holes, switches)

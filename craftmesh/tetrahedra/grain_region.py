@@ -1,5 +1,6 @@
 """Which tetrahedra lie in a grain: flood fill from the grain's facets, seeds of what lies within it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ OFF_FACES = np.array([1.0, 0.7, 0.4]) * 1e-7
 class WrongMesh(Exception):
     """A mesh that does not fill its grain exactly; `where`: rows of the grain's facets concerned."""
 
-    def __init__(self, reason: str, where: np.ndarray = ()):
+    def __init__(self, reason: str, where: Sequence[int] | np.ndarray = ()):
         super().__init__(reason)
         self.where = np.asarray(where, np.int64)
 

@@ -1,5 +1,6 @@
 """Tetrahedra fill each grain exactly, whatever its shape, and keep the surface."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,8 @@ from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.mesh.tet_connectivity import half_faces, tet_volumes
 from craftmesh.surface.measure import side_volumes
-from craftmesh.tetrahedra.grain_meshing import MeshingTask, ladder, mesh_grain
+from craftmesh.tetrahedra.attempts import MeshingTask, attempts
+from craftmesh.tetrahedra.grain_meshing import Setting, mesh_grain
 from craftmesh.tetrahedra.grain_region import WrongMesh, find_regions
 from craftmesh.tetrahedra.grain_surface import grain_surfaces, lowest_equal_point
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
@@ -43,6 +45,13 @@ def row_of(shape, *blocks, fill=1):
     return labels
 
 
+def keys_of(report):
+    """All keys of a report, those of its parts included."""
+    for key, value in report.items():
+        yield key
+        yield from keys_of(value) if isinstance(value, dict) else ()
+
+
 def check_fill(surface, grain_tets):
     """Volumes, facets and the bits of surface nodes, by plain Python sets."""
     volumes = side_volumes(surface.points, surface.facets, surface.sides)
@@ -66,9 +75,9 @@ def check_fill(surface, grain_tets):
 
 def mesh_here(surface, sizing, options=FAST):
     """The first attempt at all grains, in this process."""
-    attempt = ladder(options.all_switches, options.interior_points)[0]
+    attempt = attempts(options.all_switches, options.interior_points)[0]
     tasks = [MeshingTask(one, np.zeros((0, 3)), attempt) for one in grain_surfaces(surface)]
-    return [mesh_grain((options, sizing), task)[0] for task in tasks]
+    return [mesh_grain(Setting(options, sizing), task)[0] for task in tasks]
 
 
 def shapes():
@@ -105,6 +114,7 @@ def test_every_shape_is_filled_exactly(labels):
     assert [one.grain for one in result] == sorted(int(g) for g in np.unique(labels) if g > 0)
     check_fill(surface, result)
     assert report["failed"] == {} and report["tried_again"] == {}
+    assert all(re.fullmatch("[a-z0-9_]+", key) for key in keys_of(report))
     assemble(surface, result)
 
 

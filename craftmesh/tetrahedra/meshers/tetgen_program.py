@@ -19,12 +19,13 @@ class TetGenProgram:
     """The program `tetgen` on the PATH, such as Debian's TetGen 1.5; raises CraftmeshError without it."""
 
     def __init__(self):
-        self.program = shutil.which(PROGRAM)
-        if self.program is None:
+        program = shutil.which(PROGRAM)
+        if program is None:
             raise CraftmeshError(
                 f"mesher tetgen-cli needs the program {PROGRAM!r} on the PATH; install it (Debian: apt-get "
                 "install tetgen) or take mesher tetgen"
             )
+        self.program = program
 
     def mesh(self, points, facets, markers, interior_points, holes, switches):
         everything = np.concatenate([points, interior_points]) if len(interior_points) else points

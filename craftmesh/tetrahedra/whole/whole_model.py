@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.processes.job import Failure, Job, Limits
 from craftmesh.processes.pool import run_tasks
 from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
@@ -96,37 +97,32 @@ def _task(surface: Surface, sizing: Lengths, envelope: float) -> TetWildTask:
     )
 
 
-def _run(task: TetWildTask, options: TetrahedralizeOptions) -> tuple[np.ndarray, np.ndarray, float]:
-    """Run pytetwild in a process of its own under the limits of time and memory."""
-    meshes = []
+class _OneMesh:
+    """The only mesh of a job of one task; a Listener of `run_tasks`."""
 
-    def on_done(task, mesh, seconds):
-        meshes.append((*mesh, seconds))
+    def on_done(self, task: TetWildTask, value: tuple[np.ndarray, np.ndarray], seconds: float) -> None:
+        self.mesh = (*value, seconds)
 
-    def on_failure(task, failure, seconds):
+    def on_failure(self, task: TetWildTask, failure: Failure, seconds: float) -> None:
         raise CraftmeshError(
             f"pytetwild could not mesh the whole model: {failure.reason}; larger sizes or a larger "
             "envelope make it quicker, whole_time_limit and memory_limit bound it"
         )
 
-    run_tasks(
-        tetwild,
-        None,
-        [(1.0, task)],
-        on_done,
-        on_failure,
-        workers=1,
-        time_limit=options.whole_time_limit,
-        memory_limit=options.memory_limit,
-    )
-    return meshes[0]
+
+def _run(task: TetWildTask, options: TetrahedralizeOptions) -> tuple[np.ndarray, np.ndarray, float]:
+    """Run pytetwild in a process of its own under the limits of time and memory."""
+    found = _OneMesh()
+    job = Job(tetwild, None, Limits(options.whole_time_limit, options.memory_limit))
+    run_tasks(job, [(1.0, task)], found, workers=1)
+    return found.mesh
 
 
 def _drift(before: Surface, after: Surface) -> dict:
     """Return the largest relative change of a grain's volume, and its grain."""
     volumes = [side_volumes(s.points, s.facets, s.sides) for s in (before, after)]
     drift = {grain: abs(volumes[1][grain] / volume - 1) for grain, volume in volumes[0].items()}
-    worst = max(drift, key=drift.get)
+    worst = max(drift, key=lambda grain: drift[grain])
     return {"volume_drift_worst": drift[worst], "volume_drift_grain": worst}
 
 

@@ -1,0 +1,110 @@
+"""The ladder of attempts that every grain climbs down until one of them gives its tetrahedra."""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from craftmesh.processes.job import Failure
+from craftmesh.tetrahedra.attempts import Attempt, MeshingTask
+from craftmesh.tetrahedra.diagnose import GrainFailure, diagnose
+from craftmesh.tetrahedra.grain_surface import GrainSurface
+from craftmesh.types import GrainTets
+
+# The time for a grain follows its facets; this many stand for the cost that every grain has. Tetrahedra
+# per unit of sum dV / l^3 would tell more, but are not known beforehand.
+FIXED_COST = 50.0
+# Figures of the grains that a report adds up.
+SUMMED = (
+    "tets",
+    "tets_meshed",
+    "interior_points",
+    "holes",
+    "island_seeds_off",
+    "scaffold_seconds",
+    "points_seconds",
+    "mesh_seconds",
+    "optimise_seconds",
+)
+
+
+class Ladder:
+    """Grains on their way through the attempts, and what became of each; a Listener of `run_tasks`.
+
+    ask_tetgen: whether TetGen's own diagnosis counts for grains that fail every attempt.
+    """
+
+    def __init__(
+        self,
+        attempts: Sequence[Attempt],
+        surfaces: Sequence[GrainSurface],
+        ask_tetgen: bool,
+        progress: Callable[[float, str], None],
+    ):
+        self.attempts, self.surfaces = attempts, surfaces
+        self.ask_tetgen, self.progress = ask_tetgen, progress
+        self.done: dict[int, tuple[GrainTets, dict]] = {}
+        self.failures: list[GrainFailure] = []
+        self.spent = 0.0
+
+    def tasks(self, islands: Iterable[Any]) -> list[tuple[float, MeshingTask]]:
+        """Return each grain's cost and its task of the first rung; islands have a `host` and `seeds`."""
+        seeds: dict[int, list] = {}
+        for island in islands:
+            seeds.setdefault(island.host, []).extend(island.seeds)
+        return [
+            (
+                _cost(one),
+                MeshingTask(
+                    one, np.array(seeds.get(one.grain, ()), float).reshape(-1, 3), self.attempts[0]
+                ),
+            )
+            for one in self.surfaces
+        ]
+
+    def on_done(self, task: MeshingTask, value: tuple[GrainTets, dict], seconds: float) -> None:
+        """Take a grain's tets and figures."""
+        grain_tets, figures = value
+        tried = [*task.failed, task.attempt.report("meshed", seconds)]
+        self.done[task.surface.grain] = grain_tets, figures | {"attempts": tried}
+        self._tell(task)
+
+    def on_failure(self, task: MeshingTask, failure: Failure, seconds: float) -> MeshingTask | None:
+        """Return the task of the next rung, or None where there is none and the grain has failed."""
+        attempt = task.attempt.report(failure.reason, seconds)
+        if task.rung + 1 < len(self.attempts):
+            return task.next(self.attempts[task.rung + 1], attempt)
+        tried = (*task.failed, attempt)
+        self.failures.append(diagnose(task.surface, tried, failure.where, self.ask_tetgen))
+        self._tell(task)
+        return None
+
+    def _tell(self, task: MeshingTask) -> None:
+        self.spent += _cost(task.surface)
+        settled, total = len(self.done) + len(self.failures), sum(map(_cost, self.surfaces))
+        self.progress(self.spent / total, f"{settled} of {len(self.surfaces)} grains")
+
+    def grain_tets(self) -> list[GrainTets]:
+        """Return the tets of the grains that are done, by ascending id."""
+        return [self.done[grain][0] for grain in sorted(self.done)]
+
+    def failed(self) -> tuple[GrainFailure, ...]:
+        """Return the grains that failed every attempt, by ascending id."""
+        return tuple(sorted(self.failures, key=lambda failure: failure.grain))
+
+    def report(self) -> dict:
+        """Return sums over grains, and per grain all that took more than one attempt."""
+        figures = {grain: self.done[grain][1] for grain in sorted(self.done)}
+        return {
+            "grains": len(self.done),
+            **{name: sum(one[name] for one in figures.values()) for name in SUMMED},
+            "poor": {str(grain): one["poor"] for grain, one in figures.items() if one["poor"]},
+            "tried_again": {
+                str(grain): one["attempts"] for grain, one in figures.items() if len(one["attempts"]) > 1
+            },
+            "failed": {str(failure.grain): failure.report() for failure in self.failed()},
+        }
+
+
+def _cost(surface: GrainSurface) -> float:
+    return FIXED_COST + len(surface.facets)
