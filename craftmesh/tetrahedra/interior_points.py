@@ -3,9 +3,10 @@
 import numpy as np
 
 from craftmesh.sizing.lengths import Lengths
+from craftmesh.surface.kernels.bins import Grid, cells_of, fill_bins, grid_over
 from craftmesh.surface.measure import area_vectors
 from craftmesh.tetrahedra.grain_surface import GrainSurface
-from craftmesh.tetrahedra.kernels.interior_fill import bucket_points, mark_clear, mark_inside, thin_out
+from craftmesh.tetrahedra.kernels.interior_fill import mark_clear, mark_inside, thin_out
 
 # Lengths in target edge lengths l. With these the tetrahedra have edges of .98 l in the median where l is
 # the same everywhere, .95 l where it varies.
@@ -14,11 +15,15 @@ LATTICE_CELL = 1.04
 FROM_VERTEX = 0.66
 FROM_FACET = 0.45
 APART = 0.68
+# Over a facet, l is at most this many times the largest at its corners: the search goes no further.
+LARGER = 1.5
 # A lattice cell is split in eight while it is larger than the local cell by this factor.
 SPLIT = 1.53
 # The coarsest cell is the best of this many within a factor of two.
 COARSEST = 16
+# Where the best is told: at so many places along each axis of the grain's box.
 PROBES_PER_AXIS = 13
+# Bounds of work where l varies wildly: halvings of the first cell, and bins along the longest axis.
 MAX_LEVELS = 12
 MAX_CELLS_PER_AXIS = 200
 OCTANTS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 4
@@ -40,14 +45,24 @@ def interior_points(
         return candidates
     size = sizing.at(candidates)
     width = max(np.sqrt(size.min() * size.max()), (high - low).max() / MAX_CELLS_PER_AXIS)
-    shape = ((high - low) / width).astype(np.int64) + 1
-    grid = (*bucket_points(candidates, low, width, shape), low, width, shape)
-    chosen = mark_inside(candidates, *grid, points, tets)
-    reach = FROM_FACET * 1.5 * sizing.at(surface.points)[surface.facets].max(1)
-    chosen &= mark_clear(candidates, size, reach, *grid, surface.points, surface.facets, FROM_FACET)
-    candidates, size = candidates[chosen], size[chosen]
-    stays = thin_out(candidates, size, surface.points, FROM_VERTEX, APART, low, width, shape)
-    return candidates[stays]
+    grid = grid_over(low, high, float(width))
+    cells = cells_of(candidates, grid)
+    bins = fill_bins(cells, cells, grid)
+    chosen = mark_inside(candidates, bins, points, tets)
+    reach = FROM_FACET * LARGER * sizing.at(surface.points)[surface.facets].max(axis=1)
+    chosen &= mark_clear(candidates, FROM_FACET * size, bins, surface.points[surface.facets], reach)
+    return _spaced(candidates[chosen], size[chosen], surface.points, grid)
+
+
+def _spaced(candidates: np.ndarray, size: np.ndarray, vertices: np.ndarray, grid: Grid) -> np.ndarray:
+    """Return the candidates (k, 3) that keep their distances from vertices and those before them."""
+    count = len(vertices)
+    points = np.concatenate([vertices, candidates])
+    apart = np.zeros((len(points), 2))
+    apart[count:] = size[:, None] * [FROM_VERTEX, APART]
+    cells = cells_of(points, grid)
+    stays = thin_out(points, count, apart, fill_bins(cells, cells, grid))
+    return candidates[stays[count:]]
 
 
 def _layer(surface: GrainSurface, sizing: Lengths) -> np.ndarray:

@@ -6,6 +6,7 @@ from scipy.spatial import Delaunay, cKDTree
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.sizing.surface_sizing import LocalSizing
+from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.interior_points import (
     APART,
@@ -13,6 +14,7 @@ from craftmesh.tetrahedra.interior_points import (
     FROM_VERTEX,
     interior_points,
 )
+from craftmesh.tetrahedra.kernels.interior_fill import thin_out
 
 
 class Graded:
@@ -82,6 +84,28 @@ def test_a_layer_stands_on_both_sides_of_a_crack():
     assert np.abs(height).min() >= FROM_FACET * 0.5 - 1e-12
     for side in (height[height > 0], -height[height < 0]):
         assert side.min() <= 0.5
+
+
+def plain_choice(points, vertices, apart):
+    """Plain reference: the indices of points that stay, each compared with all that do."""
+    stay = list(range(vertices))
+    for p in range(vertices, len(points)):
+        gaps = [np.linalg.norm(points[p] - points[q]) - apart[p, int(q >= vertices)] for q in stay]
+        if min(gaps) >= 0:
+            stay.append(p)
+    return stay
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_points_are_thinned_out_in_order(seed):
+    rng = np.random.default_rng(seed)
+    points, vertices = rng.uniform(0, 1, (400, 3)), 30
+    apart = rng.uniform(0.02, 0.3, (400, 2))
+    grid = grid_over(points.min(0), points.max(0), 0.15)
+    cells = cells_of(points, grid)
+    stays = thin_out(points, vertices, apart, fill_bins(cells, cells, grid))
+    assert np.flatnonzero(stays).tolist() == plain_choice(points, vertices, apart)
+    assert 10 < stays[vertices:].sum() < 300
 
 
 def test_a_grain_smaller_than_the_target_gets_none():

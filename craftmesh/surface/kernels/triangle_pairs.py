@@ -1,12 +1,22 @@
 """The search for all pairs of intersecting triangles, through the cells of a grid."""
 
-import numpy as np
-from numba import njit
+from collections import namedtuple
 
+import numpy as np
+
+from craftmesh.jit import kernel
+from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.surface.kernels.triangles import triangles_intersect
 
+# Facets (m, 3) on points, their bounds (m, 3) and the cells (m, 3) of their lower bounds.
+BoundedFacets = namedtuple("BoundedFacets", "points facets low high first")
+# Cells of the grid: at most so many a facet, and so many more.
+CELLS_PER_FACET, MORE_CELLS = 8, 1000
+# Cells grow by this factor until they are few enough.
+WIDER = 1.25
 
-@njit(cache=True)
+
+@kernel
 def _bounds(points, facets):
     low, high = np.empty((len(facets), 3)), np.empty((len(facets), 3))
     for f in range(len(facets)):
@@ -17,46 +27,25 @@ def _bounds(points, facets):
     return low, high
 
 
-@njit(cache=True)
-def _fill_grid(first, last, shape):
-    """Compressed rows: the facets of each grid cell, in ascending order."""
-    count = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
-    for f in range(len(first)):
-        for i in range(first[f, 0], last[f, 0] + 1):
-            for j in range(first[f, 1], last[f, 1] + 1):
-                row = (i * shape[1] + j) * shape[2]
-                for k in range(first[f, 2], last[f, 2] + 1):
-                    count[row + k + 1] += 1
-    start = np.cumsum(count)
-    free = start[:-1].copy()
-    items = np.empty(start[-1], np.int64)
-    for f in range(len(first)):
-        for i in range(first[f, 0], last[f, 0] + 1):
-            for j in range(first[f, 1], last[f, 1] + 1):
-                row = (i * shape[1] + j) * shape[2]
-                for k in range(first[f, 2], last[f, 2] + 1):
-                    items[free[row + k]] = f
-                    free[row + k] += 1
-    return start, items
-
-
-@njit(cache=True)
-def _bounds_meet_in_cell(low, high, first, f, g, cell):
+@kernel
+def _bounds_meet_in_cell(bounded, f, g, cell):
     """Whether the facets' bounds meet and the lower corner of what they share lies in this cell."""
+    low, high, first = bounded.low, bounded.high, bounded.first
     for k in range(3):
         if low[f, k] > high[g, k] or low[g, k] > high[f, k] or max(first[f, k], first[g, k]) != cell[k]:
             return False
     return True
 
 
-@njit(cache=True)
-def _pairs_in_cell(points, facets, low, high, first, cell, items, pairs, found):
-    """Append the intersecting pairs whose common bounds begin in this cell."""
+@kernel
+def _pairs_in_cell(bounded, items, cell, pairs, found):
+    """Append the intersecting pairs whose common bounds begin in this cell; return how many there are."""
+    points, facets = bounded.points, bounded.facets
     for x in range(len(items)):
         f = items[x]
         for y in range(x + 1, len(items)):
             g = items[y]
-            if not _bounds_meet_in_cell(low, high, first, f, g, cell):
+            if not _bounds_meet_in_cell(bounded, f, g, cell):
                 continue
             if triangles_intersect(
                 points, facets[f, 0], facets[f, 1], facets[f, 2], facets[g, 0], facets[g, 1], facets[g, 2]
@@ -69,9 +58,9 @@ def _pairs_in_cell(points, facets, low, high, first, cell, items, pairs, found):
     return found
 
 
-@njit(cache=True)
-def _search(points, facets, low, high, first, last, shape, limit):
-    start, items = _fill_grid(first, last, shape)
+@kernel
+def _search(bounded, bins, limit):
+    start, items, shape = bins.start, bins.items, bins.grid.shape
     pairs = np.empty((limit, 2), np.int64)
     found = 0
     cell = np.empty(3, np.int64)
@@ -80,9 +69,7 @@ def _search(points, facets, low, high, first, last, shape, limit):
             cell[0] = c // (shape[1] * shape[2])
             cell[1] = c // shape[2] % shape[1]
             cell[2] = c % shape[2]
-            found = _pairs_in_cell(
-                points, facets, low, high, first, cell, items[start[c] : start[c + 1]], pairs, found
-            )
+            found = _pairs_in_cell(bounded, items[start[c] : start[c + 1]], cell, pairs, found)
             if found == limit:
                 break
     return pairs[:found].copy()
@@ -100,13 +87,11 @@ def intersecting_pairs(points: np.ndarray, facets: np.ndarray, limit: int = 100_
     low, high = _bounds(points, facets)
     extent = (high - low).max(axis=1)
     span = high.max(axis=0) - low.min(axis=0)
-    cell = max(float(np.median(extent)), float(extent.mean()) / 2, 1e-300)
-    most = 8 * len(facets) + 1000
-    while np.prod(np.floor(span / cell) + 1) > most:
-        cell *= 1.25
-    origin = low.min(axis=0)
-    first = ((low - origin) / cell).astype(np.int64)
-    last = ((high - origin) / cell).astype(np.int64)
-    shape = last.max(axis=0) + 1
-    pairs = _search(points, facets, low, high, first, last, shape, int(limit))
+    width = max(float(np.median(extent)), float(extent.mean()) / 2, 1e-300)
+    while np.prod(np.floor(span / width) + 1) > CELLS_PER_FACET * len(facets) + MORE_CELLS:
+        width *= WIDER
+    grid = grid_over(low.min(axis=0), high.max(axis=0), width)
+    first = cells_of(low, grid)
+    bins = fill_bins(first, cells_of(high, grid), grid)
+    pairs = _search(BoundedFacets(points, facets, low, high, first), bins, int(limit))
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
