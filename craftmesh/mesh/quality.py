@@ -5,6 +5,7 @@ import numpy as np
 from craftmesh.mesh.front import front_frames
 from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.mesh.poor import is_poor, poor_parts
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges, tet_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import TetMesh, Voxels
@@ -16,19 +17,14 @@ _ANGLE_EDGES = tuple(range(0, 181, 10))
 def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
     """Return what quality.json holds: plain numbers, shares in percent, angles in degrees.
 
-    Aspect ratio: longest edge over smallest altitude, as TetGen. Poor elements: the union of shape
-    factor < 0.02, a dihedral under 10 and one over 160 degrees, as Abaqus' analysis checks (paper,
-    section 4). `jacobian_not_positive` counts the elements with a Jacobian <= 0 at an integration point
+    Aspect ratio: longest edge over smallest altitude, as TetGen. Poor elements: see
+    `mesh/poor`. `jacobian_not_positive` counts the elements with a Jacobian <= 0 at an integration point
     (4-node elements and straight 10-node ones: with a volume <= 0). With voxels, `volume_drift` compares
     each grain's volume with its voxels'.
     """
     corners = np.ascontiguousarray(mesh.tets[:, :4])
-    volume, aspect, low, high, factor = shape_measures(mesh.points, corners).T
-    parts = {
-        "poor_shape_factor_pct": factor < 0.02,
-        "poor_dihedral_under_10_pct": low < 10,
-        "poor_dihedral_over_160_pct": high > 160,
-    }
+    measures = shape_measures(mesh.points, corners)
+    volume, aspect, low, high, _ = measures.T
     counts = {"elements": len(corners), "nodes": len(mesh.points), "dof": 3 * len(mesh.points)}
     if mesh.tets.shape[1] == 4:
         edges = len(group_edges(tet_edges(mesh.tets)).lead)
@@ -38,8 +34,8 @@ def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
         "ar_median": float(np.median(aspect)),
         "ar_max": float(aspect.max()),
         "ar_under_5_pct": _percent(aspect < 5),
-        "poor_pct": _percent(np.logical_or.reduce(list(parts.values()))),
-        **{name: _percent(poor) for name, poor in parts.items()},
+        "poor_pct": _percent(is_poor(measures)),
+        **{f"poor_{name}_pct": _percent(poor) for name, poor in poor_parts(measures).items()},
         "dihedral_min": float(low.min()),
         "dihedral_max": float(high.max()),
         "histograms": {

@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.mesh.kernels.shape_measures import shape_measures
+from craftmesh.mesh.poor import is_poor
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.wedges import wedges
@@ -12,13 +13,14 @@ from craftmesh.tetrahedra.grain_surface import GrainSurface
 def poor_tets(surface: GrainSurface, nodes: np.ndarray, tets: np.ndarray) -> list[dict]:
     """Return a row for each poor tet of a grain, the one with the least dihedral angle first.
 
-    nodes (n, 3) begin with the surface's points, tets (m, 4). Poor: shape factor < 0.02, a dihedral angle
-    under 10 or over 160 degrees (paper, section 4). A row names the facets (of the Surface) that share an
-    edge with the tet, the smallest angle of these, the sharpest wedge of the grain at a common edge and
-    the shortest of those edges; None where the tet has no edge on the surface.
+    nodes (n, 3) begin with the surface's points, tets (m, 4). Poor: see `mesh/poor`. A row names the
+    facets (of the Surface) that share an edge with the tet, the smallest angle of these, the sharpest wedge
+    of the grain at a common edge and the shortest of those edges; None where the tet has no edge on the
+    surface.
     """
-    _, _, low, high, factor = shape_measures(nodes, np.ascontiguousarray(tets)).T
-    poor = np.flatnonzero((low < 10) | (high > 160) | (factor < 0.02))
+    measures = shape_measures(nodes, np.ascontiguousarray(tets))
+    _, _, low, high, factor = measures.T
+    poor = np.flatnonzero(is_poor(measures))
     if not len(poor):
         return []
     poor = poor[np.argsort(low[poor], kind="stable")]
@@ -27,7 +29,7 @@ def poor_tets(surface: GrainSurface, nodes: np.ndarray, tets: np.ndarray) -> lis
     sharpest = _sharpest_wedges(surface, edges)
     rows = []
     for t in poor:
-        shared = np.isin(edges, tets[t]).all(axis=1)
+        shared: np.ndarray = np.isin(edges, tets[t]).all(axis=1)
         facets = np.flatnonzero(shared[of_corner].any(axis=1))
         ends = surface.points[edges[shared]]
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
