@@ -3,14 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from craftmesh.assembly.opening import drop_unused, is_closed, opened_tets
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import front_polylines
 from craftmesh.mesh.mesh_sets import LIPS, node_sets_of
 from craftmesh.mesh.tet_connectivity import (
-    FACE_CORNERS,
     RowGroups,
     face_nodes,
     group_triples,
@@ -42,34 +40,38 @@ def assemble(surface: Surface, grain_tets: Sequence[GrainTets]) -> tuple[TetMesh
     across_crack = is_crack[facet[pairs[:, 0]]]
     crack_faces = np.concatenate([pairs[across_crack].ravel(), free[is_crack[facet[free]]]])
 
-    opened, parent = _open(tets, pairs[~across_crack], np.concatenate([free, crack_faces]), len(points))
-    points, opened, parent = _drop_unused(points[parent], opened, parent)
-    closed = _is_closed(opened, pairs[across_crack])
+    bounding = np.concatenate([free, crack_faces])
+    opened, parent = opened_tets(tets, pairs[~across_crack], bounding, len(points))
+    points, opened, parent = drop_unused(points[parent], opened, parent)
+    closed = is_closed(opened, pairs[across_crack])
     face_sets = _face_sets(surface, tets, facet, free, pairs[across_crack][~closed].ravel())
     fronts = front_polylines(points, opened, face_sets)
     mesh = TetMesh(points, opened, grain, node_sets_of(opened, face_sets, fronts), face_sets)
-
-    on_crack = half_face_corners(tets, crack_faces)
     added = parent[len(np.unique(parent)) :]
-    by_crack = int(np.isin(added, on_crack).sum())
-    report = {
+    by_crack = int(np.isin(added, half_face_corners(tets, crack_faces)).sum())
+    return mesh, _report(mesh, fronts, closed, {"by_crack": by_crack, "unwelded": len(added) - by_crack})
+
+
+def _report(mesh: TetMesh, fronts: Sequence, closed: np.ndarray, added: dict[str, int]) -> dict:
+    """Return counts and measures; closed (c,): crack facets that are; added: numbers of nodes by reason."""
+    points = mesh.points
+    return {
         "nodes": len(points),
-        "tets": len(opened),
-        "grains": len(np.unique(grain)),
-        "crack_facets": int(across_crack.sum()),
+        "tets": len(mesh.tets),
+        "grains": len(np.unique(mesh.grain)),
+        "crack_facets": len(closed),
         "crack_facets_not_opened": int(closed.sum()),
-        "crack_area": _area(points, opened, face_sets.get(LIPS[0])),
-        "nodes_opened_by_crack": by_crack,
-        "nodes_unwelded": len(added) - by_crack,
+        "crack_area": _area(points, mesh.tets, mesh.face_sets.get(LIPS[0])),
+        "nodes_opened_by_crack": added["by_crack"],
+        "nodes_unwelded": added["unwelded"],
         "fronts": len(fronts),
         "front_nodes": sum(len(nodes) for nodes, _ in fronts),
-        "front_length": sum(_length(points[nodes], is_closed) for nodes, is_closed in fronts),
-        "faces": {name: len(faces) for name, faces in face_sets.items()},
+        "front_length": sum(_length(points[nodes], is_ring) for nodes, is_ring in fronts),
+        "faces": {name: len(faces) for name, faces in mesh.face_sets.items()},
     }
-    return mesh, report
 
 
-def _merge(surface, grain_tets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _merge(surface: Surface, grain_tets: Sequence[GrainTets]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points, with all surface points first, tets and grains of the whole model."""
     if not any(len(g.tets) for g in grain_tets):
         raise CraftmeshError("no tetrahedra to assemble; run tetrahedralize for the surface's grains first")
@@ -88,16 +90,15 @@ def _merge(surface, grain_tets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return points, np.concatenate(blocks), grain
 
 
-def _match(surface, tets, grain) -> tuple[RowGroups, np.ndarray]:
+def _match(surface: Surface, tets: np.ndarray, grain: np.ndarray) -> tuple[RowGroups, np.ndarray]:
     """Group half faces that coincide; return the groups and each one's surface facet (4m,), -1 inside."""
     n_half = 4 * len(tets)
     groups = group_triples(np.concatenate([half_faces(tets), surface.facets]))
     row_facet = groups.order[groups.first[1:] - 1] - n_half  # facets have the highest rows
     has_facet = row_facet >= 0
     count = groups.count - has_facet
-    if (
-        twice := has_facet & (groups.order[np.maximum(groups.first[1:] - 2, 0)] >= n_half) & (count > 0)
-    ).any():
+    twice = has_facet & (groups.order[np.maximum(groups.first[1:] - 2, 0)] >= n_half) & (count > 0)
+    if twice.any():
         raise CraftmeshError(
             f"{twice.sum()} facets of the surface are there twice; run check on the surface"
         )
@@ -110,7 +111,9 @@ def _match(surface, tets, grain) -> tuple[RowGroups, np.ndarray]:
     return RowGroups(groups.order[is_half], first), facet
 
 
-def _refuse_unmatched(surface, grain, groups, row_facet, count) -> None:
+def _refuse_unmatched(
+    surface: Surface, grain: np.ndarray, groups: RowGroups, row_facet: np.ndarray, count: np.ndarray
+) -> None:
     """Raise CraftmeshError unless each half face has its neighbour or facet, and each facet its tets."""
     wanted = np.full(len(count), 2)
     has_facet = row_facet >= 0
@@ -132,60 +135,9 @@ def _refuse_unmatched(surface, grain, groups, row_facet, count) -> None:
     )
 
 
-def _open(tets, linked, bounding, n_points) -> tuple[np.ndarray, np.ndarray]:
-    """Return the tets on separated nodes and the old node (n,) of each new one; old ids come first.
-
-    linked (p, 2): half faces that stay together; bounding: half faces that are free or on the crack.
-    Only nodes of the latter can come apart: around any other the elements fill the whole sphere.
-    """
-    at_boundary = np.zeros(n_points, bool)
-    at_boundary[half_face_corners(tets, bounding)] = True
-    linked = linked[at_boundary[half_face_corners(tets, linked[:, 0])].any(axis=1)]
-    here, there = (half_face_corners(tets, linked[:, i]) for i in range(2))
-    links = []
-    for i in range(3):
-        same = (there == here[:, i, None]).argmax(axis=1)
-        ends = [4 * (rows // 4) + FACE_CORNERS[rows % 4, j] for rows, j in zip(linked.T, (i, same))]
-        links.append(np.stack(ends, axis=1)[at_boundary[here[:, i]]])
-    movable = np.flatnonzero(at_boundary[tets.ravel()])  # flat (tet, corner) ids
-    return _renumber(tets, movable, np.concatenate(links), n_points)
-
-
-def _renumber(tets, movable, links, n_points) -> tuple[np.ndarray, np.ndarray]:
-    """Give each component of the movable corners a node; the first of each old node keeps its id."""
-    place = np.full(tets.size, -1, np.int64)
-    place[movable] = np.arange(len(movable))
-    ones = np.ones(len(links), np.int8)
-    graph = coo_array((ones, (place[links[:, 0]], place[links[:, 1]])), shape=(len(movable),) * 2)
-    count, component = connected_components(graph, directed=False)
-    first = np.full(count, len(movable), np.int64)
-    np.minimum.at(first, component, np.arange(len(movable)))
-    old = tets.ravel()[movable[first]]
-    order = np.lexsort((first, old))
-    repeated = np.zeros(count, bool)
-    repeated[order[1:]] = old[order[1:]] == old[order[:-1]]
-    extra = order[repeated[order]]
-    new_id = old.copy()
-    new_id[extra] = n_points + np.arange(len(extra))
-    opened = tets.copy()
-    opened.ravel()[movable] = new_id[component]
-    return opened, np.concatenate([np.arange(n_points), old[extra]])
-
-
-def _drop_unused(points, tets, parent) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    used = np.zeros(len(points), bool)
-    used[tets.ravel()] = True
-    new = np.cumsum(used) - 1
-    return points[used], new[tets], parent[used]
-
-
-def _is_closed(opened, crack_pairs) -> np.ndarray:
-    """Return which crack facets (p,) kept all three corners on both sides: they cannot open."""
-    corners = np.sort(half_face_corners(opened, crack_pairs), axis=2)
-    return (corners[:, 0] == corners[:, 1]).all(axis=1)
-
-
-def _face_sets(surface, tets, facet, free, lips) -> dict[str, np.ndarray]:
+def _face_sets(
+    surface: Surface, tets: np.ndarray, facet: np.ndarray, free: np.ndarray, lips: np.ndarray
+) -> dict[str, np.ndarray]:
     """Return the named faces as rows (tet, face), sorted; empty sets are left out."""
     kind, sides = surface.kind[facet[free]], surface.sides[facet[free]].min(axis=1)
     on_crack = kind == CRACK
@@ -201,18 +153,18 @@ def _face_sets(surface, tets, facet, free, lips) -> dict[str, np.ndarray]:
     return {name: np.stack([rows // 4, rows % 4], axis=1) for name, rows in ordered.items()}
 
 
-def _same_turn(triangles, reference) -> np.ndarray:
+def _same_turn(triangles: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Return where rows of `triangles` list the same corners in the same sense as rows of `reference`."""
     shift = (triangles == reference[:, :1]).argmax(axis=1)
     return np.take_along_axis(triangles, ((shift + 1) % 3)[:, None], axis=1)[:, 0] == reference[:, 1]
 
 
-def _area(points, tets, faces) -> float:
+def _area(points: np.ndarray, tets: np.ndarray, faces: np.ndarray | None) -> float:
     if faces is None:
         return 0.0
     return float(np.linalg.norm(area_vectors(points, face_nodes(tets, faces)), axis=1).sum())
 
 
-def _length(points, closed) -> float:
+def _length(points: np.ndarray, closed: bool) -> float:
     steps = np.diff(points, axis=0, append=points[:1] if closed else points[-1:])
     return float(np.linalg.norm(steps, axis=1).sum())

@@ -15,10 +15,10 @@ from craftmesh.processes.worker import Worker
 class Listener(Protocol):
     """Who hears what becomes of the tasks."""
 
-    def on_done(self, task: Any, value: Any, seconds: float) -> None:
+    def on_done(self, task: Any, value: Any, seconds: float, /) -> None:
         """Take the result of a task."""
 
-    def on_failure(self, task: Any, failure: Failure, seconds: float) -> Any | None:
+    def on_failure(self, task: Any, failure: Failure, seconds: float, /) -> Any | None:
         """Take a task's failure; return a task to try in its place, or None."""
 
 

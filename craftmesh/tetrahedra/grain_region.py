@@ -135,7 +135,7 @@ def _holds(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
     a, b, c, d = (corners[:, i] - point for i in range(4))
     faces = ((a, b, c), (a, c, d), (a, d, b), (b, d, c))
     turn = np.stack([np.einsum("ij,ij->i", np.cross(p, q), r) for p, q, r in faces], axis=1)
-    return (turn > 0).all(1) | (turn < 0).all(1)
+    return np.all(turn > 0, axis=1) | np.all(turn < 0, axis=1)
 
 
 def _turn_alike(first: np.ndarray, second: np.ndarray) -> np.ndarray:

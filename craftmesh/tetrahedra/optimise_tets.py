@@ -12,6 +12,7 @@ import numpy as np
 from craftmesh.tetrahedra.kernels.tet_cavity import (
     POINTS,
     TETS,
+    Scratch,
     TetState,
     block_facets,
     link_tets,
@@ -88,7 +89,7 @@ def optimise_tets(
     return *_result(state, frozen), {k: int(v) for k, v in zip(names, operations)}
 
 
-def _repair(state: TetState, step: Step, work, operations: np.ndarray) -> None:
+def _repair(state: TetState, step: Step, work: Scratch, operations: np.ndarray) -> None:
     """Rounds over the tets under the threshold, the worst first, each with its neighbourhood smoothed."""
     for done in range(step.rounds):
         quality = state.quality[: state.counts[TETS]]
@@ -103,7 +104,7 @@ def _repair(state: TetState, step: Step, work, operations: np.ndarray) -> None:
             smooth_pass(state, step.measure, step.threshold, SMOOTHING_STEPS, touched, work, operations)
 
 
-def _swap(state: TetState, step: Step, work, operations: np.ndarray) -> None:
+def _swap(state: TetState, step: Step, work: Scratch, operations: np.ndarray) -> None:
     """Remove edges of the tets over STRETCHED to lower the mean aspect ratio, the worst tet first."""
     count = state.counts[TETS]
     ratio = np.empty(count)
@@ -114,7 +115,9 @@ def _swap(state: TetState, step: Step, work, operations: np.ndarray) -> None:
     aspect_swap_pass(state, step.measure, step.threshold, mean, stretched, work, operations)
 
 
-def _state(points, tets, frozen: int, blocked, size) -> TetState:
+def _state(
+    points: np.ndarray, tets: np.ndarray, frozen: int, blocked: np.ndarray, size: np.ndarray
+) -> TetState:
     """Room for the mesh and what comes, with its adjacency."""
     room_points, room_tets = int(CAPACITY * len(points)) + SPARE, int(CAPACITY * len(tets)) + SPARE
     state = TetState(

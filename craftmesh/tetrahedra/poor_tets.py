@@ -29,7 +29,7 @@ def poor_tets(surface: GrainSurface, nodes: np.ndarray, tets: np.ndarray) -> lis
     sharpest = _sharpest_wedges(surface, edges)
     rows = []
     for t in poor:
-        shared: np.ndarray = np.isin(edges, tets[t]).all(axis=1)
+        shared = np.all(np.isin(edges, tets[t]), axis=1)
         facets = np.flatnonzero(shared[of_corner].any(axis=1))
         ends = surface.points[edges[shared]]
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)

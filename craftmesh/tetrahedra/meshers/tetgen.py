@@ -8,7 +8,16 @@ from craftmesh.tetrahedra.meshers.base import MesherRefusal
 class TetGenMesher:
     """TetGen 1.6; it prints, holds the GIL and may crash, so it belongs in a worker process."""
 
-    def mesh(self, points, facets, markers, interior_points, holes, switches):
+    def mesh(
+        self,
+        points: np.ndarray,
+        facets: np.ndarray,
+        markers: np.ndarray,
+        interior_points: np.ndarray,
+        holes: np.ndarray,
+        switches: str,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Mesh as `Mesher` promises."""
         import tetgen
 
         everything = np.concatenate([points, interior_points]) if len(interior_points) else points

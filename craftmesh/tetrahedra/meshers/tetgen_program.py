@@ -18,7 +18,7 @@ TEXT_PRECISION = 1e-12
 class TetGenProgram:
     """The program `tetgen` on the PATH, such as Debian's TetGen 1.5; raises CraftmeshError without it."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         program = shutil.which(PROGRAM)
         if program is None:
             raise CraftmeshError(
@@ -27,7 +27,16 @@ class TetGenProgram:
             )
         self.program = program
 
-    def mesh(self, points, facets, markers, interior_points, holes, switches):
+    def mesh(
+        self,
+        points: np.ndarray,
+        facets: np.ndarray,
+        markers: np.ndarray,
+        interior_points: np.ndarray,
+        holes: np.ndarray,
+        switches: str,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Mesh as `Mesher` promises, in a folder of its own under the working folder."""
         everything = np.concatenate([points, interior_points]) if len(interior_points) else points
         with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder:
             write_smesh(Path(folder) / "grain.smesh", everything, facets, markers, holes)
@@ -46,7 +55,9 @@ class TetGenProgram:
         return _with_exact(nodes, everything), tets
 
 
-def write_smesh(path: Path, points, facets, markers, holes) -> None:
+def write_smesh(
+    path: Path, points: np.ndarray, facets: np.ndarray, markers: np.ndarray, holes: np.ndarray
+) -> None:
     """Write TetGen's .smesh, numbered from 0, with coordinates that read back bit for bit."""
     with open(path, "w", encoding="ascii") as stream:
         stream.write(f"{len(points)} 3 0 0\n")

@@ -1,7 +1,6 @@
 """fTetWild (the PyPI package `pytetwild`, MPL-2.0), which takes any facets and moves them a little."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -26,7 +25,7 @@ class TetWildTask:
     envelope: float
 
 
-def tetwild(shared: Any, task: TetWildTask) -> tuple[np.ndarray, np.ndarray]:
+def tetwild(_: None, task: TetWildTask) -> tuple[np.ndarray, np.ndarray]:
     """Return (points, tets) that fill a box round the facets and follow them; for a worker process.
 
     The tets (t, 4) int64 have volumes >= 0. Nothing says which of their faces lie on the facets. It

@@ -3,7 +3,13 @@
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mesh.tet_connectivity import group_triples, half_face_corners, half_faces, tet_volumes
+from craftmesh.mesh.tet_connectivity import (
+    RowGroups,
+    group_triples,
+    half_face_corners,
+    half_faces,
+    tet_volumes,
+)
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.front import ears, front_of
 from craftmesh.surface.patches import PLANES
@@ -66,7 +72,9 @@ def settle_crack(
     return put_on_front(surface, points, tets, crack, free), tets, labels
 
 
-def _crack_facets(surface, points, tets, labels, reach) -> tuple[np.ndarray, np.ndarray]:
+def _crack_facets(
+    surface: Surface, points: np.ndarray, tets: np.ndarray, labels: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the crack facets (c, 3) of the mesh and the facets (f, 3) of its free surfaces."""
     groups = group_triples(half_faces(tets))
     pairs = groups.pairs[(labels[groups.pairs // 4] > 0).all(axis=1)]
@@ -76,7 +84,9 @@ def _crack_facets(surface, points, tets, labels, reach) -> tuple[np.ndarray, np.
     return crack, half_face_corners(tets, free)
 
 
-def _split(points, tets, labels, edge) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _split(
+    points: np.ndarray, tets: np.ndarray, labels: np.ndarray, edge: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the mesh with the edge halved; its tets keep their labels and senses."""
     around = (tets == edge[0]).any(axis=1) & (tets == edge[1]).any(axis=1)
     halves = [np.where(tets[around] == end, len(points), tets[around]) for end in edge]
@@ -127,7 +137,7 @@ def box_levels(surface: Surface) -> dict[int, tuple[int, float]]:
     return levels
 
 
-def _sides_of(groups, labels: np.ndarray) -> np.ndarray:
+def _sides_of(groups: RowGroups, labels: np.ndarray) -> np.ndarray:
     """Return (g, 2) the labels on both sides of each face; 0 where there is no tet."""
     first = labels[groups.lead // 4]
     second = np.zeros(len(first), labels.dtype)
@@ -135,7 +145,7 @@ def _sides_of(groups, labels: np.ndarray) -> np.ndarray:
     return np.stack([first, second], axis=1)
 
 
-def _kinds(surface: Surface, points, facets, sides) -> np.ndarray:
+def _kinds(surface: Surface, points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> np.ndarray:
     kind = np.full(len(facets), INTERFACE, np.uint8)
     is_open = (sides == 0).any(axis=1)
     for plane, (axis, level) in box_levels(surface).items():
@@ -143,7 +153,9 @@ def _kinds(surface: Surface, points, facets, sides) -> np.ndarray:
     return kind
 
 
-def _grain_tets(points, tets, labels, nodes) -> list[GrainTets]:
+def _grain_tets(
+    points: np.ndarray, tets: np.ndarray, labels: np.ndarray, nodes: np.ndarray
+) -> list[GrainTets]:
     """Return each grain's tets; `nodes` (s,) are the points of the mesh that the surface has kept."""
     on_surface = np.full(len(points), -1, np.int64)
     on_surface[nodes] = np.arange(len(nodes))

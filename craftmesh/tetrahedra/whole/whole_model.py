@@ -100,10 +100,10 @@ def _task(surface: Surface, sizing: Lengths, envelope: float) -> TetWildTask:
 class _OneMesh:
     """The only mesh of a job of one task; a Listener of `run_tasks`."""
 
-    def on_done(self, task: TetWildTask, value: tuple[np.ndarray, np.ndarray], seconds: float) -> None:
+    def on_done(self, _: TetWildTask, value: tuple[np.ndarray, np.ndarray], seconds: float) -> None:
         self.mesh = (*value, seconds)
 
-    def on_failure(self, task: TetWildTask, failure: Failure, seconds: float) -> None:
+    def on_failure(self, _: TetWildTask, failure: Failure, __: float) -> None:
         raise CraftmeshError(
             f"pytetwild could not mesh the whole model: {failure.reason}; larger sizes or a larger "
             "envelope make it quicker, whole_time_limit and memory_limit bound it"
