@@ -1,18 +1,35 @@
-"""Kernels that tell how far places lie from facets and edges, by trying them all."""
+"""Kernels that tell how far places lie from facets and edges."""
 
 import numpy as np
 from numba import njit
 
 from craftmesh.surface.kernels.facet_shape import area_vector, facet_distance2, segment_distance2
 
+# Spheres reach this part further, so that rounding leaves no facet out.
+ROUNDING = 1e-9
+
 
 @njit(cache=True)
-def nearest_facets(places, points, facets):
-    """Return the nearest facet (q,) of each place, the squared distance (q,) and the side (q,): 1 ahead."""
+def nearest_facets(places, points, facets, some, centres, reach):
+    """Return the nearest facet (q,) of each place, the squared distance (q,) and the side (q,): 1 ahead.
+
+    some (q,): for each place a facet that is near, best the one with the nearest centre; only facets whose
+    spheres, of `centres` (f, 3) and radii `reach` (f,), come as near are measured. Of equally near facets
+    the first counts.
+    """
     nearest, side = np.zeros(len(places), np.int64), np.zeros(len(places), np.int64)
     distance2 = np.full(len(places), np.inf)
     for q in range(len(places)):
+        s = some[q]
+        bound = facet_distance2(points, facets[s, 0], facets[s, 1], facets[s, 2], places, q, np.inf)
+        bound = np.sqrt(bound) * (1.0 + ROUNDING)
         for f in range(len(facets)):
+            x = centres[f, 0] - places[q, 0]
+            y = centres[f, 1] - places[q, 1]
+            z = centres[f, 2] - places[q, 2]
+            far = bound + reach[f]
+            if x * x + y * y + z * z > far * far:
+                continue
             d = facet_distance2(points, facets[f, 0], facets[f, 1], facets[f, 2], places, q, distance2[q])
             if d < distance2[q]:
                 distance2[q] = d

@@ -4,8 +4,9 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.tet_connectivity import half_face_corners, tet_volumes
+from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges, front_of
-from craftmesh.surface.kernels.distances import nearest_facets, nearest_on_edges
+from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import CRACK, Surface
 
@@ -37,15 +38,13 @@ def crack_half_faces(
     corners = half_face_corners(tets, pairs[:, 0])
     near = ((points > low - reach) & (points < high + reach)).all(axis=1)
     candidates = np.flatnonzero(near)
-    near[candidates] = _distance(points[candidates], surface.points, crack) <= reach
+    near[candidates] = distances_and_sides(points[candidates], surface.points, crack)[0] <= reach
     chosen = near[corners].all(axis=1)
     pairs, corners = pairs[chosen], corners[chosen]
-    chosen = _distance(points[corners].mean(axis=1), surface.points, crack) <= reach
+    chosen = distances_and_sides(points[corners].mean(axis=1), surface.points, crack)[0] <= reach
     pairs = pairs[chosen]
-    sides = [
-        nearest_facets(points[tets[pairs[:, i] // 4]].mean(axis=1), surface.points, crack)[2]
-        for i in range(2)
-    ]
+    centres = points[tets[pairs // 4]].mean(axis=2)
+    sides = [distances_and_sides(centres[:, i], surface.points, crack)[1] for i in range(2)]
     return np.where(sides[0] > 0, pairs[:, 0], pairs[:, 1])[sides[0] != sides[1]]
 
 
@@ -132,10 +131,6 @@ def check_crack(before: Surface, after: Surface) -> dict:
             "smaller envelope"
         )
     return report
-
-
-def _distance(places: np.ndarray, points: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    return np.sqrt(nearest_facets(np.ascontiguousarray(places), points, facets)[1])
 
 
 def _area_and_front(surface: Surface) -> tuple[float, np.ndarray]:
