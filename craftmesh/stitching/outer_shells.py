@@ -11,11 +11,19 @@ from craftmesh.surface.measure import area_vectors
 from craftmesh.types import INTERFACE
 
 GAP = 0.15  # of the edge length: facets of two grains that face each other this closely should have matched
+FACING = -0.7  # greatest cosine between the normals of facets that face each other
+NEIGHBOURS = 8  # facets, by their centres, that are looked at around each: itself and those about it
+CROWD = (
+    0.5  # of a place must be at fault before it is refused: the sharp edge of a void flags single facets
+)
 FLAT_SHELL = 0.01  # volume over area and edge length below which a closed shell is no void
 
 
-def refuse_gaps(points, facets, sides, alone) -> None:
-    """Raise where facets of two grains face each other closely but do not match."""
+def refuse_gaps(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, alone: np.ndarray) -> None:
+    """Raise where facets of two grains face each other closely but do not match.
+
+    points (n, 3), facets (m, 3), sides (m, 2); alone (k,): the facets that no other grain shares.
+    """
     if not len(alone):
         return
     corner = points[facets[alone]]
@@ -23,9 +31,9 @@ def refuse_gaps(points, facets, sides, alone) -> None:
     edge = np.sqrt(((corner - np.roll(corner, 1, axis=1)) ** 2).sum(axis=2)).mean(axis=1)
     normal = area_vectors(points, facets[alone])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    distance, near = cKDTree(centre).query(centre, k=min(8, len(alone)))
+    distance, near = cKDTree(centre).query(centre, k=min(NEIGHBOURS, len(alone)))
     near = near.reshape(len(alone), -1)
-    facing = np.einsum("ij,ikj->ik", normal, normal[near]) < -0.7
+    facing = np.einsum("ij,ikj->ik", normal, normal[near]) < FACING
     height = np.abs(np.einsum("ij,ikj->ik", normal, centre[near] - centre[:, None]))
     other = sides[alone][:, :1] != sides[alone][near, 0]
     shared = (facets[alone][:, None, :, None] == facets[alone][near][:, :, None, :]).any(axis=(2, 3))
@@ -36,7 +44,7 @@ def refuse_gaps(points, facets, sides, alone) -> None:
         & (height < GAP * edge[:, None])
         & (distance.reshape(near.shape) < edge[:, None])
     )
-    crowded = bad.any(axis=1)[near].mean(axis=1) > 0.5  # a sharp edge of a void flags single facets
+    crowded = bad.any(axis=1)[near].mean(axis=1) > CROWD
     rows = np.flatnonzero(bad.any(axis=1) & crowded)
     if len(rows):
         partners = sides[alone][near[rows], 0][bad[rows]]
@@ -48,8 +56,14 @@ def refuse_gaps(points, facets, sides, alone) -> None:
         )
 
 
-def with_voids(points, facets, sides, kind, alone) -> tuple[np.ndarray, int]:
-    """Return the sides with -k ahead of the facets of closed shells off the box, and how many there are."""
+def with_voids(
+    points: np.ndarray, facets: np.ndarray, sides: np.ndarray, kind: np.ndarray, alone: np.ndarray
+) -> tuple[np.ndarray, int]:
+    """Return the sides with -k ahead of the facets of closed shells off the box, and how many there are.
+
+    points (n, 3), facets (m, 3), sides (m, 2), kind (m,); alone (k,): the facets that no other grain
+    shares. Void 1 has the lowest point.
+    """
     if not len(alone):
         return sides, 0
     edges = np.sort(facet_edges(facets[alone]), axis=1)
@@ -72,12 +86,12 @@ def with_voids(points, facets, sides, kind, alone) -> tuple[np.ndarray, int]:
     names = [n for n in closed if swept[shell == n].sum() < 0]
     lowest = {n: tuple(min(points[facets[members[n]]].reshape(-1, 3).tolist())) for n in names}
     sides = sides.copy()
-    for k, name in enumerate(sorted(names, key=lowest.get), start=1):
+    for k, name in enumerate(sorted(names, key=lambda n: lowest[n]), start=1):
         sides[members[name], 1] = -k
     return sides, len(names)
 
 
-def _refuse_flat(points, facets, grains, volume: float) -> None:
+def _refuse_flat(points: np.ndarray, facets: np.ndarray, grains: np.ndarray, volume: float) -> None:
     """Raise where a closed shell has next to no volume: two triangulations of one boundary, not a void."""
     area = np.linalg.norm(area_vectors(points, facets), axis=1)
     if abs(volume) < FLAT_SHELL * area.sum() * np.sqrt(area.mean()):
@@ -89,7 +103,7 @@ def _refuse_flat(points, facets, grains, volume: float) -> None:
         )
 
 
-def grain_names(grains) -> str:
+def grain_names(grains: np.ndarray) -> str:
     """Return the ids of the grains as text, the first eight of them by name."""
     names = [str(int(g)) for g in np.unique(grains)]
     return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -25,6 +26,10 @@ class StitchOptions(Options):
     )
 
 
+Grain = tuple[int, np.ndarray, np.ndarray]  # id, points (n, 3), triangles (m, 3)
+FACING_OUT = 0.9  # least cosine between the normal of a facet of the box and the axis
+
+
 @dataclass(frozen=True, eq=False)
 class _Soup:
     """All grains' facets on shared points, outward normals, rows in the order of the grain ids."""
@@ -34,7 +39,9 @@ class _Soup:
     grain: np.ndarray
 
 
-def stitch_grains(grains: Sequence, options: StitchOptions | None = None) -> tuple[Surface, dict]:
+def stitch_grains(
+    grains: Sequence[Grain], options: StitchOptions | None = None
+) -> tuple[Surface, dict[str, int]]:
     """Return the conformal surface of grains given as (id, points (n, 3), triangles (m, 3)).
 
     Points closer than options.tolerance of the diagonal are one. A facet that two grains share becomes
@@ -63,17 +70,21 @@ def stitch_grains(grains: Sequence, options: StitchOptions | None = None) -> tup
     return Surface(points, facets, sides, kind), report
 
 
-def _joined(grains, options: StitchOptions) -> tuple[_Soup, int, int]:
-    """Merge coincident points of all grains; drop facets that collapse; turn inverted grains outward."""
-    grains = sorted(
-        ((int(g), np.asarray(p, float), np.asarray(t, np.int64)) for g, p, t in grains), key=_id
+def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, int, int]:
+    """Merge coincident points of all grains; drop facets that collapse; turn inverted grains outward.
+
+    Return the soup, how many points were joined and how many facets were dropped.
+    """
+    known = sorted(
+        ((int(g), np.asarray(p, float), np.asarray(t, np.int64)) for g, p, t in grains), key=itemgetter(0)
     )
-    _check_grains(grains)
-    sizes = [len(points) for _, points, _ in grains]
+    _check_grains(known)
+    sizes = [len(points) for _, points, _ in known]
     shift = np.concatenate([[0], np.cumsum(sizes)])[:-1]
-    points = np.concatenate([points for _, points, _ in grains]) + 0.0
-    facets = np.concatenate([triangles + s for (_, _, triangles), s in zip(grains, shift)])
-    grain = np.repeat([g for g, _, _ in grains], [len(t) for _, _, t in grains])
+    points = np.concatenate([points for _, points, _ in known])
+    points += 0.0  # makes 0.0 of -0.0: equal points have equal bytes, whichever grain comes first
+    facets = np.concatenate([triangles + s for (_, _, triangles), s in zip(known, shift)])
+    grain = np.repeat([g for g, _, _ in known], [len(t) for _, _, t in known])
     first, inverse = _distinct_points(points)
     inverse = _cluster(points[first], options.tolerance)[inverse]
     points, facets = points[first], inverse[facets]
@@ -89,11 +100,8 @@ def _joined(grains, options: StitchOptions) -> tuple[_Soup, int, int]:
     return _Soup(points, facets, grain), sum(sizes) - len(np.unique(facets)), int((~distinct).sum())
 
 
-def _id(entry) -> int:
-    return entry[0]
-
-
-def _check_grains(grains) -> None:
+def _check_grains(grains: list[Grain]) -> None:
+    """Raise where an id is not positive or comes twice, or arrays have the wrong shape (grains by id)."""
     if not grains:
         raise CraftmeshError("no grains to stitch; expected one closed surface per grain")
     ids = [g for g, _, _ in grains]
@@ -112,23 +120,25 @@ def _check_grains(grains) -> None:
             raise CraftmeshError(f"grain {grain}: triangles refer past its {len(points)} points")
 
 
-def _distinct_points(points) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first rows of distinct points, and each point's place among them."""
-    bits = np.ascontiguousarray(points).view(np.uint64)
-    with np.errstate(over="ignore"):
-        key = bits[:, 0] * np.uint64(0x9E3779B97F4A7C15)
-        for column, factor in ((1, 0xC2B2AE3D27D4EB4F), (2, 0x165667B19E3779F9)):
-            key = (key ^ (key >> np.uint64(29)) ^ bits[:, column]) * np.uint64(factor)
-    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
-    if not np.array_equal(points[first][inverse], points):
-        _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty(len(order), np.int64)
-    rank[order] = np.arange(len(order))
-    return first[order], rank[inverse.ravel()]
+def _distinct_points(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first rows of distinct points, and each point's place among them.
+
+    As np.unique over rows would, numbered by first appearance. That sorts rows as structures: 2.3 s on the
+    2.2 million corners of 100 grains, against 0.6 s for the three stable sorts of columns here.
+    """
+    order = np.lexsort(points.T)
+    row = points[order]
+    is_new = np.r_[True, (row[1:] != row[:-1]).any(axis=1)]
+    first = order[is_new]
+    by_appearance = np.argsort(first)
+    rank = np.empty(len(first), np.int64)
+    rank[by_appearance] = np.arange(len(first))
+    place = np.empty(len(points), np.int64)
+    place[order] = rank[np.cumsum(is_new) - 1]
+    return first[by_appearance], place
 
 
-def _cluster(points, tolerance: float) -> np.ndarray:
+def _cluster(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Return for each point the first point of its cluster within the tolerance."""
     reach = tolerance * np.linalg.norm(np.ptp(points, axis=0))
     pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
@@ -141,15 +151,15 @@ def _cluster(points, tolerance: float) -> np.ndarray:
     return lowest
 
 
-def _groups(facets) -> tuple[np.ndarray, np.ndarray]:
+def _groups(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return an order that puts facets of equal corners together, and the start of each such group."""
     corner = np.sort(facets, axis=1)
-    order = np.lexsort([np.arange(len(corner)), corner[:, 2], corner[:, 1], corner[:, 0]])
+    order = np.lexsort(corner.T[::-1])
     changed = (corner[order][1:] != corner[order][:-1]).any(axis=1)
     return order, np.concatenate([[0], np.flatnonzero(changed) + 1])
 
 
-def _parity(facets) -> np.ndarray:
+def _parity(facets: np.ndarray) -> np.ndarray:
     """Return whether each facet runs through its sorted corners in cyclic order."""
     lowest = np.argmin(facets, axis=1)[:, None]
     second = np.take_along_axis(facets, (lowest + 1) % 3, 1)
@@ -157,7 +167,7 @@ def _parity(facets) -> np.ndarray:
     return (second < third).ravel()
 
 
-def _without_folds(facets, grain) -> tuple[np.ndarray, np.ndarray]:
+def _without_folds(facets: np.ndarray, grain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Drop pairs of facets of one grain that lie on each other, left over where thin parts collapsed."""
     order, start = _groups(facets)
     length = np.diff(np.append(start, len(facets)))
@@ -199,10 +209,10 @@ def _refuse_open(soup: _Soup) -> None:
     """Raise where the facets of a grain do not close, naming the grains and a place."""
     edges = facet_edges(soup.facets)
     owner = np.repeat(np.searchsorted(np.unique(soup.grain), soup.grain), 3)
-    forward = edges[:, 0] < edges[:, 1]
-    keys = [owner, edges.min(axis=1), edges.max(axis=1)]
-    order = np.lexsort(keys[::-1])
-    changed = np.any([np.diff(key[order]) != 0 for key in keys], axis=0)
+    forward, stride = edges[:, 0] < edges[:, 1], len(soup.points)
+    key = np.minimum(*edges.T) * stride + np.maximum(*edges.T)
+    order = np.lexsort([key, owner])
+    changed = (np.diff(key[order]) != 0) | (np.diff(owner[order]) != 0)
     start = np.concatenate([[0], np.flatnonzero(changed) + 1])
     balance = np.add.reduceat(np.where(forward, 1, -1)[order], start)
     rows = order[start[balance != 0]]
@@ -215,11 +225,13 @@ def _refuse_open(soup: _Soup) -> None:
         )
 
 
-def _place(soup: _Soup, row) -> list:
+def _place(soup: _Soup, row: int) -> list[float]:
     return np.round(soup.points[soup.facets[row]].mean(axis=0), 4).tolist()
 
 
-def _on_box(points, facets, sides, options: StitchOptions) -> tuple[np.ndarray, np.ndarray]:
+def _on_box(
+    points: np.ndarray, facets: np.ndarray, sides: np.ndarray, options: StitchOptions
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the points with box planes made exact, and the kind of each facet."""
     points, kind = points.copy(), np.zeros(len(facets), np.uint8)
     alone = np.flatnonzero(sides[:, 1] == 0)
@@ -229,7 +241,7 @@ def _on_box(points, facets, sides, options: StitchOptions) -> tuple[np.ndarray, 
     for axis in range(3):
         for end, extreme in enumerate((points[:, axis].min(), points[:, axis].max())):
             near = np.abs(points[facets[alone], axis] - extreme).max(axis=1) <= reach
-            rows = alone[near & (normals[:, axis] * (2 * end - 1) > 0.9)]
+            rows = alone[near & (normals[:, axis] * (2 * end - 1) > FACING_OUT)]
             if not len(rows):
                 continue
             plane = np.median(points[np.unique(facets[rows]), axis])
