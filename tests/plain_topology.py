@@ -90,3 +90,34 @@ def open_edges(surface: Surface) -> list[str]:
         if count:
             breaches.append(f"label {label} has {count} open edges")
     return breaches
+
+
+def tied_vertices(surface: Surface) -> dict[int, int]:
+    """Return per grain the number of vertices at which its boundary touches itself; others are left out.
+
+    Corners of facets at a vertex hang together over edges with two facets of the grain's boundary; a
+    vertex with more than one such fan is tied.
+    """
+    tied = {}
+    for grain in surface.grains.tolist():
+        facets = surface.facets[(surface.sides == grain).sum(axis=1) == 1]
+        edges, of = edge_table(facets)
+        met = [[] for _ in edges]
+        for f, row in enumerate(of.tolist()):
+            for i, edge in enumerate(row):
+                met[edge].append((f, i))
+        links = []
+        for pair in met:
+            if len(pair) == 2:
+                (f, i), (g, j) = pair
+                for a in (i, (i + 1) % 3):
+                    b = next(b for b in (j, (j + 1) % 3) if facets[g, b] == facets[f, a])
+                    links.append((3 * f + a, 3 * g + b))
+        rows, columns = np.array(links, int).reshape(-1, 2).T
+        graph = coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(facets.size, facets.size))
+        fan = connected_components(graph, directed=False)[1]
+        fans = {(v, k) for v, k in zip(facets.ravel().tolist(), fan.tolist())}
+        count = np.bincount([v for v, _ in fans])
+        if (count > 1).any():
+            tied[grain] = int((count > 1).sum())
+    return tied

@@ -27,7 +27,7 @@ from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.measure import side_volumes
-from craftmesh.surface.volumes import restore_volumes
+from craftmesh.surface.volumes import RestoringLimits, restore_volumes
 from craftmesh.types import Surface
 
 # What the restoring of volumes may move a vertex, as a part of the distance tolerance.
@@ -138,7 +138,7 @@ def _restored(
     if not targets:
         return result
     reach = RESTORING_SHARE * options.distance_tolerance * sizing.at(result.points)
-    return restore_volumes(result, targets, reach=reach)[0]
+    return restore_volumes(result, targets, RestoringLimits(reach=reach))[0]
 
 
 def _limits(options: GradateOptions, sizing: Sizing) -> Limits:

@@ -8,7 +8,7 @@ from craftmesh.gradation.passes import Gradation
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.facet_shape import LARGEST_ANGLE
-from craftmesh.surface.measure import facet_angles, side_volumes
+from craftmesh.surface.measure import facet_angles, side_volumes, volume_drift
 from craftmesh.surface.patches import feature_edges
 from craftmesh.types import Surface
 
@@ -37,7 +37,7 @@ def gradation_report(
         "facets_under_3_degrees": int((angles.min(1) < FLAT_ANGLE).sum()),
         "facets_over_135_degrees": int((angles.max(1) > LARGEST_ANGLE).sum()),
         "left": _left_over(result, angles),
-        "drift": volume_drift(volumes, result),
+        "drift": _drift_of_volumes(volumes, result),
     }
 
 
@@ -64,13 +64,13 @@ def _percentiles(values: np.ndarray) -> list[float]:
     return [round(float(v), 4) for v in np.percentile(values, (5, 50, 95))] if len(values) else []
 
 
-def volume_drift(before: dict[int, float], result: Surface) -> dict:
+def _drift_of_volumes(before: dict[int, float], result: Surface) -> dict:
     """Return the mean and the largest relative change of volume over the grains, and where it is."""
     after = side_volumes(result.points, result.facets, result.sides)
-    drift = {k: abs(after.get(k, 0.0) / v - 1) if v else 0.0 for k, v in before.items()}
+    drift = {grain: abs(part) for grain, part in volume_drift(before, after).items()}
     if not drift:
         return {"mean": 0.0, "max": 0.0, "grain": 0}
-    worst = max(drift, key=drift.get)
+    worst = max(drift, key=lambda grain: drift[grain])
     return {"mean": float(np.mean(list(drift.values()))), "max": drift[worst], "grain": worst}
 
 

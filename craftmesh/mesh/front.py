@@ -1,6 +1,6 @@
 """The front of an opened crack: its ordered nodes and the frames along it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,7 +35,9 @@ class FrontFrames:
         return {name: getattr(self, name) for name in names} | {"node": self.node + 1}
 
 
-def front_polylines(points: np.ndarray, tets: np.ndarray, face_sets) -> list[tuple[np.ndarray, bool]]:
+def front_polylines(
+    points: np.ndarray, tets: np.ndarray, face_sets: Mapping[str, np.ndarray]
+) -> list[tuple[np.ndarray, bool]]:
     """Return the crack's fronts as (ordered corner nodes, closed?), sorted by their first points.
 
     A front edge lies on the rim of lip A, joins two nodes that lip B shares and is on no other free
@@ -87,14 +89,14 @@ def with_mid_nodes(corners: np.ndarray, closed: bool, mid_of: dict) -> np.ndarra
     return result
 
 
-def _front_edges(tets, face_sets) -> np.ndarray:
+def _front_edges(tets: np.ndarray, face_sets: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the directed front edges (k, 2): those of craftmesh.surface.front, told by opened faces."""
     empty = np.zeros((0, 2), np.int64)
     corners = {name: face_nodes(tets, faces) for name, faces in face_sets.items() if len(faces)}
     lips = [corners.pop(name, np.zeros((0, 3), np.int64)) for name in ("CRACK_LIP_A", "CRACK_LIP_B")]
     if not all(map(len, lips)):
         return empty
-    on_both = np.intersect1d(*lips)
+    on_both = np.intersect1d(lips[0], lips[1])
     directed = _edges_of(lips[0])
     directed = directed[np.isin(directed, on_both).all(axis=1)]
     others = [edges[np.isin(edges, on_both).all(axis=1)] for edges in map(_edges_of, corners.values())]

@@ -7,7 +7,7 @@ from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
 from craftmesh.mesh.poor import is_poor, poor_parts
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges, tet_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, volume_drift
 from craftmesh.types import TetMesh, Voxels
 
 _ASPECT_EDGES = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 5.0, 10.0, 20.0, np.inf)
@@ -49,11 +49,11 @@ def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
         "front_length": _front_length(mesh),
     }
     if voxels is not None:
-        report["volume_drift"] = volume_drift(mesh.grain, volume, voxels)
+        report["volume_drift"] = _drift_from_voxels(mesh.grain, volume, voxels)
     return report
 
 
-def volume_drift(grain: np.ndarray, volume: np.ndarray, voxels: Voxels) -> dict:
+def _drift_from_voxels(grain: np.ndarray, volume: np.ndarray, voxels: Voxels) -> dict:
     """Return how far each grain's volume is from its voxels', relative to the latter.
 
     grain, volume (m,) of the elements. `mean`, `p95` and `worst` are of absolute values over the
@@ -63,9 +63,10 @@ def volume_drift(grain: np.ndarray, volume: np.ndarray, voxels: Voxels) -> dict:
     labels, count = np.unique(voxels.labels[voxels.labels > 0], return_counts=True)
     size = int(max(grain.max(initial=0), labels.max(initial=0))) + 1
     meshed = np.bincount(grain, volume, size)
-    drift = meshed[labels] / (count * np.prod(voxels.spacing)) - 1
-    size_of = np.abs(drift)
-    report = {"grains": len(labels), "by_grain": dict(zip(map(str, labels.tolist()), drift.tolist()))}
+    wanted = count * np.prod(voxels.spacing)
+    drift = volume_drift(*(dict(zip(labels.tolist(), v.tolist())) for v in (wanted, meshed[labels])))
+    size_of = np.abs(list(drift.values()))
+    report: dict = {"grains": len(labels), "by_grain": {str(grain): d for grain, d in drift.items()}}
     if len(labels):
         large = size_of[count > 500]
         report |= {

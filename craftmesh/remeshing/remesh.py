@@ -9,7 +9,8 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.remeshing.kernels.marching import march
-from craftmesh.surface.kernels.smoothing import lap, spoiled_facets
+from craftmesh.remeshing.kernels.smoothing import lap
+from craftmesh.surface.kernels.spoiled_facets import spoiled_facets
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, facet_angles
 from craftmesh.surface.patches import PLANES
@@ -19,7 +20,7 @@ from craftmesh.surface.vertex_classes import (
     vertex_classes,
     vertices_around,
 )
-from craftmesh.surface.volumes import restore_volumes
+from craftmesh.surface.volumes import RestoringLimits, restore_volumes
 from craftmesh.types import Surface, Voxels
 
 
@@ -73,9 +74,11 @@ def remesh(
     surface, volumes = restore_volumes(
         surface,
         voxel_volumes(voxels),
-        rounds=options.volume_rounds,
-        min_quality=options.sliver_quality,
-        min_edge=options.sliver_edge * float(voxels.spacing.min()),
+        RestoringLimits(
+            rounds=options.volume_rounds,
+            min_quality=options.sliver_quality,
+            min_edge=options.sliver_edge * float(voxels.spacing.min()),
+        ),
         progress=lambda fraction, text: progress(0.7 + 0.3 * fraction, text),
     )
     report = {
@@ -136,7 +139,7 @@ def smooth(
     """
     classes = vertex_classes(raw)
     laps = _Laps(raw, options, smoothing_neighbours(classes))
-    points, fixed = raw.points, classes.fixed.copy()
+    points, fixed = raw.points.copy(), classes.fixed.copy()
     stages = _smoothing_stages(options)
     for number, weights in enumerate(stages):
         points = laps.sound(points, weights, fixed)
@@ -147,7 +150,9 @@ def smooth(
 class _Laps:
     """Laps over a raw surface that go back to where they began wherever they spoil facets."""
 
-    def __init__(self, raw: Surface, options: RemeshOptions, neighbours: tuple[np.ndarray, np.ndarray]):
+    def __init__(
+        self, raw: Surface, options: RemeshOptions, neighbours: tuple[np.ndarray, np.ndarray]
+    ) -> None:
         self.facets, self.sides, self.kind = raw.facets.astype(np.int64), raw.sides, raw.kind
         self.options, self.neighbours = options, neighbours
         self.raw_volume = _label_volumes(raw.points, self.facets, raw.sides)

@@ -1,8 +1,6 @@
 """The costly invariants of a surface: each breach said in one sentence."""
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from craftmesh.surface.connectivity import facet_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
@@ -28,30 +26,6 @@ def check_surface(surface: Surface) -> list[str]:
         return [f"{len(bad)} points are not finite; first: point {bad[0]}"]
     checks = (_points, _shapes, _duplicates, _labels, _planes, _closedness, _volumes, _intersections)
     return [breach for check in checks for breach in check(surface)]
-
-
-def tied_vertices(surface: Surface) -> dict[int, int]:
-    """Return per grain the number of vertices at which it touches itself (grains without any left out).
-
-    Such a vertex (or edge) is a weakness of a mesh, not a breach.
-    """
-    label, triangle = _oriented_boundaries(surface)
-    edges = facet_edges(triangle)
-    corner = np.arange(3 * len(triangle)).reshape(-1, 3)
-    tail, head = corner.ravel(), np.roll(corner, -1, axis=1).ravel()
-    swapped = edges[:, 0] > edges[:, 1]
-    low, high = np.where(swapped, head, tail), np.where(swapped, tail, head)
-    order, start = _edge_groups(np.repeat(label, 3), edges)
-    count = np.diff(np.append(start, len(order)))
-    first = order[start[count == 2]]
-    second = order[start[count == 2] + 1]
-    links = np.concatenate([low[first], high[first]]), np.concatenate([low[second], high[second]])
-    graph = coo_matrix((np.ones(len(links[0]), np.int8), links), shape=(len(tail), len(tail)))
-    fan = connected_components(graph, directed=False)[1]
-    fans = np.unique(np.stack([np.repeat(label, 3), triangle.ravel(), fan], axis=1), axis=0)
-    vertices, parts = np.unique(fans[:, :2], axis=0, return_counts=True)
-    grains, tied = np.unique(vertices[parts > 1, 0], return_counts=True)
-    return {int(g): int(n) for g, n in zip(grains, tied) if g > 0}
 
 
 def _at(point: np.ndarray) -> str:

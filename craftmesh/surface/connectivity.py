@@ -25,7 +25,10 @@ def unique_edges(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 
 def compact(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Drop unused points: return the used points, the renumbered cells and the old ids kept, in order."""
+    """Drop the points (n, 3) that no cell (m, k) uses.
+
+    Return the used points (u, 3), the cells with their ids, and the old ids (u,) of these points, in order.
+    """
     used = np.zeros(len(points), bool)
     used[np.asarray(cells).ravel()] = True
     kept = np.flatnonzero(used)

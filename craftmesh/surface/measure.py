@@ -1,10 +1,12 @@
 """Areas, normals, angles and volumes of triangle sets."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 
 def area_vectors(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return (m, 3) vectors along the facets' normals with the facets' areas as lengths."""
+    """Return (m, 3) vectors along the normals of facets (m, 3) on points (n, 3), as long as the areas."""
     a = points[facets[:, 0]]
     u, v = points[facets[:, 1]] - a, points[facets[:, 2]] - a
     vectors = np.empty((len(facets), 3))
@@ -14,7 +16,10 @@ def area_vectors(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 
 
 def facet_angles(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return the (m, 3) corner angles in degrees; a degenerate facet has angles of 0 or 180."""
+    """Return the (m, 3) corner angles in degrees of facets (m, 3) on points (n, 3).
+
+    A degenerate facet has angles of 0 or 180.
+    """
     corner = points[facets]
     angles = np.empty(facets.shape)
     for i in range(3):
@@ -28,6 +33,7 @@ def facet_angles(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
 def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> dict[int, float]:
     """Return the volume enclosed per label by the divergence theorem; label 0, the outside, is left out.
 
+    points (n, 3); facets (m, 3); sides (m, 2): labels behind and ahead of each facet's normal.
     A facet's volume counts for the label behind it and against the label ahead of it, so a crack
     facet with one grain on both sides adds nothing.
     """
@@ -39,3 +45,11 @@ def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> d
     index = np.searchsorted(labels, sides)
     volume = np.bincount(index[:, 0], swept, len(labels)) - np.bincount(index[:, 1], swept, len(labels))
     return {int(k): float(v) for k, v in zip(labels, volume) if k}
+
+
+def volume_drift(before: Mapping[int, float], after: Mapping[int, float]) -> dict[int, float]:
+    """Return how far each label's volume `after` is from that `before`, relative to the latter.
+
+    A label that is gone drifts by -1; one that had no volume does not drift.
+    """
+    return {k: after.get(k, 0.0) / volume - 1 if volume else 0.0 for k, volume in before.items()}

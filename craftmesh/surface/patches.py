@@ -71,13 +71,13 @@ def patches(surface: Surface) -> Patches:
 class FeatureEdges(NamedTuple):
     """The edges of a surface, and which of them bound patches.
 
-    edges (e, 2), of_corner (m, 3), count (e,): as `unique_edges` gives them. is_feature (e,) bool: edges
-    where other than two facets of one patch meet.
+    edges (e, 2), of_corner (m, 3), facets_on (e,): as `unique_edges` gives them. is_feature (e,) bool:
+    edges where other than two facets of one patch meet.
     """
 
     edges: np.ndarray
     of_corner: np.ndarray
-    count: np.ndarray
+    facets_on: np.ndarray
     is_feature: np.ndarray
 
     @property

@@ -4,7 +4,7 @@ import numpy as np
 
 from craftmesh.surface.check_surface import FLAT
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, side_volumes
+from craftmesh.surface.measure import area_vectors, side_volumes, volume_drift
 from craftmesh.surface.vertex_classes import (
     facets_beyond_box,
     smoothing_neighbours,
@@ -68,7 +68,9 @@ def _to_neighbours(points: np.ndarray, start: np.ndarray, neighbour: np.ndarray)
     return np.where(count[:, None] > 0, total / np.maximum(count, 1)[:, None] - points, 0.0)
 
 
-def _guarded(points, displacement, facets, kind, faulty) -> tuple[np.ndarray, np.ndarray]:
+def _guarded(
+    points: np.ndarray, displacement: np.ndarray, facets: np.ndarray, kind: np.ndarray, faulty: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return points after the displacement, less where it would spoil sound facets, and what is faulty.
 
     Where every try leaves more facets faulty than before, the one with the fewest is taken: the way back
@@ -99,12 +101,12 @@ def _report(before: Surface, after: Surface, first: np.ndarray, left: np.ndarray
     grains = np.unique(before.sides[first])
     moves = np.linalg.norm(after.points - before.points, axis=1)
     volumes = [side_volumes(s.points, s.facets, s.sides) for s in (before, after)]
-    drift = [abs(volumes[1][grain] / volume - 1) for grain, volume in volumes[0].items() if volume]
+    drift = volume_drift(*volumes)
     return report | {
         "facets": np.flatnonzero(first)[:MAX_NAMED].tolist(),
         "grains": grains[grains > 0].tolist(),
         "points_moved": int((moves > 0).sum()),
         "largest_move": float(moves.max()),
-        "volume_drift_worst": max(drift, default=0.0),
+        "volume_drift_worst": max(map(abs, drift.values()), default=0.0),
         "faults_left": int(left.sum()),
     }

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import spsolve
 from craftmesh.errors import CraftmeshError
 from craftmesh.progress import silent
 from craftmesh.surface.connectivity import facet_edges
-from craftmesh.surface.kernels.smoothing import spoiled_facets
+from craftmesh.surface.kernels.spoiled_facets import spoiled_facets
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import held_by_box
@@ -27,28 +27,60 @@ PATIENCE = 3
 DAMPING = 1e-9
 
 
+@dataclass(frozen=True)
+class RestoringLimits:
+    """What ends the restoring of volumes, and what a move may do to facets and vertices.
+
+    tolerance: part of its target by which a grain's volume may be off; rounds: corrections at most.
+    min_quality (4 sqrt(3) area / sum of squared edges) and min_edge (model units): no facet falls below
+    them by a move. reach (n,) in model units: how far a vertex may come from its first place; None: no
+    limit.
+    """
+
+    tolerance: float = 5e-4
+    rounds: int = 8
+    min_quality: float = 0.2
+    min_edge: float = 0.0
+    reach: np.ndarray | None = None
+
+
 def restore_volumes(
     surface: Surface,
     targets: Mapping[int, float],
-    tolerance: float = 5e-4,
-    rounds: int = 8,
-    min_quality: float = 0.2,
-    min_edge: float = 0.0,
-    reach: np.ndarray | None = None,
+    limits: RestoringLimits | None = None,
     progress: Callable[[float, str], None] = silent,
 ) -> tuple[Surface, dict]:
     """Return the surface with its vertices moved so that each grain has its target volume, and a report.
 
     targets: grain id, or -k for void k, -> volume in model units. The displacement is the smallest one,
     in the sense of the area-weighted mean square, that corrects all volumes together to first order; it
-    is repeated up to `rounds` times, until every grain is within `tolerance` of its target. Vertices stay
-    on their planes, edges and corners of the box; those of crack facets do not move. No facet comes to
-    intersect another one, turns over or falls below `min_quality` or `min_edge`; where one would, its
-    vertices are held, and in the next round the others make up for it. No vertex comes further from its
-    first place than its `reach` (n,), where that is given.
+    is repeated within the `limits`. Vertices stay on their planes, edges and corners of the box; those
+    of crack facets do not move. No facet comes to intersect another one, turns over or breaks the
+    limits; where one would, its vertices are held, and in the next round the others make up for it.
     Raises CraftmeshError when a target is not positive or the surface has no such grain.
     """
+    limits = limits or RestoringLimits()
     facets = surface.facets.astype(np.int64)
+    grains, target = _checked(targets, surface)
+    boundaries = _boundaries(facets, surface.sides, grains)
+    free = _free_directions(surface)
+    points, done = surface.points.copy(), 0
+    first = drift = boundaries.volumes(points) / target - 1
+    held = np.zeros(len(points), bool)
+    while done < limits.rounds and np.abs(drift).max(initial=0) > limits.tolerance:
+        progress(done / limits.rounds, "restoring volumes")
+        displacement = _displacement(points, boundaries, -drift * target, free & ~held[:, None])
+        if limits.reach is not None:
+            displacement = _within(points + displacement, surface.points, limits.reach) - points
+        points, held = _guarded_step(points, displacement, facets, surface.kind, limits)
+        drift = boundaries.volumes(points) / target - 1
+        done += 1
+    report = {"rounds": done} | _drift_report("before", first) | _drift_report("after", drift)
+    return Surface(points, surface.facets, surface.sides, surface.kind), report
+
+
+def _checked(targets: Mapping[int, float], surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Return the grains (g,), sorted, and their target volumes (g,), all > 0."""
     grains = np.array(sorted(targets), np.int64)
     target = np.array([targets[int(g)] for g in grains], float)
     for grain in grains[~((target > 0) & np.isin(grains, surface.sides))].tolist():
@@ -56,22 +88,7 @@ def restore_volumes(
             f"target volume of grain {grain} is {targets[grain]}; expected a volume > 0 of a grain "
             "that the surface bounds"
         )
-    boundaries = _boundaries(facets, surface.sides, grains)
-    free = _free_directions(surface, facets)
-    points, done = surface.points.copy(), 0
-    first = drift = boundaries.volumes(points) / target - 1
-    held = np.zeros(len(points), bool)
-    while done < rounds and np.abs(drift).max(initial=0) > tolerance:
-        progress(done / rounds, "restoring volumes")
-        mobile = free & ~held[:, None]
-        displacement = _displacement(points, facets, boundaries, -drift * target, mobile)
-        if reach is not None:
-            displacement = _within(points + displacement, surface.points, reach) - points
-        points, held = _guarded_step(points, displacement, facets, surface.kind, min_quality, min_edge)
-        drift = boundaries.volumes(points) / target - 1
-        done += 1
-    report = {"rounds": done} | _drift_report("before", first) | _drift_report("after", drift)
-    return Surface(points, surface.facets, surface.sides, surface.kind), report
+    return grains, target
 
 
 def _drift_report(when: str, drift: np.ndarray) -> dict:
@@ -79,10 +96,10 @@ def _drift_report(when: str, drift: np.ndarray) -> dict:
     return {f"mean_drift_{when}": float(size.mean()), f"worst_drift_{when}": float(size.max())}
 
 
-def _free_directions(surface: Surface, facets: np.ndarray) -> np.ndarray:
+def _free_directions(surface: Surface) -> np.ndarray:
     """(n, 3) bool: coordinates that may change."""
     free = ~held_by_box(surface)
-    free[facets[surface.kind == CRACK].ravel()] = False
+    free[surface.facets[surface.kind == CRACK].ravel()] = False
     return free
 
 
@@ -118,11 +135,11 @@ class _Boundaries:
 
 def _boundaries(facets: np.ndarray, sides: np.ndarray, grains: np.ndarray) -> _Boundaries:
     rows, corner_facet, signs = [], [], []
-    for side, sign in ((0, 1.0), (1, -1.0)):
+    for side, way in ((0, 1.0), (1, -1.0)):
         bounds = np.flatnonzero(np.isin(sides[:, side], grains) & (sides[:, 0] != sides[:, 1]))
         rows.append(np.repeat(np.searchsorted(grains, sides[bounds, side]), 3))
         corner_facet.append(np.repeat(bounds, 3))
-        signs.append(np.full(3 * len(bounds), sign))
+        signs.append(np.full(3 * len(bounds), way))
     row, facet, sign = (np.concatenate(part) for part in (rows, corner_facet, signs))
     vertex = facets[facet, np.tile(np.arange(3), len(facet) // 3)]
     stride = int(facets.max(initial=0)) + 1
@@ -132,14 +149,18 @@ def _boundaries(facets: np.ndarray, sides: np.ndarray, grains: np.ndarray) -> _B
 
 
 def _guarded_step(
-    points, displacement, facets, kind, min_quality, min_edge
+    points: np.ndarray,
+    displacement: np.ndarray,
+    facets: np.ndarray,
+    kind: np.ndarray,
+    limits: RestoringLimits,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points after a displacement, and (n,) bool the vertices held so that it spoils no facet."""
     before = area_vectors(points, facets)
     held, attempt = np.zeros(len(points), bool), 0
     while True:
         moved = np.where(held[:, None], points, points + displacement)
-        bad = spoiled_facets(moved, points, facets, min_quality, min_edge)
+        bad = spoiled_facets(moved, points, facets, limits.min_quality, limits.min_edge)
         bad |= facets_beyond_box(moved, points, facets, kind)
         bad |= _turned(before, area_vectors(moved, facets))
         bad[intersecting_pairs(moved, facets).ravel()] = True
@@ -175,9 +196,14 @@ def _vertex_scales(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, 
     return np.bincount(ends, np.repeat(length, 2), n) / count, 1 / np.maximum(area, 1e-9 * area.mean())
 
 
-def _displacement(points, facets, boundaries, missing, mobile) -> np.ndarray:
-    """Return the (n, 3) least-squares displacement that adds the missing volumes, capped per vertex."""
-    reach, weight = _vertex_scales(points, facets)
+def _displacement(
+    points: np.ndarray, boundaries: _Boundaries, missing: np.ndarray, mobile: np.ndarray
+) -> np.ndarray:
+    """Return the (n, 3) least-squares displacement that adds the missing volumes, capped per vertex.
+
+    missing (g,): what each grain lacks; mobile (n, 3) bool: coordinates that may change.
+    """
+    reach, weight = _vertex_scales(points, boundaries.facets)
     gradient = boundaries.gradient(points)
     weighted = [matrix @ diags(weight * mobile[:, k]) for k, matrix in enumerate(gradient)]
     system = sum(left @ matrix.T for left, matrix in zip(weighted, gradient)).tocsc()

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_topology import tied_vertices
 from skimage.measure import marching_cubes
 
 from craftmesh.remeshing.kernels.marching import march
-from craftmesh.surface.check_surface import check_surface, tied_vertices
+from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import side_volumes
 from craftmesh.types import INTERFACE, Surface

@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.remeshing.kernels.marching import march
+from craftmesh.remeshing.kernels.smoothing import lap
 from craftmesh.remeshing.remesh import RemeshOptions, remesh, smooth
 from craftmesh.surface.check_surface import check_surface
-from craftmesh.surface.kernels.smoothing import lap, spoiled_facets
+from craftmesh.surface.kernels.spoiled_facets import spoiled_facets
 from craftmesh.surface.measure import area_vectors, facet_angles
 from craftmesh.surface.vertex_classes import (
     AT_JUNCTION,

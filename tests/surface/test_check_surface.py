@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plain_topology import tied_vertices
 
 from craftmesh.remeshing.kernels.marching import march
-from craftmesh.surface.check_surface import check_surface, tied_vertices
+from craftmesh.surface.check_surface import check_surface
 from craftmesh.types import CRACK, INTERFACE, Surface
 
 

@@ -66,7 +66,7 @@ def test_feature_edges_are_where_patches_meet(seed):
     assert np.array_equal(features.lines, features.edges[features.is_feature])
     ends = np.stack([surface.facets, np.roll(surface.facets, -1, axis=1)], axis=2)
     assert np.array_equal(features.edges[features.of_corner], np.sort(ends, axis=2))
-    assert np.array_equal(features.count, np.bincount(features.of_corner.ravel()))
+    assert np.array_equal(features.facets_on, np.bincount(features.of_corner.ravel()))
     known = feature_edges(surface, patches(surface).of_facet)
     assert all(np.array_equal(a, b) for a, b in zip(features, known))
 

@@ -8,7 +8,7 @@ from craftmesh.remeshing.kernels.marching import march
 from craftmesh.remeshing.remesh import RemeshOptions, remesh, voxel_volumes
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.measure import area_vectors, side_volumes
-from craftmesh.surface.volumes import restore_volumes
+from craftmesh.surface.volumes import RestoringLimits, restore_volumes
 from craftmesh.types import CRACK, Surface, Voxels
 
 UNRESTORED = RemeshOptions(volume_rounds=0)
@@ -34,7 +34,7 @@ def test_a_small_grain_gets_its_volume_back(radius):
     surface, _ = remesh(voxels, UNRESTORED)
     targets = voxel_volumes(voxels)
     assert np.abs(drifts(surface, targets)).max() > 0.02
-    restored, report = restore_volumes(surface, targets, min_quality=0.05)
+    restored, report = restore_volumes(surface, targets, RestoringLimits(min_quality=0.05))
     assert np.abs(drifts(restored, targets)).max() <= 5e-4
     assert report["worst_drift_after"] <= 5e-4 < report["worst_drift_before"]
     assert check_surface(restored) == []
@@ -44,7 +44,7 @@ def test_the_displacement_is_the_same_normal_offset_all_over_a_ball():
     voxels = Voxels(ball_in_a_box(4).labels, [1, 1, 1], [0, 0, 0])
     surface, _ = remesh(voxels, UNRESTORED)
     targets = {2: side_volumes(surface.points, surface.facets, surface.sides)[2] * 1.01}
-    restored, _ = restore_volumes(surface, targets, rounds=1)
+    restored, _ = restore_volumes(surface, targets, RestoringLimits(rounds=1))
     ball = np.unique(surface.facets[(surface.sides == 2).any(axis=1)])
     radius = np.cbrt(targets[2] * 3 / 4 / np.pi)
     offset = np.linalg.norm(restored.points[ball] - surface.points[ball], axis=1)
@@ -99,7 +99,9 @@ def test_crack_facets_do_not_move():
 def test_what_cannot_be_reached_is_left_without_damage():
     voxels = ball_in_a_box(3.0)
     surface, _ = remesh(voxels, UNRESTORED)
-    restored, report = restore_volumes(surface, {2: 20 * voxels.spacing.prod() * 113}, rounds=4)
+    restored, report = restore_volumes(
+        surface, {2: 20 * voxels.spacing.prod() * 113}, RestoringLimits(rounds=4)
+    )
     assert check_surface(restored) == []
     assert report["worst_drift_after"] < report["worst_drift_before"]
 
@@ -108,7 +110,7 @@ def test_no_vertex_leaves_its_reach():
     voxels = ball_in_a_box(2.0)
     surface, _ = remesh(voxels, UNRESTORED)
     reach = np.full(len(surface.points), 0.02)
-    restored, report = restore_volumes(surface, voxel_volumes(voxels), reach=reach)
+    restored, report = restore_volumes(surface, voxel_volumes(voxels), RestoringLimits(reach=reach))
     moved = np.linalg.norm(restored.points - surface.points, axis=1)
     assert 0.019 < moved.max() <= 0.02 * (1 + 1e-9)
     assert 5e-4 < report["worst_drift_after"] < report["worst_drift_before"]

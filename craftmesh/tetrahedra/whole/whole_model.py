@@ -12,7 +12,7 @@ from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.sizing.surface_sizing import LocalSizing
 from craftmesh.surface.connectivity import compact
-from craftmesh.surface.measure import side_volumes
+from craftmesh.surface.measure import side_volumes, volume_drift
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.meshers.tetwild import TetWildTask, tetwild
 from craftmesh.tetrahedra.optimise_tets import optimise_tets
@@ -121,7 +121,7 @@ def _run(task: TetWildTask, options: TetrahedralizeOptions) -> tuple[np.ndarray,
 def _drift(before: Surface, after: Surface) -> dict:
     """Return the largest relative change of a grain's volume, and its grain."""
     volumes = [side_volumes(s.points, s.facets, s.sides) for s in (before, after)]
-    drift = {grain: abs(volumes[1][grain] / volume - 1) for grain, volume in volumes[0].items()}
+    drift = {grain: abs(part) for grain, part in volume_drift(*volumes).items()}
     worst = max(drift, key=lambda grain: drift[grain])
     return {"volume_drift_worst": drift[worst], "volume_drift_grain": worst}
 
