@@ -1,29 +1,34 @@
 """The command line: `craftmesh VERB ...`, one verb a stage."""
 
+import ast
 import importlib
 import importlib.metadata
 import keyword
+import re
 import sys
+from pathlib import Path
 
 from craftmesh.errors import CraftmeshError
 
-VERBS = {
-    "generate": "make a synthetic polycrystal with voids and embedded grains",
-    "import": "read and clean a labelled microstructure; find voids and embedded grains",
-    "remesh": "turn the labelled volume into one conformal, smoothed surface",
-    "crack": "make the crack surface of one increment",
-    "size": "make the sizing function of one increment for all stages",
-    "stitch": "join surfaces, insert the crack and clean the result",
-    "gradate": "fit the surface's edges to the sizing function around the crack front",
-    "tetrahedralize": "fill the grains with tetrahedra",
-    "assemble": "merge the grains' tetrahedra and open the crack",
-    "inp": "write the complete Abaqus and CalculiX input deck",
-    "export": "write the mesh with its sets as .vtu, .msh or Exodus",
-    "check": "say each breach of a stage file's invariants; measure the mesh",
-    "report": "put tables and histograms of all increments on one page",
-    "import-config": "turn craftmesher's config.xml into a configuration",
-    "snakefile": "say where the Snakemake workflow is installed",
-}
+# In the order of the way. The first words of the docstring of a verb's module are its help.
+VERBS = (
+    "generate",
+    "import",
+    "remesh",
+    "crack",
+    "size",
+    "stitch",
+    "gradate",
+    "tetrahedralize",
+    "assemble",
+    "inp",
+    "export",
+    "check",
+    "report",
+    "import-config",
+    "snakefile",
+)
+COMMANDS = "craftmesh.commands"
 
 INTERRUPTED = 130
 
@@ -59,12 +64,23 @@ def run(argv: list[str]) -> int:
         raise CraftmeshError(f"{verb!r} is not a verb; expected one of {', '.join(VERBS)}")
     from craftmesh.commands.flags import Parser
 
-    module = importlib.import_module(
-        "craftmesh.commands." + verb.replace("-", "_") + "_" * keyword.iskeyword(verb)
-    )
+    module = importlib.import_module(f"{COMMANDS}.{module_name(verb)}")
     parser = Parser(prog=f"craftmesh {verb}", description=module.__doc__)
     module.add_arguments(parser)
     return module.run(parser.parse_args(rest)) or 0
+
+
+def module_name(verb: str) -> str:
+    """Return the name of a verb's module among the commands."""
+    return verb.replace("-", "_") + "_" * keyword.iskeyword(verb)
+
+
+def summary(verb: str) -> str:
+    """Return what a verb does: its module's docstring to the first colon or semicolon, not imported."""
+    source = Path(__file__).with_name("commands") / f"{module_name(verb)}.py"
+    first, *_ = (ast.get_docstring(ast.parse(source.read_bytes())) or "").splitlines()
+    text = re.split("[:;]", first)[0].rstrip(".")
+    return text[:1].lower() + text[1:]
 
 
 def overview() -> str:
@@ -76,7 +92,7 @@ def overview() -> str:
         "The stages, in the order of the way:",
         "",
     ]
-    return "\n".join(lines + [f"  {verb:<15} {text}" for verb, text in VERBS.items()])
+    return "\n".join(lines + [f"  {verb:<15} {summary(verb)}" for verb in VERBS])
 
 
 def fail(message: str, status: int = 1) -> int:

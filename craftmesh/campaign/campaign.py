@@ -4,40 +4,30 @@ All is checked before any job starts. Functions are pure but for reading the she
 files exist; the Snakefile only calls them.
 """
 
-import csv
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from craftmesh.campaign.configuration import completed, listed, load_schema
+from craftmesh.campaign.cases import (
+    NO_CRACK,
+    SYNTHETIC,
+    Case,
+    check_case,
+    check_exists,
+    located,
+    read_cases,
+)
+from craftmesh.campaign.configuration import completed, load_schema
 from craftmesh.campaign.digest import digest
 from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.mesh_formats import MESH_FORMATS
 
 SCHEMAS = Path(__file__).with_name("schemas")
-SYNTHETIC = "synthetic"
-NO_CRACK = "none"
-COLUMNS = ("case", "microstructure", "crack", "increments")
-RESERVED = ("logs", "benchmarks")
 SIZE_FILES = ("points", "field")
-
-
-@dataclass(frozen=True)
-class Case:
-    """One row of the sheet: its name, the microstructure's path or SYNTHETIC, its crack or NO_CRACK."""
-
-    name: str
-    microstructure: str
-    crack: str
-    increments: int
-
-    @property
-    def increment_names(self) -> tuple[str, ...]:
-        """The increments' folder names: 000, 001, ..."""
-        return tuple(f"{k:03d}" for k in range(self.increments))
 
 
 @dataclass(frozen=True)
@@ -94,6 +84,11 @@ class Campaign:
         """Return the files in which the mesh of the deck `model` is written as well."""
         return [str(Path(model).with_suffix(f".{kind}")) for kind in self.config["exports"]]
 
+    @property
+    def export_kinds(self) -> str:
+        """The formats of an export, as the pattern of a wildcard."""
+        return "|".join(MESH_FORMATS)
+
     def flags(self, section: str) -> str:
         """Return the command-line flags of one section of the configuration."""
         return command_flags(self.config[section])
@@ -124,16 +119,16 @@ def read_campaign(config: Mapping[str, Any]) -> Campaign:
     config = completed(config, load_schema(SCHEMAS / "config.schema.yaml"))
     check_sizes(config["sizing"])
     for key in SIZE_FILES:
-        _check_exists(f"sizing.{key}", config["sizing"][key])
+        check_exists(f"sizing.{key}", config["sizing"][key])
     cases = read_cases(Path(config["cases"]), load_schema(SCHEMAS / "cases.schema.yaml"))
     for case in cases.values():
-        _check_case(case, config)
+        check_case(case, config)
     data = Path(config["data"])
-    located = {
-        case.name: Case(case.name, _located(case.microstructure, data), case.crack, case.increments)
-        for case in cases.values()
+    cases = {
+        name: replace(case, microstructure=located(case.microstructure, data))
+        for name, case in cases.items()
     }
-    return Campaign(config, located)
+    return Campaign(config, cases)
 
 
 def check_sizes(sizing: Mapping[str, Any]) -> None:
@@ -153,34 +148,6 @@ def check_sizes(sizing: Mapping[str, Any]) -> None:
         raise CraftmeshError(f"sizing: {error}") from None
 
 
-def read_cases(path: Path, schema: dict) -> dict[str, Case]:
-    """Read the tab-separated sheet of cases; lines that start with # are left out.
-
-    Raises CraftmeshError that names the file, and the line and the case where they matter.
-    """
-    if not path.is_file():
-        raise CraftmeshError(
-            f"cases: {path} is not there; expected a tab-separated sheet with {listed(COLUMNS)}"
-        )
-    lines = path.read_text(encoding="utf-8-sig").splitlines()
-    numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
-    rows = list(csv.reader((line for _, line in numbered), delimiter="\t"))
-    if not rows or tuple(name.strip() for name in rows[0]) != COLUMNS:
-        found = listed(rows[0]) if rows else "nothing"
-        raise CraftmeshError(f"{path}: columns {found}; expected {listed(COLUMNS)}, separated by tabs")
-    cases: dict[str, Case] = {}
-    for (number, _), row in zip(numbered[1:], rows[1:]):
-        case = _case(row, schema, f"{path}, line {number}")
-        if case.name in cases:
-            raise CraftmeshError(
-                f"{path}, line {number}: case {case.name!r} is there twice; names must differ"
-            )
-        cases[case.name] = case
-    if not cases:
-        raise CraftmeshError(f"{path}: no case; expected at least one row under the header")
-    return cases
-
-
 def command_flags(options: Mapping[str, Any]) -> str:
     """Return options as the command line takes them: lists as several values, lists in lists as a,b.
 
@@ -198,61 +165,3 @@ def command_flags(options: Mapping[str, Any]) -> str:
                 *(",".join(map(str, v)) if isinstance(v, list) else str(v) for v in values),
             ]
     return shlex.join(words)
-
-
-def _case(row: list[str], schema: dict, place: str) -> Case:
-    values: dict[str, Any] = dict(zip(COLUMNS, (field.strip() for field in row)))
-    if len(row) != len(COLUMNS):
-        raise CraftmeshError(f"{place}, case {row[0]!r}: {len(row)} columns; expected {len(COLUMNS)}")
-    if values["increments"].isdecimal():
-        values["increments"] = int(values["increments"])
-    try:
-        values = completed(values, schema)
-    except CraftmeshError as error:
-        raise CraftmeshError(f"{place}, case {row[0]!r}: {error}") from None
-    if values["case"] in RESERVED:
-        raise CraftmeshError(
-            f"{place}: case {values['case']!r} is a folder of the results; choose another name"
-        )
-    return Case(values["case"], values["microstructure"], values["crack"], values["increments"])
-
-
-def _check_case(case: Case, config: Mapping[str, Any]) -> None:
-    place = f"{config['cases']}, case {case.name!r}"
-    known = (*config["cracks"], NO_CRACK)
-    if case.crack not in known:
-        raise CraftmeshError(
-            f"{place}: crack is {case.crack!r}; expected one of {listed(known)} (key `cracks`)"
-        )
-    if case.crack == NO_CRACK and case.increments != 1:
-        raise CraftmeshError(f"{place}: increments is {case.increments} without a crack; expected 1")
-    if case.crack != NO_CRACK:
-        _check_series(case, config)
-    path = Path(_located(case.microstructure, Path(config["data"])))
-    if case.microstructure != SYNTHETIC and not path.exists():
-        raise CraftmeshError(
-            f"{place}: microstructure {path} is not there; expected a file, or a path under the key `data`"
-        )
-
-
-def _check_series(case: Case, config: Mapping[str, Any]) -> None:
-    """Raise where the case's crack lacks an increment, or a file of one."""
-    key, options = f"cracks.{case.crack}", CrackOptions(**config["cracks"][case.crack])
-    series = options.increments
-    if series and len(series) < case.increments:
-        raise CraftmeshError(
-            f"{key}.increments prescribes {len(series)} increments; "
-            f"case {case.name!r} of {config['cases']} asks for {case.increments}"
-        )
-    for increment in range(case.increments):
-        for name, path in crack_files(options, increment).items():
-            _check_exists(f"{key}.{name}", path)
-
-
-def _check_exists(key: str, path: str | None) -> None:
-    if path and not Path(path).exists():
-        raise CraftmeshError(f"{key}: {path} is not there; expected a file")
-
-
-def _located(microstructure: str, data: Path) -> str:
-    return microstructure if microstructure == SYNTHETIC else str(data / microstructure)

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import NoneType
 from typing import Any
 
+from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.options import BOUNDS, alternatives, hints_of, items_of
 
 SECTIONS = {
@@ -31,7 +32,6 @@ SECTIONS = {
     "tetrahedralize": ("tetrahedra in the grains", ["tetrahedra.options.TetrahedralizeOptions"]),
     "inp": ("the input deck", ["deck.write_deck.DeckOptions"]),
 }
-EXPORTS = ("vtu", "msh", "e", "exo")
 CRACK = "cracks.options.CrackOptions"
 KINDS = {float: "number", int: "integer", bool: "boolean", str: "string", NoneType: "null"}
 
@@ -54,7 +54,7 @@ def config_schema() -> dict:
         },
         "exports": {
             "type": "array",
-            "items": {"enum": list(EXPORTS)},
+            "items": {"enum": list(MESH_FORMATS)},
             "default": [],
             "description": "formats besides the deck in which the mesh is written, as model.FORMAT",
         },

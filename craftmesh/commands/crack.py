@@ -1,4 +1,4 @@
-"""Make the crack surface of one increment, prescribed by its shape or by a triangulated surface."""
+"""Make the crack surface of one increment: prescribed by its shape or by a triangulated surface."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Turn a labelled volume into one conformal, smoothed surface by multi-material marching cubes."""
+"""Turn a labelled volume into one conformal, smoothed surface: multi-material marching cubes."""
 
 from pathlib import Path
 

@@ -3,11 +3,15 @@
 import importlib
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from craftmesh import cli
+from craftmesh.campaign.config_schema import SECTIONS, config_schema
+from craftmesh.commands.flags import Parser
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.mesh_formats import MESH_FORMATS
 
 
 def module_of(verb: str):
@@ -40,6 +44,33 @@ def test_help_lists_the_stages_in_the_order_of_the_way(capsys):
     ]
     places = [text.index(f"\n  {verb} ") for verb in way]
     assert places == sorted(places)
+
+
+def test_verbs_are_the_modules_of_the_folder():
+    folder = Path(cli.__file__).with_name("commands")
+    modules = {path.stem for path in folder.glob("*.py") if "\ndef add_arguments(" in path.read_text()}
+    assert sorted(map(cli.module_name, cli.VERBS)) == sorted(modules)
+
+
+@pytest.mark.parametrize("verb", cli.VERBS)
+def test_what_a_verb_does_is_the_start_of_its_docstring(verb):
+    text = cli.summary(verb)
+    assert 20 < len(text) <= 90
+    assert module_of(verb).__doc__.lower().startswith(text.lower())
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_verb_of_a_section_takes_its_keys(section):
+    verb = {"sizing": "size"}.get(section, section)
+    parser = Parser(prog=verb)
+    module_of(verb).add_arguments(parser)
+    known = {action.dest for action in parser._actions}
+    assert set(config_schema()["properties"][section]["properties"]) <= known
+
+
+def test_writers_of_all_formats_are_there():
+    for module, function in MESH_FORMATS.values():
+        assert callable(getattr(importlib.import_module(module), function))
 
 
 def test_help_does_not_load_the_stages():

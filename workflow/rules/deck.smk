@@ -33,7 +33,7 @@ rule export:
     benchmark:
         f"{BENCHMARK}/{{inc}}/model.{{kind}}.tsv"
     wildcard_constraints:
-        kind="vtu|msh|e|exo",
+        kind=CAMPAIGN.export_kinds,
     group:
         "deck_{case}_{inc}"
     conda:

@@ -1,0 +1,120 @@
+"""The sheet of cases: its rows, and that what they name is there."""
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from craftmesh.campaign.configuration import completed, listed
+from craftmesh.cracks.options import CrackOptions, crack_files
+from craftmesh.errors import CraftmeshError
+
+SYNTHETIC = "synthetic"
+NO_CRACK = "none"
+COLUMNS = ("case", "microstructure", "crack", "increments")
+RESERVED = ("logs", "benchmarks")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One row of the sheet: its name, the microstructure's path or SYNTHETIC, its crack or NO_CRACK."""
+
+    name: str
+    microstructure: str
+    crack: str
+    increments: int
+
+    @property
+    def increment_names(self) -> tuple[str, ...]:
+        """The increments' folder names: 000, 001, ..."""
+        return tuple(f"{k:03d}" for k in range(self.increments))
+
+
+def read_cases(path: Path, schema: dict) -> dict[str, Case]:
+    """Read the tab-separated sheet of cases; lines that start with # are left out.
+
+    Raises CraftmeshError that names the file, and the line and the case where they matter.
+    """
+    if not path.is_file():
+        raise CraftmeshError(
+            f"cases: {path} is not there; expected a tab-separated sheet with {listed(COLUMNS)}"
+        )
+    lines = path.read_text(encoding="utf-8-sig").splitlines()
+    numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+    rows = list(csv.reader((line for _, line in numbered), delimiter="\t"))
+    if not rows or tuple(name.strip() for name in rows[0]) != COLUMNS:
+        found = listed(rows[0]) if rows else "nothing"
+        raise CraftmeshError(f"{path}: columns {found}; expected {listed(COLUMNS)}, separated by tabs")
+    cases: dict[str, Case] = {}
+    for (number, _), row in zip(numbered[1:], rows[1:]):
+        case = _case(row, schema, f"{path}, line {number}")
+        if case.name in cases:
+            raise CraftmeshError(
+                f"{path}, line {number}: case {case.name!r} is there twice; names must differ"
+            )
+        cases[case.name] = case
+    if not cases:
+        raise CraftmeshError(f"{path}: no case; expected at least one row under the header")
+    return cases
+
+
+def _case(row: list[str], schema: dict, place: str) -> Case:
+    values: dict[str, Any] = dict(zip(COLUMNS, (field.strip() for field in row)))
+    if len(row) != len(COLUMNS):
+        raise CraftmeshError(f"{place}, case {row[0]!r}: {len(row)} columns; expected {len(COLUMNS)}")
+    if values["increments"].isdecimal():
+        values["increments"] = int(values["increments"])
+    try:
+        values = completed(values, schema)
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{place}, case {row[0]!r}: {error}") from None
+    if values["case"] in RESERVED:
+        raise CraftmeshError(
+            f"{place}: case {values['case']!r} is a folder of the results; choose another name"
+        )
+    return Case(values["case"], values["microstructure"], values["crack"], values["increments"])
+
+
+def check_case(case: Case, config: Mapping[str, Any]) -> None:
+    """Raise CraftmeshError unless the case's crack, its increments and all its files are there."""
+    place = f"{config['cases']}, case {case.name!r}"
+    known = (*config["cracks"], NO_CRACK)
+    if case.crack not in known:
+        raise CraftmeshError(
+            f"{place}: crack is {case.crack!r}; expected one of {listed(known)} (key `cracks`)"
+        )
+    if case.crack == NO_CRACK and case.increments != 1:
+        raise CraftmeshError(f"{place}: increments is {case.increments} without a crack; expected 1")
+    if case.crack != NO_CRACK:
+        _check_series(case, config)
+    path = Path(located(case.microstructure, Path(config["data"])))
+    if case.microstructure != SYNTHETIC and not path.exists():
+        raise CraftmeshError(
+            f"{place}: microstructure {path} is not there; expected a file, or a path under the key `data`"
+        )
+
+
+def _check_series(case: Case, config: Mapping[str, Any]) -> None:
+    """Raise where the case's crack lacks an increment, or a file of one."""
+    key, options = f"cracks.{case.crack}", CrackOptions(**config["cracks"][case.crack])
+    series = options.increments
+    if series and len(series) < case.increments:
+        raise CraftmeshError(
+            f"{key}.increments prescribes {len(series)} increments; "
+            f"case {case.name!r} of {config['cases']} asks for {case.increments}"
+        )
+    for increment in range(case.increments):
+        for name, path in crack_files(options, increment).items():
+            check_exists(f"{key}.{name}", path)
+
+
+def check_exists(key: str, path: str | None) -> None:
+    """Raise CraftmeshError, naming the key, where a path is given and nothing is there."""
+    if path and not Path(path).exists():
+        raise CraftmeshError(f"{key}: {path} is not there; expected a file")
+
+
+def located(microstructure: str, data: Path) -> str:
+    """Return the path of a microstructure that the sheet names, or SYNTHETIC."""
+    return microstructure if microstructure == SYNTHETIC else str(data / microstructure)
