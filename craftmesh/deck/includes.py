@@ -50,7 +50,8 @@ def read_deck_text(path: str | os.PathLike) -> DeckText:
 
     Files that are not there, or that include themselves, are breaches and left out.
     """
-    deck, pieces = DeckText(), []
+    deck = DeckText()
+    pieces: list[str] = []
     path = Path(path)
     _collect(deck, pieces, path, "", (path,))
     deck.text = "".join(pieces)

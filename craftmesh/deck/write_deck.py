@@ -90,7 +90,7 @@ def write_deck(
     header = _HEADER.format(**report, grains=len(grains)) + (_ORIENTATION_NOTE if axes else "")
     with _text_streams(target, options.includes) as (model, included):
         model.write(header)
-        if included is not model:
+        if options.includes and isinstance(target, (str, os.PathLike)):
             model.write(include_line(target))
             included.write(_MESH_NOTE.format(model=Path(target).name))
         included.writelines(mesh_lines(mesh, grains, options.element))

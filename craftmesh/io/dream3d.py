@@ -5,10 +5,12 @@ NX keeps it in the attributes of an object of type ImageGeom, above the cell dat
 """
 
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import h5py
 import numpy as np
+from numpy.typing import ArrayLike
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.file_volume import EULERS, FileVolume, listed, pick
@@ -51,7 +53,7 @@ def _images(file: h5py.File) -> list[_Image]:
     """Return the image geometries of either layout, in the file's order."""
     found = []
 
-    def visit(name, item):
+    def visit(name: str, item: h5py.Group | h5py.Dataset) -> None:
         if not isinstance(item, h5py.Group):
             return
         if name.endswith("_SIMPL_GEOMETRY") and "DIMENSIONS" in item and "SPACING" in item:
@@ -65,20 +67,20 @@ def _images(file: h5py.File) -> list[_Image]:
     return found
 
 
-def _image(group, dims, spacing, origin) -> _Image:
+def _image(group: h5py.Group, dims: ArrayLike, spacing: ArrayLike, origin: ArrayLike) -> _Image:
     return _Image(group, np.asarray(dims, np.int64), _decimal(spacing), _decimal(origin))
 
 
-def _decimal(values) -> np.ndarray:
+def _decimal(values: ArrayLike) -> np.ndarray:
     """Return float32 values as the doubles that were meant: 0.35, not 0.3499999940395355."""
     return np.array([float(str(v)) for v in np.asarray(values).ravel()])
 
 
-def _text(value) -> str:
+def _text(value: bytes | str) -> str:
     return value.decode() if isinstance(value, bytes) else str(value)
 
 
-def _preferred(path, by_path: dict) -> tuple[str, ...]:
+def _preferred(path: str | os.PathLike, by_path: Mapping[str, _Image]) -> tuple[str, ...]:
     """Return the paths that end in a usual name of grain ids; refuses a choice between several volumes."""
     for name in _IDS:
         found = tuple(p for p in by_path if p.rsplit("/", 1)[1] == name)
@@ -95,7 +97,9 @@ def _matrices(image: _Image, cell_matrix: h5py.Group) -> list[h5py.Group]:
     return [group for group in groups if group.name != cell_matrix.name]
 
 
-def _feature_table(image, matrix, names, width: int) -> np.ndarray | None:
+def _feature_table(
+    image: _Image, matrix: h5py.Group, names: Sequence[str], width: int
+) -> np.ndarray | None:
     for group in _matrices(image, matrix):
         for name in names:
             data = group.get(name)
@@ -119,6 +123,6 @@ def _angles(image: _Image, matrix: h5py.Group, ids: np.ndarray) -> np.ndarray | 
     return angles
 
 
-def _phases(image, matrix) -> np.ndarray | None:
+def _phases(image: _Image, matrix: h5py.Group) -> np.ndarray | None:
     phases = _feature_table(image, matrix, ("Phases",), 1)
     return None if phases is None else phases[:, 0]

@@ -8,6 +8,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io.netcdf import Variable, write_netcdf
 from craftmesh.types import TetMesh
 
+Dimensions = dict[str, int | None]  # name -> length, None for the time steps
 _NAME_LIMIT = 32
 _ELEMENT = {4: "TETRA", 10: "TETRA10"}  # nodes in Abaqus' order
 _SIDE = np.array([4, 1, 2, 3])  # Exodus' sides 124, 234, 143, 132 of S1..S4 = 123, 142, 243, 341
@@ -24,7 +25,7 @@ def write_exodus(path: str | os.PathLike, mesh: TetMesh) -> None:
     order = np.argsort(mesh.grain, kind="stable")
     grains, counts = np.unique(mesh.grain, return_counts=True)
     blocks = np.split(order, np.cumsum(counts)[:-1])
-    dimensions: dict[str, int | None] = {"time_step": None, "len_string": 33, "len_line": 81}
+    dimensions: Dimensions = {"time_step": None, "len_string": 33, "len_line": 81}
     dimensions |= {"len_name": _NAME_LIMIT + 1, "num_dim": 3}
     dimensions |= {"num_nodes": len(mesh.points), "num_elem": len(order)}
     variables = [
@@ -36,13 +37,15 @@ def write_exodus(path: str | os.PathLike, mesh: TetMesh) -> None:
     variables += _node_sets(dimensions, mesh)
     variables += _side_sets(dimensions, mesh, order)
     variables += _grain_variable(dimensions, grains, blocks)
-    numbers = {"api_version": np.float32(5.1), "version": np.float32(5.1)}
+    numbers: dict[str, np.number] = {"api_version": np.float32(5.1), "version": np.float32(5.1)}
     numbers |= {"floating_point_word_size": np.int32(8), "file_size": np.int32(1)}
     numbers |= {"maximum_name_length": np.int32(_NAME_LIMIT)}
     write_netcdf(path, dimensions, variables, numbers | {"title": "craftmesh"})
 
 
-def _blocks(dimensions, mesh, grains, blocks) -> list[Variable]:
+def _blocks(
+    dimensions: Dimensions, mesh: TetMesh, grains: np.ndarray, blocks: list[np.ndarray]
+) -> list[Variable]:
     dimensions["num_el_blk"] = len(grains)
     variables = _set_heads("eb", "num_el_blk", grains, [f"GRAIN_{grain}" for grain in grains.tolist()])
     element = {"elem_type": _ELEMENT[mesh.tets.shape[1]]}
@@ -53,7 +56,7 @@ def _blocks(dimensions, mesh, grains, blocks) -> list[Variable]:
     return variables
 
 
-def _node_sets(dimensions, mesh) -> list[Variable]:
+def _node_sets(dimensions: Dimensions, mesh: TetMesh) -> list[Variable]:
     sets = {name: nodes for name, nodes in mesh.node_sets.items() if len(nodes)}
     if not sets:
         return []
@@ -65,7 +68,7 @@ def _node_sets(dimensions, mesh) -> list[Variable]:
     return variables
 
 
-def _side_sets(dimensions, mesh, order) -> list[Variable]:
+def _side_sets(dimensions: Dimensions, mesh: TetMesh, order: np.ndarray) -> list[Variable]:
     sets = {name: faces for name, faces in mesh.face_sets.items() if len(faces)}
     if not sets:
         return []
@@ -81,7 +84,7 @@ def _side_sets(dimensions, mesh, order) -> list[Variable]:
     return variables
 
 
-def _grain_variable(dimensions, grains, blocks) -> list[Variable]:
+def _grain_variable(dimensions: Dimensions, grains: np.ndarray, blocks: list[np.ndarray]) -> list[Variable]:
     dimensions["num_elem_var"] = 1
     table = np.ones((len(grains), 1), np.int32)
     variables = [

@@ -55,7 +55,8 @@ def read_front(path: str | os.PathLike) -> dict[str, np.ndarray]:
             raise CraftmeshError(
                 f"{path}: no column {axis!r} (found: {', '.join(names)}); the header must name x, y, z"
             )
-        if columns[axis] is None or not len(columns[axis]) or not np.isfinite(columns[axis]).all():
+        values = columns[axis]
+        if values is None or not len(values) or not np.isfinite(values).all():
             raise CraftmeshError(f"{path}: column {axis!r} has to hold finite numbers, at least one row")
     return {name: values for name, values in columns.items() if values is not None}
 
@@ -66,7 +67,7 @@ def read_front_points(path: str | os.PathLike) -> np.ndarray:
     return np.stack([columns[axis] for axis in "xyz"], axis=1)
 
 
-def _rows(path) -> list[list[str]]:
+def _rows(path: str | os.PathLike) -> list[list[str]]:
     if not Path(path).is_file():
         raise CraftmeshError(f"{path}: no such file; give a csv with columns x, y, z")
     with open(path, newline="", encoding="utf-8-sig", errors="replace") as stream:
@@ -76,7 +77,7 @@ def _rows(path) -> list[list[str]]:
     return rows
 
 
-def _headerless_names(path, width: int) -> list[str]:
+def _headerless_names(path: str | os.PathLike, width: int) -> list[str]:
     if width == 3:
         return list("xyz")
     if width < _CRAFTMESHER_XYZ.stop:

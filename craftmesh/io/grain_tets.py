@@ -34,13 +34,8 @@ def write_grain_tets(
     }
     joined = {name: np.concatenate([empty[name], *(getattr(g, name) for g in grains)]) for name in _FIELDS}
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
-        np.savez(
-            stream,
-            grain=np.array([g.grain for g in grains], np.int64),
-            counts=counts,
-            record=text,
-            **joined,
-        )
+        numbers = np.array([g.grain for g in grains], np.int64)
+        np.savez(stream, grain=numbers, counts=counts, record=text, **joined)  # type: ignore[arg-type]
 
 
 def read_grain_tets(path: str | os.PathLike) -> list[GrainTets]:

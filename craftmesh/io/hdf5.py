@@ -1,7 +1,7 @@
 """HDF5 files: opened, searched and read with errors of one line."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import h5py
@@ -28,7 +28,7 @@ def datasets(group: h5py.Group) -> dict[str, h5py.Dataset]:
     """Return every dataset below `group` by its full path, in the file's order."""
     found = {}
 
-    def visit(name, item):
+    def visit(_: str, item: h5py.Group | h5py.Dataset) -> None:
         if isinstance(item, h5py.Dataset):
             found[item.name] = item
 
@@ -36,7 +36,7 @@ def datasets(group: h5py.Group) -> dict[str, h5py.Dataset]:
     return found
 
 
-def volume_paths(group: h5py.Group, dims) -> list[str]:
+def volume_paths(group: h5py.Group, dims: Sequence[int] | np.ndarray) -> list[str]:
     """Return the paths of integer datasets below `group` whose shape is `dims`[::-1], or that and 1."""
     shape = tuple(int(n) for n in dims[::-1])
     return [

@@ -10,7 +10,16 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import EULERS, QUATERNIONS, RODRIGUES, VOID, FileVolume, pick, to_xyz
+from craftmesh.io.file_volume import (
+    EULERS,
+    QUATERNIONS,
+    RODRIGUES,
+    UNINDEXED,
+    VOID,
+    FileVolume,
+    pick,
+    to_xyz,
+)
 from craftmesh.types import Voxels
 
 FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
@@ -48,8 +57,8 @@ def read_labels(path: str | os.PathLike) -> Voxels:
     missing = [name for name in ("labels", "spacing", "origin") if name not in arrays]
     if missing:
         raise CraftmeshError(f"{path}: no entry {missing[0]}; expected a labels.npz made by craftmesh")
-    names = ("labels", "spacing", "origin", "orientations", "phases")
-    return Voxels(*(arrays.get(name) for name in names))
+    place = arrays["labels"], arrays["spacing"], arrays["origin"]
+    return Voxels(*place, arrays.get("orientations"), arrays.get("phases"))
 
 
 def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
@@ -73,8 +82,9 @@ def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
         arrays.get("origin"),
         _orientations(path, arrays),
         arrays.get("phases"),
+        VOID if is_ours else UNINDEXED,
+        negative_voids=is_ours,
         notes=note,
-        **({"zero": VOID, "negative_voids": True} if is_ours else {}),
     )
 
 

@@ -1,6 +1,7 @@
 """Fields of target lengths in .vtp and .vti files."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -28,13 +29,13 @@ def read_length_field(path: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
     return _points(data) if at_points else _centres(data), lengths
 
 
-def _points(data) -> np.ndarray:
+def _points(data: Any) -> np.ndarray:
     if data.IsA("vtkPolyData"):
         return vtk_xml.points_of(data)
     return np.array([data.GetPoint(i) for i in range(data.GetNumberOfPoints())]).reshape(-1, 3)
 
 
-def _centres(data) -> np.ndarray:
+def _centres(data: Any) -> np.ndarray:
     bounds = np.array([data.GetCell(i).GetBounds() for i in range(data.GetNumberOfCells())])
     if data.IsA("vtkImageData"):
         return bounds.reshape(-1, 3, 2).mean(axis=2)

@@ -7,6 +7,7 @@ import os
 import re
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -85,10 +86,10 @@ def write_triangles(path: str | os.PathLike, points: np.ndarray, triangles: np.n
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise CraftmeshError(f"{path}: suffix {suffix!r} is not known; expected {listed_suffixes()}")
-    precision = {"digits": _DIGITS[suffix]} if suffix in _DIGITS else {}
-    content = Trimesh(points, triangles, process=False).export(file_type=suffix[1:], **precision)
-    with atomic_path(path) as temporary:
-        Path(temporary).write_bytes(content.encode("ascii") if isinstance(content, str) else content)
+    surface = Trimesh(points, triangles, process=False)
+    precision: dict[str, Any] = {"digits": _DIGITS[suffix]} if suffix in _DIGITS else {}
+    with atomic_path(path) as temporary, open(temporary, "wb") as stream:
+        surface.export(stream, file_type=suffix[1:], **precision)
 
 
 def write_grain_folder(
@@ -124,7 +125,12 @@ def _parts(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     import trimesh
 
     # Textures and materials would make trimesh look for more files, and split points that differ in them.
-    plain = {"process": False, "maintain_order": True, "skip_materials": True, "fix_texture": False}
+    plain: dict[str, Any] = {
+        "process": False,
+        "maintain_order": True,
+        "skip_materials": True,
+        "fix_texture": False,
+    }
     suffix = path.suffix.lower()
     try:
         with warnings.catch_warnings(), open(path, "rb") as stream:
@@ -133,7 +139,7 @@ def _parts(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
             bodies = scene.dump() if suffix == ".3mf" else list(scene.geometry.values())
         meshes = [body for body in bodies if isinstance(body, trimesh.Trimesh) and len(body.faces)]
         parts = [(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)) for mesh in meshes]
-    except (MemoryError, OSError):
+    except MemoryError:
         raise
     except Exception as error:  # each of trimesh's readers fails in its own ways
         raise CraftmeshError(

@@ -28,7 +28,7 @@ def read(path: str | os.PathLike) -> FileVolume:
         raise CraftmeshError(
             f"{path}: pages have shape {volume.shape}; expected a stack of grey slices (z, y, x)"
         )
-    notes = ()
+    notes: tuple[str, ...] = ()
     if volume.dtype == np.uint8 and volume.max(initial=0) == 255:
         notes = (
             "8-bit labels that reach 255: more grains than 255 would have been cut off; export 16 bits",

@@ -1,12 +1,16 @@
 """VTK image data (.vti) with grain ids as cell data: DAMASK's files, other tools', and craftmesh's own."""
 
 import os
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
 from craftmesh.io.file_volume import GRAIN, QUATERNIONS, VOID, FileVolume, pick
+
+if TYPE_CHECKING:
+    from vtkmodules.vtkCommonDataModel import vtkCellData
 
 _NAMES = ("labels", "material", "FeatureIds", "GrainIds", "grain", "grain_id", "MaterialId")
 
@@ -38,7 +42,7 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
     return FileVolume(labels, spacing, origin, zero=GRAIN if name == "material" else "unindexed")
 
 
-def _scalars(cells) -> list[str]:
+def _scalars(cells: "vtkCellData") -> list[str]:
     """Return the names of the cell arrays that have one number a cell."""
     arrays = [cells.GetArray(i) for i in range(cells.GetNumberOfArrays())]
     return [a.GetName() for a in arrays if a is not None and a.GetNumberOfComponents() == 1]

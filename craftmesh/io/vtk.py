@@ -4,12 +4,16 @@ Coordinates are float64 bit for bit, and the same input gives the same bytes.
 """
 
 import os
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Crack, Surface, TetMesh, Voxels
+
+if TYPE_CHECKING:
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 _NODE_SET, _FACE_SET = "node_set:", "face_set:"
 _VTK_TRIANGLES = (5, 22)
@@ -144,14 +148,19 @@ def read_tets(path: str | os.PathLike) -> TetMesh:
     grain = vtk_xml.named_array(path, grid.GetCellData(), ["grain"], "cell data")[:count]
     field = grid.GetFieldData()
     names = [field.GetArrayName(i) for i in range(field.GetNumberOfArrays())]
-    sets = [
-        {name[len(prefix) :]: vtk_xml.field_array(grid, name) for name in names if name.startswith(prefix)}
+    node_sets, face_sets = (
+        {
+            name[len(prefix) :]: vtk_xml.as_numpy(field.GetArray(name))
+            for name in names
+            if name.startswith(prefix)
+        }
         for prefix in (_NODE_SET, _FACE_SET)
-    ]
-    return TetMesh(vtk_xml.points_of(grid), connectivity[: offsets[count]].reshape(-1, width), grain, *sets)
+    )
+    tets = connectivity[: offsets[count]].reshape(-1, width)
+    return TetMesh(vtk_xml.points_of(grid), tets, grain, node_sets, face_sets)
 
 
-def _triangles(path, poly) -> tuple[np.ndarray, slice]:
+def _triangles(path: str | os.PathLike, poly: "vtkPolyData") -> tuple[np.ndarray, slice]:
     """Return the triangles (m, 3) of a poly data and their rows in its cell data."""
     connectivity, offsets = vtk_xml.cells_of(poly.GetPolys())
     if (np.diff(offsets) != 3).any() or poly.GetNumberOfStrips():
@@ -162,7 +171,9 @@ def _triangles(path, poly) -> tuple[np.ndarray, slice]:
     return connectivity.reshape(-1, 3), slice(before, before + len(offsets) - 1)
 
 
-def _kind_from_box(points, facets, sides, crack) -> np.ndarray:
+def _kind_from_box(
+    points: np.ndarray, facets: np.ndarray, sides: np.ndarray, crack: np.ndarray
+) -> np.ndarray:
     kind = np.full(len(facets), INTERFACE, np.uint8)
     if len(facets):
         used = points[np.unique(facets)]

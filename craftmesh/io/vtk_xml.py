@@ -1,21 +1,27 @@
 """VTK XML files: arrays in, arrays out; vtkmodules is imported on first use."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 
+if TYPE_CHECKING:
+    from vtkmodules.vtkCommonCore import vtkDataArray, vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataObject, vtkFieldData, vtkPointSet
+    from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
+
 _COMPRESSION = (
     1  # connectivity shrinks 4-fold at level 1 and hardly more at level 5, which takes thrice as long
 )
 
 
-def add_arrays(attributes, arrays: Mapping[str, np.ndarray]) -> None:
+def add_arrays(attributes: "vtkFieldData", arrays: Mapping[str, np.ndarray]) -> None:
     """Add named arrays (k,) or (k, c) to the point, cell or field data `attributes`."""
     for name, values in arrays.items():
         array = as_vtk(values)
@@ -23,21 +29,21 @@ def add_arrays(attributes, arrays: Mapping[str, np.ndarray]) -> None:
         attributes.AddArray(array)
 
 
-def as_vtk(values: np.ndarray):
+def as_vtk(values: np.ndarray) -> "vtkDataArray":
     """Return `values` (k,) or (k, c) as a VTK array of the same type and bits."""
     from vtkmodules.util.numpy_support import numpy_to_vtk
 
     return numpy_to_vtk(np.ascontiguousarray(values), deep=True)
 
 
-def as_numpy(array) -> np.ndarray:
+def as_numpy(array: "vtkDataArray") -> np.ndarray:
     """Return a VTK array's values as a numpy array (k,) or (k, c) that owns its memory."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     return np.array(vtk_to_numpy(array))
 
 
-def cell_array(connectivity: np.ndarray, offsets: np.ndarray):
+def cell_array(connectivity: np.ndarray, offsets: np.ndarray) -> "vtkCellArray":
     """Return a vtkCellArray of the cells connectivity[offsets[i] : offsets[i + 1]]."""
     from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray
     from vtkmodules.vtkCommonDataModel import vtkCellArray
@@ -51,20 +57,20 @@ def cell_array(connectivity: np.ndarray, offsets: np.ndarray):
     return cells
 
 
-def uniform_cells(cells: np.ndarray):
+def uniform_cells(cells: np.ndarray) -> "vtkCellArray":
     """Return the rows of `cells` (m, k) as a vtkCellArray."""
     m, k = cells.shape
     return cell_array(cells.ravel(), np.arange(0, m * k + 1, k))
 
 
-def cells_of(cells) -> tuple[np.ndarray, np.ndarray]:
+def cells_of(cells: "vtkCellArray") -> tuple[np.ndarray, np.ndarray]:
     """Return connectivity and offsets of a vtkCellArray."""
     if not cells.GetNumberOfCells():
         return np.zeros(0, np.int64), np.zeros(1, np.int64)
     return as_numpy(cells.GetConnectivityArray()), as_numpy(cells.GetOffsetsArray())
 
 
-def vtk_points(points: np.ndarray):
+def vtk_points(points: np.ndarray) -> "vtkPoints":
     """Return vtkPoints that hold `points` (n, 3) in float64."""
     from vtkmodules.vtkCommonCore import vtkPoints
 
@@ -74,13 +80,13 @@ def vtk_points(points: np.ndarray):
     return result
 
 
-def points_of(dataset) -> np.ndarray:
+def points_of(dataset: "vtkPointSet") -> np.ndarray:
     """Return the points (n, 3) of a data set; none when it has none."""
     points = dataset.GetPoints()
     return np.zeros((0, 3)) if points is None else as_numpy(points.GetData())
 
 
-def write_dataset(path: str | os.PathLike, dataset, kind: str) -> None:
+def write_dataset(path: str | os.PathLike, dataset: "vtkDataObject", kind: str) -> None:
     """Write `dataset` as VTK XML of `kind` (PolyData, ImageData, UnstructuredGrid), zlib-compressed.
 
     The same data set gives the same bytes. Raises CraftmeshError where the file cannot be written.
@@ -103,7 +109,7 @@ def write_dataset(path: str | os.PathLike, dataset, kind: str) -> None:
             raise CraftmeshError(f"{path}: cannot be written; check the folder and the space left on it")
 
 
-def read_dataset(path: str | os.PathLike, kind: str):
+def read_dataset(path: str | os.PathLike, kind: str) -> Any:
     """Read a VTK XML file of `kind`; raises CraftmeshError if it is missing, broken or of another kind."""
     from vtkmodules import vtkIOXML
 
@@ -121,7 +127,9 @@ def read_dataset(path: str | os.PathLike, kind: str):
     return reader.GetOutput()
 
 
-def named_array(path, attributes, names: Sequence[str], where: str) -> np.ndarray:
+def named_array(
+    path: str | os.PathLike, attributes: "vtkFieldData", names: Sequence[str], where: str
+) -> np.ndarray:
     """Return the first array of `names` there is in `attributes`; CraftmeshError names what is missing."""
     for name in names:
         array = attributes.GetArray(name)
@@ -132,14 +140,14 @@ def named_array(path, attributes, names: Sequence[str], where: str) -> np.ndarra
     raise CraftmeshError(f"{path}: no {where} {wanted} (found: {found or 'none'}); write it with craftmesh")
 
 
-def field_array(dataset, name: str) -> np.ndarray | None:
+def field_array(dataset: "vtkDataObject", name: str) -> np.ndarray | None:
     """Return the field data array `name`, or None where there is none."""
     array = dataset.GetFieldData().GetArray(name)
     return None if array is None else as_numpy(array)
 
 
 @contextmanager
-def _without_messages():
+def _without_messages() -> Iterator[None]:
     """Keep VTK from printing what is raised as CraftmeshError."""
     from vtkmodules.vtkCommonCore import vtkObject
 
@@ -151,7 +159,7 @@ def _without_messages():
         vtkObject.SetGlobalWarningDisplay(shown)
 
 
-def _collect_errors(algorithm) -> list:
+def _collect_errors(algorithm: "vtkAlgorithm") -> list:
     faults: list = []
-    algorithm.AddObserver("ErrorEvent", lambda *_: faults.append(True))
+    algorithm.AddObserver("ErrorEvent", lambda *_: faults.append(True))  # type: ignore[arg-type]
     return faults

@@ -25,7 +25,7 @@ class Material:
     kind: str
     constants: tuple[float, ...]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.kind not in _COUNT:
             raise CraftmeshError(f"material {self.kind!r} is unknown; expected one of {', '.join(_COUNT)}")
         constants = tuple(float(value) for value in self.constants)

@@ -77,11 +77,11 @@ def _histogram(edges: Sequence[float | None], counts: Sequence[int]) -> str:
     return f'<svg width="{WIDTH}" height="{HEIGHT + 18}">{bars}{ends}</svg>'
 
 
-def _is_number(value) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-def _number(value) -> str:
+def _number(value: float | None) -> str:
     if value is None:
         return "–"
     return f"{value:,}" if isinstance(value, int) else f"{value:.5g}"

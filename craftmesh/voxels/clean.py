@@ -136,7 +136,7 @@ def split_pieces(pieces: Pieces, largest_id: int) -> tuple[np.ndarray, dict[int,
     The largest piece keeps the id; the others are numbered after `largest_id`, by grain and falling size.
     """
     label = pieces.label.copy()
-    parents = {}
+    parents: dict[int, int] = {}
     order = np.lexsort((np.arange(len(label)), -pieces.voxels, label))
     for before, piece in zip(order[:-1].tolist(), order[1:].tolist()):
         if pieces.label[piece] > 0 and pieces.label[before] == pieces.label[piece]:

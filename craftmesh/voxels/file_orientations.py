@@ -33,7 +33,8 @@ def orientation_table(
     labels (nx, ny, nz). Raises CraftmeshError for tables of another width, and for several tables that do
     not agree.
     """
-    tables, notes = {}, ()
+    tables: dict[str, np.ndarray] = {}
+    notes: tuple[str, ...] = ()
     for kind, values in given.items():
         width, convert = _KINDS[kind]
         per_voxel = values.ndim == 4
@@ -50,7 +51,7 @@ def orientation_table(
 
 
 def _spread_notes(spread: float) -> tuple[str, ...]:
-    notes = ("orientations are means over each grain's voxels",)
+    notes: tuple[str, ...] = ("orientations are means over each grain's voxels",)
     if spread > _MIXED_ANGLES:
         notes += (f"orientations spread by up to {spread:.0f} degrees within a grain: check the averages",)
     return notes

@@ -1,6 +1,7 @@
 """Synthetic polycrystals: Voronoi or Laguerre grains, enclosed voids, embedded grains."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,10 +67,11 @@ def generate(options: GenerateOptions = GenerateOptions()) -> Voxels:  # noqa: B
     _carve_voids(labels, options, rng_voids)
     orientations = np.vstack([np.full((1, 4), np.nan), random_orientations(count, rng_orientations)])
     phases = np.minimum(np.arange(count + 1), 1)
-    return Voxels(labels, options.spacing, options.origin, orientations, phases)
+    place = np.array(options.spacing, float), np.array(options.origin, float)
+    return Voxels(labels, *place, orientations, phases)
 
 
-def _window(centre, radius: float, options: GenerateOptions) -> tuple[tuple, np.ndarray]:
+def _window(centre: np.ndarray, radius: float, options: GenerateOptions) -> tuple[tuple, np.ndarray]:
     """Return slices that hold a ball, and the offsets (.., .., .., 3) of their voxels from its centre."""
     size = np.array(options.shape)
     low = np.clip(np.floor((centre - radius) / options.spacing).astype(int), 0, size)
@@ -106,7 +108,7 @@ def _cells(options: GenerateOptions, rng: np.random.Generator) -> np.ndarray:
     return (cell + 1).astype(np.int32).reshape(options.shape)
 
 
-def _depth(labels: np.ndarray, spacing) -> np.ndarray:
+def _depth(labels: np.ndarray, spacing: Sequence[float]) -> np.ndarray:
     """Return the distance of each voxel's centre from the nearest voxel of another grain or off the box."""
     padded = np.pad(labels, 1)
     is_boundary = np.zeros(padded.shape, bool)

@@ -22,7 +22,7 @@ class RawVolume:
     remap: dict[int, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.unindexed.shape != self.voxels.labels.shape or self.unindexed.dtype != bool:
             raise CraftmeshError(
                 f"RawVolume.unindexed is {self.unindexed.dtype} {self.unindexed.shape}; "

@@ -51,8 +51,8 @@ def shared_faces(of: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
         differ = low != high
         a, b = low[differ], high[differ]
         keys.append(np.minimum(a, b) * count + np.maximum(a, b))
-    keys, faces = np.unique(np.concatenate(keys), return_counts=True)
-    return np.stack([keys // count, keys % count], axis=1), faces
+    pairs, faces = np.unique(np.concatenate(keys), return_counts=True)
+    return np.stack([pairs // count, pairs % count], axis=1), faces
 
 
 def neighbours(pairs: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
