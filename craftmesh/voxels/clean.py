@@ -49,21 +49,13 @@ def clean(
     alone unless that is allowed.
     """
     raw = volume if isinstance(volume, RawVolume) else as_raw(volume)
-    unindexed = int(raw.unindexed.sum())
-    if unindexed and not options.fill_unindexed:
-        raise CraftmeshError(
-            f"{unindexed} voxels have no grain: set fill_unindexed to give them to the grains around them, "
-            "or background to void if they are empty space"
-        )
     progress(0.0, "fill unindexed voxels")
-    labels, filled = fill_unindexed(raw.voxels.labels, raw.unindexed)
-    labels = number_voids(labels)
+    labels, filled = _filled(raw, options)
     progress(0.4, "absorb islands")
     pieces = find_pieces(labels)
     new_label = absorb_small_pieces(pieces, options.min_island_voxels)
     report = {
-        "filled_voxels": filled,
-        "unindexed_voxels_left_empty": unindexed - filled,
+        **filled,
         "grains_in_pieces_before": len(pieces_per_grain(pieces)),
         **_absorption(pieces, new_label),
     }
@@ -78,6 +70,19 @@ def clean(
     _check_grains(labels, options)
     report |= _census(labels, raw, parents)
     return _with_labels(raw.voxels, labels, parents), report
+
+
+def _filled(raw: RawVolume, options: CleanOptions) -> tuple[np.ndarray, dict]:
+    """Return labels of which none is unindexed, voids numbered, and the counts of filled voxels."""
+    unindexed = int(raw.unindexed.sum())
+    if unindexed and not options.fill_unindexed:
+        raise CraftmeshError(
+            f"{unindexed} voxels have no grain: set fill_unindexed to give them to the grains around them, "
+            "or background to void if they are empty space"
+        )
+    labels, filled = fill_unindexed(raw.voxels.labels, raw.unindexed)
+    counts = {"filled_voxels": filled, "unindexed_voxels_left_empty": unindexed - filled}
+    return number_voids(labels), counts
 
 
 def fill_unindexed(labels: np.ndarray, unindexed: np.ndarray) -> tuple[np.ndarray, int]:
