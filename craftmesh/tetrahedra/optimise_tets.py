@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from craftmesh.tetrahedra.kernels.tet_aspect_swaps import AspectAim
 from craftmesh.tetrahedra.kernels.tet_cavity import (
     POINTS,
     TETS,
@@ -23,6 +24,7 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     ANGLES,
     SOUND,
     VOLUME_LENGTH,
+    Aim,
     all_aspect_ratios,
     all_qualities,
 )
@@ -30,7 +32,9 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
 # Arrays have room for this many times the mesh: insertions add some 1%.
 CAPACITY = 1.5
 SPARE = 2000
+# Steps of a climb where all points are smoothed; repairs take more.
 SMOOTHING_STEPS = 5
+# Quality of empty rows, over that of any tet: nothing ever repairs them.
 DEAD = 9.0
 # Swaps for the mean aspect ratio start at tets over this one.
 STRETCHED = 1.9
@@ -46,7 +50,14 @@ class Step:
     rounds: int = 1
     inserts: bool = False
 
+    @property
+    def aim(self) -> Aim:
+        """The measure, and the threshold that tets are to reach."""
+        return Aim(self.measure, self.threshold)
 
+
+# Thresholds and their order are chosen by hand. First the volume-length measure rises, then three rounds
+# lower the mean aspect ratio; last the worst tets by SOUND and ANGLES go for a little more than POOR.
 SCHEDULE = (
     Step("repair", 0.55),
     Step("smooth", 0.5),
@@ -73,23 +84,22 @@ def optimise_tets(
     """
     state = _state(points, tets, frozen, blocked, size)
     work = new_scratch()
-    operations = np.zeros(5, np.int64)
     everywhere = np.ones(len(state.points), bool)
     for step in SCHEDULE:
         all_qualities(state.points, state.tets, state.counts[TETS], state.quality, step.measure)
         if step.kind == "smooth":
-            smooth_pass(state, step.measure, step.threshold, SMOOTHING_STEPS, everywhere, work, operations)
+            smooth_pass(state, step.aim, SMOOTHING_STEPS, everywhere, work)
         elif step.kind == "swap":
-            _swap(state, step, work, operations)
+            _swap(state, step, work)
         elif step.kind == "aspect":
-            aspect_pass(state, step.measure, step.threshold, work, operations)
+            aspect_pass(state, step.aim, work)
         else:
-            _repair(state, step, work, operations)
+            _repair(state, step, work)
     names = ("moves", "edges_removed", "faces_removed", "contractions", "insertions")
-    return *_result(state, frozen), {k: int(v) for k, v in zip(names, operations)}
+    return *_result(state, frozen), {k: int(v) for k, v in zip(names, work.done)}
 
 
-def _repair(state: TetState, step: Step, work: Scratch, operations: np.ndarray) -> None:
+def _repair(state: TetState, step: Step, work: Scratch) -> None:
     """Rounds over the tets under the threshold, the worst first, each with its neighbourhood smoothed."""
     for done in range(step.rounds):
         quality = state.quality[: state.counts[TETS]]
@@ -99,12 +109,12 @@ def _repair(state: TetState, step: Step, work: Scratch, operations: np.ndarray) 
             return
         poor = poor[np.argsort(quality[poor], kind="stable")]
         touched = np.zeros(len(state.points), bool)
-        repair_pass(state, step.measure, step.threshold, poor, step.inserts, touched, work, operations)
+        repair_pass(state, step.aim, poor, step.inserts, touched, work)
         if step.measure != VOLUME_LENGTH:
-            smooth_pass(state, step.measure, step.threshold, SMOOTHING_STEPS, touched, work, operations)
+            smooth_pass(state, step.aim, SMOOTHING_STEPS, touched, work)
 
 
-def _swap(state: TetState, step: Step, work: Scratch, operations: np.ndarray) -> None:
+def _swap(state: TetState, step: Step, work: Scratch) -> None:
     """Remove edges of the tets over STRETCHED to lower the mean aspect ratio, the worst tet first."""
     count = state.counts[TETS]
     ratio = np.empty(count)
@@ -112,7 +122,7 @@ def _swap(state: TetState, step: Step, work: Scratch, operations: np.ndarray) ->
     stretched = np.flatnonzero(ratio > STRETCHED)
     stretched = stretched[np.argsort(-ratio[stretched], kind="stable")]
     mean = ratio.sum() / np.count_nonzero(ratio)
-    aspect_swap_pass(state, step.measure, step.threshold, mean, stretched, work, operations)
+    aspect_swap_pass(state, AspectAim(step.measure, step.threshold, mean), stretched, work)
 
 
 def _state(

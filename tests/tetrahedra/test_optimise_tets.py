@@ -6,16 +6,19 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
+from craftmesh.mesh.poor import LARGEST_DIHEDRAL, LEAST_DIHEDRAL
 from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volumes
-from craftmesh.tetrahedra.kernels.tet_aspect_swaps import FALL, remove_edge_for_aspect
+from craftmesh.tetrahedra.kernels.tet_aspect_swaps import FALL, AspectAim, remove_edge_for_aspect
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, link_tets, new_scratch
 from craftmesh.tetrahedra.kernels.tet_cavity_insertion import insert_in_cavity
 from craftmesh.tetrahedra.kernels.tet_insertion import contract, insert_on_edge
 from craftmesh.tetrahedra.kernels.tet_passes import aspect_swap_pass
 from craftmesh.tetrahedra.kernels.tet_quality import (
     ANGLES,
+    POOR,
     SOUND,
     VOLUME_LENGTH,
+    Aim,
     all_qualities,
     aspect_ratio_at,
     quality_of,
@@ -58,6 +61,19 @@ def test_kernels_agree_with_plain_measures(seed, flatness):
     assert quality_of(corners, 0, 1, 2, 3, SOUND) == pytest.approx(min(*sines, 0.87 / ratio), rel=1e-6)
     assert aspect_ratio_at(corners, 0, 1, 2, *corners[3]) == pytest.approx(ratio, rel=1e-9)
     assert quality_of(corners, 0, 2, 1, 3, SOUND) < 0
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.05, 0.4))
+def test_no_tet_is_poor_at_a_quality_of_poor(seed, flatness):
+    corners = np.random.default_rng(seed).random((4, 3)) * [1, 1, flatness]
+    if tet_volumes(corners, np.array([[0, 1, 2, 3]]))[0] < 0:
+        corners = corners[[0, 2, 1, 3]]
+    assume(quality_of(corners, 0, 1, 2, 3, ANGLES) >= POOR)
+    _, angles, ratio = plain_measures(corners)
+    assert LEAST_DIHEDRAL < angles.min() and angles.max() < LARGEST_DIHEDRAL
+    if quality_of(corners, 0, 1, 2, 3, SOUND) >= POOR:
+        assert ratio < 5 + 1e-6
 
 
 def random_ball(seed, count=120):
@@ -117,7 +133,7 @@ def test_a_random_mesh_gets_better_and_stays_a_mesh(seed):
         for measure in (SOUND, VOLUME_LENGTH, ANGLES)
     ]
     assert max(gains) > 1 - 1e-9
-    assert (quality(new, better) < 0.174).mean() < (quality(points, tets) < 0.174).mean()
+    assert (quality(new, better) < POOR).mean() < (quality(points, tets) < POOR).mean()
     assert aspect_ratios(new, better).mean() < aspect_ratios(points, tets).mean()
     assert report["moves"] > 0 and report["edges_removed"] > 0
 
@@ -163,7 +179,7 @@ def try_all(operation, seed):
 def contract_corner(state, t, k, work):
     v, w = state.tets[t, k % 4], state.tets[t, (k + 1) % 4]
     state.size[:] = 10.0  # no edge is too long
-    return not state.frozen[v] and contract(state, v, w, VOLUME_LENGTH, 0.001, work)
+    return not state.frozen[v] and contract(state, v, w, Aim(VOLUME_LENGTH, 0.001), work)
 
 
 @pytest.mark.parametrize(
@@ -171,8 +187,10 @@ def contract_corner(state, t, k, work):
     [
         lambda state, t, k, work: remove_edge(state, t, k, VOLUME_LENGTH, work),
         lambda state, t, k, work: k < 4 and remove_face(state, t, k, VOLUME_LENGTH, work),
-        lambda state, t, k, work: remove_edge_for_aspect(state, t, k, VOLUME_LENGTH, 0.35, 2.0, work),
-        lambda state, t, k, work: insert_on_edge(state, t, k, VOLUME_LENGTH, 0.1, 4, work) >= 0,
+        lambda state, t, k, work: remove_edge_for_aspect(
+            state, t, k, AspectAim(VOLUME_LENGTH, 0.35, 2.0), work
+        ),
+        lambda state, t, k, work: insert_on_edge(state, t, k, Aim(VOLUME_LENGTH, 0.1), work) >= 0,
         lambda state, t, k, work: k == 0 and insert_in_cavity(state, t, VOLUME_LENGTH, work) >= 0,
         contract_corner,
     ],
@@ -217,10 +235,9 @@ def swapped_for_aspect(seed, blocked):
     points, tets, frozen = random_ball(seed)
     state = _state(points, tets, frozen, blocked, np.full(len(points), 0.35))
     all_qualities(state.points, state.tets, len(tets), state.quality, VOLUME_LENGTH)
-    operations = np.zeros(5, np.int64)
-    mean = aspect_ratios(points, tets).mean()
-    aspect_swap_pass(state, VOLUME_LENGTH, 0.35, mean, np.arange(len(tets)), new_scratch(), operations)
-    return points, tets, frozen, state, operations.sum(), mean
+    mean, work = aspect_ratios(points, tets).mean(), new_scratch()
+    aspect_swap_pass(state, AspectAim(VOLUME_LENGTH, 0.35, mean), np.arange(len(tets)), work)
+    return points, tets, frozen, state, work.done.sum(), mean
 
 
 @settings(max_examples=8, deadline=None)
@@ -280,7 +297,7 @@ def test_edge_removal_for_aspect_finds_the_best_of_all_triangulations(seed, coun
         new = np.array([tet for i, j, k in triangles for tet in ((0, i, j, k), (i, j, k, 1))])
         if quality(points, new, VOLUME_LENGTH).min() > limit:
             best = min(best, (aspect_ratios(points, new) - reference).sum())
-    done = remove_edge_for_aspect(state, 0, 0, VOLUME_LENGTH, floor, reference, new_scratch())
+    done = remove_edge_for_aspect(state, 0, 0, AspectAim(VOLUME_LENGTH, floor, reference), new_scratch())
     assert done == (best <= before - FALL)
     if done:
         result = _result(state, len(points))[1]

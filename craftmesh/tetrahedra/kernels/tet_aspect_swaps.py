@@ -5,17 +5,20 @@ the mesh as reference, a fall of the excess lowers that mean, whatever the numbe
 Removal of a face by 2-3 swap has no part here: in Delaunay meshes it never lowered the excess.
 """
 
-from numba import njit
+from collections import namedtuple
 
+from craftmesh.jit import kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import EDGES, find_ring, has_room, replace_cavity, worst_of
 from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, aspect_ratio_of, quality_of
 from craftmesh.tetrahedra.kernels.tet_swaps import MAX_RING_TO_REMOVE, list_triangulation
 
-# A removal has to lower the excess by this much.
+# A removal has to lower the excess by this much; chosen by hand.
 FALL = 0.01
+# A measure of quality, the value that new tets have to exceed, and what the aspect ratio is reckoned from.
+AspectAim = namedtuple("AspectAim", "measure floor reference")
 
 
-@njit(cache=True)
+@kernel
 def _excess(points, tets, listed, count, reference):
     """Sum of aspect ratio less `reference` over the tets listed."""
     total = 0.0
@@ -25,21 +28,24 @@ def _excess(points, tets, listed, count, reference):
     return total
 
 
-@njit(cache=True)
-def _sound_excess(points, a, b, c, d, measure, floor, reference):
-    """Aspect ratio less `reference` of the tet a, b, c, d; INVERTED if its quality is not over `floor`."""
-    if quality_of(points, a, b, c, d, measure) <= floor:
+@kernel
+def _sound_excess(points, corners, aim):
+    """Aspect ratio less the reference of a tet; INVERTED if its quality is not over the floor."""
+    a, b, c, d = corners
+    if quality_of(points, a, b, c, d, aim.measure) <= aim.floor:
         return INVERTED
-    return aspect_ratio_of(points, a, b, c, d) - reference
+    return aspect_ratio_of(points, a, b, c, d) - aim.reference
 
 
-@njit(cache=True)
-def _best_triangulation(points, a, b, ring, count, measure, floor, reference, least, split):
+@kernel
+def _best_triangulation(points, ends, count, aim, work):
     """Fill Klincsek's tables: least[i, k] = least excess of the ring's part i..k.
 
-    It is INVERTED where no tets with qualities over `floor` fill the part; split[i, k] is the apex of the
-    triangle on i, k. Returns the excess of the whole ring.
+    It is INVERTED where no tets with qualities over `aim.floor` fill the part; split[i, k] is the apex of
+    the triangle on i, k. Returns the excess of the whole ring, which lies round the edge between `ends`.
     """
+    a, b = ends
+    ring, least, split = work.ring, work.worst, work.split
     for i in range(count - 2, -1, -1):
         least[i, i + 1] = 0.0
         for k in range(i + 2, count):
@@ -48,10 +54,10 @@ def _best_triangulation(points, a, b, ring, count, measure, floor, reference, le
                 value = least[i, j] + least[j, k]
                 if value >= INVERTED:
                     continue
-                value += _sound_excess(points, a, ring[i], ring[j], ring[k], measure, floor, reference)
+                value += _sound_excess(points, (a, ring[i], ring[j], ring[k]), aim)
                 if value >= INVERTED:
                     continue
-                value += _sound_excess(points, ring[i], ring[j], ring[k], b, measure, floor, reference)
+                value += _sound_excess(points, (ring[i], ring[j], ring[k], b), aim)
                 if value < best:
                     best, apex = value, j
             least[i, k] = best
@@ -59,24 +65,21 @@ def _best_triangulation(points, a, b, ring, count, measure, floor, reference, le
     return least[0, count - 1]
 
 
-@njit(cache=True)
-def remove_edge_for_aspect(state, t, edge, measure, floor, reference, work):
+@kernel
+def remove_edge_for_aspect(state, t, edge, aim, work):
     """Remove an interior edge of tet t when that lowers the excess round it; return whether.
 
-    All new qualities exceed the lesser of the worst before and `floor`.
+    All new qualities exceed the lesser of the worst before and `aim.floor`.
     """
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
     if count < 3 or count > MAX_RING_TO_REMOVE or not has_room(state):
         return False
-    points, ring, split = state.points, work.ring, work.split
-    a, b = state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]]
-    limit = max(min(worst_of(state.quality, work.ring_tets, count), floor), 0.0)
-    before = _excess(points, state.tets, work.ring_tets, count, reference)
-    after = _best_triangulation(points, a, b, ring, count, measure, limit, reference, work.worst, split)
-    if after > before - FALL:
+    ends = (state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]])
+    limit = max(min(worst_of(state.quality, work.ring_tets, count), aim.floor), 0.0)
+    before = _excess(state.points, state.tets, work.ring_tets, count, aim.reference)
+    sound = AspectAim(aim.measure, limit, aim.reference)
+    if _best_triangulation(state.points, ends, count, sound, work) > before - FALL:
         return False
-    made = list_triangulation(
-        points, a, b, ring, count, measure, split, work.stack, work.new, work.new_quality
-    )
+    made = list_triangulation(state.points, ends, count, aim.measure, work)
     replace_cavity(state, work.ring_tets, count, made, work)
     return True

@@ -3,7 +3,8 @@
 from collections import namedtuple
 
 import numpy as np
-from numba import njit
+
+from craftmesh.jit import kernel
 
 # A mesh under change. Arrays are longer than the mesh; counts = [points, tets, free slots, stamp].
 # points (n, 3); tets (m, 4) with positive volumes, corner 0 is -1 in a dead slot; neighbours (m, 4)
@@ -14,13 +15,17 @@ TetState = namedtuple("TetState", "points tets neighbours tet_of quality size fr
 POINTS, TETS, FREE, STAMP = range(4)
 
 # Work arrays: tets of a star; faces of a cavity as (face, apex) positive; ring nodes and tets; new tets
-# and their qualities; open faces of a replacement (keys, links); Klincsek's tables and stack.
+# and their qualities; open faces of a replacement (keys, links); Klincsek's tables and stack; corners of a
+# tet; what was done, by kind (see `tet_passes`).
 Scratch = namedtuple(
-    "Scratch", "star faces ring ring_tets new new_quality keys links worst split stack corners"
+    "Scratch", "star faces ring ring_tets new new_quality keys links worst split stack corners done"
 )
+# Tets of a star, faces of a cavity, tets of a ring: larger ones are left as they are.
 MAX_STAR = 200
 MAX_FACES = 256
 MAX_RING = 14
+# Kinds of operations that are counted.
+KINDS = 5
 # Spare slots that any one operation can do with.
 ROOM = 64
 
@@ -46,17 +51,18 @@ def new_scratch() -> Scratch:
         np.empty((MAX_RING, MAX_RING), np.int64),
         np.empty((4 * MAX_RING, 2), np.int64),
         np.empty(4, np.int64),
+        np.zeros(KINDS, np.int64),
     )
 
 
-@njit(cache=True)
+@kernel
 def _face_key(tets, t, k):
     """Lowest corner, highest corner and sum of the face opposite corner k of tet t."""
     a, b, c = tets[t, (k + 1) & 3], tets[t, (k + 2) & 3], tets[t, (k + 3) & 3]
     return min(a, b, c), max(a, b, c), a + b + c
 
 
-@njit(cache=True)
+@kernel
 def link_tets(tets, n_tets, n_points, neighbours, tet_of):
     """Fill `neighbours` and `tet_of` of the first n_tets tets; open faces wait at their lowest corner."""
     head = np.full(n_points, -1, np.int64)
@@ -84,7 +90,7 @@ def link_tets(tets, n_tets, n_points, neighbours, tet_of):
                 head[low] = 4 * t + k
 
 
-@njit(cache=True)
+@kernel
 def block_facets(tets, n_tets, neighbours, blocked):
     """Cut the adjacency at interior facets, given as sorted triples (k, 3) in lexicographic order."""
     for t in range(n_tets):
@@ -105,7 +111,7 @@ def block_facets(tets, n_tets, neighbours, blocked):
                 neighbours[t, k] = -1
 
 
-@njit(cache=True)
+@kernel
 def find_star(state, v, star):
     """Write the tets round the interior point v; return how many, or -1 when they do not fit."""
     tets, neighbours, mark = state.tets, state.neighbours, state.mark
@@ -128,7 +134,7 @@ def find_star(state, v, star):
     return count
 
 
-@njit(cache=True)
+@kernel
 def star_faces(tets, star, count, v, faces):
     """Write the faces opposite v of the star's tets, each positive with v as apex."""
     for i in range(count):
@@ -139,7 +145,7 @@ def star_faces(tets, star, count, v, faces):
                     faces[i, j] = tets[t, FACES[k, j]]
 
 
-@njit(cache=True)
+@kernel
 def find_ring(state, t, edge, ring, ring_tets):
     """Write the nodes and tets round an edge of tet t; return how many, 0 on a boundary or when too many.
 
@@ -170,7 +176,7 @@ def find_ring(state, t, edge, ring, ring_tets):
         last, current = newest, u
 
 
-@njit(cache=True)
+@kernel
 def _open_outer_faces(state, old, n_old, keys, links):
     """Write the outer faces of a cavity: key and (tet, slot) beyond; return their number."""
     tets, neighbours, mark = state.tets, state.neighbours, state.mark
@@ -196,7 +202,7 @@ def _open_outer_faces(state, old, n_old, keys, links):
     return count
 
 
-@njit(cache=True)
+@kernel
 def _close_face(state, t, k, keys, links, count):
     """Join the face opposite corner k of t to the open face like it, or open it; return the count left."""
     low, high, total = _face_key(state.tets, t, k)
@@ -216,7 +222,7 @@ def _close_face(state, t, k, keys, links, count):
     return count + 1
 
 
-@njit(cache=True)
+@kernel
 def replace_cavity(state, old, n_old, n_new, work):
     """Replace the tets old[:n_old] by work.new[:n_new], which have the same outer faces.
 
@@ -247,13 +253,13 @@ def replace_cavity(state, old, n_old, n_new, work):
         counts[FREE] += 1
 
 
-@njit(cache=True)
+@kernel
 def has_room(state):
     """Whether any one operation still fits the arrays."""
     return state.counts[TETS] + ROOM < len(state.tets) and state.counts[POINTS] + 1 < len(state.points)
 
 
-@njit(cache=True)
+@kernel
 def worst_of(quality, tets, count):
     """Lowest quality among the tets listed."""
     worst = 1e300

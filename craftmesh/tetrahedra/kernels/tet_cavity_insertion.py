@@ -3,24 +3,24 @@
 Such tets often have no interior edge to remove and no corner to move: a point behind them is what helps.
 """
 
-import numpy as np
-from numba import njit
+from craftmesh.jit import kernel
+from craftmesh.tetrahedra.kernels.tet_cavity import FACES, STAMP, has_room, replace_cavity, worst_of
+from craftmesh.tetrahedra.kernels.tet_cone import Cone, climb, worst_at
+from craftmesh.tetrahedra.kernels.tet_insertion import add_apex
 
-from craftmesh.tetrahedra.kernels.tet_cavity import FACES, POINTS, STAMP, has_room, replace_cavity, worst_of
-from craftmesh.tetrahedra.kernels.tet_quality import quality_at
-from craftmesh.tetrahedra.kernels.tet_smoothing import climb, worst_at
-
+# Tets of a cavity at most, and steps of the climb for each cavity that is tried; chosen by hand.
 MAX_CAVITY = 14
 CLIMB_STEPS = 12
 # The worst quality has to rise by this much: an insertion costs elements.
-GAIN = 0.01
+INSERTION_GAIN = 0.01
 
 
-@njit(cache=True)
-def _outer_faces(state, cavity, count, faces):
+@kernel
+def _outer_faces(state, count, work):
     """Write the outer faces of the cavity, positive towards its inside; return their number."""
     state.counts[STAMP] += 1
     stamp = state.counts[STAMP]
+    cavity, faces = work.star, work.faces
     for i in range(count):
         state.mark[cavity[i]] = stamp
     made = 0
@@ -35,58 +35,79 @@ def _outer_faces(state, cavity, count, faces):
     return made
 
 
-@njit(cache=True)
-def _best_apex(state, cavity, count, measure, work, apex):
-    """Set `apex` to the best place found for a cone over the outer faces; return its worst quality."""
-    made = _outer_faces(state, cavity, count, work.faces)
-    points, tets = state.points, state.tets
-    apex[:] = 0.0
-    for i in range(count):
-        for k in range(4):
-            apex += points[tets[cavity[i], k]] / (4.0 * count)
-    x, y, z = apex
-    worst = worst_at(points, work.faces, made, x, y, z, measure, -1e300)
+@kernel
+def _longest_side(points, tet):
+    """Longest side of the box round a tet."""
     longest = 0.0
     for k in range(3):
-        longest = max(longest, np.ptp(points[tets[cavity[0]], k]))
-    x, y, z, worst = climb(points, work.faces, made, x, y, z, longest, measure, CLIMB_STEPS, worst)
-    apex[0], apex[1], apex[2] = x, y, z
-    return worst
+        low, high = points[tet[0], k], points[tet[0], k]
+        for i in range(1, 4):
+            low, high = min(low, points[tet[i], k]), max(high, points[tet[i], k])
+        longest = max(longest, high - low)
+    return longest
 
 
-@njit(cache=True)
-def _swallows(state, cavity, count, faces, made):
-    """Whether a corner of the cavity's tets is on none of its outer faces."""
+@kernel
+def _best_apex(state, count, measure, work):
+    """Return the best place found for a cone over the outer faces of the cavity, and its worst quality."""
+    points, tets, cavity = state.points, state.tets, work.star
+    cone = Cone(points, work.faces, _outer_faces(state, count, work), measure)
+    x, y, z = 0.0, 0.0, 0.0
     for i in range(count):
         for k in range(4):
+            node = tets[cavity[i], k]
+            x += points[node, 0] / (4.0 * count)
+            y += points[node, 1] / (4.0 * count)
+            z += points[node, 2] / (4.0 * count)
+    worst = worst_at(cone, x, y, z, -1e300)
+    return climb(cone, (x, y, z), _longest_side(points, tets[cavity[0]]), CLIMB_STEPS, worst)
+
+
+@kernel
+def _swallows(state, count, made, work):
+    """Whether a corner of the cavity's tets is on none of its outer faces."""
+    cavity, faces = work.star, work.faces
+    for i in range(count):
+        for k in range(4):
+            node = state.tets[cavity[i], k]
             found = False
             for j in range(made):
-                node = state.tets[cavity[i], k]
                 found |= faces[j, 0] == node or faces[j, 1] == node or faces[j, 2] == node
             if not found:
                 return True
     return False
 
 
-@njit(cache=True)
-def _grow(state, cavity, count, measure, work, apex, trial):
-    """Add to the cavity the neighbour with which its best cone is best; return that worst quality."""
-    best, chosen = -1e300, -1
+@kernel
+def _is_in(cavity, count, t):
+    for i in range(count):
+        if cavity[i] == t:
+            return True
+    return False
+
+
+@kernel
+def _grow(state, count, measure, work):
+    """Add to the cavity the neighbour with which its best cone is best; return place and worst quality.
+
+    Where there is none to add, -1 is added.
+    """
+    cavity = work.star
+    best, chosen, place = -1e300, -1, (0.0, 0.0, 0.0)
     for i in range(count):
         for k in range(4):
             u = state.neighbours[cavity[i], k]
-            if u < 0 or (cavity[:count] == u).any():
+            if u < 0 or _is_in(cavity, count, u):
                 continue
             cavity[count] = u
-            value = _best_apex(state, cavity, count + 1, measure, work, trial)
+            trial, value = _best_apex(state, count + 1, measure, work)
             if value > best:
-                best, chosen = value, u
-                apex[:] = trial
+                best, chosen, place = value, u, trial
     cavity[count] = chosen
-    return best
+    return place, best
 
 
-@njit(cache=True)
+@kernel
 def insert_in_cavity(state, t, measure, work):
     """Replace tet t and some tets round it by a cone from a new point; return its id, or -1 if not done.
 
@@ -94,35 +115,24 @@ def insert_in_cavity(state, t, measure, work):
     """
     cavity = work.star
     cavity[0] = t
-    apex, trial, chosen = np.empty(3), np.empty(3), np.empty(3)
-    best, size = 0.0, 0
+    best, size, place = 0.0, 0, (0.0, 0.0, 0.0)
     for count in range(1, MAX_CAVITY):
-        value = _grow(state, cavity, count, measure, work, apex, trial)
+        apex, value = _grow(state, count, measure, work)
         if cavity[count] < 0:
             break
-        floor = worst_of(state.quality, cavity, count + 1) + GAIN
+        floor = worst_of(state.quality, cavity, count + 1) + INSERTION_GAIN
         if value > max(best, floor):
-            best, size = value, count + 1
-            chosen[:] = apex
+            best, size, place = value, count + 1, apex
     if size == 0 or not has_room(state):
         return -1
-    faces = work.faces
-    made = _outer_faces(state, cavity, size, faces)
-    if _swallows(state, cavity, size, faces, made):
+    made = _outer_faces(state, size, work)
+    if _swallows(state, size, made, work):
         return -1
-    node = state.counts[POINTS]
-    state.counts[POINTS] += 1
-    state.points[node] = chosen
-    state.frozen[node] = False
     total = 0.0
     for i in range(made):
         for k in range(3):
-            work.new[i, k] = faces[i, k]
-            total += state.size[faces[i, k]]
-        work.new[i, 3] = node
-        work.new_quality[i] = quality_at(
-            state.points, faces[i, 0], faces[i, 1], faces[i, 2], chosen[0], chosen[1], chosen[2], measure
-        )
-    state.size[node] = total / (3 * made)
+            total += state.size[work.faces[i, k]]
+    cone = Cone(state.points, work.faces, made, measure)
+    node = add_apex(state, cone, place, total / (3 * made), work)
     replace_cavity(state, cavity, size, made, work)
     return node

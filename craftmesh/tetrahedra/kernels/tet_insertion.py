@@ -1,8 +1,8 @@
 """Interior points that go or come: contraction of an edge, and insertion on one."""
 
 import numpy as np
-from numba import njit
 
+from craftmesh.jit import kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import (
     EDGES,
     POINTS,
@@ -11,14 +11,17 @@ from craftmesh.tetrahedra.kernels.tet_cavity import (
     has_room,
     replace_cavity,
 )
+from craftmesh.tetrahedra.kernels.tet_cone import Cone, climb, worst_at
 from craftmesh.tetrahedra.kernels.tet_quality import quality_at, quality_of
-from craftmesh.tetrahedra.kernels.tet_smoothing import climb, worst_at
+from craftmesh.tetrahedra.kernels.tet_smoothing import LEAST_STAR
 
-# Contraction makes no edge longer than this many target lengths.
+# Contraction makes no edge longer than this many target lengths; chosen by hand.
 LONGEST = 1.6
+# Steps of the climb for the new point's place.
+CLIMB_STEPS = 8
 
 
-@njit(cache=True)
+@kernel
 def _distance(points, a, b):
     return np.sqrt(
         (points[a, 0] - points[b, 0]) ** 2
@@ -27,14 +30,14 @@ def _distance(points, a, b):
     )
 
 
-@njit(cache=True)
-def contract(state, v, w, measure, floor, work):
+@kernel
+def contract(state, v, w, aim, work):
     """Remove the interior point v by joining its star's outer faces to its neighbour w; return whether.
 
-    Done when all new qualities exceed `floor` and no new edge is too long.
+    Done when all new qualities exceed `aim.floor` and no new edge is too long.
     """
     count = find_star(state, v, work.star)
-    if count < 4 or not has_room(state):
+    if count < LEAST_STAR or not has_room(state):
         return False
     points, tets, size = state.points, state.tets, state.size
     made = 0
@@ -50,8 +53,8 @@ def contract(state, v, w, measure, floor, work):
                 return False
             work.new[made, k] = node
         new = work.new[made]
-        work.new_quality[made] = quality_of(points, new[0], new[1], new[2], new[3], measure)
-        if work.new_quality[made] <= max(floor, 0.0):
+        work.new_quality[made] = quality_of(points, new[0], new[1], new[2], new[3], aim.measure)
+        if work.new_quality[made] <= max(aim.floor, 0.0):
             return False
         made += 1
     state.tet_of[v] = -1
@@ -59,12 +62,35 @@ def contract(state, v, w, measure, floor, work):
     return True
 
 
-@njit(cache=True)
-def insert_on_edge(state, t, edge, measure, floor, steps, work):
+@kernel
+def add_apex(state, cone, place, size, work):
+    """Add a point with the target length `size` at `place` and write the cone's tets; return its id.
+
+    The caller has checked that there is room, and replaces the cavity under the cone.
+    """
+    node = state.counts[POINTS]
+    state.counts[POINTS] += 1
+    x, y, z = place
+    state.points[node, 0], state.points[node, 1], state.points[node, 2] = x, y, z
+    state.size[node] = size
+    state.frozen[node] = False
+    faces = cone.faces
+    for i in range(cone.count):
+        for k in range(3):
+            work.new[i, k] = faces[i, k]
+        work.new[i, 3] = node
+        work.new_quality[i] = quality_at(
+            state.points, faces[i, 0], faces[i, 1], faces[i, 2], x, y, z, cone.measure
+        )
+    return node
+
+
+@kernel
+def insert_on_edge(state, t, edge, aim, work):
     """Insert a point in the ring of an interior edge of tet t; return its id, or -1 if not done.
 
     It goes to the best place that a climb from the edge's middle finds; done when the worst new
-    quality exceeds `floor`.
+    quality exceeds `aim.floor`.
     """
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
     if count < 3 or not has_room(state):
@@ -75,25 +101,16 @@ def insert_on_edge(state, t, edge, measure, floor, steps, work):
         c, d = work.ring[i], work.ring[(i + 1) % count]
         faces[2 * i, 0], faces[2 * i, 1], faces[2 * i, 2] = a, c, d
         faces[2 * i + 1, 0], faces[2 * i + 1, 1], faces[2 * i + 1, 2] = b, d, c
+    cone = Cone(points, faces, 2 * count, aim.measure)
     x = 0.5 * (points[a, 0] + points[b, 0])
     y = 0.5 * (points[a, 1] + points[b, 1])
     z = 0.5 * (points[a, 2] + points[b, 2])
-    worst = worst_at(points, faces, 2 * count, x, y, z, measure, 0.0)
+    worst = worst_at(cone, x, y, z, 0.0)
     if worst <= 0.0:
         return -1
-    reach = 0.5 * _distance(points, a, b)
-    x, y, z, worst = climb(points, faces, 2 * count, x, y, z, reach, measure, steps, worst)
-    if worst <= floor:
+    place, worst = climb(cone, (x, y, z), 0.5 * _distance(points, a, b), CLIMB_STEPS, worst)
+    if worst <= aim.floor:
         return -1
-    node = state.counts[POINTS]
-    state.counts[POINTS] += 1
-    points[node, 0], points[node, 1], points[node, 2] = x, y, z
-    state.size[node] = 0.5 * (state.size[a] + state.size[b])
-    state.frozen[node] = False
-    for i in range(2 * count):
-        for k in range(3):
-            work.new[i, k] = faces[i, k]
-        work.new[i, 3] = node
-        work.new_quality[i] = quality_at(points, faces[i, 0], faces[i, 1], faces[i, 2], x, y, z, measure)
+    node = add_apex(state, cone, place, 0.5 * (state.size[a] + state.size[b]), work)
     replace_cavity(state, work.ring_tets, count, 2 * count, work)
     return node

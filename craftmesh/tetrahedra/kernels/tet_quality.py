@@ -4,24 +4,35 @@ A tet is three nodes a, b, c and a fourth corner at (x, y, z), with positive vol
 right-handed towards it.
 """
 
+from collections import namedtuple
+
 import numpy as np
-from numba import njit
+
+from craftmesh.jit import kernel
 
 # Measures of quality: see `quality_at`.
 VOLUME_LENGTH, SOUND, ANGLES = range(3)
 INVERTED = 1e300
 # Below this volume-length quality a tet counts as flat.
 FLAT = 1e-9
+ROOT2 = np.sqrt(2.0)
+# A tet of less quality by SOUND or ANGLES counts as poor here. This is RATIO_SCALE / 5, over sin 10 deg,
+# .1736, and half of sin 160 deg, .1710: no better tet has an angle that is poor by `mesh/poor`, or an
+# aspect ratio over 5.
+POOR = 0.174
+RATIO_SCALE = 0.87
+# What an operation is judged by: a measure of quality, and the value to exceed or, in passes, to reach.
+Aim = namedtuple("Aim", "measure floor")
 
 
-@njit(cache=True)
+@kernel
 def _sine(volume6, length2, area_i, area_j, cosine):
     """Sine of the dihedral angle at an edge; half of it where the angle is obtuse (normals turn alike)."""
     sine = volume6 * np.sqrt(length2) / (area_i * area_j)
     return sine if cosine < 0.0 else 0.5 * sine
 
 
-@njit(cache=True)
+@kernel
 def quality_at(points, a, b, c, x, y, z, measure):
     """Quality of the tet a, b, c, (x, y, z): 1 is regular, <= 0 flat or inverted.
 
@@ -41,7 +52,7 @@ def quality_at(points, a, b, c, x, y, z, measure):
     mean = (ab + ac + ad + bc + bd + cd) / 6.0
     if mean == 0.0:
         return 0.0
-    volume_length = 1.4142135623730951 * volume6 / (mean * np.sqrt(mean))
+    volume_length = ROOT2 * volume6 / (mean * np.sqrt(mean))
     if measure == VOLUME_LENGTH or volume_length <= FLAT:
         return volume_length
     # Outward normals, twice the areas long: d is the face a, b, c opposite corner d, and so on.
@@ -62,16 +73,16 @@ def quality_at(points, a, b, c, x, y, z, measure):
     if measure == ANGLES:
         return angles
     longest = max(ab, ac, ad, bc, bd, cd)
-    return min(angles, 0.87 * volume6 / (max(area_a, area_b, area_c, area_d) * np.sqrt(longest)))
+    return min(angles, RATIO_SCALE * volume6 / (max(area_a, area_b, area_c, area_d) * np.sqrt(longest)))
 
 
-@njit(cache=True)
+@kernel
 def quality_of(points, a, b, c, d, measure):
     """Quality of the tet a, b, c, d: see `quality_at`."""
     return quality_at(points, a, b, c, points[d, 0], points[d, 1], points[d, 2], measure)
 
 
-@njit(cache=True)
+@kernel
 def aspect_ratio_at(points, a, b, c, x, y, z):
     """Aspect ratio l_max / h_min of the tet a, b, c, (x, y, z); INVERTED for a flat or inverted one."""
     ux, uy, uz = points[a, 0] - x, points[a, 1] - y, points[a, 2] - z
@@ -101,13 +112,13 @@ def aspect_ratio_at(points, a, b, c, x, y, z):
     return np.sqrt(largest * longest) / volume6
 
 
-@njit(cache=True)
+@kernel
 def aspect_ratio_of(points, a, b, c, d):
     """Aspect ratio of the tet a, b, c, d: see `aspect_ratio_at`."""
     return aspect_ratio_at(points, a, b, c, points[d, 0], points[d, 1], points[d, 2])
 
 
-@njit(cache=True)
+@kernel
 def all_qualities(points, tets, count, quality, measure):
     """Write the qualities of the live tets among the first `count` (dead ones have corner -1)."""
     for t in range(count):
@@ -115,7 +126,7 @@ def all_qualities(points, tets, count, quality, measure):
             quality[t] = quality_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], measure)
 
 
-@njit(cache=True)
+@kernel
 def all_aspect_ratios(points, tets, count, ratio):
     """Write the aspect ratios of the live tets among the first `count`, 0 for dead ones."""
     for t in range(count):

@@ -1,111 +1,44 @@
 """Moves of one interior point: to raise its worst tet, or to lower its mean aspect ratio."""
 
 import numpy as np
-from numba import njit
 
+from craftmesh.jit import kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import MAX_FACES, find_star, star_faces, worst_of
-from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, aspect_ratio_at, quality_at, quality_of
+from craftmesh.tetrahedra.kernels.tet_cone import Cone, aspect_sum, climb, mean_at, worst_at
+from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, quality_of
 
-# Of a tet's two worst, the second counts for the direction when it is this close to the worst.
-CLOSE = 0.03
-# A centroid may lower a sound worst quality by this factor when the mean rises.
+# The least number of tets round an interior point.
+LEAST_STAR = 4
+# All numbers below are chosen by hand.
+# A centroid may lower a sound worst quality by this factor when the mean rises by so much.
 LOSS = 0.95
+MEAN_GAIN = 1e-4
+# The whole way to the centroid is tried, then half of it, and so on.
+WAYS = 3
+# A climb counts when it raises the worst quality by this much.
+CLIMB_GAIN = 1e-6
+# Search for a lower aspect ratio: the first step in target lengths; rounds; how steps shrink.
+PATTERN_STEP = 0.12
+PATTERN_ROUNDS = 4
+SHORTER = 0.4
+# A place has to lower the sum of aspect ratios by the first, the move as a whole by the second.
+PLACE_FALL = 1e-6
+MOVE_FALL = 1e-4
+# The worst quality, which must not fall, may do so by rounding.
+ROUNDING = 1e-9
 
 
-@njit(cache=True)
-def worst_at(points, faces, count, x, y, z, measure, floor):
-    """Worst quality of the cone from (x, y, z) over the faces; ends at the first one not over `floor`."""
-    worst = 1e300
-    for i in range(count):
-        worst = min(worst, quality_at(points, faces[i, 0], faces[i, 1], faces[i, 2], x, y, z, measure))
-        if worst <= floor:
-            return worst
-    return worst
-
-
-@njit(cache=True)
-def _mean_at(points, faces, count, x, y, z, measure):
-    total = 0.0
-    for i in range(count):
-        total += quality_at(points, faces[i, 0], faces[i, 1], faces[i, 2], x, y, z, measure)
-    return total / count
-
-
-@njit(cache=True)
-def _aspect_sum(points, faces, count, x, y, z, limit):
-    """Sum of the cone's aspect ratios; INVERTED as soon as it passes `limit`."""
-    total = 0.0
-    for i in range(count):
-        total += aspect_ratio_at(points, faces[i, 0], faces[i, 1], faces[i, 2], x, y, z)
-        if total >= limit:
-            return INVERTED
-    return total
-
-
-@njit(cache=True)
-def _ascent(points, face, x, y, z, value, h, measure):
-    """Unit direction in which the quality of one tet of the cone rises fastest (finite differences)."""
-    a, b, c = face[0], face[1], face[2]
-    dx = quality_at(points, a, b, c, x + h, y, z, measure) - value
-    dy = quality_at(points, a, b, c, x, y + h, z, measure) - value
-    dz = quality_at(points, a, b, c, x, y, z + h, measure) - value
-    length = np.sqrt(dx * dx + dy * dy + dz * dz) + 1e-300
-    return dx / length, dy / length, dz / length
-
-
-@njit(cache=True)
-def _climb_direction(points, faces, count, x, y, z, size, measure):
-    """Direction in which the worst tet of the cone (and the second, if close) improves; not normed."""
-    first, second, i_first, i_second = 1e300, 1e300, -1, -1
-    for i in range(count):
-        value = quality_at(points, faces[i, 0], faces[i, 1], faces[i, 2], x, y, z, measure)
-        if value < first:
-            second, i_second = first, i_first
-            first, i_first = value, i
-        elif value < second:
-            second, i_second = value, i
-    h = 1e-4 * size
-    gx, gy, gz = _ascent(points, faces[i_first], x, y, z, first, h, measure)
-    if i_second >= 0 and second <= first + CLOSE:
-        dx, dy, dz = _ascent(points, faces[i_second], x, y, z, second, h, measure)
-        gx, gy, gz = gx + dx, gy + dy, gz + dz
-    return gx, gy, gz
-
-
-@njit(cache=True)
-def climb(points, faces, count, x, y, z, size, measure, steps, best):
-    """Hill climb for the cone's apex with the best worst quality; return x, y, z and that quality."""
-    step = 0.15 * size
-    for _ in range(steps):
-        gx, gy, gz = _climb_direction(points, faces, count, x, y, z, size, measure)
-        length = np.sqrt(gx * gx + gy * gy + gz * gz)
-        if length < 1e-6:
-            break
-        gain = 0.0
-        for _ in range(5):
-            px, py, pz = x + step * gx / length, y + step * gy / length, z + step * gz / length
-            value = worst_at(points, faces, count, px, py, pz, measure, best)
-            if value > best:
-                x, y, z, gain, best = px, py, pz, value - best, value
-                step *= 1.3
-                break
-            step *= 0.4
-        if gain < 1e-3:
-            break
-    return x, y, z, best
-
-
-@njit(cache=True)
-def _place(state, v, x, y, z, star, count, measure):
-    """Move point v and renew the qualities of its star."""
-    state.points[v, 0], state.points[v, 1], state.points[v, 2] = x, y, z
+@kernel
+def _place(state, v, place, count, measure, work):
+    """Move point v, of which `work.star` holds the star, and renew the qualities there."""
+    state.points[v, 0], state.points[v, 1], state.points[v, 2] = place
     tets = state.tets
     for i in range(count):
-        t = star[i]
+        t = work.star[i]
         state.quality[t] = quality_of(state.points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], measure)
 
 
-@njit(cache=True)
+@kernel
 def _weighted_centroid(state, faces, count):
     """Centroid of the star's outer faces, weighted by area over target length cubed."""
     points, size = state.points, state.size
@@ -123,84 +56,105 @@ def _weighted_centroid(state, faces, count):
     return cx / total, cy / total, cz / total
 
 
-@njit(cache=True)
-def smooth_worst(state, v, measure, threshold, steps, work):
-    """Move interior point v to raise its worst quality where that is under `threshold`; return whether.
+@kernel
+def _towards(cone, here, centroid, worst, threshold):
+    """Return a better place on the way to the centroid, its worst quality, and whether there is one."""
+    x0, y0, z0 = here
+    cx, cy, cz = centroid
+    floor = worst if worst < threshold else max(threshold, LOSS * worst)
+    share = 1.0
+    for _ in range(WAYS):
+        px, py, pz = x0 + share * (cx - x0), y0 + share * (cy - y0), z0 + share * (cz - z0)
+        value = worst_at(cone, px, py, pz, floor)
+        if value > floor and (
+            worst < threshold or mean_at(cone, px, py, pz) > mean_at(cone, x0, y0, z0) + MEAN_GAIN
+        ):
+            return (px, py, pz), value, True
+        share *= 0.5
+    return here, worst, False
+
+
+@kernel
+def smooth_worst(state, v, aim, steps, work):
+    """Move interior point v to raise its worst quality where that is under `aim.floor`; return whether.
 
     Elsewhere v goes towards the centroid of its star if the mean rises and the worst stays over both
-    the threshold and .95 of itself.
+    the floor and .95 of itself.
     """
     points, faces = state.points, work.faces
     count = find_star(state, v, work.star)
-    if count < 4 or count > MAX_FACES:
+    if count < LEAST_STAR or count > MAX_FACES:
         return False
     star_faces(state.tets, work.star, count, v, faces)
+    cone = Cone(points, faces, count, aim.measure)
     worst = worst_of(state.quality, work.star, count)
-    x0, y0, z0 = points[v, 0], points[v, 1], points[v, 2]
-    cx, cy, cz = _weighted_centroid(state, faces, count)
-    x, y, z, best, moved = x0, y0, z0, worst, False
-    floor = worst if worst < threshold else max(threshold, LOSS * worst)
-    share = 1.0
-    for _ in range(3):
-        px, py, pz = x0 + share * (cx - x0), y0 + share * (cy - y0), z0 + share * (cz - z0)
-        value = worst_at(points, faces, count, px, py, pz, measure, floor)
-        if value > floor and (
-            worst < threshold
-            or _mean_at(points, faces, count, px, py, pz, measure)
-            > _mean_at(points, faces, count, x0, y0, z0, measure) + 1e-4
-        ):
-            x, y, z, best, moved = px, py, pz, value, True
-            break
-        share *= 0.5
-    if best < threshold:
-        px, py, pz, value = climb(points, faces, count, x, y, z, state.size[v], measure, steps, best)
-        if value > best + 1e-6:
-            x, y, z, moved = px, py, pz, True
+    here = (points[v, 0], points[v, 1], points[v, 2])
+    place, best, moved = _towards(cone, here, _weighted_centroid(state, faces, count), worst, aim.floor)
+    if best < aim.floor:
+        climbed, value = climb(cone, place, state.size[v], steps, best)
+        if value > best + CLIMB_GAIN:
+            place, moved = climbed, True
     if moved:
-        _place(state, v, x, y, z, work.star, count, measure)
+        _place(state, v, place, count, aim.measure, work)
     return moved
 
 
-@njit(cache=True)
-def smooth_aspect(state, v, measure, floor, work):
-    """Lower the mean aspect ratio round interior point v by pattern search; return whether it moved.
-
-    The worst quality stays over the lesser of itself and `floor`.
-    """
-    points, faces = state.points, work.faces
-    count = find_star(state, v, work.star)
-    if count < 4 or count > MAX_FACES:
-        return False
-    star_faces(state.tets, work.star, count, v, faces)
-    limit = min(worst_of(state.quality, work.star, count), floor) - 1e-9
-    x, y, z = points[v, 0], points[v, 1], points[v, 2]
-    first = _aspect_sum(points, faces, count, x, y, z, INVERTED)
-    if first >= INVERTED:
-        return False
-    best = first
+@kernel
+def _mean_corner(cone):
+    """Mean of the corners of the cone's faces."""
+    points, faces, count = cone.points, cone.faces, cone.count
     px, py, pz = 0.0, 0.0, 0.0
     for i in range(count):
         for k in range(3):
             px += points[faces[i, k], 0] / (3 * count)
             py += points[faces[i, k], 1] / (3 * count)
             pz += points[faces[i, k], 2] / (3 * count)
-    value = _aspect_sum(points, faces, count, px, py, pz, best)
-    if value < best and worst_at(points, faces, count, px, py, pz, measure, limit) > limit:
-        x, y, z, best = px, py, pz, value
-    step = 0.12 * state.size[v]
-    for _ in range(4):
+    return px, py, pz
+
+
+@kernel
+def _pattern_search(cone, place, best, step, limit):
+    """Walk along the axes while the sum of aspect ratios falls; return the place and its sum."""
+    x, y, z = place
+    for _ in range(PATTERN_ROUNDS):
         found = False
         for way in range(6):
             d = step if way % 2 else -step
             px = x + d if way < 2 else x
             py = y + d if 2 <= way < 4 else y
             pz = z + d if way >= 4 else z
-            value = _aspect_sum(points, faces, count, px, py, pz, best)
-            if value < best - 1e-6 and worst_at(points, faces, count, px, py, pz, measure, limit) > limit:
+            value = aspect_sum(cone, px, py, pz, best)
+            if value < best - PLACE_FALL and worst_at(cone, px, py, pz, limit) > limit:
                 x, y, z, best, found = px, py, pz, value, True
         if not found:
-            step *= 0.4
-    if best > first - 1e-4:
+            step *= SHORTER
+    return (x, y, z), best
+
+
+@kernel
+def smooth_aspect(state, v, aim, work):
+    """Lower the mean aspect ratio round interior point v by pattern search; return whether it moved.
+
+    The worst quality stays over the lesser of itself and `aim.floor`.
+    """
+    points, faces = state.points, work.faces
+    count = find_star(state, v, work.star)
+    if count < LEAST_STAR or count > MAX_FACES:
         return False
-    _place(state, v, x, y, z, work.star, count, measure)
+    star_faces(state.tets, work.star, count, v, faces)
+    cone = Cone(points, faces, count, aim.measure)
+    limit = min(worst_of(state.quality, work.star, count), aim.floor) - ROUNDING
+    place = (points[v, 0], points[v, 1], points[v, 2])
+    first = aspect_sum(cone, place[0], place[1], place[2], INVERTED)
+    if first >= INVERTED:
+        return False
+    best = first
+    px, py, pz = _mean_corner(cone)
+    value = aspect_sum(cone, px, py, pz, best)
+    if value < best and worst_at(cone, px, py, pz, limit) > limit:
+        place, best = (px, py, pz), value
+    place, best = _pattern_search(cone, place, best, PATTERN_STEP * state.size[v], limit)
+    if best > first - MOVE_FALL:
+        return False
+    _place(state, v, place, count, aim.measure, work)
     return True

@@ -1,7 +1,6 @@
 """Swaps: removal of an edge by the best triangulation of its ring (Klincsek), and of a face by 2-3 swap."""
 
-from numba import njit
-
+from craftmesh.jit import kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import (
     EDGES,
     FACES,
@@ -10,19 +9,24 @@ from craftmesh.tetrahedra.kernels.tet_cavity import (
     replace_cavity,
     worst_of,
 )
-from craftmesh.tetrahedra.kernels.tet_quality import quality_of
+from craftmesh.tetrahedra.kernels.tet_quality import Aim, quality_of
 
+# Rings of more tets are left: the work grows with the cube of their number.
 MAX_RING_TO_REMOVE = 8
+# The worst quality has to rise by this much, so that rounding starts no endless swaps; chosen by hand.
 GAIN = 1e-4
 
 
-@njit(cache=True)
-def _best_triangulation(points, a, b, ring, count, floor, measure, worst, split):
+@kernel
+def _best_triangulation(points, ends, count, aim, work):
     """Fill Klincsek's tables: worst[i, k] = best attainable worst quality of the ring's part i..k.
 
-    Parts that cannot exceed `floor` get -1; split[i, k] is the apex of the triangle on i, k. Returns
-    the value of the whole ring.
+    Parts that cannot exceed `aim.floor` get -1; split[i, k] is the apex of the triangle on i, k. Returns
+    the value of the whole ring, which lies round the edge between `ends`.
     """
+    a, b = ends
+    ring, worst, split = work.ring, work.worst, work.split
+    measure, floor = aim.measure, aim.floor
     for i in range(count - 2, -1, -1):
         worst[i, i + 1] = 1e300
         for k in range(i + 2, count):
@@ -42,9 +46,11 @@ def _best_triangulation(points, a, b, ring, count, floor, measure, worst, split)
     return worst[0, count - 1]
 
 
-@njit(cache=True)
-def list_triangulation(points, a, b, ring, count, measure, split, stack, new, new_quality):
-    """Write the tets of the triangulation that `split` describes; return their number."""
+@kernel
+def list_triangulation(points, ends, count, measure, work):
+    """Write the tets of the triangulation that `work.split` describes; return their number."""
+    a, b = ends
+    ring, split, stack, new, new_quality = work.ring, work.split, work.stack, work.new, work.new_quality
     stack[0, 0], stack[0, 1] = 0, count - 1
     height, made = 1, 0
     while height > 0:
@@ -65,27 +71,22 @@ def list_triangulation(points, a, b, ring, count, measure, split, stack, new, ne
     return made
 
 
-@njit(cache=True)
+@kernel
 def remove_edge(state, t, edge, measure, work):
     """Remove an interior edge of tet t when that raises the worst quality round it; return whether."""
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
     if count < 3 or count > MAX_RING_TO_REMOVE or not has_room(state):
         return False
-    a, b = state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]]
-    floor = worst_of(state.quality, work.ring_tets, count) + GAIN
-    value = _best_triangulation(
-        state.points, a, b, work.ring, count, floor, measure, work.worst, work.split
-    )
-    if value <= max(floor, 0.0):
+    ends = (state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]])
+    aim = Aim(measure, worst_of(state.quality, work.ring_tets, count) + GAIN)
+    if _best_triangulation(state.points, ends, count, aim, work) <= max(aim.floor, 0.0):
         return False
-    made = list_triangulation(
-        state.points, a, b, work.ring, count, measure, work.split, work.stack, work.new, work.new_quality
-    )
+    made = list_triangulation(state.points, ends, count, measure, work)
     replace_cavity(state, work.ring_tets, count, made, work)
     return True
 
 
-@njit(cache=True)
+@kernel
 def remove_face(state, t, k, measure, work):
     """Swap the two tets at the face opposite corner k of t for three if the worst rises; return whether."""
     u = state.neighbours[t, k]
