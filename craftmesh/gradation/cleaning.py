@@ -3,13 +3,12 @@
 import numpy as np
 
 from craftmesh.gradation.kernels.collapse import collapse_pass
-from craftmesh.gradation.kernels.split import split_pass
 from craftmesh.gradation.locality import block_order
-from craftmesh.gradation.passes import Gradation, Limits, slide_all, swap_all
+from craftmesh.gradation.passes import Gradation, Limits, slide_all, split_all, swap_all
 from craftmesh.gradation.state import ON_FRONT
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.front import ears
-from craftmesh.surface.kernels.facet_shape import LEAST_ANGLE, poor_facets, relative_lengths, score_of_angle
+from craftmesh.surface.kernels.facet_shape import LEAST_ANGLE, relative_lengths, score_of_angle
 from craftmesh.surface.measure import facet_angles
 
 # Degrees: facets with a smaller angle are needles, collapsed whatever the length of their edges.
@@ -50,8 +49,8 @@ def clean_facets(gradation: Gradation, sizing: Sizing, limits: Limits, rounds: i
 
 
 def _least_angle(gradation: Gradation) -> float:
-    state = gradation.state
-    return float(facet_angles(state.points, state.facets[np.flatnonzero(state.alive)]).min())
+    mesh = gradation.mesh
+    return float(facet_angles(mesh.points, mesh.facets[np.flatnonzero(mesh.alive)]).min())
 
 
 def loosened(limits: Limits, n: int, rounds: int) -> Limits:
@@ -68,23 +67,27 @@ def loosened(limits: Limits, n: int, rounds: int) -> Limits:
 
 def collapse_poor(gradation: Gradation, limits: Limits, goal: float) -> int:
     """Collapse the shortest edges of facets under `goal` degrees where these are needles or short."""
-    s = gradation.state
-    facets = s.facets[poor_facets(s.points, s.facets, s.alive, s.used[1], score_of_angle(goal))]
-    angles = facet_angles(s.points, facets)
+    edges, order = _shortest_edges(gradation, goal)
+    return gradation.repeat("cleaning_collapses", collapse_pass, len(order), limits, edges, order, ())
+
+
+def _shortest_edges(gradation: Gradation, goal: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the shortest edges (k, 2) of poor facets and the rows of those that go, the worst first."""
+    facets = gradation.poor_facets(score_of_angle(goal))
+    angles = facet_angles(gradation.mesh.points, facets)
     smallest = angles.argmin(1)
     rows = np.arange(len(facets))
     worst = angles[rows, smallest]
     edges = np.stack([facets[rows, (smallest + 1) % 3], facets[rows, (smallest + 2) % 3]], axis=1)
-    ratio = relative_lengths(s.points, s.size, edges)
+    ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
     chosen = np.flatnonzero((worst < goal) & ((ratio < SHORT) | (worst < NEEDLE_ANGLE)))
-    order = chosen[block_order(edges[chosen], worst[chosen])]
-    return gradation.repeat("cleaning_collapses", collapse_pass, len(order), limits, edges, order, ())
+    return edges, chosen[block_order(edges[chosen], worst[chosen])]
 
 
 def split_ears(gradation: Gradation, limits: Limits) -> int:
     """Split the crack's ears, so that every crack facet can open."""
-    state = gradation.state
-    edges = ears(state.facets[gradation.living(on_crack=True)], state.flags & ON_FRONT > 0)
+    mesh = gradation.mesh
+    edges = ears(mesh.facets[gradation.living(on_crack=True)], mesh.flags & ON_FRONT > 0)
     order = np.arange(len(edges))
     any_angle = limits._replace(split=0.0, floor=0.0)
-    return gradation.repeat("split_ears", split_pass, len(edges), any_angle, edges, order, (0.0,))
+    return split_all(gradation, "split_ears", any_angle, edges, order, 0.0)

@@ -126,7 +126,7 @@ def _prepared(surface: Surface, options: GradateOptions) -> tuple[Surface, dict[
 
 def _begun(surface: Surface, sizing: Sizing, done: dict[str, int]) -> Gradation:
     state = make_state(surface, sizing.at(surface.points))
-    return Gradation(state, filled_grid(state), done)
+    return Gradation(state, filled_grid(state.mesh), done)
 
 
 def _restored(

@@ -38,13 +38,13 @@ def open_narrow_places(gradation: Gradation, limits: Limits) -> None:
         "gap_openings": _gap_moves,
         "front_openings": _front_moves,
     }
-    origin = gradation.state.points[: gradation.state.used[0]].copy()
+    origin = gradation.mesh.points[: gradation.mesh.used[0]].copy()
     for name, moves in openings.items():
         for _ in range(ROUNDS):
             vertices, places = moves(gradation)
-            size = gradation.state.size[vertices]
+            size = gradation.mesh.size[vertices]
             places = _within(origin[vertices], places, TOLERANCES * limits.distance * size)
-            far = np.linalg.norm(places - gradation.state.points[vertices], axis=1) > LEAST_MOVE * size
+            far = np.linalg.norm(places - gradation.mesh.points[vertices], axis=1) > LEAST_MOVE * size
             vertices, places = vertices[far], places[far]
             count = len(vertices)
             if not count or not gradation.repeat(name, move_pass, count, limits, vertices, places, ()):
@@ -59,44 +59,44 @@ def _within(origin: np.ndarray, places: np.ndarray, reach: np.ndarray) -> np.nda
 
 
 def _is_free(gradation: Gradation, vertices: np.ndarray) -> np.ndarray:
-    return gradation.state.flags[vertices] == 0
+    return gradation.mesh.flags[vertices] == 0
 
 
 def _unit_normals(gradation: Gradation, facets: np.ndarray) -> np.ndarray:
-    normal = area_vectors(gradation.state.points, facets)
+    normal = area_vectors(gradation.mesh.points, facets)
     return normal / np.linalg.norm(normal, axis=1)[:, None]
 
 
 def _sharp_wedges(gradation: Gradation) -> Wedges:
     """Return the wedges of grains and voids under SHARP degrees; labels are slots."""
-    state = gradation.state
-    living = np.flatnonzero(state.alive[: state.used[1]])
+    mesh = gradation.mesh
+    living = np.flatnonzero(mesh.alive[: mesh.used[1]])
     edges, feature = gradation.edges()
-    slots = state.patch_sides[state.patch[living]]
-    found = wedges(state.points, state.facets[living], slots, np.sort(edges[feature], axis=1))
+    slots = mesh.patch_sides[mesh.patch[living]]
+    found = wedges(mesh.points, mesh.facets[living], slots, np.sort(edges[feature], axis=1))
     found = found.where((found.label >= 0) & (found.angle < SHARP))
     return found._replace(facets=living[found.facets])
 
 
 def _wedge_moves(gradation: Gradation) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices (k,) and places (k, 3) that turn the facets beside sharp wedges."""
-    state, found = gradation.state, _sharp_wedges(gradation)
+    mesh, found = gradation.mesh, _sharp_wedges(gradation)
     found = found.where(np.argsort(found.angle, kind="stable"))
     free = _is_free(gradation, found.far)
     turn = np.radians(OPENED - found.angle) / np.maximum(free.sum(axis=1), 1)
-    start = state.points[found.edge[:, 0]]
-    axis = state.points[found.edge[:, 1]] - start
+    start = mesh.points[found.edge[:, 0]]
+    axis = mesh.points[found.edge[:, 1]] - start
     axis /= np.linalg.norm(axis, axis=1)[:, None]
     vertices, places = [], []
     for column in (0, 1):
         facet, far = found.facets[:, column], found.far[:, column]
-        normal = _unit_normals(gradation, state.facets[facet])
-        behind = state.patch_sides[state.patch[facet], 0] == found.label
+        normal = _unit_normals(gradation, mesh.facets[facet])
+        behind = mesh.patch_sides[mesh.patch[facet], 0] == found.label
         normal[~behind] *= -1
-        arm = state.points[far] - start
+        arm = mesh.points[far] - start
         height = np.linalg.norm(np.cross(arm, axis), axis=1)
-        step = np.minimum(height * np.tan(turn), REACH * state.size[far])
-        place = state.points[far] + step[:, None] * normal
+        step = np.minimum(height * np.tan(turn), REACH * mesh.size[far])
+        place = mesh.points[far] + step[:, None] * normal
         vertices.append(far[free[:, column]])
         places.append(place[free[:, column]])
     return np.concatenate(vertices), np.concatenate(places)
@@ -104,56 +104,56 @@ def _wedge_moves(gradation: Gradation) -> tuple[np.ndarray, np.ndarray]:
 
 def _gap_moves(gradation: Gradation) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices (k,) over crack facets and places (k, 3) further away, the nearest first."""
-    state = gradation.state
+    mesh = gradation.mesh
     living = gradation.living(on_crack=True)
     if not len(living):
         return np.zeros(0, np.int64), np.zeros((0, 3))
-    corners = state.points[state.facets[living]]
-    normal = _unit_normals(gradation, state.facets[living])
+    corners = mesh.points[mesh.facets[living]]
+    normal = _unit_normals(gradation, mesh.facets[living])
     tree = cKDTree(corners.mean(axis=1))
-    vertices = np.flatnonzero(state.first[: state.used[0]] >= 0)
+    vertices = np.flatnonzero(mesh.first[: mesh.used[0]] >= 0)
     vertices = vertices[_is_free(gradation, vertices)]
-    size = state.size[vertices]
-    distance, nearest = tree.query(state.points[vertices], distance_upper_bound=float(size.max(initial=0)))
+    size = mesh.size[vertices]
+    distance, nearest = tree.query(mesh.points[vertices], distance_upper_bound=float(size.max(initial=0)))
     near = distance < np.hypot(OVER_FACET, GAP) * size
     vertices, size, nearest = vertices[near], size[near], nearest[near]
-    height = np.einsum("ij,ij->i", state.points[vertices] - tree.data[nearest], normal[nearest])
+    height = np.einsum("ij,ij->i", mesh.points[vertices] - tree.data[nearest], normal[nearest])
     order = np.flatnonzero(np.abs(height) < GAP * size)
     order = order[np.argsort(np.abs(height)[order] / size[order], kind="stable")]
     step = np.minimum(GAP * size - np.abs(height), REACH * size) * np.where(height < 0, -1.0, 1.0)
-    places = state.points[vertices] + step[:, None] * normal[nearest]
+    places = mesh.points[vertices] + step[:, None] * normal[nearest]
     return vertices[order], places[order]
 
 
 def _front_moves(gradation: Gradation) -> tuple[np.ndarray, np.ndarray]:
     """Return corners (k,) of facets close to the crack front and places (k, 3) away, the closest first."""
-    state = gradation.state
+    mesh = gradation.mesh
     vertex, corners = _near_front(gradation)
     normal = _unit_normals(gradation, corners)
-    height = np.einsum("ij,ij->i", state.points[vertex] - state.points[corners[:, 0]], normal)
-    weight = _weights(state.points[corners], normal, state.points[vertex] - height[:, None] * normal)
-    missing = FRONT_GAP * state.size[vertex] - np.abs(height)
+    height = np.einsum("ij,ij->i", mesh.points[vertex] - mesh.points[corners[:, 0]], normal)
+    weight = _weights(mesh.points[corners], normal, mesh.points[vertex] - height[:, None] * normal)
+    missing = FRONT_GAP * mesh.size[vertex] - np.abs(height)
     chosen = np.flatnonzero((missing > 0) & (weight.min(axis=1, initial=np.inf) > -BESIDE))
-    chosen = chosen[np.argsort(-missing[chosen] / state.size[vertex[chosen]], kind="stable")]
+    chosen = chosen[np.argsort(-missing[chosen] / mesh.size[vertex[chosen]], kind="stable")]
     moved = corners[chosen]
-    step = np.minimum(missing[chosen, None], REACH * state.size[moved]) * -np.sign(height[chosen, None])
-    places = state.points[moved] + step[:, :, None] * normal[chosen, None]
+    step = np.minimum(missing[chosen, None], REACH * mesh.size[moved]) * -np.sign(height[chosen, None])
+    places = mesh.points[moved] + step[:, :, None] * normal[chosen, None]
     free = _is_free(gradation, moved) & (weight[chosen] > 0)
     return moved[free], places[free]
 
 
 def _near_front(gradation: Gradation) -> tuple[np.ndarray, np.ndarray]:
     """Return front vertices (k,) and corners (k, 3) of facets, off the crack, that may be close to them."""
-    state = gradation.state
-    front = np.flatnonzero((state.first >= 0) & (state.flags & ON_FRONT > 0))
+    mesh = gradation.mesh
+    front = np.flatnonzero((mesh.first >= 0) & (mesh.flags & ON_FRONT > 0))
     living = gradation.living(on_crack=False)
     if not len(front) or not len(living):
         return np.zeros(0, np.int64), np.zeros((0, 3), np.int64)
-    corners = state.facets[living]
-    centre = state.points[corners].mean(axis=1)
-    reach = np.linalg.norm(state.points[corners] - centre[:, None], axis=2).max(axis=1)
-    reach += FRONT_GAP * state.size[corners].max(axis=1)
-    tree = cKDTree(state.points[front])
+    corners = mesh.facets[living]
+    centre = mesh.points[corners].mean(axis=1)
+    reach = np.linalg.norm(mesh.points[corners] - centre[:, None], axis=2).max(axis=1)
+    reach += FRONT_GAP * mesh.size[corners].max(axis=1)
+    tree = cKDTree(mesh.points[front])
     near = np.flatnonzero(tree.query(centre, distance_upper_bound=float(reach.max()))[0] < reach)
     around = tree.query_ball_point(centre[near], reach[near], return_sorted=True)
     facet = np.repeat(near, [len(found) for found in around])

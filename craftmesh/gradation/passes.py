@@ -1,11 +1,13 @@
 """Passes of the gradation over all edges or vertices, with arrays that grow as they need to."""
 
-from collections import namedtuple
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.gradation.growth import make_room
 from craftmesh.gradation.kernels.by_reference import by_reference
 from craftmesh.gradation.kernels.collapse import collapse_pass
 from craftmesh.gradation.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
@@ -15,17 +17,27 @@ from craftmesh.gradation.kernels.slide import even_lines_pass, slide_pass
 from craftmesh.gradation.kernels.split import split_pass
 from craftmesh.gradation.kernels.swap import swap_pass
 from craftmesh.gradation.locality import block_order
-from craftmesh.gradation.state import State, drop_dead, grown
+from craftmesh.gradation.state import Guards, Mesh, State
+from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.kernels.facet_shape import poor_facets, relative_lengths
 
 # Width of the grid's cells in mean edges; from 1.6 to 3.2 makes no difference to speak of.
 CELL = 2.5
-# collapse, split: bounds of length over target; longest: of new edges; floor, gain: least angle score
-# and the rise asked of poorer ones; cosine: of the normal tolerance; distance: to the input over the
-# target length; crack_distance: in lengths; drift: of volumes; merge_points: junction points may merge.
-Limits = namedtuple(
-    "Limits", "collapse split longest floor gain cosine distance crack_distance drift merge_points"
-)
+
+
+class Limits(NamedTuple):
+    """The bounds of a pass, as kernels take them; an infinite one switches its guard off."""
+
+    collapse: float  # edges under this ratio to their target are collapsed
+    split: float  # edges over this ratio are split
+    longest: float  # no new edge is over this ratio
+    floor: float  # the least angle score of new facets
+    gain: float  # the rise asked of the score where it was under the floor
+    cosine: float  # of the normal tolerance
+    distance: float  # from the input to the surface, over the target length
+    crack_distance: float  # the same on the crack, as a length
+    drift: float  # of volumes, over the volume
+    merge_points: bool  # whether junction points may merge
 
 
 @dataclass
@@ -33,30 +45,44 @@ class Gradation:
     """The state and its grid, with the counts of what was done; passes replace both as they grow."""
 
     state: State
-    grid: FacetGrid | None
-    done: dict
+    grid: FacetGrid
+    done: dict[str, int]
+
+    @property
+    def mesh(self) -> Mesh:
+        """The surface as it stands."""
+        return self.state.mesh
 
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
         """Return edges (e, 2) and whether each is a feature."""
-        s = self.state
-        count = int(s.alive[: s.used[1]].sum())
-        return list_edges(s.facets, s.patch, s.first, s.after, s.rank, s.used[0], count, s.stamp, s.clock)
+        m = self.mesh
+        count = int(m.alive[: m.used[1]].sum())
+        return list_edges(m.facets, m.patch, m.first, m.after, m.rank, m.used[0], count, m.stamp, m.clock)
 
     def living(self, on_crack: bool) -> np.ndarray:
         """Return the rows of the living facets that are crack, or of those that are not."""
-        s, count = self.state, self.state.used[1]
-        return np.flatnonzero(s.alive[:count] & (s.patch_crack[s.patch[:count]] == on_crack))
+        mesh, count = self.mesh, self.mesh.used[1]
+        return np.flatnonzero(mesh.alive[:count] & (mesh.patch_crack[mesh.patch[:count]] == on_crack))
 
-    def set_sizes(self, sizing) -> None:
+    def poor_facets(self, score: float) -> np.ndarray:
+        """Return the corners (k, 3) of the living facets whose angle score is under `score`."""
+        m = self.mesh
+        return m.facets[poor_facets(m.points, m.facets, m.alive, m.used[1], score)]
+
+    def set_sizes(self, sizing: Sizing) -> None:
         """Set the target lengths of all living vertices from the sizing."""
-        living = np.flatnonzero(self.state.first[: self.state.used[0]] >= 0)
-        self.state.size[living] = sizing.at(self.state.points[living])
+        living = self.living_vertices()
+        self.mesh.size[living] = sizing.at(self.mesh.points[living])
 
-    def repeat(self, name: str, kernel, count: int, *arguments) -> int:
+    def living_vertices(self) -> np.ndarray:
+        """Return the ids of the vertices that have facets."""
+        return np.flatnonzero(self.mesh.first[: self.mesh.used[0]] >= 0)
+
+    def repeat(self, name: str, kernel: Callable, count: int, *arguments: Any) -> int:
         """Run a pass kernel up to item `count`, making room whenever it stops short; return its work."""
         start, total = 0, 0
         while True:
-            references = by_reference(self.state), by_reference(self.grid)
+            references = by_reference(*self.state), by_reference(self.grid)
             start, done = kernel(*references, *arguments[:-1], start, *arguments[-1])
             del references
             total += done
@@ -68,31 +94,33 @@ class Gradation:
 
     def make_room(self) -> None:
         """Drop the facets that are gone, refresh the grid and lengthen whatever is nearly full."""
-        arrays = self.state._asdict()
+        arrays = self.state.mesh._asdict() | self.state.guards._asdict()
+        scratch = self.state.scratch
         del self.state, self.grid
-        drop_dead(arrays)
-        m = int(arrays["used"][1])
-        self.state = grown(arrays, max(1000, m // 4), max(4000, m // 2))
-        self.grid = filled_grid(self.state)
+        make_room(arrays)
+        mesh = Mesh(**{name: arrays[name] for name in Mesh._fields})
+        guards = Guards(**{name: arrays[name] for name in Guards._fields})
+        self.state = State(mesh, guards, scratch)
+        self.grid = filled_grid(mesh)
 
 
-def filled_grid(state: State) -> FacetGrid:
+def filled_grid(mesh: Mesh) -> FacetGrid:
     """Return a grid of the living facets with room for changes; cells of some mean edges."""
-    m = int(state.used[1])
-    living = np.flatnonzero(state.alive[:m])
+    m = int(mesh.used[1])
+    living = np.flatnonzero(mesh.alive[:m])
     if not len(living):
         raise CraftmeshError("the surface has no facets; expected at least one to gradate")
-    start, end = state.points[state.facets[living, 0]], state.points[state.facets[living, 1]]
+    start, end = mesh.points[mesh.facets[living, 0]], mesh.points[mesh.facets[living, 1]]
     edge = np.linalg.norm(end - start, axis=1)
-    used = state.points[state.first >= 0]
+    used = mesh.points[mesh.first >= 0]
     cell = max(CELL * float(edge.mean()), 1e-300)
     items = 6 * len(living) + 2 * ROOM_PER_STEP
-    grid = make_grid(used, cell, items, len(state.facets))
-    while not fill_grid(grid, state.points, state.facets, state.alive, m) or (
+    grid = make_grid(used, cell, items, len(mesh.facets))
+    while not fill_grid(grid, mesh.points, mesh.facets, mesh.alive, m) or (
         grid.used[0] + 2 * ROOM_PER_STEP > len(grid.facet)
     ):
         items *= 2
-        grid = make_grid(used, cell, items, len(state.facets))
+        grid = make_grid(used, cell, items, len(mesh.facets))
     return grid
 
 
@@ -100,7 +128,7 @@ def collapse_short(gradation: Gradation, limits: Limits) -> int:
     """Collapse edges under limits.collapse of their target: junction lines first, short ones first."""
     total = 0
     edges, feature = gradation.edges()
-    ratio = relative_lengths(gradation.state.points, gradation.state.size, edges)
+    ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
     for lines in (True, False):
         chosen = np.flatnonzero((feature == lines) & (ratio < limits.collapse))
         order = chosen[block_order(edges[chosen], ratio[chosen])]
@@ -112,34 +140,46 @@ def collapse_short(gradation: Gradation, limits: Limits) -> int:
 def split_long(gradation: Gradation, limits: Limits, share: float) -> int:
     """Split edges over limits.split of their target, longest first by blocks."""
     edges, _ = gradation.edges()
-    ratio = relative_lengths(gradation.state.points, gradation.state.size, edges)
+    ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
     chosen = np.flatnonzero(ratio > limits.split)
     order = chosen[block_order(edges[chosen], -ratio[chosen])]
-    return gradation.repeat("split_edges", split_pass, len(order), limits, edges, order, (share,))
+    return split_all(gradation, "split_edges", limits, edges, order, share)
+
+
+def split_all(
+    gradation: Gradation, name: str, limits: Limits, edges: np.ndarray, order: np.ndarray, share: float
+) -> int:
+    """Split those of `edges` (e, 2) that are over limits.split, in `order`, where their halves are sound.
+
+    A half may score `share` of its parent. It lies in the parent, or goes onto the input's crack or front,
+    so volumes, distances and lengths are not asked for.
+    """
+    limits = limits._replace(longest=np.inf, drift=np.inf, distance=np.inf)
+    return gradation.repeat(name, split_pass, len(order), limits, edges, order, (share,))
 
 
 def swap_all(gradation: Gradation, limits: Limits) -> int:
-    """Swap edges inside patches until hardly any gains."""
+    """Swap edges inside patches, however long the new ones are, until hardly any gains."""
     edges, feature = gradation.edges()
     edges = edges[~feature]
+    limits = limits._replace(longest=np.inf)
     return gradation.repeat("swapped_edges", swap_pass, len(edges), limits, edges, ())
 
 
 def slide_all(gradation: Gradation, limits: Limits, goal: float) -> int:
     """Slide vertices of facets that score under `goal`."""
-    s = gradation.state
-    order = np.unique(s.facets[poor_facets(s.points, s.facets, s.alive, s.used[1], goal)])
+    order = np.unique(gradation.poor_facets(goal))
     return gradation.repeat("slid_vertices", slide_pass, len(order), limits, order, (goal,))
 
 
 def even_lines(gradation: Gradation, limits: Limits) -> int:
     """Even out the edges along junction lines and crack fronts."""
-    s = gradation.state
-    order = np.flatnonzero((s.first[: s.used[0]] >= 0) & (s.rank[: s.used[0]] == 1))
+    order = gradation.living_vertices()
+    order = order[gradation.mesh.rank[order] == 1]
     return gradation.repeat("slid_line_vertices", even_lines_pass, len(order), limits, order, ())
 
 
 def relax_all(gradation: Gradation, limits: Limits) -> int:
     """Move vertices inside patches to where their facets are more even."""
-    order = np.flatnonzero(gradation.state.first[: gradation.state.used[0]] >= 0)
+    order = gradation.living_vertices()
     return gradation.repeat("relaxed_vertices", relax_pass, len(order), limits, order, ())

@@ -30,7 +30,7 @@ def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -
     removed = 0
     for v in np.flatnonzero(count == 3):
         three = corner_order[start[v] : start[v + 1]] // 3
-        new = _lid(surface.points, facets, patch, alive, three, v, present, cosine)
+        new = _lid(surface.points, facets, patch, alive, three, int(v), present, cosine)
         if new is not None:
             facets[three[0]] = new
             alive[three[1:]] = False
@@ -39,7 +39,16 @@ def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -
     return Surface(points, facets, sides[alive], surface.kind[alive]), removed
 
 
-def _lid(points, facets, patch, alive, three, v, present, cosine) -> np.ndarray | None:
+def _lid(
+    points: np.ndarray,
+    facets: np.ndarray,
+    patch: np.ndarray,
+    alive: np.ndarray,
+    three: np.ndarray,
+    v: int,
+    present: set[tuple],
+    cosine: float,
+) -> np.ndarray | None:
     """Return the facet that can stand for the facets `three` around `v`, or None."""
     if not alive[three].all() or len(set(patch[three])) > 1 or (facets[three] == v).sum() != 3:
         return None

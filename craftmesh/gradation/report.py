@@ -25,11 +25,11 @@ def gradation_report(
 
     facets, volumes: the input's number of facets and the volumes of its grains.
     """
-    angles = facet_angles(result.points, result.facets)
+    angles, refused = facet_angles(result.points, result.facets), gradation.state.scratch.refused
     return {
         "facets": [facets, len(result.facets)],
         "operations": {k: int(v) for k, v in gradation.done.items()},
-        "refusals": {reason: int(gradation.state.refused[code]) for code, reason in REFUSALS.items()},
+        "refusals": {reason: int(refused[code]) for code, reason in REFUSALS.items()},
         "adherence": size_adherence(result, sizing),
         "smallest_angle": float(angles.min()),
         "largest_angle": float(angles.max()),

@@ -1,6 +1,10 @@
-"""The arrays that the gradation kernels work on, made from a surface and turned back into one."""
+"""The working arrays of a gradation in three parts: the mesh, what guards it, and room to work in.
 
-from collections import namedtuple
+Kernels take all parts behind one reference (kernels.by_reference) and read their fields alike:
+`state.points`, `state.home`, `state.star`.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,23 +17,86 @@ from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import oriented, patches
 from craftmesh.types import CRACK, Surface
 
-# points, facets, alive, patch, reference: the surface; first, after: corner lists (kernels.rings);
-# rank, flags, size: per vertex class, constraints and target length;
-# home, witness_*: first places of the vertices and the facet lists of those that are gone or moved;
-# patch_sides, patch_crack, patch_free: per patch its two volume slots (-1: the exterior), whether it is
-# crack and whether it bounds the exterior or a void;
-# volume, drift: per slot; stamp, facet_stamp, clock: marks; used: numbers of vertices and facets;
-# front, crack_*: the input's front segments and crack facets, to put new vertices on;
-# the rest is room to work in.
-State = namedtuple(
-    "State",
-    "points facets alive patch reference first after rank flags size "
-    "home witness_first witness_after witness_rank witness_crack is_witness "
-    "patch_sides patch_crack patch_free volume drift stamp facet_stamp clock used "
-    "front crack_corners crack_centre crack_reach "
-    "star star_corners star_feature dying loose loose_facet near_slot near_area near_volume refused",
-)
-# Arrays with a row per vertex and per facet, with what fills the rows that are not used yet.
+# Facets that one operation may change, and that may lie on one edge (each has two halves in a split): far
+# more than meet at any vertex of a sound surface. An operation on more is refused.
+MOST_IN_STAR = 2048
+MOST_ON_EDGE = MOST_IN_STAR // 2
+# Witnesses that one star may set loose; an operation on more is refused (`distance`).
+MOST_LOOSE = 65536
+# Grains and voids at one star; the volumes of more are not watched.
+MOST_GRAINS_NEAR = 128
+# Part of the box within which the crack counts as flat.
+FLAT = 1e-9
+
+
+class Mesh(NamedTuple):
+    """The surface as it changes, for v vertices and f facets; the rows beyond `used` are room.
+
+    The first row of `points` and `size` beyond `used` is spare: kernels try places in it.
+    """
+
+    points: np.ndarray  # (v, 3)
+    facets: np.ndarray  # (f, 3)
+    alive: np.ndarray  # (f,) bool
+    patch: np.ndarray  # (f,)
+    first: np.ndarray  # (v,) the first corner at each vertex, -1 where the vertex is gone (kernels.rings)
+    after: np.ndarray  # (3 f,) the next corner at the same vertex, -1 at the end
+    rank: np.ndarray  # (v,)
+    flags: np.ndarray  # (v,) bits (kernels.codes)
+    size: np.ndarray  # (v,) target lengths
+    used: np.ndarray  # (2,) numbers of vertices and of facets
+    patch_sides: np.ndarray  # (p, 2) slots
+    patch_crack: np.ndarray  # (p,) bool
+    patch_free: np.ndarray  # (p,) bool, whether it bounds the exterior or a void
+    stamp: np.ndarray  # (v,) marks of walks over vertices
+    facet_stamp: np.ndarray  # (f,) the same over facets
+    clock: np.ndarray  # (2,) the last mark of either
+
+
+class Guards(NamedTuple):
+    """What the surface is held to: normals, first places and volumes of the input, its crack and front."""
+
+    reference: np.ndarray  # (f, 3) mean normals of the patch around the input's facets
+    home: np.ndarray  # (v, 3)
+    witness_first: np.ndarray  # (f,) the first witness of each facet, a vertex, -1 for none
+    witness_after: np.ndarray  # (v,) the next witness of the same facet
+    witness_rank: np.ndarray  # (v,) the ranks that vertices had at home
+    witness_crack: np.ndarray  # (v,) bool, whether the home lies on the crack
+    is_witness: np.ndarray  # (v,) bool
+    volume: np.ndarray  # (s,) of grains and voids, at the start
+    drift: np.ndarray  # (s,)
+    front: np.ndarray  # (e, 2, 3) segments of the input's crack front
+    crack_corners: np.ndarray  # (c, 3, 3) the input's crack facets, none when the crack is flat
+    crack_centre: np.ndarray  # (c, 3)
+    crack_reach: np.ndarray  # (c,) radii round the centres
+
+
+class Scratch(NamedTuple):
+    """Room for one operation: its star, the witnesses set loose, the grains near it; and the counts."""
+
+    star: np.ndarray  # (k,) facets
+    star_corners: np.ndarray  # (k, 3) the corners they would get
+    star_feature: np.ndarray  # (k, 3) bool, which of their edges are features
+    dying: np.ndarray  # (d,) facets that would go
+    loose: np.ndarray  # (w,) witnesses
+    loose_facet: np.ndarray  # (w,) the facet of each, old or found
+    near_slot: np.ndarray  # (g,) slots of grains and voids
+    near_area: np.ndarray  # (g, 3) areas of their cones
+    near_volume: np.ndarray  # (g,) volumes of their cones
+    pending: np.ndarray  # (2,) numbers of grains near and of loose witnesses that a commit takes up
+    refused: np.ndarray  # (r,) counts by reason
+
+
+class State(NamedTuple):
+    """The three parts."""
+
+    mesh: Mesh
+    guards: Guards
+    scratch: Scratch
+
+
+# Arrays with a row per vertex and per facet, with what fills the rows that are not used yet; `after` has
+# three rows a facet.
 PER_VERTEX = {"points": 0, "first": -1, "rank": 0, "flags": 0, "size": 0, "stamp": 0}
 PER_VERTEX |= {"home": 0, "witness_after": -1, "witness_rank": 0, "witness_crack": 0, "is_witness": 0}
 PER_FACET = {"facets": 0, "alive": 0, "patch": 0, "reference": 0, "witness_first": -1, "facet_stamp": 0}
@@ -45,6 +112,94 @@ def vertex_flags(surface: Surface) -> np.ndarray:
     return flags
 
 
+def make_state(surface: Surface, size: np.ndarray) -> State:
+    """Return the working arrays for `surface` with target edge lengths `size` (n,) at its points."""
+    mesh = _mesh(surface, size)
+    guards = _guards(surface, mesh)
+    reference_normals(mesh.points, mesh.facets, mesh.patch, mesh.first, mesh.after, guards.reference)
+    return State(mesh, guards, _scratch())
+
+
+def _mesh(surface: Surface, size: np.ndarray) -> Mesh:
+    n, m = len(surface.points), len(surface.facets)
+    facets, sides = oriented(surface)
+    facets = facets.astype(np.int64)
+    patch, patch_facet = patches(surface)
+    labels = np.unique(sides[sides != 0])
+    slot = np.where(sides == 0, -1, np.searchsorted(labels, sides))
+    mesh = Mesh(
+        points=_with_spare_row(surface.points),
+        facets=facets,
+        alive=np.ones(m, bool),
+        patch=patch,
+        first=np.full(n + 1, -1, np.int64),
+        after=np.full(3 * m, -1, np.int64),
+        rank=np.zeros(n + 1, np.int64),
+        flags=_with_spare_row(vertex_flags(surface)),
+        size=_with_spare_row(np.asarray(size, float)),
+        used=np.array([n, m], np.int64),
+        patch_sides=slot[patch_facet].reshape(-1, 2),
+        patch_crack=surface.kind[patch_facet] == CRACK,
+        patch_free=(sides[patch_facet] <= 0).any(axis=1),
+        stamp=np.zeros(n + 1, np.int64),
+        facet_stamp=np.zeros(m, np.int64),
+        clock=np.zeros(2, np.int64),
+    )
+    link_all(facets, mesh.alive, m, mesh.first, mesh.after)
+    classify(facets, patch, mesh.first, mesh.after, n, mesh.rank, mesh.stamp, mesh.clock)
+    return mesh
+
+
+def _with_spare_row(array: np.ndarray) -> np.ndarray:
+    return np.concatenate([array, np.zeros((1, *array.shape[1:]), array.dtype)])
+
+
+def _guards(surface: Surface, mesh: Mesh) -> Guards:
+    n, m = len(mesh.points), len(mesh.facets)
+    crack = _curved_crack(surface)
+    centre = crack.mean(axis=1)
+    volume = _volumes(surface, mesh)
+    return Guards(
+        reference=np.zeros((m, 3)),
+        home=mesh.points.copy(),
+        witness_first=np.full(m, -1, np.int64),
+        witness_after=np.full(n, -1, np.int64),
+        witness_rank=mesh.rank.copy(),
+        witness_crack=(mesh.flags & ON_CRACK) > 0,
+        is_witness=np.zeros(n, bool),
+        volume=volume,
+        drift=np.zeros(len(volume)),
+        front=surface.points[front_edges(surface)].reshape(-1, 2, 3),
+        crack_corners=crack,
+        crack_centre=centre,
+        crack_reach=np.linalg.norm(crack - centre[:, None], axis=2).max(axis=1, initial=0),
+    )
+
+
+def _scratch() -> Scratch:
+    return Scratch(
+        star=np.empty(MOST_IN_STAR, np.int64),
+        star_corners=np.empty((MOST_IN_STAR, 3), np.int64),
+        star_feature=np.empty((MOST_IN_STAR, 3), bool),
+        dying=np.empty(MOST_ON_EDGE, np.int64),
+        loose=np.empty(MOST_LOOSE, np.int64),
+        loose_facet=np.empty(MOST_LOOSE, np.int64),
+        near_slot=np.empty(MOST_GRAINS_NEAR, np.int64),
+        near_area=np.empty((MOST_GRAINS_NEAR, 3)),
+        near_volume=np.empty(MOST_GRAINS_NEAR),
+        pending=np.zeros(2, np.int64),
+        refused=np.zeros(len(REFUSALS), np.int64),
+    )
+
+
+def _curved_crack(surface: Surface) -> np.ndarray:
+    """Return the corners (c, 3, 3) of the crack's facets; none when they lie in one plane."""
+    crack = surface.facets[surface.kind == CRACK]
+    if not len(crack) or _is_flat(surface.points, crack):
+        return np.zeros((0, 3, 3))
+    return surface.points[crack]
+
+
 def _is_flat(points: np.ndarray, facets: np.ndarray) -> bool:
     normal = area_vectors(points, facets)
     total = normal.sum(0)
@@ -52,130 +207,29 @@ def _is_flat(points: np.ndarray, facets: np.ndarray) -> bool:
         return False
     total /= np.linalg.norm(total)
     height = points[np.unique(facets)] @ total
-    return bool(np.ptp(height) <= 1e-9 * max(1.0, np.ptp(points, axis=0).max()))
+    return bool(np.ptp(height) <= FLAT * max(1.0, np.ptp(points, axis=0).max()))
 
 
-def make_state(surface: Surface, size: np.ndarray) -> State:
-    """Return the working arrays for `surface` with target edge lengths `size` (n,) at its points."""
-    n, m = len(surface.points), len(surface.facets)
-    facets, sides = oriented(surface)
-    facets = facets.astype(np.int64)
-    patch, patch_facet = patches(surface)
-    labels = np.unique(sides[sides != 0])
-    slot = np.where(sides == 0, -1, np.searchsorted(labels, sides))
-    crack = facets[surface.kind == CRACK]
-    curved = len(crack) > 0 and not _is_flat(surface.points, crack)
-    corners = surface.points[crack] if curved else np.zeros((0, 3, 3))
-    centre = corners.mean(axis=1)
-    flags = vertex_flags(surface)
-    points = surface.points.copy()
-    state = State(
-        points=points,
-        facets=facets,
-        alive=np.ones(m, bool),
-        patch=patch,
-        reference=np.zeros((m, 3)),
-        first=np.full(n, -1, np.int64),
-        after=np.full(3 * m, -1, np.int64),
-        rank=np.zeros(n, np.int64),
-        flags=flags,
-        size=np.array(size, float),
-        home=points.copy(),
-        witness_first=np.full(m, -1, np.int64),
-        witness_after=np.full(n, -1, np.int64),
-        witness_rank=np.zeros(n, np.int64),
-        witness_crack=(flags & ON_CRACK) > 0,
-        is_witness=np.zeros(n, bool),
-        patch_sides=slot[patch_facet].reshape(-1, 2),
-        patch_crack=surface.kind[patch_facet] == CRACK,
-        patch_free=(sides[patch_facet] <= 0).any(axis=1),
-        volume=np.zeros(len(labels)),
-        drift=np.zeros(len(labels)),
-        stamp=np.zeros(n, np.int64),
-        facet_stamp=np.zeros(m, np.int64),
-        clock=np.zeros(2, np.int64),
-        used=np.array([n, m], np.int64),
-        front=surface.points[front_edges(surface)].reshape(-1, 2, 3),
-        crack_corners=corners,
-        crack_centre=centre,
-        crack_reach=np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1, initial=0),
-        star=np.empty(2048, np.int64),
-        star_corners=np.empty((2048, 3), np.int64),
-        star_feature=np.empty((2048, 3), bool),
-        dying=np.empty(1024, np.int64),
-        loose=np.empty(65536, np.int64),
-        loose_facet=np.empty(65536, np.int64),
-        near_slot=np.empty(128, np.int64),
-        near_area=np.empty((128, 3)),
-        near_volume=np.empty(128),
-        refused=np.zeros(len(REFUSALS), np.int64),
-    )
-    _set_volumes(state)
-    link_all(state.facets, state.alive, m, state.first, state.after)
-    classify(state.facets, patch, state.first, state.after, n, state.rank, state.stamp, state.clock)
-    state.witness_rank[:] = state.rank
-    reference_normals(points, state.facets, patch, state.first, state.after, state.reference)
-    return state
-
-
-def _set_volumes(state: State) -> None:
-    swept = np.einsum(
-        "ij,ij->i",
-        state.points[state.facets[:, 0]] - state.points.mean(axis=0),
-        area_vectors(state.points, state.facets),
-    )
-    side = state.patch_sides[state.patch]
+def _volumes(surface: Surface, mesh: Mesh) -> np.ndarray:
+    """Return the volume (s,) of each slot."""
+    points = surface.points
+    start = points[mesh.facets[:, 0]] - points.mean(axis=0)
+    swept = np.einsum("ij,ij->i", start, area_vectors(points, mesh.facets))
+    side = mesh.patch_sides[mesh.patch]
+    volume = np.zeros(int(side.max(initial=-1)) + 1)
     for column, sign in ((0, 1 / 3), (1, -1 / 3)):
         inside = side[:, column] >= 0
-        state.volume[:] += sign * np.bincount(
-            side[inside, column], swept[inside], minlength=len(state.volume)
-        )
-    np.abs(state.volume, out=state.volume)
-
-
-def drop_dead(arrays: dict[str, np.ndarray]) -> None:
-    """Take the facets that are gone out of the state's `arrays`, by field name, keeping the order."""
-    m = int(arrays["used"][1])
-    living = np.flatnonzero(arrays["alive"][:m])
-    row = np.full(m, -1, np.int64)
-    row[living] = np.arange(len(living))
-    arrays["after"] = _moved_corners(arrays["after"].reshape(-1, 3)[living].reshape(-1), row)
-    arrays["first"] = _moved_corners(arrays["first"], row)
-    for name in PER_FACET:
-        arrays[name] = arrays[name][living]
-    arrays["used"][1] = len(living)
-
-
-def _moved_corners(corners: np.ndarray, row: np.ndarray) -> np.ndarray:
-    return np.where(corners < 0, -1, 3 * row[corners // 3] + corners % 3)
-
-
-def grown(arrays: dict[str, np.ndarray], vertices: int, facets: int) -> State:
-    """Return the state of `arrays`, by field name, with room for so many more vertices and facets.
-
-    Takes the arrays out of the dictionary one by one, so that no two states need memory at once.
-    """
-    n, m = (int(used) + more for used, more in zip(arrays["used"], (vertices, facets)))
-    for names, length in ((PER_VERTEX, n), (PER_FACET, m), ({"after": -1}, 3 * m)):
-        for name, fill in names.items():
-            arrays[name] = _stretched(arrays.pop(name), length, fill)
-    return State(**arrays)
-
-
-def _stretched(array: np.ndarray, length: int, fill) -> np.ndarray:
-    if len(array) >= length:
-        return array
-    longer = np.full((length, *array.shape[1:]), fill, array.dtype)
-    longer[: len(array)] = array
-    return longer
+        volume += sign * np.bincount(side[inside, column], swept[inside], minlength=len(volume))
+    return np.abs(volume)
 
 
 def surface_of(state: State, surface: Surface) -> Surface:
     """Return the state's living facets as a surface; sides and kinds come from the input's patches."""
+    mesh = state.mesh
     _, sides = oriented(surface)
-    _, patch_facet = patches(surface)
-    m = int(state.used[1])
-    living = np.flatnonzero(state.alive[:m])
-    points, facets, _ = compact(state.points[: state.used[0]], state.facets[living])
-    source = patch_facet[state.patch[living]]
+    patch_facet = patches(surface).first_facet
+    n, m = mesh.used
+    living = np.flatnonzero(mesh.alive[:m])
+    points, facets, _ = compact(mesh.points[:n], mesh.facets[living])
+    source = patch_facet[mesh.patch[living]]
     return Surface(points, facets, sides[source], surface.kind[source])

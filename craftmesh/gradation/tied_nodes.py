@@ -19,7 +19,7 @@ def release_tied_nodes(surface: Surface) -> tuple[Surface, int, int]:
     would make facets intersect or pass over another vertex. Facets keep their order.
     """
     facets = surface.facets.astype(np.int64)
-    corners, copies, node = _fans(surface, facets)
+    corners, copies, node = fans = _fans(surface, facets)
     tied = np.unique(node)
     if not len(tied):
         return surface, 0, 0
@@ -29,7 +29,7 @@ def release_tied_nodes(surface: Surface) -> tuple[Surface, int, int]:
     passing = node[np.unique(copies[_passes_points(surface.points, facets, corners, centroid[copies])])]
     released = ~np.isin(tied, passing)
     while True:
-        points, connected = _split(surface.points, facets, corners, copies, node, centroid, released, tied)
+        points, connected = _split(surface, fans, centroid, released[np.searchsorted(tied, node)])
         pairs = [p for p in intersecting_pairs(points, connected[ours]) if tuple(p) not in known]
         hit = ours[np.array(pairs, np.int64).reshape(-1)]
         back = np.isin(tied, facets[hit]) & released
@@ -74,7 +74,9 @@ def _connected(features: FeatureEdges, corner: np.ndarray, vertex: np.ndarray) -
     return connected_components(graph, directed=False)[1][: len(corner)].astype(np.int64)
 
 
-def _centroids(surface, facets, corners, copies, count) -> np.ndarray:
+def _centroids(
+    surface: Surface, facets: np.ndarray, corners: np.ndarray, copies: np.ndarray, count: int
+) -> np.ndarray:
     """Return the centroid (count, 3) of each fan's polygon; fans on a box plane stay on it exactly."""
     row, column = corners // 3, corners % 3
     following = surface.points[facets[row, (column + 1) % 3]]
@@ -90,7 +92,9 @@ def _centroids(surface, facets, corners, copies, count) -> np.ndarray:
     return centroid
 
 
-def _passes_points(points, facets, corners, target) -> np.ndarray:
+def _passes_points(
+    points: np.ndarray, facets: np.ndarray, corners: np.ndarray, target: np.ndarray
+) -> np.ndarray:
     """Return (k,) bool: corners whose facet passes over a vertex when the corner moves to `target`."""
     row, column = corners // 3, corners % 3
     start, a, b = (points[facets[row, (column + i) % 3]] for i in range(3))
@@ -110,12 +114,12 @@ def _passes_points(points, facets, corners, target) -> np.ndarray:
     return np.bincount(which, whole, minlength=len(corners)) > 0
 
 
-def _spanned(o, a, b, c) -> np.ndarray:
+def _spanned(o: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Return six times the signed volumes (k,) of tetrahedra o, a, b, c."""
     return np.einsum("ij,ij->i", np.cross(a - o, b - o), c - o)
 
 
-def _near(points, facets, tied) -> np.ndarray:
+def _near(points: np.ndarray, facets: np.ndarray, tied: np.ndarray) -> np.ndarray:
     """Return (m,) bool: the facets that may come to meet the facets at the tied nodes."""
     centre = points[facets].mean(axis=1)
     radius = np.linalg.norm(points[facets] - centre[:, None], axis=2).max(axis=1)
@@ -125,9 +129,15 @@ def _near(points, facets, tied) -> np.ndarray:
     return distance <= reach + radius
 
 
-def _split(points, facets, corners, copies, node, centroid, released, tied):
-    """Return points and facets with the `released` ones of the `tied` nodes split into their fans."""
-    goes = released[np.searchsorted(tied, node)]
+def _split(
+    surface: Surface,
+    fans: tuple[np.ndarray, np.ndarray, np.ndarray],
+    centroid: np.ndarray,
+    goes: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and facets where `fans` that go (k,) have copies of their nodes at their centroids."""
+    corners, copies, node = fans
+    points, facets = surface.points, surface.facets.astype(np.int64)
     first = np.concatenate([[True], node[1:] != node[:-1]])
     fresh = goes & ~first
     place = node.copy()

@@ -103,19 +103,19 @@ def two_cubes() -> Surface:
 
 
 def test_classes_of_two_cubes():
-    state = make_state(two_cubes(), np.ones(12))
+    mesh, guards, _ = make_state(two_cubes(), np.ones(12))
     # Box corners and the ends of the grain boundary's border are points; nothing else is there.
-    assert (state.rank == 2).all()
-    assert sorted(set(state.flags.tolist())) == sorted(
+    assert (mesh.rank[:12] == 2).all()
+    assert sorted(set(mesh.flags[:12].tolist())) == sorted(
         {x + y + z for x in (0, 1, 2) for y in (4, 8) for z in (16, 32)}
     )
-    assert np.allclose(state.volume, [1.0, 1.0])
+    assert np.allclose(guards.volume, [1.0, 1.0])
 
 
 def test_a_reference_keeps_its_arrays_and_no_longer_than_itself():
     state = make_state(two_cubes(), np.ones(12))
-    points = weakref.ref(state.points)
-    reference = by_reference(state)
+    points = weakref.ref(state.mesh.points)
+    reference = by_reference(*state)
     del state
     assert points() is not None
     del reference
@@ -157,15 +157,16 @@ def lists_of(first, after, heads) -> dict:
 def test_facets_that_are_gone_leave_and_the_rest_keeps_lists_and_witnesses():
     surface, _ = structured_box((6, 6, 6), lambda centres: 1 + (centres[:, 0] > 3))
     state = make_state(surface, np.full(len(surface.points), 2.0))
-    gradation = Gradation(state, filled_grid(state), {})
+    gradation = Gradation(state, filled_grid(state.mesh), {})
     collapse_short(gradation, Limits(0.75, 1.4, 1.6, 0.5, 0.0, 0.3, 0.5, 0.04, 0.5, False))
-    old, edges = gradation.state, gradation.edges()
+    (old, guards, _), edges = gradation.state, gradation.edges()
     living = np.flatnonzero(old.alive)
     gradation.make_room()
-    new, count = gradation.state, int(gradation.state.used[1])
+    (new, new_guards, _), count = gradation.state, int(gradation.mesh.used[1])
     assert count == len(living) < 0.7 * len(old.alive) and not new.alive[count:].any()
-    for name in ("facets", "patch", "reference", "facet_stamp"):
+    for name in ("facets", "patch", "facet_stamp"):
         assert np.array_equal(getattr(new, name)[:count], getattr(old, name)[living])
+    assert np.array_equal(new_guards.reference[:count], guards.reference[living])
     vertices = range(int(new.used[0]))
     corners = lists_of(new.first, new.after, vertices)
     before = lists_of(old.first, old.after, vertices)
@@ -173,9 +174,9 @@ def test_facets_that_are_gone_leave_and_the_rest_keeps_lists_and_witnesses():
         v in new.facets[c // 3] for v in corners for c in corners[v]
     )
     assert all([living[c // 3] * 3 + c % 3 for c in corners[v]] == before[v] for v in corners)
-    witnesses = lists_of(new.witness_first, new.witness_after, range(count))
+    witnesses = lists_of(new_guards.witness_first, new_guards.witness_after, range(count))
     assert {living[f]: w for f, w in witnesses.items()} == lists_of(
-        old.witness_first, old.witness_after, living
+        guards.witness_first, guards.witness_after, living
     )
     assert len(witnesses) > 0 and all(np.array_equal(a, b) for a, b in zip(edges, gradation.edges()))
 
@@ -185,12 +186,12 @@ def test_facets_that_are_gone_leave_and_the_rest_keeps_lists_and_witnesses():
 def test_grid_query_agrees_with_all_pairs(seed):
     surface = two_cubes()
     extra = np.random.default_rng(seed).uniform(-0.5, 2.5, (3, 3))
-    state = make_state(surface, np.ones(12))
-    grid = filled_grid(state)
+    mesh = make_state(surface, np.ones(12)).mesh
+    grid = filled_grid(mesh)
     points = np.concatenate([surface.points, extra])
     star = np.array([[12, 13, 14]])
-    hit = star_intersects(grid, points, state.facets, state.alive, state.facet_stamp, 1, star, 1)
-    assert hit == any(triangles_intersect(points, 12, 13, 14, *f) for f in state.facets)
+    hit = star_intersects(grid, points, mesh.facets, mesh.alive, mesh.facet_stamp, 1, star, 1)
+    assert hit == any(triangles_intersect(points, 12, 13, 14, *f) for f in mesh.facets)
 
 
 def thin_end(upper_wedge: int, tip: bool = True) -> Surface:
@@ -213,7 +214,7 @@ def thin_end(upper_wedge: int, tip: bool = True) -> Surface:
     "surface, closes", [(thin_end(4), True), (thin_end(3), False), (thin_end(4, tip=False), False)]
 )
 def test_thin_ends_of_contacts_close_where_no_side_is_tied(surface, closes):
-    state = by_reference(make_state(surface, np.ones(len(surface.points))))
+    state = by_reference(*make_state(surface, np.ones(len(surface.points))))
     assert closes_thin_end(state, 1, 2) == closes_thin_end(state, 2, 1) == closes
     assert not closes_thin_end(state, 0, 1)
 
@@ -250,7 +251,7 @@ def test_remnants_of_contacts_close_where_the_contact_goes_on_and_no_side_is_tie
     beyond, merge_points, refusal
 ):
     surface = remnant(beyond)
-    state = by_reference(make_state(surface, np.ones(len(surface.points))))
+    state = by_reference(*make_state(surface, np.ones(len(surface.points))))
     for a, b in ((1, 2), (2, 1)):
         assert link_refusal(state, a, b, False, merge_points) == refusal
 
@@ -258,15 +259,16 @@ def test_remnants_of_contacts_close_where_the_contact_goes_on_and_no_side_is_tie
 def test_relaxation_evens_facets_out_inside_a_patch_only():
     surface, _ = structured_box((6, 6, 6), lambda centres: 1 + (centres[:, 0] > 3))
     state = make_state(surface, np.ones(len(surface.points)))
-    inside = np.flatnonzero(state.rank == 0)
-    held = (state.flags[inside, None] >> np.array([0, 2, 4])) & 3 > 0
-    state.points[inside] += np.where(held, 0.0, np.random.default_rng(3).uniform(-0.3, 0.3, held.shape))
-    before = state.points.copy()
+    mesh, count = state.mesh, len(surface.points)
+    inside = np.flatnonzero(mesh.rank[:count] == 0)
+    held = (mesh.flags[inside, None] >> np.array([0, 2, 4])) & 3 > 0
+    mesh.points[inside] += np.where(held, 0.0, np.random.default_rng(3).uniform(-0.3, 0.3, held.shape))
+    before = mesh.points[:count].copy()
     limits = Limits(0.75, 1.4, 1.6, 1.0, 0.0, 0.3, 0.5, 0.04, 0.5, False)
-    references = by_reference(state), by_reference(filled_grid(state))
+    references = by_reference(*state), by_reference(filled_grid(mesh))
     stopped, done = relax_pass(*references, limits, np.arange(len(before)), 0)
-    moved = np.flatnonzero((state.points != before).any(axis=1))
+    moved = np.flatnonzero((mesh.points[:count] != before).any(axis=1))
     assert stopped == len(before) and done == len(moved) > 0.7 * len(inside)
-    assert np.isin(moved, inside).all() and (state.points[inside] == before[inside])[held].all()
-    even, uneven = (facet_angles(p, surface.facets).min(axis=1).mean() for p in (state.points, before))
+    assert np.isin(moved, inside).all() and (mesh.points[inside] == before[inside])[held].all()
+    even, uneven = (facet_angles(p, surface.facets).min(axis=1).mean() for p in (mesh.points, before))
     assert even > uneven + 2

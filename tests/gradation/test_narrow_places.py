@@ -84,8 +84,8 @@ def lens(slope):
 
 
 def opened(surface, limits=FREE, size=0.5):
-    gradation = Gradation(make_state(surface, np.full(len(surface.points), size)), None, {})
-    gradation.grid = filled_grid(gradation.state)
+    state = make_state(surface, np.full(len(surface.points), size))
+    gradation = Gradation(state, filled_grid(state.mesh), {})
     open_narrow_places(gradation, limits)
     return surface_of(gradation.state, surface), gradation.done
 

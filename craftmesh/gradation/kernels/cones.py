@@ -6,6 +6,10 @@ from numba import njit
 from craftmesh.gradation.kernels.codes import is_held
 from craftmesh.surface.kernels.facet_shape import area_vector
 
+# Part of the trace that is added to the diagonal of the system for a shift: it has a solution where all
+# facets lie in one plane too, and falls short of it there by one percent.
+DAMPING = 0.01
+
 
 @njit(cache=True)
 def _slot_row(slots, slot, count):
@@ -22,23 +26,6 @@ def _cone(points, facets, f, place):
     x, y, z = area_vector(points, a, facets[f, 1], facets[f, 2])
     height = x * (points[a, 0] - place[0]) + y * (points[a, 1] - place[1]) + z * (points[a, 2] - place[2])
     return 0.5 * x, 0.5 * y, 0.5 * z, height / 6.0
-
-
-@njit(cache=True)
-def add_cone(state, f, place, count):
-    """Add the cone from `place` (3,) over facet `f` to its grains' rows; return the number of rows."""
-    return _add_cone(
-        state.points,
-        state.facets,
-        state.patch[f],
-        state.patch_sides,
-        state.near_slot,
-        state.near_area,
-        state.near_volume,
-        f,
-        place,
-        count,
-    )
 
 
 @njit(cache=True)
@@ -65,13 +52,13 @@ def _add_cone(points, facets, patch, sides, slots, areas, volumes, f, place, cou
 
 
 @njit(cache=True)
-def grain_cones(state, moved, dying, place):
+def grain_cones(state, star, place):
     """Fill the grains' rows with the cones from `place` over the star's old facets; return how many."""
     points, facets, patch, sides = state.points, state.facets, state.patch, state.patch_sides
     slots, areas, volumes = state.near_slot, state.near_area, state.near_volume
     count = np.int64(0)
-    for i in range(moved + dying):
-        f = state.star[i] if i < moved else state.dying[i - moved]
+    for i in range(star.moved + star.dying):
+        f = state.star[i] if i < star.moved else state.dying[i - star.moved]
         count = _add_cone(points, facets, patch[f], sides, slots, areas, volumes, f, place, count)
     return count
 
@@ -113,8 +100,21 @@ def volume_shift(state, count, planes, shift):
     if trace <= 0.0:
         return
     for i in range(3):
-        matrix[i, i] += 0.01 * trace
+        matrix[i, i] += DAMPING * trace
     _solve(matrix, right, shift)
+
+
+@njit(cache=True)
+def keep_volumes(state, star, planes, reach):
+    """Move the star's tip by at most `reach` in the box `planes` so that grains keep their volumes."""
+    place = state.points[star.tip]
+    shift = np.empty(3)
+    volume_shift(state, grain_cones(state, star, place), planes, shift)
+    length = np.sqrt(shift[0] ** 2 + shift[1] ** 2 + shift[2] ** 2)
+    if length > reach:
+        shift *= reach / length
+    for k in range(3):
+        place[k] += shift[k]
 
 
 @njit(cache=True)

@@ -12,8 +12,12 @@ from craftmesh.surface.kernels.triangles import triangles_intersect
 # per item; number of items used (1,); per facet the lowest and highest cell it was last entered in;
 # per candidate of the last query its facet and bounds.
 FacetGrid = namedtuple("FacetGrid", "origin scale dims first facet after used covered candidate bounds")
+# Items that one operation surely needs less of; where fewer are left, the grid is made anew.
 ROOM_PER_STEP = 60000
+# Cells are made larger until they are no more than so many.
 MOST_CELLS = 6_000_000
+# Facets that one query may find; an operation with more near it is refused (`intersection`).
+MOST_CANDIDATES = 16384
 # Part of a facet's size within which a point counts as on its plane; generous, the exact test decides.
 CONTACT = 1e-7
 # The stamp of facets that are no more.
@@ -35,8 +39,8 @@ def make_grid(points: np.ndarray, cell: float, items: int, facets: int) -> Facet
         np.empty(items, np.int32),
         np.zeros(1, np.int64),
         np.empty((facets, 6), np.int32),
-        np.empty(16384, np.int64),
-        np.empty((16384, 6)),
+        np.empty(MOST_CANDIDATES, np.int64),
+        np.empty((MOST_CANDIDATES, 6)),
     )
 
 
@@ -236,6 +240,42 @@ def _apart(points, planes, corners, p, q, r):
 
 
 @njit(cache=True)
+def _meets_star(points, planes, star, i):
+    """Tell whether the new facet star[i] meets one of those before it."""
+    a, b, c = star[i]
+    for j in range(i):
+        if _apart(points, planes, star[i], star[j, 0], star[j, 1], star[j, 2]):
+            continue
+        if triangles_intersect(points, a, b, c, star[j, 0], star[j, 1], star[j, 2]):
+            return True
+    return False
+
+
+@njit(cache=True)
+def _meets_candidates(grid, near, points, facets, planes, corners):
+    """Tell whether the new facet of these corners meets one of the first `near` candidates."""
+    candidate, bounds = grid.candidate, grid.bounds
+    a, b, c = corners
+    x0 = min(points[a, 0], points[b, 0], points[c, 0])
+    x1 = max(points[a, 0], points[b, 0], points[c, 0])
+    y0 = min(points[a, 1], points[b, 1], points[c, 1])
+    y1 = max(points[a, 1], points[b, 1], points[c, 1])
+    z0 = min(points[a, 2], points[b, 2], points[c, 2])
+    z1 = max(points[a, 2], points[b, 2], points[c, 2])
+    for n in range(near):
+        along_x = bounds[n, 0] <= x1 and bounds[n, 1] >= x0
+        along_y = bounds[n, 2] <= y1 and bounds[n, 3] >= y0
+        if not (along_x and along_y and bounds[n, 4] <= z1 and bounds[n, 5] >= z0):
+            continue
+        f = candidate[n]
+        if _apart(points, planes, corners, facets[f, 0], facets[f, 1], facets[f, 2]):
+            continue
+        if triangles_intersect(points, a, b, c, facets[f, 0], facets[f, 1], facets[f, 2]):
+            return True
+    return False
+
+
+@njit(cache=True)
 def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count):
     """Tell whether one of the new facets star[:count] (k, 3) meets another one or a facet in the grid.
 
@@ -251,33 +291,11 @@ def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count)
     near = gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high)
     if near < 0:
         return True
-    candidate, bounds = grid.candidate, grid.bounds
-    planes = np.empty((count, 4, 5))
+    planes = np.empty((4, 5))
     for i in range(count):
-        a = star[i, 0]
-        b = star[i, 1]
-        c = star[i, 2]
-        for axis in range(3):
-            low[axis] = min(points[a, axis], points[b, axis], points[c, axis])
-            high[axis] = max(points[a, axis], points[b, axis], points[c, axis])
-        _set_planes(points, star[i], planes[i])
-        for j in range(i):
-            if _apart(points, planes[i], star[i], star[j, 0], star[j, 1], star[j, 2]):
-                continue
-            if triangles_intersect(points, a, b, c, star[j, 0], star[j, 1], star[j, 2]):
-                return True
-        for n in range(near):
-            if (
-                bounds[n, 0] <= high[0]
-                and bounds[n, 1] >= low[0]
-                and bounds[n, 2] <= high[1]
-                and bounds[n, 3] >= low[1]
-                and bounds[n, 4] <= high[2]
-                and bounds[n, 5] >= low[2]
-            ):
-                f = candidate[n]
-                if _apart(points, planes[i], star[i], facets[f, 0], facets[f, 1], facets[f, 2]):
-                    continue
-                if triangles_intersect(points, a, b, c, facets[f, 0], facets[f, 1], facets[f, 2]):
-                    return True
+        _set_planes(points, star[i], planes)
+        if _meets_star(points, planes, star, i):
+            return True
+        if _meets_candidates(grid, near, points, facets, planes, star[i]):
+            return True
     return False

@@ -67,13 +67,19 @@ def put_on_crack_in_box(state, planes, v, place):
     """Move `place` (3,) onto the crack with the coordinates that the bits of `planes` fix at vertex `v`."""
     for _ in range(ROUNDS):
         put_on_crack(state.crack_corners, state.crack_centre, state.crack_reach, place)
-        off = 0.0
-        for k in range(3):
-            if is_held(planes, k):
-                off = max(off, abs(place[k] - state.points[v, k]))
-                place[k] = state.points[v, k]
-        if off == 0.0:
+        if put_on_planes(state, planes, v, place) == 0.0:
             return
+
+
+@njit(cache=True)
+def put_on_planes(state, planes, v, place):
+    """Give `place` (3,) the coordinates that `planes` fix at vertex `v`; return how far off it was."""
+    off = 0.0
+    for k in range(3):
+        if is_held(planes, k):
+            off = max(off, abs(place[k] - state.points[v, k]))
+            place[k] = state.points[v, k]
+    return off
 
 
 @njit(cache=True)

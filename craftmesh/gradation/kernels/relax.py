@@ -3,25 +3,27 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.gradation.kernels.codes import DONE
+from craftmesh.gradation.kernels.codes import LINK, NO_NEED, counted
 from craftmesh.gradation.kernels.facet_grid import has_room
-from craftmesh.gradation.kernels.slide import constrain, relocate
-from craftmesh.gradation.kernels.star import star_of, worst_score
+from craftmesh.gradation.kernels.slide import slide_towards
+from craftmesh.gradation.kernels.star import star_at, worst_score
 from craftmesh.surface.kernels.facet_shape import area_vector, score_of_angle
 
 # No facet falls under its star's least angle or under this score (30 degrees), whichever is less.
 SOUND = score_of_angle(30.0)
 # Vertices nearer to their centroid, in target lengths, stay where they are.
 CLOSE = 0.03
+# Times a vertex is tried, each time half as far.
+TRIES = 2
 
 
 @njit(cache=True)
-def _centroid(state, moved, place):
+def _centroid(state, star, place):
     """Set `place` to the centroid of the star's facets, weighted by area over target length squared."""
     points, size = state.points, state.size
     total = 0.0
     place[:] = 0.0
-    for i in range(moved):
+    for i in range(star.moved):
         a, b, c = state.star_corners[i]
         x, y, z = area_vector(points, a, b, c)
         weight = np.sqrt(x * x + y * y + z * z) / (size[a] + size[b] + size[c]) ** 2
@@ -35,22 +37,18 @@ def _centroid(state, moved, place):
 
 @njit(cache=True)
 def relax_vertex(state, grid, limits, v):
-    """Move `v` to its star's centroid, or half way, where the guards allow it; tell whether it moved."""
-    moved = star_of(state, v)
+    """Move `v` to its star's centroid, or half way, where the guards allow it; return DONE or why not."""
+    star = star_at(state, v)
     goal = np.empty(3)
-    if moved <= 0 or not _centroid(state, moved, goal):
-        return False
-    floor = min(SOUND, worst_score(state, moved, np.int64(0)))
-    start = state.points[v].copy()
-    way = goal - start
+    if star.moved <= 0:
+        return LINK
+    if not _centroid(state, star, goal):
+        return NO_NEED
+    way = goal - state.points[v]
     if np.dot(way, way) < (CLOSE * state.size[v]) ** 2:
-        return False
-    for share in (1.0, 0.5):
-        place = start + share * way
-        constrain(state, v, place)
-        if relocate(state, grid, limits, v, place, floor) == DONE:
-            return True
-    return False
+        return NO_NEED
+    floor = min(SOUND, worst_score(state, star))
+    return slide_towards(state, grid, limits, star, goal, TRIES, floor)
 
 
 @njit(cache=True)
@@ -61,6 +59,6 @@ def relax_pass(state, grid, limits, order, start):
         if not has_room(grid):
             return n, done
         v = order[n]
-        if state.first[v] >= 0 and state.rank[v] == 0 and relax_vertex(state, grid, limits, v):
-            done += 1
+        if state.first[v] >= 0 and state.rank[v] == 0:
+            done += counted(state.refused, relax_vertex(state, grid, limits, v))
     return len(order), done

@@ -1,90 +1,73 @@
-"""Moving vertices: inside their patch for better angles, along their junction line for even edges."""
+"""Moves of vertices: inside their patch for better angles, along their junction line for even edges."""
 
 import numpy as np
 from numba import njit
 
-from craftmesh.gradation.kernels.codes import (
-    DISTANCE,
-    DONE,
-    INTERSECTION,
-    LINK,
-    ON_CRACK,
-    ON_FRONT,
-    VOLUME,
-    is_held,
-)
-from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_cones, volume_shift
+from craftmesh.gradation.kernels.codes import DONE, LINK, NO_NEED, ON_CRACK, ON_FRONT, counted, is_held
+from craftmesh.gradation.kernels.cones import keep_volumes
 from craftmesh.gradation.kernels.facet_grid import has_room
-from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front
+from craftmesh.gradation.kernels.guards import attempt
+from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front, put_on_planes
 from craftmesh.gradation.kernels.rings import is_feature
-from craftmesh.gradation.kernels.star import enter_star, hits, shape_refusal, star_of, worst_score
-from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
+from craftmesh.gradation.kernels.star import star_at, worst_score
 from craftmesh.surface.kernels.facet_shape import angle_score, area_vector, keeps_normal, squared_distance
 
+# The climb to a better angle inside a patch: so many steps at most, each to the best of so many directions,
+# the first as long as this part of the target length and half as long wherever none is better.
 STEPS = 7
 DIRECTIONS = 8
+FIRST_STEP = 0.3
+# Along a junction line: places at so many tenths of the way to either neighbour.
+LINE_PLACES = 7
+LINE_STEP = 0.1
+# What a slide must raise the least angle score by, found and after all guards.
+LEAST_RISE = 1e-3
+# Times a slide is tried, each time half as far.
+SLIDE_TRIES = 3
+# How far a vertex may be moved to keep the volumes, over its target length.
+VOLUME_REACH = 0.2
+# Line vertices nearer than this part of the target to where their edges are even stay where they are.
+EVEN = 0.05
+# Parts of the way that a move to a given place is tried at.
+MOVE_SHARES = (1.0, 0.6, 0.3)
 
 
 @njit(cache=True)
-def _collect_loose(state, moved, v):
-    count = 0
-    for i in range(moved):
-        count = collect(state, state.star[i], count)
-    return set_free(state, v, state.star[0], count)
-
-
-@njit(cache=True)
-def relocate(state, grid, limits, v, place, floor):
-    """Move vertex `v` to `place` when every guard holds and all angle scores reach `floor`."""
-    moved = star_of(state, v)
-    if moved < 0:
-        return LINK
-    rows = grain_cones(state, moved, np.int64(0), place)
-    if not drift_allows(state, rows, limits.drift):
-        return VOLUME
-    before = state.points[v].copy()
-    state.points[v] = place
-    reason = shape_refusal(state, moved, v, floor, limits.cosine, limits.longest)
-    loose = 0
-    if reason == DONE:
-        loose = _collect_loose(state, moved, v)
-        if loose == TOO_MANY or not find_new_homes(
-            state, loose, moved, limits.distance, state.size[v], limits.crack_distance
-        ):
-            reason = DISTANCE
-    if reason == DONE and hits(state, grid, moved, np.int64(0)):
-        reason = INTERSECTION
-    if reason != DONE:
-        state.points[v] = before
-        return reason
-    book_drift(state, rows)
-    for i in range(moved):
-        state.witness_first[state.star[i]] = -1
-    settle(state, loose)
-    enter_star(state, grid, moved)
-    return DONE
-
-
-@njit(cache=True)
-def constrain(state, v, place):
-    """Put `place` back onto what holds vertex `v`: front, crack, box planes; else keep the volumes."""
+def constrain(state, star):
+    """Put the star's tip back onto what holds its vertex: front, crack, planes; else keep the volumes."""
+    v = star.vertex
     flags = state.flags[v]
+    place = state.points[star.tip]
     if flags & ON_FRONT:
         put_on_front(state.front, place)
     elif flags & ON_CRACK:
         put_on_crack_in_box(state, flags, v, place)
     else:
-        moved = star_of(state, v)
-        shift = np.empty(3)
-        volume_shift(state, grain_cones(state, moved, np.int64(0), place), flags, shift)
-        reach = 0.2 * state.size[v]
-        length = np.sqrt(shift[0] ** 2 + shift[1] ** 2 + shift[2] ** 2)
-        if length > reach:
-            shift *= reach / length
-        place += shift
+        keep_volumes(state, star, flags, VOLUME_REACH * state.size[v])
+    put_on_planes(state, flags, v, place)
+
+
+@njit(cache=True)
+def put_between(state, star, goal, share):
+    """Put the star's tip at `share` of the way from its vertex to `goal` (3,)."""
     for k in range(3):
-        if is_held(flags, k):
-            place[k] = state.points[v, k]
+        start = state.points[star.vertex, k]
+        state.points[star.tip, k] = start + share * (goal[k] - start)
+
+
+@njit(cache=True)
+def slide_towards(state, grid, limits, star, goal, tries, floor):
+    """Move the star's vertex to `goal` (3,), constrained, or half way and so on; return DONE or why not."""
+    share = 1.0
+    reason = NO_NEED
+    for _ in range(tries):
+        put_between(state, star, goal, share)
+        constrain(state, star)
+        reason = attempt(state, grid, limits, star, floor)
+        if reason == DONE:
+            break
+        share *= 0.5
+    return reason
 
 
 @njit(cache=True)
@@ -111,38 +94,33 @@ def line_neighbours(state, v):
 
 
 @njit(cache=True)
-def _score_at(state, moved, v, place, cosine, least):
-    """Return the star's least angle score with `v` at `place`; -1 when under `least` or turned too far."""
-    points, reference, star, corners = state.points, state.reference, state.star, state.star_corners
-    x, y, z = points[v]
-    points[v] = place
+def _score_at(state, star, place, cosine, least):
+    """Return the least angle score with the star's tip at `place`; -1 when under `least` or turned."""
+    points, reference, changed, corners = state.points, state.reference, state.star, state.star_corners
+    points[star.tip] = place
     worst = np.inf
-    for i in range(moved):
+    for i in range(star.moved):
         p = corners[i, 0]
         q = corners[i, 1]
         r = corners[i, 2]
         worst = min(worst, angle_score(points, p, q, r))
-        if worst <= least or not keeps_normal(points, reference, star[i], p, q, r, cosine):
-            worst = -1.0
-            break
-    points[v, 0] = x
-    points[v, 1] = y
-    points[v, 2] = z
+        if worst <= least or not keeps_normal(points, reference, changed[i], p, q, r, cosine):
+            return -1.0
     return worst
 
 
 @njit(cache=True)
-def _tangents(state, moved, v, first, second):
-    """Set two unit directions along the patch at `v`, inside the box planes that hold it."""
+def _tangents(state, star, first, second):
+    """Set two unit directions along the patch at the star's tip, inside the box planes that hold it."""
     normal = np.zeros(3)
-    for i in range(moved):
+    for i in range(star.moved):
         p, q, r = state.star_corners[i]
         x, y, z = area_vector(state.points, p, q, r)
         normal[0] += x
         normal[1] += y
         normal[2] += z
     for k in range(3):
-        if is_held(state.flags[v], k):
+        if is_held(state.flags[star.vertex], k):
             normal[:] = 0.0
             normal[k] = 1.0
             break
@@ -159,20 +137,20 @@ def _tangents(state, moved, v, first, second):
 
 
 @njit(cache=True)
-def _best_in_patch(state, moved, v, cosine, score, place):
+def _best_in_patch(state, star, cosine, score, place):
     """Climb from `place` along the patch to a better least angle score; return the score."""
     first = np.empty(3)
     second = np.empty(3)
-    if not _tangents(state, moved, v, first, second):
+    if not _tangents(state, star, first, second):
         return score
-    step = 0.3 * state.size[v]
+    step = FIRST_STEP * state.size[star.vertex]
     for _ in range(STEPS):
         found = False
         start = place.copy()
         for n in range(DIRECTIONS):
             angle = 2.0 * np.pi * n / DIRECTIONS
             trial = start + step * (np.cos(angle) * first + np.sin(angle) * second)
-            new = _score_at(state, moved, v, trial, cosine, score)
+            new = _score_at(state, star, trial, cosine, score)
             if new > score:
                 score = new
                 place[:] = trial
@@ -183,16 +161,16 @@ def _best_in_patch(state, moved, v, cosine, score, place):
 
 
 @njit(cache=True)
-def _best_on_line(state, moved, v, cosine, score, place):
-    """Climb along the junction line at `v` to a better least angle score; return the score."""
-    p, q = line_neighbours(state, v)
+def _best_on_line(state, star, cosine, score, place):
+    """Climb along the junction line at the vertex to a better least angle score; return the score."""
+    p, q = line_neighbours(state, star.vertex)
     if p < 0:
         return score
     start = place.copy()
-    for n in range(1, 8):
+    for n in range(1, LINE_PLACES + 1):
         for end in (p, q):
-            trial = start + 0.1 * n * (state.points[end] - start)
-            new = _score_at(state, moved, v, trial, cosine, score)
+            trial = start + LINE_STEP * n * (state.points[end] - start)
+            new = _score_at(state, star, trial, cosine, score)
             if new > score:
                 score = new
                 place[:] = trial
@@ -201,27 +179,21 @@ def _best_on_line(state, moved, v, cosine, score, place):
 
 @njit(cache=True)
 def slide_vertex(state, grid, limits, v, goal):
-    """Move `v` for a better least angle when that is under the score `goal`; tell whether it moved."""
-    moved = star_of(state, v)
-    if moved <= 0:
-        return False
-    old = worst_score(state, moved, np.int64(0))
+    """Move `v` for a better least angle when that is under the score `goal`; return DONE or why not."""
+    star = star_at(state, v)
+    if star.moved <= 0:
+        return LINK
+    old = worst_score(state, star)
     if old >= goal:
-        return False
+        return NO_NEED
     best = state.points[v].copy()
     if state.rank[v] == 0:
-        score = _best_in_patch(state, moved, v, limits.cosine, old, best)
+        score = _best_in_patch(state, star, limits.cosine, old, best)
     else:
-        score = _best_on_line(state, moved, v, limits.cosine, old, best)
-    if score <= old + 1e-3:
-        return False
-    start = state.points[v].copy()
-    for share in (1.0, 0.5, 0.25):
-        place = start + share * (best - start)
-        constrain(state, v, place)
-        if relocate(state, grid, limits, v, place, old + 1e-3) == DONE:
-            return True
-    return False
+        score = _best_on_line(state, star, limits.cosine, old, best)
+    if score <= old + LEAST_RISE:
+        return NO_NEED
+    return slide_towards(state, grid, limits, star, best, SLIDE_TRIES, old + LEAST_RISE)
 
 
 @njit(cache=True)
@@ -232,8 +204,8 @@ def slide_pass(state, grid, limits, order, start, goal):
         if not has_room(grid):
             return n, done
         v = order[n]
-        if state.first[v] >= 0 and state.rank[v] < 2 and slide_vertex(state, grid, limits, v, goal):
-            done += 1
+        if state.first[v] >= 0 and state.rank[v] < 2:
+            done += counted(state.refused, slide_vertex(state, grid, limits, v, goal))
     return len(order), done
 
 
@@ -249,7 +221,22 @@ def _even_place(state, v, p, q, place):
     part = 0.0 if length == 0.0 else abs(ahead) / length
     for k in range(3):
         place[k] = state.points[v, k] + part * (state.points[end, k] - state.points[v, k])
-    return abs(ahead) > 0.05 * state.size[v]
+    return abs(ahead) > EVEN * state.size[v]
+
+
+@njit(cache=True)
+def even_vertex(state, grid, limits, v, place):
+    """Move the line vertex `v` to where its two line edges are even; return DONE or why not."""
+    p, q = line_neighbours(state, v)
+    if p < 0 or not _even_place(state, v, p, q, place):
+        return NO_NEED
+    star = star_at(state, v)
+    if star.moved < 0:
+        return LINK
+    floor = min(limits.floor, worst_score(state, star))
+    state.points[star.tip] = place
+    constrain(state, star)
+    return attempt(state, grid, limits, star, floor)
 
 
 @njit(cache=True)
@@ -261,17 +248,25 @@ def even_lines_pass(state, grid, limits, order, start):
         if not has_room(grid):
             return n, done
         v = order[n]
-        if state.first[v] < 0 or state.rank[v] != 1:
-            continue
-        p, q = line_neighbours(state, v)
-        if p < 0 or not _even_place(state, v, p, q, place):
-            continue
-        constrain(state, v, place)
-        moved = star_of(state, v)
-        floor = min(limits.floor, worst_score(state, moved, np.int64(0)))
-        if relocate(state, grid, limits, v, place, floor) == DONE:
-            done += 1
+        if state.first[v] >= 0 and state.rank[v] == 1:
+            done += counted(state.refused, even_vertex(state, grid, limits, v, place))
     return len(order), done
+
+
+@njit(cache=True)
+def move_vertex(state, grid, limits, v, place):
+    """Move `v`, which nothing holds, to `place` (3,) or a part of the way; return DONE or why not."""
+    star = star_at(state, v)
+    if star.moved < 0:
+        return LINK
+    floor = min(limits.floor, worst_score(state, star))
+    reason = NO_NEED
+    for share in MOVE_SHARES:
+        put_between(state, star, place, share)
+        reason = attempt(state, grid, limits, star, floor)
+        if reason == DONE:
+            break
+    return reason
 
 
 @njit(cache=True)
@@ -281,12 +276,5 @@ def move_pass(state, grid, limits, vertices, places, start):
     for n in range(start, len(vertices)):
         if not has_room(grid):
             return n, done
-        v = vertices[n]
-        origin = state.points[v].copy()
-        floor = min(limits.floor, worst_score(state, star_of(state, v), np.int64(0)))
-        for share in (1.0, 0.6, 0.3):
-            place = origin + share * (places[n] - origin)
-            if relocate(state, grid, limits, v, place, floor) == DONE:
-                done += 1
-                break
+        done += counted(state.refused, move_vertex(state, grid, limits, vertices[n], places[n]))
     return len(vertices), done

@@ -3,27 +3,25 @@
 import numpy as np
 from numba import njit
 
-from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT, ON_PLANES, is_held
+from craftmesh.gradation.kernels.codes import (
+    ANGLE,
+    DONE,
+    LINK,
+    NO_NEED,
+    ON_CRACK,
+    ON_FRONT,
+    ON_PLANES,
+    counted,
+)
 from craftmesh.gradation.kernels.collapse_rules import is_front_edge
 from craftmesh.gradation.kernels.cones import book_drift, grain_cones
-from craftmesh.gradation.kernels.facet_grid import has_room, insert_facet, star_intersects
-from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front
-from craftmesh.gradation.kernels.rings import has_corner, link_corner, unlink_corner
+from craftmesh.gradation.kernels.facet_grid import has_room, insert_facet
+from craftmesh.gradation.kernels.guards import refusal, replace_corner
+from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front, put_on_planes
+from craftmesh.gradation.kernels.rings import link_corner
+from craftmesh.gradation.kernels.star import Star, list_edge_facets
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
-from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squared_distance
-
-
-@njit(cache=True)
-def _parents(state, a, b):
-    """List the facets on edge (a, b) in `dying`; return how many."""
-    count = 0
-    c = state.first[a]
-    while c >= 0 and count < len(state.dying):
-        if has_corner(state.facets, c // 3, b):
-            state.dying[count] = c // 3
-            count += 1
-        c = state.after[c]
-    return count
+from craftmesh.surface.kernels.facet_shape import angle_score, squared_distance
 
 
 @njit(cache=True)
@@ -52,15 +50,13 @@ def _split_place(state, a, b, flags, place):
         put_on_front(state.front, place)
     elif flags & ON_CRACK:
         put_on_crack_in_box(state, flags, a, place)
-    for k in range(3):
-        if is_held(flags, k):
-            place[k] = state.points[a, k]
+    put_on_planes(state, flags, a, place)
     return (place[0] - middle[0]) ** 2 + (place[1] - middle[1]) ** 2 + (place[2] - middle[2]) ** 2 > 0.0
 
 
 @njit(cache=True)
-def _children(state, a, b, m, parents):
-    """Put the parents' halves, the one at `a` first, into star_corners."""
+def _set_halves(state, a, b, m, parents):
+    """Put the parents' halves, the one at `a` first, into the star."""
     for i in range(parents):
         f = state.dying[i]
         for k in range(3):
@@ -84,33 +80,16 @@ def _shapes_allow(state, parents, floor, share):
 
 
 @njit(cache=True)
-def _bends_too_much(state, parents, cosine):
-    for i in range(2 * parents):
-        p, q, r = state.star_corners[i]
-        if not keeps_normal(state.points, state.reference, state.dying[i // 2], p, q, r, cosine):
-            return True
-    return False
-
-
-@njit(cache=True)
-def _moved_split_is_sound(state, grid, parents, cosine):
-    """Check the halves round a place off the edge: normals and intersections."""
-    if _bends_too_much(state, parents, cosine):
-        return False
-    mark = state.clock[1] + 1
-    state.clock[1] += 2
-    for i in range(parents):
-        state.facet_stamp[state.dying[i]] = mark + 1
-    return not star_intersects(
-        grid,
-        state.points,
-        state.facets,
-        state.alive,
-        state.facet_stamp,
-        mark,
-        state.star_corners,
-        2 * parents,
-    )
+def _add_vertex(state, rank, flags):
+    """Make the spare vertex, at its place already, one of the surface."""
+    m = state.used[0]
+    state.rank[m] = rank
+    state.flags[m] = flags
+    state.home[m] = state.points[m]
+    state.witness_rank[m] = rank
+    state.witness_crack[m] = (flags & ON_CRACK) > 0
+    state.is_witness[m] = False
+    state.used[0] += 1
 
 
 @njit(cache=True)
@@ -123,9 +102,7 @@ def _divide(state, f, g, a, b, m):
         link_corner(state.first, state.after, facets[g, k], 3 * g + k)
     for k in range(3):
         if facets[f, k] == b:
-            unlink_corner(state.first, state.after, b, 3 * f + k)
-            facets[f, k] = m
-            link_corner(state.first, state.after, m, 3 * f + k)
+            replace_corner(state, f, k, m)
     state.alive[g] = True
     state.facet_stamp[g] = 0
     state.patch[g] = state.patch[f]
@@ -133,7 +110,8 @@ def _divide(state, f, g, a, b, m):
 
 
 @njit(cache=True)
-def _share_witnesses(state, f, g):
+def _share_witnesses(state, f, g, m):
+    """Let each witness of facet `f` go to the nearer one of its halves `f` and `g` at vertex `m`."""
     loose = collect(state, f, np.int64(0))
     if loose == TOO_MANY:
         return
@@ -145,49 +123,55 @@ def _share_witnesses(state, f, g):
     state.star_corners[1] = state.facets[g]
     for n in range(loose):
         state.loose_facet[n] = f
-    find_new_homes(state, loose, np.int64(2), np.inf, np.inf, np.inf)
+    halves = Star(m, m, np.int64(-1), np.int64(2), np.int64(0), np.inf)
+    find_new_homes(state, halves, loose, np.int64(2), np.inf, np.inf)
     settle(state, loose)
 
 
 @njit(cache=True)
-def split_edge(state, grid, limits, a, b, share):
-    """Split edge (a, b); False when a half would be too poor (`share` of its parent's score) or hit."""
-    m = state.used[0]
-    parents = _parents(state, a, b)
-    if parents == 0:
-        return False
-    rank, flags = _edge_class(state, a, b, parents)
-    place = np.empty(3)
-    moved = _split_place(state, a, b, flags, place)
-    state.points[m] = place
-    _children(state, a, b, m, parents)
-    if not _shapes_allow(state, parents, limits.floor, share):
-        return False
-    if moved:
-        if not _moved_split_is_sound(state, grid, parents, limits.cosine):
-            return False
-        book_drift(state, grain_cones(state, np.int64(0), parents, place))
-    state.rank[m] = rank
-    state.flags[m] = flags
-    state.home[m] = place
-    state.witness_rank[m] = rank
-    state.witness_crack[m] = (flags & ON_CRACK) > 0
-    state.is_witness[m] = False
-    state.size[m] = 0.5 * (state.size[a] + state.size[b])
-    state.used[0] += 1
+def _commit_split(state, grid, a, b, parents, moved):
+    """Divide the listed facets at the newest vertex, `moved` off their edge or not."""
+    m = state.used[0] - 1
     for i in range(parents):
         f = state.dying[i]
-        g = state.used[1]
+        _divide(state, f, state.used[1], a, b, m)
         state.used[1] += 1
-        _divide(state, f, g, a, b, m)
     for i in range(parents):
         f = state.dying[i]
         g = state.used[1] - parents + i
-        _share_witnesses(state, f, g)
+        _share_witnesses(state, f, g, m)
         insert_facet(grid, state.points, g, state.facets[g, 0], state.facets[g, 1], state.facets[g, 2])
         if moved:
             insert_facet(grid, state.points, f, state.facets[f, 0], state.facets[f, 1], state.facets[f, 2])
-    return True
+
+
+@njit(cache=True)
+def split(state, grid, limits, a, b, share):
+    """Split edge (a, b) unless a half would be too poor (`share` of its parent's score) or refused.
+
+    Halves that lie in their parents, as they do unless the vertex goes onto the crack or its front, cannot
+    break a guard of normals or intersections.
+    """
+    m = state.used[0]
+    parents = list_edge_facets(state, a, b)
+    if parents <= 0:
+        return LINK if parents < 0 else NO_NEED
+    rank, flags = _edge_class(state, a, b, parents)
+    moved = _split_place(state, a, b, flags, state.points[m])
+    state.size[m] = 0.5 * (state.size[a] + state.size[b])
+    _set_halves(state, a, b, m, parents)
+    if not _shapes_allow(state, parents, limits.floor, share):
+        return ANGLE
+    if moved:
+        halves = Star(m, m, np.int64(-1), 2 * parents, np.int64(0), state.size[m])
+        reason = refusal(state, grid, limits, halves, -np.inf)
+        if reason != DONE:
+            return reason
+        whole = Star(m, m, np.int64(-1), np.int64(0), parents, state.size[m])
+        book_drift(state, grain_cones(state, whole, state.points[m]))
+    _add_vertex(state, rank, flags)
+    _commit_split(state, grid, a, b, parents, moved)
+    return DONE
 
 
 @njit(cache=True)
@@ -206,6 +190,5 @@ def split_pass(state, grid, limits, edges, order, start, share):
         b = edges[order[n], 1]
         limit = limits.split * 0.5 * (state.size[a] + state.size[b])
         if squared_distance(state.points, a, b) > limit * limit:
-            if split_edge(state, grid, limits, a, b, share):
-                done += 1
+            done += counted(state.refused, split(state, grid, limits, a, b, share))
     return len(order), done

@@ -1,12 +1,20 @@
-"""The star: the facets that an operation changes, and the checks that all operations share."""
+"""The star: the facets that an operation changes, their shape and what they would meet."""
+
+from collections import namedtuple
 
 import numpy as np
 from numba import njit
 
 from craftmesh.gradation.kernels.codes import ANGLE, DONE, LENGTH, NORMAL
-from craftmesh.gradation.kernels.facet_grid import insert_facet, star_intersects
+from craftmesh.gradation.kernels.facet_grid import star_intersects
 from craftmesh.gradation.kernels.rings import has_corner
 from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squared_distance
+
+# All new facets share the corner `tip`. An operation that moves `vertex` tries its new place in the spare
+# row of points and size: this is the tip then, else it is the vertex itself. `gone` is the vertex that
+# merges into `vertex`, or -1; `moved` and `dying` count the facets in state.star and state.dying; `size` is
+# the target length that holds for the star.
+Star = namedtuple("Star", "vertex tip gone moved dying size")
 
 
 @njit(cache=True)
@@ -29,65 +37,78 @@ def add_star(state, v, other, kept, count):
 
 
 @njit(cache=True)
-def star_of(state, v):
-    """Put all facets at `v` into the star; return how many, or -1 when too many."""
-    return add_star(state, v, np.int64(-1), v, np.int64(0))
+def star_at(state, v):
+    """Return the star of moving `v`, its tip at v's place; `moved` is -1 when its facets are too many."""
+    tip = state.used[0]
+    for k in range(3):
+        state.points[tip, k] = state.points[v, k]
+    state.size[tip] = state.size[v]
+    moved = add_star(state, v, np.int64(-1), tip, np.int64(0))
+    return Star(v, tip, np.int64(-1), moved, np.int64(0), state.size[v])
 
 
 @njit(cache=True)
-def worst_score(state, moved, dying):
+def list_edge_facets(state, a, b):
+    """List the facets at `a` that hold `b` too in state.dying; return how many, or -1 when too many."""
+    facets, after, dying = state.facets, state.after, state.dying
+    count = 0
+    c = state.first[a]
+    while c >= 0:
+        if has_corner(facets, c // 3, b):
+            if count >= len(dying):
+                return -1
+            dying[count] = c // 3
+            count += 1
+        c = after[c]
+    return count
+
+
+@njit(cache=True)
+def worst_score(state, star):
     """Return the least angle score of the star's old facets."""
-    points, facets, star, lost = state.points, state.facets, state.star, state.dying
+    points, facets, changed, lost = state.points, state.facets, state.star, state.dying
     worst = np.inf
-    for i in range(moved + dying):
-        f = star[i] if i < moved else lost[i - moved]
+    for i in range(star.moved + star.dying):
+        f = changed[i] if i < star.moved else lost[i - star.moved]
         worst = min(worst, angle_score(points, facets[f, 0], facets[f, 1], facets[f, 2]))
     return worst
 
 
 @njit(cache=True)
-def shape_refusal(state, moved, a, floor, cosine, longest):
+def shape_refusal(state, star, floor, cosine, longest):
     """Return why the star's new facets are bad, or DONE: normals against the references, angles, lengths.
 
-    `a` already has its new place and `floor` is the least angle score.
+    `floor` is the least angle score.
     """
     points, size, reference = state.points, state.size, state.reference
-    star, corners = state.star, state.star_corners
-    for i in range(moved):
+    changed, corners, tip = state.star, state.star_corners, star.tip
+    for i in range(star.moved):
         p = corners[i, 0]
         q = corners[i, 1]
         r = corners[i, 2]
-        if not keeps_normal(points, reference, star[i], p, q, r, cosine):
+        if not keeps_normal(points, reference, changed[i], p, q, r, cosine):
             return NORMAL
         if angle_score(points, p, q, r) < floor:
             return ANGLE
         for k in range(3):
             u = corners[i, k]
-            if u != a:
-                limit = longest * 0.5 * (size[a] + size[u])
-                if squared_distance(points, a, u) > limit * limit:
+            if u != tip:
+                limit = longest * 0.5 * (size[tip] + size[u])
+                if squared_distance(points, tip, u) > limit * limit:
                     return LENGTH
     return DONE
 
 
 @njit(cache=True)
-def hits(state, grid, moved, dying):
+def hits(state, grid, star):
     """Tell whether the star's new facets meet each other or the rest of the surface."""
-    star, lost, stamp = state.star, state.dying, state.facet_stamp
+    changed, lost, stamp = state.star, state.dying, state.facet_stamp
     mark = state.clock[1] + 1
     state.clock[1] += 2
-    for i in range(moved):
-        stamp[star[i]] = mark + 1
-    for i in range(dying):
+    for i in range(star.moved):
+        stamp[changed[i]] = mark + 1
+    for i in range(star.dying):
         stamp[lost[i]] = mark + 1
     return star_intersects(
-        grid, state.points, state.facets, state.alive, stamp, mark, state.star_corners, moved
+        grid, state.points, state.facets, state.alive, stamp, mark, state.star_corners, star.moved
     )
-
-
-@njit(cache=True)
-def enter_star(state, grid, moved):
-    """Enter the star's new facets into the grid."""
-    points, star, corners = state.points, state.star, state.star_corners
-    for i in range(moved):
-        insert_facet(grid, points, star[i], corners[i, 0], corners[i, 1], corners[i, 2])

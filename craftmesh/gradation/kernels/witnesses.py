@@ -94,14 +94,15 @@ def _nearest_line(state, w, total):
 
 
 @njit(cache=True)
-def find_new_homes(state, loose, total, share, size, crack_tolerance):
+def find_new_homes(state, star, loose, takers, share, crack_tolerance):
     """Find for each of the `loose` witnesses a near one of the star's facets; False if one is too far.
 
-    Too far is over `share` of the target length, be it the star's (`size`) or the witness's own.
-    The star's new corners are star_corners[:total]; loose_facet holds on entry the old facet, whose
-    patch the new one must have, and on success the new one.
+    Too far is over `share` of the target length, be it the star's or the witness's own; of the vertex that
+    moves it is the star's. The facets that may take witnesses are star[:takers]; loose_facet holds on entry
+    the old facet, whose patch the new one must have, and on success the new one.
     """
-    points, star, corners = state.points, state.star, state.star_corners
+    points, facets, corners = state.points, state.star, state.star_corners
+    mover = star.vertex if star.tip != star.vertex else -1
     patches, home = state.patch, state.home
     witness, found, own_size = state.loose, state.loose_facet, state.size
     on_crack, rank = state.witness_crack, state.witness_rank
@@ -109,20 +110,20 @@ def find_new_homes(state, loose, total, share, size, crack_tolerance):
     for n in range(loose):
         w = witness[n]
         patch = patches[found[n]]
-        limit = share * min(size, own_size[w])
+        limit = share * (star.size if w == mover else min(star.size, own_size[w]))
         if on_crack[w]:
             limit = min(limit, crack_tolerance)
         if rank[w] > 0:
             if not marked:
-                _mark_features(state, total)
+                _mark_features(state, takers)
                 marked = True
-            d, where = _nearest_line(state, w, total)
+            d, where = _nearest_line(state, w, takers)
         else:
             enough = (CLOSE * limit) ** 2
-            d, where = _near_facet(points, star, corners, patches, patch, home, w, total, enough)
+            d, where = _near_facet(points, facets, corners, patches, patch, home, w, takers, enough)
         if where < 0 or d > limit * limit:
             return False
-        found[n] = star[where]
+        found[n] = facets[where]
     return True
 
 

@@ -1,0 +1,135 @@
+"""The guarded operation: every change of the surface is checked first and made afterwards.
+
+An operation fills the star - the facets that change, their new corners, those that go, the place of the
+tip - and says rules of its own. `refusal` names the guard that forbids the change, the cheap ones asked
+first, and writes nothing of the mesh; `commit` makes the change that it allowed.
+"""
+
+import numpy as np
+from numba import njit
+
+from craftmesh.gradation.kernels.codes import DISTANCE, DONE, INTERSECTION, VOLUME
+from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_cones
+from craftmesh.gradation.kernels.facet_grid import GONE, insert_facet
+from craftmesh.gradation.kernels.rings import link_corner, unlink_corner
+from craftmesh.gradation.kernels.star import add_star, hits, shape_refusal
+from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
+
+
+@njit(cache=True)
+def attempt(state, grid, limits, star, floor):
+    """Make the star's change when every guard allows it; return DONE or why not."""
+    reason = refusal(state, grid, limits, star, floor)
+    if reason == DONE:
+        commit(state, grid, star)
+    return reason
+
+
+@njit(cache=True)
+def refusal(state, grid, limits, star, floor):
+    """Return why the star may not change, or DONE; new facets must score `floor`.
+
+    Guards of volumes and of distances to the input are left out where their limits are infinite.
+    """
+    grains = np.int64(0)
+    if limits.drift < np.inf:
+        grains = grain_cones(state, star, state.points[star.tip])
+        if not drift_allows(state, grains, limits.drift):
+            return VOLUME
+    reason = shape_refusal(state, star, floor, limits.cosine, limits.longest)
+    if reason != DONE:
+        return reason
+    loose = np.int64(0)
+    if limits.distance < np.inf:
+        loose = _set_loose(state, star)
+        takers = _list_takers(state, star)
+        if loose == TOO_MANY or takers < 0:
+            return DISTANCE
+        if not find_new_homes(state, star, loose, takers, limits.distance, limits.crack_distance):
+            return DISTANCE
+    if hits(state, grid, star):
+        return INTERSECTION
+    state.pending[0] = grains
+    state.pending[1] = loose
+    return DONE
+
+
+@njit(cache=True)
+def _set_loose(state, star):
+    """List the witnesses of the star's old facets and the homes of the vertices that move or go."""
+    count = 0
+    for i in range(star.moved + star.dying):
+        count = collect(state, state.star[i] if i < star.moved else state.dying[i - star.moved], count)
+        if count == TOO_MANY:
+            return TOO_MANY
+    near = state.dying[0] if star.dying > 0 else state.star[0]
+    if star.tip != star.vertex:
+        count = set_free(state, star.vertex, near, count)
+    if star.gone >= 0:
+        count = set_free(state, star.gone, near, count)
+    return count
+
+
+@njit(cache=True)
+def _list_takers(state, star):
+    """Return how many facets of state.star may take witnesses, or -1 when too many.
+
+    Where a vertex merges into one that stays, the facets at that one, appended here, may take them too.
+    """
+    if star.gone >= 0 and star.tip == star.vertex:
+        return add_star(state, star.vertex, star.gone, star.vertex, star.moved)
+    return star.moved
+
+
+@njit(cache=True)
+def commit(state, grid, star):
+    """Make the change of the star that `refusal` has just allowed."""
+    book_drift(state, state.pending[0])
+    for i in range(star.dying):
+        _take_out(state, state.dying[i])
+    for i in range(star.moved):
+        _give_corners(state, star, i)
+    v = star.vertex
+    if star.tip != v:
+        for k in range(3):
+            state.points[v, k] = state.points[star.tip, k]
+        state.size[v] = state.size[star.tip]
+    if star.gone >= 0:
+        state.rank[v] = max(state.rank[v], state.rank[star.gone])
+        state.flags[v] |= state.flags[star.gone]
+    settle(state, state.pending[1])
+    for i in range(star.moved):
+        a, b, c = state.star_corners[i]
+        insert_facet(grid, state.points, state.star[i], a, b, c)
+
+
+@njit(cache=True)
+def _take_out(state, f):
+    """Take facet `f` out of the mesh."""
+    state.alive[f] = False
+    state.facet_stamp[f] = GONE
+    state.witness_first[f] = -1
+    for k in range(3):
+        unlink_corner(state.first, state.after, state.facets[f, k], 3 * f + k)
+
+
+@njit(cache=True)
+def _give_corners(state, star, i):
+    """Give the star's facet in row `i` its new corners, one other than before at most; let witnesses go."""
+    facets, f, v = state.facets, state.star[i], star.vertex
+    state.witness_first[f] = -1
+    a, b, c = state.star_corners[i]
+    # Added up, the corners that stay cancel out of the difference of new and old ones.
+    change = a + b + c - star.tip + v - facets[f, 0] - facets[f, 1] - facets[f, 2]
+    for k in range(3):
+        old = facets[f, k]
+        if old != v and old != a and old != b and old != c:
+            replace_corner(state, f, k, old + change)
+
+
+@njit(cache=True)
+def replace_corner(state, f, k, v):
+    """Make `v` the corner k of facet `f`."""
+    unlink_corner(state.first, state.after, state.facets[f, k], 3 * f + k)
+    state.facets[f, k] = v
+    link_corner(state.first, state.after, v, 3 * f + k)
