@@ -11,9 +11,11 @@ import numpy as np
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 
+# Pairs of facets that intersect: the search ends after so many.
 MAX_PAIRS = 1000
 # Where TetGen lists the facets it could not use, in its working folder.
 SKIPPED = "tetgen-tmpfile_skipped.face"
+# Seconds for TetGen's own diagnosis.
 TIME_LIMIT = 120.0
 _ASK = (
     "import sys, numpy, tetgen; data = numpy.load(sys.argv[1]); facets = data['facets'];"
