@@ -1,5 +1,6 @@
 """Cut the facets of a surface along a crack: edges are split, and all their facets with them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,7 +8,12 @@ import numpy as np
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
 
+SizeAt = Callable[[np.ndarray], np.ndarray]  # target edge lengths (n,) at points (n, 3)
+
 BEYOND = 0.4  # of the local size: facets whose traces end this near the front are cut too
+
+STEPS = 30  # of false position at most along an edge that crosses a curved crack
+ON = 1e-12  # of the longest edge: offsets below end the search
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +36,15 @@ class CutSurface:
     front: np.ndarray
     arc: np.ndarray
 
+    def on_front(self, number: int) -> np.ndarray:
+        """Return the points of one front in the order of their arc lengths."""
+        ids = np.flatnonzero(self.front == number)
+        return ids[np.argsort(self.arc[ids], kind="stable")]
 
-def split_edges(surface: CutSurface, edges, new_points, size) -> CutSurface:
+
+def split_edges(
+    surface: CutSurface, edges: np.ndarray, new_points: np.ndarray, size: np.ndarray
+) -> CutSurface:
     """Split edges (k, 2), lower id first, each once, at new_points (k, 3); new ids follow the old ones.
 
     Every facet on a split edge is divided. The new points have psi = 0 and phi unknown.
@@ -54,7 +67,9 @@ def split_edges(surface: CutSurface, edges, new_points, size) -> CutSurface:
     )
 
 
-def _divide(points, facets, edges, first_new) -> tuple[np.ndarray, np.ndarray]:
+def _divide(
+    points: np.ndarray, facets: np.ndarray, edges: np.ndarray, first_new: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the facets after the split and the old facet of each, in the old facets' order."""
     stride = np.int64(len(points) + 1)
     keys = edges[:, 0] * stride + edges[:, 1]
@@ -73,7 +88,7 @@ def _divide(points, facets, edges, first_new) -> tuple[np.ndarray, np.ndarray]:
     pieces, parents = [facets[kept]], [np.flatnonzero(kept)]
     for number, divide in ((1, _in_two), (2, _in_three), (3, _in_four)):
         chosen = split == number
-        for piece in divide(points, corners[chosen], middle[chosen]):
+        for piece in divide(corners[chosen], middle[chosen], points):
             pieces.append(piece)
             parents.append(rows[chosen])
     parent = np.concatenate(parents)
@@ -81,21 +96,23 @@ def _divide(points, facets, edges, first_new) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(pieces)[stable].astype(np.int32), parent[stable]
 
 
-def _turn(corners, middle, first) -> tuple[np.ndarray, np.ndarray]:
+def _turn(corners: np.ndarray, middle: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rotate each facet so that its edge `first` becomes edge 0 (corner 0 to corner 1)."""
     index = (first[:, None] + np.arange(3)) % 3
     return np.take_along_axis(corners, index, 1), np.take_along_axis(middle, index, 1)
 
 
-def _in_two(points, corners, middle):
+def _in_two(corners: np.ndarray, middle: np.ndarray, _points: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the two parts of facets of which one edge has a middle."""
     corners, middle = _turn(corners, middle, np.argmax(middle >= 0, axis=1))
-    a, b, c, m = *corners.T, middle[:, 0]
+    (a, b, c), m = corners.T, middle[:, 0]
     return np.stack([a, m, c], axis=1), np.stack([m, b, c], axis=1)
 
 
-def _in_three(points, corners, middle):
+def _in_three(corners: np.ndarray, middle: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the three parts of facets of which one edge has no middle, parted by the shorter diagonal."""
     corners, middle = _turn(corners, middle, np.argmax(middle < 0, axis=1))
-    a, b, c, bc, ca = *corners.T, middle[:, 1], middle[:, 2]
+    (a, b, c), (_, bc, ca) = corners.T, middle.T
     to_a = np.linalg.norm(points[a] - points[bc], axis=1) <= np.linalg.norm(points[b] - points[ca], axis=1)
     third = np.where(to_a, bc, ca)
     return (
@@ -105,8 +122,9 @@ def _in_three(points, corners, middle):
     )
 
 
-def _in_four(points, corners, middle):
-    a, b, c, ab, bc, ca = *corners.T, *middle.T
+def _in_four(corners: np.ndarray, middle: np.ndarray, _points: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the four parts of facets of which every edge has a middle."""
+    (a, b, c), (ab, bc, ca) = corners.T, middle.T
     return (
         np.stack([a, ab, ca], axis=1),
         np.stack([ab, b, bc], axis=1),
@@ -138,7 +156,7 @@ def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:
     return split_edges(surface, edges[crossing[chosen]], points[chosen], size[chosen])
 
 
-def _roots(surface: CutSurface, sheet: Sheet, edges) -> np.ndarray:
+def _roots(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> np.ndarray:
     """Return the fraction along each edge at which psi changes sign (false position, Illinois)."""
     low, high = np.zeros(len(edges)), np.ones(len(edges))
     at_low, at_high = surface.psi[edges[:, 0]], surface.psi[edges[:, 1]]
@@ -146,12 +164,12 @@ def _roots(surface: CutSurface, sheet: Sheet, edges) -> np.ndarray:
     if sheet.planar:
         return root
     start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
-    for _ in range(30):
+    for _ in range(STEPS):
         value = sheet.offset(start + root[:, None] * step)
         right = value * at_high > 0
         at_low, at_high = np.where(right, 0.5 * at_low, value), np.where(right, value, 0.5 * at_high)
         low, high = np.where(right, low, root), np.where(right, root, high)
-        if np.abs(value).max() <= 1e-12 * np.abs(step).max():
+        if np.abs(value).max() <= ON * np.abs(step).max():
             break
         span = at_low - at_high
         root = np.where(value == 0, root, low + (high - low) * at_low / np.where(span == 0, 1, span))

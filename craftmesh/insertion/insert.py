@@ -6,30 +6,34 @@ from dataclasses import replace
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.insertion.cut import CutSurface, cut_along, with_phi
+from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
+from craftmesh.insertion.kernels.planar import Planar
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.patch import refine, smooth_points, split_front_chords, triangulate
-from craftmesh.insertion.pierce import chain, conflicts, inside_traces, pierce, split_chords
+from craftmesh.insertion.pierce import FrontChain, chain, conflicts, inside_traces, pierce, split_chords
 from craftmesh.insertion.regions import labels_of_regions, regions_of
 from craftmesh.insertion.sheet import Sheet, sheet_of
 from craftmesh.insertion.snap import snap_ends, snap_to_crack, snap_to_front, spread_front
 from craftmesh.progress import silent
+from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
 
 SPREADS = 3  # rounds that push crowded pierce points apart
+HALVINGS = 10  # of the edges between two pierce points, until the front crosses no trace
+NEAR = 3  # longest edges: only points this near the crack get an offset from it
 ON = 1e-9  # of the local size: points this near the crack are on it
 
 
 def insert_crack(
     surface: Surface,
     crack: Crack,
-    sizing,
+    sizing: Lengths | None,
     options: InsertOptions | None = None,
-    progress: Callable = silent,
-) -> tuple[Surface, dict]:
+    progress: Callable[[float, str], None] = silent,
+) -> tuple[Surface, dict[str, int | float]]:
     """Return the surface with the crack's facets in it (kind CRACK), conformal with the grain boundaries.
 
     sizing.at(points) gives the lengths of front edges and crack facets; None: the surface's median edge
@@ -55,9 +59,9 @@ def insert_crack(
     cut, along = split_chords(cut, sheet)
     front, traces = _front_and_traces(cut, sheet, along, target)
     progress(0.5, "crack facets")
-    cut, patch, is_front = _patch(cut, sheet, front, traces, along, target)
+    cut, triangles, fixed = _with_patch(cut, sheet, front, traces, target)
     progress(0.8, "grains")
-    result, numbers = _assembled(cut, sheet, patch, is_front)
+    result, numbers = _assembled(cut, sheet, triangles, fixed)
     refuse_intersections(result)
     progress(1.0, "done")
     return result, numbers
@@ -87,7 +91,7 @@ def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:
     edges, _, _ = unique_edges(surface.facets)
     length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
     size = _mean_at_points(edges, length, count)
-    reach = 3 * length.max()
+    reach = NEAR * length.max()
     u0, v0, u1, v1 = sheet.domain.bounds
     height = (surface.points - sheet.origin) @ sheet.frame[2]
     lowest, highest = sheet.height.min() - 2 * reach, sheet.height.max() + 2 * reach
@@ -103,24 +107,28 @@ def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:
     )  # fmt: skip
 
 
-def _mean_at_points(edges, values, count: int) -> np.ndarray:
-    total = sum(np.bincount(edges[:, i], values, count) for i in range(2))
-    number = sum(np.bincount(edges[:, i], minlength=count) for i in range(2))
+def _mean_at_points(edges: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
+    total, number = (
+        np.bincount(edges[:, 0], weights, count) + np.bincount(edges[:, 1], weights, count)
+        for weights in (values, None)
+    )
     return total / np.maximum(number, 1)
 
 
-def _target(cut: CutSurface, sizing) -> Callable:
+def _target(cut: CutSurface, sizing: Lengths | None) -> SizeAt:
     if sizing is None:
         uniform = float(np.median(cut.size))
         return lambda points: np.full(len(points), uniform)
     return sizing.at
 
 
-def _front_and_traces(cut: CutSurface, sheet: Sheet, along, target):
+def _front_and_traces(
+    cut: CutSurface, sheet: Sheet, along: np.ndarray, target: SizeAt
+) -> tuple[FrontChain, np.ndarray]:
     """Return the front chain, refined where its chords would cross a trace, and the traces inside it."""
     traces, _ = inside_traces(cut)
     crowd = np.zeros(0, np.int64)
-    for _ in range(10):
+    for _ in range(HALVINGS):
         front = chain(cut, sheet, along, target, crowd)
         uv = np.concatenate([sheet.uv(cut.points), front.uv])
         bad = conflicts(front.edges, traces, uv)
@@ -135,8 +143,10 @@ def _front_and_traces(cut: CutSurface, sheet: Sheet, along, target):
     )
 
 
-def _patch(cut: CutSurface, sheet: Sheet, front, traces, along, target):
-    """Return the cut surface with the patch's points added, the patch, and which points are front nodes."""
+def _with_patch(
+    cut: CutSurface, sheet: Sheet, front: FrontChain, traces: np.ndarray, target: SizeAt
+) -> tuple[CutSurface, np.ndarray, np.ndarray]:
+    """Return the cut surface with the patch's points, its triangles (t, 3) and their fixed edges."""
     uv = np.concatenate([sheet.uv(cut.points), front.uv])
     segments = np.unique(np.sort(np.concatenate([front.edges[:, :2], traces]), axis=1), axis=0)
     loose = np.flatnonzero((cut.psi == 0) & (cut.phi > 0))
@@ -155,7 +165,12 @@ def _patch(cut: CutSurface, sheet: Sheet, front, traces, along, target):
     first = patch.used[0].copy()
     split_front_chords(patch, is_front[nodes])
     smooth_points(patch, np.arange(first, patch.used[0]))
-    return _with_new_points(cut, sheet, patch, nodes, front), _global(patch, nodes, len(uv)), is_front
+    ids = np.concatenate([nodes, len(uv) + np.arange(patch.used[0] - len(nodes))])
+    return (
+        _with_new_points(cut, sheet, patch, len(nodes), front),
+        ids[patch.triangles],
+        patch.fixed[: patch.used[1]],
+    )
 
 
 def _flat_facets(cut: CutSurface) -> np.ndarray:
@@ -164,21 +179,19 @@ def _flat_facets(cut: CutSurface) -> np.ndarray:
     return np.flatnonzero(on & (cut.kind == INTERFACE) & (cut.sides > 0).all(axis=1))
 
 
-def _with_new_points(cut: CutSurface, sheet: Sheet, patch, nodes, front) -> CutSurface:
-    interior = patch.uv[len(nodes) : patch.used[0]]
+def _with_new_points(
+    cut: CutSurface, sheet: Sheet, patch: Planar, first: int, front: FrontChain
+) -> CutSurface:
+    """Return the surface with the new points of the front, then those of the patch from `first` on."""
+    interior = patch.uv[first : patch.used[0]]
     points = np.concatenate([cut.points, sheet.lift(front.uv), sheet.lift(interior)])
     return replace(cut, points=points)
 
 
-def _global(patch, nodes, count: int):
-    """Return the patch's triangles and fixed edges with the ids of all points."""
-    ids = np.concatenate([nodes, count + np.arange(patch.used[0] - len(nodes))])
-    return ids[patch.triangles], patch.fixed[: patch.used[1]]
-
-
-def _assembled(cut: CutSurface, sheet: Sheet, patch, is_front) -> tuple[Surface, dict]:
+def _assembled(
+    cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.ndarray
+) -> tuple[Surface, dict[str, int | float]]:
     """Return the surface with the crack facets named, and the numbers of the report."""
-    triangles, fixed = patch
     region = regions_of(triangles, fixed)
     kind, sides, facets = cut.kind.copy(), cut.sides.copy(), cut.facets.copy()
     flat, covered = _same_triangles(facets, _flat_facets(cut), triangles)
@@ -198,20 +211,19 @@ def _assembled(cut: CutSurface, sheet: Sheet, patch, is_front) -> tuple[Surface,
     return result, _numbers(result, int(len(flat)), int((label <= 0).sum()))
 
 
-def _same_triangles(facets, rows, triangles) -> tuple[np.ndarray, np.ndarray]:
+def _same_triangles(
+    facets: np.ndarray, rows: np.ndarray, triangles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows of `facets` that are patch triangles too, and which triangles they are."""
     known = {tuple(t): i for i, t in enumerate(np.sort(triangles, axis=1).tolist())}
-    found = [
-        (row, known.get(tuple(key)))
-        for row, key in zip(rows.tolist(), np.sort(facets[rows], axis=1).tolist())
-    ]
-    found = [(row, i) for row, i in found if i is not None]
+    keys = map(tuple, np.sort(facets[rows], axis=1).tolist())
+    found = [(row, known[key]) for row, key in zip(rows.tolist(), keys) if key in known]
     covered = np.zeros(len(triangles), bool)
     covered[[i for _, i in found]] = True
     return np.array([row for row, _ in found], np.int64), covered
 
 
-def _numbers(surface: Surface, flat: int, dropped: int) -> dict:
+def _numbers(surface: Surface, flat: int, dropped: int) -> dict[str, int | float]:
     crack = surface.kind == CRACK
     area = np.linalg.norm(area_vectors(surface.points, surface.facets[crack]), axis=1).sum()
     return {

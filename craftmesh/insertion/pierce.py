@@ -1,26 +1,32 @@
 """The crack front on a cut surface: pierce points on the traces, and front nodes between them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.insertion.cut import CutSurface, split_edges, trace_edges, with_phi
+from craftmesh.insertion.cut import CutSurface, SizeAt, split_edges, trace_edges, with_phi
 from craftmesh.insertion.sheet import Sheet
 
-TOUCHING = 1e-3  # of the local size: a trace point this near the front counts as on it
+# Chosen by hand. TOUCHING and END bound how far a node may be off the given front and its end.
+ROUNDS = 12  # of splitting, each at the first crossing of every trace edge: no edge may have more
+TOUCHING = 1e-3  # of the local size: nearer than this, a trace point, crossing or corner is on the front
+AT_END = 1e-9  # of the local size: a crossing this near the end of its edge, off the front, is rounding
+SLACK = 1.0001  # an edge shorter than the distances of its ends from the front misses it; and some rounding
 ALONG = 0.1  # of its length: a trace edge this near the front replaces it
 GRAZING = 0.05  # sine of the angle below which an edge between two front points does not cross the front
 SHARPEST = np.radians(60.0)  # a front edge spans at most this much of the front's turning
 END = 0.3  # of the size: a pierce point this near the end of a front is its end
 CORNER = np.cos(np.radians(20.0))  # front corners sharper than this keep a node
+INTERVALS = 256  # even steps in which the target size is summed up between two pierce points
+CHORDS = 16  # over those steps, by which the front's turning is measured
+ROUND_DOWN = 0.01  # of an edge: a turning just past a multiple of SHARPEST takes no further edge
 
 
-def pierce(surface: CutSurface, sheet: Sheet, rounds: int = 12) -> CutSurface:
+def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
     """Split trace edges where they meet the front; the new points have phi = 0, front number and arc."""
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         surface = _touch(with_phi(surface, sheet), sheet)
         edges = trace_edges(surface)
         edges = edges[_may_cross(surface, edges)]
@@ -37,30 +43,49 @@ def _touch(surface: CutSurface, sheet: Sheet) -> CutSurface:
     """Count trace points that nearly touch the front as on it."""
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero((surface.front < 0) & (np.abs(surface.phi) <= TOUCHING * surface.size))
-    return put_on_front(surface, sheet, rows) if len(rows) else surface
+    return with_front_points(surface, sheet, rows) if len(rows) else surface
 
 
-def put_on_front(surface: CutSurface, sheet: Sheet, rows) -> CutSurface:
-    """Return the surface with the given points marked as on the nearest front, not moved."""
+def with_front_points(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> CutSurface:
+    """Return the surface with the points `rows` (k,) counted as on the nearest front; none is moved."""
     _, number, along = sheet.nearest_front(sheet.uv(surface.points[rows]))
     phi, front, arc = surface.phi.copy(), surface.front.copy(), surface.arc.copy()
     phi[rows], front[rows], arc[rows] = 0.0, number, along
     return replace(surface, phi=phi, front=front, arc=arc)
 
 
-def _lengths(surface: CutSurface, edges) -> np.ndarray:
+def _lengths(surface: CutSurface, edges: np.ndarray) -> np.ndarray:
     return np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
 
 
-def _may_cross(surface: CutSurface, edges) -> np.ndarray:
+def _may_cross(surface: CutSurface, edges: np.ndarray) -> np.ndarray:
+    """Tell which edges are long enough to reach the front from both their ends."""
     phi, length = surface.phi[edges], _lengths(surface, edges)
-    return np.abs(phi).sum(axis=1) <= 1.0001 * length
+    return np.abs(phi).sum(axis=1) <= SLACK * length
 
 
-def _first_crossing(surface: CutSurface, sheet: Sheet, edges) -> tuple[np.ndarray, np.ndarray]:
+def _first_crossing(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows of edges that cross the front and the fraction of the edge of the first crossing."""
     if not len(edges):
         return np.zeros(0, np.int64), np.zeros(0)
+    row, fraction, at = _rim_crossings(surface, sheet, edges)
+    # on a curved sheet the trace on the box is a chord, so it may pass the end of the front at a distance
+    reach = (TOUCHING if sheet.planar else END) * surface.size[edges[row, 0]]
+    on_front = np.linalg.norm(sheet.nearest_front(at)[0] - at, axis=1) <= reach
+    row, fraction = row[on_front], fraction[on_front]
+    order = np.lexsort([fraction, row])
+    row, fraction = row[order], fraction[order]
+    row, first = np.unique(row, return_index=True)
+    return row, fraction[first]
+
+
+def _rim_crossings(
+    surface: CutSurface, sheet: Sheet, edges: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return where edges cross the rim: their rows, the fraction along each, and the place in (u, v).
+
+    Crossings at an end of the edge are left out, and those of edges between two front points that graze it.
+    """
     start, end = sheet.uv(surface.points[edges[:, 0]]), sheet.uv(surface.points[edges[:, 1]])
     row, segment = sheet.rim_tree.query(shapely.linestrings(np.stack([start, end], axis=1)), "intersects")
     a, d = start[row], end[row] - start[row]
@@ -68,31 +93,23 @@ def _first_crossing(surface: CutSurface, sheet: Sheet, edges) -> tuple[np.ndarra
     cross = d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0]
     with np.errstate(all="ignore"):
         fraction = ((b - a)[:, 0] * e[:, 1] - (b - a)[:, 1] * e[:, 0]) / cross
-    length, size = np.linalg.norm(d, axis=1), surface.size[edges[row]]
-    margin = np.where(surface.front[edges[row]] >= 0, 1e-3, 1e-9) * size
+    length, is_front = np.linalg.norm(d, axis=1), surface.front[edges[row]] >= 0
+    margin = np.where(is_front, TOUCHING, AT_END) * surface.size[edges[row]]
     keep = np.isfinite(fraction) & (fraction * length > margin[:, 0])
     keep &= (1 - fraction) * length > margin[:, 1]
-    joins_front = (surface.front[edges[row]] >= 0).all(axis=1)
-    keep &= ~joins_front | (np.abs(cross) > GRAZING * length * np.linalg.norm(e, axis=1))
-    row, fraction = row[keep], fraction[keep]
-    at = a[keep] + fraction[:, None] * d[keep]
-    # on a curved sheet the trace on the box is a chord, so it may pass the end of the front at a distance
-    reach = (TOUCHING if sheet.planar else END) * size[keep, 0]
-    near_front = np.linalg.norm(sheet.nearest_front(at)[0] - at, axis=1) <= reach
-    row, fraction = row[near_front], fraction[near_front]
-    order = np.lexsort([fraction, row])
-    row, fraction = row[order], fraction[order]
-    row, first = np.unique(row, return_index=True)
-    return row, fraction[first]
+    keep &= ~is_front.all(axis=1) | (np.abs(cross) > GRAZING * length * np.linalg.norm(e, axis=1))
+    return row[keep], fraction[keep], a[keep] + fraction[keep, None] * d[keep]
 
 
-def _split_at_front(surface: CutSurface, sheet: Sheet, edges, fraction) -> CutSurface:
+def _split_at_front(
+    surface: CutSurface, sheet: Sheet, edges: np.ndarray, fraction: np.ndarray
+) -> CutSurface:
     start, end = surface.points[edges[:, 0]], surface.points[edges[:, 1]]
     points = start + fraction[:, None] * (end - start)
     size = surface.size[edges]
     first = len(surface.points)
     surface = split_edges(surface, edges, points, size[:, 0] + fraction * (size[:, 1] - size[:, 0]))
-    return put_on_front(surface, sheet, np.arange(first, len(surface.points)))
+    return with_front_points(surface, sheet, np.arange(first, len(surface.points)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +121,7 @@ class FrontChain:
 
 
 def inside_traces(surface: CutSurface) -> tuple[np.ndarray, np.ndarray]:
-    """Return trace edges inside the front, and those that join two points of the front ."""
+    """Return trace edges inside the front, and those that join two points of the front."""
     edges = trace_edges(surface)
     phi = surface.phi[edges]
     chords = edges[(phi == 0).all(axis=1)]
@@ -129,7 +146,7 @@ def split_chords(surface: CutSurface, sheet: Sheet) -> tuple[CutSurface, np.ndar
     return with_phi(surface, sheet), chords[along]
 
 
-def _neighbours(surface: CutSurface, sheet: Sheet, chords) -> np.ndarray:
+def _neighbours(surface: CutSurface, sheet: Sheet, chords: np.ndarray) -> np.ndarray:
     """Tell which chords join front points that follow each other along one front."""
     on = np.flatnonzero(surface.front >= 0)
     on = on[np.lexsort([surface.arc[on], surface.front[on]])]
@@ -145,14 +162,17 @@ def _neighbours(surface: CutSurface, sheet: Sheet, chords) -> np.ndarray:
     return np.isin(chords[:, 0] * stride + chords[:, 1], known)
 
 
-def chain(surface: CutSurface, sheet: Sheet, along, target: Callable, crowd: np.ndarray) -> FrontChain:
+def chain(
+    surface: CutSurface, sheet: Sheet, along: np.ndarray, target: SizeAt, crowd: np.ndarray
+) -> FrontChain:
     """Return the front's edges: pierce points in order with nodes at the target size between them.
 
     along (k, 2): trace edges that are front edges. target(points) -> sizes. crowd: extra halvings of
     each interval between pierce points, by position in the order of fronts and arcs.
     """
     taken = set(map(tuple, np.sort(along, axis=1).tolist()))
-    edges, uv = [], []
+    edges: list[tuple[int, int, int]] = []
+    uv: list[np.ndarray] = []
     interval = 0
     for front, closed in enumerate(sheet.closed):
         nodes = _numbered_nodes(surface, sheet, front, uv)
@@ -166,33 +186,34 @@ def chain(surface: CutSurface, sheet: Sheet, along, target: Callable, crowd: np.
             first = len(surface.points) + len(uv)
             uv.extend(sheet.on_front(front, inner))
             line = [a, *range(first, first + len(inner)), b]
-            edges.extend((*pair, interval) for pair in zip(line[:-1], line[1:]))
+            edges.extend((p, q, interval) for p, q in zip(line[:-1], line[1:]))
             interval += 1
     return FrontChain(np.array(edges, np.int64).reshape(-1, 3), np.array(uv).reshape(-1, 2))
 
 
-def _numbered_nodes(surface: CutSurface, sheet: Sheet, front: int, uv: list) -> list[tuple[int, float]]:
+def _numbered_nodes(
+    surface: CutSurface, sheet: Sheet, front: int, uv: list[np.ndarray]
+) -> list[tuple[int, float]]:
     """Return (id, arc length) of the nodes a front must have; those that are new are added to `uv`."""
-    nodes = []
+    nodes: list[tuple[int, float]] = []
     for node, arc, position in _forced_nodes(surface, sheet, front):
         if node < 0:
             node = len(surface.points) + len(uv)
-            uv.append(position)
+            uv.append(np.array(position))
         nodes.append((node, arc))
     return nodes
 
 
-def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int):
+def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int) -> list[tuple[int, float, list[float]]]:
     """Return id (-1: new), arc and uv of the nodes a front must have: pierce points, ends, corners."""
     curve, closed = sheet.curves[front], sheet.closed[front]
-    ids = np.flatnonzero(surface.front == front)
-    ids = ids[np.argsort(surface.arc[ids], kind="stable")]
+    ids = surface.on_front(front)
     known = surface.arc[ids]
     step = np.diff(curve[:, :2], axis=0)
     step /= np.linalg.norm(step, axis=1)[:, None]
     sharp = np.flatnonzero(np.einsum("ij,ij->i", step[1:], step[:-1]) < CORNER) + 1
     size = np.median(surface.size)
-    wanted = _apart(curve[sharp, 2], known, 1e-3 * size)
+    wanted = _apart(curve[sharp, 2], known, TOUCHING * size)
     if not closed:
         wanted += _apart(curve[[0, -1], 2], known, END * size)
     elif not len(wanted) and not len(ids):
@@ -203,24 +224,34 @@ def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int):
     return sorted(items, key=lambda item: item[1])
 
 
-def _apart(wanted, known, near: float) -> list[float]:
+def _apart(wanted: np.ndarray, known: np.ndarray, near: float) -> list[float]:
+    """Return those of the wanted arc lengths that no known one is near."""
     return [w for w in wanted.tolist() if not len(known) or np.abs(known - w).min() > near]
 
 
-def _spread(sheet: Sheet, front: int, ends: tuple, target: Callable, halvings: int) -> np.ndarray:
-    """Return arc lengths between the ends, evenly in units of the target size."""
-    samples = np.linspace(*ends, 257)
+def _spread(
+    sheet: Sheet, front: int, ends: tuple[float, float], target: SizeAt, halvings: int
+) -> np.ndarray:
+    """Return arc lengths between the ends, evenly in units of the target size.
+
+    Edges turn by at most SHARPEST. Turning is seen between chords; half a chord at each end shows none.
+    """
+    samples = np.linspace(ends[0], ends[1], INTERVALS + 1)
     uv = sheet.on_front(front, samples)
     density = 1.0 / target(sheet.lift(uv))
     total = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(samples))])
-    heading = np.unwrap(np.arctan2(*np.diff(uv[::16], axis=0).T[::-1]))
-    turning = np.abs(np.diff(heading)).sum() * 16 / 15
-    count = max(1, int(round(total[-1])), int(np.ceil(turning / SHARPEST - 0.01))) * 2**halvings
+    heading = np.unwrap(np.arctan2(*np.diff(uv[:: INTERVALS // CHORDS], axis=0).T[::-1]))
+    turning = np.abs(np.diff(heading)).sum() * CHORDS / (CHORDS - 1)
+    bends = int(np.ceil(turning / SHARPEST - ROUND_DOWN))
+    count = max(1, int(round(total[-1])), bends) * 2**halvings
     return np.interp(np.arange(1, count) * total[-1] / count, total, samples)
 
 
-def conflicts(edges, traces, uv) -> np.ndarray:
-    """Return the intervals whose front edges cross a trace edge in (u, v)."""
+def conflicts(edges: np.ndarray, traces: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """Return the intervals whose front edges cross a trace edge in (u, v).
+
+    edges (k, 3) as in FrontChain; traces (j, 2); uv (n, 2) of all points.
+    """
     if not len(traces):
         return np.zeros(0, np.int64)
     tree = shapely.STRtree(shapely.linestrings(uv[edges[:, :2]]))

@@ -7,8 +7,8 @@ from scipy.sparse.csgraph import connected_components
 from craftmesh.surface.connectivity import facet_edges
 
 
-def regions_of(triangles, fixed) -> np.ndarray:
-    """Return the region number (t,) of each patch triangle: joined across edges that are not fixed."""
+def regions_of(triangles: np.ndarray, fixed: np.ndarray) -> np.ndarray:
+    """Return the region number (t,) of each patch triangle (t, 3): joined across edges not fixed (t, 3)."""
     directed = facet_edges(triangles)
     low, high = directed.min(axis=1), directed.max(axis=1)
     key = low * (high.max() + 1) + high
@@ -20,8 +20,10 @@ def regions_of(triangles, fixed) -> np.ndarray:
     return connected_components(graph, directed=False)[1].astype(np.int64)
 
 
-def labels_of_regions(points, triangles, region, facets, sides) -> np.ndarray:
-    """Return the label (r,) of each region of the patch.
+def labels_of_regions(
+    points: np.ndarray, triangles: np.ndarray, region: np.ndarray, facets: np.ndarray, sides: np.ndarray
+) -> np.ndarray:
+    """Return the label (r,) of each region (t,) of the triangles (t, 3), from facets and sides (m, 2).
 
     At each trace edge the facet next to the patch around the edge tells the label on its side; the
     region takes what most of its edge length tells. Regions without a trace are found by rays.
@@ -42,7 +44,9 @@ def labels_of_regions(points, triangles, region, facets, sides) -> np.ndarray:
     return labels
 
 
-def _votes(points, triangles, region, facets, sides):
+def _votes(
+    points: np.ndarray, triangles: np.ndarray, region: np.ndarray, facets: np.ndarray, sides: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return region, label and weight for every patch triangle that has facets on one of its edges."""
     stride = np.int64(len(points) + 1)
     mine, theirs = facet_edges(triangles), facet_edges(facets)
@@ -69,7 +73,15 @@ def _votes(points, triangles, region, facets, sides):
     return region[rows // 3], label, length * np.minimum(np.abs(np.sin(angle)) + 1e-3, 1)
 
 
-def _angle_around(points, mine, triangles, rows, theirs, wing, facets):
+def _angle_around(
+    points: np.ndarray,
+    mine: np.ndarray,
+    triangles: np.ndarray,
+    rows: np.ndarray,
+    theirs: np.ndarray,
+    wing: np.ndarray,
+    facets: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the angle 0..2 pi from patch triangle to facet about their edge, and if both run alike."""
     a, b = mine[rows, 0], mine[rows, 1]
     axis = points[b] - points[a]
@@ -83,12 +95,12 @@ def _angle_around(points, mine, triangles, rows, theirs, wing, facets):
     return np.where(angle < -1e-9, angle + 2 * np.pi, np.maximum(angle, 0.0)), theirs[wing, 0] == a
 
 
-def _perpendicular(vectors, axis) -> np.ndarray:
+def _perpendicular(vectors: np.ndarray, axis: np.ndarray) -> np.ndarray:
     vectors = vectors - np.einsum("ij,ij->i", vectors, axis)[:, None] * axis
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)[:, None]
 
 
-def _label_by_rays(points, origins, facets, sides) -> int:
+def _label_by_rays(points: np.ndarray, origins: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> int:
     """Return the label that most of nine rays from a region's triangles meet first."""
     directions = np.array([[0.9, 0.31, 0.17], [-0.23, 0.87, 0.41], [0.37, -0.19, 0.91]])
     chosen = origins[np.unique(np.linspace(0, len(origins) - 1, 3).astype(int))]
@@ -97,7 +109,9 @@ def _label_by_rays(points, origins, facets, sides) -> int:
     return int(labels[np.argmax(count)])
 
 
-def _first_label(points, origin, direction, facets, sides) -> int:
+def _first_label(
+    points: np.ndarray, origin: np.ndarray, direction: np.ndarray, facets: np.ndarray, sides: np.ndarray
+) -> int:
     """Return the label before the first facet that a ray meets, 0 where it meets none."""
     a = points[facets[:, 0]]
     u, v = points[facets[:, 1]] - a, points[facets[:, 2]] - a

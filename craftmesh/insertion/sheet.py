@@ -6,8 +6,10 @@ import numpy as np
 import shapely
 
 from craftmesh.cracks.triangulated import ON_PLANE, best_fit_frame, boundary_loops
+from craftmesh.errors import CraftmeshError
 from craftmesh.types import Crack
 
+MOUTH = 0.2  # of the box's diagonal, by which the mouth is pushed out of it
 PLANAR = 1e-9  # offsets below this share of the extent make a crack planar
 
 
@@ -35,8 +37,8 @@ class Sheet:
     front_tree: shapely.STRtree
     front_number: np.ndarray
     front_start: np.ndarray
-    curves: tuple
-    closed: tuple
+    curves: tuple[np.ndarray, ...]
+    closed: tuple[bool, ...]
 
     def uv(self, points: np.ndarray) -> np.ndarray:
         """Return the parameters (n, 2) of points (n, 3)."""
@@ -67,7 +69,7 @@ class Sheet:
         height[row] = _interpolate(self.nodes, self.height, self.triangles[cell[first]], uv[row])
         past = np.setdiff1d(np.arange(len(uv)), row)
         if len(past):
-            foot, cell = self._nearest_on_surface(points[past], uv[past])
+            foot, cell = self._nearest_on_surface(points[past])
             base = _interpolate(self.nodes, self.height, self.triangles[cell], foot)
             slope = np.stack(
                 [_interpolate(self.nodes, self.slope[:, i], self.triangles[cell], foot) for i in range(2)],
@@ -76,7 +78,8 @@ class Sheet:
             height[past] = base + np.einsum("ij,ij->i", slope, uv[past] - foot)
         return height
 
-    def _nearest_on_surface(self, points, uv) -> tuple[np.ndarray, np.ndarray]:
+    def _nearest_on_surface(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return foot (n, 2) and triangle (n,) nearest to shapely points (n,) off the surface."""
         cell = self.cells.query_nearest(points, all_matches=False)[1]
         lines = shapely.shortest_line(self.cells.geometries[cell], points)
         return shapely.get_coordinates(lines).reshape(-1, 2, 2)[:, 0], cell
@@ -98,9 +101,14 @@ class Sheet:
         return np.stack([np.interp(arc, curve[:, 2], curve[:, i]) for i in range(2)], axis=1)
 
 
-def sheet_of(crack: Crack, box) -> Sheet:
-    """Return the evaluator of `crack` in the box (2, 3); planar cracks are exact."""
+def sheet_of(crack: Crack, box: np.ndarray) -> Sheet:
+    """Return the evaluator of `crack` in the box (2, 3); planar cracks are exact.
+
+    Raises CraftmeshError for a crack without a front.
+    """
     box = np.asarray(box, float)
+    if not crack.fronts:
+        raise CraftmeshError("the crack has no front; expected one: make it with craftmesh crack")
     points, triangles = crack.points, crack.triangles.astype(np.int64)
     frame = best_fit_frame(points, triangles)
     origin = points[np.unique(triangles)].mean(axis=0)
@@ -109,7 +117,7 @@ def sheet_of(crack: Crack, box) -> Sheet:
     planar = bool(np.abs(height).max() <= PLANAR * np.ptp(nodes, axis=0).max())
     curves = tuple(_with_arc_length(nodes[front]) for front in crack.fronts)
     domain = _polygon(boundary_loops(triangles), nodes)
-    domain = _push_out_mouth(domain, crack, points, nodes, frame, box)
+    domain = _push_out_mouth(domain, crack, nodes, frame, box)
     rim, front_number, front_start = _rim(domain, curves)
     shapely.prepare(domain)
     return Sheet(
@@ -117,7 +125,7 @@ def sheet_of(crack: Crack, box) -> Sheet:
         slope=_slopes(nodes, height, triangles),
         triangles=triangles, planar=planar, domain=domain,
         cells=shapely.STRtree(shapely.polygons(nodes[triangles])),
-        rim=rim, rim_tree=shapely.STRtree(shapely.linestrings(rim)), 
+        rim=rim, rim_tree=shapely.STRtree(shapely.linestrings(rim)),
         front_tree=shapely.STRtree(shapely.linestrings(rim[: len(front_number)])),
         front_number=front_number, front_start=front_start,
         curves=curves, closed=tuple(bool(front[0] == front[-1]) for front in crack.fronts),
@@ -137,7 +145,9 @@ def _polygon(rings: list[np.ndarray], nodes: np.ndarray) -> shapely.Polygon:
     return shapely.Polygon(nodes[rings[outer]], holes)
 
 
-def _push_out_mouth(domain, crack, points, nodes, frame, box) -> shapely.Polygon:
+def _push_out_mouth(
+    domain: shapely.Polygon, crack: Crack, nodes: np.ndarray, frame: np.ndarray, box: np.ndarray
+) -> shapely.Polygon:
     """Extend the domain past mouth edges that lie on a box plane, so that the mouth is outside the box."""
     diagonal = np.linalg.norm(box[1] - box[0])
     fronts = {
@@ -146,13 +156,13 @@ def _push_out_mouth(domain, crack, points, nodes, frame, box) -> shapely.Polygon
     strips = []
     for loop in boundary_loops(crack.triangles):
         for a, b in zip(loop[:-1].tolist(), loop[1:].tolist()):
-            ends = points[[a, b]]
+            ends = crack.points[[a, b]]
             near = np.abs(ends[:, None] - box[None]).max(axis=0) <= ON_PLANE * diagonal
             if frozenset((a, b)) in fronts or not near.any():
                 continue
             side, axis = np.argwhere(near)[0]
             outward = frame[:2, axis] * (2 * side - 1)
-            outward = 0.2 * diagonal * outward / np.linalg.norm(outward)
+            outward = MOUTH * diagonal * outward / np.linalg.norm(outward)
             strips.append(shapely.Polygon([nodes[a], nodes[b], nodes[b] + outward, nodes[a] + outward]))
     if not strips:
         return domain
@@ -161,7 +171,9 @@ def _push_out_mouth(domain, crack, points, nodes, frame, box) -> shapely.Polygon
     return parts[np.argmax(shapely.area(parts))]
 
 
-def _rim(domain, curves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _rim(
+    domain: shapely.Polygon, curves: tuple[np.ndarray, ...]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the domain's boundary segments, fronts first, and of those front and arc length."""
     starts, ends, number, arc = [np.zeros((0, 2))], [np.zeros((0, 2))], [], []
     for front, curve in enumerate(curves):
@@ -171,17 +183,17 @@ def _rim(domain, curves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         arc.append(curve[:-1, 2])
     segments = np.stack([np.concatenate(starts), np.concatenate(ends)], axis=1)
     known = {frozenset(map(tuple, segment)) for segment in segments.tolist()}
-    mouth = []
+    mouth: list[list[list[float]]] = []
     for ring in [domain.exterior, *domain.interiors]:
         line = shapely.get_coordinates(ring)
         for segment in np.stack([line[:-1], line[1:]], axis=1).tolist():
             if frozenset(map(tuple, segment)) not in known:
                 mouth.append(segment)
-    mouth = np.array(mouth).reshape(-1, 2, 2)
-    return np.concatenate([segments, mouth]), np.concatenate(number), np.concatenate(arc)
+    segments = np.concatenate([segments, np.array(mouth).reshape(-1, 2, 2)])
+    return segments, np.concatenate(number), np.concatenate(arc)
 
 
-def _slopes(nodes, height, triangles) -> np.ndarray:
+def _slopes(nodes: np.ndarray, height: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return the area-weighted mean gradient (n, 2) of the height at the nodes."""
     a, b, c = (nodes[triangles[:, i]] for i in range(3))
     u, v = b - a, c - a
@@ -195,7 +207,9 @@ def _slopes(nodes, height, triangles) -> np.ndarray:
     return slope / weight[:, None]
 
 
-def _interpolate(nodes, values, triangles, uv) -> np.ndarray:
+def _interpolate(
+    nodes: np.ndarray, values: np.ndarray, triangles: np.ndarray, uv: np.ndarray
+) -> np.ndarray:
     """Return `values` interpolated in the given triangle of each row of uv (n, 2)."""
     a, b, c = (nodes[triangles[:, i]] for i in range(3))
     u, v, w = b - a, c - a, uv - a

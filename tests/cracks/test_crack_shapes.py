@@ -221,6 +221,12 @@ def test_each_breach_of_a_crack_is_told():
         assert any(sentence in breach for breach in check_crack(crack)), sentence
 
 
+def test_a_crack_without_a_front_has_no_sheet():
+    points, triangles = wavy_disc(3.0, 0.0)
+    with pytest.raises(CraftmeshError, match="no front"):
+        sheet_of(Crack(points, triangles, ()), BOX)
+
+
 def test_a_mouth_on_the_box_is_pushed_out_so_that_the_box_is_inside():
     square = np.array([[1, 2, 8], [5, 2, 8], [5, 6, 8], [1, 6, 8]], float)
     crack = crack_from_triangles(square, [[0, 1, 2], [0, 2, 3]], None, BOX)
