@@ -9,7 +9,6 @@ otherwise in their decks. The tests hold both to within 1e-12.
 """
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 _ROUNDING = 1e-14
 
@@ -63,6 +62,8 @@ def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
     No symmetry is applied.
     """
+    from scipy.spatial.transform import Rotation
+
     one, other = (Rotation.from_quat(quaternions, scalar_first=True) for quaternions in (first, second))
     return np.degrees((one.inv() * other).magnitude())
 

@@ -1,14 +1,17 @@
 """Surface files come back as they were written, in every format; broken ones are refused by name."""
 
+import importlib
 import subprocess
 import sys
 
+import meshio
 import numpy as np
 import pytest
 import trimesh
 from structured_box import structured_box
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.io import vtk_xml
 from craftmesh.io.surface_files import (
     SUFFIXES,
     read_grain_folder,
@@ -90,6 +93,35 @@ def test_text_and_doubles_keep_every_bit(tmp_path, name, written):
     (tmp_path / name).write_bytes(content.encode() if isinstance(content, str) else content)
     points, triangles = read_triangles(tmp_path / name)
     assert np.array_equal(points[triangles], TETRAHEDRON[0][TETRAHEDRON[1]])
+
+
+@pytest.mark.parametrize("binary", [False, True])
+@pytest.mark.parametrize("suffix", [".stl", ".ply", ".obj", ".off"])
+def test_files_of_meshio_are_read(tmp_path, suffix, binary):
+    kind = {"binary": binary} if suffix in (".stl", ".ply") else {}
+    meshio.Mesh(TETRAHEDRON[0], [("triangle", TETRAHEDRON[1])]).write(tmp_path / f"a{suffix}", **kind)
+    points, triangles = read_triangles(tmp_path / f"a{suffix}")
+    np.testing.assert_allclose(points[triangles], TETRAHEDRON[0][TETRAHEDRON[1]], atol=1e-7)
+
+
+@pytest.mark.parametrize("binary", [False, True])
+@pytest.mark.parametrize(
+    ("module", "writer", "suffix"),
+    [("vtkIOGeometry", "vtkSTLWriter", ".stl"), ("vtkIOPLY", "vtkPLYWriter", ".ply")],
+)
+def test_files_of_vtk_are_read(tmp_path, module, writer, suffix, binary):
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    poly = vtkPolyData()
+    poly.SetPoints(vtk_xml.vtk_points(TETRAHEDRON[0]))
+    poly.SetPolys(vtk_xml.uniform_cells(TETRAHEDRON[1]))
+    vtk_writer = getattr(importlib.import_module(f"vtkmodules.{module}"), writer)()
+    vtk_writer.SetInputData(poly)
+    vtk_writer.SetFileName(str(tmp_path / f"a{suffix}"))
+    vtk_writer.SetFileType(2 if binary else 1)
+    assert vtk_writer.Write()
+    points, triangles = read_triangles(tmp_path / f"a{suffix}")
+    np.testing.assert_allclose(points[triangles], TETRAHEDRON[0][TETRAHEDRON[1]], atol=1e-6)
 
 
 def test_a_binary_file_whose_header_says_solid_is_read_as_binary(tmp_path):
