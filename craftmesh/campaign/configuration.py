@@ -1,6 +1,6 @@
 """Configurations held against their JSON schema: defaults filled in, the first fault told in one line."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
@@ -61,7 +61,7 @@ def _with_defaults(value: Any, schema: dict) -> Any:
     return filled
 
 
-def _explain(fault) -> str:
+def _explain(fault: Any) -> str:
     """Return one line for a fault that jsonschema found."""
     path = ".".join(map(str, fault.absolute_path))
     if fault.validator == "additionalProperties":
@@ -100,6 +100,6 @@ def _expectation(schema: dict) -> str:
     return f"{text} ({about})" if about else text
 
 
-def listed(names) -> str:
+def listed(names: Iterable) -> str:
     """Return names as one text, parted by commas."""
     return ", ".join(map(str, names))

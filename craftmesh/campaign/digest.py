@@ -23,8 +23,6 @@ def digest(module: str, root: Path | None = None) -> str:
     this package's own. Raises FileNotFoundError for an unknown module.
     """
     root = Path(__file__).parents[1] if root is None else root
-    if source_file(module, root) is None:
-        raise FileNotFoundError(f"module {module} is not in {root}")
     found: set[str] = set()
     waiting = [module]
     while waiting:
@@ -34,7 +32,7 @@ def digest(module: str, root: Path | None = None) -> str:
             waiting.extend(imports_of(name, root))
     total = hashlib.sha256()
     for name in sorted(found):
-        total.update(name.encode() + b"\0" + source_file(name, root).read_bytes() + b"\0")
+        total.update(name.encode() + b"\0" + _existing(name, root).read_bytes() + b"\0")
     return total.hexdigest()[:16]
 
 
@@ -48,10 +46,17 @@ def source_file(module: str, root: Path) -> Path | None:
     return None
 
 
+def _existing(module: str, root: Path) -> Path:
+    file = source_file(module, root)
+    if file is None:
+        raise FileNotFoundError(f"module {module} is not in {root}")
+    return file
+
+
 @cache
 def imports_of(module: str, root: Path) -> tuple[str, ...]:
     """Return the craftmesh modules that `module` imports; parent packages are not followed."""
-    file = source_file(module, root)
+    file = _existing(module, root)
     package = module if file.name == "__init__.py" else module.rpartition(".")[0]
     names: list[str] = []
     nodes = list(ast.walk(ast.parse(file.read_bytes())))

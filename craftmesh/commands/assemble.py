@@ -4,6 +4,7 @@ Where grains are left without tetrahedra, or with mesher tetwild, the whole mode
 same sizes and options as to tetrahedralize.
 """
 
+import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
@@ -14,12 +15,13 @@ from craftmesh.io.front_csv import write_front
 from craftmesh.io.grain_tets import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, write_tets
 from craftmesh.mesh.front import front_frames
+from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.repair import repair_surface
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import merged
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("surface", type=Path, help="the gradated surface .vtp that was tetrahedralized")
     parser.add_argument("chunks", type=Path, nargs="+", metavar="CHUNK", help="chunks of grains .npz")
     add_output(parser, "mesh .vtu with the crack opened")
@@ -32,7 +34,7 @@ def add_arguments(parser):
     add_options(parser, TetrahedralizeOptions)
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
     refuse_two_sizings(arguments)
     surface = read_surface(arguments.surface)
     record = merged([read_record(chunk) for chunk in arguments.chunks])
@@ -40,7 +42,7 @@ def run(arguments):
         surface, _ = repair_surface(surface)
     grain_tets = [grain for chunk in arguments.chunks for grain in read_grain_tets(chunk)]
 
-    def sizing():
+    def sizing() -> Lengths | None:
         return sizing_from(arguments, surface, arguments.front) if is_sized(arguments) else None
 
     mesh, report = complete_mesh(

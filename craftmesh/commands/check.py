@@ -1,12 +1,13 @@
 """Check the invariants of any stage file: one line per breach and exit status 1; measure the mesh."""
 
+import argparse
 from pathlib import Path
 
 from craftmesh.commands.stage_io import existing, read_json, write_json
 from craftmesh.errors import CraftmeshError
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, help=f"a stage file: {', '.join(CHECKS)}")
     parser.add_argument("--labels", type=Path, metavar="FILE", help="labels .npz for the volume per grain")
     parser.add_argument(
@@ -20,7 +21,7 @@ def add_arguments(parser):
     )
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> int:
     file = existing(arguments.file)
     if file.suffix not in CHECKS:
         raise CraftmeshError(
@@ -34,7 +35,7 @@ def run(arguments):
     return 1 if breaches else 0
 
 
-def check_mesh(file: Path, arguments) -> list[str]:
+def check_mesh(file: Path, arguments: argparse.Namespace) -> list[str]:
     from craftmesh.io.npz import read_labels
     from craftmesh.io.vtk import read_tets
     from craftmesh.mesh.check_tets import check_tets
@@ -50,7 +51,7 @@ def check_mesh(file: Path, arguments) -> list[str]:
     return breaches
 
 
-def check_polygons(file: Path, arguments) -> list[str]:
+def check_polygons(file: Path, _: argparse.Namespace) -> list[str]:
     """Check a surface or, where the file has no `sides`, a crack."""
     from craftmesh.io import vtk, vtk_xml
 
@@ -63,7 +64,7 @@ def check_polygons(file: Path, arguments) -> list[str]:
     return check_crack(vtk.read_crack(file))
 
 
-def check_volume(file: Path, arguments) -> list[str]:
+def check_volume(file: Path, _: argparse.Namespace) -> list[str]:
     from craftmesh.io.npz import read_labels
     from craftmesh.io.vtk import read_voxels
 
@@ -73,7 +74,7 @@ def check_volume(file: Path, arguments) -> list[str]:
     )
 
 
-def check_arrays(file: Path, arguments) -> list[str]:
+def check_arrays(file: Path, arguments: argparse.Namespace) -> list[str]:
     """Check a sizing or, where the file is none, a volume of labels."""
     from craftmesh.io.sizing_npz import is_sizing
 
@@ -85,21 +86,21 @@ def check_arrays(file: Path, arguments) -> list[str]:
     return []
 
 
-def check_islands(file: Path, arguments) -> list[str]:
+def check_islands(file: Path, _: argparse.Namespace) -> list[str]:
     from craftmesh.voxels.islands import islands_from_json
 
     islands_from_json(read_json(file))
     return []
 
 
-def check_front(file: Path, arguments) -> list[str]:
+def check_front(file: Path, _: argparse.Namespace) -> list[str]:
     from craftmesh.io.front_csv import read_front
 
     read_front(file)
     return []
 
 
-def check_input_deck(file: Path, arguments) -> list[str]:
+def check_input_deck(file: Path, _: argparse.Namespace) -> list[str]:
     from craftmesh.deck.check_deck import check_deck
 
     return check_deck(file)

@@ -1,5 +1,6 @@
 """Make the crack surface of one increment: prescribed by its shape or by a triangulated surface."""
 
+import argparse
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from craftmesh.io.surface_files import listed_suffixes, read_triangles
 from craftmesh.io.vtk import read_crack, read_surface, read_voxels, write_crack
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "volume", type=Path, help="labels .npz, volume .vti or surface .vtp that gives the box"
     )
@@ -31,7 +32,7 @@ def add_arguments(parser):
     add_options(parser, CrackOptions)
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
     options, increment = options_from(arguments, CrackOptions), arguments.increment
     crack = crack_of_increment(
         options, increment, box_of(arguments.volume), given_surface(options, increment)

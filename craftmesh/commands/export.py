@@ -1,5 +1,6 @@
 """Write the mesh for other programs, sets kept: .vtu (VTK), .msh (Gmsh 2.2), .e or .exo (Exodus II)."""
 
+import argparse
 import dataclasses
 import importlib
 from pathlib import Path
@@ -16,14 +17,14 @@ SUFFIXES = [f".{kind}" for kind in MESH_FORMATS]
 OF_THE_MESH = ("element", "quarter_points")
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     add_output(parser, f"file in the format of its suffix: {', '.join(SUFFIXES)}")
     others = [field.name for field in dataclasses.fields(DeckOptions) if field.name not in OF_THE_MESH]
     add_options(parser, DeckOptions, skip=others)
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
     suffix = arguments.output.suffix
     if suffix not in SUFFIXES:
         raise CraftmeshError(

@@ -5,7 +5,7 @@ import dataclasses
 import re
 import types
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, NoReturn
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import alternatives, hints_of, items_of
@@ -14,12 +14,12 @@ from craftmesh.options import alternatives, hints_of, items_of
 class Parser(argparse.ArgumentParser):
     """An argument parser that raises CraftmeshError instead of printing its usage and exiting."""
 
-    def __init__(self, **keywords):
+    def __init__(self, **keywords: Any):
         super().__init__(allow_abbrev=False, **keywords)
         # argparse takes -1e-3 for a flag unless its pattern of negative numbers knows exponents
         self._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
 
-    def error(self, message: str):
+    def error(self, message: str) -> NoReturn:
         raise CraftmeshError(f"{message}; see `{self.prog} --help`")
 
 
@@ -48,7 +48,7 @@ def _title(cls: type) -> str:
     return " ".join(words).lower() + " options"
 
 
-def _add_flag(group, field: dataclasses.Field, hint: Any) -> None:
+def _add_flag(group: argparse._ArgumentGroup, field: dataclasses.Field, hint: Any) -> None:
     """Add the flag of one field; when it is not given, the class keeps its default."""
     flag = "--" + field.name.replace("_", "-")
     required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING

@@ -1,5 +1,6 @@
 """Fit the edges of a stitched surface to the sizing function: Eq. 2-3, around the crack front."""
 
+import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
@@ -10,7 +11,7 @@ from craftmesh.io.vtk import read_surface, write_surface
 from craftmesh.progress import ProgressLine
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("surface", type=Path, help="stitched surface .vtp")
     add_output(parser, "gradated surface .vtp")
     add_report(parser)
@@ -19,7 +20,7 @@ def add_arguments(parser):
     add_options(parser, GradateOptions)
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
     refuse_two_sizings(arguments)
     surface = read_surface(arguments.surface)
     sizing = sizing_from(arguments, surface, arguments.front)

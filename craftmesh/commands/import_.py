@@ -1,5 +1,6 @@
 """Read a labelled microstructure, clean it, and find its voids and embedded grains."""
 
+import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
@@ -13,7 +14,7 @@ from craftmesh.voxels.islands import find_islands, islands_as_json
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("input", type=Path, help="microstructure file, or folder of TIFF slices")
     for flag, what in (
         ("--image", "volume .vti for viewing"),
@@ -25,7 +26,7 @@ def add_arguments(parser):
     add_options(parser, ReadOptions, CleanOptions)
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
     if not (arguments.image or arguments.labels or arguments.islands):
         raise CraftmeshError("nothing to write; give at least one of --labels, --image, --islands")
     raw = read_voxels(existing(arguments.input), options_from(arguments, ReadOptions))

@@ -1,5 +1,6 @@
 """Turn craftmesher's config.xml into a configuration, and say what it could not carry over."""
 
+import argparse
 from pathlib import Path
 
 from craftmesh.atomic import atomic_path
@@ -13,12 +14,12 @@ from craftmesh.errors import CraftmeshError
 CASES = "config/cases.tsv"
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("config", type=Path, help="craftmesher's config.xml")
     add_output(parser, "configuration .yaml, for `snakemake --configfile`")
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
     import yaml
 
     try:

@@ -1,5 +1,6 @@
 """Write the complete input deck for Abaqus and CalculiX: sets, sections, materials, a tension step."""
 
+import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
@@ -9,7 +10,7 @@ from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import read_tets
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     add_output(parser, "input deck .inp")
     parser.add_argument(
@@ -22,7 +23,7 @@ def add_arguments(parser):
     add_options(parser, DeckOptions)
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, DeckOptions)
     known = {}
     if arguments.microstructure:

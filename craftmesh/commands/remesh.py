@@ -1,5 +1,6 @@
 """Turn a labelled volume into one conformal, smoothed surface: multi-material marching cubes."""
 
+import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
@@ -10,14 +11,14 @@ from craftmesh.progress import ProgressLine
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("labels", type=Path, help="cleaned volume .npz of `craftmesh import`")
     add_output(parser, "surface .vtp")
     add_report(parser)
     add_options(parser, RemeshOptions)
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
     voxels = read_labels(existing(arguments.labels))
     with ProgressLine("remesh") as progress:
         surface, report = remesh(voxels, options_from(arguments, RemeshOptions), progress)

@@ -9,6 +9,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add nothing: the verb has no options."""
 
 
-def run(arguments: argparse.Namespace) -> None:
+def run(_: argparse.Namespace) -> None:
     """Print the path of workflow/Snakefile."""
     print(snakefile())

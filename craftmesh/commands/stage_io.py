@@ -6,6 +6,7 @@ import math
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
@@ -75,7 +76,7 @@ def existing(path: Path) -> Path:
     return path
 
 
-def _finite(value):
+def _finite(value: Any) -> Any:
     if isinstance(value, dict):
         return {str(k): _finite(v) for k, v in value.items()}
     if isinstance(value, (list, tuple)):

@@ -1,5 +1,6 @@
 """Join the surfaces of the grains into one conformal surface and insert the crack."""
 
+import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
@@ -13,7 +14,7 @@ from craftmesh.progress import ProgressLine
 from craftmesh.stitching.stitch import StitchOptions, stitch_grains
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "surface", type=Path, help=f"surface .vtp, or folder of {listed_suffixes()} files, one per grain"
     )
@@ -24,9 +25,9 @@ def add_arguments(parser):
     add_options(parser, StitchOptions, InsertOptions)
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
     refuse_two_sizings(arguments)
-    report = {}
+    report: dict = {}
     if existing(arguments.surface).is_dir():
         surface, report = stitch_grains(
             read_grain_folder(arguments.surface), options_from(arguments, StitchOptions)

@@ -15,6 +15,7 @@ from craftmesh.io.failed_grain import write_failed_grain
 from craftmesh.io.grain_tets import write_grain_tets
 from craftmesh.io.vtk import read_surface, write_surface, write_tets
 from craftmesh.progress import ProgressLine
+from craftmesh.sizing.lengths import Lengths
 from craftmesh.tetrahedra.chunks import grains_of_chunk
 from craftmesh.tetrahedra.diagnose import GrainFailure
 from craftmesh.tetrahedra.mending import mended
@@ -26,7 +27,7 @@ from craftmesh.types import GrainTets, Surface
 from craftmesh.voxels.islands import islands_from_json
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("surface", type=Path, help="gradated surface .vtp")
     add_output(parser, "mesh .vtu with the crack opened; with --chunk the chunk's grains .npz")
     parser.add_argument("--islands", type=Path, metavar="FILE", help="voids and embedded grains .json")
@@ -40,7 +41,7 @@ def add_arguments(parser):
     add_options(parser, TetrahedralizeOptions)
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
     refuse_two_sizings(arguments)
     surface = read_surface(arguments.surface)
     if arguments.workers < 1:
@@ -52,7 +53,9 @@ def run(arguments):
     if arguments.chunk is not None:
         grains = grains_of_chunk(surface, *arguments.chunk)
     if options.mesher == TETWILD:
-        grain_tets, report, left = [], {}, grains
+        grain_tets: list[GrainTets] = []
+        report: dict = {}
+        left = grains
     else:
         grain_tets, report, left = mesh_grains(arguments, surface, sizing, options, grains)
     record = record_of(options.mesher, report, left, repair)
@@ -81,7 +84,11 @@ def repaired(surface: Surface, output: Path) -> tuple[Surface, dict | None]:
 
 
 def mesh_grains(
-    arguments, surface: Surface, sizing, options: TetrahedralizeOptions, grains: list[int]
+    arguments: argparse.Namespace,
+    surface: Surface,
+    sizing: Lengths | None,
+    options: TetrahedralizeOptions,
+    grains: list[int],
 ) -> tuple[list[GrainTets], dict, list[int]]:
     """Return the tets of the grains, the report and the ids of the grains that are left.
 

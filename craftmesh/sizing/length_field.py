@@ -31,7 +31,7 @@ class LengthField:
     lengths: np.ndarray
     growth: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         points = np.array(self.points, float).reshape(-1, 3)
         lengths = np.array(self.lengths, float).reshape(-1)
         if not len(points) or len(points) != len(lengths):
@@ -117,7 +117,9 @@ def curvature_lengths(surface: Surface, turn: float, shortest: float, growth: fl
     return LengthField(surface.points[free], np.clip(length, shortest, max(size, shortest)), growth)
 
 
-def _curvature_tensors(points, facets, f, g, ends) -> np.ndarray:
+def _curvature_tensors(
+    points: np.ndarray, facets: np.ndarray, f: np.ndarray, g: np.ndarray, ends: np.ndarray
+) -> np.ndarray:
     """Return (n, 3, 3) curvature tensors from the turns between facets `f` and `g` over edges `ends`."""
     area = area_vectors(points, facets)
     size = np.linalg.norm(area, axis=1)

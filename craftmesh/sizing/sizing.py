@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 from craftmesh.sizing.length_field import LengthField, curvature_lengths
+from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.types import Surface
 
@@ -90,9 +91,9 @@ class Sizing:
     exponent: float
     sources: np.ndarray
     growth: float | None = None
-    others: tuple = ()
+    others: tuple[Lengths, ...] = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         sources = np.array(self.sources, float).reshape(-1, 3)
         if not np.isfinite(sources).all():
             bad = int(np.flatnonzero(~np.isfinite(sources).all(1))[0])
@@ -131,17 +132,17 @@ class Sizing:
         r = np.asarray(r, float)
         length = self._equation_3(r)
         if self.growth is not None:
-            for s in self._steepest():
+            for s in self._steepest(self.growth):
                 start = self._equation_3(np.array([s]))[0]
                 length = np.where(r >= s, np.minimum(length, start + self.growth * (r - s)), length)
         return length
 
-    def _steepest(self) -> list[float]:
-        """Return the distances at which Eq. 3 can begin to grow faster than the limit."""
+    def _steepest(self, growth: float) -> list[float]:
+        """Return the distances at which Eq. 3 can begin to grow faster than `growth`."""
         marks = [0.0, self.r0, self.r1]
         rise = self.l0 - self.l_min
         if self.exponent > 1 and rise > 0 and self.r0 > 0:
-            share = (self.growth * self.r0 / (self.exponent * rise)) ** (1 / (self.exponent - 1))
+            share = (growth * self.r0 / (self.exponent * rise)) ** (1 / (self.exponent - 1))
             marks.append(self.r0 * min(share, 1.0))
         return marks
 
@@ -166,7 +167,7 @@ def median_edge(surface: Surface) -> float:
 
 
 def sizing_for(
-    surface: Surface | None, options: SizingOptions, sources: np.ndarray, others: tuple = ()
+    surface: Surface | None, options: SizingOptions, sources: np.ndarray, others: tuple[Lengths, ...] = ()
 ) -> Sizing:
     """Return the sizing around `sources` (k, 3), with defaults from the median edge of `surface`.
 
@@ -175,7 +176,7 @@ def sizing_for(
     reads. Without a surface l0 has to be given, and curvature gives no term.
     Raises CraftmeshError, naming the key, when the numbers do not fit each other.
     """
-    l0 = median_edge(surface) if options.l0 is None else options.l0
+    l0 = _original_length(surface, options)
     default = {"l_min": l0 / 2, "l0": l0, "l_max": 3 * l0, "r0": 8 * l0, "r1": 16 * l0, "exponent": 1.0}
     given = {k: getattr(options, k) for k in default if getattr(options, k) is not None}
     if "r1" not in given and "r0" in given:
@@ -190,6 +191,14 @@ def sizing_for(
     if growth is not None:
         others = tuple(o.limited(growth) if isinstance(o, LengthField) else o for o in others)
     return Sizing(**numbers, sources=sources, growth=growth, others=tuple(others))
+
+
+def _original_length(surface: Surface | None, options: SizingOptions) -> float:
+    if options.l0 is not None:
+        return options.l0
+    if surface is None:
+        raise CraftmeshError("l0 is missing; give it, or a surface whose median edge it is")
+    return median_edge(surface)
 
 
 def densify(polyline: np.ndarray, step: float) -> np.ndarray:

@@ -18,8 +18,8 @@ def arrays_of(sizing: Sizing) -> dict[str, np.ndarray]:
     `field_counts` (f,) and `field_growth` (f,) have a row for each. Raises CraftmeshError for a further
     length that is no LengthField.
     """
-    others = sizing.others
-    if not all(isinstance(other, LengthField) for other in others):
+    others = [other for other in sizing.others if isinstance(other, LengthField)]
+    if len(others) < len(sizing.others):
         raise CraftmeshError("a sizing within a sizing cannot be stored; expected fields of lengths alone")
     growth = np.nan if sizing.growth is None else sizing.growth
     return {
