@@ -50,11 +50,11 @@ class Package:
         text = CALLEE.format(decorator=self.decorator, factor=factor)
         (self.kernels / "callee.py").write_text(text)
 
-    def run(self, arguments: str = "1, 2", **environment: str) -> list[float]:
-        """Return the caller's value in a process of its own, and how often it came from the cache."""
+    def run(self, arguments: str = "1, 2", script: str = RUN, **environment: str) -> list[float]:
+        """Return what a process of its own prints: the caller's value, and the hits in the cache."""
         kept = {key: value for key, value in os.environ.items() if not key.startswith("NUMBA")}
         kept |= {"PYTHONPATH": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1"}
-        command = [sys.executable, "-c", RUN.format(arguments=arguments)]
+        command = [sys.executable, "-c", script.format(arguments=arguments)]
         done = subprocess.run(
             command, capture_output=True, text=True, cwd=self.folder, env=kept | environment
         )
@@ -115,6 +115,23 @@ def test_processes_that_compile_at_once_leave_a_sound_cache(package):
     with ThreadPoolExecutor(3) as pool:
         assert [value for value, _ in pool.map(package.run, calls)] == list(calls.values())
     assert [package.run(call)[0] for call in calls] == list(calls.values())
+
+
+CONSTANTS = """
+from craftmesh.jit import kernel
+from craftmesh.kernels.callee import scaled
+
+@kernel
+def scaled_constants():
+    return scaled(1) + scaled(2) + scaled(True)
+
+print(scaled_constants(), len(scaled.signatures))
+"""
+
+
+def test_constants_do_not_compile_a_kernel_anew(package):
+    (package.kernels / "constants.py").write_text(CONSTANTS)
+    assert package.run(script="import craftmesh.kernels.constants") == [12, 2]
 
 
 @pytest.mark.parametrize("module", [name for name in modules() if ".kernels." in name])

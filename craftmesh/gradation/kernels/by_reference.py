@@ -12,11 +12,13 @@ with the releases TESTED; tests/gradation/test_by_reference.py says so of any ot
 from types import SimpleNamespace
 from typing import NamedTuple
 
-from numba import config, njit, types
+from numba import config, types
 from numba.core import cgutils
 from numba.core.typing import signature
 from numba.experimental import structref
 from numba.extending import intrinsic, overload
+
+from craftmesh.jit import kernel
 
 TESTED = ("0.68",)
 
@@ -71,7 +73,7 @@ def _compiled_referred(parts):
     return referred
 
 
-@njit(cache=True)
+@kernel
 def _make_reference(parts):
     return _referred(parts)
 

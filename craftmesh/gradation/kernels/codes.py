@@ -1,6 +1,6 @@
 """What operations answer, and the bits of a vertex's flags."""
 
-from numba import njit
+from craftmesh.jit import kernel
 
 # An operation was done; it was not needed, or what it was meant for is gone: neither is a refusal.
 DONE = -1
@@ -28,13 +28,13 @@ ON_CRACK = 64
 ON_FRONT = 128
 
 
-@njit(cache=True)
+@kernel
 def is_held(flags, axis):
     """Tell whether a box plane across `axis` holds the vertex's coordinate."""
     return (flags >> (2 * axis)) & 3 != 0
 
 
-@njit(cache=True)
+@kernel
 def counted(refused, answer):
     """Return 1 for an operation that was done, else 0; count a refusal in `refused` by its reason."""
     if answer >= 0:

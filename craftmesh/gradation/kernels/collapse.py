@@ -1,7 +1,6 @@
 """Edge collapse on multi-material surfaces: which end moves, where to, and what the classes allow."""
 
 import numpy as np
-from numba import njit
 
 from craftmesh.gradation.kernels.codes import DONE, EAR, GRAIN_CONTACT, LINK, ON_CRACK, counted
 from craftmesh.gradation.kernels.collapse_rules import (
@@ -21,6 +20,7 @@ from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.projection import put_on_planes
 from craftmesh.gradation.kernels.rings import is_feature
 from craftmesh.gradation.kernels.star import Star, add_star, list_edge_facets, worst_score
+from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import squared_distance
 
 # How far from the middle of its edge a collapse may put the vertex to keep the volumes, chosen by hand:
@@ -30,7 +30,7 @@ REACH_OF_EDGE = 0.3
 REACH_OF_TARGET = 0.05
 
 
-@njit(cache=True)
+@kernel
 def _star_of_merging(state, a, b, halfway):
     """Return the star of merging `b` into `a`, which stays or goes halfway; moved is -1 when too big."""
     tip = state.used[0] if halfway else a
@@ -47,7 +47,7 @@ def _star_of_merging(state, a, b, halfway):
     return Star(a, tip, b, moved, dying, size)
 
 
-@njit(cache=True)
+@kernel
 def _put_halfway(state, star):
     """Put the star's tip in the middle of the edge, moved so that the grains keep their volumes."""
     a = star.vertex
@@ -60,7 +60,7 @@ def _put_halfway(state, star):
     put_on_planes(state, state.flags[a], a, place)
 
 
-@njit(cache=True)
+@kernel
 def collapse(state, grid, limits, a, b, halfway):
     """Merge `b` into `a`, at a's place or halfway where the volumes are kept; return DONE or why not.
 
@@ -77,7 +77,7 @@ def collapse(state, grid, limits, a, b, halfway):
     return attempt(state, grid, limits, star, floor)
 
 
-@njit(cache=True)
+@kernel
 def collapse_edge(state, grid, limits, a, b):
     """Collapse edge (a, b) when its vertex classes and the topology allow it; return DONE or why not."""
     lines = state.rank[a] > 0 and state.rank[b] > 0
@@ -104,7 +104,7 @@ def collapse_edge(state, grid, limits, a, b):
     return reason
 
 
-@njit(cache=True)
+@kernel
 def _collapse_somehow(state, grid, limits, a, b, ends):
     """Collapse the edge halfway or onto an end that stays, whichever suits; return DONE or why not."""
     reason = DONE
@@ -119,7 +119,7 @@ def _collapse_somehow(state, grid, limits, a, b, ends):
     return reason
 
 
-@njit(cache=True)
+@kernel
 def collapse_pass(state, grid, limits, edges, order, start):
     """Collapse edges under limits.collapse of their target, in `order` from `start` on.
 

@@ -1,9 +1,9 @@
 """Volumes between a changing star of facets and a point, per grain: placement and drift."""
 
 import numpy as np
-from numba import njit
 
 from craftmesh.gradation.kernels.codes import is_held
+from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
 # Part of the trace that is added to the diagonal of the system for a shift: it has a solution where all
@@ -11,7 +11,7 @@ from craftmesh.surface.kernels.facet_shape import area_vector
 DAMPING = 0.01
 
 
-@njit(cache=True)
+@kernel
 def _slot_row(slots, slot, count):
     for i in range(count):
         if slots[i] == slot:
@@ -19,7 +19,7 @@ def _slot_row(slots, slot, count):
     return count if count < len(slots) else -1
 
 
-@njit(cache=True)
+@kernel
 def _cone(points, facets, f, place):
     """Return the components of facet `f`'s area vector and the volume of its cone from `place` (3,)."""
     a = facets[f, 0]
@@ -28,7 +28,7 @@ def _cone(points, facets, f, place):
     return 0.5 * x, 0.5 * y, 0.5 * z, height / 6.0
 
 
-@njit(cache=True)
+@kernel
 def _add_cone(points, facets, patch, sides, slots, areas, volumes, f, place, count):
     x, y, z, volume = _cone(points, facets, f, place)
     for k in range(2):
@@ -51,7 +51,7 @@ def _add_cone(points, facets, patch, sides, slots, areas, volumes, f, place, cou
     return count
 
 
-@njit(cache=True)
+@kernel
 def grain_cones(state, star, place):
     """Fill the grains' rows with the cones from `place` over the star's old facets; return how many."""
     points, facets, patch, sides = state.points, state.facets, state.patch, state.patch_sides
@@ -63,7 +63,7 @@ def grain_cones(state, star, place):
     return count
 
 
-@njit(cache=True)
+@kernel
 def _solve(m, right, x):
     """Set `x` (3,) to the solution of the symmetric, definite 3 x 3 system."""
     c00 = m[1, 1] * m[2, 2] - m[1, 2] * m[2, 1]
@@ -78,7 +78,7 @@ def _solve(m, right, x):
     x[2] = (c02 * right[0] + c12 * right[1] + c22 * right[2]) / determinant
 
 
-@njit(cache=True)
+@kernel
 def volume_shift(state, count, planes, shift):
     """Set `shift` (3,) to the smallest move of the cones' tip that keeps every grain's volume.
 
@@ -104,7 +104,7 @@ def volume_shift(state, count, planes, shift):
     _solve(matrix, right, shift)
 
 
-@njit(cache=True)
+@kernel
 def keep_volumes(state, star, planes, reach):
     """Move the star's tip by at most `reach` in the box `planes` so that grains keep their volumes."""
     place = state.points[star.tip]
@@ -117,7 +117,7 @@ def keep_volumes(state, star, planes, reach):
         place[k] += shift[k]
 
 
-@njit(cache=True)
+@kernel
 def drift_allows(state, count, cap):
     """Tell whether the volumes gained by the rows' grains keep every drift within `cap` of the volume.
 
@@ -131,7 +131,7 @@ def drift_allows(state, count, cap):
     return True
 
 
-@njit(cache=True)
+@kernel
 def book_drift(state, count):
     """Add the rows' volumes to the grains' drifts."""
     for n in range(count):

@@ -3,8 +3,8 @@
 from collections import namedtuple
 
 import numpy as np
-from numba import njit
 
+from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
 from craftmesh.surface.kernels.triangles import triangles_intersect
 
@@ -44,18 +44,18 @@ def make_grid(points: np.ndarray, cell: float, items: int, facets: int) -> Facet
     )
 
 
-@njit(cache=True)
+@kernel
 def has_room(grid):
     """Tell whether one more operation surely fits into the grid's item lists."""
     return grid.used[0] + ROOM_PER_STEP < len(grid.facet)
 
 
-@njit(cache=True)
+@kernel
 def _cell(x, axis, origin, scale, dims):
     return max(0, min(dims[axis] - 1, np.int64((x - origin[axis]) * scale[0])))
 
 
-@njit(cache=True)
+@kernel
 def insert_facet(grid, points, f, a, b, c):
     """Enter facet `f` with corners (a, b, c) into the cells that its bounds meet; False when full."""
     origin, scale, dims, covered = grid.origin, grid.scale, grid.dims, grid.covered
@@ -90,7 +90,7 @@ def insert_facet(grid, points, f, a, b, c):
     return True
 
 
-@njit(cache=True)
+@kernel
 def fill_grid(grid, points, facets, alive, facet_count):
     """Empty the grid and enter all living facets; False when the item lists are too short."""
     grid.first[:] = -1
@@ -102,7 +102,7 @@ def fill_grid(grid, points, facets, alive, facet_count):
     return True
 
 
-@njit(cache=True)
+@kernel
 def _set_bounds(points, facets, f, low, high, bounds, row):
     """Set a row to the bounds of facet `f`; False, with the row spoiled, when they miss the box."""
     a = facets[f, 0]
@@ -121,7 +121,7 @@ def _set_bounds(points, facets, f, low, high, bounds, row):
     return True
 
 
-@njit(cache=True)
+@kernel
 def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high):
     """List the living, unmarked facets whose bounds meet the box; return their number, -1 if too many.
 
@@ -165,7 +165,7 @@ def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high)
     return count
 
 
-@njit(cache=True)
+@kernel
 def _set_planes(points, corners, planes):
     """Set rows of unit normal, offset and height that counts as contact: the facet's plane, and through
     edge k the plane across it that faces away from the facet.
@@ -201,7 +201,7 @@ def _set_planes(points, corners, planes):
         planes[k, 4] = contact
 
 
-@njit(cache=True)
+@kernel
 def _apart(points, planes, corners, p, q, r):
     """Tell whether facet (p, q, r) surely meets the facet of the `planes` in shared corners at most.
 
@@ -239,7 +239,7 @@ def _apart(points, planes, corners, p, q, r):
     return outside != 0 or (above != below and not near)
 
 
-@njit(cache=True)
+@kernel
 def _meets_star(points, planes, star, i):
     """Tell whether the new facet star[i] meets one of those before it."""
     a, b, c = star[i]
@@ -251,7 +251,7 @@ def _meets_star(points, planes, star, i):
     return False
 
 
-@njit(cache=True)
+@kernel
 def _meets_candidates(grid, near, points, facets, planes, corners):
     """Tell whether the new facet of these corners meets one of the first `near` candidates."""
     candidate, bounds = grid.candidate, grid.bounds
@@ -275,7 +275,7 @@ def _meets_candidates(grid, near, points, facets, planes, corners):
     return False
 
 
-@njit(cache=True)
+@kernel
 def star_intersects(grid, points, facets, alive, facet_stamp, mark, star, count):
     """Tell whether one of the new facets star[:count] (k, 3) meets another one or a facet in the grid.
 

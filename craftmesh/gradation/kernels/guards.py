@@ -6,7 +6,6 @@ first, and writes nothing of the mesh; `commit` makes the change that it allowed
 """
 
 import numpy as np
-from numba import njit
 
 from craftmesh.gradation.kernels.codes import DISTANCE, DONE, INTERSECTION, VOLUME
 from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_cones
@@ -14,9 +13,10 @@ from craftmesh.gradation.kernels.facet_grid import GONE, insert_facet
 from craftmesh.gradation.kernels.rings import link_corner, unlink_corner
 from craftmesh.gradation.kernels.star import add_star, hits, shape_refusal
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
+from craftmesh.jit import kernel
 
 
-@njit(cache=True)
+@kernel
 def attempt(state, grid, limits, star, floor):
     """Make the star's change when every guard allows it; return DONE or why not."""
     reason = refusal(state, grid, limits, star, floor)
@@ -25,7 +25,7 @@ def attempt(state, grid, limits, star, floor):
     return reason
 
 
-@njit(cache=True)
+@kernel
 def refusal(state, grid, limits, star, floor):
     """Return why the star may not change, or DONE; new facets must score `floor`.
 
@@ -54,7 +54,7 @@ def refusal(state, grid, limits, star, floor):
     return DONE
 
 
-@njit(cache=True)
+@kernel
 def _set_loose(state, star):
     """List the witnesses of the star's old facets and the homes of the vertices that move or go."""
     count = 0
@@ -70,7 +70,7 @@ def _set_loose(state, star):
     return count
 
 
-@njit(cache=True)
+@kernel
 def _list_takers(state, star):
     """Return how many facets of state.star may take witnesses, or -1 when too many.
 
@@ -81,7 +81,7 @@ def _list_takers(state, star):
     return star.moved
 
 
-@njit(cache=True)
+@kernel
 def commit(state, grid, star):
     """Make the change of the star that `refusal` has just allowed."""
     book_drift(state, state.pending[0])
@@ -103,7 +103,7 @@ def commit(state, grid, star):
         insert_facet(grid, state.points, state.star[i], a, b, c)
 
 
-@njit(cache=True)
+@kernel
 def _take_out(state, f):
     """Take facet `f` out of the mesh."""
     state.alive[f] = False
@@ -113,7 +113,7 @@ def _take_out(state, f):
         unlink_corner(state.first, state.after, state.facets[f, k], 3 * f + k)
 
 
-@njit(cache=True)
+@kernel
 def _give_corners(state, star, i):
     """Give the star's facet in row `i` its new corners, one other than before at most; let witnesses go."""
     facets, f, v = state.facets, state.star[i], star.vertex
@@ -127,7 +127,7 @@ def _give_corners(state, star, i):
             replace_corner(state, f, k, old + change)
 
 
-@njit(cache=True)
+@kernel
 def replace_corner(state, f, k, v):
     """Make `v` the corner k of facet `f`."""
     unlink_corner(state.first, state.after, state.facets[f, k], 3 * f + k)

@@ -1,15 +1,15 @@
 """Nearest places on the input's crack and on its front, for vertices that are new or moved."""
 
 import numpy as np
-from numba import njit
 
 from craftmesh.gradation.kernels.codes import is_held
+from craftmesh.jit import kernel
 
 # Rounds of projection onto a curved crack and back onto the box's plane; they converge to the trace.
 ROUNDS = 12
 
 
-@njit(cache=True)
+@kernel
 def _onto_segment(p, q, place, found):
     d = q - p
     length2 = np.dot(d, d)
@@ -21,7 +21,7 @@ def _onto_segment(p, q, place, found):
     return (found[0] - place[0]) ** 2 + (found[1] - place[1]) ** 2 + (found[2] - place[2]) ** 2
 
 
-@njit(cache=True)
+@kernel
 def _onto_facet(corners, place, found):
     e = corners[1] - corners[0]
     g = corners[2] - corners[0]
@@ -49,7 +49,7 @@ def _onto_facet(corners, place, found):
     return best
 
 
-@njit(cache=True)
+@kernel
 def put_on_front(front, place):
     """Move `place` (3,) to the nearest point of the segments `front` (s, 2, 3)."""
     best = np.inf
@@ -62,7 +62,7 @@ def put_on_front(front, place):
             place[:] = trial
 
 
-@njit(cache=True)
+@kernel
 def put_on_crack_in_box(state, planes, v, place):
     """Move `place` (3,) onto the crack with the coordinates that the bits of `planes` fix at vertex `v`."""
     for _ in range(ROUNDS):
@@ -71,7 +71,7 @@ def put_on_crack_in_box(state, planes, v, place):
             return
 
 
-@njit(cache=True)
+@kernel
 def put_on_planes(state, planes, v, place):
     """Give `place` (3,) the coordinates that `planes` fix at vertex `v`; return how far off it was."""
     off = 0.0
@@ -82,7 +82,7 @@ def put_on_planes(state, planes, v, place):
     return off
 
 
-@njit(cache=True)
+@kernel
 def put_on_crack(corners, centre, reach, place):
     """Move `place` (3,) to the nearest point of the facets `corners` (c, 3, 3).
 

@@ -1,12 +1,12 @@
 """Reference normals of facets: the mean direction of a patch around each of its facets."""
 
 import numpy as np
-from numba import njit
 
+from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
 
-@njit(cache=True)
+@kernel
 def reference_normals(points, facets, patch, first, after, reference):
     """Set `reference` (m, 3) to unit normals averaged over each facet and its patch neighbours.
 

@@ -1,12 +1,12 @@
 """Relaxation: vertices inside their patch go to the weighted centroid of their facets, for even facets."""
 
 import numpy as np
-from numba import njit
 
 from craftmesh.gradation.kernels.codes import LINK, NO_NEED, counted
 from craftmesh.gradation.kernels.facet_grid import has_room
 from craftmesh.gradation.kernels.slide import slide_towards
 from craftmesh.gradation.kernels.star import star_at, worst_score
+from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, score_of_angle
 
 # No facet falls under its star's least angle or under this score (30 degrees), whichever is less.
@@ -17,7 +17,7 @@ CLOSE = 0.03
 TRIES = 2
 
 
-@njit(cache=True)
+@kernel
 def _centroid(state, star, place):
     """Set `place` to the centroid of the star's facets, weighted by area over target length squared."""
     points, size = state.points, state.size
@@ -35,7 +35,7 @@ def _centroid(state, star, place):
     return total > 0.0
 
 
-@njit(cache=True)
+@kernel
 def relax_vertex(state, grid, limits, v):
     """Move `v` to its star's centroid, or half way, where the guards allow it; return DONE or why not."""
     star = star_at(state, v)
@@ -51,7 +51,7 @@ def relax_vertex(state, grid, limits, v):
     return slide_towards(state, grid, limits, star, goal, TRIES, floor)
 
 
-@njit(cache=True)
+@kernel
 def relax_pass(state, grid, limits, order, start):
     """Relax the vertices in `order` that lie inside a patch; return where it stopped and how many moved."""
     done = 0

@@ -5,17 +5,18 @@ corner at v and `after[c]` the next one, -1 at the end. Non-manifold edges need 
 """
 
 import numpy as np
-from numba import njit
+
+from craftmesh.jit import kernel
 
 
-@njit(cache=True)
+@kernel
 def link_corner(first, after, vertex, corner):
     """Put `corner` at the head of the list of `vertex`."""
     after[corner] = first[vertex]
     first[vertex] = corner
 
 
-@njit(cache=True)
+@kernel
 def unlink_corner(first, after, vertex, corner):
     """Take `corner` out of the list of `vertex`."""
     if first[vertex] == corner:
@@ -27,7 +28,7 @@ def unlink_corner(first, after, vertex, corner):
     after[c] = after[corner]
 
 
-@njit(cache=True)
+@kernel
 def link_all(facets, alive, facet_count, first, after):
     """Build the lists of all living facets from scratch."""
     first[:] = -1
@@ -37,19 +38,19 @@ def link_all(facets, alive, facet_count, first, after):
                 link_corner(first, after, facets[f, i], 3 * f + i)
 
 
-@njit(cache=True)
+@kernel
 def has_corner(facets, f, v):
     """Tell whether `v` is a corner of facet `f`."""
     return facets[f, 0] == v or facets[f, 1] == v or facets[f, 2] == v
 
 
-@njit(cache=True)
+@kernel
 def third_corner(facets, f, a, b):
     """Return the corner of facet `f` that is neither `a` nor `b`."""
     return facets[f, 0] + facets[f, 1] + facets[f, 2] - a - b
 
 
-@njit(cache=True)
+@kernel
 def edge_facets(facets, first, after, a, b):
     """Return the number of facets on edge (a, b) and the first two of them (-1 where missing)."""
     count = 0
@@ -68,14 +69,14 @@ def edge_facets(facets, first, after, a, b):
     return count, f0, f1
 
 
-@njit(cache=True)
+@kernel
 def is_feature(facets, patch, first, after, a, b):
     """Tell whether edge (a, b) is a feature: not two facets on it, or two of different patches."""
     count, f0, f1 = edge_facets(facets, first, after, a, b)
     return count != 2 or patch[f0] != patch[f1]
 
 
-@njit(cache=True)
+@kernel
 def _edge_signature(facets, patch, first, after, a, b):
     """Return whether (a, b) is a feature and a number that is the same for the same set of patches."""
     count = 0
@@ -96,7 +97,7 @@ def _edge_signature(facets, patch, first, after, a, b):
     return count != 2 or not same, signature
 
 
-@njit(cache=True)
+@kernel
 def _is_tied(facets, first, after, stamp, mark, v):
     """Tell whether the facets at `v` fall into groups that meet in `v` alone."""
     start = first[v] // 3
@@ -122,7 +123,7 @@ def _is_tied(facets, first, after, stamp, mark, v):
     return not whole
 
 
-@njit(cache=True)
+@kernel
 def classify(facets, patch, first, after, vertex_count, rank, stamp, clock):
     """Set `rank`: 0 inside a patch, 1 on a feature line, 2 a feature point (fixed).
 
@@ -159,7 +160,7 @@ def classify(facets, patch, first, after, vertex_count, rank, stamp, clock):
             rank[v] = 2
 
 
-@njit(cache=True)
+@kernel
 def list_edges(facets, patch, first, after, rank, vertex_count, facet_count, stamp, clock):
     """Return all edges (e, 2), lower vertex first, and whether each is a feature (e,)."""
     edges = np.empty((3 * facet_count, 2), np.int64)

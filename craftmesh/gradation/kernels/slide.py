@@ -1,7 +1,6 @@
 """Moves of vertices: inside their patch for better angles, along their junction line for even edges."""
 
 import numpy as np
-from numba import njit
 
 from craftmesh.gradation.kernels.codes import DONE, LINK, NO_NEED, ON_CRACK, ON_FRONT, counted, is_held
 from craftmesh.gradation.kernels.cones import keep_volumes
@@ -10,6 +9,7 @@ from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front, put_on_planes
 from craftmesh.gradation.kernels.rings import is_feature
 from craftmesh.gradation.kernels.star import star_at, worst_score
+from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import angle_score, area_vector, keeps_normal, squared_distance
 
 # The climb to a better angle inside a patch: so many steps at most, each to the best of so many directions,
@@ -32,7 +32,7 @@ EVEN = 0.05
 MOVE_SHARES = (1.0, 0.6, 0.3)
 
 
-@njit(cache=True)
+@kernel
 def constrain(state, star):
     """Put the star's tip back onto what holds its vertex: front, crack, planes; else keep the volumes."""
     v = star.vertex
@@ -47,7 +47,7 @@ def constrain(state, star):
     put_on_planes(state, flags, v, place)
 
 
-@njit(cache=True)
+@kernel
 def put_between(state, star, goal, share):
     """Put the star's tip at `share` of the way from its vertex to `goal` (3,)."""
     for k in range(3):
@@ -55,7 +55,7 @@ def put_between(state, star, goal, share):
         state.points[star.tip, k] = start + share * (goal[k] - start)
 
 
-@njit(cache=True)
+@kernel
 def slide_towards(state, grid, limits, star, goal, tries, floor):
     """Move the star's vertex to `goal` (3,), constrained, or half way and so on; return DONE or why not."""
     share = 1.0
@@ -70,7 +70,7 @@ def slide_towards(state, grid, limits, star, goal, tries, floor):
     return reason
 
 
-@njit(cache=True)
+@kernel
 def line_neighbours(state, v):
     """Return the two vertices joined to the line vertex `v` by feature edges, or -1, -1."""
     found = -1
@@ -93,7 +93,7 @@ def line_neighbours(state, v):
     return found, other
 
 
-@njit(cache=True)
+@kernel
 def _score_at(state, star, place, cosine, least):
     """Return the least angle score with the star's tip at `place`; -1 when under `least` or turned."""
     points, reference, changed, corners = state.points, state.reference, state.star, state.star_corners
@@ -109,7 +109,7 @@ def _score_at(state, star, place, cosine, least):
     return worst
 
 
-@njit(cache=True)
+@kernel
 def _tangents(state, star, first, second):
     """Set two unit directions along the patch at the star's tip, inside the box planes that hold it."""
     normal = np.zeros(3)
@@ -136,7 +136,7 @@ def _tangents(state, star, first, second):
     return True
 
 
-@njit(cache=True)
+@kernel
 def _best_in_patch(state, star, cosine, score, place):
     """Climb from `place` along the patch to a better least angle score; return the score."""
     first = np.empty(3)
@@ -160,7 +160,7 @@ def _best_in_patch(state, star, cosine, score, place):
     return score
 
 
-@njit(cache=True)
+@kernel
 def _best_on_line(state, star, cosine, score, place):
     """Climb along the junction line at the vertex to a better least angle score; return the score."""
     p, q = line_neighbours(state, star.vertex)
@@ -177,7 +177,7 @@ def _best_on_line(state, star, cosine, score, place):
     return score
 
 
-@njit(cache=True)
+@kernel
 def slide_vertex(state, grid, limits, v, goal):
     """Move `v` for a better least angle when that is under the score `goal`; return DONE or why not."""
     star = star_at(state, v)
@@ -196,7 +196,7 @@ def slide_vertex(state, grid, limits, v, goal):
     return slide_towards(state, grid, limits, star, best, SLIDE_TRIES, old + LEAST_RISE)
 
 
-@njit(cache=True)
+@kernel
 def slide_pass(state, grid, limits, order, start, goal):
     """Slide the vertices in `order` from `start` on; return where it stopped and how many moved."""
     done = 0
@@ -209,7 +209,7 @@ def slide_pass(state, grid, limits, order, start, goal):
     return len(order), done
 
 
-@njit(cache=True)
+@kernel
 def _even_place(state, v, p, q, place):
     """Set `place` on the line p - v - q where both edges have the same length over target."""
     to_p = np.sqrt(squared_distance(state.points, v, p))
@@ -224,7 +224,7 @@ def _even_place(state, v, p, q, place):
     return abs(ahead) > EVEN * state.size[v]
 
 
-@njit(cache=True)
+@kernel
 def even_vertex(state, grid, limits, v, place):
     """Move the line vertex `v` to where its two line edges are even; return DONE or why not."""
     p, q = line_neighbours(state, v)
@@ -239,7 +239,7 @@ def even_vertex(state, grid, limits, v, place):
     return attempt(state, grid, limits, star, floor)
 
 
-@njit(cache=True)
+@kernel
 def even_lines_pass(state, grid, limits, order, start):
     """Move line vertices to where their two line edges are equally long over their targets."""
     done = 0
@@ -253,7 +253,7 @@ def even_lines_pass(state, grid, limits, order, start):
     return len(order), done
 
 
-@njit(cache=True)
+@kernel
 def move_vertex(state, grid, limits, v, place):
     """Move `v`, which nothing holds, to `place` (3,) or a part of the way; return DONE or why not."""
     star = star_at(state, v)
@@ -269,7 +269,7 @@ def move_vertex(state, grid, limits, v, place):
     return reason
 
 
-@njit(cache=True)
+@kernel
 def move_pass(state, grid, limits, vertices, places, start):
     """Move each of `vertices` to its place (k, 3), or a part of the way, where the guards allow it."""
     done = 0

@@ -1,7 +1,6 @@
 """Edge split on multi-material surfaces: all facets on the edge at once, sides and patches inherited."""
 
 import numpy as np
-from numba import njit
 
 from craftmesh.gradation.kernels.codes import (
     ANGLE,
@@ -21,10 +20,11 @@ from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_f
 from craftmesh.gradation.kernels.rings import link_corner
 from craftmesh.gradation.kernels.star import Star, list_edge_facets
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
+from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import angle_score, squared_distance
 
 
-@njit(cache=True)
+@kernel
 def _edge_class(state, a, b, parents):
     """Return the rank and flags of a vertex on edge (a, b)."""
     flags = state.flags[a] & state.flags[b] & ON_PLANES
@@ -40,7 +40,7 @@ def _edge_class(state, a, b, parents):
     return (1 if parents != 2 else rank), flags
 
 
-@njit(cache=True)
+@kernel
 def _split_place(state, a, b, flags, place):
     """Set `place` to the middle of the edge, on the crack or its front where it belongs; True if moved."""
     for k in range(3):
@@ -54,7 +54,7 @@ def _split_place(state, a, b, flags, place):
     return (place[0] - middle[0]) ** 2 + (place[1] - middle[1]) ** 2 + (place[2] - middle[2]) ** 2 > 0.0
 
 
-@njit(cache=True)
+@kernel
 def _set_halves(state, a, b, m, parents):
     """Put the parents' halves, the one at `a` first, into the star."""
     for i in range(parents):
@@ -67,7 +67,7 @@ def _set_halves(state, a, b, m, parents):
             state.star_corners[2 * i + 1, k] = m if u == a else u
 
 
-@njit(cache=True)
+@kernel
 def _shapes_allow(state, parents, floor, share):
     """Tell whether every half scores `floor` or `share` of its parent's score."""
     for i in range(2 * parents):
@@ -79,7 +79,7 @@ def _shapes_allow(state, parents, floor, share):
     return True
 
 
-@njit(cache=True)
+@kernel
 def _add_vertex(state, rank, flags):
     """Make the spare vertex, at its place already, one of the surface."""
     m = state.used[0]
@@ -92,7 +92,7 @@ def _add_vertex(state, rank, flags):
     state.used[0] += 1
 
 
-@njit(cache=True)
+@kernel
 def _divide(state, f, g, a, b, m):
     """Turn facet `f` into its half at `a` and the new facet `g` into its half at `b`."""
     facets = state.facets
@@ -109,7 +109,7 @@ def _divide(state, f, g, a, b, m):
     state.reference[g] = state.reference[f]
 
 
-@njit(cache=True)
+@kernel
 def _share_witnesses(state, f, g, m):
     """Let each witness of facet `f` go to the nearer one of its halves `f` and `g` at vertex `m`."""
     loose = collect(state, f, np.int64(0))
@@ -128,7 +128,7 @@ def _share_witnesses(state, f, g, m):
     settle(state, loose)
 
 
-@njit(cache=True)
+@kernel
 def _commit_split(state, grid, a, b, parents, moved):
     """Divide the listed facets at the newest vertex, `moved` off their edge or not."""
     m = state.used[0] - 1
@@ -145,7 +145,7 @@ def _commit_split(state, grid, a, b, parents, moved):
             insert_facet(grid, state.points, f, state.facets[f, 0], state.facets[f, 1], state.facets[f, 2])
 
 
-@njit(cache=True)
+@kernel
 def split(state, grid, limits, a, b, share):
     """Split edge (a, b) unless a half would be too poor (`share` of its parent's score) or refused.
 
@@ -174,7 +174,7 @@ def split(state, grid, limits, a, b, share):
     return DONE
 
 
-@njit(cache=True)
+@kernel
 def split_pass(state, grid, limits, edges, order, start, share):
     """Split edges over limits.split of their target, in `order` from `start` on.
 

@@ -3,11 +3,11 @@
 from collections import namedtuple
 
 import numpy as np
-from numba import njit
 
 from craftmesh.gradation.kernels.codes import ANGLE, DONE, LENGTH, NORMAL
 from craftmesh.gradation.kernels.facet_grid import star_intersects
 from craftmesh.gradation.kernels.rings import has_corner
+from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squared_distance
 
 # All new facets share the corner `tip`. An operation that moves `vertex` tries its new place in the spare
@@ -17,7 +17,7 @@ from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squ
 Star = namedtuple("Star", "vertex tip gone moved dying size")
 
 
-@njit(cache=True)
+@kernel
 def add_star(state, v, other, kept, count):
     """Append the facets at `v` that do not hold `other`, with `v` read as `kept`; -1 when too many."""
     facets, after, star, corners = state.facets, state.after, state.star, state.star_corners
@@ -36,7 +36,7 @@ def add_star(state, v, other, kept, count):
     return count
 
 
-@njit(cache=True)
+@kernel
 def star_at(state, v):
     """Return the star of moving `v`, its tip at v's place; `moved` is -1 when its facets are too many."""
     tip = state.used[0]
@@ -47,7 +47,7 @@ def star_at(state, v):
     return Star(v, tip, np.int64(-1), moved, np.int64(0), state.size[v])
 
 
-@njit(cache=True)
+@kernel
 def list_edge_facets(state, a, b):
     """List the facets at `a` that hold `b` too in state.dying; return how many, or -1 when too many."""
     facets, after, dying = state.facets, state.after, state.dying
@@ -63,7 +63,7 @@ def list_edge_facets(state, a, b):
     return count
 
 
-@njit(cache=True)
+@kernel
 def worst_score(state, star):
     """Return the least angle score of the star's old facets."""
     points, facets, changed, lost = state.points, state.facets, state.star, state.dying
@@ -74,7 +74,7 @@ def worst_score(state, star):
     return worst
 
 
-@njit(cache=True)
+@kernel
 def shape_refusal(state, star, floor, cosine, longest):
     """Return why the star's new facets are bad, or DONE: normals against the references, angles, lengths.
 
@@ -99,7 +99,7 @@ def shape_refusal(state, star, floor, cosine, longest):
     return DONE
 
 
-@njit(cache=True)
+@kernel
 def hits(state, grid, star):
     """Tell whether the star's new facets meet each other or the rest of the surface."""
     changed, lost, stamp = state.star, state.dying, state.facet_stamp

@@ -3,13 +3,13 @@
 from collections import namedtuple
 
 import numpy as np
-from numba import njit
 
 from craftmesh.gradation.kernels.codes import DISTANCE, DONE, EAR, LINK, NO_NEED, ON_FRONT, counted
 from craftmesh.gradation.kernels.facet_grid import has_room
 from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.rings import edge_facets, third_corner
 from craftmesh.gradation.kernels.star import Star
+from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import cosine_range, facet_distance2
 
 # A swap must lower the cosine of the least angle by this, so that no two swaps undo each other for ever.
@@ -21,7 +21,7 @@ MOST_WAITING = 256
 Quad = namedtuple("Quad", "f g u p v q")
 
 
-@njit(cache=True)
+@kernel
 def _runs_along(state, f, a, b):
     """Tell whether facet `f` goes from corner `a` to corner `b`."""
     for k in range(3):
@@ -30,7 +30,7 @@ def _runs_along(state, f, a, b):
     return False
 
 
-@njit(cache=True)
+@kernel
 def _quad(state, a, b):
     """Return the facets and corners round edge (a, b), u = -1 where they are not two alike of one patch."""
     count, f, g = edge_facets(state.facets, state.first, state.after, a, b)
@@ -48,7 +48,7 @@ def _quad(state, a, b):
     return Quad(f, g, u, p, v, q)
 
 
-@njit(cache=True)
+@kernel
 def _raises_angle(state, quad):
     points, u, p, v, q = state.points, quad.u, quad.p, quad.v, quad.q
     old = max(cosine_range(points, u, p, q)[0], cosine_range(points, v, q, p)[0])
@@ -56,7 +56,7 @@ def _raises_angle(state, quad):
     return new < old - LEAST_GAIN
 
 
-@njit(cache=True)
+@kernel
 def _star_of_swap(state, quad):
     """Return the star of the two facets with their common edge turned; u is its tip."""
     u, p, v, q = quad.u, quad.p, quad.v, quad.q
@@ -72,7 +72,7 @@ def _star_of_swap(state, quad):
     return Star(u, u, np.int64(-1), np.int64(2), np.int64(0), size)
 
 
-@njit(cache=True)
+@kernel
 def _stays_near(state, limits, quad, size):
     """Tell whether the new edge's middle and the old one's are close to the facets of the other state."""
     u, p, v, q = quad.u, quad.p, quad.v, quad.q
@@ -89,7 +89,7 @@ def _stays_near(state, limits, quad, size):
     return max(d, e) <= tolerance * tolerance
 
 
-@njit(cache=True)
+@kernel
 def swap(state, grid, limits, quad):
     """Turn the edge of a quad when it lies inside a patch, gains angle and every guard holds."""
     if quad.u < 0 or not _raises_angle(state, quad):
@@ -104,7 +104,7 @@ def swap(state, grid, limits, quad):
     return attempt(state, grid, limits, star, -np.inf)
 
 
-@njit(cache=True)
+@kernel
 def swap_pass(state, grid, limits, edges, start):
     """Swap what gains among `edges` from `start` on, and then among the edges round each swap.
 

@@ -7,9 +7,9 @@ than the input's do not creep away from it between its vertices.
 """
 
 import numpy as np
-from numba import njit
 
 from craftmesh.gradation.kernels.rings import is_feature
+from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import facet_distance2, segment_distance2
 
 TOO_MANY = -1
@@ -17,7 +17,7 @@ TOO_MANY = -1
 CLOSE = 0.3
 
 
-@njit(cache=True)
+@kernel
 def collect(state, f, count):
     """Append the witnesses of facet `f` to state.loose; return the new count or TOO_MANY."""
     if count == TOO_MANY:
@@ -36,7 +36,7 @@ def collect(state, f, count):
     return count
 
 
-@njit(cache=True)
+@kernel
 def set_free(state, v, f, count):
     """Append vertex `v`, near facet `f`, to state.loose unless its first place is a witness already."""
     if count == TOO_MANY or state.is_witness[v]:
@@ -46,7 +46,7 @@ def set_free(state, v, f, count):
     return count + 1
 
 
-@njit(cache=True)
+@kernel
 def _mark_features(state, total):
     """Set star_feature: which edges of the star's facets are features in the mesh as it stands."""
     for i in range(total):
@@ -61,7 +61,7 @@ def _mark_features(state, total):
             )
 
 
-@njit(cache=True)
+@kernel
 def _near_facet(points, star, corners, patches, patch, home, w, total, enough):
     """Return the least squared distance to the new facets of a patch, or the first under `enough`."""
     best = np.inf
@@ -77,7 +77,7 @@ def _near_facet(points, star, corners, patches, patch, home, w, total, enough):
     return best, where
 
 
-@njit(cache=True)
+@kernel
 def _nearest_line(state, w, total):
     best = np.inf
     where = -1
@@ -93,7 +93,7 @@ def _nearest_line(state, w, total):
     return best, where
 
 
-@njit(cache=True)
+@kernel
 def find_new_homes(state, star, loose, takers, share, crack_tolerance):
     """Find for each of the `loose` witnesses a near one of the star's facets; False if one is too far.
 
@@ -127,7 +127,7 @@ def find_new_homes(state, star, loose, takers, share, crack_tolerance):
     return True
 
 
-@njit(cache=True)
+@kernel
 def settle(state, loose):
     """Hand the loose witnesses to the facets found for them."""
     if loose == 0:

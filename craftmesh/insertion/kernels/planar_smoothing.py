@@ -1,15 +1,15 @@
 """Smoothing of planar triangulations."""
 
 import numpy as np
-from numba import njit
 
 from craftmesh.insertion.kernels.planar import squared_distance, turn
+from craftmesh.jit import kernel
 
 TWICE_ROOT_3 = 3.4641016151377544
 GOOD = 0.6  # a point moves even where its worst triangle loses, if that stays above this
 
 
-@njit(cache=True)
+@kernel
 def shape(uv, a, b, c):
     """4 sqrt(3) area over the sum of the squared edges: 1 for even ones, negative where turned over."""
     area = turn(uv, a, b, c)
@@ -17,7 +17,7 @@ def shape(uv, a, b, c):
     return TWICE_ROOT_3 * area / edges
 
 
-@njit(cache=True)
+@kernel
 def _worst_shape(uv, corners, around):
     """The least shape of the triangles `around`."""
     worst = np.inf
@@ -26,7 +26,7 @@ def _worst_shape(uv, corners, around):
     return worst
 
 
-@njit(cache=True)
+@kernel
 def smooth_in_plane(uv, corners, start, owner, movable):
     """Move points to the area-weighted centroid of their triangles where their worst triangle allows.
 

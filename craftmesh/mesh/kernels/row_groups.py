@@ -1,10 +1,11 @@
 """Grouping of equal (low, key) rows in linear time: faces and edges of meshes with millions of cells."""
 
 import numpy as np
-from numba import njit
+
+from craftmesh.jit import kernel
 
 
-@njit(cache=True)
+@kernel
 def group_rows(low, key, n_low):
     """Bring equal rows (low[i], key[i]) together: return `order` (k,) and group starts `first` (g + 1,).
 
@@ -34,7 +35,7 @@ def group_rows(low, key, n_low):
     return order, first[: groups + 1].copy()
 
 
-@njit(cache=True)
+@kernel
 def _sort_by_key(order, key, start, end):
     """Sort order[start:end] by key, equal keys in their old order; buckets are short (some 20 rows)."""
     for i in range(start + 1, end):

@@ -1,10 +1,11 @@
 """Shape of tetrahedra, one pass over millions of them."""
 
 import numpy as np
-from numba import njit
+
+from craftmesh.jit import kernel
 
 
-@njit(cache=True)
+@kernel
 def _face_vector(points, a, b, c, out):
     """Set `out` to twice the area vector of the triangle a, b, c; return its length."""
     ux, uy, uz = points[b] - points[a]
@@ -15,7 +16,7 @@ def _face_vector(points, a, b, c, out):
     return np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2)
 
 
-@njit(cache=True)
+@kernel
 def _length(points, a, b):
     total = 0.0
     for axis in range(3):
@@ -23,7 +24,7 @@ def _length(points, a, b):
     return np.sqrt(total)
 
 
-@njit(cache=True)
+@kernel
 def _cosines(face, area):
     """Return the smallest and the largest cosine of the six dihedral angles."""
     low, high = 1.0, -1.0
@@ -37,14 +38,14 @@ def _cosines(face, area):
     return max(low, -1.0), min(high, 1.0)
 
 
-@njit(cache=True)
+@kernel
 def _circumradius_times_volume(edge):
     """Return 24 R V from the lengths of the edges 12, 23, 31, 14, 24, 34 (Crelle's formula)."""
     x, y, z = edge[0] * edge[5], edge[1] * edge[3], edge[2] * edge[4]
     return np.sqrt(max((x + y + z) * (x + y - z) * (x - y + z) * (-x + y + z), 0.0))
 
 
-@njit(cache=True)
+@kernel
 def shape_measures(points, tets):
     """Return (m, 5): volume, aspect ratio, smallest and largest dihedral in degrees, shape factor.
 

@@ -1,14 +1,15 @@
 """Jacobians of 10-node tetrahedra where the solvers integrate."""
 
 import numpy as np
-from numba import njit
+
+from craftmesh.jit import kernel
 
 # The four integration points of C3D10 in Abaqus and CalculiX lie at these barycentric coordinates, the
 # larger one at each corner in turn (Hammer & Stroud 1956, degree 2).
 NEAR, FAR = (5 + 3 * np.sqrt(5)) / 20, (5 - np.sqrt(5)) / 20
 
 
-@njit(cache=True)
+@kernel
 def smallest_jacobians(points, tets):
     """Return the least Jacobian determinant (m,) over the four integration points of each element.
 
@@ -24,7 +25,7 @@ def smallest_jacobians(points, tets):
     return least
 
 
-@njit(cache=True)
+@kernel
 def _shape_slopes(near, slopes):
     """Fill `slopes` (10, 3): derivatives of the shape functions by the coordinates of corners 2, 3, 4."""
     weight = np.full(4, FAR)
@@ -42,7 +43,7 @@ def _shape_slopes(near, slopes):
             place += 1
 
 
-@njit(cache=True)
+@kernel
 def _determinant(points, nodes, slopes):
     j = np.zeros((3, 3))
     first = points[nodes[0]]

@@ -11,8 +11,8 @@ Each connected set of face segments is spanned on its own:
 from collections import namedtuple
 
 import numpy as np
-from numba import njit
 
+from craftmesh.jit import kernel
 from craftmesh.remeshing.kernels.cell_faces import face_segments, triangulate
 from craftmesh.remeshing.kernels.cell_tables import FIRST_CELL_POINT, FIRST_FACE_POINT, POINT_AT
 from craftmesh.remeshing.kernels.cell_wedges import cone, cut_tied_wedge, middle_of
@@ -46,7 +46,7 @@ def new_scratch() -> Scratch:
     return Scratch(at=POINT_AT.copy(), cost=np.zeros((16, 16)), used=np.zeros(64, bool), **arrays)
 
 
-@njit(cache=True)
+@kernel
 def _find_components(segments, count, group, after):
     """Label each point with the lowest point it is connected to, and note each point's outgoing segment."""
     for p in range(FIRST_CELL_POINT):
@@ -64,16 +64,17 @@ def _find_components(segments, count, group, after):
         after[segments[s, 0]] = s
 
 
-@njit(cache=True)
+@kernel
 def _append_polygon(triangles, number, right, left, sheets, count):
     for t in range(number):
-        sheets[count, :3] = triangles[t]
+        for corner in range(3):
+            sheets[count, corner] = triangles[t, corner]
         sheets[count, 3], sheets[count, 4] = right, left
         count += 1
     return count
 
 
-@njit(cache=True)
+@kernel
 def _span_loop(link, size, others, new, scratch, count):
     """Fill a loop of one label pair; return the count of facets and of cell points (a fan needs one).
 
@@ -95,7 +96,7 @@ def _span_loop(link, size, others, new, scratch, count):
     return cone(link, size, new, scratch.sheets, count), new + 1
 
 
-@njit(cache=True)
+@kernel
 def _span_junction(link, size, scratch, count):
     """Join two face points by an edge that closes the three chains between them.
 
@@ -123,7 +124,7 @@ def _span_junction(link, size, scratch, count):
     return count if chains == 3 else -1
 
 
-@njit(cache=True)
+@kernel
 def _span_cone(link, size, new, is_first, scratch, count):
     """Span a cone from a cell point, tied wedges cut off; return the counts of facets and cell points."""
     at, apex = scratch.at, new
@@ -138,13 +139,14 @@ def _span_cone(link, size, new, is_first, scratch, count):
     return cone(link, size, apex, scratch.sheets, count), new
 
 
-@njit(cache=True)
+@kernel
 def _component(segments, count, group, root, link):
     """Copy the segments of one component to `link`; return their number and that of its face points."""
     size = face_points = 0
     for s in range(count):
         if group[segments[s, 0]] == root:
-            link[size] = segments[s]
+            for column in range(4):
+                link[size, column] = segments[s, column]
             size += 1
     if size:
         for p in range(FIRST_FACE_POINT, FIRST_CELL_POINT):
@@ -152,7 +154,7 @@ def _component(segments, count, group, root, link):
     return size, face_points
 
 
-@njit(cache=True)
+@kernel
 def cell_sheets(labels, scratch):
     """Fill scratch.sheets with the facets of a cell with eight corner `labels`; return their number.
 

@@ -4,20 +4,19 @@ The segments seen from a cell point form the link of that point. Around each gra
 cycles, one per wedge of the grain; a grain with two wedges would touch itself at the point.
 """
 
-from numba import njit
-
+from craftmesh.jit import kernel
 from craftmesh.remeshing.kernels.cell_faces import add_segment
 
 OUTSIDE_LABELS = 6
 _MANY = 1000
 
 
-@njit(cache=True)
+@kernel
 def _bounds_grain(segment, grain):
     return segment[2] == grain or segment[3] == grain
 
 
-@njit(cache=True)
+@kernel
 def _walk_wedge(link, size, grain, start, used, ring, across):
     """Walk one cycle of the link with `grain` on the right; return its length.
 
@@ -39,7 +38,7 @@ def _walk_wedge(link, size, grain, start, used, ring, across):
     return n
 
 
-@njit(cache=True)
+@kernel
 def _is_simple_wedge(across, n):
     """Whether the wedge has two neighbours or more, each along one run of the cycle."""
     runs = 0
@@ -53,7 +52,7 @@ def _is_simple_wedge(across, n):
     return runs > 0
 
 
-@njit(cache=True)
+@kernel
 def _smallest_wedge(link, size, grain, used, ring, across):
     """Return the number of wedges of a grain, the length of its smallest simple one and where it starts."""
     used[:size] = False
@@ -67,7 +66,7 @@ def _smallest_wedge(link, size, grain, used, ring, across):
     return wedges, shortest, start
 
 
-@njit(cache=True)
+@kernel
 def _wedge_to_cut(link, size, used, ring, across):
     """Return a tied grain and the first segment of its smallest wedge; segment -1 if there is none."""
     best, best_grain, best_start = _MANY, -1, -1
@@ -87,7 +86,7 @@ def _wedge_to_cut(link, size, used, ring, across):
     return best_grain, best_start
 
 
-@njit(cache=True)
+@kernel
 def _place_wedge_point(at, new, apex, ring, across, n):
     """Halfway from the cell point to the wedge's middle, kept on the planes of the box it touches."""
     at[new] = 0.0
@@ -100,7 +99,7 @@ def _place_wedge_point(at, new, apex, ring, across, n):
             at[new, axis] = at[apex, axis]
 
 
-@njit(cache=True)
+@kernel
 def add_facet(sheets, count, segment, point):
     """Append the facet from a segment to a cell point; return the new count."""
     row = sheets[count]
@@ -108,7 +107,7 @@ def add_facet(sheets, count, segment, point):
     return count + 1
 
 
-@njit(cache=True)
+@kernel
 def cut_tied_wedge(link, size, apex, new, at, sheets, count, scratch):
     """Cut the smallest wedge of a tied grain off to the point `new`, if there is one.
 
@@ -127,7 +126,8 @@ def cut_tied_wedge(link, size, apex, new, at, sheets, count, scratch):
         if used[s]:
             count = add_facet(sheets, count, link[s], new)
         else:
-            link[kept] = link[s]
+            for column in range(4):
+                link[kept, column] = link[s, column]
             kept += 1
     for i in range(n):
         before = across[i - 1 if i else n - 1]
@@ -136,7 +136,7 @@ def cut_tied_wedge(link, size, apex, new, at, sheets, count, scratch):
     return True, kept, count
 
 
-@njit(cache=True)
+@kernel
 def cone(link, size, apex, sheets, count):
     """Append a facet from each segment of the link to the cell point; return the new count."""
     for s in range(size):
@@ -144,7 +144,7 @@ def cone(link, size, apex, sheets, count):
     return count
 
 
-@njit(cache=True)
+@kernel
 def middle_of(link, size, at, apex):
     """Put the cell point `apex` in the middle of its link's segments."""
     at[apex] = 0.0

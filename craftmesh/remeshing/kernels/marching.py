@@ -5,8 +5,8 @@ edges and corners come out exactly. A surface point's id is kept only while the 
 """
 
 import numpy as np
-from numba import njit
 
+from craftmesh.jit import kernel
 from craftmesh.remeshing.kernels.cell_sheets import MAX_FACETS, cell_sheets, new_scratch
 from craftmesh.remeshing.kernels.cell_tables import FIRST_CELL_POINT, MAX_POINTS, POINT_SLOT
 from craftmesh.remeshing.kernels.cell_wedges import OUTSIDE_LABELS
@@ -15,17 +15,19 @@ from craftmesh.surface.patches import PLANES
 OUTSIDE = 0
 
 
-@njit(cache=True)
+@kernel
 def _with_room(array, used, more):
     """Return `array`, or a copy of twice its length when `more` rows would not fit."""
     if used + more <= len(array):
         return array
     larger = np.empty((2 * len(array), array.shape[1]), array.dtype)
-    larger[:used] = array[:used]
+    for row in range(used):
+        for column in range(array.shape[1]):
+            larger[row, column] = array[row, column]
     return larger
 
 
-@njit(cache=True)
+@kernel
 def _read_cell(ranks, i, j, k, labels):
     """Copy the eight corner labels of a cell; return whether they differ."""
     mixed = False
@@ -35,7 +37,7 @@ def _read_cell(ranks, i, j, k, labels):
     return mixed
 
 
-@njit(cache=True)
+@kernel
 def _point_id(p, j, k, slab_ids, free):
     """Return the id of an edge or face point of the cell in row j, column k, taking `free` on first use."""
     layer, slot, dj, dk = POINT_SLOT[p]
@@ -44,7 +46,7 @@ def _point_id(p, j, k, slab_ids, free):
     return slab_ids[layer, slot, j + dj, k + dk]
 
 
-@njit(cache=True)
+@kernel
 def _number_points(sheets, count, solid, cell, at, slab_ids, points, n_points, ids):
     """Give ids to the local points that the kept facets use; return the new number of points."""
     ids[:] = -1
@@ -65,7 +67,18 @@ def _number_points(sheets, count, solid, cell, at, slab_ids, points, n_points, i
     return n_points
 
 
-@njit(cache=True)
+@kernel
+def _next_slab(slab_ids):
+    """Make the ids on the slab's upper side those on the lower side of the next, and forget the others."""
+    _, slots, ny, nz = slab_ids.shape
+    for slot in range(slots):
+        for j in range(ny):
+            for k in range(nz):
+                slab_ids[0, slot, j, k] = slab_ids[1, slot, j, k]
+    slab_ids[1:] = -1
+
+
+@kernel
 def _march(ranks, solid, scratch):
     nx, ny, nz = ranks.shape
     slab_ids = np.full((3, 3, ny, nz), -1, np.int64)
@@ -93,8 +106,7 @@ def _march(ranks, solid, scratch):
                             facets[n_facets, corner] = ids[sheets[f, corner]]
                         facets[n_facets, 3], facets[n_facets, 4] = sheets[f, 3], sheets[f, 4]
                         n_facets += 1
-        slab_ids[0] = slab_ids[1]
-        slab_ids[1:] = -1
+        _next_slab(slab_ids)
     return points[:n_points].copy(), facets[:n_facets].copy()
 
 

@@ -1,9 +1,9 @@
 """Laps of class-constrained smoothing."""
 
-from numba import njit
+from craftmesh.jit import kernel
 
 
-@njit(cache=True)
+@kernel
 def lap(points, start, neighbour, fixed, weight):
     """Return points (n, 3) moved by `weight` of the way to the mean of their neighbours, all at once.
 

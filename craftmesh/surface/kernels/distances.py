@@ -1,15 +1,15 @@
 """Kernels that tell how far places lie from facets and edges."""
 
 import numpy as np
-from numba import njit
 
+from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, facet_distance2, segment_distance2
 
 # Spheres reach this part further, so that rounding leaves no facet out.
 ROUNDING = 1e-9
 
 
-@njit(cache=True)
+@kernel
 def nearest_facets(places, points, facets, some, centres, reach):
     """Return the nearest facet (q,) of each place, the squared distance (q,) and the side (q,): 1 ahead.
 
@@ -42,7 +42,7 @@ def nearest_facets(places, points, facets, some, centres, reach):
     return nearest, distance2, side
 
 
-@njit(cache=True)
+@kernel
 def nearest_on_edges(places, points, edges):
     """Return the point (q, 3) of the edges that is nearest to each place."""
     result = places.copy()

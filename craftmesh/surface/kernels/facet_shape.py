@@ -1,7 +1,8 @@
 """Shape of single facets: normals, angle scores and distances, on points held by id."""
 
 import numpy as np
-from numba import njit
+
+from craftmesh.jit import kernel
 
 LEAST_ANGLE = 15.0
 LARGEST_ANGLE = 135.0
@@ -9,7 +10,7 @@ _LEAST = 1.0 - np.cos(np.radians(LEAST_ANGLE))
 _LARGEST = 1.0 + np.cos(np.radians(LARGEST_ANGLE))
 
 
-@njit(cache=True)
+@kernel
 def area_vector(points, a, b, c):
     """Return the components of twice the area vector of facet (a, b, c)."""
     ux = points[b, 0] - points[a, 0]
@@ -21,7 +22,7 @@ def area_vector(points, a, b, c):
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
-@njit(cache=True)
+@kernel
 def squared_distance(points, a, b):
     """Return the squared length of edge (a, b)."""
     x = points[b, 0] - points[a, 0]
@@ -30,7 +31,7 @@ def squared_distance(points, a, b):
     return x * x + y * y + z * z
 
 
-@njit(cache=True)
+@kernel
 def relative_lengths(points, size, edges):
     """Return the lengths of `edges` (e, 2) over the mean target length of their ends."""
     ratio = np.empty(len(edges))
@@ -41,7 +42,7 @@ def relative_lengths(points, size, edges):
     return ratio
 
 
-@njit(cache=True)
+@kernel
 def cosine_range(points, a, b, c):
     """Return the cosines of the smallest and of the largest angle; 1 and -1 where degenerate."""
     x = squared_distance(points, b, c)
@@ -65,14 +66,14 @@ def score_of_angle(degrees: float) -> float:
     return float((1.0 - np.cos(np.radians(degrees))) / _LEAST)
 
 
-@njit(cache=True)
+@kernel
 def angle_score(points, a, b, c):
     """Return 1 for a facet at 15 or 135 degrees, less beyond, 0 for a degenerate one, more when better."""
     smallest, largest = cosine_range(points, a, b, c)
     return min((1.0 - smallest) / _LEAST, (1.0 + largest) / _LARGEST)
 
 
-@njit(cache=True)
+@kernel
 def poor_facets(points, facets, alive, count, score):
     """Return the living ones of the first `count` facets whose angle score is under `score`."""
     found = np.empty(count, np.int64)
@@ -84,7 +85,7 @@ def poor_facets(points, facets, alive, count, score):
     return found[:n].copy()
 
 
-@njit(cache=True)
+@kernel
 def keeps_normal(points, reference, f, a, b, c, cosine):
     """Tell whether the normal of (a, b, c) is within the angle of `cosine` from reference[f]."""
     x, y, z = area_vector(points, a, b, c)
@@ -93,7 +94,7 @@ def keeps_normal(points, reference, f, a, b, c, cosine):
     return length > 0.0 and along >= cosine * length
 
 
-@njit(cache=True)
+@kernel
 def segment_distance2(points, a, b, places, row):
     """Return the squared distance of the coordinates places[row] from the segment (a, b)."""
     dx = points[b, 0] - points[a, 0]
@@ -112,7 +113,7 @@ def segment_distance2(points, a, b, places, row):
     return px * px + py * py + pz * pz
 
 
-@njit(cache=True)
+@kernel
 def facet_distance2(points, a, b, c, places, row, bound):
     """Return the squared distance of places[row] from facet (a, b, c); `bound` when that is more."""
     nx, ny, nz = area_vector(points, a, b, c)
@@ -131,7 +132,7 @@ def facet_distance2(points, a, b, c, places, row, bound):
     return min(d, segment_distance2(points, c, a, places, row))
 
 
-@njit(cache=True)
+@kernel
 def _projects_inside(points, a, b, c, places, row, nx, ny, nz):
     for i in range(3):
         u = a if i == 0 else (b if i == 1 else c)

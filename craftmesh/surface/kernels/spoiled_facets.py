@@ -1,10 +1,11 @@
 """The search for facets that a move of the vertices has spoiled."""
 
 import numpy as np
-from numba import njit
+
+from craftmesh.jit import kernel
 
 
-@njit(cache=True)
+@kernel
 def _shape(points, a, b, c):
     """Quality of a triangle (1 equilateral, 0 flat) and its shortest edge squared."""
     squares, shortest = 0.0, np.inf
@@ -22,7 +23,7 @@ def _shape(points, a, b, c):
     return 2.0 * np.sqrt(3.0) * np.sqrt(nx * nx + ny * ny + nz * nz) / squares, shortest
 
 
-@njit(cache=True)
+@kernel
 def spoiled_facets(points, before, facets, min_quality, min_edge):
     """(m,) bool: facets worse than at the points `before`, and of low quality or with a short edge.
 
