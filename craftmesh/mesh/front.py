@@ -59,7 +59,7 @@ def front_frames(mesh: TetMesh) -> FrontFrames:
     columns: dict[str, list] = {name: [] for name in FrontFrames.__dataclass_fields__}
     for number, (nodes, closed) in enumerate(mesh_fronts(mesh), 1):
         points = mesh.points[nodes]
-        s, tangent = _tangents(points, closed)
+        s, tangent = tangents(points, closed)
         normal = normals[nodes] - (normals[nodes] * tangent).sum(axis=1, keepdims=True) * tangent
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         rows = (np.full(len(nodes), number), np.full(len(nodes), int(closed)), nodes, s, points)
@@ -145,7 +145,7 @@ def _lip_normals(mesh: TetMesh) -> np.ndarray:
     return normals
 
 
-def _tangents(points: np.ndarray, closed: bool) -> tuple[np.ndarray, np.ndarray]:
+def tangents(points: np.ndarray, closed: bool) -> tuple[np.ndarray, np.ndarray]:
     """Return arc lengths (k,) and unit tangents (k, 3) of an ordered polyline."""
     following = np.roll(points, -1, axis=0) - points
     length = np.linalg.norm(following, axis=1)

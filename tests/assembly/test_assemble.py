@@ -6,7 +6,7 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
-from craftmesh.mesh.front import _tangents, front_frames, front_polylines
+from craftmesh.mesh.front import front_frames, front_polylines, tangents
 from craftmesh.mesh.tet_connectivity import FACE_CORNERS, face_nodes, tet_volumes
 from craftmesh.types import CRACK, Surface
 
@@ -102,9 +102,9 @@ def test_front_frames_point_out_of_the_crack():
 
 def test_tangents_follow_a_circle():
     angle = np.linspace(0, 2 * np.pi, 41)[:-1]
-    _, tangent = _tangents(np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), True)
+    _, tangent = tangents(np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), True)
     assert np.allclose(tangent, np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=1), atol=1e-12)
-    _, tangent = _tangents(np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)[:20], False)
+    _, tangent = tangents(np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)[:20], False)
     # the ends are extrapolated: the error is of the order of the squared step, 0.157 ** 2
     assert np.allclose(
         tangent, np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=1)[:20], atol=0.02

@@ -1,3 +1,5 @@
+"""Cracks of every shape: their fronts, their growth, and surfaces from files."""
+
 import numpy as np
 import pytest
 from given_cracks import wavy_disc

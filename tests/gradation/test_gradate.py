@@ -4,14 +4,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from models import real_grains, voronoi
+from plain_distances import from_facets
 
 from craftmesh import GradateOptions, Sizing, Surface, gradate
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.errors import CraftmeshError
+from craftmesh.gradation.gradate import RESTORING_SHARE
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.remeshing.remesh import RemeshOptions, remesh
+from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import densify
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import unique_edges
@@ -21,12 +24,7 @@ from craftmesh.types import CRACK, Voxels
 
 
 def polycrystal(seed: int, grains: int = 4, n: int = 16) -> Surface:
-    rng = np.random.default_rng(seed)
-    cells = np.moveaxis(np.indices((n, n, n)), 0, -1).reshape(-1, 3)
-    seeds = rng.uniform(0, n, (grains, 3))
-    nearest = ((cells[:, None] - seeds) ** 2).sum(-1).argmin(1)
-    labels = np.unique(nearest, return_inverse=True)[1].reshape(n, n, n) + 1
-    return remesh(Voxels(labels, (1.0, 1.0, 1.0), (-3.0, 0.0, 2.0)), RemeshOptions())[0]
+    return remesh(voronoi(seed, grains, (n, n, n), place=0.0, origin=(-3.0, 0.0, 2.0)))[0]
 
 
 def euler_numbers(surface: Surface) -> dict:
@@ -104,6 +102,9 @@ def test_stays_near_the_input():
     before = polycrystal(7)
     loose, _ = gradate(before, uniform(3.0), GradateOptions(distance_tolerance=0.3, restore_volumes=False))
     tight, report = gradate(before, uniform(3.0), GradateOptions(distance_tolerance=0.01))
+    for after, tolerance in ((loose, 0.3), (tight, 0.01 * (1 + RESTORING_SHARE))):
+        off, _ = from_facets(before.points, after.points, after.facets)
+        assert off.max() <= 3.0 * tolerance * (1 + 1e-9)
     assert len(tight.facets) > len(loose.facets)
     assert report["refusals"]["distance"] > 0
 
@@ -275,15 +276,9 @@ def test_the_package_gives_what_its_rooms_hold():
 
 
 def test_real_surface_near_and_far(shared_data):
-    data = np.load(shared_data / "stl" / "g26.npz")
-    points, facets = data["points"].astype(float), data["triangles"]
-    sides, kind = data["sides"].astype(np.int32), np.zeros(len(facets), np.uint8)
-    for axis in range(3):
-        for upper, plane in enumerate((0.0, 64.0)):
-            flat = (points[facets][:, :, axis] == plane).all(1) & (sides == 0).any(1)
-            kind[flat] = 2 * axis + upper + 1
-    sizing = Sizing(1.0, 1.0, 3.0, 8.0, 16.0, 1.0, densify(data["front"], 0.2))
-    after, report = gradate(Surface(points, facets, sides, kind), sizing)
+    surface, front = real_grains(shared_data)
+    sizing = Sizing(1.0, 1.0, 3.0, 8.0, 16.0, 1.0, densify(front, 0.2))
+    after, report = gradate(surface, sizing)
     assert check_surface(after) == []
     assert len(after.facets) < 25_000
     assert 0.9 < report["adherence"]["regular_far"][1] < 1.1

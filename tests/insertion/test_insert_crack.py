@@ -1,6 +1,9 @@
+"""The crack in the surface: conformal, on its own surface, grains and volumes as they were."""
+
 import numpy as np
 import pytest
 from given_cracks import wavy_disc
+from models import with_voids
 from scipy.spatial import cKDTree
 from structured_box import structured_box
 
@@ -18,7 +21,6 @@ from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors, facet_angles, side_volumes
 from craftmesh.types import CRACK, Surface, Voxels
-from craftmesh.voxels.generate import GenerateOptions, generate
 
 SIZE = 32.0
 ORIGIN = np.array([5.0, -3.0, 2.0])
@@ -28,16 +30,7 @@ BOX = np.stack([ORIGIN, ORIGIN + SIZE])
 @pytest.fixture(scope="module")
 def polycrystal():
     """A smoothed polycrystal with two voids and an embedded grain."""
-    options = GenerateOptions(
-        shape=(32, 32, 32),
-        origin=tuple(ORIGIN),
-        grains=14,
-        seed=3,
-        voids=2,
-        void_radius=4.0,
-        embedded_grains=1,
-    )
-    return remesh(generate(options))[0]
+    return with_voids(32, 14, 3, 4.0, tuple(ORIGIN))
 
 
 def at(*fractions) -> tuple:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from models import voronoi
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.remeshing.kernels.marching import march
@@ -22,13 +23,8 @@ from craftmesh.surface.vertex_classes import (
 from craftmesh.types import INTERFACE, Surface, Voxels
 
 
-def polycrystal(seed=0, shape=(14, 12, 10), grains=7, spacing=(1, 1, 1), origin=(0, 0, 0)):
-    """Voronoi grains on a grid of voxels."""
-    rng = np.random.default_rng(seed)
-    seeds = rng.random((grains, 3)) * shape
-    centres = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in shape), indexing="ij"), axis=-1)
-    distance = np.linalg.norm(centres[..., None, :] - seeds, axis=-1)
-    return Voxels(distance.argmin(axis=-1) + 1, spacing, origin)
+def polycrystal(seed=0, grains=7, **grid) -> Voxels:
+    return voronoi(seed, grains, (14, 12, 10), **grid)
 
 
 def test_classes_of_four_columns():

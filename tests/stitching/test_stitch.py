@@ -1,30 +1,22 @@
+"""Surfaces of single grains become the one surface that they were taken from."""
+
 import numpy as np
 import pytest
+from models import real_grains, with_voids
 from structured_box import structured_box
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.surface_files import read_grain_folder, write_grain_folder
-from craftmesh.remeshing.remesh import remesh
 from craftmesh.stitching.stitch import StitchOptions, stitch_grains
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.measure import side_volumes
 from craftmesh.types import INTERFACE, Surface
-from craftmesh.voxels.generate import GenerateOptions, generate
 
 
 @pytest.fixture(scope="module")
 def polycrystal():
-    options = GenerateOptions(
-        shape=(24, 24, 24),
-        origin=(3.0, -1.0, 0.5),
-        grains=10,
-        seed=1,
-        voids=2,
-        void_radius=3.0,
-        embedded_grains=1,
-    )
-    return remesh(generate(options))[0]
+    return with_voids(24, 10, 1, 3.0, (3.0, -1.0, 0.5))
 
 
 def grains_of(surface: Surface) -> list:
@@ -184,14 +176,7 @@ def test_bad_input_is_refused_in_one_line(grains):
 
 
 def test_real_stl_sets_come_back_as_they_were(shared_data, tmp_path):
-    data = np.load(shared_data / "stl" / "g26.npz")
-    points, sides = data["points"].astype(float), data["sides"].astype(np.int32)
-    kind = np.zeros(len(sides), np.uint8)
-    corner = points[data["triangles"]]
-    for axis in range(3):
-        for end, plane in enumerate((points[:, axis].min(), points[:, axis].max())):
-            kind[(corner[:, :, axis] == plane).all(axis=1) & (sides == 0).any(axis=1)] = 1 + 2 * axis + end
-    surface = Surface(points, data["triangles"], sides, kind)
+    surface, _ = real_grains(shared_data)
     write_grain_folder(tmp_path, surface)
     stitched, _ = stitch_grains(read_grain_folder(tmp_path), StitchOptions())
     assert_same(stitched, surface)
