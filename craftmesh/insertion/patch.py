@@ -212,6 +212,7 @@ def _circumcircles(patch: Planar) -> tuple[np.ndarray, np.ndarray]:
 def split_front_chords(patch: Planar, is_front_node: np.ndarray) -> int:
     """Split free edges that join two front nodes, so that every crack facet has a corner off the front.
 
+    They would be ears (craftmesh.surface.front); traces that join front nodes are split before.
     is_front_node (n,): of the points that the patch began with. Returns how many were split.
     """
     split = 0
