@@ -11,6 +11,7 @@ from craftmesh.gradation.kernels.codes import (
     DONE,
     INTERSECTION,
     LENGTH,
+    NO_NEED,
     NORMAL,
     REFUSALS,
     VOLUME,
@@ -18,6 +19,7 @@ from craftmesh.gradation.kernels.codes import (
     is_held,
 )
 from craftmesh.gradation.kernels.guards import attempt, refusal
+from craftmesh.gradation.kernels.split import split
 from craftmesh.gradation.kernels.star import star_at, worst_score
 from craftmesh.gradation.passes import Limits, filled_grid
 from craftmesh.gradation.state import State, make_state
@@ -105,3 +107,13 @@ def test_planes_of_the_box_hold_one_coordinate_each():
     for plane in range(6):
         assert [bool(is_held(1 << plane, axis)) for axis in range(3)] == [plane // 2 == k for k in range(3)]
     assert not any(is_held(64 | 128, axis) for axis in range(3))
+
+
+def test_a_split_refuses_poor_halves_and_edges_that_are_gone(state):
+    references = by_reference(*state), by_reference(filled_grid(state.mesh))
+    v = middle(state)
+    b = int(np.flatnonzero((state.mesh.points == (3, 4, 3)).all(axis=1))[0])
+    before = frozen(state)
+    assert split(*references, OPEN._replace(floor=10.0), v, b, 2.0) == ANGLE
+    assert split(*references, OPEN, v, 0, 0.0) == NO_NEED
+    assert frozen(state) == before
