@@ -145,7 +145,7 @@ def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:
     start, end = surface.points[edges[crossing, 0]], surface.points[edges[crossing, 1]]
     points = start + fraction[:, None] * (end - start)
     phi = np.full(len(edges), -np.inf)
-    phi[crossing] = sheet.inside(sheet.uv(points))
+    phi[crossing] = sheet.rim.inside(sheet.uv(points))
     length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
     margin = 0.5 * length[of_corner].max(axis=1) + BEYOND * surface.size[surface.facets[near]].max(axis=1)
     wanted = np.zeros(len(edges), bool)
@@ -189,5 +189,5 @@ def with_phi(surface: CutSurface, sheet: Sheet) -> CutSurface:
     """Fill in phi of the points on the crack that have none yet."""
     rows = np.flatnonzero((surface.psi == 0) & np.isnan(surface.phi))
     phi = surface.phi.copy()
-    phi[rows] = sheet.inside(sheet.uv(surface.points[rows]))
+    phi[rows] = sheet.rim.inside(sheet.uv(surface.points[rows]))
     return replace(surface, phi=phi)

@@ -92,7 +92,7 @@ def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:
     length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
     size = _mean_at_points(edges, length, count)
     reach = NEAR * length.max()
-    u0, v0, u1, v1 = sheet.domain.bounds
+    u0, v0, u1, v1 = sheet.rim.domain.bounds
     height = (surface.points - sheet.origin) @ sheet.frame[2]
     lowest, highest = sheet.height.min() - 2 * reach, sheet.height.max() + 2 * reach
     near = (uv >= [u0 - reach, v0 - reach]).all(axis=1) & (uv <= [u1 + reach, v1 + reach]).all(axis=1)
@@ -157,7 +157,7 @@ def _with_patch(
     local_flat = local[cut.facets[flat]]
     local_flat = local_flat[(local_flat >= 0).all(axis=1)]
     patch = triangulate(
-        uv[nodes], local[segments], np.setdiff1d(local[loose], local[segments]), sheet.inside
+        uv[nodes], local[segments], np.setdiff1d(local[loose], local[segments]), sheet.rim.inside
     )
     patch = refine(patch, lambda at: target(sheet.lift(at)), local_flat)
     is_front = np.zeros(len(uv), bool)

@@ -48,7 +48,7 @@ def _touch(surface: CutSurface, sheet: Sheet) -> CutSurface:
 
 def with_front_points(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> CutSurface:
     """Return the surface with the points `rows` (k,) counted as on the nearest front; none is moved."""
-    _, number, along = sheet.nearest_front(sheet.uv(surface.points[rows]))
+    _, number, along = sheet.rim.nearest_front(sheet.uv(surface.points[rows]))
     phi, front, arc = surface.phi.copy(), surface.front.copy(), surface.arc.copy()
     phi[rows], front[rows], arc[rows] = 0.0, number, along
     return replace(surface, phi=phi, front=front, arc=arc)
@@ -71,7 +71,7 @@ def _first_crossing(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> tup
     row, fraction, at = _rim_crossings(surface, sheet, edges)
     # on a curved sheet the trace on the box is a chord, so it may pass the end of the front at a distance
     reach = (TOUCHING if sheet.planar else END) * surface.size[edges[row, 0]]
-    on_front = np.linalg.norm(sheet.nearest_front(at)[0] - at, axis=1) <= reach
+    on_front = np.linalg.norm(sheet.rim.nearest_front(at)[0] - at, axis=1) <= reach
     row, fraction = row[on_front], fraction[on_front]
     order = np.lexsort([fraction, row])
     row, fraction = row[order], fraction[order]
@@ -87,9 +87,9 @@ def _rim_crossings(
     Crossings at an end of the edge are left out, and those of edges between two front points that graze it.
     """
     start, end = sheet.uv(surface.points[edges[:, 0]]), sheet.uv(surface.points[edges[:, 1]])
-    row, segment = sheet.rim_tree.query(shapely.linestrings(np.stack([start, end], axis=1)), "intersects")
+    row, segment = sheet.rim.tree.query(shapely.linestrings(np.stack([start, end], axis=1)), "intersects")
     a, d = start[row], end[row] - start[row]
-    b, e = sheet.rim[segment, 0], sheet.rim[segment, 1] - sheet.rim[segment, 0]
+    b, e = sheet.rim.segments[segment, 0], sheet.rim.segments[segment, 1] - sheet.rim.segments[segment, 0]
     cross = d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0]
     with np.errstate(all="ignore"):
         fraction = ((b - a)[:, 0] * e[:, 1] - (b - a)[:, 1] * e[:, 0]) / cross
@@ -137,7 +137,7 @@ def split_chords(surface: CutSurface, sheet: Sheet) -> tuple[CutSurface, np.ndar
     if not len(chords):
         return surface, chords
     middle = (surface.points[chords[:, 0]] + surface.points[chords[:, 1]]) / 2
-    phi, length = sheet.inside(sheet.uv(middle)), _lengths(surface, chords)
+    phi, length = sheet.rim.inside(sheet.uv(middle)), _lengths(surface, chords)
     along = _neighbours(surface, sheet, chords) & (np.abs(phi) <= ALONG * length)
     across = ~along & (phi > 0)
     surface = split_edges(
@@ -154,8 +154,8 @@ def _neighbours(surface: CutSurface, sheet: Sheet, chords: np.ndarray) -> np.nda
     front = surface.front[on]
     last = np.flatnonzero(front != np.roll(front, -1))
     for i in last.tolist():
-        following[i] = on[np.flatnonzero(front == front[i])[0]] if sheet.closed[front[i]] else -1
-    if len(on) and not len(last) and not sheet.closed[front[0]]:
+        following[i] = on[np.flatnonzero(front == front[i])[0]] if sheet.rim.closed[front[i]] else -1
+    if len(on) and not len(last) and not sheet.rim.closed[front[0]]:
         following[-1] = -1
     stride = len(surface.points) + 1
     known = np.minimum(on, following) * stride + np.maximum(on, following)
@@ -174,17 +174,17 @@ def chain(
     edges: list[tuple[int, int, int]] = []
     uv: list[np.ndarray] = []
     interval = 0
-    for front, closed in enumerate(sheet.closed):
+    for front, closed in enumerate(sheet.rim.closed):
         nodes = _numbered_nodes(surface, sheet, front, uv)
         if closed:
-            nodes.append((nodes[0][0], nodes[0][1] + sheet.curves[front][-1, 2]))
+            nodes.append((nodes[0][0], nodes[0][1] + sheet.rim.curves[front][-1, 2]))
         for (a, start), (b, end) in zip(nodes[:-1], nodes[1:]):
             inner = np.zeros(0)
             if (min(a, b), max(a, b)) not in taken:
                 halvings = int(crowd[interval]) if interval < len(crowd) else 0
                 inner = _spread(sheet, front, (start, end), target, halvings)
             first = len(surface.points) + len(uv)
-            uv.extend(sheet.on_front(front, inner))
+            uv.extend(sheet.rim.on_front(front, inner))
             line = [a, *range(first, first + len(inner)), b]
             edges.extend((p, q, interval) for p, q in zip(line[:-1], line[1:]))
             interval += 1
@@ -206,7 +206,7 @@ def _numbered_nodes(
 
 def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int) -> list[tuple[int, float, list[float]]]:
     """Return id (-1: new), arc and uv of the nodes a front must have: pierce points, ends, corners."""
-    curve, closed = sheet.curves[front], sheet.closed[front]
+    curve, closed = sheet.rim.curves[front], sheet.rim.closed[front]
     ids = surface.on_front(front)
     known = surface.arc[ids]
     step = np.diff(curve[:, :2], axis=0)
@@ -220,7 +220,7 @@ def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int) -> list[tuple[i
         wanted = [0.0]
     uv = sheet.uv(surface.points[ids])
     items = list(zip(ids.tolist(), known.tolist(), uv.tolist()))
-    items += [(-1, w, sheet.on_front(front, np.array([w]))[0].tolist()) for w in wanted]
+    items += [(-1, w, sheet.rim.on_front(front, np.array([w]))[0].tolist()) for w in wanted]
     return sorted(items, key=lambda item: item[1])
 
 
@@ -237,7 +237,7 @@ def _spread(
     Edges turn by at most SHARPEST. Turning is seen between chords; half a chord at each end shows none.
     """
     samples = np.linspace(ends[0], ends[1], INTERVALS + 1)
-    uv = sheet.on_front(front, samples)
+    uv = sheet.rim.on_front(front, samples)
     density = 1.0 / target(sheet.lift(uv))
     total = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(samples))])
     heading = np.unwrap(np.arctan2(*np.diff(uv[:: INTERVALS // CHORDS], axis=0).T[::-1]))

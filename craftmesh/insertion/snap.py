@@ -35,7 +35,8 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
     with np.errstate(invalid="ignore"):
         close = (np.abs(surface.psi) < options.snap * surface.size) & (surface.psi != 0)
     rows = np.flatnonzero(close)
-    rows = rows[sheet.inside(sheet.uv(surface.points[rows])) > -surface.size[rows]] if len(rows) else rows
+    if len(rows):
+        rows = rows[sheet.rim.inside(sheet.uv(surface.points[rows])) > -surface.size[rows]]
     if not len(rows):
         return surface
     junctions, planes = _classes(surface)
@@ -71,7 +72,7 @@ def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: In
     reach = options.snap_front * np.minimum(surface.size[rows], target(surface.points[rows]))
     reach[junctions.degree[rows] == 2] *= LINE_SHARE
     reach[junctions.degree[rows] > 2] = 0.0
-    foot, _, _ = sheet.nearest_front(sheet.uv(surface.points[rows]))
+    foot, _, _ = sheet.rim.nearest_front(sheet.uv(surface.points[rows]))
     targets = sheet.lift(foot)
     on_box = np.flatnonzero(planes[rows].any(axis=1))
     targets[on_box] = _front_ends(surface.points[rows[on_box]], planes[rows[on_box]], sheet)
@@ -85,11 +86,11 @@ def spread_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: Ins
     """Move pierce points that crowd apart along the front, as far as the surface stays sound."""
     shifts, on_fronts = [np.zeros(0)], [np.zeros(0, np.int64)]
     _, planes = _classes(surface)
-    for front, curve in enumerate(sheet.curves):
+    for front, curve in enumerate(sheet.rim.curves):
         ids = surface.on_front(front)
         if len(ids) < 2:
             continue
-        period = curve[-1, 2] if sheet.closed[front] else np.inf
+        period = curve[-1, 2] if sheet.rim.closed[front] else np.inf
         held = planes[ids].any(axis=1)
         on_fronts.append(ids)
         shifts.append(
@@ -104,7 +105,7 @@ def spread_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: Ins
     targets = np.empty((len(rows), 3))
     for front in np.unique(surface.front[rows]).tolist():
         mine = surface.front[rows] == front
-        targets[mine] = sheet.lift(sheet.on_front(front, surface.arc[rows[mine]] + shift[mine]))
+        targets[mine] = sheet.lift(sheet.rim.on_front(front, surface.arc[rows[mine]] + shift[mine]))
     return _moved_onto_front(surface, sheet, rows, targets, options)
 
 
@@ -120,7 +121,7 @@ def snap_ends(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutS
     """Move the first and last pierce point of open fronts along the box to the front's exact end."""
     _, planes = _classes(surface)
     ends = []
-    for front in np.flatnonzero(~np.array(sheet.closed, bool)).tolist():
+    for front in np.flatnonzero(~np.array(sheet.rim.closed, bool)).tolist():
         ids = surface.on_front(front)
         ids = ids[planes[ids].any(axis=1)]
         if len(ids):
@@ -194,7 +195,7 @@ def _along_lines(surface: CutSurface, edges: np.ndarray, on_line: np.ndarray, ta
 def _front_ends(points: np.ndarray, planes: np.ndarray, sheet: Sheet) -> np.ndarray:
     """Return the nearest end of a front on the box plane of each point; NaN where there is none."""
     ends = np.array(
-        [c[i, :2] for c, closed in zip(sheet.curves, sheet.closed) if not closed for i in (0, -1)]
+        [c[i, :2] for c, closed in zip(sheet.rim.curves, sheet.rim.closed) if not closed for i in (0, -1)]
     )
     result = np.full(points.shape, np.nan)
     if not len(ends) or not len(points):

@@ -233,8 +233,8 @@ def test_a_mouth_on_the_box_is_pushed_out_so_that_the_box_is_inside():
     square = np.array([[1, 2, 8], [5, 2, 8], [5, 6, 8], [1, 6, 8]], float)
     crack = crack_from_triangles(square, [[0, 1, 2], [0, 2, 3]], None, BOX)
     sheet = sheet_of(crack, BOX)
-    assert (sheet.inside(sheet.uv(np.array([[1.0, 4.0, 8.0], [0.5, 4.0, 8.0]]))) > 0).all()
-    assert (sheet.inside(sheet.uv(np.array([[5.5, 4.0, 8.0], [3.0, 1.5, 8.0]]))) < 0).all()
+    assert (sheet.rim.inside(sheet.uv(np.array([[1.0, 4.0, 8.0], [0.5, 4.0, 8.0]]))) > 0).all()
+    assert (sheet.rim.inside(sheet.uv(np.array([[5.5, 4.0, 8.0], [3.0, 1.5, 8.0]]))) < 0).all()
 
 
 @settings(deadline=None, max_examples=15)
@@ -254,7 +254,7 @@ def test_the_sheet_of_a_penny_is_exact(normal, radius, seed):
     assert np.allclose(sheet.offset(points), offset, atol=1e-12)
     assert np.allclose(sheet.lift(sheet.uv(points)), foot, atol=1e-12)
     exact = radius - np.linalg.norm(foot - CENTRE, axis=1)
-    assert np.allclose(sheet.inside(sheet.uv(points)), exact, atol=2e-5 * radius)
+    assert np.allclose(sheet.rim.inside(sheet.uv(points)), exact, atol=2e-5 * radius)
 
 
 def test_the_sheet_of_a_curved_crack_passes_through_its_points_and_goes_on_past_the_front():
@@ -267,4 +267,4 @@ def test_the_sheet_of_a_curved_crack_passes_through_its_points_and_goes_on_past_
     past = CENTRE + (rim - CENTRE) * 1.05
     # the slope's change over 5% of the radius, at most amplitude * (2 / radius)^2 * (0.15)^2
     assert np.abs(sheet.offset(past)).max() < 0.05
-    assert (sheet.inside(sheet.uv(past)) < 0).all()
+    assert (sheet.rim.inside(sheet.uv(past)) < 0).all()

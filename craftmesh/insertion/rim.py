@@ -1,0 +1,133 @@
+"""Where the crack ends, in its parameters: inside or outside of it, and places along its fronts."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from craftmesh.cracks.triangulated import ON_PLANE, boundary_loops
+from craftmesh.types import Crack
+
+MOUTH = 0.2  # of the box's diagonal, by which the mouth is pushed out of it
+
+
+@dataclass(frozen=True, eq=False)
+class Rim:
+    """The boundary of a crack in its parameters (u, v): fronts, and the mouth pushed out of the box.
+
+    domain: polygon that the crack covers. segments (k, 2, 2): its boundary, those of fronts first;
+    front_number, front_start (f,): front and arc length at the start of the first f. tree: of all
+    segments, front_tree: of the first f. curves: (j, 3) rows u, v, arc length per front; closed: which
+    fronts are.
+    """
+
+    domain: shapely.Polygon
+    segments: np.ndarray
+    tree: shapely.STRtree
+    front_tree: shapely.STRtree
+    front_number: np.ndarray
+    front_start: np.ndarray
+    curves: tuple[np.ndarray, ...]
+    closed: tuple[bool, ...]
+
+    def inside(self, uv: np.ndarray) -> np.ndarray:
+        """Return phi (n,): the distance in (u, v) to the rim, > 0 on the crack and < 0 past its front."""
+        points = shapely.points(uv)
+        _, distance = self.tree.query_nearest(points, return_distance=True, all_matches=False)
+        return np.where(shapely.contains_xy(self.domain, uv[:, 0], uv[:, 1]), distance, -distance)
+
+    def nearest_front(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return foot (n, 2), front number (n,) and arc length (n,) of the nearest front point."""
+        segment = self.front_tree.query_nearest(shapely.points(uv), all_matches=False)[1]
+        start, step = self.segments[segment, 0], self.segments[segment, 1] - self.segments[segment, 0]
+        square = np.einsum("ij,ij->i", step, step)
+        t = np.clip(np.einsum("ij,ij->i", uv - start, step) / square, 0, 1)
+        along = self.front_start[segment] + t * np.sqrt(square)
+        return start + t[:, None] * step, self.front_number[segment], along
+
+    def on_front(self, front: int, arc: np.ndarray) -> np.ndarray:
+        """Return the parameters (n, 2) at arc lengths (n,) along a front."""
+        curve = self.curves[front]
+        if self.closed[front]:
+            arc = np.mod(arc, curve[-1, 2])
+        return np.stack([np.interp(arc, curve[:, 2], curve[:, i]) for i in range(2)], axis=1)
+
+
+def rim_of(crack: Crack, nodes: np.ndarray, frame: np.ndarray, box: np.ndarray) -> Rim:
+    """Return the rim of a crack; nodes (n, 2): its points in (u, v), frame (3, 3): rows u, v, normal."""
+    curves = tuple(_with_arc_length(nodes[front]) for front in crack.fronts)
+    domain = _polygon(boundary_loops(crack.triangles), nodes)
+    domain = _push_out_mouth(domain, crack, nodes, frame, box)
+    segments, front_number, front_start = _segments(domain, curves)
+    shapely.prepare(domain)
+    return Rim(
+        domain=domain,
+        segments=segments,
+        tree=shapely.STRtree(shapely.linestrings(segments)),
+        front_tree=shapely.STRtree(shapely.linestrings(segments[: len(front_number)])),
+        front_number=front_number,
+        front_start=front_start,
+        curves=curves,
+        closed=tuple(bool(front[0] == front[-1]) for front in crack.fronts),
+    )
+
+
+def _with_arc_length(uv: np.ndarray) -> np.ndarray:
+    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(uv, axis=0), axis=1))])
+    return np.column_stack([uv, arc])
+
+
+def _polygon(rings: list[np.ndarray], nodes: np.ndarray) -> shapely.Polygon:
+    """Return the polygon of the outer ring (the largest) with the other rings as holes."""
+    polygons = [shapely.Polygon(nodes[ring]) for ring in rings]
+    outer = int(np.argmax([polygon.area for polygon in polygons]))
+    holes = [nodes[ring] for i, ring in enumerate(rings) if i != outer]
+    return shapely.Polygon(nodes[rings[outer]], holes)
+
+
+def _push_out_mouth(
+    domain: shapely.Polygon, crack: Crack, nodes: np.ndarray, frame: np.ndarray, box: np.ndarray
+) -> shapely.Polygon:
+    """Extend the domain past mouth edges that lie on a box plane, so that the mouth is outside the box."""
+    diagonal = np.linalg.norm(box[1] - box[0])
+    fronts = {
+        frozenset(pair) for front in crack.fronts for pair in zip(front[:-1].tolist(), front[1:].tolist())
+    }
+    strips = []
+    for loop in boundary_loops(crack.triangles):
+        for a, b in zip(loop[:-1].tolist(), loop[1:].tolist()):
+            ends = crack.points[[a, b]]
+            near = np.abs(ends[:, None] - box[None]).max(axis=0) <= ON_PLANE * diagonal
+            if frozenset((a, b)) in fronts or not near.any():
+                continue
+            side, axis = np.argwhere(near)[0]
+            outward = frame[:2, axis] * (2 * side - 1)
+            outward = MOUTH * diagonal * outward / np.linalg.norm(outward)
+            strips.append(shapely.Polygon([nodes[a], nodes[b], nodes[b] + outward, nodes[a] + outward]))
+    if not strips:
+        return domain
+    joined = shapely.union_all([domain, *[strip for strip in strips if strip.is_valid]])
+    parts = shapely.get_parts(joined)
+    return parts[np.argmax(shapely.area(parts))]
+
+
+def _segments(
+    domain: shapely.Polygon, curves: tuple[np.ndarray, ...]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the domain's boundary segments, fronts first, and of those front and arc length."""
+    starts, ends, number, arc = [np.zeros((0, 2))], [np.zeros((0, 2))], [], []
+    for front, curve in enumerate(curves):
+        starts.append(curve[:-1, :2])
+        ends.append(curve[1:, :2])
+        number.append(np.full(len(curve) - 1, front))
+        arc.append(curve[:-1, 2])
+    segments = np.stack([np.concatenate(starts), np.concatenate(ends)], axis=1)
+    known = {frozenset(map(tuple, segment)) for segment in segments.tolist()}
+    mouth: list[list[list[float]]] = []
+    for ring in [domain.exterior, *domain.interiors]:
+        line = shapely.get_coordinates(ring)
+        for segment in np.stack([line[:-1], line[1:]], axis=1).tolist():
+            if frozenset(map(tuple, segment)) not in known:
+                mouth.append(segment)
+    segments = np.concatenate([segments, np.array(mouth).reshape(-1, 2, 2)])
+    return segments, np.concatenate(number), np.concatenate(arc)
