@@ -17,7 +17,7 @@ Words:
 - home of a vertex: the first place it had. Witness: the home of a vertex that is gone or has moved, kept by
   a facet that passes it closely enough. An operation sets the witnesses of its star loose, finds a facet
   near each, and settles them there.
-- ear: a crack facet that cannot open, for its corners all lie on the front.
+- ear: an edge inside the crack that joins two vertices of its front (surface.front); it stays shut.
 - thin end: where the two border lines of a patch meet and its facets are thin; it closes by a collapse
   across. Remnant: the last facet of a contact that has gone, between three junction points.
 - limits: the bounds of a pass. Refusal: why an operation was not made, counted by reason.

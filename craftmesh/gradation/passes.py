@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.gradation.growth import make_room
 from craftmesh.gradation.kernels.by_reference import by_reference
 from craftmesh.gradation.kernels.collapse import collapse_pass
 from craftmesh.gradation.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
@@ -17,6 +16,7 @@ from craftmesh.gradation.kernels.slide import even_lines_pass, slide_pass
 from craftmesh.gradation.kernels.split import split_pass
 from craftmesh.gradation.kernels.swap import swap_pass
 from craftmesh.gradation.locality import block_order
+from craftmesh.gradation.make_room import make_room
 from craftmesh.gradation.state import Guards, Mesh, State
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.kernels.facet_shape import poor_facets, relative_lengths

@@ -10,9 +10,9 @@ from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.tet_connectivity import group_triples, half_face_corners, half_faces, tet_volumes
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
-from craftmesh.tetrahedra.whole.crack_faces import check_crack, crack_half_faces
+from craftmesh.tetrahedra.whole.crack_faces import crack_half_faces, recovery_of_crack
 from craftmesh.tetrahedra.whole.labels import labels_at
-from craftmesh.tetrahedra.whole.new_surface import put_on_planes
+from craftmesh.tetrahedra.whole.new_surface import move_onto_planes
 from craftmesh.tetrahedra.whole.whole_model import mesh_whole_model
 from craftmesh.types import CRACK, Surface
 
@@ -80,7 +80,7 @@ def test_a_crack_that_is_not_found_again_is_an_error(pierced, remade):
     kept = np.flatnonzero(surface.kind != CRACK)
     without = Surface(surface.points, surface.facets[kept], surface.sides[kept], surface.kind[kept])
     with pytest.raises(CraftmeshError, match="keeps 0 of the crack's area"):
-        check_crack(pierced, without)
+        recovery_of_crack(pierced, without)
 
 
 def test_a_mesh_in_which_grains_are_not_found_is_tried_again_with_half_the_envelope(monkeypatch):
@@ -134,12 +134,12 @@ def test_points_near_planes_are_put_on_them_and_flat_tets_go_outside():
     # a tet that stands on the top within the reach
     tets = np.concatenate([grain.tets, [[*on_top, len(points)]]])
     labels = np.ones(len(tets), np.int64)
-    moved, found, report = put_on_planes(surface, shaken, tets, labels, 2e-3)
+    moved, found, report = move_onto_planes(surface, shaken, tets, labels, 2e-3)
     is_outer = ((points == 0) | (points == 2)).any(axis=1)
     assert np.array_equal(moved[: len(points)][is_outer] % 2 == 0, points[is_outer] % 2 == 0)
     assert found.tolist() == [*labels[:-1], 0]
     with pytest.raises(CraftmeshError, match="turn over"):
-        put_on_planes(surface, shaken, grain.tets, labels[:-1], 1.2)
+        move_onto_planes(surface, shaken, grain.tets, labels[:-1], 1.2)
 
 
 def test_crack_faces_are_those_of_a_structured_mesh():

@@ -73,7 +73,7 @@ def with_fins(surface: Surface, lengths: np.ndarray) -> tuple[np.ndarray, np.nda
     return points, np.concatenate([facets, above, below])
 
 
-def put_on_front(
+def move_front_onto(
     surface: Surface, points: np.ndarray, tets: np.ndarray, crack: np.ndarray, free: np.ndarray
 ) -> np.ndarray:
     """Return points with the front of the crack facets (c, 3) moved onto the front of the input surface.
@@ -100,7 +100,7 @@ def put_on_front(
     return moved
 
 
-def check_crack(before: Surface, after: Surface) -> dict:
+def recovery_of_crack(before: Surface, after: Surface) -> dict:
     """Return how well the crack was found again; raises CraftmeshError where part of it is missing.
 
     The area agrees to 3%, the front's length to 10%, and the front lies within half its edges of the

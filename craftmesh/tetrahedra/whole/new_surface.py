@@ -13,14 +13,14 @@ from craftmesh.mesh.tet_connectivity import (
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.front import ears, front_of
 from craftmesh.surface.patches import PLANES
-from craftmesh.tetrahedra.whole.crack_faces import crack_half_faces, put_on_front
+from craftmesh.tetrahedra.whole.crack_faces import crack_half_faces, move_front_onto
 from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
 
 # Rounds of splits: the crack is found anew in the split mesh, and may have other facets there.
 MAX_SPLITS = 5
 
 
-def put_on_planes(
+def move_onto_planes(
     surface: Surface, points: np.ndarray, tets: np.ndarray, labels: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray, dict]:
     """Return points with those of the outer faces exactly on the box's planes, labels and a report.
@@ -69,7 +69,7 @@ def settle_crack(
         for edge in edges:
             points, tets, labels = _split(points, tets, labels, edge)
     crack, free = _crack_facets(surface, points, tets, labels, reach)
-    return put_on_front(surface, points, tets, crack, free), tets, labels
+    return move_front_onto(surface, points, tets, crack, free), tets, labels
 
 
 def _crack_facets(

@@ -17,9 +17,9 @@ from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.meshers.tetwild import TetWildTask, tetwild
 from craftmesh.tetrahedra.optimise_tets import optimise_tets
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
-from craftmesh.tetrahedra.whole.crack_faces import check_crack, with_fins
+from craftmesh.tetrahedra.whole.crack_faces import recovery_of_crack, with_fins
 from craftmesh.tetrahedra.whole.labels import labels_at
-from craftmesh.tetrahedra.whole.new_surface import model_of, put_on_planes, settle_crack
+from craftmesh.tetrahedra.whole.new_surface import model_of, move_onto_planes, settle_crack
 from craftmesh.types import GrainTets, Surface
 
 # Points of the background lattice along the longest side of the box.
@@ -69,7 +69,7 @@ def _found_again(
     """Return surface and grains of pytetwild's mesh and how well they fit; raises CraftmeshError."""
     reach = REACH * envelope
     labels = labels_at(surface, points[tets].mean(axis=1))
-    points, labels, on_planes = put_on_planes(surface, points, tets, labels, reach)
+    points, labels, on_planes = move_onto_planes(surface, points, tets, labels, reach)
     points, tets, labels = settle_crack(surface, points, tets, labels, reach)
     found, grain_tets = model_of(surface, points, tets, labels, reach)
     lost = np.setdiff1d(surface.sides, found.sides)
@@ -79,7 +79,52 @@ def _found_again(
             f"{name} is lost in the mesh of the whole model ({len(lost)} in all); repair its surface or "
             "take a smaller envelope"
         )
-    report = {"envelope": envelope, **on_planes, **check_crack(surface, found), **_drift(surface, found)}
+    recovery = recovery_of_crack(surface, found)
+    return found, grain_tets, {"envelope": envelope, **on_planes, **recovery, **_drift(surface, found)}
+
+
+def _found_again(
+    surface: Surface, points: np.ndarray, tets: np.ndarray, envelope: float
+) -> tuple[Surface, list[GrainTets], dict]:
+    """Return surface and grains of pytetwild's mesh and how well they fit; raises CraftmeshError."""
+    reach = REACH * envelope
+    labels = labels_at(surface, points[tets].mean(axis=1))
+    points, labels, on_planes = move_onto_planes(surface, points, tets, labels, reach)
+    points, tets, labels = settle_crack(surface, points, tets, labels, reach)
+    found, grain_tets = model_of(surface, points, tets, labels, reach)
+    lost = np.setdiff1d(surface.sides, found.sides)
+    if len(lost):
+        name = f"grain {lost[-1]}" if lost[-1] > 0 else f"void {-lost[-1]}"
+        raise CraftmeshError(
+            f"{name} is lost in the mesh of the whole model ({len(lost)} in all); repair its surface or "
+            "take a smaller envelope"
+        )
+    recovery = recovery_of_crack(surface, found)
+    return found, grain_tets, {"envelope": envelope, **on_planes, **recovery, **_drift(surface, found)}
+
+
+def _found_again(
+    surface: Surface, points: np.ndarray, tets: np.ndarray, envelope: float
+) -> tuple[Surface, list[GrainTets], dict]:
+    """Return surface and grains of pytetwild's mesh and how well they fit; raises CraftmeshError."""
+    reach = REACH * envelope
+    labels = labels_at(surface, points[tets].mean(axis=1))
+    points, labels, on_planes = move_onto_planes(surface, points, tets, labels, reach)
+    points, tets, labels = settle_crack(surface, points, tets, labels, reach)
+    found, grain_tets = model_of(surface, points, tets, labels, reach)
+    lost = np.setdiff1d(surface.sides, found.sides)
+    if len(lost):
+        name = f"grain {lost[-1]}" if lost[-1] > 0 else f"void {-lost[-1]}"
+        raise CraftmeshError(
+            f"{name} is lost in the mesh of the whole model ({len(lost)} in all); repair its surface or "
+            "take a smaller envelope"
+        )
+    report = {
+        "envelope": envelope,
+        **on_planes,
+        **recovery_of_crack(surface, found),
+        **_drift(surface, found),
+    }
     return found, grain_tets, report
 
 

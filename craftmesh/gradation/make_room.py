@@ -1,4 +1,4 @@
-"""Growth of the working arrays: facets that are gone give up their rows, and there is room for more."""
+"""Room in the working arrays: facets that are gone give up their rows, and there is room for more."""
 
 import numpy as np
 
