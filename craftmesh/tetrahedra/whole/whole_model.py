@@ -83,51 +83,6 @@ def _found_again(
     return found, grain_tets, {"envelope": envelope, **on_planes, **recovery, **_drift(surface, found)}
 
 
-def _found_again(
-    surface: Surface, points: np.ndarray, tets: np.ndarray, envelope: float
-) -> tuple[Surface, list[GrainTets], dict]:
-    """Return surface and grains of pytetwild's mesh and how well they fit; raises CraftmeshError."""
-    reach = REACH * envelope
-    labels = labels_at(surface, points[tets].mean(axis=1))
-    points, labels, on_planes = move_onto_planes(surface, points, tets, labels, reach)
-    points, tets, labels = settle_crack(surface, points, tets, labels, reach)
-    found, grain_tets = model_of(surface, points, tets, labels, reach)
-    lost = np.setdiff1d(surface.sides, found.sides)
-    if len(lost):
-        name = f"grain {lost[-1]}" if lost[-1] > 0 else f"void {-lost[-1]}"
-        raise CraftmeshError(
-            f"{name} is lost in the mesh of the whole model ({len(lost)} in all); repair its surface or "
-            "take a smaller envelope"
-        )
-    recovery = recovery_of_crack(surface, found)
-    return found, grain_tets, {"envelope": envelope, **on_planes, **recovery, **_drift(surface, found)}
-
-
-def _found_again(
-    surface: Surface, points: np.ndarray, tets: np.ndarray, envelope: float
-) -> tuple[Surface, list[GrainTets], dict]:
-    """Return surface and grains of pytetwild's mesh and how well they fit; raises CraftmeshError."""
-    reach = REACH * envelope
-    labels = labels_at(surface, points[tets].mean(axis=1))
-    points, labels, on_planes = move_onto_planes(surface, points, tets, labels, reach)
-    points, tets, labels = settle_crack(surface, points, tets, labels, reach)
-    found, grain_tets = model_of(surface, points, tets, labels, reach)
-    lost = np.setdiff1d(surface.sides, found.sides)
-    if len(lost):
-        name = f"grain {lost[-1]}" if lost[-1] > 0 else f"void {-lost[-1]}"
-        raise CraftmeshError(
-            f"{name} is lost in the mesh of the whole model ({len(lost)} in all); repair its surface or "
-            "take a smaller envelope"
-        )
-    report = {
-        "envelope": envelope,
-        **on_planes,
-        **recovery_of_crack(surface, found),
-        **_drift(surface, found),
-    }
-    return found, grain_tets, report
-
-
 def _task(surface: Surface, sizing: Lengths, envelope: float) -> TetWildTask:
     points, facets, _ = compact(*with_fins(surface, sizing.at(surface.points)))
     low, high = points.min(axis=0), points.max(axis=0)
