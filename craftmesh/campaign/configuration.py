@@ -49,16 +49,22 @@ def _validator() -> Any:
 
 
 def _with_defaults(value: Any, schema: dict) -> Any:
-    """Return a copy of `value` where objects have the defaults of their properties."""
+    """Return a copy of `value` where objects have the defaults of their properties, in the schema's order.
+
+    A configuration whose keys are only reordered gives the same flags, so that nothing runs again.
+    """
     if not isinstance(value, Mapping):
         return list(value) if isinstance(value, tuple) else value
     properties = schema.get("properties", {})
+    filled = {
+        key: _with_defaults(value[key] if key in value else sub["default"], sub)
+        for key, sub in properties.items()
+        if key in value or "default" in sub
+    }
     others = schema.get("additionalProperties") or {}
-    filled = {key: _with_defaults(item, properties.get(key, others)) for key, item in value.items()}
-    for key, sub in properties.items():
-        if key not in filled and "default" in sub:
-            filled[key] = _with_defaults(sub["default"], sub)
-    return filled
+    return filled | {
+        key: _with_defaults(item, others) for key, item in value.items() if key not in properties
+    }
 
 
 def _explain(fault: Any) -> str:

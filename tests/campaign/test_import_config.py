@@ -121,3 +121,10 @@ def test_mistakes_are_one_line_that_names_file_and_key(imported, old, new, line)
 def test_other_words_for_tetgen_are_said(imported):
     _, config, said = imported(CONFIG.replace("1.3/12", "pq1.4AYY"))
     assert "tetrahedralize" not in config and "TetGenQualityMeasure: 'pq1.4AYY'" in said.out
+
+
+def test_order_of_keys_makes_no_difference():
+    sections = {"sizing": {"l_min": 0.5, "l0": 1.0}, "cases": "cases.tsv", "gradate": {"passes": 3}}
+    turned = {"gradate": {"passes": 3}, "cases": "cases.tsv", "sizing": {"l0": 1.0, "l_min": 0.5}}
+    first, second = (completed(config, config_schema()) for config in (sections, turned))
+    assert list(first) == list(second) and list(first["sizing"].items()) == list(second["sizing"].items())
