@@ -9,7 +9,8 @@ KERNEL_TESTS := $(addprefix tests/,remeshing surface mesh insertion gradation te
 FAST_TESTS := $(addprefix tests/,assembly campaign commands cracks deck io mechanics sizing voxels) \
     tests/gradation/test_gradation_kernels.py
 # plain Python is quick enough for these
-UNCOMPILED_TESTS := $(addprefix tests/gradation/test_,gradation_kernels.py guards.py narrow_places.py preprocess.py)
+UNCOMPILED_TESTS := $(addprefix tests/gradation/test_,\
+    gradation_kernels.py guards.py narrow_places.py preprocess.py refusals.py)
 
 .PHONY: setup demo test test-fast test-slow test-bounds test-branches lint bench
 

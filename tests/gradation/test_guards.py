@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from structured_box import structured_box
+from unchanged import OPEN, frozen
 
 from craftmesh.gradation.kernels.by_reference import by_reference
 from craftmesh.gradation.kernels.codes import (
@@ -21,12 +22,8 @@ from craftmesh.gradation.kernels.codes import (
 from craftmesh.gradation.kernels.guards import attempt, refusal
 from craftmesh.gradation.kernels.split import split
 from craftmesh.gradation.kernels.star import star_at, worst_score
-from craftmesh.gradation.passes import Limits, filled_grid
+from craftmesh.gradation.passes import filled_grid
 from craftmesh.gradation.state import State, make_state
-
-INF = float("inf")
-# No guard but that against intersections asks for anything.
-OPEN = Limits(INF, INF, INF, 0.0, 0.0, -1.0, INF, INF, INF, False)
 
 
 @pytest.fixture
@@ -39,17 +36,6 @@ def state() -> State:
 def middle(state: State) -> int:
     """Return the vertex in the middle of the grain boundary."""
     return int(np.flatnonzero((state.mesh.points == 3).all(axis=1))[0])
-
-
-def frozen(state: State) -> list[bytes]:
-    """Return all of the mesh and its guards but for the spare row, and the marks of walks."""
-    n = int(state.mesh.used[0])
-    rows = {name: array for name, array in (state.mesh._asdict() | state.guards._asdict()).items()}
-    for name in ("stamp", "facet_stamp", "clock"):
-        del rows[name]
-    for name in ("points", "size"):
-        rows[name] = rows[name][:n]
-    return [array.tobytes() for array in rows.values()]
 
 
 @pytest.mark.parametrize(
