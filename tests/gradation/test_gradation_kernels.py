@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from structured_box import structured_box
+from unchanged import OPEN
 
 from craftmesh.gradation.kernels.by_reference import by_reference
 from craftmesh.gradation.kernels.codes import DONE, JUNCTION_TRIANGLE, REFUSALS
+from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.gradation.kernels.collapse_rules import closes_thin_end, link_refusal
 from craftmesh.gradation.kernels.facet_grid import star_intersects
 from craftmesh.gradation.kernels.projection import put_on_crack, put_on_front
@@ -217,6 +219,17 @@ def test_thin_ends_of_contacts_close_where_no_side_is_tied(surface, closes):
     state = by_reference(*make_state(surface, np.ones(len(surface.points))))
     assert closes_thin_end(state, 1, 2) == closes_thin_end(state, 2, 1) == closes
     assert not closes_thin_end(state, 0, 1)
+
+
+def test_the_vertex_where_a_thin_end_closed_is_a_junction_point():
+    surface = thin_end(4)
+    state = make_state(surface, np.ones(len(surface.points)))
+    references = by_reference(*state), by_reference(filled_grid(state.mesh))
+    # As where the lines go on beyond the surface's edge.
+    state.mesh.rank[[1, 2]] = 1
+    assert collapse_edge(*references, OPEN._replace(merge_points=True), 1, 2) == DONE
+    (kept,) = (v for v in (1, 2) if state.mesh.first[v] >= 0)
+    assert state.mesh.rank[kept] == 2
 
 
 def remnant(beyond: str) -> Surface:

@@ -10,20 +10,24 @@ from unchanged import OPEN, frozen
 
 from craftmesh.gradation.kernels.by_reference import by_reference
 from craftmesh.gradation.kernels.codes import (
+    ANGLE,
     CONSTRAINT,
     DISTANCE,
     DONE,
     EAR,
     GRAIN_CONTACT,
+    INTERSECTION,
     JUNCTION,
     JUNCTION_TRIANGLE,
     LENGTH,
     LINK,
     NO_NEED,
     NORMAL,
+    ON_CRACK,
+    ON_FRONT,
 )
 from craftmesh.gradation.kernels.collapse import collapse_edge, collapse_pass
-from craftmesh.gradation.kernels.relax import relax_pass
+from craftmesh.gradation.kernels.relax import relax_pass, relax_vertex
 from craftmesh.gradation.kernels.slide import (
     even_lines_pass,
     even_vertex,
@@ -34,7 +38,7 @@ from craftmesh.gradation.kernels.slide import (
 )
 from craftmesh.gradation.kernels.split import split, split_pass
 from craftmesh.gradation.kernels.swap import swap_pass
-from craftmesh.gradation.passes import Limits, filled_grid
+from craftmesh.gradation.passes import Gradation, Limits, filled_grid
 from craftmesh.gradation.state import State, make_state
 from craftmesh.types import CRACK, INTERFACE, Surface
 
@@ -120,9 +124,9 @@ COLLAPSES = {
     "of one that is no remnant": Case(sheet([[0, 1, 2]]), (0, 1), True, JUNCTION_TRIANGLE),
     "of a crack between junction points": Case(
         sheet(
-            [[0, 1, 2], [0, 1, 3], [1, 2, 4], [2, 0, 5]],
-            [(1, 1), (1, 2), (1, 3), (1, 4)],
-            [CRACK, INTERFACE, INTERFACE, INTERFACE],
+            [[0, 1, 2], [0, 1, 3], [1, 6, 3], [1, 2, 4], [2, 0, 5]],
+            [(1, 1), (1, 2), (1, 2), (1, 3), (1, 4)],
+            [CRACK] + [INTERFACE] * 4,
         ),
         (0, 1),
         True,
@@ -184,7 +188,7 @@ def test_either_end_may_come_first(request, case):
 def test_a_collapse_without_the_room_to_check_it_is_refused(room, reason):
     state, references = prepared(double_cone(5), **room)
     # Vertex 3, far from the edge, stands for one that went and left its first place to a facet on the edge.
-    state.guards.witness_first[0], state.guards.is_witness[3] = 3, True
+    state.guards.witness_first[5], state.guards.is_witness[3] = 3, True
     before = frozen(state)
     assert collapse_edge(*references, OPEN._replace(distance=10.0), 0, 1) == reason
     assert (frozen(state) == before) == (reason != DONE)
@@ -225,11 +229,42 @@ def test_a_split_is_refused_without_room_and_where_the_front_is_out_of_reach():
     assert split(*references, OPEN, 0, 1, 0.0) == LINK
     assert frozen(state) == before
     state, references = prepared(fan(5, sides=(1, 1), kind=CRACK))
+    assert split(*references, OPEN._replace(floor=INF), 0, 1, 2.0) == ANGLE
     # The front of the input stays behind its vertex, so that the new one leaves the edge for it.
     state.mesh.points[1] += (0.2, 0.0, 0.1)
     before = frozen(state)
     assert split(*references, STRICT, 1, 2, 0.0) == NORMAL
     assert frozen(state) == before
+
+
+def test_a_split_of_the_front_puts_the_vertex_on_it():
+    surface = fan(5, sides=(1, 1), kind=CRACK)
+    state, references = prepared(surface)
+    gradation = Gradation(state, filled_grid(state.mesh), {})
+    gradation.make_room()
+    mesh = gradation.mesh
+    mesh.points[1] += (0.2, 0.0, 0.1)
+    references = by_reference(*gradation.state), by_reference(filled_grid(mesh))
+    assert split(*references, OPEN, 1, 2, 0.0) == DONE
+    p, q = surface.points[[1, 2]]
+    place = mesh.points[6] - p
+    assert mesh.used.tolist() == [7, 6] and mesh.flags[6] == ON_CRACK | ON_FRONT and mesh.rank[6] == 1
+    assert np.allclose(np.cross(place, q - p), 0.0) and 0 < place @ (q - p) < (q - p) @ (q - p)
+
+
+@pytest.mark.parametrize("room, corners", [({}, {1, 2, 6}), ({"loose": 4}, {0, 2, 6})])
+def test_halves_share_witnesses_where_there_is_room(room, corners):
+    state, _ = prepared(fan(5), **room)
+    gradation = Gradation(state, filled_grid(state.mesh), {})
+    gradation.make_room()
+    guards = gradation.state.guards
+    # Point 3 stands for a vertex of the rim that left its first place to facet 0 1 2.
+    guards.witness_first[0], guards.is_witness[3] = 3, True
+    references = by_reference(*gradation.state), by_reference(gradation.grid)
+    assert split(*references, OPEN, 0, 1, 0.0) == DONE
+    (holder,) = np.flatnonzero(guards.witness_first == 3)
+    # With room it goes to the half on the rim; without, it stays with the one that keeps the facet's row.
+    assert set(gradation.mesh.facets[holder].tolist()) == corners
 
 
 def slides(references, limits, v) -> int:
@@ -244,23 +279,50 @@ def moves(references, limits, v) -> int:
     return move_vertex(*references, limits, v, np.array([0.3, 0.1, 0.2]))
 
 
-def off_centre() -> Surface:
+def relaxes(references, limits, v) -> int:
+    return relax_vertex(*references, limits, v)
+
+
+def off_centre(**classes) -> Surface:
     """Return a fan whose hub is far from its centre and whose rim's point 1 is far from even."""
-    surface = fan(6, hub=(-0.5, 0.2, 0.0))
+    surface = fan(6, hub=(-0.5, 0.2, 0.0), **classes)
     points = surface.points.copy()
     points[1] = 0.2 * points[1] + 0.8 * points[2]
     return Surface(points, surface.facets, surface.sides, surface.kind)
 
 
-@pytest.mark.parametrize("operation, v", [(slides, 0), (slides, 1), (evens, 1), (moves, 0)])
+@pytest.mark.parametrize("classes", [{}, {"sides": (1, 1), "kind": CRACK}], ids=["contact", "crack"])
+@pytest.mark.parametrize("operation, v", [(slides, 0), (slides, 1), (evens, 1), (moves, 0), (relaxes, 0)])
 @pytest.mark.parametrize(
     "room, limits, reason", [({}, {}, DONE), ({"star": 1}, {}, LINK), ({}, {"longest": 0.0}, LENGTH)]
 )
-def test_vertices_move_where_there_is_room_and_a_guard_allows_it(operation, v, room, limits, reason):
-    state, references = prepared(off_centre(), **room)
+def test_vertices_move_where_there_is_room_and_a_guard_allows_it(
+    classes, operation, v, room, limits, reason
+):
+    state, references = prepared(off_centre(**classes), **room)
     before = frozen(state)
     assert operation(references, OPEN._replace(**limits), v) == reason
     assert (frozen(state) == before) == (reason != DONE)
+
+
+@pytest.mark.parametrize("classes, reason", [({}, DONE), ({"sides": (1, 1), "kind": CRACK}, DISTANCE)])
+def test_vertices_keep_nearer_to_the_crack_than_to_the_rest(classes, reason):
+    state, references = prepared(off_centre(**classes))
+    before = frozen(state)
+    assert moves(references, OPEN._replace(distance=1.0, crack_distance=0.01), 0) == reason
+    assert (frozen(state) == before) == (reason != DONE)
+
+
+def test_vertices_slide_in_their_box_plane_and_not_where_the_goal_is_reached():
+    state, references = prepared(structured_box((2, 2, 2), lambda centres: np.ones(len(centres), int))[0])
+    v = int(np.flatnonzero((state.mesh.points == (1, 1, 0)).all(axis=1))[0])
+    state.mesh.points[v, :2] += (0.5, 0.4)
+    before = frozen(state)
+    assert slide_vertex(*references, OPEN, v, 0.0) == NO_NEED
+    assert slides(references, OPEN._replace(longest=0.0), v) == LENGTH
+    assert frozen(state) == before
+    assert slides(references, OPEN, v) == DONE
+    assert state.mesh.points[v, 2] == 0.0 and frozen(state) != before
 
 
 TIED = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 5, 4], [0, 4, 6], [4, 5, 6], [5, 0, 6]]
@@ -275,10 +337,22 @@ TIED = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 5, 4], [0, 4, 6], [4, 5,
         (evens, sheet(TIED, (1, 0)), 0),
         (evens, fan(6), 1),
         (slides, fan(6), 0),
+        (relaxes, fan(6), 0),
+        (relaxes, sheet([[0, 1, 2]], points=[[0, 0, 0], [1, 0, 0], [3, 0, 0]]), 1),
         # Facets whose normals cancel out leave no plane to slide in.
         (slides, sheet([[0, 1, 2], [0, 2, 1]], points=[[0, 0, 0], [3, 0, 0], [0, 1, 0]]), 0),
     ],
-    ids=["box corner", "same", "tied", "same", "even already", "best already", "no plane"],
+    ids=[
+        "box corner",
+        "same",
+        "tied",
+        "same",
+        "even already",
+        "best already",
+        "relaxed already",
+        "no area",
+        "no plane",
+    ],
 )
 def test_vertices_without_a_better_place_stay(operation, surface, v):
     state, references = prepared(surface)
@@ -287,11 +361,11 @@ def test_vertices_without_a_better_place_stay(operation, surface, v):
     assert frozen(state) == before
 
 
-def test_a_vertex_that_is_gone_does_not_slide():
+def test_a_vertex_that_is_gone_does_not_move():
     surface = fan(5)
     spare = np.concatenate([surface.points, [[5.0, 5.0, 5.0]]])
     _, references = prepared(Surface(spare, surface.facets, surface.sides, surface.kind))
-    assert slides(references, OPEN, 6) == LINK
+    assert slides(references, OPEN, 6) == relaxes(references, OPEN, 6) == LINK
 
 
 EDGES = np.array([[0, 1], [0, 2], [6, 1]])
@@ -317,6 +391,42 @@ def test_passes_stop_before_the_grid_is_full(kernel: Callable, arguments):
     assert frozen(state) == before
 
 
+SHORT = OPEN._replace(longest=0.0)
+COUNTS = {
+    "slide": (slide_pass, (ROWS, 0, INF), 2),
+    # Point 1 is uneven, and so are its two neighbours; the hub is on no line.
+    "even lines": (even_lines_pass, (np.arange(7), 0), 3),
+    "move": (move_pass, (ROWS, np.zeros((2, 3)), 0), 2),
+    # Points of the rim are on a line.
+    "relax": (relax_pass, (np.arange(7), 0), 1),
+}
+
+
+@pytest.mark.parametrize("kernel, arguments, count", COUNTS.values(), ids=COUNTS)
+def test_passes_count_what_they_refuse(kernel: Callable, arguments, count):
+    state, references = prepared(off_centre())
+    before = frozen(state)
+    assert kernel(*references, SHORT, *arguments) == (len(arguments[0]), 0)
+    assert frozen(state) == before
+    assert state.scratch.refused[LENGTH] == state.scratch.refused.sum() == count
+
+
+def test_a_vertex_does_not_leave_its_fan():
+    state, references = prepared(fan(6))
+    before = frozen(state)
+    assert move_vertex(*references, OPEN, 0, np.array([10.0, 0.1, 0.0])) == INTERSECTION
+    assert frozen(state) == before
+
+
+def test_a_collapse_near_more_facets_than_a_query_may_find_is_refused():
+    state = make_state(double_cone(5), np.ones(7))
+    grid = filled_grid(state.mesh)
+    grid = grid._replace(candidate=grid.candidate[:1].copy())
+    before = frozen(state)
+    assert collapse_edge(by_reference(*state), by_reference(grid), OPEN, 0, 1) == INTERSECTION
+    assert frozen(state) == before
+
+
 def test_passes_leave_out_edges_that_are_gone_or_long_enough():
     surface = fan(5)
     spare = np.concatenate([surface.points, [[5.0, 5.0, 5.0]]])
@@ -325,4 +435,5 @@ def test_passes_leave_out_edges_that_are_gone_or_long_enough():
     limits = OPEN._replace(collapse=0.5)
     assert collapse_pass(*references, limits, EDGES, np.arange(3), 0) == (3, 0)
     assert swap_pass(*references, limits, EDGES[2:], 0) == (1, 0)
+    assert slide_pass(*references, limits, np.array([6]), 0, INF) == (1, 0)
     assert frozen(state) == before and not state.scratch.refused.any()
