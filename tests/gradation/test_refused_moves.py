@@ -1,0 +1,191 @@
+"""Vertices of small fans that move, or must not: the reason comes back, the mesh stays; passes count it."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from few_facets import BOX, fan, off_centre, prepared, sheet
+from structured_box import structured_box
+from unchanged import OPEN, frozen
+
+from craftmesh.gradation.kernels.by_reference import by_reference
+from craftmesh.gradation.kernels.codes import (
+    DISTANCE,
+    DONE,
+    INTERSECTION,
+    LENGTH,
+    LINK,
+    NO_NEED,
+)
+from craftmesh.gradation.kernels.collapse import collapse_pass
+from craftmesh.gradation.kernels.relax import relax_pass, relax_vertex
+from craftmesh.gradation.kernels.slide import (
+    even_lines_pass,
+    even_vertex,
+    move_pass,
+    move_vertex,
+    slide_pass,
+    slide_vertex,
+)
+from craftmesh.gradation.kernels.split import split_pass
+from craftmesh.gradation.kernels.swap import swap_pass
+from craftmesh.gradation.passes import filled_grid
+from craftmesh.gradation.state import make_state
+from craftmesh.types import CRACK, Surface
+
+INF = float("inf")
+
+
+def slides(references, limits, v) -> int:
+    return slide_vertex(*references, limits, v, INF)
+
+
+def evens(references, limits, v) -> int:
+    return even_vertex(*references, limits, v, np.empty(3))
+
+
+def moves(references, limits, v) -> int:
+    return move_vertex(*references, limits, v, np.array([0.3, 0.1, 0.2]))
+
+
+def relaxes(references, limits, v) -> int:
+    return relax_vertex(*references, limits, v)
+
+
+@pytest.mark.parametrize("classes", [{}, {"sides": (1, 1), "kind": CRACK}], ids=["contact", "crack"])
+@pytest.mark.parametrize("operation, v", [(slides, 0), (slides, 1), (evens, 1), (moves, 0), (relaxes, 0)])
+@pytest.mark.parametrize(
+    "room, limits, reason", [({}, {}, DONE), ({"star": 1}, {}, LINK), ({}, {"longest": 0.0}, LENGTH)]
+)
+def test_vertices_move_where_there_is_room_and_a_guard_allows_it(
+    classes, operation, v, room, limits, reason
+):
+    state, references = prepared(off_centre(**classes), **room)
+    before = frozen(state)
+    assert operation(references, OPEN._replace(**limits), v) == reason
+    assert (frozen(state) == before) == (reason != DONE)
+
+
+@pytest.mark.parametrize("classes, reason", [({}, DONE), ({"sides": (1, 1), "kind": CRACK}, DISTANCE)])
+def test_vertices_keep_nearer_to_the_crack_than_to_the_rest(classes, reason):
+    state, references = prepared(off_centre(**classes))
+    before = frozen(state)
+    assert moves(references, OPEN._replace(distance=1.0, crack_distance=0.01), 0) == reason
+    assert (frozen(state) == before) == (reason != DONE)
+
+
+def test_vertices_slide_in_their_box_plane_and_not_where_the_goal_is_reached():
+    state, references = prepared(structured_box((2, 2, 2), lambda centres: np.ones(len(centres), int))[0])
+    v = int(np.flatnonzero((state.mesh.points == (1, 1, 0)).all(axis=1))[0])
+    state.mesh.points[v, :2] += (0.5, 0.4)
+    before = frozen(state)
+    assert slide_vertex(*references, OPEN, v, 0.0) == NO_NEED
+    assert slides(references, OPEN._replace(longest=0.0), v) == LENGTH
+    assert frozen(state) == before
+    assert slides(references, OPEN, v) == DONE
+    assert state.mesh.points[v, 2] == 0.0 and frozen(state) != before
+
+
+TIED = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 5, 4], [0, 4, 6], [4, 5, 6], [5, 0, 6]]
+
+
+@pytest.mark.parametrize(
+    "operation, surface, v",
+    [
+        (slides, BOX, 0),
+        (evens, BOX, 0),
+        (slides, sheet(TIED, (1, 0)), 0),
+        (evens, sheet(TIED, (1, 0)), 0),
+        (evens, fan(6), 1),
+        (slides, fan(6), 0),
+        (relaxes, fan(6), 0),
+        (relaxes, sheet([[0, 1, 2]], points=[[0, 0, 0], [1, 0, 0], [3, 0, 0]]), 1),
+        # Facets whose normals cancel out leave no plane to slide in.
+        (slides, sheet([[0, 1, 2], [0, 2, 1]], points=[[0, 0, 0], [3, 0, 0], [0, 1, 0]]), 0),
+    ],
+    ids=[
+        "box corner",
+        "same",
+        "tied",
+        "same",
+        "even already",
+        "best already",
+        "relaxed already",
+        "no area",
+        "no plane",
+    ],
+)
+def test_vertices_without_a_better_place_stay(operation, surface, v):
+    state, references = prepared(surface)
+    before = frozen(state)
+    assert operation(references, OPEN, v) == NO_NEED
+    assert frozen(state) == before
+
+
+def test_a_vertex_that_is_gone_does_not_move():
+    surface = fan(5)
+    spare = np.concatenate([surface.points, [[5.0, 5.0, 5.0]]])
+    _, references = prepared(Surface(spare, surface.facets, surface.sides, surface.kind))
+    assert slides(references, OPEN, 6) == relaxes(references, OPEN, 6) == LINK
+
+
+EDGES = np.array([[0, 1], [0, 2], [6, 1]])
+ROWS = np.arange(2)
+PASSES = {
+    "collapse": (collapse_pass, (EDGES, ROWS, 0)),
+    "swap": (swap_pass, (EDGES, 0)),
+    "split": (split_pass, (EDGES, ROWS, 0, 0.0)),
+    "slide": (slide_pass, (ROWS, 0, INF)),
+    "even lines": (even_lines_pass, (ROWS, 0)),
+    "move": (move_pass, (ROWS, np.zeros((2, 3)), 0)),
+    "relax": (relax_pass, (ROWS, 0)),
+}
+
+
+@pytest.mark.parametrize("kernel, arguments", PASSES.values(), ids=PASSES)
+def test_passes_stop_before_the_grid_is_full(kernel: Callable, arguments):
+    state = make_state(off_centre(), np.ones(7))
+    grid = filled_grid(state.mesh)
+    grid.used[0] = len(grid.facet)
+    before = frozen(state)
+    assert kernel(by_reference(*state), by_reference(grid), OPEN, *arguments) == (0, 0)
+    assert frozen(state) == before
+
+
+SHORT = OPEN._replace(longest=0.0)
+COUNTS = {
+    "slide": (slide_pass, (ROWS, 0, INF), 2),
+    # Point 1 is uneven, and so are its two neighbours; the hub is on no line.
+    "even lines": (even_lines_pass, (np.arange(7), 0), 3),
+    "move": (move_pass, (ROWS, np.zeros((2, 3)), 0), 2),
+    # Points of the rim are on a line.
+    "relax": (relax_pass, (np.arange(7), 0), 1),
+}
+
+
+@pytest.mark.parametrize("kernel, arguments, count", COUNTS.values(), ids=COUNTS)
+def test_passes_count_what_they_refuse(kernel: Callable, arguments, count):
+    state, references = prepared(off_centre())
+    before = frozen(state)
+    assert kernel(*references, SHORT, *arguments) == (len(arguments[0]), 0)
+    assert frozen(state) == before
+    assert state.scratch.refused[LENGTH] == state.scratch.refused.sum() == count
+
+
+def test_a_vertex_does_not_leave_its_fan():
+    state, references = prepared(fan(6))
+    before = frozen(state)
+    assert move_vertex(*references, OPEN, 0, np.array([10.0, 0.1, 0.0])) == INTERSECTION
+    assert frozen(state) == before
+
+
+def test_passes_leave_out_edges_that_are_gone_or_long_enough():
+    surface = fan(5)
+    spare = np.concatenate([surface.points, [[5.0, 5.0, 5.0]]])
+    state, references = prepared(Surface(spare, surface.facets, surface.sides, surface.kind))
+    before = frozen(state)
+    limits = OPEN._replace(collapse=0.5)
+    assert collapse_pass(*references, limits, EDGES, np.arange(3), 0) == (3, 0)
+    assert swap_pass(*references, limits, EDGES[2:], 0) == (1, 0)
+    assert slide_pass(*references, limits, np.array([6]), 0, INF) == (1, 0)
+    assert frozen(state) == before and not state.scratch.refused.any()
