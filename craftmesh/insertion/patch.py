@@ -31,10 +31,11 @@ def triangulate(
     """
     lines = shapely.linestrings(uv[segments])
     polygons = shapely.get_parts(shapely.polygonize(lines))
+    if len(polygons):
+        witness = shapely.get_coordinates(shapely.point_on_surface(polygons))
+        polygons = polygons[is_inside(witness) > 0]
     if not len(polygons):
         raise CraftmeshError("the crack's front and traces bound no area; move the crack a little")
-    witness = shapely.get_coordinates(shapely.point_on_surface(polygons))
-    polygons = polygons[is_inside(witness) > 0]
     parts = shapely.get_parts(shapely.get_parts(shapely.constrained_delaunay_triangles(polygons)))
     corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
     known = np.unique(np.concatenate([segments.ravel(), loose]))

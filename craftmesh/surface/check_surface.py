@@ -147,7 +147,9 @@ def _volumes(surface: Surface) -> list[str]:
 
 
 def _intersections(surface: Surface) -> list[str]:
-    pairs = intersecting_pairs(surface.points, surface.facets)
+    repeats = (surface.facets == np.roll(surface.facets, 1, axis=1)).any(axis=1)
+    sound = np.flatnonzero(~repeats)  # the others are degenerate, which _shapes says
+    pairs = sound[intersecting_pairs(surface.points, surface.facets[sound])]
     if not len(pairs):
         return []
     places = [_at(surface.points[surface.facets[pair]].mean(axis=(0, 1))) for pair in pairs[:3]]

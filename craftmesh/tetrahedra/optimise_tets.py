@@ -22,6 +22,7 @@ from craftmesh.tetrahedra.kernels.tet_cavity import (
 from craftmesh.tetrahedra.kernels.tet_passes import aspect_pass, aspect_swap_pass, repair_pass, smooth_pass
 from craftmesh.tetrahedra.kernels.tet_quality import (
     ANGLES,
+    INVERTED,
     SOUND,
     VOLUME_LENGTH,
     Aim,
@@ -121,7 +122,8 @@ def _swap(state: TetState, step: Step, work: Scratch) -> None:
     all_aspect_ratios(state.points, state.tets, count, ratio)
     stretched = np.flatnonzero(ratio > STRETCHED)
     stretched = stretched[np.argsort(-ratio[stretched], kind="stable")]
-    mean = ratio.sum() / np.count_nonzero(ratio)
+    ratio[ratio >= INVERTED] = 0.0  # beside a flat tet's any other would look good
+    mean = ratio.sum() / max(np.count_nonzero(ratio), 1)
     aspect_swap_pass(state, AspectAim(step.measure, step.threshold, mean), stretched, work)
 
 

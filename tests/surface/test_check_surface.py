@@ -83,6 +83,13 @@ def test_a_duplicate_facet_is_found(sound):
     assert any("3 facets lie on the same three points" in s for s in sentences)
 
 
+@pytest.mark.parametrize("corner", [0, 1, 2])
+def test_a_facet_with_a_point_twice_is_degenerate(sound, corner):
+    facets = sound.facets.copy()
+    facets[0, corner] = facets[0, corner - 1]
+    assert any("degenerate" in s for s in check_surface(replace(sound, facets=facets)))
+
+
 def test_a_degenerate_facet_is_found(sound):
     a, b, c = sound.facets[np.flatnonzero(sound.kind == INTERFACE)[0]]
     broken = moved(sound, c, (sound.points[a] + sound.points[b]) / 2)

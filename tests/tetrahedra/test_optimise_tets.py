@@ -301,3 +301,17 @@ def test_edge_removal_for_aspect_finds_the_best_of_all_triangulations(seed, coun
     if done:
         result = _result(state, len(points))[1]
         assert (aspect_ratios(points, result) - reference).sum() == pytest.approx(best, rel=1e-9, abs=1e-9)
+
+
+def test_an_edge_without_a_sound_triangulation_round_it_stays_however_poor_the_tets_count():
+    angle = 2 * np.pi * np.arange(5) / 5
+    ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(5)], axis=1)
+    points = np.concatenate([[[0, 0, -0.5], [0, 0, 0.5]], ring])
+    tets = np.array([[0, 1, 2 + (i - 1) % 5, 2 + i] for i in range(5)])
+    state = _state(points, tets, len(points), np.zeros((0, 3)), np.ones(len(points)))
+    all_qualities(state.points, state.tets, 5, state.quality, VOLUME_LENGTH)
+    before = state.tets.tobytes()
+    # five regular tets are better than any others; so low a reference counts them as flat
+    aim = AspectAim(VOLUME_LENGTH, 1.0, -1e300)
+    assert not remove_edge_for_aspect(state, 0, 0, aim, new_scratch())
+    assert state.tets.tobytes() == before

@@ -78,7 +78,8 @@ def remove_edge_for_aspect(state, t, edge, aim, work):
     limit = max(min(worst_of(state.quality, work.ring_tets, count), aim.floor), 0.0)
     before = _excess(state.points, state.tets, work.ring_tets, count, aim.reference)
     sound = AspectAim(aim.measure, limit, aim.reference)
-    if _best_triangulation(state.points, ends, count, sound, work) > before - FALL:
+    least = _best_triangulation(state.points, ends, count, sound, work)
+    if least >= INVERTED or least > before - FALL:
         return False
     made = list_triangulation(state.points, ends, count, aim.measure, work)
     replace_cavity(state, work.ring_tets, count, made, work)
