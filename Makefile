@@ -41,6 +41,7 @@ test-bounds: setup
 
 # the lines of the gradation's kernels that no test of theirs reaches, found without compiling
 test-branches: setup
+	$(PYTHON) -m pip --python .venv/bin/python install -q -c constraints.txt -e '.[branches]'
 	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run --branch --include='craftmesh/gradation/kernels/*' \
 	    -m pytest -m "not slow" $(UNCOMPILED_TESTS)
 	$(BIN)/coverage report --show-missing

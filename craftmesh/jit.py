@@ -63,17 +63,18 @@ def sources_digest(module: str) -> str:
     while waiting:
         name = waiting.pop()
         if name not in found:
-            found[name] = _source(name)
-            waiting += IMPORT.findall(found[name])
+            found[name], imported = _digest_and_imports(name)
+            waiting += imported
     text = "\0".join(f"{name}\0{found[name]}" for name in sorted(found))
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 @cache
-def _source(module: str) -> str:
+def _digest_and_imports(module: str) -> tuple[str, list[str]]:
     spec = find_spec(module)
     assert spec is not None and spec.origin is not None
-    return Path(spec.origin).read_text(encoding="utf-8")
+    source = Path(spec.origin).read_text(encoding="utf-8")
+    return hashlib.sha256(source.encode()).hexdigest(), IMPORT.findall(source)
 
 
 class _KernelFiles(CompileResultCacheImpl):

@@ -19,7 +19,7 @@ from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.make_room import make_room
 from craftmesh.gradation.state import Guards, Mesh, State
 from craftmesh.sizing.sizing import Sizing
-from craftmesh.surface.kernels.facet_shape import poor_facets, relative_lengths
+from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets, relative_lengths
 
 # Width of the grid's cells in mean edges; from 1.6 to 3.2 makes no difference to speak of.
 CELL = 2.5
@@ -107,21 +107,25 @@ class Gradation:
 def filled_grid(mesh: Mesh) -> FacetGrid:
     """Return a grid of the living facets with room for changes; cells of some mean edges."""
     m = int(mesh.used[1])
-    living = np.flatnonzero(mesh.alive[:m])
-    if not len(living):
+    living = int(np.count_nonzero(mesh.alive[:m]))
+    if not living:
         raise CraftmeshError("the surface has no facets; expected at least one to gradate")
-    start, end = mesh.points[mesh.facets[living, 0]], mesh.points[mesh.facets[living, 1]]
-    edge = np.linalg.norm(end - start, axis=1)
-    used = mesh.points[mesh.first >= 0]
-    cell = max(CELL * float(edge.mean()), 1e-300)
-    items = 6 * len(living) + 2 * ROOM_PER_STEP
-    grid = make_grid(used, cell, items, len(mesh.facets))
+    cell = max(CELL * mean_edge(mesh.points, mesh.facets, mesh.alive, m), 1e-300)
+    low, high = _bounds(mesh)
+    items = 6 * living + 2 * ROOM_PER_STEP
+    grid = make_grid(low, high, cell, items, len(mesh.facets))
     while not fill_grid(grid, mesh.points, mesh.facets, mesh.alive, m) or (
         grid.used[0] + 2 * ROOM_PER_STEP > len(grid.facet)
     ):
         items *= 2
-        grid = make_grid(used, cell, items, len(mesh.facets))
+        grid = make_grid(low, high, cell, items, len(mesh.facets))
     return grid
+
+
+def _bounds(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and the highest coordinates (3,) of the living vertices."""
+    living = mesh.points[mesh.first >= 0]
+    return living.min(axis=0), living.max(axis=0)
 
 
 def collapse_short(gradation: Gradation, limits: Limits) -> int:

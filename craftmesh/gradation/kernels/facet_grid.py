@@ -24,9 +24,9 @@ CONTACT = 1e-7
 GONE = 2**62
 
 
-def make_grid(points: np.ndarray, cell: float, items: int, facets: int) -> FacetGrid:
-    """Return an empty grid over `points`: cells of about `cell`, `items` entries of `facets` facets."""
-    low, high = points.min(0) - cell, points.max(0) + cell
+def make_grid(low: np.ndarray, high: np.ndarray, cell: float, items: int, facets: int) -> FacetGrid:
+    """Return an empty grid from `low` to `high` (3,): cells of about `cell`, `items` entries of facets."""
+    low, high = low - cell, high + cell
     while np.prod(np.ceil((high - low) / cell)) > MOST_CELLS:
         cell *= 1.25
     dims = np.ceil((high - low) / cell).astype(np.int64) + 1

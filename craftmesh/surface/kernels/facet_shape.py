@@ -43,6 +43,17 @@ def relative_lengths(points, size, edges):
 
 
 @kernel
+def mean_edge(points, facets, alive, count):
+    """Return the mean length of the first edges of the living ones of the first `count` facets."""
+    total, living = 0.0, 0
+    for f in range(count):
+        if alive[f]:
+            total += np.sqrt(squared_distance(points, facets[f, 0], facets[f, 1]))
+            living += 1
+    return total / max(living, 1)
+
+
+@kernel
 def cosine_range(points, a, b, c):
     """Return the cosines of the smallest and of the largest angle; 1 and -1 where degenerate."""
     x = squared_distance(points, b, c)
