@@ -134,8 +134,7 @@ def collapse_short(gradation: Gradation, limits: Limits) -> int:
     edges, feature = gradation.edges()
     ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
     for lines in (True, False):
-        chosen = np.flatnonzero((feature == lines) & (ratio < limits.collapse))
-        order = chosen[block_order(edges[chosen], ratio[chosen])]
+        order = _in_blocks(edges, ratio, np.flatnonzero((feature == lines) & (ratio < limits.collapse)))
         name = "collapsed_junction_edges" if lines else "collapsed_regular_edges"
         total += gradation.repeat(name, collapse_pass, len(order), limits, edges, order, ())
     return total
@@ -145,9 +144,13 @@ def split_long(gradation: Gradation, limits: Limits, share: float) -> int:
     """Split edges over limits.split of their target, longest first by blocks."""
     edges, _ = gradation.edges()
     ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
-    chosen = np.flatnonzero(ratio > limits.split)
-    order = chosen[block_order(edges[chosen], -ratio[chosen])]
+    order = _in_blocks(edges, -ratio, np.flatnonzero(ratio > limits.split))
     return split_all(gradation, "split_edges", limits, edges, order, share)
+
+
+def _in_blocks(edges: np.ndarray, rank: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Return the `chosen` rows of edges by blocks of space, in each those of least rank first."""
+    return chosen[block_order(edges[chosen], rank[chosen])]
 
 
 def split_all(
