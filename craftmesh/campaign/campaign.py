@@ -28,6 +28,7 @@ from craftmesh.io.mesh_formats import MESH_FORMATS
 
 SCHEMAS = Path(__file__).with_name("schemas")
 SIZE_FILES = ("points", "field")
+CRACK_LENGTHS = ("l_min", "l0")
 
 
 @dataclass(frozen=True)
@@ -102,8 +103,9 @@ class Campaign:
         return "" if self.cases[case].microstructure == SYNTHETIC else self.flags("import")
 
     def crack_flags(self, case: str) -> str:
-        """Return the command-line flags of a case's crack."""
-        return command_flags(self.config["cracks"][self.cases[case].crack])
+        """Return the command-line flags of a case's crack, and of the lengths it is held against."""
+        lengths = {key: self.config["sizing"][key] for key in CRACK_LENGTHS}
+        return command_flags(self.config["cracks"][self.cases[case].crack] | lengths)
 
     def code(self, verb: str) -> str:
         """Return the digest of the modules that a verb of the command line runs."""

@@ -7,15 +7,13 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import sizing_by
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.io.npz import read_labels
 from craftmesh.io.sizing_npz import write_sizing
 from craftmesh.io.vtk import read_surface
-from craftmesh.sizing.sizing import SizingOptions
+from craftmesh.sizing.sizing import SizingOptions, voxel_edge
 from craftmesh.sizing.stored import NUMBERS, arrays_of
 
 
@@ -56,5 +54,5 @@ def with_l0(options: SizingOptions, labels: Path | None) -> tuple[SizingOptions,
         return options, "given"
     if labels is None:
         return options, "the surface's median edge"
-    edge = float(np.cbrt(read_labels(existing(labels)).spacing.prod()))
+    edge = voxel_edge(read_labels(existing(labels)))
     return replace(options, l0=edge), "the voxel's edge, the cube root of its volume"

@@ -43,8 +43,8 @@ def crack_from_triangles(
     polylines = _fronts_within(points, loops, box, wanted)
     if not polylines:
         raise CraftmeshError(
-            f"the crack has no front within the box {box.tolist()}; expected a crack that ends inside: "
-            "move it or make it smaller"
+            f"the crack has no front within the box {box.tolist()}; expected a crack that ends inside, "
+            "not in a face: move it or make it smaller"
         )
     return Crack(points, triangles, tuple(polylines))
 

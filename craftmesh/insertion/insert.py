@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
 from craftmesh.insertion.kernels.planar import Planar
@@ -47,6 +48,7 @@ def insert_crack(
     sheet = sheet_of(crack, box)
     cut = _prepared(surface, sheet)
     target = _target(cut, sizing)
+    refuse_along_faces(crack, box, _least_length(crack, target))
     cut = snap_to_crack(cut, sheet, options)
     cut = with_phi(cut_along(cut, sheet), sheet)
     progress(0.3, "front")
@@ -120,6 +122,11 @@ def _target(cut: CutSurface, sizing: Lengths | None) -> SizeAt:
         uniform = float(np.median(cut.size))
         return lambda points: np.full(len(points), uniform)
     return sizing.at
+
+
+def _least_length(crack: Crack, target: SizeAt) -> float:
+    """Return the least target length on the crack's fronts, l_min."""
+    return float(target(crack.points[np.concatenate(crack.fronts)]).min())
 
 
 def _front_and_traces(

@@ -11,7 +11,7 @@ from craftmesh.options import Options, option
 from craftmesh.sizing.length_field import LengthField, curvature_lengths
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.connectivity import unique_edges
-from craftmesh.types import Surface
+from craftmesh.types import Surface, Voxels
 
 # How fast lengths that the surface's curvature asks for grow into the grains, without a limit of one's own.
 FREE_GROWTH = 0.5
@@ -164,6 +164,11 @@ def median_edge(surface: Surface) -> float:
         raise CraftmeshError("the surface has no facets to take l0 from; give l0")
     span = surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
     return float(np.median(np.linalg.norm(span, axis=1)))
+
+
+def voxel_edge(voxels: Voxels) -> float:
+    """Return the edge of a cube of a voxel's volume, in model units."""
+    return float(np.cbrt(voxels.spacing.prod()))
 
 
 def sizing_for(

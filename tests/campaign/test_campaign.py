@@ -33,7 +33,7 @@ def test_sound_campaign_has_defaults_cases_and_files(campaign):
     assert found.crack("one", "001") == {"crack": "results/one/001/crack.vtp"}
     assert found.previous_crack("one", "000") == {}
     assert found.previous_crack("one", "002") == {"previous": "results/one/001/crack.vtp"}
-    assert "--radius 5.0" in found.crack_flags("one")
+    assert "--radius 5.0" in found.crack_flags("one") and "--l0 1.0" in found.crack_flags("one")
 
 
 def test_paths_of_microstructures_start_at_the_data_folder(campaign, tmp_path):
