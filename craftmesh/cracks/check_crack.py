@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from craftmesh.cracks.triangulated import best_fit_frame, boundary_loops
+from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import shapely
 
+from craftmesh.cracks.frame import frame_along
 from craftmesh.cracks.options import SHAPES, CrackOptions, of_series
-from craftmesh.cracks.triangulated import crack_from_triangles, frame_along
+from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.types import Crack
 

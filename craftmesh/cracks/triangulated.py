@@ -5,14 +5,21 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.one_sheet import (
+    clean_triangles,
+    near_box,
+    pieces,
+    refuse_shared_edges,
+    without_slivers,
+)
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
 
-MERGE = 1e-9  # points closer than this share of the crack's extent are one
 ON_PLANE = 1e-7  # share of the box's diagonal within which a point counts as on a box plane
-STEEPEST = 0.05  # least cosine between a triangle's normal and the best-fit normal
+STEEPEST = 0.15  # least cosine between a triangle's normal and the plane's: lengths stretch by 7 at most
 COVERED = 1e-6  # share of the projected area that may be covered twice, by rounding, before it is a fold
 ALONG = 0.25  # of its length: a boundary edge whose middle is this near a given front is front
 
@@ -27,15 +34,21 @@ def crack_from_triangles(
     """Return the crack of a disc- or annulus-like triangulated surface.
 
     points (n, 3); triangles (m, 3); fronts: polylines (k, 3) along the surface's boundary, or None:
-    every boundary edge within the box (2, 3) is front. frame (3, 3): rows u, v, normal; None takes the
-    best-fit plane. The surface has to be one-to-one over that plane. Front ends lie exactly on the box.
-    Raises CraftmeshError for bad numbers, non-manifold or folded surfaces and cracks outside the box.
+    every boundary edge within the box (2, 3) is front. frame (3, 3): rows u, v, normal of a planar
+    crack; None finds a plane over which the surface is a height, at least near the box. Front ends lie
+    exactly on the box. Raises CraftmeshError for bad numbers, for surfaces that are non-manifold, folded or
+    in pieces, and for cracks outside the box.
     """
-    points, triangles = _clean(points, triangles)
     box = np.asarray(box, float)
-    frame = best_fit_frame(points, triangles) if frame is None else np.asarray(frame, float)
+    points, triangles = clean_triangles(points, triangles)
+    if frame is None:
+        triangles = _one_piece(points, triangles, box)
+        points, triangles, frame = _height_field(points, triangles, box)
+    else:
+        frame = np.asarray(frame, float)
+        turned = area_vectors(points, triangles) @ frame[2] < 0
+        triangles = np.where(turned[:, None], triangles[:, ::-1], triangles)
     uv = (points - points.mean(axis=0)) @ frame[:2].T
-    triangles = _one_to_one(points, triangles, uv, frame)
     loops = boundary_loops(triangles)
     _check_simple(uv, loops)
     wanted = None if fronts is None else [np.asarray(front, float).reshape(-1, 3) for front in fronts]
@@ -49,43 +62,10 @@ def crack_from_triangles(
     return Crack(points, triangles, tuple(polylines))
 
 
-def best_fit_frame(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return rows u, v, normal (3, 3) of the best-fit plane of triangles (m, 3) on points (n, 3).
-
-    Triangles count by their area; the normal is on the side of most of theirs.
-    """
-    vectors = area_vectors(points, triangles)
-    weight = np.linalg.norm(vectors, axis=1)
-    corners = points[triangles].reshape(-1, 3)
-    corner_weight = np.repeat(weight, 3)
-    centred = corners - np.average(corners, axis=0, weights=corner_weight)
-    _, axes = np.linalg.eigh((centred * corner_weight[:, None]).T @ centred)
-    normal = axes[:, 0]
-    mean = vectors.sum(axis=0)
-    lead = mean @ normal
-    if abs(lead) < 1e-12 * weight.sum():
-        lead = normal[np.argmax(np.abs(normal))]
-    normal = normal * np.sign(lead)
-    return frame_along(normal, axes[:, 2])
-
-
-def frame_along(normal: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Return rows u, v, normal, right-handed: u is `axis` made perpendicular to `normal`."""
-    normal = normal / np.linalg.norm(normal)
-    u = axis - (axis @ normal) * normal
-    u = u / np.linalg.norm(u)
-    return np.stack([u, np.cross(normal, u), normal])
-
-
 def boundary_loops(triangles: np.ndarray) -> list[np.ndarray]:
     """Return closed loops of point ids (first id repeated) along the boundary, surface on the left."""
-    edges, of_corner, count = unique_edges(triangles)
-    if (count > 2).any():
-        a, b = edges[np.flatnonzero(count > 2)[0]]
-        raise CraftmeshError(
-            f"the crack surface is not a manifold: {count.max()} triangles share the edge {a}-{b}; "
-            "expected at most 2, give one sheet"
-        )
+    refuse_shared_edges(triangles)
+    _, of_corner, count = unique_edges(triangles)
     corner, side = np.nonzero(count[of_corner] == 1)
     start, end = triangles[corner, side], triangles[corner, (side + 1) % 3]
     if len(np.unique(start)) < len(start):
@@ -103,40 +83,81 @@ def boundary_loops(triangles: np.ndarray) -> list[np.ndarray]:
     return loops
 
 
-def _clean(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Merge coincident points, drop degenerate triangles and unused points."""
-    points = np.asarray(points, float).reshape(-1, 3)
-    triangles = np.asarray(triangles, np.int64).reshape(-1, 3)
-    if not np.isfinite(points).all():
-        row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
-        raise CraftmeshError(f"crack point {row} is {points[row].tolist()}; expected three finite numbers")
-    if not len(triangles):
-        raise CraftmeshError("the crack surface has no triangles; expected a triangulated sheet")
-    step = max(np.ptp(points, axis=0).max(), 1e-300) * MERGE
-    _, first, inverse = np.unique(np.round(points / step), axis=0, return_index=True, return_inverse=True)
-    triangles = first[inverse.ravel()[triangles]]
-    distinct = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    points, triangles, _ = compact(points, triangles[distinct])
-    return points, triangles
+def _height_field(
+    points: np.ndarray, triangles: np.ndarray, box: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points, triangles and frame (3, 3) of a given sheet; where it folds, of its part near the box.
+
+    Raises CraftmeshError for a sheet that is folded there too, and for more than one.
+    """
+    triangles = without_slivers(points, triangles)
+    while True:
+        points, triangles, _ = compact(points, triangles)
+        frame = best_fit_frame(points, triangles)
+        fault = _fold(points, triangles, frame)
+        if not fault:
+            return points, triangles, frame
+        near = near_box(points, triangles, box)
+        if not len(near) or len(near) == len(triangles):
+            raise CraftmeshError(fault)
+        triangles = triangles[near]
 
 
-def _one_to_one(points: np.ndarray, triangles: np.ndarray, uv: np.ndarray, frame: np.ndarray) -> np.ndarray:
-    """Return the triangles oriented along the frame's normal, or refuse a folded surface."""
+def _one_piece(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Return the triangles of the one connected piece that meets the box, or all; refuse several."""
+    piece = pieces(triangles)
+    if piece.max() == 0:
+        return triangles
+    corner = points[triangles]
+    meets = ((corner.min(axis=1) <= box[1]) & (corner.max(axis=1) >= box[0])).all(axis=1)
+    found = np.unique(piece[meets])
+    if len(found) > 1:
+        places = [np.round(corner[piece == k].mean(axis=(0, 1)), 6).tolist() for k in found[:2].tolist()]
+        raise CraftmeshError(
+            f"the crack surface has {len(found)} pieces in the box, at {places[0]} and {places[1]}; "
+            "expected one connected sheet: join the pieces or leave all but one out"
+        )
+    return triangles[piece == found[0]] if len(found) else triangles
+
+
+def _fold(points: np.ndarray, triangles: np.ndarray, frame: np.ndarray) -> str:
+    """Return where and by how much a sheet is no height over its plane, '' where it is one."""
     vectors = area_vectors(points, triangles)
     true = np.linalg.norm(vectors, axis=1)
     seen = vectors @ frame[2]
-    flat = true <= 1e-12 * true.sum()
-    steep = (np.abs(seen) < STEEPEST * true) & ~flat
-    area = np.abs(seen).sum()
-    covered = shapely.union_all(shapely.polygons(uv[triangles[~flat]]), grid_size=None).area
-    if steep.any() or covered < area * (1 - COVERED):
-        raise CraftmeshError(
-            f"the crack surface is folded: {int(steep.sum())} steep triangles, covered/projected area "
-            f"{covered / max(area, 1e-300):.6f}; expected a surface one-to-one over its best-fit plane"
+    proper = true > 1e-12 * true.sum()
+    cosine = np.where(proper, seen / np.maximum(true, 1e-300), 1.0)
+    steep = cosine < STEEPEST
+    if steep.any():
+        worst = int(np.argmin(cosine))
+        place = np.round(points[triangles[worst]].mean(axis=0), 6).tolist()
+        angle, most = np.degrees(np.arccos(np.clip([cosine[worst], STEEPEST], -1, 1)))
+        return (
+            f"the crack surface is folded near {place}: a triangle there stands at {angle:.0f} degrees to "
+            f"the plane over which the surface is most nearly a height ({int(steep.sum())} of "
+            f"{len(triangles)} triangles at over {most:.0f}); expected a sheet that is a height over some "
+            "plane: smooth it or cut it off there"
         )
-    triangles = triangles.copy()
-    triangles[seen < 0] = triangles[seen < 0][:, ::-1]
-    return triangles
+    uv = points @ frame[:2].T
+    polygons = shapely.polygons(uv[triangles[proper]])
+    missing = 1 - shapely.union_all(polygons).area / seen[proper].sum()
+    if missing <= COVERED:
+        return ""
+    place = np.round(_overlap(points, triangles[proper], polygons), 6).tolist()
+    return (
+        f"the crack surface is folded near {place}: seen along its mean normal, {100 * missing:.2g} % of "
+        "it lies over other parts; expected a sheet that is a height over some plane: cut it off there"
+    )
+
+
+def _overlap(points: np.ndarray, triangles: np.ndarray, polygons: np.ndarray) -> np.ndarray:
+    """Return the centre (3,) of a triangle that lies over another one, seen along the normal."""
+    tree = shapely.STRtree(polygons)
+    a, b = tree.query(polygons, predicate="intersects")
+    apart = a < b
+    a, b = a[apart], b[apart]
+    over = int(np.argmax(shapely.area(shapely.intersection(polygons[a], polygons[b]))))
+    return points[triangles[a[over]]].mean(axis=0)
 
 
 def _check_simple(uv: np.ndarray, loops: list[np.ndarray]) -> None:

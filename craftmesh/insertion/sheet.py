@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from craftmesh.cracks.triangulated import best_fit_frame
+from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.rim import Rim, rim_of
 from craftmesh.types import Crack

@@ -1,0 +1,162 @@
+"""One sheet out of given triangles: slivers gone, all turned alike, only the part near the box."""
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.surface.connectivity import compact, facet_edges, unique_edges
+from craftmesh.surface.measure import area_vectors
+
+MERGE = 1e-9  # points closer than this share of the crack's extent are one
+SLIVER = (
+    1e-4  # of its longest edge: the height below which a triangle has no normal of its own (float32 files)
+)
+ROUNDS = 20  # of flips at slivers; two were the most that random sheets with three points in a row took
+REACH = 0.25  # of the box's diagonal: triangles farther from the box than this may be left out
+
+
+def clean_triangles(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Merge coincident points, drop degenerate triangles and unused points, turn all alike.
+
+    Raises CraftmeshError for points that are not finite and where there are no triangles.
+    """
+    points = np.asarray(points, float).reshape(-1, 3)
+    triangles = np.asarray(triangles, np.int64).reshape(-1, 3)
+    if not np.isfinite(points).all():
+        row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+        raise CraftmeshError(f"crack point {row} is {points[row].tolist()}; expected three finite numbers")
+    if not len(triangles):
+        raise CraftmeshError("the crack surface has no triangles; expected a triangulated sheet")
+    step = max(np.ptp(points, axis=0).max(), 1e-300) * MERGE
+    _, first, inverse = np.unique(np.round(points / step), axis=0, return_index=True, return_inverse=True)
+    triangles = first[inverse.ravel()[triangles]]
+    distinct = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    if not distinct.any():
+        raise CraftmeshError(
+            "the crack surface has no triangle of three points; expected a triangulated sheet"
+        )
+    points, triangles, _ = compact(points, triangles[distinct])
+    refuse_shared_edges(triangles)
+    return points, turned_alike(points, triangles)
+
+
+def refuse_shared_edges(triangles: np.ndarray) -> None:
+    """Raise CraftmeshError where more than two triangles share an edge."""
+    edges, _, count = unique_edges(triangles)
+    if (count > 2).any():
+        a, b = edges[np.flatnonzero(count > 2)[0]]
+        raise CraftmeshError(
+            f"the crack surface is not a manifold: {count.max()} triangles share the edge {a}-{b}; "
+            "expected at most 2, give one sheet"
+        )
+
+
+def turned_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return the triangles (m, 3) turned alike across their edges, each piece as most of its area was.
+
+    Raises CraftmeshError where that cannot be, as on a Moebius strip.
+    """
+    count = len(triangles)
+    f, g = _neighbours(triangles)
+    directed = facet_edges(triangles)
+    against = directed[f, 0] != directed[g, 0]  # turned alike, two triangles run against each other here
+    f, g = f // 3, g // 3
+    # triangle t as it is and t + count turned over; what has to go together is joined
+    ends = np.concatenate([f, f + count]), np.concatenate([g, g + count])
+    other = np.where(against, g + count, g), np.where(against, g, g + count)
+    ends = ends[0], np.concatenate([other[1], other[0]])
+    graph = coo_matrix((np.ones(len(ends[0])), ends), shape=(2 * count, 2 * count))
+    piece = connected_components(graph, directed=False)[1]
+    one_sided = np.flatnonzero(piece[:count] == piece[count:])
+    if len(one_sided):
+        place = np.round(points[triangles[one_sided[0]]].mean(axis=0), 6).tolist()
+        raise CraftmeshError(
+            f"the crack surface near {place} has one side only, as a Moebius strip has; expected a sheet "
+            "with two sides"
+        )
+    area = np.linalg.norm(area_vectors(points, triangles), axis=1)
+    total = np.bincount(piece, np.concatenate([area, np.zeros(count)]), piece.max() + 1)
+    turned = total[piece[count:]] > total[piece[:count]]
+    return np.where(turned[:, None], triangles[:, ::-1], triangles)
+
+
+def _neighbours(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return pairs of corners' edges (3 * triangle + side) that are one edge of two triangles."""
+    _, of_corner, count = unique_edges(triangles)
+    order = np.argsort(of_corner.ravel(), kind="stable")
+    start = (np.cumsum(count) - count)[count == 2]
+    return order[start], order[start + 1]
+
+
+def without_slivers(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return the triangles without caps of no height: their long edge is flipped, or they leave the rim.
+
+    Those with the least height go first; a cap whose neighbour has changed waits for the next round.
+    """
+    for _ in range(ROUNDS):
+        height, side = _heights(points, triangles)
+        caps = np.flatnonzero(height < SLIVER)
+        if not len(caps):
+            break
+        f, g = _neighbours(triangles)
+        across = np.full(3 * len(triangles), -1)
+        across[f], across[g] = g, f
+        touched = np.zeros(len(triangles), bool)
+        dropped = np.zeros(len(triangles), bool)
+        for t in caps[np.argsort(height[caps], kind="stable")].tolist():
+            edge = across[3 * t + side[t]]
+            if touched[t] or (edge >= 0 and touched[edge // 3]):
+                continue
+            touched[t] = True
+            if edge < 0:
+                dropped[t] = True
+                continue
+            u = edge // 3
+            touched[u] = True
+            a, b, c = np.roll(triangles[t], -side[t]).tolist()
+            d = int(triangles[u, (edge % 3 + 2) % 3])
+            triangles[t], triangles[u] = (a, d, c), (d, b, c)
+        triangles = triangles[~dropped]
+    return triangles
+
+
+def _heights(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the height (m,) of caps over their longest edge as a share of it, and which edge that is (m,).
+
+    A triangle with one short edge, a needle, is no cap: its height counts as infinite.
+    """
+    corner = points[triangles]
+    length = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2)
+    longest = length.max(axis=1)
+    height = 2 * np.linalg.norm(area_vectors(points, triangles), axis=1) / longest**2
+    height[length.min(axis=1) < 10 * SLIVER * longest] = np.inf
+    return height, length.argmax(axis=1)
+
+
+def near_box(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Return the rows of triangles (m, 3) within REACH of the box (2, 3); their boundary is plain loops."""
+    margin = REACH * np.linalg.norm(box[1] - box[0])
+    corner = points[triangles]
+    meets = (corner.min(axis=1) <= box[1] + margin) & (corner.max(axis=1) >= box[0] - margin)
+    near = meets.all(axis=1)
+    while near.any():
+        pinched = _pinched(triangles[near], len(points))
+        more = pinched[triangles].any(axis=1) & ~near
+        if not more.any():
+            break
+        near |= more
+    return np.flatnonzero(near)
+
+
+def _pinched(triangles: np.ndarray, count: int) -> np.ndarray:
+    """Tell at which of `count` points more than one stretch of the boundary passes."""
+    edges, _, number = unique_edges(triangles)
+    return np.bincount(edges[number == 1].ravel(), minlength=count) > 2
+
+
+def pieces(triangles: np.ndarray) -> np.ndarray:
+    """Return the number (m,) of the connected piece of each triangle, joined across edges."""
+    f, g = _neighbours(triangles)
+    graph = coo_matrix((np.ones(len(f)), (f // 3, g // 3)), shape=(len(triangles),) * 2)
+    return connected_components(graph, directed=False)[1]
