@@ -12,9 +12,6 @@ SizeAt = Callable[[np.ndarray], np.ndarray]  # target edge lengths (n,) at point
 
 BEYOND = 0.4  # of the local size: facets whose traces end this near the front are cut too
 
-STEPS = 30  # of false position at most along an edge that crosses a curved crack
-ON = 1e-12  # of the longest edge: offsets below end the search
-
 
 @dataclass(frozen=True, eq=False)
 class CutSurface:
@@ -141,8 +138,8 @@ def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:
     crossing = np.flatnonzero(np.sign(psi[:, 0]) * np.sign(psi[:, 1]) < 0)
     if not len(crossing):
         return surface
-    fraction = _roots(surface, sheet, edges[crossing])
     start, end = surface.points[edges[crossing, 0]], surface.points[edges[crossing, 1]]
+    fraction, _ = sheet.crossings(start, end)
     points = start + fraction[:, None] * (end - start)
     phi = np.full(len(edges), -np.inf)
     phi[crossing] = sheet.rim.inside(sheet.uv(points))
@@ -154,27 +151,6 @@ def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:
     size = surface.size[edges[crossing]]
     size = size[:, 0] + fraction * (size[:, 1] - size[:, 0])
     return split_edges(surface, edges[crossing[chosen]], points[chosen], size[chosen])
-
-
-def _roots(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> np.ndarray:
-    """Return the fraction along each edge at which psi changes sign (false position, Illinois)."""
-    low, high = np.zeros(len(edges)), np.ones(len(edges))
-    at_low, at_high = surface.psi[edges[:, 0]], surface.psi[edges[:, 1]]
-    root = at_low / (at_low - at_high)
-    if sheet.planar:
-        return root
-    start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
-    for _ in range(STEPS):
-        value = sheet.offset(start + root[:, None] * step)
-        right = value * at_high > 0
-        at_low, at_high = np.where(right, 0.5 * at_low, value), np.where(right, value, 0.5 * at_high)
-        low, high = np.where(right, low, root), np.where(right, root, high)
-        if np.abs(value).max() <= ON * np.abs(step).max():
-            break
-        span = at_low - at_high
-        root = np.where(value == 0, root, low + (high - low) * at_low / np.where(span == 0, 1, span))
-        root = np.clip(root, low, high)
-    return root
 
 
 def trace_edges(surface: CutSurface) -> np.ndarray:

@@ -11,11 +11,13 @@ from craftmesh.insertion.rim import Rim, rim_of
 from craftmesh.types import Crack
 
 PLANAR = 1e-9  # offsets below this share of the extent make a crack planar
+STEPS = 40  # of false position at most along a segment that crosses a curved crack
+ON = 1e-12  # of the longest segment: offsets below end the search
 
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """A crack as a height over its best-fit plane; lengths in model units.
+    """A crack as a height over a plane; lengths in model units.
 
     origin (3,), frame (3, 3) rows u, v, normal. nodes (n, 2), height (n,) and its slope (n, 2) there,
     triangles (m, 3), cells: the triangles as polygons. rim: where the crack ends, in the same parameters.
@@ -47,21 +49,67 @@ class Sheet:
 
     def height_at(self, uv: np.ndarray) -> np.ndarray:
         """Return the height (n,) at parameters (n, 2), continued past the rim with its slope."""
+        foot, cell, past = self._feet(uv)
+        height = _interpolate(self.nodes, self.height, self.triangles[cell], foot)
+        if len(past):
+            slope = self._slope_past_rim(foot[past], cell[past])
+            height[past] += np.einsum("ij,ij->i", slope, uv[past] - foot[past])
+        return height
+
+    def gradient(self, points: np.ndarray) -> np.ndarray:
+        """Return the gradient (n, 3) of psi at points (n, 3); its length is 1 on a planar crack."""
+        if self.planar:
+            return np.tile(self.frame[2], (len(points), 1))
+        foot, cell, past = self._feet(self.uv(points))
+        slope = _cell_slopes(self.nodes, self.height, self.triangles[cell])
+        if len(past):
+            slope[past] = self._slope_past_rim(foot[past], cell[past])
+        return self.frame[2] - slope @ self.frame[:2]
+
+    def crossings(self, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the fraction (n,) from start to end (n, 3) at which psi changes sign, and psi there (n,).
+
+        psi has opposite signs at the two, or is 0 at one. False position with the Illinois rule (Dowell &
+        Jarratt 1971). Where the continuation past the rim jumps, psi at the fraction is not 0.
+        """
+        low, high = np.zeros(len(start)), np.ones(len(start))
+        at_low, at_high = self.offset(start), self.offset(end)
+        span = at_low - at_high
+        root = at_low / np.where(span == 0, 1, span)
+        if self.planar:
+            return root, np.zeros(len(start))
+        step = end - start
+        value = self.offset(start + root[:, None] * step)
+        for _ in range(STEPS):
+            if np.abs(value).max(initial=0) <= ON * np.abs(step).max(initial=0):
+                break
+            right = value * at_high > 0
+            at_low, at_high = np.where(right, 0.5 * at_low, value), np.where(right, value, 0.5 * at_high)
+            low, high = np.where(right, low, root), np.where(right, root, high)
+            span = at_low - at_high
+            root = np.where(value == 0, root, low + (high - low) * at_low / np.where(span == 0, 1, span))
+            root = np.clip(root, low, high)
+            value = self.offset(start + root[:, None] * step)
+        return root, value
+
+    def _feet(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the nearest places (n, 2) on the crack, their triangles (n,) and the rows past the rim."""
         points = shapely.points(uv)
         row, cell = self.cells.query(points, predicate="intersects")
         row, first = np.unique(row, return_index=True)
-        height = np.empty(len(uv))
-        height[row] = _interpolate(self.nodes, self.height, self.triangles[cell[first]], uv[row])
-        past = np.setdiff1d(np.arange(len(uv)), row)
+        of_row = np.full(len(uv), -1)
+        of_row[row] = cell[first]
+        past = np.flatnonzero(of_row < 0)
+        foot = uv.copy()
         if len(past):
-            foot, cell = self._nearest_on_surface(points[past])
-            base = _interpolate(self.nodes, self.height, self.triangles[cell], foot)
-            slope = np.stack(
-                [_interpolate(self.nodes, self.slope[:, i], self.triangles[cell], foot) for i in range(2)],
-                axis=1,
-            )
-            height[past] = base + np.einsum("ij,ij->i", slope, uv[past] - foot)
-        return height
+            foot[past], of_row[past] = self._nearest_on_surface(points[past])
+        return foot, of_row, past
+
+    def _slope_past_rim(self, foot: np.ndarray, cell: np.ndarray) -> np.ndarray:
+        corners = self.triangles[cell]
+        return np.stack(
+            [_interpolate(self.nodes, self.slope[:, i], corners, foot) for i in range(2)], axis=1
+        )
 
     def _nearest_on_surface(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return foot (n, 2) and triangle (n,) nearest to shapely points (n,) off the surface."""
@@ -99,16 +147,29 @@ def sheet_of(crack: Crack, box: np.ndarray) -> Sheet:
 
 def _slopes(nodes: np.ndarray, height: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return the area-weighted mean gradient (n, 2) of the height at the nodes."""
-    a, b, c = (nodes[triangles[:, i]] for i in range(3))
-    u, v = b - a, c - a
-    twice = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    hu, hv = (height[triangles[:, i]] - height[triangles[:, 0]] for i in (1, 2))
-    times_area = np.stack([hu * v[:, 1] - hv * u[:, 1], hv * u[:, 0] - hu * v[:, 0]], axis=1)
+    times_area, twice = _sloped_areas(nodes, height, triangles)
     slope, weight = np.zeros((len(nodes), 2)), np.full(len(nodes), 1e-300)
     for i in range(3):
         np.add.at(slope, triangles[:, i], times_area)
         np.add.at(weight, triangles[:, i], twice)
     return slope / weight[:, None]
+
+
+def _cell_slopes(nodes: np.ndarray, height: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return the gradient (k, 2) of the height in the given triangles."""
+    times_area, twice = _sloped_areas(nodes, height, triangles)
+    return times_area / np.maximum(twice, 1e-300)[:, None]
+
+
+def _sloped_areas(
+    nodes: np.ndarray, height: np.ndarray, triangles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles' gradients times twice their areas (k, 2), and twice their areas (k,)."""
+    a, b, c = (nodes[triangles[:, i]] for i in range(3))
+    u, v = b - a, c - a
+    twice = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    hu, hv = (height[triangles[:, i]] - height[triangles[:, 0]] for i in (1, 2))
+    return np.stack([hu * v[:, 1] - hv * u[:, 1], hv * u[:, 0] - hu * v[:, 0]], axis=1), twice
 
 
 def _interpolate(

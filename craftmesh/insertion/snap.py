@@ -6,24 +6,23 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.insertion.cut import CutSurface, SizeAt
+from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import with_front_points
 from craftmesh.insertion.sheet import Sheet
-from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, facet_angles
 from craftmesh.surface.patches import feature_edges, held_by_box
 from craftmesh.types import Surface
 
+NEAR = 10.0  # of the local size: an offset from the steepest crack that may be a distance worth a look
 FARTHEST = 0.5  # of the local size: points slide along their line by at most this much
 GRAZING = 0.5  # points on lines that graze the crack move straight from this share of the distance
 LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
 LEAST_GAP = 0.55  # of the target size: pierce points nearer than this are pushed apart along the front
 SWEEPS = 30  # that push crowded pierce points apart, at most
 STEEP = 0.1  # least squared cosine between a box plane and the crack's normal for moves in that plane
-CORRECTIONS = 8  # steps onto a curved crack along a fixed direction; nothing checks that they converge
+STRETCHES = 8  # of each way along a point's direction, in which a change of psi's sign is looked for
+ON_CRACK = 1e-6  # of the local size: a point farther off the crack does not count as on it
 IN_PLANE = 1e-6  # of the model: the end of a front this near a point's box plane lies in it
-KEPT = 0.999  # of its least angle, that a facet flatter than LEAST_ANGLE has to keep
-LEAST_ANGLE = 4.0  # degrees: a move may not leave a facet below this, unless it was worse before
 
 
 def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
@@ -32,32 +31,42 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
     Points of lines that graze the crack, so that the way along is too far, move straight from nearer by.
     Quadruple points and box corners stay. A move that turns, flattens or pierces a facet is left out.
     """
+    distance = _distances(surface, sheet)
     with np.errstate(invalid="ignore"):
-        close = (np.abs(surface.psi) < options.snap * surface.size) & (surface.psi != 0)
-    rows = np.flatnonzero(close)
+        rows = np.flatnonzero((distance < options.snap * surface.size) & (surface.psi != 0))
     if len(rows):
         rows = rows[sheet.rim.inside(sheet.uv(surface.points[rows])) > -surface.size[rows]]
     if not len(rows):
         return surface
+    reach = FARTHEST * surface.size
     junctions, planes = _classes(surface)
     targets = np.full((len(surface.points), 3), np.nan)
     free = rows[junctions.degree[rows] == 0]
-    targets[free] = _onto_crack(surface.points[free], planes[free], sheet)
+    targets[free] = onto_crack(surface.points[free], planes[free], sheet, reach[free])
     on_line = np.zeros(len(surface.points), bool)
     on_line[rows[junctions.degree[rows] == 2]] = True
-    _along_lines(surface, junctions.edges, on_line, targets)
+    _along_lines(surface, sheet, junctions.edges, on_line, targets)
     step = np.linalg.norm(targets - surface.points, axis=1)
     with np.errstate(invalid="ignore"):
-        grazing = on_line & ~(step < FARTHEST * surface.size)
-        grazing &= np.abs(surface.psi) < GRAZING * options.snap * surface.size
-    targets[grazing] = _onto_crack(surface.points[grazing], planes[grazing], sheet)
+        grazing = on_line & ~(step < reach)
+        grazing &= distance < GRAZING * options.snap * surface.size
+    targets[grazing] = onto_crack(surface.points[grazing], planes[grazing], sheet, reach[grazing])
     step = np.linalg.norm(targets - surface.points, axis=1)
     with np.errstate(invalid="ignore"):
-        rows = np.flatnonzero(step < FARTHEST * surface.size)
+        rows = np.flatnonzero(step < reach)
     points, moved = guarded_move(surface, rows, targets[rows], options)
     psi = surface.psi.copy()
     psi[moved] = 0.0
     return replace(surface, points=points, psi=psi)
+
+
+def _distances(surface: CutSurface, sheet: Sheet) -> np.ndarray:
+    """Return how far the points (n,) are from the crack to first order, NaN far from it."""
+    distance = np.abs(surface.psi)
+    with np.errstate(invalid="ignore"):
+        rows = np.flatnonzero(distance < NEAR * surface.size)
+    distance[rows] /= np.linalg.norm(sheet.gradient(surface.points[rows]), axis=1)
+    return distance
 
 
 def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions) -> CutSurface:
@@ -167,20 +176,51 @@ def _classes(surface: CutSurface) -> tuple[_Junctions, np.ndarray]:
     return _Junctions(lines, degree), held_by_box(near)
 
 
-def _onto_crack(points: np.ndarray, planes: np.ndarray, sheet: Sheet) -> np.ndarray:
-    """Return the points moved onto the crack, in their box plane where they have one; NaN if hopeless."""
-    direction = np.where(planes, 0.0, sheet.frame[2])
+def onto_crack(points: np.ndarray, planes: np.ndarray, sheet: Sheet, reach: np.ndarray) -> np.ndarray:
+    """Return the points (n, 3) moved onto the crack, in their box planes (n, 3), by at most reach (n,).
+
+    They move along the crack's normal as far as the planes leave it; NaN where it is too steep to them, or
+    where no place on the crack within ON_CRACK of the reach is found.
+    """
+    gradient = sheet.gradient(points)
+    direction = np.where(planes, 0.0, gradient)
     square = np.einsum("ij,ij->i", direction, direction)
     result = np.full(points.shape, np.nan)
-    rows = np.flatnonzero(square > STEEP)
-    moved = points[rows]
-    for _ in range(1 if sheet.planar else CORRECTIONS):
-        moved = moved - (sheet.offset(moved) / square[rows])[:, None] * direction[rows]
-    result[rows] = moved
+    rows = np.flatnonzero(square > STEEP * np.einsum("ij,ij->i", gradient, gradient))
+    points, square, direction = points[rows], square[rows], direction[rows]
+    if sheet.planar:
+        result[rows] = points - (sheet.offset(points) / square)[:, None] * direction
+        return result
+    direction = direction * (reach[rows] / np.sqrt(square))[:, None]
+    start, end, found = _bracket(points, direction, sheet)
+    fraction, off = sheet.crossings(start[found], end[found])
+    places = start[found] + fraction[:, None] * (end[found] - start[found])
+    good = np.abs(off) <= ON_CRACK * reach[rows[found]]
+    result[rows[found][good]] = places[good]
     return result
 
 
-def _along_lines(surface: CutSurface, edges: np.ndarray, on_line: np.ndarray, targets: np.ndarray) -> None:
+def _bracket(
+    points: np.ndarray, direction: np.ndarray, sheet: Sheet
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the ends (n, 3) of the nearest stretch of points +- direction on which psi changes sign.
+
+    And which rows have one (n,) bool. psi need not fall evenly along a box plane that a curved crack
+    crosses obliquely, so that a step of Newton's may lead anywhere.
+    """
+    share = np.linspace(-1, 1, 2 * STRETCHES + 1)
+    places = points[:, None] + share[None, :, None] * direction[:, None]
+    psi = sheet.offset(places.reshape(-1, 3)).reshape(places.shape[:2])
+    changes = np.sign(psi[:, :-1]) * np.sign(psi[:, 1:]) <= 0
+    far = np.where(changes, np.abs(share[:-1] + share[1:]), np.inf)
+    nearest = np.argmin(far, axis=1)
+    row = np.arange(len(points))
+    return places[row, nearest], places[row, nearest + 1], np.isfinite(far[row, nearest])
+
+
+def _along_lines(
+    surface: CutSurface, sheet: Sheet, edges: np.ndarray, on_line: np.ndarray, targets: np.ndarray
+) -> None:
     """Fill in where the junction edges of the marked points cross the crack."""
     psi = surface.psi[edges]
     crossing = np.sign(psi[:, 0]) * np.sign(psi[:, 1]) < 0
@@ -188,7 +228,9 @@ def _along_lines(surface: CutSurface, edges: np.ndarray, on_line: np.ndarray, ta
         a, b = edges[crossing, start], edges[crossing, end]
         chosen = on_line[a]
         a, b = a[chosen], b[chosen]
-        fraction = surface.psi[a] / (surface.psi[a] - surface.psi[b])
+        fraction, off = sheet.crossings(surface.points[a], surface.points[b])
+        on = np.abs(off) <= ON_CRACK * surface.size[a]
+        a, b, fraction = a[on], b[on], fraction[on]
         targets[a] = surface.points[a] + fraction[:, None] * (surface.points[b] - surface.points[a])
 
 
@@ -207,75 +249,3 @@ def _front_ends(points: np.ndarray, planes: np.ndarray, sheet: Sheet) -> np.ndar
     good = off_plane <= IN_PLANE * distance.max()
     result[good] = np.where(planes, points, nearest)[good]
     return result
-
-
-def guarded_move(
-    surface: CutSurface, rows: np.ndarray, targets: np.ndarray, options: InsertOptions
-) -> tuple[np.ndarray, np.ndarray]:
-    """Move points `rows` (k,) to `targets` (k, 3) as far as no facet turns, flattens or pierces another.
-
-    Returns the points and the rows that were moved. Where a facet objects, its longest move is undone.
-    """
-    position = np.full(len(surface.points), -1)
-    position[rows] = np.arange(len(rows))
-    facets = surface.facets[(position[surface.facets] >= 0).any(axis=1)]
-    mover = position[facets]
-    step = np.linalg.norm(targets - surface.points[rows], axis=1)
-    active = np.ones(len(rows), bool)
-    before = _shape(surface.points, facets)
-    known = _pairs(surface, surface.points, rows)
-    while True:
-        points = _moved(surface.points, rows, targets, active)
-        bad = mover[_worse(before, _shape(points, facets), options)]
-        if not len(bad):
-            after = _pairs(surface, points, rows)
-            hit = after[~np.isin(after[:, 0] * len(surface.facets) + after[:, 1], _keys(known, surface))]
-            bad = position[surface.facets[hit.ravel()]]
-        undo = _longest(bad, step, active)
-        if not len(undo):
-            break
-        active[undo] = False
-    return points, rows[active]
-
-
-def _longest(movers: np.ndarray, step: np.ndarray, active: np.ndarray) -> np.ndarray:
-    """Return, for each row of movers (k, 3), -1 for none, the active one with the longest step."""
-    usable = (movers >= 0) & active[movers]
-    movers, usable = movers[usable.any(axis=1)], usable[usable.any(axis=1)]
-    choice = np.argmax(np.where(usable, step[movers], -1.0), axis=1)
-    return np.unique(movers[np.arange(len(movers)), choice])
-
-
-def _moved(points: np.ndarray, rows: np.ndarray, targets: np.ndarray, active: np.ndarray) -> np.ndarray:
-    points = points.copy()
-    points[rows[active]] = targets[active]
-    return points
-
-
-_Shape = tuple[np.ndarray, np.ndarray]
-
-
-def _shape(points: np.ndarray, facets: np.ndarray) -> _Shape:
-    """Return area vectors (m, 3) and least angles (m,) in degrees."""
-    return area_vectors(points, facets), facet_angles(points, facets).min(axis=1)
-
-
-def _worse(before: _Shape, after: _Shape, options: InsertOptions) -> np.ndarray:
-    """Tell which facets turned too far or became too flat."""
-    cosine = np.einsum("ij,ij->i", before[0], after[0])
-    length = np.linalg.norm(before[0], axis=1) * np.linalg.norm(after[0], axis=1)
-    turned = cosine < np.cos(np.radians(options.max_turn)) * length
-    return turned | (after[1] < np.minimum(LEAST_ANGLE, KEPT * before[1]))
-
-
-def _pairs(surface: CutSurface, points: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return the intersecting pairs among the facets near the crack that may meet a moved facet."""
-    with np.errstate(invalid="ignore"):
-        near = np.abs(surface.psi) <= 2 * np.nanmax(surface.size)
-    near[rows] = True
-    band = np.flatnonzero(near[surface.facets].any(axis=1))
-    return band[intersecting_pairs(points, surface.facets[band])]
-
-
-def _keys(pairs: np.ndarray, surface: CutSurface) -> np.ndarray:
-    return pairs[:, 0] * len(surface.facets) + pairs[:, 1]

@@ -1,0 +1,83 @@
+"""Moves of a surface's points that leave it sound: no facet turns, flattens or meets another."""
+
+import numpy as np
+
+from craftmesh.insertion.cut import CutSurface
+from craftmesh.insertion.options import InsertOptions
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.measure import area_vectors, facet_angles
+
+KEPT = 0.999  # of its least angle, that a facet flatter than LEAST_ANGLE has to keep
+LEAST_ANGLE = 4.0  # degrees: a move may not leave a facet below this, unless it was worse before
+
+
+def guarded_move(
+    surface: CutSurface, rows: np.ndarray, targets: np.ndarray, options: InsertOptions
+) -> tuple[np.ndarray, np.ndarray]:
+    """Move points `rows` (k,) to `targets` (k, 3) as far as no facet turns, flattens or pierces another.
+
+    Returns the points and the rows that were moved. Where a facet objects, its longest move is undone.
+    """
+    position = np.full(len(surface.points), -1)
+    position[rows] = np.arange(len(rows))
+    facets = surface.facets[(position[surface.facets] >= 0).any(axis=1)]
+    mover = position[facets]
+    step = np.linalg.norm(targets - surface.points[rows], axis=1)
+    active = np.ones(len(rows), bool)
+    before = _shape(surface.points, facets)
+    known = _pairs(surface, surface.points, rows)
+    while True:
+        points = _moved(surface.points, rows, targets, active)
+        bad = mover[_worse(before, _shape(points, facets), options)]
+        if not len(bad):
+            after = _pairs(surface, points, rows)
+            hit = after[~np.isin(after[:, 0] * len(surface.facets) + after[:, 1], _keys(known, surface))]
+            bad = position[surface.facets[hit.ravel()]]
+        undo = _longest(bad, step, active)
+        if not len(undo):
+            break
+        active[undo] = False
+    return points, rows[active]
+
+
+def _longest(movers: np.ndarray, step: np.ndarray, active: np.ndarray) -> np.ndarray:
+    """Return, for each row of movers (k, 3), -1 for none, the active one with the longest step."""
+    usable = (movers >= 0) & active[movers]
+    movers, usable = movers[usable.any(axis=1)], usable[usable.any(axis=1)]
+    choice = np.argmax(np.where(usable, step[movers], -1.0), axis=1)
+    return np.unique(movers[np.arange(len(movers)), choice])
+
+
+def _moved(points: np.ndarray, rows: np.ndarray, targets: np.ndarray, active: np.ndarray) -> np.ndarray:
+    points = points.copy()
+    points[rows[active]] = targets[active]
+    return points
+
+
+_Shape = tuple[np.ndarray, np.ndarray]
+
+
+def _shape(points: np.ndarray, facets: np.ndarray) -> _Shape:
+    """Return area vectors (m, 3) and least angles (m,) in degrees."""
+    return area_vectors(points, facets), facet_angles(points, facets).min(axis=1)
+
+
+def _worse(before: _Shape, after: _Shape, options: InsertOptions) -> np.ndarray:
+    """Tell which facets turned too far or became too flat."""
+    cosine = np.einsum("ij,ij->i", before[0], after[0])
+    length = np.linalg.norm(before[0], axis=1) * np.linalg.norm(after[0], axis=1)
+    turned = cosine < np.cos(np.radians(options.max_turn)) * length
+    return turned | (after[1] < np.minimum(LEAST_ANGLE, KEPT * before[1]))
+
+
+def _pairs(surface: CutSurface, points: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return the intersecting pairs among the facets near the crack that may meet a moved facet."""
+    with np.errstate(invalid="ignore"):
+        near = np.abs(surface.psi) <= 2 * np.nanmax(surface.size)
+    near[rows] = True
+    band = np.flatnonzero(near[surface.facets].any(axis=1))
+    return band[intersecting_pairs(points, surface.facets[band])]
+
+
+def _keys(pairs: np.ndarray, surface: CutSurface) -> np.ndarray:
+    return pairs[:, 0] * len(surface.facets) + pairs[:, 1]

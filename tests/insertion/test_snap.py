@@ -1,0 +1,48 @@
+"""Points moved onto the crack: on it within their own constraints, or not at all."""
+
+import numpy as np
+import pytest
+from given_cracks import wavy_disc
+
+from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.insertion.sheet import Sheet, sheet_of
+from craftmesh.insertion.snap import ON_CRACK, onto_crack
+
+BOX = np.array([[0.0, 0.0, 0.0], [20.0, 20.0, 20.0]])
+
+
+def tilted_sheet(amplitude: float, degrees: float) -> Sheet:
+    """A wavy disc about the middle of the box's lowest plane, tilted to that plane by `degrees`."""
+    points, triangles = wavy_disc(7.0, amplitude, rings=20)
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    turned = points @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
+    return sheet_of(crack_from_triangles(turned + [10, 10, 0], triangles, None, BOX), BOX)
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 1.0, 3.0])
+@pytest.mark.parametrize("degrees", [20, 30, 75])
+def test_points_of_a_box_plane_end_on_the_crack_in_their_plane_or_stay(amplitude, degrees):
+    sheet = tilted_sheet(amplitude, degrees)
+    rng = np.random.default_rng(0)
+    points = np.column_stack([rng.uniform(4, 16, (2000, 2)), np.zeros(2000)])
+    near = np.abs(sheet.offset(points)) < 0.4 * np.linalg.norm(sheet.gradient(points), axis=1)
+    planes = np.tile([False, False, True], (near.sum(), 1))
+    reach = np.full(near.sum(), 0.5)
+    moved = onto_crack(points[near], planes, sheet, reach)
+    found = np.isfinite(moved).all(axis=1)
+    # where the sheet is nearly along the plane the way is longer than the reach, and points stay
+    assert found.mean() > (0.15 if degrees < 30 else 0.5)
+    assert (moved[found, 2] == 0).all()
+    assert np.abs(sheet.offset(moved[found])).max() <= ON_CRACK * reach[0]
+    if not sheet.planar:
+        assert np.linalg.norm(moved[found] - points[near][found], axis=1).max() <= reach[0]
+
+
+def test_the_gradient_is_that_of_the_offset():
+    sheet = tilted_sheet(2.0, 30)
+    points = np.random.default_rng(1).uniform(5, 15, (500, 3)) * [1, 1, 0.2]
+    steps = 1e-6 * np.eye(3)
+    numeric = [(sheet.offset(points + step) - sheet.offset(points - step)) / 2e-6 for step in steps]
+    off = np.linalg.norm(np.stack(numeric, axis=1) - sheet.gradient(points), axis=1)
+    # a few points are within the step of an edge of the crack's triangles, where the gradient jumps
+    assert (off < 1e-6).mean() > 0.98
