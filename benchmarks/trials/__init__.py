@@ -1,0 +1,1 @@
+"""Random cracks in random volumes: drawn, meshed and checked by means of their own."""

@@ -1,0 +1,146 @@
+"""The chain from voxels to the deck by the library's stages, and every stage's result for the checks."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from craftmesh.commands.whole_model_step import complete_mesh
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.series import GivenSurface, crack_of_increment
+from craftmesh.deck.write_deck import DeckOptions, write_deck
+from craftmesh.errors import CraftmeshError, MeshingError
+from craftmesh.gradation.gradate import gradate
+from craftmesh.insertion.insert import insert_crack
+from craftmesh.io.vtk import write_crack, write_surface, write_tets
+from craftmesh.remeshing.remesh import remesh
+from craftmesh.sizing.sources import Defects, sizing_around
+from craftmesh.tetrahedra.mending import mended
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
+from craftmesh.tetrahedra.record import record_of
+from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
+from craftmesh.types import Surface
+from craftmesh.voxels.islands import find_islands
+from trials.drawing import Drawn
+
+
+@dataclass
+class Made:
+    """What the chain made: surfaces after insertion and gradation, the sizing, the deck's path."""
+
+    inserted: Surface | None = None
+    gradated: Surface | None = None
+    sizing: Any = None
+    deck: Path | None = None
+    stage: str = "remesh"
+    refusal: str | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def run_chain(case: Drawn, folder: Path) -> Made:
+    """Run all stages; the deck and each stage's file go to `folder`. A refusal ends it and is kept."""
+    made = Made()
+    try:
+        _run(case, folder, made)
+    except CraftmeshError as error:
+        made.refusal = " ".join(str(error).split())
+    return made
+
+
+def _run(case: Drawn, folder: Path, made: Made) -> None:
+    surface, _ = remesh(case.voxels)
+    made.stage = "crack"
+    options = case.prescribed or CrackOptions(shape="surface")
+    fronts = case.sheet.fronts if case.with_front else ()
+    given = None if case.prescribed else GivenSurface(case.sheet.points, case.sheet.triangles, fronts)
+    crack = crack_of_increment(options, 0, case.voxels.box, given)
+    write_crack(folder / "crack.vtp", crack)
+    made.stage = "stitch"
+    defects = Defects(tuple(crack.points[front] for front in crack.fronts))
+    made.inserted, report = insert_crack(surface, crack, sizing_around(defects, surface, case.sizes))
+    write_surface(folder / "surface.vtp", made.inserted)
+    (folder / "stitch.json").write_text(json.dumps(report, default=_plain))
+    made.stage = "gradate"
+    made.sizing = sizing_around(defects, made.inserted, case.sizes)
+    made.gradated, report = gradate(made.inserted, made.sizing)
+    write_surface(folder / "gradated.vtp", made.gradated)
+    (folder / "gradate.json").write_text(json.dumps(report, default=_plain))
+    made.stage = "tetrahedralize"
+    mesh, report = _meshed(case, made)
+    write_tets(folder / "volume.vtu", mesh)
+    (folder / "meshing.json").write_text(json.dumps(report, default=_plain))
+    made.stage = "inp"
+    deck = DeckOptions(element=case.element, quarter_points=case.quarter_points, load="none")
+    write_deck(folder / "model.inp", mesh, deck, case.voxels.orientations, case.voxels.phases)
+    made.deck = folder / "model.inp"
+
+
+def _meshed(case: Drawn, made: Made):
+    """Return the assembled mesh and the report, with the whole model meshed anew where a grain fails."""
+    options = TetrahedralizeOptions()
+    found = mended(made.gradated)
+    made.warnings += (found.warning,) if found.warning else ()
+    surface, left = found.surface, []
+    islands = find_islands(case.voxels)
+    try:
+        grain_tets, report = tetrahedralize(surface, made.sizing, islands, options)
+    except MeshingError as error:
+        made.warnings += (f"meshing: {error}",)
+        grain_tets, report = list(error.done), error.report
+        left = [failure.grain for failure in error.failures]
+    record = record_of(options.mesher, report, left, found.report)
+    return complete_mesh(surface, grain_tets, record, lambda: made.sizing, options)
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else str(value)
+
+
+def write_inputs(case: Drawn, folder: Path) -> list[str]:
+    """Write the case's inputs to `folder`; return the commands that redo it by hand."""
+    from craftmesh.io.front_csv import write_front
+    from craftmesh.io.npz import write_labels
+    from craftmesh.io.surface_files import write_triangles
+    from craftmesh.voxels.islands import islands_as_json
+
+    folder.mkdir(parents=True, exist_ok=True)
+    write_labels(folder / "labels.npz", case.voxels)
+    (folder / "islands.json").write_text(json.dumps(islands_as_json(find_islands(case.voxels))))
+    if case.prescribed:
+        crack = _flags_of(case.prescribed)
+    else:
+        write_triangles(folder / "crack_in.stl", case.sheet.points, case.sheet.triangles)
+        crack = "--shape surface --file crack_in.stl"
+        if case.with_front:
+            columns = dict(zip("xyz", np.concatenate(case.sheet.fronts).T))
+            write_front(folder / "front_in.csv", columns)
+            crack += " --front front_in.csv"
+    wanted = ("l_min", "l0", "l_max", "r0", "r1", "gradation")
+    given = {key: getattr(case.sizes, key) for key in wanted}
+    sizes = " ".join(f"--{k.replace('_', '-')} {v!r}" for k, v in given.items() if v is not None)
+    quarter = " --quarter-points" if case.quarter_points else ""
+    front = f"--front crack.vtp {sizes}"
+    deck = f"--element {case.element}{quarter}"
+    return [
+        f"cd {folder}",
+        "craftmesh remesh labels.npz -o remeshed.vtp",
+        f"craftmesh crack labels.npz {crack} -o crack.vtp",
+        f"craftmesh stitch remeshed.vtp --crack crack.vtp {sizes} -o surface.vtp",
+        f"craftmesh gradate surface.vtp {front} -o gradated.vtp",
+        f"craftmesh tetrahedralize gradated.vtp --islands islands.json {front} -o volume.vtu",
+        f"craftmesh inp volume.vtu --microstructure labels.npz {deck} -o model.inp",
+        "craftmesh check volume.vtu --labels labels.npz",
+    ]
+
+
+def _flags_of(options: CrackOptions) -> str:
+    words = [f"--shape {options.shape}"]
+    for name in ("centre", "normal", "axis"):
+        words.append(f"--{name} " + " ".join(repr(float(x)) for x in getattr(options, name)))
+    if options.semi_axes:
+        words.append("--semi-axes " + " ".join(map(repr, options.semi_axes)))
+    else:
+        words.append(f"--radius {options.radius!r}")
+    return " ".join(words)

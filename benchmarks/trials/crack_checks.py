@@ -1,0 +1,155 @@
+"""Checks of a deck's crack against the sheet that was given: front, facets, area."""
+
+import numpy as np
+from scipy import ndimage
+
+from craftmesh.types import CRACK, Surface, Voxels
+from trials.deck_file import DeckFile
+from trials.distances import area_within, to_polylines, to_segments, to_sheet
+from trials.drawing import Drawn
+from trials.sheets import Sheet, samples
+
+FACE_BAND = 0.2  # l_min: a crack this near a face over a part of its area may be refused
+FACE_TILT = 3.0  # degrees between crack and face at the mouth, below which it may be refused
+ALONG_FACE = 20.0  # degrees: what is steeper than this to a face only ends on it
+NEAR_SHARE = 0.01  # of the crack's area in the box that counts as a part of it
+VOID_ROOM = 1.75  # voxels from voids and the outside within which voxels do not tell where material is
+
+
+def front_edges(deck: DeckFile) -> np.ndarray:
+    """Return the edges (k, 2) where the two lips meet: each lip has them once, with the same nodes."""
+    once = []
+    for lip in ("CRACK_LIP_A", "CRACK_LIP_B"):
+        triangles = deck.triangles(lip)
+        edges = np.sort(
+            np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1
+        )
+        rows, count = np.unique(edges, axis=0, return_counts=True)
+        once.append(rows[count == 1])
+    both, count = np.unique(np.concatenate(once), axis=0, return_counts=True)
+    return both[count == 2]
+
+
+def check_crack(case: Drawn, deck: DeckFile, l_min: float) -> dict:
+    """Return what the deck's crack keeps of the given one; lengths in l_min, areas in percent."""
+    edges = front_edges(deck)
+    if not len(edges):
+        return {"front_edges": 0}
+    nodes = np.unique(edges)
+    ends = deck.points[edges]
+    at_nodes = to_polylines(deck.points[nodes], case.sheet.fronts) / l_min
+    at_middles = to_polylines(ends.mean(axis=1), case.sheet.fronts)
+    named = deck.node_sets.get("CRACK_FRONT", np.zeros(0, np.int64))
+    worst = deck.points[nodes[at_nodes.argmax()]]
+    return {
+        "front_edges": len(edges),
+        "front_node": float(at_nodes.max()),
+        "front_node_at": np.round(worst, 4).tolist(),
+        "front_node_on_box": bool(_on_box(worst[None], case.voxels.box)[0]),
+        "front_middle": float(at_middles.max() / l_min),
+        "front_set_off": len(np.setxor1d(nodes, np.intersect1d(named, np.unique(deck.corners)))),
+        "front_missing": _missing(case, ends, l_min),
+        **facets_off(case.sheet, deck.points, deck.triangles("CRACK_LIP_A"), l_min),
+        **_area(case, deck, ends, at_middles),
+    }
+
+
+def _on_box(points: np.ndarray, box: np.ndarray) -> np.ndarray:
+    near = 1e-9 * np.ptp(box)
+    return ((points <= box[0] + near) | (points >= box[1] - near)).any(axis=1)
+
+
+def _missing(case: Drawn, ends: np.ndarray, l_min: float) -> float:
+    """Return the largest distance, in l_min, of the given front inside the material from the deck's."""
+    given = inner_front(case.sheet, case.voxels)
+    if not len(given):
+        return 0.0
+    return float(to_segments(given, ends[:, 0], ends[:, 1]).max() / l_min)
+
+
+def inner_front(sheet: Sheet, voxels: Voxels) -> np.ndarray:
+    """Return points of the given front that lie in the material and clear of voids."""
+    points = np.concatenate([_dense(line, 0.5 * voxels.spacing.min()) for line in sheet.fronts])
+    return points[material_depth(voxels, points) > VOID_ROOM]
+
+
+def _dense(line: np.ndarray, step: float) -> np.ndarray:
+    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    places = np.linspace(0, length[-1], int(length[-1] / step) + 2)
+    return np.stack([np.interp(places, length, column) for column in line.T], axis=1)
+
+
+def material_depth(voxels: Voxels, points: np.ndarray) -> np.ndarray:
+    """Return distances (in voxels) from empty voxels; 0 outside the box, infinite without empty voxels."""
+    solid = voxels.labels > 0
+    depth = np.full(solid.shape, np.inf) if solid.all() else ndimage.distance_transform_edt(solid)
+    place = np.floor((points - voxels.origin) / voxels.spacing).astype(int)
+    inside = ((points >= voxels.box[0]) & (points <= voxels.box[1])).all(axis=1)
+    place = np.clip(place, 0, np.array(solid.shape) - 1)
+    return np.where(inside, depth[tuple(place.T)], 0.0)
+
+
+def check_inserted(case: Drawn, inserted: Surface, l_min: float) -> dict:
+    """Return how far the crack facets are from the given sheet before gradation, in l_min."""
+    facets = inserted.facets[inserted.kind == CRACK]
+    off = facets_off(case.sheet, inserted.points, facets, l_min)
+    return {f"inserted_{key}": value for key, value in off.items()}
+
+
+def facets_off(sheet: Sheet, points: np.ndarray, triangles: np.ndarray, l_min: float) -> dict:
+    """Return how far corners, and middles and centres, of facets are from the given sheet, in l_min."""
+    corners = points[triangles]
+    middles = (corners + np.roll(corners, -1, axis=1)) / 2
+    nodes = points[np.unique(triangles)]
+    off = {"facet_node": nodes, "facet": np.concatenate([middles.reshape(-1, 3), corners.mean(axis=1)])}
+    given = sheet.points[sheet.triangles]
+    result = {}
+    for name, places in off.items():
+        if sheet.flat:
+            normal = samples(sheet, 1)[1][0]
+            distance = np.abs((places - sheet.points[0]) @ normal)
+        else:
+            distance = to_sheet(places, given, 0.02 * l_min)
+        result[name] = float(distance.max() / l_min)
+        result[f"{name}_at"] = np.round(places[distance.argmax()], 4).tolist()
+    return result
+
+
+def _area(case: Drawn, deck: DeckFile, ends: np.ndarray, at_middles: np.ndarray) -> dict:
+    """Return the area over the given one inside the box in percent, where no void is near the crack.
+
+    The segments between the front and its chords are taken off the given area.
+    """
+    triangles = deck.triangles("CRACK_LIP_A")
+    if material_depth(case.voxels, deck.points[np.unique(triangles)]).min() < VOID_ROOM:
+        return {"area_off_pct": None}
+    corners = deck.points[triangles]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    found = float(np.linalg.norm(cross, axis=1).sum() / 2)
+    given = area_within(case.sheet.points[case.sheet.triangles], case.voxels.box)
+    segments = float((2 / 3 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) * at_middles).sum())
+    off = found - given
+    left = min(abs(off), abs(off + segments))
+    return {"area": found, "area_given": given, "area_off_pct": 100 * left / max(given, 1e-300)}
+
+
+def may_be_refused(case: Drawn, l_min: float) -> str | None:
+    """Return why the crack may be refused: it lies outside the material, or in or almost in a face."""
+    points, normals = samples(case.sheet)
+    box, reach = case.voxels.box, FACE_BAND * l_min
+    if not (material_depth(case.voxels, points) > 0).any():
+        return "outside the material"
+    front = np.concatenate([_dense(line, 0.25 * l_min) for line in case.sheet.fronts])
+    if not (material_depth(case.voxels, front) > 0).any():
+        return "no front in the material"
+    near_box = ((points >= box[0] - reach) & (points <= box[1] + reach)).all(axis=1)
+    for axis in range(3):
+        tilt = np.degrees(np.arccos(np.clip(np.abs(normals[:, axis]), 0, 1)))
+        for bound in box[:, axis]:
+            distance = np.abs(points[:, axis] - bound)
+            in_face = near_box & (distance < reach) & (tilt < ALONG_FACE)
+            if in_face.sum() > NEAR_SHARE * near_box.sum():
+                return "in a face"
+            if (near_box & (distance < l_min) & (tilt < FACE_TILT)).any():
+                return "tilted to a face by under 3 degrees"
+    return None

@@ -1,0 +1,103 @@
+"""One seed in a process of its own, under limits of time and memory: drawn, meshed, checked, judged."""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from cases import DATA
+
+JUDGE = DATA.parent / "judge" / "judge_inp.py"
+SCRIPT = Path(__file__).resolve().parents[1] / "random_cracks.py"
+TIME_LIMIT = 400.0  # s; a case takes 5 to 60
+MEMORY_LIMIT = 10.0  # GB of address space; the libraries alone take 4
+
+
+def run_apart(seed: int, judged: bool, keep: Path | None, time_limit: float) -> dict:
+    """Return the row of a seed, made by a process of its own; a crash or a hang is a row too."""
+    with tempfile.TemporaryDirectory() as scratch:
+        target = Path(scratch) / "row.json"
+        command = [sys.executable, str(SCRIPT), str(seed), str(seed), "--inside", str(target)]
+        command += ["--judge"] if judged else []
+        command += ["--keep", str(keep)] if keep else []
+        started = time.monotonic()
+        environment = os.environ | {"TMPDIR": scratch}
+        process = subprocess.Popen(
+            command,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        try:
+            output, _ = process.communicate(timeout=time_limit)
+            end = f"ended with code {process.returncode}"
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            output, _ = process.communicate()
+            end = f"no end within {time_limit:g} s"
+        row = json.loads(target.read_text()) if target.exists() else {"seed": seed}
+        if "outcome" not in row:
+            last = output.decode(errors="replace").strip().splitlines()[-3:]
+            row |= {"outcome": "crash", "message": " | ".join([end, *last]), "faults": {"crash": end}}
+        return row | {"seconds": round(time.monotonic() - started, 1)}
+
+
+def run_inside(seed: int, target: Path, judged: bool, keep: Path | None) -> None:
+    """Draw, mesh and check one seed in this process; write its row to `target`, what is drawn first."""
+    soft = int(MEMORY_LIMIT * 1e9)
+    resource.setrlimit(resource.RLIMIT_AS, (soft, resource.getrlimit(resource.RLIMIT_AS)[1]))
+    from trials.chain import run_chain, write_inputs
+    from trials.drawing import draw
+
+    case = draw(seed)
+    row: dict = {"seed": seed, "words": case.words, **case.kinds, "l_min": case.sizes.l_min}
+    row["sizes"] = [getattr(case.sizes, key) for key in ("l_min", "l0", "l_max", "r0", "r1", "gradation")]
+    target.write_text(json.dumps(row))
+    if keep is not None:
+        print("\n".join(write_inputs(case, keep)), flush=True)
+    with tempfile.TemporaryDirectory() as scratch:
+        made = run_chain(case, keep or Path(scratch))
+        row |= _checked(case, made)
+        if made.deck is not None and judged:
+            row |= judge(made.deck)
+    from trials.verdict import faults_of
+
+    row["faults"] = faults_of(row)
+    row["cpu_s"] = round(sum(sum(resource.getrusage(who)[:2]) for who in (0, -1)), 1)
+    target.write_text(json.dumps(row))
+
+
+def _checked(case, made) -> dict:
+    from trials.crack_checks import check_crack, check_inserted, may_be_refused
+    from trials.deck_file import read_deck
+    from trials.tet_checks import check_sizes, check_tets
+    from trials.wedges import check_wedges
+
+    l_min = float(case.sizes.l_min)
+    row = {"may_be_refused": may_be_refused(case, l_min), "warnings": list(made.warnings)}
+    if made.refusal is not None:
+        return row | {"outcome": "refusal", "stage": made.stage, "message": made.refusal}
+    deck = read_deck(made.deck)
+    return row | {
+        "outcome": "deck",
+        **check_crack(case, deck, l_min),
+        **check_inserted(case, made.inserted, l_min),
+        **check_wedges(made.inserted, made.gradated, made.sizing),
+        **check_tets(case, deck, made.inserted, made.gradated, made.sizing),
+        **check_sizes(made.gradated, made.sizing),
+    }
+
+
+def judge(deck: Path) -> dict:
+    """Return the faults that the external judge finds in a deck."""
+    done = subprocess.run([sys.executable, str(JUDGE), str(deck)], capture_output=True, text=True)
+    try:
+        return {"judged": json.loads(done.stdout)["faults"]}
+    except ValueError:
+        return {"judged": [f"the judge failed: {done.stderr.strip()[-200:]}"]}

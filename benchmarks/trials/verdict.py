@@ -1,0 +1,81 @@
+"""What is a fault: the limits of every check, in one place."""
+
+FRONT = 0.02  # l_min: front nodes off the given curve
+FACET = 0.05  # l_min: crack facets off the given surface
+AREA = 0.5  # percent of the given area within the box
+MISSING = 1.0  # l_min: the given front that is not there; a chord of two l_min on a tight bend is 0.5 off
+DRIFT_LARGE = 5.0  # percent, grains over 500 voxels
+GOAL = {"ar_under_5_pct": 99.95, "poor_pct": 0.01}
+# whose work mends it: the room of the package
+ROOM = {
+    "crash": "any",
+    "refused": "insertion",
+    "front": "front",
+    "front missing": "front",
+    "front set": "front",
+    "facets": "insertion",
+    "area": "insertion",
+    "wedge": "gradation",
+    "flat": "tetrahedra",
+    "inverted": "tetrahedra",
+    "volume": "gradation",
+    "conformity": "assembly",
+    "judge": "any",
+}
+
+
+def faults_of(row: dict) -> dict[str, str]:
+    """Return the faults of a row by check, each in a few words; an empty dict is a sound row."""
+    if row["outcome"] == "refusal":
+        wrong = row["may_be_refused"] is None
+        return {"refused": f"{row['stage']}: {row['message']}"} if wrong else {}
+    found: dict[str, str] = {}
+    if not row["front_edges"]:
+        found["front missing"] = "no front in the deck"
+    else:
+        found |= _crack_faults(row)
+    if row["wedges_made"]:
+        found["wedge"] = (
+            f"{row['wedges_made']} made, {row['made_wedge']:.2f} degrees from {row['made_from']:.2f} "
+            f"in grain {row['made_in']} at {row['made_at']}"
+        )
+    if row["flat_unforced"]:
+        low, high, shape = row["flat_worst"]
+        found["flat"] = (
+            f"{row['flat_unforced']} unforced, worst {low:.2f}/{high:.2f} degrees, shape {shape:.4f} in "
+            f"grain {row['flat_in']} at {row['flat_at']}; wedges there: input {row['flat_wedges'][0]:.1f}, "
+            f"gradated {row['flat_wedges'][1]:.1f}"
+        )
+    if row["inverted"]:
+        found["inverted"] = f"{row['inverted']} tets of no volume"
+    if row["drift_large_pct"] > DRIFT_LARGE or row["grains_lost"] or row["grains_unknown"]:
+        found["volume"] = f"drift {row['drift_large_pct']:.2f} %, {row['grains_lost']} grains lost"
+    keys = ("faces_over_two", "free_faces_unnamed", "named_faces_not_free", "lips_unpaired", "nodes_unused")
+    torn = {key: row[key] for key in keys if row[key]}
+    if torn:
+        found["conformity"] = ", ".join(f"{key} {value}" for key, value in torn.items())
+    if row.get("judged"):
+        found["judge"] = "; ".join(row["judged"])
+    return found
+
+
+def _crack_faults(row: dict) -> dict[str, str]:
+    found = {}
+    if row["front_node"] > FRONT:
+        where = " on the box" if row["front_node_on_box"] else ""
+        found["front"] = f"node {row['front_node']:.3f} l_min off at {row['front_node_at']}{where}"
+    if row["front_missing"] > MISSING:
+        found["front missing"] = f"given front {row['front_missing']:.2f} l_min from the deck's"
+    if row["front_set_off"]:
+        found["front set"] = f"{row['front_set_off']} nodes differ between CRACK_FRONT and where lips meet"
+    off = max(row["facet"], row["facet_node"])
+    if off > FACET:
+        which = "facet_node" if row["facet_node"] > FACET else "facet"
+        before = max(row["inserted_facet"], row["inserted_facet_node"])
+        what = f"{which.replace('_', ' ')} {row[which]:.3f} l_min off the sheet at {row[f'{which}_at']}"
+        found["facets"] = f"{what}; {before:.3f} as inserted"
+    if row["area_off_pct"] is not None and row["area_off_pct"] > AREA:
+        found["area"] = (
+            f"{row['area']:.6g} instead of {row['area_given']:.6g}, {row['area_off_pct']:.2f} % off"
+        )
+    return found
