@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from craftmesh.commands.whole_model_step import complete_mesh
+from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import GivenSurface, crack_of_increment
 from craftmesh.deck.write_deck import DeckOptions, write_deck
@@ -56,6 +57,7 @@ def _run(case: Drawn, folder: Path, made: Made) -> None:
     fronts = case.sheet.fronts if case.with_front else ()
     given = None if case.prescribed else GivenSurface(case.sheet.points, case.sheet.triangles, fronts)
     crack = crack_of_increment(options, 0, case.voxels.box, given)
+    refuse_along_faces(crack, case.voxels.box, float(case.sizes.l_min or 0))
     write_crack(folder / "crack.vtp", crack)
     made.stage = "stitch"
     defects = Defects(tuple(crack.points[front] for front in crack.fronts))
@@ -122,11 +124,12 @@ def write_inputs(case: Drawn, folder: Path) -> list[str]:
     sizes = " ".join(f"--{k.replace('_', '-')} {v!r}" for k, v in given.items() if v is not None)
     quarter = " --quarter-points" if case.quarter_points else ""
     front = f"--front crack.vtp {sizes}"
+    lengths = f"--l-min {case.sizes.l_min!r} --l0 {case.sizes.l0!r}"
     deck = f"--element {case.element}{quarter}"
     return [
         f"cd {folder}",
         "craftmesh remesh labels.npz -o remeshed.vtp",
-        f"craftmesh crack labels.npz {crack} -o crack.vtp",
+        f"craftmesh crack labels.npz {crack} {lengths} -o crack.vtp",
         f"craftmesh stitch remeshed.vtp --crack crack.vtp {sizes} -o surface.vtp",
         f"craftmesh gradate surface.vtp {front} -o gradated.vtp",
         f"craftmesh tetrahedralize gradated.vtp --islands islands.json {front} -o volume.vtu",

@@ -13,6 +13,7 @@ FACE_BAND = 0.2  # l_min: a crack this near a face over a part of its area may b
 FACE_TILT = 3.0  # degrees between crack and face at the mouth, below which it may be refused
 ALONG_FACE = 20.0  # degrees: what is steeper than this to a face only ends on it
 NEAR_SHARE = 0.01  # of the crack's area in the box that counts as a part of it
+AT_FRONT = 0.3  # l_min: nodes of the crack's rim this near the given front are meant to be on it
 VOID_ROOM = 1.75  # voxels from voids and the outside within which voxels do not tell where material is
 
 
@@ -90,10 +91,17 @@ def material_depth(voxels: Voxels, points: np.ndarray) -> np.ndarray:
 
 
 def check_inserted(case: Drawn, inserted: Surface, l_min: float) -> dict:
-    """Return how far the crack facets are from the given sheet before gradation, in l_min."""
+    """Return how far crack facets and front are from the given ones before gradation, in l_min."""
     facets = inserted.facets[inserted.kind == CRACK]
     off = facets_off(case.sheet, inserted.points, facets, l_min)
-    return {f"inserted_{key}": value for key, value in off.items()}
+    edges = np.sort(np.concatenate([facets[:, [0, 1]], facets[:, [1, 2]], facets[:, [2, 0]]]), axis=1)
+    edges, count = np.unique(edges, axis=0, return_counts=True)
+    rim = np.unique(edges[count == 1])
+    front = to_polylines(inserted.points[rim], case.sheet.fronts) / l_min
+    near = front[front < AT_FRONT]
+    return {f"inserted_{key}": value for key, value in off.items()} | {
+        "inserted_front_node": float(near.max(initial=0.0))
+    }
 
 
 def facets_off(sheet: Sheet, points: np.ndarray, triangles: np.ndarray, l_min: float) -> dict:

@@ -41,11 +41,22 @@ def run_apart(seed: int, judged: bool, keep: Path | None, time_limit: float) -> 
             os.killpg(process.pid, signal.SIGKILL)
             output, _ = process.communicate()
             end = f"no end within {time_limit:g} s"
+        if keep is not None:
+            print(output.decode(errors="replace"))
         row = json.loads(target.read_text()) if target.exists() else {"seed": seed}
         if "outcome" not in row:
             last = output.decode(errors="replace").strip().splitlines()[-3:]
             row |= {"outcome": "crash", "message": " | ".join([end, *last]), "faults": {"crash": end}}
-        return row | {"seconds": round(time.monotonic() - started, 1)}
+        return row | {"seconds": round(time.monotonic() - started, 1), "commit": commit()}
+
+
+def commit() -> str | None:
+    """Return the short name of the checkout's commit; None without git."""
+    words = ["git", "-C", str(SCRIPT.parent), "rev-parse", "--short", "HEAD"]
+    try:
+        return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None
 
 
 def run_inside(seed: int, target: Path, judged: bool, keep: Path | None) -> None:

@@ -64,6 +64,7 @@ def _crack_faults(row: dict) -> dict[str, str]:
     if row["front_node"] > FRONT:
         where = " on the box" if row["front_node_on_box"] else ""
         found["front"] = f"node {row['front_node']:.3f} l_min off at {row['front_node_at']}{where}"
+        found["front"] += f"; {row['inserted_front_node']:.3f} as inserted"
     if row["front_missing"] > MISSING:
         found["front missing"] = f"given front {row['front_missing']:.2f} l_min from the deck's"
     if row["front_set_off"]:
