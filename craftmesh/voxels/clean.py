@@ -1,7 +1,7 @@
 """Cleaning of a labelled volume: afterwards every voxel is of a grain, of an enclosed void, or outside.
 
-The order: unindexed voxels are filled, empty ones numbered as voids, islands of few voxels absorbed, grains
-in several pieces split.
+The order: unindexed voxels are filled, empty ones numbered as voids, islands of few voxels absorbed, grain
+boundaries smoothed, grains in several pieces split.
 """
 
 from collections.abc import Callable
@@ -16,20 +16,28 @@ from craftmesh.progress import silent
 from craftmesh.types import Voxels
 from craftmesh.voxels.absorb import absorb_small_pieces
 from craftmesh.voxels.raw_volume import RawVolume, as_raw
+from craftmesh.voxels.smoothing import smooth_boundaries
 from craftmesh.voxels.voxel_graph import Pieces, find_pieces, pieces_per_grain
 
 _SMALLEST_LISTED = 10
+# Roughness over which the report names smoothing_rounds. Measured: generated grains 0.01, elongated ones on
+# anisotropic voxels 0.03, grains of four voxels across 0.04; one voxel in ten shuffled 0.06, two 0.11;
+# measured aluminium (LabDCT) 0.10, steel 0.02.
+ROUGH = 0.06
 
 
 @dataclass(frozen=True)
 class CleanOptions(Options):
-    """What to do with unindexed voxels, islands of few voxels, and grains in pieces."""
+    """What to do with unindexed voxels, islands of few voxels, rough boundaries, and grains in pieces."""
 
     fill_unindexed: bool = option(False, "give voxels without a grain to the grains around them")
     min_island_voxels: int = option(
         0,
         "absorb connected pieces of fewer voxels, small grains and voids included, into a neighbour",
         at_least=0,
+    )
+    smoothing_rounds: int = option(
+        0, "rounds of curvature flow that smooth noisy grain boundaries, volumes kept", at_least=0
     )
     split_pieces: bool = option(
         False, "make each disconnected piece of a grain a grain of its own, with ids after the largest"
@@ -62,6 +70,11 @@ def clean(
     if report["absorbed_pieces"]:
         labels = number_voids(new_label[pieces.of])
         pieces = find_pieces(labels)
+    progress(0.6, "smooth grain boundaries")
+    labels, smoothing = smooth_boundaries(labels, raw.voxels.spacing, options.smoothing_rounds)
+    report |= smoothing
+    if report["smoothed_voxels"]:
+        pieces = find_pieces(labels)
     progress(0.8, "pieces of grains")
     report["grains_in_pieces"] = {str(k): n for k, n in pieces_per_grain(pieces).items()}
     parents: dict[int, int] = {}
@@ -69,7 +82,17 @@ def clean(
         labels, parents = split_pieces(pieces, int(raw.voxels.labels.max()))
     _check_grains(labels, options)
     report |= _census(labels, raw, parents)
+    report["notes"] += _rough(report["roughness"], options)
     return _with_labels(raw.voxels, labels, parents), report
+
+
+def _rough(roughness: float, options: CleanOptions) -> list[str]:
+    if roughness <= ROUGH or options.smoothing_rounds:
+        return []
+    return [
+        f"grain boundaries are rough: {100 * roughness:.0f}% of their area is steps and specks, expected "
+        f"at most {100 * ROUGH:.0f}%; smoothing_rounds 2 takes them away and keeps the grains' volumes"
+    ]
 
 
 def _filled(raw: RawVolume, options: CleanOptions) -> tuple[np.ndarray, dict]:

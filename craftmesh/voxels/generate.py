@@ -1,4 +1,4 @@
-"""Synthetic polycrystals: Voronoi or Laguerre grains, enclosed voids, embedded grains."""
+"""Synthetic polycrystals: Voronoi or Laguerre grains, laths, enclosed voids, embedded grains, noise."""
 
 import math
 from collections.abc import Sequence
@@ -12,6 +12,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.orientation import random_orientations
 from craftmesh.options import Options, option
 from craftmesh.types import Voxels
+from craftmesh.voxels.noise import shuffle_boundaries, stray_offsets
 
 _CLEARANCE = 2.0  # voxels between a void and the box, or another void or embedded grain
 _SMALLEST_RADIUS = 1.5  # voxels; smaller bodies are specks that cleaning absorbs
@@ -37,6 +38,16 @@ class GenerateOptions(Options):
     columnar_ratio: float = option(
         1.0, "length of the grains along columnar_axis over their width", above=0
     )
+    lath_ratio: float = option(
+        1.0, "width of the grains over their thickness, along the axis that follows columnar_axis", above=0
+    )
+    raggedness: float = option(
+        0.0, "how far grain boundaries stray from their cells, root mean square", "voxels", at_least=0
+    )
+    shuffled: float = option(
+        0.0, "chance of each voxel to take the grain of a random neighbour", at_least=0, at_most=1
+    )
+    shuffle_rounds: int = option(1, "how often the voxels are shuffled", at_least=0)
     voids: int = option(0, "number of enclosed spherical voids", at_least=0)
     void_radius: float = option(3.0, "radius of the voids", "model units", above=0)
     embedded_grains: int = option(0, "grains wholly inside another grain, one each", at_least=0)
@@ -55,16 +66,19 @@ class GenerateOptions(Options):
 def generate(options: GenerateOptions = GenerateOptions()) -> Voxels:  # noqa: B008
     """Return a polycrystal: grains 1..n, then embedded grains, then both of each pair; voids -1, -2, ...
 
-    Orientations are uniform; phase 1 throughout. The same options give the same voxels. Raises
+    Orientations are uniform; phase 1 throughout. The same options give the same voxels. Shuffled voxels
+    may leave grains in pieces, and tiny grains without a voxel: `clean` such volumes. Raises
     CraftmeshError for options out of range, and where no room is left for a void or an embedded grain.
     """
-    rng_cells, rng_embedded, rng_voids, rng_orientations = (
-        np.random.default_rng(sequence) for sequence in np.random.SeedSequence(options.seed).spawn(4)
+    rng_cells, rng_embedded, rng_voids, rng_orientations, rng_ragged, rng_shuffled = (
+        np.random.default_rng(sequence) for sequence in np.random.SeedSequence(options.seed).spawn(6)
     )
-    labels = _cells(options, rng_cells)
+    labels = _cells(options, rng_cells, rng_ragged)
     _embed(labels, options, rng_embedded)
     count = int(labels.max())
     _carve_voids(labels, options, rng_voids)
+    if options.shuffled:
+        shuffle_boundaries(labels, options.shuffled, options.shuffle_rounds, rng_shuffled)
     orientations = np.vstack([np.full((1, 4), np.nan), random_orientations(count, rng_orientations)])
     phases = np.minimum(np.arange(count + 1), 1)
     place = np.array(options.spacing, float), np.array(options.origin, float)
@@ -84,15 +98,19 @@ def _grid(axes: list[np.ndarray]) -> np.ndarray:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
 
-def _cells(options: GenerateOptions, rng: np.random.Generator) -> np.ndarray:
-    """Return labels 1..grains of the cells of a power diagram of random seeds.
+def _cells(
+    options: GenerateOptions, rng: np.random.Generator, rng_ragged: np.random.Generator
+) -> np.ndarray:
+    """Return labels 1..grains of the cells of a power diagram of random seeds, ragged where asked for.
 
     The power distance |x - s|^2 - w is the distance to the seed lifted by sqrt(max w - w) along a fourth
     axis. Source: Aurenhammer, SIAM J. Comput. 16 (1987).
     """
     size = np.array(options.shape) * options.spacing
     stretch = np.ones(3)
-    stretch["xyz".index(options.columnar_axis)] = 1 / options.columnar_ratio
+    along = "xyz".index(options.columnar_axis)
+    stretch[along] = 1 / options.columnar_ratio
+    stretch[(along + 1) % 3] = options.lath_ratio
     axes = [(np.arange(n) + 0.5) * h * k for n, h, k in zip(options.shape, options.spacing, stretch)]
     points = _grid(axes).reshape(-1, 3)
     seeds = rng.random((options.grains, 3)) * size * stretch
@@ -105,6 +123,10 @@ def _cells(options: GenerateOptions, rng: np.random.Generator) -> np.ndarray:
             count = np.bincount(cell, minlength=options.grains)
             sums = np.stack([np.bincount(cell, points[:, i], options.grains) for i in range(3)], axis=1)
             seeds = np.where(count[:, None] > 0, sums / np.maximum(count, 1)[:, None], seeds)
+    if options.raggedness:
+        strayed = stray_offsets(options.shape, np.array(options.spacing), options.raggedness, rng_ragged)
+        lifted[:, :3] += strayed.reshape(-1, 3) * stretch
+        cell = cKDTree(np.column_stack([seeds, lift])).query(lifted)[1]
     return (cell + 1).astype(np.int32).reshape(options.shape)
 
 
