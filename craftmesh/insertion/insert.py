@@ -9,12 +9,13 @@ from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
 from craftmesh.insertion.kernels.planar import Planar
+from craftmesh.insertion.onto_front import snap_ends, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.patch import refine, smooth_points, split_front_chords, triangulate
 from craftmesh.insertion.pierce import FrontChain, chain, conflicts, inside_traces, pierce, split_chords
 from craftmesh.insertion.regions import labels_of_regions, regions_of
 from craftmesh.insertion.sheet import Sheet, sheet_of
-from craftmesh.insertion.snap import snap_ends, snap_to_crack, snap_to_front, spread_front
+from craftmesh.insertion.snap import snap_to_crack
 from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.connectivity import compact, unique_edges
