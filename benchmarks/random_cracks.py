@@ -59,7 +59,20 @@ def main() -> None:
     summary = markdown(rows)
     print(f"\n{summary}")
     if arguments.markdown:
-        arguments.markdown.write_text(summary)
+        arguments.markdown.write_text(heading(rows) + summary)
+
+
+def heading(rows: list[dict]) -> str:
+    """Return what stands above the tables of the summary in a page of the documentation."""
+    commits = ", ".join(sorted({row.get("commit") or "unknown" for row in rows}))
+    seeds = sorted(row["seed"] for row in rows)
+    lines = [
+        "# Random cracks\n",
+        f"What `benchmarks/random_cracks.py` found with {len(rows)} seeds, {seeds[0]} to {seeds[-1]},",
+        f"at {commits}.",
+        "How cases are drawn and what is a fault: [benchmarks](../benchmarks/README.md#random-cracks).\n\n",
+    ]
+    return "\n".join(lines)
 
 
 def known_rows(path: Path | None) -> list[dict]:

@@ -10,7 +10,8 @@ from trials.verdict import GOAL, ROOM
 FIGURES = {
     "front_node": ("front node off, l_min", 1),
     "front_middle": ("front edge's middle off, l_min", 1),
-    "facet": ("crack facet off, l_min", 1),
+    "facet_node": ("crack node off, l_min", 1),
+    "facet": ("crack facet's middle off, l_min", 1),
     "area_off_pct": ("crack area off, %", 1),
     "wedge_after": ("least wedge, degrees", -1),
     "dihedral_min": ("least dihedral, degrees", -1),

@@ -1,7 +1,7 @@
 """What is a fault: the limits of every check, in one place."""
 
 FRONT = 0.02  # l_min: front nodes off the given curve
-FACET = 0.05  # l_min: crack facets off the given surface
+FACET = 0.05  # l_min: nodes of the crack, and middles of its facets and edges, off the given surface
 AREA = 0.5  # percent of the given area within the box
 MISSING = 1.0  # l_min: the given front that is not there; a chord of two l_min on a tight bend is 0.5 off
 DRIFT_LARGE = 5.0  # percent, grains over 500 voxels
@@ -13,6 +13,7 @@ ROOM = {
     "front": "front",
     "front missing": "front",
     "front set": "front",
+    "crack nodes": "gradation",
     "facets": "insertion",
     "area": "insertion",
     "wedge": "gradation",
@@ -69,12 +70,10 @@ def _crack_faults(row: dict) -> dict[str, str]:
         found["front missing"] = f"given front {row['front_missing']:.2f} l_min from the deck's"
     if row["front_set_off"]:
         found["front set"] = f"{row['front_set_off']} nodes differ between CRACK_FRONT and where lips meet"
-    off = max(row["facet"], row["facet_node"])
-    if off > FACET:
-        which = "facet_node" if row["facet_node"] > FACET else "facet"
-        before = max(row["inserted_facet"], row["inserted_facet_node"])
-        what = f"{which.replace('_', ' ')} {row[which]:.3f} l_min off the sheet at {row[f'{which}_at']}"
-        found["facets"] = f"{what}; {before:.3f} as inserted"
+    for check, key in (("crack nodes", "facet_node"), ("facets", "facet")):
+        if row[key] > FACET:
+            where, before = row[f"{key}_at"], row[f"inserted_{key}"]
+            found[check] = f"{row[key]:.3f} l_min off the sheet at {where}; {before:.3f} as inserted"
     if row["area_off_pct"] is not None and row["area_off_pct"] > AREA:
         found["area"] = (
             f"{row['area']:.6g} instead of {row['area_given']:.6g}, {row['area_off_pct']:.2f} % off"
