@@ -3,14 +3,16 @@
 from craftmesh.jit import kernel
 from craftmesh.tetrahedra.kernels.tet_aspect_swaps import remove_edge_for_aspect
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, find_ring, find_star, worst_of
-from craftmesh.tetrahedra.kernels.tet_cavity_insertion import INSERTION_GAIN, insert_in_cavity
+from craftmesh.tetrahedra.kernels.tet_cavity_filling import insert_in_cavity, join_in_cavity
 from craftmesh.tetrahedra.kernels.tet_insertion import CLIMB_STEPS, contract, insert_on_edge
-from craftmesh.tetrahedra.kernels.tet_quality import POOR, Aim
+from craftmesh.tetrahedra.kernels.tet_quality import Aim
 from craftmesh.tetrahedra.kernels.tet_smoothing import smooth_aspect, smooth_worst
 from craftmesh.tetrahedra.kernels.tet_swaps import GAIN, remove_edge, remove_face
 
 # What `work.done` counts.
-MOVES, EDGE_REMOVALS, FACE_REMOVALS, CONTRACTIONS, INSERTIONS = range(5)
+MOVES, EDGE_REMOVALS, FACE_REMOVALS, CONTRACTIONS, INSERTIONS, JOINS = range(6)
+# The worst quality has to rise by this much: an insertion costs elements. Chosen by hand.
+INSERTION_GAIN = 0.01
 
 
 @kernel
@@ -100,6 +102,19 @@ def _insert_any(state, t, measure, work):
 
 
 @kernel
+def _refill(state, t, measure, work):
+    """Try to fill a cavity with tet t anew, from a node nearby, else from a new point."""
+    if join_in_cavity(state, t, Aim(measure, state.quality[t] + GAIN), work):
+        work.done[JOINS] += 1
+        return True
+    node = insert_in_cavity(state, t, Aim(measure, state.quality[t] + INSERTION_GAIN), work)
+    if node >= 0:
+        work.done[INSERTIONS] += 1
+        smooth_worst(state, node, Aim(measure, 1.0), CLIMB_STEPS, work)
+    return node >= 0
+
+
+@kernel
 def repair_pass(state, aim, order, inserts, touched, work):
     """Repair the tets in `order` (worst first) that are under the floor by the first means that helps.
 
@@ -118,5 +133,5 @@ def repair_pass(state, aim, order, inserts, touched, work):
             or _contract_any(state, aim.measure, work)
         ):
             continue
-        if inserts and not _insert_any(state, t, aim.measure, work) and state.quality[t] < POOR:
-            work.done[INSERTIONS] += insert_in_cavity(state, t, aim.measure, work) >= 0
+        if inserts and not _insert_any(state, t, aim.measure, work):
+            _refill(state, t, aim.measure, work)

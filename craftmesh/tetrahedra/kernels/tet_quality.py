@@ -11,16 +11,19 @@ import numpy as np
 from craftmesh.jit import kernel
 
 # Measures of quality: see `quality_at`.
-VOLUME_LENGTH, SOUND, ANGLES = range(3)
+VOLUME_LENGTH, SOUND, FORM = range(3)
 INVERTED = 1e300
 # Below this volume-length quality a tet counts as flat.
 FLAT = 1e-9
 ROOT2 = np.sqrt(2.0)
-# A tet of less quality by SOUND or ANGLES counts as poor here. This is RATIO_SCALE / 5, over sin 10 deg,
-# .1736, and half of sin 160 deg, .1710: no better tet has an angle that is poor by `mesh/poor`, or an
-# aspect ratio over 5.
+# A tet of less quality by SOUND or FORM counts as poor here. This is RATIO_SCALE / 5, over sin 10 deg,
+# .1736, and half of sin 160 deg, .1710, and FACTOR_SCALE times .02: no better tet is poor by `mesh/poor`,
+# and by SOUND none has an aspect ratio over 5.
 POOR = 0.174
 RATIO_SCALE = 0.87
+FACTOR_SCALE = 8.7
+# The shape factor is V / (8 sqrt3 / 27 R^3): with R = around / (24 V), this times (24 V)^4 / around^3.
+FACTOR_OF_FOURTH = 27.0 / (24.0 * 8.0 * np.sqrt(3.0))
 # What an operation is judged by: a measure of quality, and the value to exceed or, in passes, to reach.
 Aim = namedtuple("Aim", "measure floor")
 
@@ -33,12 +36,23 @@ def _sine(volume6, length2, area_i, area_j, cosine):
 
 
 @kernel
+def _shape_factor(volume6, products):
+    """Volume over that of the regular tet with the same circumsphere, from squares of opposite edges."""
+    x, y, z = np.sqrt(products[0]), np.sqrt(products[1]), np.sqrt(products[2])
+    # 24 R V, squared (Crelle's formula)
+    around2 = (x + y + z) * (x + y - z) * (x - y + z) * (y + z - x)
+    volume24 = 4.0 * volume6
+    return FACTOR_OF_FOURTH * volume24**4 / (around2 * np.sqrt(around2)) if around2 > 0.0 else 0.0
+
+
+@kernel
 def quality_at(points, a, b, c, x, y, z, measure):
     """Quality of the tet a, b, c, (x, y, z): 1 is regular, <= 0 flat or inverted.
 
-    VOLUME_LENGTH: 6 sqrt2 V / l_rms^3. ANGLES: the least of the sines of acute dihedral angles and half
-    the sines of obtuse ones; at .174 and over, all angles lie in 10..160 degrees. SOUND: that or
-    .87 h_min / l_max, whichever is less; at .174 and over, the aspect ratio is below 5 as well.
+    VOLUME_LENGTH: 6 sqrt2 V / l_rms^3. Angles: the least of the sines of acute dihedral angles and half
+    the sines of obtuse ones; at .174 and over, all lie in 10..160 degrees. SOUND: that or
+    .87 h_min / l_max, whichever is less; at .174 and over, the aspect ratio is below 5 as well. FORM:
+    angles or 8.7 times the shape factor (volume over the regular tet's with the same circumsphere).
     """
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
@@ -70,8 +84,8 @@ def quality_at(points, a, b, c, x, y, z, measure):
         _sine(volume6, bd, area_a, area_c, ax * cx + ay * cy + az * cz),
         _sine(volume6, cd, area_a, area_b, ax * bx + ay * by + az * bz),
     )
-    if measure == ANGLES:
-        return angles
+    if measure == FORM:
+        return min(angles, FACTOR_SCALE * _shape_factor(volume6, (ab * cd, ac * bd, ad * bc)))
     longest = max(ab, ac, ad, bc, bd, cd)
     return min(angles, RATIO_SCALE * volume6 / (max(area_a, area_b, area_c, area_d) * np.sqrt(longest)))
 
