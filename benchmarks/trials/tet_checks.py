@@ -88,7 +88,23 @@ def _flat(
         "flat_at": np.round(places[worst], 4).tolist(),
         "flat_in": int(deck.grain[row]),
         "flat_wedges": [float(min(by[name][worst], 180)) for name in ("input", "surface")],
+        "flat_facet": _least_facet_angle(gradated, deck.points[deck.corners[row]]),
     }
+
+
+def _least_facet_angle(surface: Surface, corners: np.ndarray) -> float:
+    """Return the least angle of the surface's facets that have a corner where a tet (4, 3) has one."""
+    near = np.ptp(corners, axis=0).max() * 1e-6
+    own = np.zeros(len(surface.points), bool)
+    for corner in corners:
+        own |= np.abs(surface.points - corner).max(axis=1) < near
+    facets = surface.points[surface.facets[own[surface.facets].any(axis=1)]]
+    if not len(facets):
+        return 180.0
+    side = np.roll(facets, -1, axis=1) - facets
+    back = -np.roll(side, 1, axis=1)
+    cross = np.linalg.norm(np.cross(side, back), axis=2)
+    return float(np.degrees(np.arctan2(cross, np.einsum("ijk,ijk->ij", side, back))).min())
 
 
 def _volumes(case: Drawn, deck: DeckFile, volume: np.ndarray) -> dict:

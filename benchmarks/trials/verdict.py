@@ -10,6 +10,7 @@ GOAL = {"ar_under_5_pct": 99.95, "poor_pct": 0.01}
 ROOM = {
     "crash": "any",
     "refused": "insertion",
+    "refused late": "cracks",
     "front": "front",
     "front missing": "front",
     "front set": "front",
@@ -28,8 +29,10 @@ ROOM = {
 def faults_of(row: dict) -> dict[str, str]:
     """Return the faults of a row by check, each in a few words; an empty dict is a sound row."""
     if row["outcome"] == "refusal":
-        wrong = row["may_be_refused"] is None
-        return {"refused": f"{row['stage']}: {row['message']}"} if wrong else {}
+        said = f"{row['stage']}: {row['message']}"
+        if row["may_be_refused"] is None:
+            return {"refused": said}
+        return {"refused late": f"{row['may_be_refused']}, {said}"} if row["stage"] != "crack" else {}
     found: dict[str, str] = {}
     if not row["front_edges"]:
         found["front missing"] = "no front in the deck"
@@ -45,7 +48,7 @@ def faults_of(row: dict) -> dict[str, str]:
         found["flat"] = (
             f"{row['flat_unforced']} unforced, worst {low:.2f}/{high:.2f} degrees, shape {shape:.4f} in "
             f"grain {row['flat_in']} at {row['flat_at']}; wedges there: input {row['flat_wedges'][0]:.1f}, "
-            f"gradated {row['flat_wedges'][1]:.1f}"
+            f"gradated {row['flat_wedges'][1]:.1f}; least angle of the facets at it {row['flat_facet']:.1f}"
         )
     if row["inverted"]:
         found["inverted"] = f"{row['inverted']} tets of no volume"
