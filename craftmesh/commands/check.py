@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from craftmesh.commands.stage_io import existing, read_json, write_json
+from craftmesh.commands.stage_io import existing, read_json, warn, write_json
 from craftmesh.errors import CraftmeshError
 
 
@@ -39,9 +39,13 @@ def check_mesh(file: Path, arguments: argparse.Namespace) -> list[str]:
     from craftmesh.io.npz import read_labels
     from craftmesh.io.vtk import read_tets
     from craftmesh.mesh.check_tets import check_tets
+    from craftmesh.mesh.flat_tets import flat_sentence, flat_tets
 
     mesh = read_tets(file)
     breaches = check_tets(mesh)
+    flat = flat_sentence(flat_tets(mesh))
+    if flat:
+        warn(flat)
     if arguments.quality:
         from craftmesh.mesh.quality import quality
 

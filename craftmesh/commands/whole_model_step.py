@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.commands.stage_io import warn
+from craftmesh.mesh.flat_tets import flat_sentence, flat_tets
 from craftmesh.progress import ProgressLine
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.tetrahedra.fallback import Completion, completed
@@ -25,4 +26,7 @@ def complete_mesh(
     if whole.warning:
         warn(whole.warning)
     mesh, report = assemble(whole.surface, whole.grain_tets)
+    flat = flat_sentence(flat_tets(mesh))
+    if flat:
+        warn(flat)
     return mesh, report | {"meshing": with_counts(record, whole.whole_model)}

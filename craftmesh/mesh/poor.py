@@ -1,4 +1,4 @@
-"""What counts as a poor element: what Abaqus' analysis checks warn of (paper, section 4)."""
+"""What counts as a poor element: what Abaqus' analysis checks warn of (paper, section 4); and as flat."""
 
 import numpy as np
 
@@ -6,6 +6,9 @@ LEAST_SHAPE_FACTOR = 0.02
 # Dihedral angles in degrees.
 LEAST_DIHEDRAL = 10.0
 LARGEST_DIHEDRAL = 160.0
+# A flat element is so poor that its stresses mean nothing: it is named with its place.
+FLAT_SHAPE_FACTOR = 0.005
+FLAT_DIHEDRALS = (5.0, 172.0)
 
 
 def poor_parts(measures: np.ndarray) -> dict[str, np.ndarray]:
@@ -21,3 +24,9 @@ def poor_parts(measures: np.ndarray) -> dict[str, np.ndarray]:
 def is_poor(measures: np.ndarray) -> np.ndarray:
     """Return (m,) bool: elements that are poor for any reason, from `shape_measures` (m, 5)."""
     return np.logical_or.reduce(list(poor_parts(measures).values()))
+
+
+def is_flat(measures: np.ndarray) -> np.ndarray:
+    """Return (m,) bool: elements that are flat, from `shape_measures` (m, 5)."""
+    low, high, factor = measures[:, 2], measures[:, 3], measures[:, 4]
+    return (factor < FLAT_SHAPE_FACTOR) | (low < FLAT_DIHEDRALS[0]) | (high > FLAT_DIHEDRALS[1])

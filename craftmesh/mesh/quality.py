@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from craftmesh.mesh.flat_tets import flat_tets
 from craftmesh.mesh.front import front_frames
 from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
@@ -20,7 +21,7 @@ def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
     Aspect ratio: longest edge over smallest altitude, as TetGen. Poor elements: see
     `mesh/poor`. `jacobian_not_positive` counts the elements with a Jacobian <= 0 at an integration point
     (4-node elements and straight 10-node ones: with a volume <= 0). With voxels, `volume_drift` compares
-    each grain's volume with its voxels'.
+    each grain's volume with its voxels'. `flat`: see `flat_tets`.
     """
     corners = np.ascontiguousarray(mesh.tets[:, :4])
     measures = shape_measures(mesh.points, corners)
@@ -38,6 +39,7 @@ def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
         **{f"poor_{name}_pct": _percent(poor) for name, poor in poor_parts(measures).items()},
         "dihedral_min": float(low.min()),
         "dihedral_max": float(high.max()),
+        "flat": flat_tets(mesh),
         "histograms": {
             "aspect_ratio": _histogram(aspect, _ASPECT_EDGES),
             "dihedral_min": _histogram(low, _ANGLE_EDGES),

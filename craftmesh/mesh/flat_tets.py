@@ -1,0 +1,101 @@
+"""Flat elements of a mesh, with their places, and whether a sharp wedge of the grain forces them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from craftmesh.mesh.kernels.shape_measures import shape_measures
+from craftmesh.mesh.poor import FLAT_DIHEDRALS, FLAT_SHAPE_FACTOR, is_flat
+from craftmesh.types import TetMesh
+
+# Elements that are named at most, the flattest first.
+MAX_NAMED = 100
+_EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
+
+
+def flat_tets(mesh: TetMesh) -> dict:
+    """Return what quality.json says of flat elements (`mesh/poor`): `count`, `forced` and `places`.
+
+    Each place has the grain, the centre, the smallest and largest dihedral angle in degrees, the shape
+    factor and the sharpest wedge of the grain, in degrees, at an edge of the element (None without one on
+    the grain's surface or the crack). A wedge under 5 degrees forces the element; `forced` counts these
+    among the places, of which there are at most 100, the flattest first.
+    """
+    corners = np.ascontiguousarray(mesh.tets[:, :4])
+    measures = shape_measures(mesh.points, corners)
+    flat = np.flatnonzero(is_flat(measures))
+    named = flat[np.argsort(measures[flat, 2], kind="stable")][:MAX_NAMED]
+    round_nodes = _tets_round(corners, np.unique(corners[named]))
+    places = []
+    for t in named.tolist():
+        angles = [_wedge(mesh.points, corners, mesh.grain, round_nodes, t, edge) for edge in _EDGES]
+        places.append(
+            {
+                "grain": int(mesh.grain[t]),
+                "centre": [round(float(x), 6) for x in mesh.points[corners[t]].mean(axis=0)],
+                "dihedrals": [round(float(angle), 2) for angle in measures[t, 2:4]],
+                "shape_factor": float(measures[t, 4]),
+                "wedge": min((round(angle, 2) for angle in angles if angle is not None), default=None),
+            }
+        )
+    return {"count": len(flat), "forced": sum(map(_is_forced, places)), "places": places}
+
+
+def flat_sentence(flat: dict) -> str | None:
+    """Return one line on the flat elements of `flat_tets`: how many, why, and where; None without any."""
+    if not flat["count"]:
+        return None
+    low, high = FLAT_DIHEDRALS
+    where = "; ".join(
+        f"grain {one['grain']}, ({', '.join(f'{x:.4g}' for x in one['centre'])}), "
+        f"{one['dihedrals'][0]:g}..{one['dihedrals'][1]:g} degrees"
+        for one in flat["places"][:3]
+    )
+    return (
+        f"{flat['count']} elements are flat (a dihedral angle under {low:g} or over {high:g} degrees or a "
+        f"shape factor under {FLAT_SHAPE_FACTOR:g}), {flat['forced']} of them in wedges "
+        f"of the surface under {low:g} degrees: {where}; quality.json names their places under flat"
+    )
+
+
+def _is_forced(place: dict) -> bool:
+    return place["wedge"] is not None and place["wedge"] < FLAT_DIHEDRALS[0]
+
+
+def _tets_round(corners: np.ndarray, nodes: np.ndarray) -> dict[int, set[int]]:
+    """Return the tets at each of the nodes."""
+    wanted = np.zeros(int(corners.max(initial=-1)) + 1, bool)
+    wanted[nodes] = True
+    result: dict[int, set[int]] = {node: set() for node in nodes.tolist()}
+    for t, k in np.argwhere(wanted[corners]).tolist():
+        result[int(corners[t, k])].add(t)
+    return result
+
+
+def _wedge(
+    points: np.ndarray,
+    corners: np.ndarray,
+    grain: np.ndarray,
+    round_nodes: dict[int, set[int]],
+    t: int,
+    edge: Sequence[int],
+) -> float | None:
+    """Return the angle that tets of its grain fill round an edge of t; None where they close the round."""
+    a, b = (int(corners[t, k]) for k in edge)
+    left = {u for u in round_nodes[a] & round_nodes[b] if grain[u] == grain[t]} - {t}
+    fan, rim, total = [t], [], 0.0
+    for u in fan:
+        ends = [int(node) for node in corners[u] if node not in (a, b)]
+        total += _dihedral(points, a, b, ends)
+        rim += ends
+        beyond = {v for v in left if not set(ends).isdisjoint(corners[v].tolist())}
+        left -= beyond
+        fan += sorted(beyond)
+    return total if len(set(rim)) > len(fan) else None
+
+
+def _dihedral(points: np.ndarray, a: int, b: int, others: Sequence[int]) -> float:
+    axis = (points[b] - points[a]) / np.linalg.norm(points[b] - points[a])
+    p, q = (points[node] - points[a] for node in others)
+    p, q = p - np.dot(p, axis) * axis, q - np.dot(q, axis) * axis
+    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(p, q)), np.dot(p, q))))
