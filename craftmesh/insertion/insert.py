@@ -1,17 +1,16 @@
 """Insert a crack into a conformal surface: cut along the crack, triangulate it, name its grains."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
 from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.errors import CraftmeshError
+from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
-from craftmesh.insertion.kernels.planar import Planar
+from craftmesh.insertion.hidden import follow_traces, split_hidden
 from craftmesh.insertion.onto_front import snap_ends, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.patch import refine, smooth_points, split_front_chords, triangulate
 from craftmesh.insertion.pierce import FrontChain, chain, conflicts, inside_traces, pierce, split_chords
 from craftmesh.insertion.regions import labels_of_regions, regions_of
 from craftmesh.insertion.sheet import Sheet, sheet_of
@@ -25,6 +24,7 @@ from craftmesh.types import CRACK, INTERFACE, Crack, Surface
 
 SPREADS = 3  # rounds that push crowded pierce points apart
 HALVINGS = 10  # of the edges between two pierce points, until the front crosses no trace
+BULGES = 3  # rounds in which edges are split that a curved crack bulges through
 NEAR = 3  # longest edges: only points this near the crack get an offset from it
 ON = 1e-9  # of the local size: points this near the crack are on it
 
@@ -49,9 +49,9 @@ def insert_crack(
     sheet = sheet_of(crack, box)
     cut = _prepared(surface, sheet)
     target = _target(cut, sizing)
-    refuse_along_faces(crack, box, _least_length(crack, target))
-    cut = snap_to_crack(cut, sheet, options)
-    cut = with_phi(cut_along(cut, sheet), sheet)
+    least = _least_length(crack, target)
+    refuse_along_faces(crack, box, least)
+    cut = _cut(cut, sheet, least, options)
     progress(0.3, "front")
     cut = snap_to_front(cut, sheet, target, options)
     cut = pierce(cut, sheet)
@@ -59,10 +59,12 @@ def insert_crack(
         cut = snap_ends(cut, sheet, options)
     for _ in range(SPREADS):
         cut = spread_front(cut, sheet, target, options)
+    if not sheet.planar:
+        cut = pierce(follow_traces(cut, sheet, least, options), sheet)
     cut, along = split_chords(cut, sheet)
     front, traces = _front_and_traces(cut, sheet, along, target)
     progress(0.5, "crack facets")
-    cut, triangles, fixed = _with_patch(cut, sheet, front, traces, target)
+    cut, triangles, fixed = with_patch(cut, sheet, front, traces, target, least)
     progress(0.8, "grains")
     result, numbers = _assembled(cut, sheet, triangles, fixed)
     refuse_intersections(result)
@@ -110,6 +112,21 @@ def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:
     )  # fmt: skip
 
 
+def _cut(cut: CutSurface, sheet: Sheet, least: float, options: InsertOptions) -> CutSurface:
+    """Return the surface with all its facets cut along the crack, points near by moved onto it."""
+    cut = snap_to_crack(cut, sheet, options)
+    if sheet.planar:
+        return with_phi(cut_along(cut, sheet), sheet)
+    for _ in range(BULGES):
+        count = len(cut.points)
+        cut = split_hidden(cut, sheet, least)
+        if len(cut.points) == count:
+            break
+        cut = snap_to_crack(cut, sheet, options)
+    cut = with_phi(cut_along(cut, sheet), sheet)
+    return with_phi(follow_traces(cut, sheet, least, options), sheet)
+
+
 def _mean_at_points(edges: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
     total, number = (
         np.bincount(edges[:, 0], weights, count) + np.bincount(edges[:, 1], weights, count)
@@ -151,58 +168,19 @@ def _front_and_traces(
     )
 
 
-def _with_patch(
-    cut: CutSurface, sheet: Sheet, front: FrontChain, traces: np.ndarray, target: SizeAt
-) -> tuple[CutSurface, np.ndarray, np.ndarray]:
-    """Return the cut surface with the patch's points, its triangles (t, 3) and their fixed edges."""
-    uv = np.concatenate([sheet.uv(cut.points), front.uv])
-    segments = np.unique(np.sort(np.concatenate([front.edges[:, :2], traces]), axis=1), axis=0)
-    loose = np.flatnonzero((cut.psi == 0) & (cut.phi > 0))
-    nodes = np.unique(np.concatenate([segments.ravel(), loose]))
-    local = np.full(len(uv), -1)
-    local[nodes] = np.arange(len(nodes))
-    flat = _flat_facets(cut)
-    local_flat = local[cut.facets[flat]]
-    local_flat = local_flat[(local_flat >= 0).all(axis=1)]
-    patch = triangulate(
-        uv[nodes], local[segments], np.setdiff1d(local[loose], local[segments]), sheet.rim.inside
-    )
-    patch = refine(patch, lambda at: target(sheet.lift(at)), local_flat)
-    is_front = np.zeros(len(uv), bool)
-    is_front[front.edges[:, :2]] = True
-    first = patch.used[0].copy()
-    split_front_chords(patch, is_front[nodes])
-    smooth_points(patch, np.arange(first, patch.used[0]))
-    ids = np.concatenate([nodes, len(uv) + np.arange(patch.used[0] - len(nodes))])
-    return (
-        _with_new_points(cut, sheet, patch, len(nodes), front),
-        ids[patch.triangles],
-        patch.fixed[: patch.used[1]],
-    )
-
-
-def _flat_facets(cut: CutSurface) -> np.ndarray:
-    """Return rows of interface facets that lie on the crack between two grains."""
-    on = (cut.psi[cut.facets] == 0).all(axis=1)
-    return np.flatnonzero(on & (cut.kind == INTERFACE) & (cut.sides > 0).all(axis=1))
-
-
-def _with_new_points(
-    cut: CutSurface, sheet: Sheet, patch: Planar, first: int, front: FrontChain
-) -> CutSurface:
-    """Return the surface with the new points of the front, then those of the patch from `first` on."""
-    interior = patch.uv[first : patch.used[0]]
-    points = np.concatenate([cut.points, sheet.lift(front.uv), sheet.lift(interior)])
-    return replace(cut, points=points)
-
-
 def _assembled(
     cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.ndarray
 ) -> tuple[Surface, dict[str, int | float]]:
-    """Return the surface with the crack facets named, and the numbers of the report."""
+    """Return the surface with the crack facets named, and the numbers of the report.
+
+    Facets of grain boundaries that lie on the crack become crack facets; on those of voids and of the box
+    there is none, they are free already.
+    """
     region = regions_of(triangles, fixed)
     kind, sides, facets = cut.kind.copy(), cut.sides.copy(), cut.facets.copy()
-    flat, covered = _same_triangles(facets, _flat_facets(cut), triangles)
+    flat, covered = _same_triangles(facets, flat_facets(cut), triangles)
+    between = (kind[flat] == INTERFACE) & (sides[flat] > 0).all(axis=1)
+    free, flat = int((~between).sum()), flat[between]
     turned = area_vectors(cut.points, facets[flat]) @ sheet.frame[2] < 0
     facets[flat[turned]] = facets[flat[turned]][:, ::-1]
     sides[flat[turned]] = sides[flat[turned]][:, ::-1]
@@ -216,7 +194,7 @@ def _assembled(
     kind = np.concatenate([kind, np.full(int(keep.sum()), CRACK)])
     points, facets, kept = compact(cut.points, facets)
     result = Surface(points, facets, sides, kind)
-    return result, _numbers(result, int(len(flat)), int((label <= 0).sum()))
+    return result, _numbers(result, int(len(flat)), int(((label <= 0) & ~covered).sum()) + free)
 
 
 def _same_triangles(

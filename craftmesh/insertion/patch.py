@@ -142,7 +142,7 @@ def refine(patch: Planar, size_at: Callable[[np.ndarray], np.ndarray], kept: np.
     planar.legalise_all(patch)
     for _ in range(ROUNDS):
         candidates = _circumcentres(patch, size_at)
-        if not len(candidates.uv) or not planar.insert_spaced(patch, candidates, _is_among(patch, kept)):
+        if not len(candidates.uv) or not planar.insert_spaced(patch, candidates, is_among(patch, kept)):
             break
     refuse_full(patch)
     for _ in range(SMOOTHINGS):
@@ -159,7 +159,7 @@ def refuse_full(patch: Planar) -> None:
         )
 
 
-def _is_among(patch: Planar, triangles: np.ndarray) -> np.ndarray:
+def is_among(patch: Planar, triangles: np.ndarray) -> np.ndarray:
     """Tell which rows of the patch are one of `triangles` (k, 3), in any order of the corners."""
     found = np.zeros(len(patch.corners), bool)
     if len(triangles):
@@ -184,7 +184,7 @@ def _points_wanted(patch: Planar, size_at: Callable[[np.ndarray], np.ndarray]) -
 
 def _circumcentres(patch: Planar, size_at: Callable[[np.ndarray], np.ndarray]) -> Candidates:
     """Return the circumcentres of triangles whose circumradius exceeds SPACING targets, worst first."""
-    centre, radius = _circumcircles(patch)
+    centre, radius = circumcircles(patch)
     rows = np.flatnonzero(np.isfinite(radius))
     corner = patch.uv[patch.triangles]
     low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
@@ -198,7 +198,7 @@ def _circumcentres(patch: Planar, size_at: Callable[[np.ndarray], np.ndarray]) -
     return Candidates(centre[rows], rows, SPACING * BARELY * target, CLEARANCE * target)
 
 
-def _circumcircles(patch: Planar) -> tuple[np.ndarray, np.ndarray]:
+def circumcircles(patch: Planar) -> tuple[np.ndarray, np.ndarray]:
     """Return centres (t, 2) and radii (t,), not finite for triangles without area."""
     a, b, c = (patch.uv[patch.triangles[:, i]] for i in range(3))
     u, v = b - a, c - a
@@ -210,23 +210,50 @@ def _circumcircles(patch: Planar) -> tuple[np.ndarray, np.ndarray]:
     return a + np.stack([x, y], axis=1), np.hypot(x, y)
 
 
-def split_front_chords(patch: Planar, is_front_node: np.ndarray) -> int:
-    """Split free edges that join two front nodes, so that every crack facet has a corner off the front.
+def split_chords(patch: Planar, is_chord: Callable[[Planar], np.ndarray]) -> int:
+    """Split free edges at their middles, one at a time, as long as is_chord(patch) tells (t, 3) any.
 
-    They would be ears (craftmesh.surface.front); traces that join front nodes are split before.
-    is_front_node (n,): of the points that the patch began with. Returns how many were split.
+    Edge i of a triangle runs from its corner i to its corner i + 1. Returns how many were split.
     """
     split = 0
     while True:
-        ends = patch.triangles, np.roll(patch.triangles, -1, axis=1)
-        known = np.concatenate([is_front_node, np.zeros(len(patch.uv) - len(is_front_node), bool)])
-        t, i = np.nonzero(known[ends[0]] & known[ends[1]] & ~patch.fixed[: patch.used[1]])
+        t, i = np.nonzero(is_chord(patch) & ~patch.fixed[: patch.used[1]])
         if not len(t):
             return split
         refuse_full(patch)
         point = patch.used[0]
-        a, b = ends[0][t[0], i[0]], ends[1][t[0], i[0]]
+        a, b = patch.corners[t[0], i[0]], patch.corners[t[0], (i[0] + 1) % 3]
         patch.uv[point] = (patch.uv[a] + patch.uv[b]) / 2
         planar.split_inner_edge(patch, t[0], i[0], point)
         patch.used[0] += 1
         split += 1
+
+
+def front_chords(is_front_node: np.ndarray) -> Callable[[Planar], np.ndarray]:
+    """Return what tells the edges (t, 3) of a patch that join two front nodes.
+
+    They would be ears (craftmesh.surface.front); traces that join front nodes are split before.
+    is_front_node (n,): of the points that the patch began with.
+    """
+
+    def chords(patch: Planar) -> np.ndarray:
+        known = _padded(is_front_node, int(patch.used[0]) - len(is_front_node), False)
+        on = known[patch.triangles]
+        return on & np.roll(on, -1, axis=1)
+
+    return chords
+
+
+def wall_chords(walls: np.ndarray) -> Callable[[Planar], np.ndarray]:
+    """Return what tells the edges (t, 3) between points of a wall, of triangles with all corners on it.
+
+    A wall is a box plane or a grain boundary; walls (n, w) bool: those of the points that the patch began
+    with. Such a triangle of a curved crack would lie in the wall, or run through it.
+    """
+
+    def chords(patch: Planar) -> np.ndarray:
+        known = _padded(walls, int(patch.used[0]) - len(walls), False)
+        within = known[patch.triangles].all(axis=1).any(axis=1)
+        return np.repeat(within[:, None], 3, axis=1)
+
+    return chords

@@ -12,6 +12,8 @@ from craftmesh.types import Crack
 
 PLANAR = 1e-9  # offsets below this share of the extent make a crack planar
 STEPS = 40  # of false position at most along a segment that crosses a curved crack
+STRETCHES = 8  # of each way along a point's direction, in which a change of psi's sign is looked for
+ON_CRACK = 1e-6  # of the local size: a point farther off the crack does not count as on it
 ON = 1e-12  # of the longest segment: offsets below end the search
 
 
@@ -91,6 +93,26 @@ class Sheet:
             root = np.clip(root, low, high)
             value = self.offset(start + root[:, None] * step)
         return root, value
+
+    def nearest_crossing(self, points: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """Return the places (n, 3) on the crack nearest to points (n, 3) within +- direction (n, 3).
+
+        NaN where none is found that is on the crack within ON_CRACK of the direction's length. Psi need not
+        fall evenly along a plane that a curved crack crosses obliquely: Newton's steps may lead anywhere.
+        """
+        share = np.linspace(-1, 1, 2 * STRETCHES + 1)
+        places = points[:, None] + share[None, :, None] * direction[:, None]
+        psi = self.offset(places.reshape(-1, 3)).reshape(places.shape[:2])
+        changes = np.sign(psi[:, :-1]) * np.sign(psi[:, 1:]) <= 0
+        far = np.where(changes, np.abs(share[:-1] + share[1:]), np.inf)
+        nearest = np.argmin(far, axis=1)
+        found = np.flatnonzero(changes.any(axis=1))
+        start, end = places[found, nearest[found]], places[found, nearest[found] + 1]
+        fraction, off = self.crossings(start, end)
+        good = np.abs(off) <= ON_CRACK * np.linalg.norm(direction[found], axis=1)
+        result = np.full(points.shape, np.nan)
+        result[found[good]] = (start + fraction[:, None] * (end - start))[good]
+        return result
 
     def _feet(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the nearest places (n, 2) on the crack, their triangles (n,) and the rows past the rim."""

@@ -8,7 +8,7 @@ import numpy as np
 from craftmesh.insertion.cut import CutSurface
 from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.sheet import Sheet
+from craftmesh.insertion.sheet import ON_CRACK, Sheet
 from craftmesh.surface.patches import feature_edges, held_by_box
 from craftmesh.types import Surface
 
@@ -16,8 +16,6 @@ NEAR = 10.0  # of the local size: an offset from the steepest crack that may be 
 FARTHEST = 0.5  # of the local size: points slide along their line by at most this much
 GRAZING = 0.5  # points on lines that graze the crack move straight from this share of the distance
 STEEP = 0.1  # least squared cosine between a box plane and the crack's normal for moves in that plane
-STRETCHES = 8  # of each way along a point's direction, in which a change of psi's sign is looked for
-ON_CRACK = 1e-6  # of the local size: a point farther off the crack does not count as on it
 
 
 def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
@@ -84,7 +82,7 @@ def onto_crack(points: np.ndarray, planes: np.ndarray, sheet: Sheet, reach: np.n
     """Return the points (n, 3) moved onto the crack, in their box planes (n, 3), by at most reach (n,).
 
     They move along the crack's normal as far as the planes leave it; NaN where it is too steep to them, or
-    where no place on the crack within ON_CRACK of the reach is found.
+    where no place on the crack is found.
     """
     gradient = sheet.gradient(points)
     direction = np.where(planes, 0.0, gradient)
@@ -96,30 +94,8 @@ def onto_crack(points: np.ndarray, planes: np.ndarray, sheet: Sheet, reach: np.n
         result[rows] = points - (sheet.offset(points) / square)[:, None] * direction
         return result
     direction = direction * (reach[rows] / np.sqrt(square))[:, None]
-    start, end, found = _bracket(points, direction, sheet)
-    fraction, off = sheet.crossings(start[found], end[found])
-    places = start[found] + fraction[:, None] * (end[found] - start[found])
-    good = np.abs(off) <= ON_CRACK * reach[rows[found]]
-    result[rows[found][good]] = places[good]
+    result[rows] = sheet.nearest_crossing(points, direction)
     return result
-
-
-def _bracket(
-    points: np.ndarray, direction: np.ndarray, sheet: Sheet
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the ends (n, 3) of the nearest stretch of points +- direction on which psi changes sign.
-
-    And which rows have one (n,) bool. psi need not fall evenly along a box plane that a curved crack
-    crosses obliquely, so that a step of Newton's may lead anywhere.
-    """
-    share = np.linspace(-1, 1, 2 * STRETCHES + 1)
-    places = points[:, None] + share[None, :, None] * direction[:, None]
-    psi = sheet.offset(places.reshape(-1, 3)).reshape(places.shape[:2])
-    changes = np.sign(psi[:, :-1]) * np.sign(psi[:, 1:]) <= 0
-    far = np.where(changes, np.abs(share[:-1] + share[1:]), np.inf)
-    nearest = np.argmin(far, axis=1)
-    row = np.arange(len(points))
-    return places[row, nearest], places[row, nearest + 1], np.isfinite(far[row, nearest])
 
 
 def _along_lines(

@@ -8,7 +8,7 @@ from scipy.spatial import Delaunay
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.kernels import planar, planar_smoothing
 from craftmesh.insertion.kernels.planar import Candidates, Planar
-from craftmesh.insertion.patch import refine, smooth_points, split_front_chords, triangulate
+from craftmesh.insertion.patch import front_chords, refine, smooth_points, split_chords, triangulate
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
@@ -270,7 +270,7 @@ def test_chords_between_front_nodes_are_split():
     patch = triangulate(ring(12, 1.0), closed(0, 12), np.zeros(0, int), everywhere)
     patch = refine(patch, lambda at: np.full(len(at), 10.0), np.zeros((0, 3)))
     area = shapely.Polygon(ring(12, 1.0)).area
-    assert split_front_chords(patch, np.ones(12, bool)) == 9  # all inner edges of a dodecagon
+    assert split_chords(patch, front_chords(np.ones(12, bool))) == 9  # all inner edges of a dodecagon
     assert_sound(in_use(patch), area)
     assert all(max(row) >= 12 for row in patch.triangles.tolist())
 
@@ -286,4 +286,4 @@ def test_a_full_patch_is_refused():
     patch = triangulate(ring(12, 1.0), closed(0, 12), np.zeros(0, int), everywhere)
     full = Planar(patch.uv[:12], patch.corners[:10], patch.across[:10], patch.fixed[:10], patch.used)
     with pytest.raises(CraftmeshError, match="full with 10 triangles; use larger sizes"):
-        split_front_chords(full, np.ones(12, bool))
+        split_chords(full, front_chords(np.ones(12, bool)))

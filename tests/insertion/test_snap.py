@@ -5,8 +5,8 @@ import pytest
 from given_cracks import wavy_disc
 
 from craftmesh.cracks.triangulated import crack_from_triangles
-from craftmesh.insertion.sheet import Sheet, sheet_of
-from craftmesh.insertion.snap import ON_CRACK, onto_crack
+from craftmesh.insertion.sheet import ON_CRACK, Sheet, sheet_of
+from craftmesh.insertion.snap import onto_crack
 
 BOX = np.array([[0.0, 0.0, 0.0], [20.0, 20.0, 20.0]])
 

@@ -1,0 +1,96 @@
+"""Curved cracks: facets near the given surface, none in or through a boundary, contacts made."""
+
+import numpy as np
+import pytest
+from given_cracks import wavy_disc
+from models import with_voids
+from structured_box import structured_box
+
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.insertion.insert import insert_crack
+from craftmesh.insertion.sheet import sheet_of
+from craftmesh.sizing.sizing import Sizing, densify
+from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.measure import area_vectors
+from craftmesh.types import CRACK, Surface
+
+SIZE = 24.0
+BOX = np.array([[0.0, 0.0, 0.0], [SIZE, SIZE, SIZE]])
+CORNERS = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4
+
+
+@pytest.fixture(scope="module")
+def polycrystal() -> Surface:
+    return with_voids(24, 9, 2, 3.0, (0.0, 0.0, 0.0))
+
+
+def crack_corners(surface: Surface) -> np.ndarray:
+    return surface.points[surface.facets[surface.kind == CRACK]]
+
+
+def sizing_about(crack, l_min: float) -> Sizing:
+    sources = np.concatenate([densify(crack.points[front], l_min / 2) for front in crack.fronts])
+    return Sizing(l_min, max(1.0, l_min), 2.0, 4.0, 8.0, 1.0, sources)
+
+
+@pytest.mark.parametrize("tilt", [0, 40])
+@pytest.mark.parametrize("l_min", [0.5, 1.0])
+def test_facets_lie_near_the_given_surface_and_in_no_box_plane(polycrystal, l_min, tilt):
+    points, triangles = wavy_disc(8.0, 2.5, rings=24)
+    c, s = np.cos(np.radians(tilt)), np.sin(np.radians(tilt))
+    points = points @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]]) + [12.0, 12.0, 6.0 if tilt else 12.0]
+    crack = crack_from_triangles(points, triangles, None, BOX)
+    surface, _ = insert_crack(polycrystal, crack, sizing_about(crack, l_min))
+    assert check_surface(surface) == []
+    sheet, corners = sheet_of(crack, BOX), crack_corners(surface)
+    samples = np.einsum("sk,mkx->msx", CORNERS, corners).reshape(-1, 3)
+    off = np.abs(sheet.offset(samples)) / np.linalg.norm(sheet.gradient(samples), axis=1)
+    # before facets followed the bends, up to 0.25 l_min; a few at the front's chords stay at up to 0.06
+    assert np.quantile(off, 0.995) < 0.05 * l_min
+    assert off.max() < 0.08 * l_min
+    in_plane = (np.abs(corners[:, :, None] - BOX[None, None]) < 1e-9).all(axis=1).any(axis=(1, 2))
+    assert not in_plane.any()
+
+
+def test_the_area_is_that_of_the_given_crack(polycrystal):
+    points, triangles = wavy_disc(7.0, 2.0, rings=24)
+    crack = crack_from_triangles(points + 12.0, triangles, None, BOX)
+    surface, report = insert_crack(polycrystal, crack, sizing_about(crack, 0.5))
+    given = np.linalg.norm(area_vectors(crack.points, crack.triangles), axis=1).sum()
+    if not report["crack_facets_outside_material"]:
+        # chords of the front cut off 0.1 %
+        assert report["crack_area"] == pytest.approx(given, rel=5e-3)
+
+
+def test_facets_of_a_void_that_lie_on_the_crack_are_no_crack_facets():
+    def label(c: np.ndarray) -> np.ndarray:
+        middle = (np.abs(c[:, :2] - 3) < 1).all(axis=1)
+        return np.where(middle & (c[:, 2] > 3) & (c[:, 2] < 5), -1, 1)
+
+    model, _ = structured_box((6, 6, 6), label)
+    box = np.array([[0.0, 0, 0], [6, 6, 6]])
+    crack = prescribed_crack(CrackOptions(centre=(3, 3, 3), radius=2.2), 0, box)
+    surface, report = insert_crack(model, crack, None)
+    assert check_surface(surface) == []
+    middle = crack_corners(surface).mean(axis=1)
+    assert not (np.abs(middle[:, :2] - 3) < 1).all(axis=1).any()
+    assert report["crack_facets_outside_material"] >= 8
+    # less the void's face of 2 x 2, and what chords of length 1 cut off the circle: 3 % of it
+    assert report["crack_area"] == pytest.approx(0.97 * np.pi * 2.2**2 - 4, rel=0.03)
+
+
+@pytest.mark.parametrize("height", [-0.1, 0.0, 0.05])
+def test_a_crack_that_bulges_through_a_boundary_between_its_points_is_inserted(height):
+    """A wavy crack along a flat boundary that it crosses and touches again and again."""
+    model, _ = structured_box((8, 8, 8), lambda c: 1 + (c[:, 2] > 4).astype(int))
+    box = np.array([[0.0, 0, 0], [8, 8, 8]])
+    points, triangles = wavy_disc(3.2, 0.0, rings=24)
+    points[:, 2] = 0.3 * np.sin(2.1 * points[:, 0]) * np.cos(1.7 * points[:, 1]) + height
+    crack = crack_from_triangles(points + [4, 4, 4], triangles, None, box)
+    surface, _ = insert_crack(model, crack, sizing_about(crack, 0.4))
+    assert check_surface(surface) == []
+    given = np.linalg.norm(area_vectors(crack.points, crack.triangles), axis=1).sum()
+    area = np.linalg.norm(area_vectors(surface.points, surface.facets[surface.kind == CRACK]), axis=1).sum()
+    assert area == pytest.approx(given, rel=0.02)
