@@ -5,13 +5,15 @@ from scipy import ndimage
 
 from craftmesh.types import CRACK, Surface, Voxels
 from trials.deck_file import DeckFile
-from trials.distances import area_within, to_polylines, to_segments, to_sheet
+from trials.distances import area_within, to_polylines, to_segments, to_sheet, told
 from trials.drawing import Drawn
 from trials.sheets import Sheet, samples
 
 FACE_BAND = 0.2  # l_min: a crack this near a face over a part of its area may be refused
 FACE_TILT = 3.0  # degrees between crack and face at the mouth, below which it may be refused
-ALONG_FACE = 20.0  # degrees: what is steeper than this to a face only ends on it
+ALONG_FACE = (
+    6.0  # degrees: what is steeper to a face is 2 l_min from its mouth at 0.2 l_min, and only ends there
+)
 NEAR_SHARE = 0.01  # of the crack's area in the box that counts as a part of it
 AT_FRONT = 0.3  # l_min: nodes of the crack's rim this near the given front are meant to be on it
 VOID_ROOM = 1.75  # voxels from voids and the outside within which voxels do not tell where material is
@@ -45,7 +47,7 @@ def check_crack(case: Drawn, deck: DeckFile, l_min: float) -> dict:
     return {
         "front_edges": len(edges),
         "front_node": float(at_nodes.max()),
-        "front_node_at": np.round(worst, 4).tolist(),
+        "front_node_at": told(worst),
         "front_node_on_box": bool(_on_box(worst[None], case.voxels.box)[0]),
         "front_middle": float(at_middles.max() / l_min),
         "front_set_off": len(np.setxor1d(nodes, np.intersect1d(named, np.unique(deck.corners)))),
@@ -119,7 +121,7 @@ def facets_off(sheet: Sheet, points: np.ndarray, triangles: np.ndarray, l_min: f
         else:
             distance = to_sheet(places, given, 0.02 * l_min)
         result[name] = float(distance.max() / l_min)
-        result[f"{name}_at"] = np.round(places[distance.argmax()], 4).tolist()
+        result[f"{name}_at"] = told(places[distance.argmax()])
     return result
 
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from craftmesh.types import Surface
 from trials.deck_file import FACES, DeckFile
+from trials.distances import told
 from trials.drawing import Drawn
 from trials.wedges import local_least, wedges
 
@@ -85,7 +86,7 @@ def _flat(
         "flat_unforced": int(free.sum()),
         "flat_in_gradated_wedge": int((free & (by["surface"] < FLAT["least"])).sum()),
         "flat_worst": [float(found[key][row]) for key in ("least", "largest", "shape")],
-        "flat_at": np.round(places[worst], 4).tolist(),
+        "flat_at": told(places[worst]),
         "flat_in": int(deck.grain[row]),
         "flat_wedges": [float(min(by[name][worst], 180)) for name in ("input", "surface")],
         "flat_facet": _least_facet_angle(gradated, deck.points[deck.corners[row]]),

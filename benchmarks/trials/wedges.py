@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.types import Surface
+from trials.distances import told
 
 SHARP = 12.0  # degrees
 NEAR = 2.0  # target lengths: input wedges this near a place count as the input's wedge there
@@ -64,7 +65,7 @@ def check_wedges(inserted: Surface, gradated: Surface, sizing) -> dict:
     if len(made):
         worst = int(made[after[made].argmin()])
         near = float(allowed[sharp == worst][0])
-        place = np.round(gradated.points[edges_after[worst]].mean(axis=0), 4).tolist()
+        place = told(gradated.points[edges_after[worst]].mean(axis=0))
         report |= {
             "made_wedge": float(after[worst]),
             "made_from": near,
