@@ -143,21 +143,25 @@ def volume_drifts(before, after) -> dict[str, float]:
 
 
 def front(surface: Surface) -> np.ndarray:
-    """Return the edges (k, 2) that belong to one crack facet and no other facet."""
+    """Return the edges (k, 2) on which one crack facet lies and no facet of the box or of a void."""
     edges, of = edge_table(surface.facets.astype(np.int64))
-    count = np.bincount(of.ravel(), minlength=len(edges))
-    mine = np.unique(of[surface.kind == CRACK])
-    return edges[mine[count[mine] == 1]]
+    on_crack = _facets_on(of[surface.kind == CRACK], len(edges))
+    on_free = _facets_on(of[(surface.sides <= 0).any(axis=1)], len(edges))
+    return edges[(on_crack == 1) & (on_free == 0)]
 
 
 def ears(surface: Surface) -> int:
-    """Return the number of crack edges, other than front edges, between two nodes of the front."""
+    """Return the number of edges inside the crack between two nodes of the front."""
     at_front = np.zeros(len(surface.points), bool)
     at_front[front(surface)] = True
     edges, of = edge_table(surface.facets)
-    on_crack = np.zeros(len(edges), bool)
-    on_crack[of[surface.kind == CRACK]] = True
-    return int((at_front[edges].all(axis=1) & on_crack & (np.bincount(of.ravel()) > 1)).sum())
+    on_crack = _facets_on(of[surface.kind == CRACK], len(edges))
+    return int((at_front[edges].all(axis=1) & (on_crack > 1)).sum())
+
+
+def _facets_on(of: np.ndarray, count: int) -> np.ndarray:
+    """Return how many of the facets with edges `of` (m, 3) lie on each of `count` edges."""
+    return np.bincount(of.ravel(), minlength=count)
 
 
 def _crack_distances(before, after, sizing) -> dict[str, float]:
