@@ -20,6 +20,7 @@ ROOM = {
     "wedge": "gradation",
     "flat": "tetrahedra",
     "inverted": "tetrahedra",
+    "grain failed": "tetrahedra",
     "volume": "gradation",
     "conformity": "assembly",
     "judge": "any",
@@ -33,7 +34,8 @@ def faults_of(row: dict) -> dict[str, str]:
         if row["may_be_refused"] is None:
             return {"refused": said}
         return {"refused late": f"{row['may_be_refused']}, {said}"} if row["stage"] != "crack" else {}
-    found: dict[str, str] = {}
+    failed = [warning for warning in row["warnings"] if warning.startswith("meshing: ")]
+    found: dict[str, str] = {"grain failed": failed[0]} if failed else {}
     if not row["front_edges"]:
         found["front missing"] = "no front in the deck"
     else:

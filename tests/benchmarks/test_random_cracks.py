@@ -189,7 +189,7 @@ def row_of(case, made, deck) -> dict:
     """The row of a deck that is given instead of the one in the file."""
     l_min = case.sizes.l_min
     return (
-        {"outcome": "deck", "may_be_refused": None}
+        {"outcome": "deck", "may_be_refused": None, "warnings": []}
         | crack_checks.check_crack(case, deck, l_min)
         | crack_checks.check_inserted(case, made.inserted, l_min)
         | wedges.check_wedges(made.inserted, made.gradated, made.sizing)
