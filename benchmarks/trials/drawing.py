@@ -15,6 +15,8 @@ from trials.volumes import draw_volume
 MOST_TETS = 150_000
 TETS_PER_LENGTH = 10.0  # tetrahedra of edge l in a volume l^3
 RAISED = 1.1  # l_min and l0 grow by this until the mesh is small enough
+FINEST = 60  # triangles from the middle of a sheet to its rim at most
+COARSEST = 1.25  # steps of the sheet's triangles that its reliefs take for l_min at least
 LARGEST_L_MIN = 4.0  # voxels: with MOST_TETS never reached in 48^3 voxels, it ends the raising
 
 
@@ -50,8 +52,12 @@ def draw(seed: int, sides: tuple[int, int] = (30, 48)) -> Drawn:
     quarter = element == "C3D10" and rng.random() < 0.3
     with_front = rng.random() < 0.5
     stream = int(rng.integers(2**31))
+    least = float(np.ptp(voxels.box, axis=0).min())
     while True:
-        sheet, prescribed = _crack(np.random.default_rng(stream), (shape, relief), voxels, sizes.l_min)
+        width = _half_width(voxels.box, centre, frame[1])
+        sheet, prescribed = _crack(
+            np.random.default_rng(stream), (shape, relief), (least, width), sizes.l_min
+        )
         sheet = placed(sheet, centre, frame)
         longest = LARGEST_L_MIN * float(voxels.spacing.mean())
         if estimated_tets(voxels, sheet, sizes) <= MOST_TETS or sizes.l_min > longest:
@@ -88,13 +94,17 @@ def _sizes(rng: np.random.Generator, voxels: Voxels) -> SizingOptions:
 
 
 def _crack(
-    rng: np.random.Generator, kind: tuple[str, str], voxels: Voxels, l_min: float
+    rng: np.random.Generator, kind: tuple[str, str], room: tuple[float, float], l_min: float
 ) -> tuple[Sheet, CrackOptions | None]:
-    """Return a sheet in local coordinates, and the options that prescribe it where it is flat."""
+    """Return a sheet in local coordinates, and the options that prescribe it where it is flat.
+
+    room: the least edge of the box, and half of the width that a strip takes to leave it on both sides.
+    """
     shape, relief_kind = kind
-    least = float(np.ptp(voxels.box, axis=0).min())
+    least, half_width = room
     size = float(rng.uniform(0.15, 0.5) * least)
-    step = l_min * rng.uniform(0.5, 1.5)
+    step = max(l_min * rng.uniform(0.3, 0.8), max(size, half_width) / FINEST)
+    l_min = max(l_min, COARSEST * step)
     if shape == "disc":
         ratio = float(rng.choice([1.0, rng.uniform(0.4, 1.0)]))
         relief = draw_relief(rng, relief_kind, size * ratio, l_min)
@@ -105,12 +115,17 @@ def _crack(
             return sheet, CrackOptions(shape="penny", radius=size)
         return sheet, CrackOptions(shape="ellipse", semi_axes=(size, size * ratio))
     relief = draw_relief(rng, relief_kind, size, l_min)
-    reach = 1.1 * float(np.linalg.norm(np.ptp(voxels.box, axis=0)))
     bend = float(rng.choice([0.0, rng.uniform(0, 0.2)])) * size
     wave = 2 * np.pi / (least * rng.uniform(0.5, 2))
-    sheet = strip(lambda _, v: size + bend * np.sin(wave * v), 0.5 * least, reach, relief, step)
+    sheet = strip(lambda _, v: size + bend * np.sin(wave * v), 0.5 * least, half_width, relief, step)
     straight = relief_kind == "flat" and bend == 0
     return sheet, CrackOptions(shape="through_edge", radius=size) if straight else None
+
+
+def _half_width(box: np.ndarray, centre: np.ndarray, across: np.ndarray) -> float:
+    """Return how far a sheet at `centre` reaches along the vector `across` until it is out of the box."""
+    corners = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    return 1.05 * float(np.abs((corners - centre) @ across).max())
 
 
 def _three(vector: np.ndarray) -> tuple[float, float, float]:

@@ -9,6 +9,7 @@ Height = Callable[[np.ndarray, np.ndarray], np.ndarray]
 RELIEFS = ("flat", "wavy", "fractal", "kinked", "twisted", "kinked fractal", "twisted wavy")
 RELIEF_SHARES = (0.15, 0.2, 0.15, 0.2, 0.15, 0.1, 0.05)
 LARGEST_KINK = 60.0  # degrees
+MOST_CURVED = 0.2  # over l_min: edges of l_min are 0.025 l_min off such a curve, half of what is a fault
 SHORTEST_WAVE = 8.0  # l_min: shorter waves would ask for facets that l_min does not allow
 MOST_SPOKES = 720
 MOST_RINGS = 60
@@ -51,8 +52,8 @@ def draw_relief(rng: np.random.Generator, kind: str, size: float, l_min: float) 
         crease = (float(rng.uniform(-0.3, 0.6) * size), float(rng.choice([0.0, np.pi / 2])))
         parts.append(_kink(crease, rng.choice([-1, 1]) * np.radians(rng.uniform(5, LARGEST_KINK))))
     if "twisted" in kind:
-        turn = np.radians(rng.uniform(-40, 40))
-        parts.append(lambda u, v: u * np.tan(turn * np.clip(v / size, -1.2, 1.2)))
+        turn = min(np.radians(rng.uniform(5, 40)), 0.6 * MOST_CURVED / l_min * size) * rng.choice([-1, 1])
+        parts.append(lambda u, v: u * np.tan(turn * np.tanh(v / size)))
     return Relief(lambda u, v: sum((part(u, v) for part in parts), np.zeros(np.shape(u))), crease, kind)
 
 
@@ -63,8 +64,9 @@ def _waves(rng: np.random.Generator, size: float, l_min: float, count: int, slop
         length = max(rng.uniform(0.5, 2.5) * size, SHORTEST_WAVE * l_min)
         angle, phase = rng.uniform(0, 2 * np.pi, 2)
         terms.append((2 * np.pi / length, angle, phase, slope / count * length / (2 * np.pi)))
+    share = min(1.0, MOST_CURVED / l_min / sum(k**2 * high for k, _, _, high in terms))
     return lambda u, v: sum(
-        high * np.sin(k * (u * np.cos(angle) + v * np.sin(angle)) + phase)
+        share * high * np.sin(k * (u * np.cos(angle) + v * np.sin(angle)) + phase)
         for k, angle, phase, high in terms
     )
 
@@ -80,6 +82,9 @@ def _fractal(rng: np.random.Generator, size: float, l_min: float) -> Height:
         length *= 0.6
     steepest = np.sqrt(sum((k * high) ** 2 for k, _, _, high in terms) / 2)
     scale = rng.uniform(0.05, 0.3) / steepest
+    # three times the root mean square, which the sum of that many waves hardly passes
+    most_curved = 3 * scale * np.sqrt(sum((k**2 * high) ** 2 for k, _, _, high in terms) / 2)
+    scale *= min(1.0, MOST_CURVED / l_min / most_curved)
     return lambda u, v: sum(
         scale * high * np.sin(k * (u * np.cos(angle) + v * np.sin(angle)) + phase)
         for k, angle, phase, high in terms

@@ -71,6 +71,18 @@ def test_triangles_of_a_kinked_sheet_follow_its_crease(shape, angle):
     assert set(np.round(np.abs(normals[:, 2]), 9)) == {1.0, round(np.cos(turn), 9)}
 
 
+@pytest.mark.parametrize("kind", ["wavy", "fractal"])
+def test_edges_of_l_min_can_follow_a_rough_sheet(kind):
+    l_min = 0.5
+    for seed in range(10):
+        relief = sheets.draw_relief(np.random.default_rng(seed), kind, 6.0, l_min)
+        u, v = np.meshgrid(*[np.linspace(-6, 6, 200)] * 2)
+        off = (
+            relief.height(u + l_min / 2, v) / 2 + relief.height(u - l_min / 2, v) / 2 - relief.height(u, v)
+        )
+        assert 0 < np.abs(off).max() < 0.05 * l_min
+
+
 def test_distances_are_those_of_dense_samples():
     rng = np.random.default_rng(1)
     points, corners = rng.normal(size=(40, 3)), rng.normal(size=(40, 3, 3))
