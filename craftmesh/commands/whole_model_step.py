@@ -8,6 +8,7 @@ from craftmesh.mesh.flat_tets import flat_sentence, flat_tets
 from craftmesh.progress import ProgressLine
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.tetrahedra.fallback import Completion, completed
+from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import with_counts
 from craftmesh.types import GrainTets, Surface, TetMesh
@@ -25,8 +26,12 @@ def complete_mesh(
         whole = completed(Completion(surface, grain_tets), record, sizing_of, options, progress)
     if whole.warning:
         warn(whole.warning)
-    mesh, report = assemble(whole.surface, whole.grain_tets)
+    opened = given_way(whole.surface, whole.grain_tets)
+    if opened.warning:
+        warn(opened.warning)
+    mesh, report = assemble(opened.surface, opened.grain_tets)
     flat = flat_sentence(flat_tets(mesh))
     if flat:
         warn(flat)
-    return mesh, report | {"meshing": with_counts(record, whole.whole_model)}
+    meshing = with_counts(record, whole.whole_model, opened.report, opened.poor)
+    return mesh, report | {"meshing": meshing}

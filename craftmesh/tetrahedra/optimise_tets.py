@@ -37,6 +37,7 @@ SPARE = 2000
 SMOOTHING_STEPS = 5
 # Quality of empty rows, over that of any tet: nothing ever repairs them.
 DEAD = 9.0
+NO_FACETS = np.zeros((0, 3), np.int64)
 # Swaps for the mean aspect ratio start at tets over this one.
 STRETCHED = 1.9
 
@@ -84,7 +85,7 @@ def optimise_tets(
     The first `frozen` points keep their numbers and bits; facets `blocked` (k, 3) inside the mesh stay
     faces on both sides. tets (m, 4) have positive volumes; size (n,) are target edge lengths.
     """
-    state = _state(points, tets, frozen, blocked, size)
+    state = new_state(points, tets, frozen, blocked, size)
     work = new_scratch()
     everywhere = np.ones(len(state.points), bool)
     for step in SCHEDULE:
@@ -99,6 +100,17 @@ def optimise_tets(
             _repair(state, step, work)
     names = ("moves", "edges_removed", "faces_removed", "contractions", "insertions", "joins")
     return *_result(state, frozen), {k: int(v) for k, v in zip(names, work.done)}
+
+
+def repaired_tets(
+    points: np.ndarray, tets: np.ndarray, frozen: int, blocked: np.ndarray, size: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return (points, tets) with the worst tets repaired: the last step of `optimise_tets` alone."""
+    state = new_state(points, tets, frozen, blocked, size)
+    step = SCHEDULE[-1]
+    all_qualities(state.points, state.tets, state.counts[TETS], state.quality, step.measure)
+    _repair(state, step, new_scratch())
+    return _result(state, frozen)
 
 
 def _repair(state: TetState, step: Step, work: Scratch) -> None:
@@ -128,10 +140,14 @@ def _swap(state: TetState, step: Step, work: Scratch) -> None:
     aspect_swap_pass(state, AspectAim(step.measure, step.threshold, mean), stretched, work)
 
 
-def _state(
-    points: np.ndarray, tets: np.ndarray, frozen: int, blocked: np.ndarray, size: np.ndarray
+def new_state(
+    points: np.ndarray,
+    tets: np.ndarray,
+    frozen: int = 0,
+    blocked: np.ndarray = NO_FACETS,
+    size: np.ndarray | float = 1.0,
 ) -> TetState:
-    """Room for the mesh and what comes, with its adjacency."""
+    """Return room for the mesh and what comes, with its adjacency; arguments as for `optimise_tets`."""
     room_points, room_tets = int(CAPACITY * len(points)) + SPARE, int(CAPACITY * len(tets)) + SPARE
     state = TetState(
         points=np.zeros((room_points, 3)),

@@ -37,10 +37,18 @@ def merged(records: Sequence[dict]) -> dict:
     }
 
 
-def with_counts(record: dict, whole_model: dict | None) -> dict:
-    """Return the record as in quality.json: with numbers of grains and the whole model's report."""
+def with_counts(
+    record: dict, whole_model: dict | None, given_way: dict | None, poor: dict[str, list[dict]]
+) -> dict:
+    """Return the record as in quality.json: with numbers of grains, and what was done to the whole model.
+
+    given_way: the report of the surface that gave way to flat tets; poor: the rows of grains that changed
+    by that, in place of those in the record.
+    """
     counts = {f"grains_{name}": len(record.get(name, ())) for name in ("tried_again", "failed")}
-    return counts | record | {"whole_model": whole_model}
+    kept = {grain: rows for grain, rows in (record.get("poor", {}) | poor).items() if rows}
+    rest = {"poor": kept, "whole_model": whole_model, "given_way": given_way}
+    return counts | record | rest
 
 
 def _timeless(attempts: Sequence[dict]) -> list[dict]:

@@ -26,7 +26,7 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     quality_of,
 )
 from craftmesh.tetrahedra.kernels.tet_swaps import remove_edge, remove_face
-from craftmesh.tetrahedra.optimise_tets import _result, _state, optimise_tets
+from craftmesh.tetrahedra.optimise_tets import _result, new_state, optimise_tets
 
 
 def plain_measures(corners):
@@ -173,7 +173,7 @@ def adjacency_by_groups(tets):
 def try_all(operation, seed):
     """Apply an operation to all tets of a random mesh; return state and number of successes."""
     points, tets, frozen = random_ball(seed)
-    state = _state(points, tets, frozen, np.zeros((0, 3)), np.full(len(points), 0.35))
+    state = new_state(points, tets, frozen, np.zeros((0, 3)), np.full(len(points), 0.35))
     all_qualities(state.points, state.tets, len(tets), state.quality, VOLUME_LENGTH)
     work, done = new_scratch(), 0
     for t in range(len(tets)):
@@ -243,7 +243,7 @@ def test_three_tets_round_an_edge_become_two_and_back():
     assert (tet_volumes(points, two) > 0).all() and (tet_volumes(points, three) > 0).all()
     for tall, before, after in ((False, two, 3), (True, three, 2)):
         scaled = points * [1, 1, 6 if tall else 1]
-        state = _state(scaled, before, 5, np.zeros((0, 3)), np.ones(5))
+        state = new_state(scaled, before, 5, np.zeros((0, 3)), np.ones(5))
         all_qualities(state.points, state.tets, len(before), state.quality, VOLUME_LENGTH)
         work = new_scratch()
         edge_done = any(remove_edge(state, 0, e, VOLUME_LENGTH, work) for e in range(6))
@@ -254,7 +254,7 @@ def test_three_tets_round_an_edge_become_two_and_back():
 def swapped_for_aspect(seed, blocked):
     """A random mesh before and after swaps at all its tets, by state and number of swaps."""
     points, tets, frozen = random_ball(seed)
-    state = _state(points, tets, frozen, blocked, np.full(len(points), 0.35))
+    state = new_state(points, tets, frozen, blocked, np.full(len(points), 0.35))
     all_qualities(state.points, state.tets, len(tets), state.quality, VOLUME_LENGTH)
     mean, work = aspect_ratios(points, tets).mean(), new_scratch()
     aspect_swap_pass(state, AspectAim(VOLUME_LENGTH, 0.35, mean), np.arange(len(tets)), work)
@@ -310,7 +310,7 @@ def test_edge_removal_for_aspect_finds_the_best_of_all_triangulations(seed, coun
     nodes = list(range(2, count + 2))
     tets = np.array([[0, 1, nodes[i - 1], nodes[i]] for i in range(count)])
     assume(tet_volumes(points, tets).min() > 0)
-    state = _state(points, tets, len(points), np.zeros((0, 3)), np.ones(len(points)))
+    state = new_state(points, tets, len(points), np.zeros((0, 3)), np.ones(len(points)))
     all_qualities(state.points, state.tets, count, state.quality, VOLUME_LENGTH)
     before, best, reference, floor = (aspect_ratios(points, tets) - 1.8).sum(), np.inf, 1.8, 0.2
     limit = min(quality(points, tets, VOLUME_LENGTH).min(), floor)
@@ -330,7 +330,7 @@ def test_an_edge_without_a_sound_triangulation_round_it_stays_however_poor_the_t
     ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(5)], axis=1)
     points = np.concatenate([[[0, 0, -0.5], [0, 0, 0.5]], ring])
     tets = np.array([[0, 1, 2 + (i - 1) % 5, 2 + i] for i in range(5)])
-    state = _state(points, tets, len(points), np.zeros((0, 3)), np.ones(len(points)))
+    state = new_state(points, tets, len(points), np.zeros((0, 3)), np.ones(len(points)))
     all_qualities(state.points, state.tets, 5, state.quality, VOLUME_LENGTH)
     before = state.tets.tobytes()
     # five regular tets are better than any others; so low a reference counts them as flat

@@ -13,7 +13,7 @@ from craftmesh.tetrahedra.kernels.tet_cavity import FACES, new_scratch
 from craftmesh.tetrahedra.kernels.tet_cavity_filling import join_in_cavity
 from craftmesh.tetrahedra.kernels.tet_quality import VOLUME_LENGTH, Aim, all_qualities, quality_of
 from craftmesh.tetrahedra.kernels.tet_visible_cavity import best_cavity
-from craftmesh.tetrahedra.optimise_tets import _result, _state
+from craftmesh.tetrahedra.optimise_tets import _result, new_state
 
 
 def delaunay_state(points):
@@ -21,7 +21,7 @@ def delaunay_state(points):
     tets = Delaunay(points).simplices.astype(np.int64)
     volume = tet_volumes(points, tets)
     tets[volume < 0] = tets[volume < 0][:, [0, 2, 1, 3]]
-    state = _state(points, tets, len(points), np.zeros((0, 3)), np.ones(len(points)))
+    state = new_state(points, tets, len(points), np.zeros((0, 3)), np.ones(len(points)))
     all_qualities(state.points, state.tets, len(tets), state.quality, VOLUME_LENGTH)
     return tets, state
 

@@ -1,0 +1,78 @@
+"""Moves of nodes on grain boundaries: for flat tets that the surface forces, seen by all grains at once."""
+
+from itertools import product
+
+import numpy as np
+
+from craftmesh.jit import kernel
+from craftmesh.tetrahedra.kernels.tet_cavity import MAX_FACES, find_star, star_faces, worst_of
+from craftmesh.tetrahedra.kernels.tet_cone import Cone, worst_at
+from craftmesh.tetrahedra.kernels.tet_quality import quality_of
+
+# The first step of a move in parts of the reach; how steps shrink; rounds.
+FIRST_STEP = 0.5
+SHORTER = 0.5
+ROUNDS = 10
+# The worst quality has to rise by this much.
+GAIN = 1e-4
+# Unit steps along the axes, the diagonals of faces, and those of the cube.
+_STEPS = np.array([step for step in product((-1.0, 0.0, 1.0), repeat=3) if any(step)])
+DIRECTIONS = _STEPS / np.linalg.norm(_STEPS, axis=1, keepdims=True)
+
+
+@kernel
+def _walk(cone, place, home, reach, free, span):
+    """Walk while the worst quality of the cone rises, up to the end of `span`; return place and quality.
+
+    All places lie within `reach` of home, on free axes.
+    """
+    x, y, z = place
+    best, enough = span
+    step = FIRST_STEP * reach
+    for _ in range(ROUNDS):
+        found = False
+        for way in range(len(DIRECTIONS)):
+            px = x + step * DIRECTIONS[way, 0] * free[0]
+            py = y + step * DIRECTIONS[way, 1] * free[1]
+            pz = z + step * DIRECTIONS[way, 2] * free[2]
+            if (px - home[0]) ** 2 + (py - home[1]) ** 2 + (pz - home[2]) ** 2 > reach * reach:
+                continue
+            value = worst_at(cone, px, py, pz, best)
+            if value > best + GAIN:
+                x, y, z, best, found = px, py, pz, value, True
+                if best >= enough:
+                    return (x, y, z), best
+        if not found:
+            step *= SHORTER
+    return (x, y, z), best
+
+
+@kernel
+def move_nodes(state, nodes, homes, reach, free, valence, aim, work):
+    """Move nodes (k,) with a tet under `aim.floor` to where the worst is better; return how many moved.
+
+    homes (k, 3): places of which they stay within `reach` (k,); free (k, 3): 0 along axes that they keep
+    their coordinate on; valence (k,): how many tets are round each. The state holds these, linked across
+    grain boundaries; a node whose tets do not follow each other over faces stays.
+    """
+    points, tets, measure, moved = state.points, state.tets, aim.measure, 0
+    for i in range(len(nodes)):
+        v = nodes[i]
+        count = find_star(state, v, work.star)
+        if count != valence[i] or count > MAX_FACES:
+            continue
+        star_faces(tets, work.star, count, v, work.faces)
+        worst = worst_of(state.quality, work.star, count)
+        if worst >= aim.floor:
+            continue
+        cone = Cone(points, work.faces, count, aim.measure)
+        place = (points[v, 0], points[v, 1], points[v, 2])
+        place, best = _walk(cone, place, homes[i], reach[i], free[i], (worst, aim.floor))
+        if best <= worst:
+            continue
+        points[v, 0], points[v, 1], points[v, 2] = place
+        moved += 1
+        for j in range(count):
+            t = work.star[j]
+            state.quality[t] = quality_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], measure)
+    return moved

@@ -1,0 +1,83 @@
+"""Where the surface leaves no room for sound tets, its nodes give way; crack and box stay."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from structured_box import plane_crack, structured_box
+
+from craftmesh.assembly.assemble import assemble
+from craftmesh.mesh.check_tets import check_tets
+from craftmesh.mesh.flat_tets import flat_tets
+from craftmesh.mesh.tet_connectivity import tet_volumes
+from craftmesh.tetrahedra.flat_places import REACHES, given_way
+
+CELLS = 4
+# A node on the boundary between two halves of the box, and how far it is pushed towards the next one.
+PUSHED = np.array([2.0, 2.0, 2.0])
+PUSH = np.array([0.97, 0.0, 0.0])
+
+
+def pushed_box(at=PUSHED, push=PUSH, crack_at=None):
+    """Two grains whose boundary has a node that almost touches the opposite face of its tets."""
+    surface, tets = structured_box((CELLS,) * 3, lambda c: np.where(c[:, 0] < 2, 1, 2), crack_at)
+    points = surface.points.copy()
+    points[(points == at).all(axis=1)] += push
+    return replace(surface, points=points), tets
+
+
+def volumes(surface, grain_tets):
+    return {
+        g.grain: tet_volumes(np.concatenate([surface.points[g.nodes], g.interior]), g.tets)
+        for g in grain_tets
+    }
+
+
+def test_the_surface_gives_way_for_both_neighbours():
+    surface, tets = pushed_box()
+    assert flat_tets(assemble(surface, tets)[0])["count"] > 0
+    opened = given_way(surface, tets)
+    mesh, _ = assemble(opened.surface, opened.grain_tets)
+    assert flat_tets(mesh)["count"] == 0 == opened.report["flat_left"]
+    assert check_tets(mesh) == []
+    assert opened.report["surface_points_moved"] > 0 and "were moved by up to" in opened.warning
+    moves = np.linalg.norm(opened.surface.points - surface.points, axis=1)
+    # mean edges are those of a cube of side 1, at most its diagonal, and of the pushed node's
+    assert 0 < moves.max() == opened.report["largest_move"] < REACHES[-1] * 2
+    inside = volumes(opened.surface, opened.grain_tets)
+    assert all((volume > 0).all() for volume in inside.values())
+    assert sum(volume.sum() for volume in inside.values()) == pytest.approx(CELLS**3, rel=1e-12)
+
+
+def test_without_flat_tets_everything_stays():
+    surface, tets = pushed_box(push=np.zeros(3))
+    opened = given_way(surface, tets)
+    assert opened.surface is surface and opened.grain_tets is tets
+    assert opened.report is None and opened.warning is None and opened.poor == {}
+
+
+def test_points_of_box_planes_stay_on_them():
+    surface, tets = pushed_box(at=np.array([2.0, 0.0, 2.0]))
+    opened = given_way(surface, tets)
+    before, after = surface.points, opened.surface.points
+    assert opened.report["flat_left"] == 0 and (before != after).any()
+    for limit in (0, CELLS):
+        assert (after[before == limit] == limit).all()
+
+
+def test_points_of_the_crack_stay():
+    crack_at = plane_crack(0, 2, lambda c: np.maximum(abs(c[:, 1] - 2), abs(c[:, 2] - 2)) < 1)
+    surface, tets = pushed_box(crack_at=None)
+    cracked, _ = structured_box((CELLS,) * 3, lambda c: np.where(c[:, 0] < 2, 1, 2), crack_at)
+    surface = replace(surface, kind=cracked.kind)
+    opened = given_way(surface, tets)
+    on_crack = np.unique(surface.facets[surface.kind == cracked.kind.max()])
+    assert (on_crack == np.flatnonzero((surface.points == PUSHED + PUSH).all(axis=1))).any()
+    assert (opened.surface.points[on_crack] == surface.points[on_crack]).all()
+
+
+def test_the_same_input_gives_the_same_bytes():
+    first, second = (given_way(*pushed_box()) for _ in range(2))
+    assert first.surface.points.tobytes() == second.surface.points.tobytes()
+    for a, b in zip(first.grain_tets, second.grain_tets):
+        assert a.tets.tobytes() == b.tets.tobytes() and a.interior.tobytes() == b.interior.tobytes()
