@@ -170,9 +170,15 @@ def is_among(patch: Planar, triangles: np.ndarray) -> np.ndarray:
 
 def smooth_points(patch: Planar, movable: np.ndarray) -> None:
     """One sweep of guarded centroid smoothing over the given points."""
+    start, owner = triangles_around(patch)
+    smooth_in_plane(patch.uv, patch.corners, start, owner, movable)
+
+
+def triangles_around(patch: Planar) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles around each point in compressed rows: where each begins (n + 1,), and they."""
     flat = patch.triangles.ravel()
     start = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=len(patch.uv)))])
-    smooth_in_plane(patch.uv, patch.corners, start, np.argsort(flat, kind="stable") // 3, movable)
+    return start, np.argsort(flat, kind="stable") // 3
 
 
 def _points_wanted(patch: Planar, size_at: Callable[[np.ndarray], np.ndarray]) -> int:
