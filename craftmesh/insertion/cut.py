@@ -167,3 +167,8 @@ def with_phi(surface: CutSurface, sheet: Sheet) -> CutSurface:
     phi = surface.phi.copy()
     phi[rows] = sheet.rim.inside(sheet.uv(surface.points[rows]))
     return replace(surface, phi=phi)
+
+
+def edge_lengths(surface: CutSurface, edges: np.ndarray) -> np.ndarray:
+    """Return the lengths (k,) of edges (k, 2)."""
+    return np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)

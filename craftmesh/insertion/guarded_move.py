@@ -7,16 +7,21 @@ from craftmesh.insertion.options import InsertOptions
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, facet_angles
 
-KEPT = 0.999  # of its least angle, that a facet flatter than LEAST_ANGLE has to keep
+KEPT = 0.999  # of its least angle, that a facet flatter than LEAST_ANGLE usually has to keep
 LEAST_ANGLE = 4.0  # degrees: a move may not leave a facet below this, unless it was worse before
 
 
 def guarded_move(
-    surface: CutSurface, rows: np.ndarray, targets: np.ndarray, options: InsertOptions
+    surface: CutSurface,
+    rows: np.ndarray,
+    targets: np.ndarray,
+    options: InsertOptions,
+    kept: float = KEPT,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Move points `rows` (k,) to `targets` (k, 3) as far as no facet turns, flattens or pierces another.
 
-    Returns the points and the rows that were moved. Where a facet objects, its longest move is undone.
+    kept: the share of its least angle that a facet flatter than LEAST_ANGLE has to keep. Returns the points
+    and the rows that were moved. Where a facet objects, its longest move is undone.
     """
     position = np.full(len(surface.points), -1)
     position[rows] = np.arange(len(rows))
@@ -28,7 +33,7 @@ def guarded_move(
     known = _pairs(surface, surface.points, rows)
     while True:
         points = _moved(surface.points, rows, targets, active)
-        bad = mover[_worse(before, _shape(points, facets), options)]
+        bad = mover[_worse(before, _shape(points, facets), options, kept)]
         if not len(bad):
             after = _pairs(surface, points, rows)
             hit = after[~np.isin(after[:, 0] * len(surface.facets) + after[:, 1], _keys(known, surface))]
@@ -62,12 +67,12 @@ def _shape(points: np.ndarray, facets: np.ndarray) -> _Shape:
     return area_vectors(points, facets), facet_angles(points, facets).min(axis=1)
 
 
-def _worse(before: _Shape, after: _Shape, options: InsertOptions) -> np.ndarray:
+def _worse(before: _Shape, after: _Shape, options: InsertOptions, kept: float) -> np.ndarray:
     """Tell which facets turned too far or became too flat."""
     cosine = np.einsum("ij,ij->i", before[0], after[0])
     length = np.linalg.norm(before[0], axis=1) * np.linalg.norm(after[0], axis=1)
     turned = cosine < np.cos(np.radians(options.max_turn)) * length
-    return turned | (after[1] < np.minimum(LEAST_ANGLE, KEPT * before[1]))
+    return turned | (after[1] < np.minimum(LEAST_ANGLE, kept * before[1]))
 
 
 def _pairs(surface: CutSurface, points: np.ndarray, rows: np.ndarray) -> np.ndarray:

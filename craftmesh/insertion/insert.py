@@ -8,10 +8,11 @@ from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
+from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.hidden import follow_traces, split_hidden
-from craftmesh.insertion.onto_front import snap_ends, snap_to_front, spread_front
+from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.pierce import FrontChain, chain, conflicts, inside_traces, pierce, split_chords
+from craftmesh.insertion.pierce import FrontChain, chain, conflicts, pierce
 from craftmesh.insertion.regions import labels_of_regions, regions_of
 from craftmesh.insertion.sheet import Sheet, sheet_of
 from craftmesh.insertion.snap import snap_to_crack
@@ -55,13 +56,12 @@ def insert_crack(
     progress(0.3, "front")
     cut = snap_to_front(cut, sheet, target, options)
     cut = pierce(cut, sheet)
-    if not sheet.planar:
-        cut = snap_ends(cut, sheet, options)
+    cut = settle_front(cut, sheet, options)
     for _ in range(SPREADS):
         cut = spread_front(cut, sheet, target, options)
     if not sheet.planar:
-        cut = pierce(follow_traces(cut, sheet, least, options), sheet)
-    cut, along = split_chords(cut, sheet)
+        cut = settle_front(pierce(follow_traces(cut, sheet, least, options), sheet), sheet, options)
+    cut, along = settle_chords(cut, sheet, target, options)
     front, traces = _front_and_traces(cut, sheet, along, target)
     progress(0.5, "crack facets")
     cut, triangles, fixed = with_patch(cut, sheet, front, traces, target, least)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from craftmesh.insertion.cut import CutSurface, SizeAt
-from craftmesh.insertion.guarded_move import guarded_move
+from craftmesh.insertion.guarded_move import KEPT, guarded_move
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import with_front_points
 from craftmesh.insertion.sheet import Sheet
@@ -14,6 +14,8 @@ from craftmesh.insertion.snap import classes
 LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
 LEAST_GAP = 0.55  # of the target size: pierce points nearer than this are pushed apart along the front
 SWEEPS = 30  # that push crowded pierce points apart, at most
+KEPT_AT_FRONT = 0.3  # of its least angle, that a flat facet has to keep where a front point settles
+TURN_AT_FRONT = 80.0  # degrees, by which such a facet may turn
 IN_PLANE = 1e-6  # of the model: the end of a front this near a point's box plane lies in it
 
 
@@ -36,7 +38,7 @@ def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: In
     reach[on_box] *= 2
     with np.errstate(invalid="ignore"):
         chosen = np.linalg.norm(targets - surface.points[rows], axis=1) < reach
-    return _moved_onto_front(surface, sheet, rows[chosen], targets[chosen], options)
+    return moved_onto_front(surface, sheet, rows[chosen], targets[chosen], options)
 
 
 def spread_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions) -> CutSurface:
@@ -63,10 +65,10 @@ def spread_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: Ins
     for front in np.unique(surface.front[rows]).tolist():
         mine = surface.front[rows] == front
         targets[mine] = sheet.lift(sheet.rim.on_front(front, surface.arc[rows[mine]] + shift[mine]))
-    return _moved_onto_front(surface, sheet, rows, targets, options)
+    return moved_onto_front(surface, sheet, rows, targets, options)
 
 
-def _moved_onto_front(
+def moved_onto_front(
     surface: CutSurface, sheet: Sheet, rows: np.ndarray, targets: np.ndarray, options: InsertOptions
 ) -> CutSurface:
     """Return the surface with the points `rows` at `targets` (k, 3) on the front, where that is sound."""
@@ -74,21 +76,51 @@ def _moved_onto_front(
     return with_front_points(replace(surface, points=points), sheet, moved) if len(moved) else surface
 
 
-def snap_ends(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
-    """Move the first and last pierce point of open fronts along the box to the front's exact end."""
+def settled_on_front(
+    surface: CutSurface, rows: np.ndarray, targets: np.ndarray, options: InsertOptions
+) -> tuple[CutSurface, np.ndarray]:
+    """Return the surface with the points `rows` at `targets` (k, 3) on the front, and the rows left behind.
+
+    Where the usual guard refuses that, flat facets may become flatter and turn farther.
+    """
+    looser = replace(options, max_turn=max(options.max_turn, TURN_AT_FRONT))
+    for guard, kept in ((options, KEPT), (looser, KEPT_AT_FRONT)):
+        points, moved = guarded_move(surface, rows, targets, guard, kept)
+        surface = replace(surface, points=points)
+        left = ~np.isin(rows, moved)
+        rows, targets = rows[left], targets[left]
+        if not len(rows):
+            break
+    return surface, rows
+
+
+def settle_front(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
+    """Move front points that lie off the front onto it, the first and last of a front to its ends.
+
+    A trace on a curved crack is a chord, so that where it crosses the front in (u, v) it is off the crack.
+    """
     _, planes = classes(surface)
-    ends = []
-    for front in np.flatnonzero(~np.array(sheet.rim.closed, bool)).tolist():
-        ids = surface.on_front(front)
-        ids = ids[planes[ids].any(axis=1)]
-        if len(ids):
-            ends += [ids[0], ids[-1]]
-    rows = np.unique(np.array(ends, np.int64))
-    targets = _front_ends(surface.points[rows], planes[rows], sheet)
+    rows = np.flatnonzero(surface.front >= 0)
+    targets = sheet.lift(sheet.rim.nearest_front(sheet.uv(surface.points[rows]))[0])
+    on_box = planes[rows].any(axis=1)
+    targets[on_box] = np.nan
+    ends = np.isin(rows, _outermost(surface, sheet, rows[on_box]))
+    targets[ends] = _front_ends(surface.points[rows[ends]], planes[rows[ends]], sheet)
     step = np.linalg.norm(targets - surface.points[rows], axis=1)
     with np.errstate(invalid="ignore"):
         chosen = (step > 0) & (step < options.snap_front * surface.size[rows])
-    return _moved_onto_front(surface, sheet, rows[chosen], targets[chosen], options)
+    return settled_on_front(surface, rows[chosen], targets[chosen], options)[0]
+
+
+def _outermost(surface: CutSurface, sheet: Sheet, on_box: np.ndarray) -> np.ndarray:
+    """Return which of the front points on the box are the first and last of their open fronts."""
+    ends = []
+    for front in np.flatnonzero(~np.array(sheet.rim.closed, bool)).tolist():
+        ids = surface.on_front(front)
+        ids = ids[np.isin(ids, on_box)]
+        if len(ids):
+            ends += [ids[0], ids[-1]]
+    return np.unique(np.array(ends, np.int64))
 
 
 def _pushed_apart(arc: np.ndarray, least: np.ndarray, held: np.ndarray, period: float) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.insertion.cut import CutSurface, SizeAt, split_edges, trace_edges, with_phi
+from craftmesh.insertion.cut import CutSurface, SizeAt, edge_lengths, split_edges, trace_edges, with_phi
 from craftmesh.insertion.sheet import Sheet
 
 # Chosen by hand. TOUCHING and END bound how far a node may be off the given front and its end.
@@ -14,13 +14,24 @@ ROUNDS = 12  # of splitting, each at the first crossing of every trace edge: no 
 TOUCHING = 1e-3  # of the local size: nearer than this, a trace point, crossing or corner is on the front
 AT_END = 1e-9  # of the local size: a crossing this near the end of its edge, off the front, is rounding
 SLACK = 1.0001  # an edge shorter than the distances of its ends from the front misses it; and some rounding
-ALONG = 0.1  # of its length: a trace edge this near the front replaces it
 GRAZING = 0.05  # sine of the angle below which an edge between two front points does not cross the front
 SHARPEST = np.radians(60.0)  # a front edge spans at most this much of the front's turning
 END = 0.3  # of the size: a pierce point this near the end of a front is its end
-CORNER = np.cos(np.radians(20.0))  # front corners sharper than this keep a node
 INTERVALS = 256  # even steps in which the target size is summed up between two pierce points
 CHORDS = 16  # over those steps, by which the front's turning is measured
+FIDELITY = 0.02  # of the target size: front edges, and so what slides along them, stay this near the front
+FINEST = (
+    0.35  # of the target size: front edges are not made shorter for that; enough for 0.8 of it as radius
+)
+SHARES = (
+    0.125,
+    0.25,
+    0.375,
+    0.5,
+    0.625,
+    0.75,
+    0.875,
+)  # of an edge, at which its distance from the front is measured
 ROUND_DOWN = 0.01  # of an edge: a turning just past a multiple of SHARPEST takes no further edge
 
 
@@ -54,13 +65,9 @@ def with_front_points(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> Cu
     return replace(surface, phi=phi, front=front, arc=arc)
 
 
-def _lengths(surface: CutSurface, edges: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
-
-
 def _may_cross(surface: CutSurface, edges: np.ndarray) -> np.ndarray:
     """Tell which edges are long enough to reach the front from both their ends."""
-    phi, length = surface.phi[edges], _lengths(surface, edges)
+    phi, length = surface.phi[edges], edge_lengths(surface, edges)
     return np.abs(phi).sum(axis=1) <= SLACK * length
 
 
@@ -120,48 +127,6 @@ class FrontChain:
     uv: np.ndarray
 
 
-def inside_traces(surface: CutSurface) -> tuple[np.ndarray, np.ndarray]:
-    """Return trace edges inside the front, and those that join two points of the front."""
-    edges = trace_edges(surface)
-    phi = surface.phi[edges]
-    chords = edges[(phi == 0).all(axis=1)]
-    return edges[(phi >= 0).all(axis=1) & (phi > 0).any(axis=1)], chords
-
-
-def split_chords(surface: CutSurface, sheet: Sheet) -> tuple[CutSurface, np.ndarray]:
-    """Split trace edges across the crack between two front points; return those along the front.
-
-    A trace edge between neighbouring front points, close to the front, is taken as the front's edge.
-    """
-    _, chords = inside_traces(surface)
-    if not len(chords):
-        return surface, chords
-    middle = (surface.points[chords[:, 0]] + surface.points[chords[:, 1]]) / 2
-    phi, length = sheet.rim.inside(sheet.uv(middle)), _lengths(surface, chords)
-    along = _neighbours(surface, sheet, chords) & (np.abs(phi) <= ALONG * length)
-    across = ~along & (phi > 0)
-    surface = split_edges(
-        surface, chords[across], middle[across], surface.size[chords[across]].mean(axis=1)
-    )
-    return with_phi(surface, sheet), chords[along]
-
-
-def _neighbours(surface: CutSurface, sheet: Sheet, chords: np.ndarray) -> np.ndarray:
-    """Tell which chords join front points that follow each other along one front."""
-    on = np.flatnonzero(surface.front >= 0)
-    on = on[np.lexsort([surface.arc[on], surface.front[on]])]
-    following = np.roll(on, -1)
-    front = surface.front[on]
-    last = np.flatnonzero(front != np.roll(front, -1))
-    for i in last.tolist():
-        following[i] = on[np.flatnonzero(front == front[i])[0]] if sheet.rim.closed[front[i]] else -1
-    if len(on) and not len(last) and not sheet.rim.closed[front[0]]:
-        following[-1] = -1
-    stride = len(surface.points) + 1
-    known = np.minimum(on, following) * stride + np.maximum(on, following)
-    return np.isin(chords[:, 0] * stride + chords[:, 1], known)
-
-
 def chain(
     surface: CutSurface, sheet: Sheet, along: np.ndarray, target: SizeAt, crowd: np.ndarray
 ) -> FrontChain:
@@ -209,11 +174,8 @@ def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int) -> list[tuple[i
     curve, closed = sheet.rim.curves[front], sheet.rim.closed[front]
     ids = surface.on_front(front)
     known = surface.arc[ids]
-    step = np.diff(curve[:, :2], axis=0)
-    step /= np.linalg.norm(step, axis=1)[:, None]
-    sharp = np.flatnonzero(np.einsum("ij,ij->i", step[1:], step[:-1]) < CORNER) + 1
     size = np.median(surface.size)
-    wanted = _apart(curve[sharp, 2], known, TOUCHING * size)
+    wanted = _apart(sheet.rim.corners(front), known, TOUCHING * size)
     if not closed:
         wanted += _apart(curve[[0, -1], 2], known, END * size)
     elif not len(wanted) and not len(ids):
@@ -232,19 +194,58 @@ def _apart(wanted: np.ndarray, known: np.ndarray, near: float) -> list[float]:
 def _spread(
     sheet: Sheet, front: int, ends: tuple[float, float], target: SizeAt, halvings: int
 ) -> np.ndarray:
-    """Return arc lengths between the ends, evenly in units of the target size.
+    """Return arc lengths between the ends, even in units of the target size, closer where the front bends.
 
     Edges turn by at most SHARPEST. Turning is seen between chords; half a chord at each end shows none.
     """
     samples = np.linspace(ends[0], ends[1], INTERVALS + 1)
-    uv = sheet.rim.on_front(front, samples)
-    density = 1.0 / target(sheet.lift(uv))
-    total = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(samples))])
-    heading = np.unwrap(np.arctan2(*np.diff(uv[:: INTERVALS // CHORDS], axis=0).T[::-1]))
+    places = sheet.lift(sheet.rim.on_front(front, samples))
+    size = target(places)
+    bend = _bending(sheet, front, samples, size)
+    plain, total = (_summed(density, samples) for density in (1 / size, bend / size))
+    uv = sheet.uv(places[:: INTERVALS // CHORDS])
+    heading = np.unwrap(np.arctan2(*np.diff(uv, axis=0).T[::-1]))
     turning = np.abs(np.diff(heading)).sum() * CHORDS / (CHORDS - 1)
     bends = int(np.ceil(turning / SHARPEST - ROUND_DOWN))
-    count = max(1, int(round(total[-1])), bends) * 2**halvings
-    return np.interp(np.arange(1, count) * total[-1] / count, total, samples)
+    count = max(1, int(round(plain[-1])), bends)
+    while True:
+        arcs = np.interp(np.linspace(0, total[-1], count * 2**halvings + 1), total, samples)
+        if count * FINEST >= plain[-1] or _is_true(sheet, front, arcs, target):
+            return arcs[1:-1]
+        count += 1
+
+
+def _summed(density: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Return the integral (n,) of the density (n,) from the first sample to each."""
+    return np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(samples))])
+
+
+def _bending(sheet: Sheet, front: int, samples: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Return by what factor (n,) edges around the arc lengths are to be shorter to stay at the front."""
+    low = np.maximum(samples - size / 2, samples[0])
+    high = np.minimum(samples + size / 2, samples[-1])
+    off = sagitta(sheet, front, low, high)
+    return np.clip(np.sqrt(off / (FIDELITY * size)), 1.0, 1 / FINEST)
+
+
+def _is_true(sheet: Sheet, front: int, arcs: np.ndarray, target: SizeAt) -> bool:
+    """Tell whether the edges between the arc lengths stay within FIDELITY of the front."""
+    off = sagitta(sheet, front, arcs[:-1], arcs[1:])
+    middle = sheet.lift(sheet.rim.on_front(front, (arcs[:-1] + arcs[1:]) / 2))
+    return bool((off <= FIDELITY * target(middle)).all())
+
+
+def sagitta(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return how far (n,) the front is from its chords between the arc lengths start and end (n,)."""
+    a, b = (sheet.lift(sheet.rim.on_front(front, arc)) for arc in (start, end))
+    chord = b - a
+    square = np.maximum(np.einsum("ij,ij->i", chord, chord), np.finfo(float).tiny)
+    most = np.zeros(len(start))
+    for share in SHARES:
+        place = sheet.lift(sheet.rim.on_front(front, start + share * (end - start)))
+        along = np.clip(np.einsum("ij,ij->i", place - a, chord) / square, 0, 1)
+        most = np.maximum(most, np.linalg.norm(a + along[:, None] * chord - place, axis=1))
+    return most
 
 
 def conflicts(edges: np.ndarray, traces: np.ndarray, uv: np.ndarray) -> np.ndarray:

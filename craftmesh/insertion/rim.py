@@ -8,6 +8,7 @@ import shapely
 from craftmesh.cracks.triangulated import ON_PLANE, boundary_loops
 from craftmesh.types import Crack
 
+CORNER = np.cos(np.radians(20.0))  # front corners sharper than this keep a node
 MOUTH = 0.2  # of the box's diagonal, by which the mouth is pushed out of it
 
 
@@ -51,6 +52,14 @@ class Rim:
         if self.closed[front]:
             arc = np.mod(arc, curve[-1, 2])
         return np.stack([np.interp(arc, curve[:, 2], curve[:, i]) for i in range(2)], axis=1)
+
+    def corners(self, front: int) -> np.ndarray:
+        """Return the arc lengths (k,) of a front's corners between its ends."""
+        curve = self.curves[front]
+        step = np.diff(curve[:, :2], axis=0)
+        step /= np.linalg.norm(step, axis=1)[:, None]
+        sharp = np.flatnonzero(np.einsum("ij,ij->i", step[1:], step[:-1]) < CORNER) + 1
+        return curve[sharp, 2]
 
 
 def rim_of(crack: Crack, nodes: np.ndarray, frame: np.ndarray, box: np.ndarray) -> Rim:

@@ -191,8 +191,8 @@ def test_a_front_along_a_grain_boundary_stays_on_its_curve(l_min, step):
         t = np.clip(np.einsum("ij,ij->i", x - p, q - p) / np.einsum("ij,ij->i", q - p, q - p), 0, 1)
         assert np.linalg.norm(p + t[:, None] * (q - p) - x, axis=1).min() < 1e-9
     assert not np.isin(nodes, before.points).all()
-    # the given front has the boundary's own edges of up to 1.42 for chords: 1.42^2 / (8 R) = 0.050
-    assert np.abs(np.linalg.norm(nodes - centre, axis=1) - 5.0).max() < 0.051
+    # the chords of the given front leave the circle by 0.02 l_min at most; 0.020 was measured
+    assert np.abs(np.linalg.norm(nodes - centre, axis=1) - 5.0).max() < 0.021 * l_min
     # one closed curve
     assert (np.bincount(edges.ravel())[np.unique(edges)] == 2).all() and len(np.unique(edges)) == len(edges)
     on_front = np.zeros(len(after.points), bool)

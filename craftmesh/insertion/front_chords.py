@@ -1,0 +1,118 @@
+"""Trace edges between two front points: the front's own where they run along it, else split."""
+
+import numpy as np
+
+from craftmesh.insertion.cut import CutSurface, SizeAt, edge_lengths, split_edges, trace_edges, with_phi
+from craftmesh.insertion.onto_front import settled_on_front
+from craftmesh.insertion.options import InsertOptions
+from craftmesh.insertion.pierce import FIDELITY, sagitta, with_front_points
+from craftmesh.insertion.sheet import Sheet
+from craftmesh.surface.connectivity import unique_edges
+
+ALONG = 0.1  # of its length: a trace edge this near the front runs along it
+ALONG_FLAT = 0.5  # the same for an edge of facets that lie in the crack: the front has to bound them
+ROUNDS = 10  # of halving edges along the front; each takes three quarters of what they are off it
+
+
+def inside_traces(surface: CutSurface) -> tuple[np.ndarray, np.ndarray]:
+    """Return trace edges inside the front, and those that join two points of the front."""
+    edges = trace_edges(surface)
+    phi = surface.phi[edges]
+    chords = edges[(phi == 0).all(axis=1)]
+    return edges[(phi >= 0).all(axis=1) & (phi > 0).any(axis=1)], chords
+
+
+def settle_chords(
+    surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions
+) -> tuple[CutSurface, np.ndarray]:
+    """Split trace edges that join two front points but are not the front's; return those that are (k, 2).
+
+    A trace edge between neighbouring front points, close to the front, is the front's edge. Where it leaves
+    that by more than FIDELITY it is split, its middle moved onto the front, and the boundary with it.
+    """
+    for _ in range(ROUNDS):
+        _, chords = inside_traces(surface)
+        if not len(chords):
+            return surface, chords
+        middle = (surface.points[chords[:, 0]] + surface.points[chords[:, 1]]) / 2
+        phi, length = sheet.rim.inside(sheet.uv(middle)), edge_lengths(surface, chords)
+        near = np.where(_in_flat_facets(surface, chords), ALONG_FLAT, ALONG) * length
+        along = _neighbours(surface, sheet, chords) & (np.abs(phi) <= near)
+        bent = along.copy()
+        bent[along] = _is_off(surface, sheet, chords[along], target)
+        across = ~along & (phi > 0)
+        if not (bent | across).any():
+            return surface, chords[along]
+        surface = _split(surface, sheet, (chords[bent], chords[across]), options)
+    return surface, chords[along & ~bent]
+
+
+def _is_off(surface: CutSurface, sheet: Sheet, chords: np.ndarray, target: SizeAt) -> np.ndarray:
+    """Tell which edges between neighbouring front points leave the front by too much, or cut a corner."""
+    off = np.zeros(len(chords), bool)
+    front, start, end = _stretches(surface, sheet, chords)
+    for number in np.unique(front).tolist():
+        mine = np.flatnonzero(front == number)
+        size = target(surface.points[chords[mine]].mean(axis=1))
+        off[mine] = sagitta(sheet, number, start[mine], end[mine]) > FIDELITY * size
+    return off
+
+
+def _stretches(
+    surface: CutSurface, sheet: Sheet, chords: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the front (k,) of edges between neighbouring front points, and the arcs of their ends."""
+    front = surface.front[chords[:, 0]]
+    start, end = np.sort(surface.arc[chords], axis=1).T
+    period = np.array([curve[-1, 2] for curve in sheet.rim.curves])[front]
+    around = np.array(sheet.rim.closed)[front] & (end - start > period / 2)
+    return front, np.where(around, end, start), np.where(around, start + period, end)
+
+
+def _in_flat_facets(surface: CutSurface, chords: np.ndarray) -> np.ndarray:
+    """Tell which edges (k, 2) are edges of facets with all their corners on the crack."""
+    flat = surface.facets[(surface.psi[surface.facets] == 0).all(axis=1)]
+    key = np.array([len(surface.points), 1])
+    return np.isin(np.sort(chords, axis=1) @ key, unique_edges(flat)[0] @ key)
+
+
+def _split(
+    surface: CutSurface,
+    sheet: Sheet,
+    chords: tuple[np.ndarray, np.ndarray],
+    options: InsertOptions,
+) -> CutSurface:
+    """Split edges along the front (k, 2), whose middles move onto it, and edges across the crack (j, 2).
+
+    A middle that may not move is no front point, but where the front has to bound flat facets.
+    """
+    bent, across = chords
+    flat = _in_flat_facets(surface, bent)
+    front, start, end = _stretches(surface, sheet, bent)
+    places = np.empty((len(bent), 3))
+    for number in np.unique(front).tolist():
+        mine = front == number
+        places[mine] = sheet.lift(sheet.rim.on_front(number, (start[mine] + end[mine]) / 2))
+    edges = np.concatenate(chords)
+    first, size = len(surface.points), surface.size[edges].mean(axis=1)
+    middles = surface.points[edges].mean(axis=1)
+    surface = with_phi(split_edges(surface, edges, middles, size), sheet)
+    halves = np.arange(first, first + len(bent))
+    surface, left = settled_on_front(surface, halves, places, options)
+    return with_front_points(surface, sheet, halves[flat | ~np.isin(halves, left)])
+
+
+def _neighbours(surface: CutSurface, sheet: Sheet, chords: np.ndarray) -> np.ndarray:
+    """Tell which chords join front points that follow each other along one front."""
+    on = np.flatnonzero(surface.front >= 0)
+    on = on[np.lexsort([surface.arc[on], surface.front[on]])]
+    following = np.roll(on, -1)
+    front = surface.front[on]
+    last = np.flatnonzero(front != np.roll(front, -1))
+    for i in last.tolist():
+        following[i] = on[np.flatnonzero(front == front[i])[0]] if sheet.rim.closed[front[i]] else -1
+    if len(on) and not len(last) and not sheet.rim.closed[front[0]]:
+        following[-1] = -1
+    stride = len(surface.points) + 1
+    known = np.minimum(on, following) * stride + np.maximum(on, following)
+    return np.isin(chords[:, 0] * stride + chords[:, 1], known)
