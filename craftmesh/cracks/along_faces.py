@@ -15,6 +15,8 @@ NEAR = 0.2  # of l_min: a crack nearer than this to a face leaves room for flat 
 FLATTEST = 3.0  # degrees: a crack that ends at a face makes a wedge of this angle at least
 GENTLE = 15.0  # degrees: steeper parts only end near a face, they do not lie along it
 LEAST_AREA = 1.0  # of l_min squared, about two facets: a smaller part near a face is a place, not a run
+LIGAMENT = 0.1  # of l_min: a front nearer than this to a face leaves a ligament of flat tets alone
+LIGAMENT_LENGTH = 2.0  # of l_min: a front that ends at a face at 3 degrees or more is near it for less
 ON_FACE = 1e-6  # of l_min: a part this near a face reaches it
 
 
@@ -29,9 +31,13 @@ class AlongFace(NamedTuple):
 
 
 def refuse_along_faces(crack: Crack, box: np.ndarray, l_min: float) -> None:
-    """Raise CraftmeshError where the crack lies along a face of the box (2, 3); l_min in model units."""
+    """Raise CraftmeshError where the crack or its front runs along a face of the box (2, 3).
+
+    l_min in model units.
+    """
     found = along_faces(crack, box, l_min)
     if not found:
+        _refuse_fronts(crack, np.asarray(box, float), l_min)
         return
     part = max(found, key=lambda one: one.area)
     if part.least <= ON_FACE * l_min:
@@ -47,6 +53,27 @@ def refuse_along_faces(crack: Crack, box: np.ndarray, l_min: float) -> None:
         f"the crack lies {part.least:.3g} to {part.most:.3g} from the box face {part.face}, at "
         f"{part.tilt:.3g} degrees to it, over an area of {part.area:.3g}; expected {wish}"
     )
+
+
+def _refuse_fronts(crack: Crack, box: np.ndarray, l_min: float) -> None:
+    """Raise CraftmeshError where a front leaves a ligament to a face that is too narrow to be meshed."""
+    start, end = (
+        np.concatenate([crack.points[front[part]] for front in crack.fronts] or [np.zeros((0, 3))])
+        for part in (slice(None, -1), slice(1, None))
+    )
+    length = np.linalg.norm(end - start, axis=1)
+    for axis in range(3):
+        for upper in (0, 1):
+            a, b = (np.abs(x[:, axis] - box[upper, axis]) for x in (start, end))
+            share = np.clip((LIGAMENT * l_min - np.minimum(a, b)) / np.maximum(np.abs(b - a), 1e-300), 0, 1)
+            along = (share * length).sum()
+            if along > LIGAMENT_LENGTH * l_min:
+                face = BOX_PLANES[2 * axis + upper]
+                raise CraftmeshError(
+                    f"the crack's front runs {np.minimum(a, b).min():.3g} from the box face {face} over a "
+                    f"length of {along:.3g}; expected 0.1 l_min, which is {LIGAMENT * l_min:.3g}, or a "
+                    "crack that ends past the face: move it"
+                )
 
 
 def along_faces(crack: Crack, box: np.ndarray, l_min: float) -> list[AlongFace]:

@@ -123,3 +123,15 @@ def test_the_command_takes_l_min_and_else_half_a_voxel(tmp_path, capsys, lengths
     assert main(words) == int(refused)
     assert (tmp_path / "crack.vtp").exists() != refused
     assert ("box face ZMIN" in capsys.readouterr().err) == refused
+
+
+def test_a_front_along_a_face_is_refused_but_not_one_that_ends_there():
+    square = np.array([[-1, -1, 5], [9.99, -1, 5], [9.99, 11, 5], [-1, 11, 5]], float)
+    box = np.array([[0.0, 0.0, 0.0], [10.0, 10.0, 10.0]])
+    crack = crack_from_triangles(square, [[0, 1, 2], [0, 2, 3]], None, box)
+    with pytest.raises(CraftmeshError, match="front runs 0.01 from the box face XMAX over a length of 10"):
+        refuse_along_faces(crack, box, 1.0)
+    refuse_along_faces(crack, box, 0.05)
+    square[2, 0] = 8.0
+    slanted = crack_from_triangles(square, [[0, 1, 2], [0, 2, 3]], None, box)
+    refuse_along_faces(slanted, box, 1.0)
