@@ -4,6 +4,7 @@ import weakref
 
 import numpy as np
 import pytest
+from few_facets import fan, prepared
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from structured_box import structured_box
@@ -285,3 +286,12 @@ def test_relaxation_evens_facets_out_inside_a_patch_only():
     assert np.isin(moved, inside).all() and (mesh.points[inside] == before[inside])[held].all()
     even, uneven = (facet_angles(p, surface.facets).min(axis=1).mean() for p in (mesh.points, before))
     assert even > uneven + 2
+
+
+@pytest.mark.parametrize("edge", [(0, 1), (1, 0)])
+def test_an_inner_vertex_gives_way_to_a_line_whichever_end_it_is(edge):
+    state, references = prepared(fan(6))
+    assert state.mesh.rank[[0, 1]].tolist() == [0, 1]
+    assert collapse_edge(*references, OPEN, *edge) == DONE
+    assert state.mesh.first[0] < 0 <= state.mesh.first[1]
+    assert state.mesh.alive.sum() == 4

@@ -6,7 +6,6 @@ from craftmesh.gradation.kernels.codes import DONE, EAR, GRAIN_CONTACT, LINK, ON
 from craftmesh.gradation.kernels.collapse_rules import (
     EITHER,
     NEITHER,
-    ONTO_A,
     ONTO_B,
     closes_thin_end,
     grains_touch,
@@ -114,7 +113,7 @@ def _collapse_somehow(state, grid, limits, a, b, ends):
             return DONE
     if ends != ONTO_B:
         reason = collapse(state, grid, limits, a, b, np.bool_(False))
-    if ends != ONTO_A and reason != DONE:
+    if ends == ONTO_B or (ends == EITHER and reason != DONE):
         reason = collapse(state, grid, limits, b, a, np.bool_(False))
     return reason
 
