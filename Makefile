@@ -61,3 +61,4 @@ bench: setup
 	$(BIN)/python benchmarks/gradation.py
 	$(BIN)/python benchmarks/volume.py
 	$(BIN)/python benchmarks/deck.py
+	$(BIN)/python benchmarks/noise.py

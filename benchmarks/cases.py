@@ -77,7 +77,7 @@ def stl_set(path: Path) -> Start:
     surface, _ = stitch_grains(grains)
     voxels = Voxels(data["labels"], np.ones(3), np.zeros(3))
     edge = data["labels"].shape[0]
-    return _with_crack(surface, _thumbnail(edge), voxels.box, PAPER, find_islands(voxels))
+    return with_crack(surface, _thumbnail(edge), voxels.box, PAPER, find_islands(voxels))
 
 
 def example(name: str, path: Path) -> Start:
@@ -102,10 +102,10 @@ def _cracked(voxels, crack: dict, sizes: dict) -> Start:
     from craftmesh.voxels.islands import find_islands
 
     surface, _ = remesh(voxels)
-    return _with_crack(surface, crack, voxels.box, sizes, find_islands(voxels))
+    return with_crack(surface, crack, voxels.box, sizes, find_islands(voxels))
 
 
-def _with_crack(surface, crack: dict, box, sizes: dict, islands: tuple) -> Start:
+def with_crack(surface, crack: dict, box, sizes: dict, islands: tuple) -> Start:
     from craftmesh.cracks.options import CrackOptions
     from craftmesh.cracks.shapes import prescribed_crack
     from craftmesh.insertion.insert import insert_crack

@@ -46,6 +46,15 @@ def test_volume_compares_ours_with_plain_tetgen(tmp_path):
     assert ours["peak_mb"] > 30
 
 
+@pytest.mark.slow
+def test_noise_takes_a_volume_through_the_chain_as_it_is_and_smoothed(tmp_path):
+    noisy, smoothed = figures("noise.py", tmp_path)
+    assert (noisy["method"], smoothed["method"]) == ("noisy", "smoothed")
+    assert noisy["roughness"] == smoothed["roughness"] > 0.06
+    assert noisy["changed"] == 0 < smoothed["changed"]
+    assert smoothed["tets"] > 0 and smoothed["drift"] < 1
+
+
 def test_deck_measures_the_model_in_every_form(tmp_path):
     target = tmp_path / "figures.json"
     command = [sys.executable, str(BENCHMARKS / "deck.py"), "--elements", "5000", "--runs", "1"]
