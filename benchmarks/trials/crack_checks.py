@@ -15,7 +15,6 @@ ALONG_FACE = (
     6.0  # degrees: what is steeper to a face is 2 l_min from its mouth at 0.2 l_min, and only ends there
 )
 NEAR_SHARE = 0.01  # of the crack's area in the box that counts as a part of it
-AT_FRONT = 0.3  # l_min: nodes of the crack's rim this near the given front are meant to be on it
 VOID_ROOM = 1.75  # voxels from voids and the outside within which voxels do not tell where material is
 
 
@@ -24,10 +23,7 @@ def front_edges(deck: DeckFile) -> np.ndarray:
     once = []
     for lip in ("CRACK_LIP_A", "CRACK_LIP_B"):
         triangles = deck.triangles(lip)
-        edges = np.sort(
-            np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1
-        )
-        rows, count = np.unique(edges, axis=0, return_counts=True)
+        rows, count = np.unique(_edges(triangles), axis=0, return_counts=True)
         once.append(rows[count == 1])
     both, count = np.unique(np.concatenate(once), axis=0, return_counts=True)
     return both[count == 2]
@@ -96,14 +92,21 @@ def check_inserted(case: Drawn, inserted: Surface, l_min: float) -> dict:
     """Return how far crack facets and front are from the given ones before gradation, in l_min."""
     facets = inserted.facets[inserted.kind == CRACK]
     off = facets_off(case.sheet, inserted.points, facets, l_min)
-    edges = np.sort(np.concatenate([facets[:, [0, 1]], facets[:, [1, 2]], facets[:, [2, 0]]]), axis=1)
-    edges, count = np.unique(edges, axis=0, return_counts=True)
-    rim = np.unique(edges[count == 1])
-    front = to_polylines(inserted.points[rim], case.sheet.fronts) / l_min
-    near = front[front < AT_FRONT]
+    edges, count = np.unique(_edges(facets), axis=0, return_counts=True)
+    free = _edges(inserted.facets[(inserted.sides <= 0).any(axis=1)])
+    width = len(inserted.points)
+    inner = ~np.isin(edges @ (width, 1), free @ (width, 1))
+    front = inserted.points[np.unique(edges[(count == 1) & inner])]
+    at_nodes = to_polylines(front, case.sheet.fronts) / l_min
     return {f"inserted_{key}": value for key, value in off.items()} | {
-        "inserted_front_node": float(near.max(initial=0.0))
+        "inserted_front_node": float(at_nodes.max(initial=0.0))
     }
+
+
+def _edges(triangles: np.ndarray) -> np.ndarray:
+    """Return the edges (3m, 2) of triangles (m, 3), the lower node first."""
+    pairs = [triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]
+    return np.sort(np.concatenate(pairs).astype(np.int64), axis=1)
 
 
 def facets_off(sheet: Sheet, points: np.ndarray, triangles: np.ndarray, l_min: float) -> dict:
