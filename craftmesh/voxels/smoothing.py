@@ -66,9 +66,9 @@ def smooth_boundaries(labels: np.ndarray, spacing: np.ndarray, rounds: int) -> t
 class _Grid:
     """The grains 0, 1, ... in a flat padded array; voids, the outside and the box faces are below -1."""
 
-    padded: np.ndarray  # (n,)
+    padded: np.ndarray  # (n,) int32
     shape: tuple[int, int, int]  # of it
-    rim: int
+    rim: list[int]  # voxels padded on either side of x, y, z
     ids: np.ndarray  # (g,) label of each grain
     steps: np.ndarray  # (s,) to the places around one
     weights: np.ndarray  # (s,)
@@ -77,14 +77,14 @@ class _Grid:
     @classmethod
     def of(cls, labels: np.ndarray, spacing: np.ndarray) -> "_Grid":
         offsets, weights = _gaussian(spacing)
-        rim = int(max(REACH, np.abs(offsets).max()))
+        rim = np.maximum(REACH, np.abs(offsets).max(axis=0)).tolist()
         ids = np.unique(labels)
         grains = ids[ids > 0]
         code = np.where(ids > 0, np.cumsum(ids > 0) - 1, -8 - np.cumsum(ids <= 0))
-        padded = np.pad(code[np.searchsorted(ids, labels)], rim)
+        padded = np.pad(code.astype(np.int32)[np.searchsorted(ids, labels)], [(r, r) for r in rim])
         for axis in range(3):
             ends = np.moveaxis(padded, axis, 0)
-            ends[:rim], ends[-rim:] = -2 - 2 * axis, -3 - 2 * axis
+            ends[: rim[axis]], ends[-rim[axis] :] = -2 - 2 * axis, -3 - 2 * axis
         strides = np.array(padded.strides) // padded.itemsize
         band = tuple(2 * int(r) + 1 for r in BAND * RADIUS * spacing.max() / spacing)
         return cls(padded.ravel(), padded.shape, rim, grains, offsets @ strides, weights, band)
@@ -95,8 +95,8 @@ class _Grid:
 
     def _core(self, axis: int, low: int, high: int) -> np.ndarray:
         """Return the voxels, moved by `low` at the lower and `high` at the upper end of an axis."""
-        window = [slice(self.rim, -self.rim)] * 3
-        window[axis] = slice(self.rim + low, self.shape[axis] - self.rim + high)
+        window = [slice(r, -r) for r in self.rim]
+        window[axis] = slice(self.rim[axis] + low, self.shape[axis] - self.rim[axis] + high)
         return self.padded.reshape(self.shape)[tuple(window)]
 
     def labels(self, before: np.ndarray) -> np.ndarray:
@@ -124,7 +124,7 @@ class _Grid:
         keys = []
         for axis in range(3):
             a, b = self._core(axis, -1, 0).ravel(), self._core(axis, 0, 1).ravel()
-            a, b = a[a != b], b[a != b]
+            a, b = a[a != b].astype(np.int64), b[a != b].astype(np.int64)
             keys.append(contact_key(np.minimum(a, b), np.maximum(a, b), count))
         return np.unique(np.concatenate(keys)), count
 

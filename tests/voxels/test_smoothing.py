@@ -114,6 +114,12 @@ def test_a_ball_stays_a_ball_where_voxels_are_flat():
     assert (smooth_boundaries(labels, np.ones(3), 4)[0] != labels).any()
 
 
+def test_very_flat_voxels_are_smoothed_too():
+    noisy = generate(GenerateOptions(shape=(12, 12, 60), spacing=(1, 1, 0.04), grains=4, **NOISE))
+    made, report = smooth_boundaries(noisy.labels, noisy.spacing, 1)
+    assert report["smoothed_voxels"] > 0 and contacts(made) <= contacts(noisy.labels)
+
+
 def test_flat_boundaries_stay():
     labels = np.ones((12, 12, 12), np.int32)
     labels[6:] = 2
