@@ -11,6 +11,9 @@ from trials.sheets import Sheet, samples
 
 FACE_BAND = 0.2  # l_min: a crack this near a face over a part of its area may be refused
 FACE_TILT = 3.0  # degrees between crack and face at the mouth, below which it may be refused
+FRONT_STEP = 0.25  # l_min: between the points at which the given front is looked at
+LIGAMENT = 0.1  # l_min: less than this between front and face leaves room for flat tets alone
+LIGAMENT_RUN = 2.0  # l_min: fronts that only end at a face are nearer than LIGAMENT over a shorter length
 ALONG_FACE = (
     6.0  # degrees: what is steeper to a face is 2 l_min from its mouth at 0.2 l_min, and only ends there
 )
@@ -152,9 +155,13 @@ def may_be_refused(case: Drawn, l_min: float) -> str | None:
     box, reach = case.voxels.box, FACE_BAND * l_min
     if not (material_depth(case.voxels, points) > 0).any():
         return "outside the material"
-    front = np.concatenate([_dense(line, 0.25 * l_min) for line in case.sheet.fronts])
+    front = np.concatenate([_dense(line, FRONT_STEP * l_min) for line in case.sheet.fronts])
     if not (material_depth(case.voxels, front) > 0).any():
         return "no front in the material"
+    inside = front[((front >= box[0]) & (front <= box[1])).all(axis=1)]
+    to_faces = np.minimum(inside - box[0], box[1] - inside)
+    if (to_faces < LIGAMENT * l_min).sum(axis=0).max() > LIGAMENT_RUN / FRONT_STEP:
+        return "the front runs along a face"
     near_box = ((points >= box[0] - reach) & (points <= box[1] + reach)).all(axis=1)
     for axis in range(3):
         tilt = np.degrees(np.arccos(np.clip(np.abs(normals[:, axis]), 0, 1)))
