@@ -16,7 +16,7 @@ FLATTEST = 3.0  # degrees: a crack that ends at a face makes a wedge of this ang
 GENTLE = 15.0  # degrees: steeper parts only end near a face, they do not lie along it
 LEAST_AREA = 1.0  # of l_min squared, about two facets: a smaller part near a face is a place, not a run
 LIGAMENT = 0.1  # of l_min: a front nearer than this to a face leaves a ligament of flat tets alone
-LIGAMENT_LENGTH = 2.0  # of l_min: a front that ends at a face at 3 degrees or more is near it for less
+LIGAMENT_LENGTH = 8.0  # of l_min: a circle of up to 80 l_min that touches a face is near it for less
 ON_FACE = 1e-6  # of l_min: a part this near a face reaches it
 
 

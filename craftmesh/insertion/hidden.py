@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from craftmesh.insertion.cut import CutSurface, split_edges
 from craftmesh.insertion.guarded_move import guarded_move
@@ -17,10 +18,14 @@ SAMPLES = np.arange(1, 8) / 8  # of an edge's length, where its offset from a cu
 BULGE = 0.5  # of an edge's length: a crack farther from both ends is not looked for between them
 DEEP = 0.01  # of the least length: a crack that comes less far through an edge stays hidden
 OFF = 0.03  # of the least length: trace edges farther off the crack are split
+SMALL = (
+    0.15  # of the least length: edges near a place where facets met are split, but not shorter than this
+)
 SHORTEST = 0.5  # of the least length: no trace edge is split into shorter ones
 FARTHEST = 0.3  # of an edge's length: its middle moves onto the crack by at most this much
 ROUNDS = 6  # of halving trace edges, and as many of giving up those whose middle cannot move
-CONTACT = 0.1  # of an edge's length: nearer than this, a boundary along the crack is moved onto it
+CONTACT = 0.1  # of the least length: nearer than this, a boundary along the crack is moved onto it
+GRAZING = 0.25  # of the way within the boundary: where the crack is nearer than this, the two graze
 
 
 def split_hidden(surface: CutSurface, sheet: Sheet, least: float) -> CutSurface:
@@ -49,10 +54,31 @@ def split_hidden(surface: CutSurface, sheet: Sheet, least: float) -> CutSurface:
         return surface
     size = surface.size[edges]
     size = size[:, 0] + fraction * (size[:, 1] - size[:, 0])
-    split = split_edges(surface, edges, new, size)
-    psi = split.psi.copy()
-    psi[len(surface.points) :] = sheet.offset(new)
-    return replace(split, psi=psi)
+    return _with_offsets(split_edges(surface, edges, new, size), sheet, len(surface.points))
+
+
+def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: float) -> CutSurface:
+    """Split the edges of facets near places (k, 3) that are not too short; no point moves.
+
+    Smaller facets tell better on which side of a curved crack they are. least: the least target length.
+    """
+    corners = surface.points[surface.facets]
+    centre = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
+    rows = np.flatnonzero(cKDTree(places).query(centre)[0] < reach + SMALL * least)
+    edges, _, _ = unique_edges(surface.facets[rows])
+    step = np.diff(surface.points[edges], axis=1)[:, 0]
+    edges = edges[np.linalg.norm(step, axis=1) > 2 * SMALL * least]
+    middle = surface.points[edges].mean(axis=1)
+    size = surface.size[edges].mean(axis=1) / 2
+    return _with_offsets(split_edges(surface, edges, middle, size), sheet, len(surface.points))
+
+
+def _with_offsets(surface: CutSurface, sheet: Sheet, first: int) -> CutSurface:
+    """Return the surface with psi of the points from `first` on, which need not be on the crack."""
+    psi = surface.psi.copy()
+    psi[first:] = sheet.offset(surface.points[first:])
+    return replace(surface, psi=psi)
 
 
 def follow_traces(surface: CutSurface, sheet: Sheet, least: float, options: InsertOptions) -> CutSurface:
@@ -97,10 +123,13 @@ def _too_far_off(surface: CutSurface, sheet: Sheet, least: float) -> tuple[np.nd
     across *= FARTHEST * length[far, None] / np.linalg.norm(across, axis=1)[:, None]
     middle = start[far] + step[far] / 2
     targets = sheet.nearest_crossing(middle, across)
-    lost = np.flatnonzero(np.isnan(targets).any(axis=1) & ~held[far])
-    ahead = sheet.gradient(middle[lost])
-    ahead *= CONTACT * length[far[lost], None] / np.linalg.norm(ahead, axis=1)[:, None]
-    targets[lost] = sheet.nearest_crossing(middle[lost], ahead)
+    ahead = sheet.gradient(middle)
+    ahead *= CONTACT * least / np.linalg.norm(ahead, axis=1)[:, None]
+    straight = sheet.nearest_crossing(middle, ahead)
+    way, shorter = (np.linalg.norm(place - middle, axis=1) for place in (targets, straight))
+    with np.errstate(invalid="ignore"):
+        grazing = ~held[far] & np.isfinite(shorter) & ~(GRAZING * way < shorter)
+    targets[grazing] = straight[grazing]
     found = np.isfinite(targets).all(axis=1)
     return edges[far[found]], targets[found]
 

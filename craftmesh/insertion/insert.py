@@ -9,7 +9,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
-from craftmesh.insertion.hidden import follow_traces, split_hidden
+from craftmesh.insertion.hidden import follow_traces, split_hidden, split_near
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import FrontChain, chain, conflicts, pierce
@@ -25,6 +25,7 @@ from craftmesh.types import CRACK, INTERFACE, Crack, Surface
 
 SPREADS = 3  # rounds that push crowded pierce points apart
 HALVINGS = 10  # of the edges between two pierce points, until the front crosses no trace
+ATTEMPTS = 4  # the later ones with smaller facets where a curved crack met a boundary
 BULGES = 3  # rounds in which edges are split that a curved crack bulges through
 NEAR = 3  # longest edges: only points this near the crack get an offset from it
 ON = 1e-9  # of the local size: points this near the crack are on it
@@ -45,13 +46,34 @@ def insert_crack(
     would meet others, as where a curved crack runs along a plane of the box.
     """
     options = options or InsertOptions()
-    progress(0.0, "cut")
     box = np.stack([surface.points.min(axis=0), surface.points.max(axis=0)])
     sheet = sheet_of(crack, box)
     cut = _prepared(surface, sheet)
     target = _target(cut, sizing)
     least = _least_length(crack, target)
     refuse_along_faces(crack, box, least)
+    for _ in range(ATTEMPTS):
+        result, numbers = _inserted(cut, sheet, target, least, options, progress)
+        pairs = crack_intersections(result)
+        if not len(pairs) or sheet.planar:
+            break
+        cut = split_near(cut, sheet, result.points[result.facets[pairs]].mean(axis=(1, 2)), least)
+    if len(pairs):
+        refuse_intersections(result)
+    progress(1.0, "done")
+    return result, numbers
+
+
+def _inserted(
+    cut: CutSurface,
+    sheet: Sheet,
+    target: SizeAt,
+    least: float,
+    options: InsertOptions,
+    progress: Callable[[float, str], None],
+) -> tuple[Surface, dict[str, int | float]]:
+    """Return the surface with the crack in it and the numbers of the report; its facets may meet others."""
+    progress(0.0, "cut")
     cut = _cut(cut, sheet, least, options)
     progress(0.3, "front")
     cut = snap_to_front(cut, sheet, target, options)
@@ -66,27 +88,29 @@ def insert_crack(
     progress(0.5, "crack facets")
     cut, triangles, fixed = with_patch(cut, sheet, front, traces, target, least)
     progress(0.8, "grains")
-    result, numbers = _assembled(cut, sheet, triangles, fixed)
-    refuse_intersections(result)
-    progress(1.0, "done")
-    return result, numbers
+    return _assembled(cut, sheet, triangles, fixed)
 
 
 def refuse_intersections(surface: Surface) -> None:
     """Raise where crack facets meet facets beyond the corners and edges they share."""
+    pairs = crack_intersections(surface)
+    if len(pairs):
+        place = np.round(surface.points[surface.facets[pairs[0]]].mean(axis=(0, 1)), 6).tolist()
+        raise CraftmeshError(
+            f"the crack's facets meet others near {place} ({len(pairs)} pairs): it runs along the box "
+            "or a grain boundary there; move it a little, turn it or give a shorter l_min"
+        )
+
+
+def crack_intersections(surface: Surface) -> np.ndarray:
+    """Return the pairs (k, 2) of facets, one of the crack or both, that meet beyond what they share."""
     crack = surface.kind == CRACK
     corners = surface.points[surface.facets]
     low, high = corners.min(axis=1), corners.max(axis=1)
     near = (low <= high[crack].max(axis=0)).all(axis=1) & (high >= low[crack].min(axis=0)).all(axis=1)
     rows = np.flatnonzero(near)
     pairs = rows[intersecting_pairs(surface.points, surface.facets[rows])]
-    pairs = pairs[crack[pairs].any(axis=1)]
-    if len(pairs):
-        place = np.round(corners[pairs[0]].mean(axis=(0, 1)), 6).tolist()
-        raise CraftmeshError(
-            f"the crack's facets meet others near {place} ({len(pairs)} pairs): it runs along the box "
-            "or a grain boundary there; move it a little, turn it or give a shorter l_min"
-        )
+    return pairs[crack[pairs].any(axis=1)]
 
 
 def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:

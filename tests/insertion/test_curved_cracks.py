@@ -81,6 +81,18 @@ def test_facets_of_a_void_that_lie_on_the_crack_are_no_crack_facets():
     assert report["crack_area"] == pytest.approx(np.pi * 2.2**2 - 4, rel=0.02)
 
 
+def test_a_rough_crack_that_grazes_a_boundary_and_the_box_is_inserted():
+    """Rough at the size of the facets and nearly along a boundary: sound with smaller facets there."""
+    model, _ = structured_box((8, 8, 8), lambda c: 1 + (c[:, 2] > 4).astype(int))
+    box = np.array([[0.0, 0, 0], [8, 8, 8]])
+    points, triangles = wavy_disc(3.5, 0.0, rings=20)
+    x, y = points[:, :2].T
+    points[:, 2] = 0.1 * np.sin(5.3 * x + 1) * np.cos(4.1 * y) + 0.12 * np.sin(2.3 * y + x) + 0.02 * x
+    crack = crack_from_triangles(points + [4, 6, 4], triangles, None, box)
+    surface, _ = insert_crack(model, crack, sizing_about(crack, 0.4))
+    assert check_surface(surface) == []
+
+
 @pytest.mark.parametrize("height", [-0.1, 0.0, 0.05])
 def test_a_crack_that_bulges_through_a_boundary_between_its_points_is_inserted(height):
     """A wavy crack along a flat boundary that it crosses and touches again and again."""
