@@ -44,6 +44,27 @@ def double_cone(count: int) -> Surface:
     return sheet(facets, (1, 0), points=np.concatenate([waist, [[0, 0, 1], [0, 0, -1]]]))
 
 
+def lens(slope: float) -> Surface:
+    """A grain 1 between a disc at z = 0 and a cone over it that falls by `slope` towards the rim."""
+    rings, around = np.arange(4), np.arange(12)
+    radius, angle = np.meshgrid(2.0 - 0.5 * rings, np.radians(30 * around), indexing="ij")
+    flat = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=-1).reshape(-1, 3)
+    flat = np.concatenate([flat, np.zeros((1, 3))])
+    outer = (12 * rings[:3, None] + around).ravel()
+    after = (12 * rings[:3, None] + (around + 1) % 12).ravel()
+    disc = np.concatenate(
+        [
+            np.stack([outer, after, after + 12], axis=1),
+            np.stack([outer, after + 12, outer + 12], axis=1),
+            np.stack([36 + around, 36 + (around + 1) % 12, np.full(12, 48)], axis=1),
+        ]
+    )
+    cone = flat[12:] + np.outer(slope * (2.0 - np.linalg.norm(flat[12:], axis=1)), [0, 0, 1])
+    facets = np.concatenate([disc, np.where(disc < 12, disc, disc + 37)])
+    sides = np.repeat([[2, 1], [1, 3]], len(disc), axis=0)
+    return Surface(np.concatenate([flat, cone]), facets, sides, np.zeros(len(facets), np.int8))
+
+
 def off_centre(**classes) -> Surface:
     """Return a fan whose hub is far from its centre and whose rim's point 1 is far from even."""
     surface = fan(6, hub=(-0.5, 0.2, 0.0), **classes)

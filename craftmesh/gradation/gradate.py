@@ -20,13 +20,12 @@ from craftmesh.gradation.passes import (
     swap_all,
 )
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
-from craftmesh.gradation.report import gradation_report
+from craftmesh.gradation.report import figures_before, gradation_report
 from craftmesh.gradation.state import make_state, surface_of
 from craftmesh.gradation.tied_nodes import release_tied_nodes
 from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Sizing
-from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.volumes import RestoringLimits, restore_volumes
 from craftmesh.types import Surface
 
@@ -84,15 +83,15 @@ def gradate(
 
     Junction lines, box planes, crack and front stay what and where they are, every grain stays closed
     and keeps its topology, and no step makes facets intersect. The report counts operations and
-    refusals and holds size adherence, angles, drift of volumes and the facets left under 12 degrees.
+    refusals and holds size adherence, angles, drift of volumes, and the facets and wedges left under 12
+    degrees.
     Raises CraftmeshError on a surface without facets.
     """
     options = options or GradateOptions()
     if not len(surface.facets):
         raise CraftmeshError("the surface has no facets; expected at least one to gradate")
     progress(0.0, "preprocess")
-    facets = len(surface.facets)
-    before = side_volumes(surface.points, surface.facets, surface.sides)
+    before = figures_before(surface)
     surface, done = _prepared(surface, options)
     gradation = _begun(surface, sizing, done)
     limits = _limits(options, sizing)
@@ -107,9 +106,9 @@ def gradate(
     result = surface_of(gradation.state, surface)
     if options.restore_volumes:
         progress(VOLUMES_AT, "volumes")
-        result = _restored(result, before | dict(volumes or {}), sizing, options)
+        result = _restored(result, before.volumes | dict(volumes or {}), sizing, options)
     progress(1.0, "done")
-    return result, gradation_report(gradation, facets, before, result, sizing)
+    return result, gradation_report(gradation, before, result, sizing)
 
 
 def _prepared(surface: Surface, options: GradateOptions) -> tuple[Surface, dict[str, int]]:
@@ -138,7 +137,7 @@ def _restored(
     if not targets:
         return result
     reach = RESTORING_SHARE * options.distance_tolerance * sizing.at(result.points)
-    return restore_volumes(result, targets, RestoringLimits(reach=reach))[0]
+    return restore_volumes(result, targets, RestoringLimits(reach=reach, keep_wedges=True))[0]
 
 
 def _limits(options: GradateOptions, sizing: Sizing) -> Limits:

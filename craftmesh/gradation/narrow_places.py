@@ -20,10 +20,12 @@ OPENED = 28.0
 GAP = 0.35
 REACH = 0.15
 OVER_FACET = 0.7
-# The same for facets near a vertex of the crack front, which is over a facet when its foot is inside or
-# outside by this part of the facet at most.
+# The same for facets near a vertex of the crack front.
 FRONT_GAP = 0.2
+# A vertex is over a facet when its foot is inside or outside by this part of the facet at most.
 BESIDE = 0.15
+# Crack facets with the nearest centres in which the foot of a vertex is looked for.
+CENTRES = 4
 TOLERANCES = 1.5
 LEAST_MOVE = 1e-3
 
@@ -110,19 +112,38 @@ def _gap_moves(gradation: Gradation) -> tuple[np.ndarray, np.ndarray]:
         return np.zeros(0, np.int64), np.zeros((0, 3))
     corners = mesh.points[mesh.facets[living]]
     normal = _unit_normals(gradation, mesh.facets[living])
-    tree = cKDTree(corners.mean(axis=1))
     vertices = np.flatnonzero(mesh.first[: mesh.used[0]] >= 0)
     vertices = vertices[_is_free(gradation, vertices)]
+    row, nearest = _facets_under(mesh.points[vertices], mesh.size[vertices], corners, normal)
+    vertices = vertices[row]
     size = mesh.size[vertices]
-    distance, nearest = tree.query(mesh.points[vertices], distance_upper_bound=float(size.max(initial=0)))
-    near = distance < np.hypot(OVER_FACET, GAP) * size
-    vertices, size, nearest = vertices[near], size[near], nearest[near]
-    height = np.einsum("ij,ij->i", mesh.points[vertices] - tree.data[nearest], normal[nearest])
+    height = np.einsum("ij,ij->i", mesh.points[vertices] - corners[nearest, 0], normal[nearest])
     order = np.flatnonzero(np.abs(height) < GAP * size)
     order = order[np.argsort(np.abs(height)[order] / size[order], kind="stable")]
     step = np.minimum(GAP * size - np.abs(height), REACH * size) * np.where(height < 0, -1.0, 1.0)
     places = mesh.points[vertices] + step[:, None] * normal[nearest]
     return vertices[order], places[order]
+
+
+def _facets_under(
+    places: np.ndarray, size: np.ndarray, corners: np.ndarray, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows of `places` (n, 3) that are close over a facet, and that facet's row in each case.
+
+    Of the facets (m, 3, 3) with unit normals (m, 3) the one with the nearest centre counts. What is beside
+    them all, as a boundary that goes on in the crack's plane beyond its front, is over none.
+    """
+    tree = cKDTree(corners.mean(axis=1))
+    reach = np.hypot(OVER_FACET, GAP) * size
+    ranks = np.arange(1, min(CENTRES, len(corners)) + 1)
+    distance, facet = tree.query(places, ranks, distance_upper_bound=float(reach.max(initial=0)))
+    row, rank = np.nonzero(distance < reach[:, None])
+    facet = facet[row, rank]
+    height = np.einsum("ij,ij->i", places[row] - corners[facet, 0], normal[facet])
+    weight = _weights(corners[facet], normal[facet], places[row] - height[:, None] * normal[facet])
+    over = weight.min(axis=1, initial=np.inf) > -BESIDE
+    row, first = np.unique(row[over], return_index=True)
+    return row, facet[over][first]
 
 
 def _front_moves(gradation: Gradation) -> tuple[np.ndarray, np.ndarray]:

@@ -20,6 +20,7 @@ from craftmesh.gradation.make_room import make_room
 from craftmesh.gradation.state import Guards, Mesh, State
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets, relative_lengths
+from craftmesh.surface.kernels.hinges import SHARP_COSINE
 
 # Width of the grid's cells in mean edges; from 1.6 to 3.2 makes no difference to speak of.
 CELL = 2.5
@@ -38,6 +39,7 @@ class Limits(NamedTuple):
     crack_distance: float  # the same on the crack, as a length
     drift: float  # of volumes, over the volume
     merge_points: bool  # whether junction points may merge
+    wedge: float = SHARP_COSINE  # the largest cosine of the angle of wedges that are made
 
 
 @dataclass

@@ -2,12 +2,14 @@
 
 import numpy as np
 
-from craftmesh.gradation.kernels.rings import classify, link_all
+from craftmesh.gradation.kernels.rings import classify
 from craftmesh.gradation.state import ON_CRACK, vertex_flags
 from craftmesh.surface.connectivity import compact
+from craftmesh.surface.kernels.corner_lists import link_all
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import feature_edges, oriented, patches
+from craftmesh.surface.wedges import wedge_guard
 from craftmesh.types import Surface
 
 
@@ -75,13 +77,14 @@ def smooth_junctions(surface: Surface, iterations: int) -> tuple[Surface, int]:
     """Smooth junction lines by Eq. 1, `iterations` times; return how many nodes moved for good.
 
     Nodes inside the material lines, on the box's faces along these, none on the crack or at junction
-    points. Nodes of facets that come to intersect go back to where they were.
+    points. Nodes of facets that come to intersect or to sharpen a sharp wedge go back to where they were.
     """
     if not iterations:
         return surface, 0
     nodes, before, after = _line_neighbours(surface)
     points = surface.points.copy()
     known = {tuple(p) for p in intersecting_pairs(points, surface.facets)}
+    sharpened = wedge_guard(surface.points, surface.facets.astype(np.int64))
     for _ in range(int(iterations)):
         points[nodes] = 0.25 * (points[before] + points[after]) + 0.5 * points[nodes]
     moved = np.zeros(len(points), bool)
@@ -90,6 +93,7 @@ def smooth_junctions(surface: Surface, iterations: int) -> tuple[Surface, int]:
         pairs = [p for p in intersecting_pairs(points, surface.facets) if tuple(p) not in known]
         back = np.zeros(len(points), bool)
         back[surface.facets[np.array(pairs, np.int64).reshape(-1)]] = True
+        back[surface.facets[sharpened(points)]] = True
         back &= moved
         if not back.any():
             break

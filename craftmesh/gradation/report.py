@@ -1,5 +1,7 @@
 """What a gradation did and how well the result keeps sizes, angles and volumes."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from craftmesh.gradation.cleaning import NEEDLE_ANGLE
@@ -10,24 +12,37 @@ from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.facet_shape import LARGEST_ANGLE
 from craftmesh.surface.measure import facet_angles, side_volumes, volume_drift
 from craftmesh.surface.patches import feature_edges
+from craftmesh.surface.wedges import Wedges, sharp_wedges
 from craftmesh.types import Surface
 
 # Degrees under which a facet has next to no area.
 FLAT_ANGLE = 3.0
 # Edges count as far from the front where their target is over this part of l_max.
 FAR = 0.95
+# The report names the sharpest wedges and no more than so many.
+MOST_NAMED = 50
 
 
-def gradation_report(
-    gradation: Gradation, facets: int, volumes: dict[int, float], result: Surface, sizing: Sizing
-) -> dict:
-    """Return counts, refusals, size adherence, angles and drift as JSON-able numbers.
+class Before(NamedTuple):
+    """The input's numbers of facets and of sharp wedges, and the volumes of its grains and voids."""
 
-    facets, volumes: the input's number of facets and the volumes of its grains.
-    """
+    facets: int
+    sharp_wedges: int
+    volumes: dict[int, float]
+
+
+def figures_before(surface: Surface) -> Before:
+    """Return what the report says of the input."""
+    volumes = side_volumes(surface.points, surface.facets, surface.sides)
+    return Before(len(surface.facets), len(sharp_wedges(surface).angle), volumes)
+
+
+def gradation_report(gradation: Gradation, before: Before, result: Surface, sizing: Sizing) -> dict:
+    """Return counts, refusals, size adherence, angles, wedges and drift as JSON-able numbers."""
     angles, refused = facet_angles(result.points, result.facets), gradation.state.scratch.refused
+    sharp = sharp_wedges(result)
     return {
-        "facets": [facets, len(result.facets)],
+        "facets": [before.facets, len(result.facets)],
         "operations": {k: int(v) for k, v in gradation.done.items()},
         "refusals": {reason: int(refused[code]) for code, reason in REFUSALS.items()},
         "adherence": size_adherence(result, sizing),
@@ -37,7 +52,9 @@ def gradation_report(
         "facets_under_3_degrees": int((angles.min(1) < FLAT_ANGLE).sum()),
         "facets_over_135_degrees": int((angles.max(1) > LARGEST_ANGLE).sum()),
         "left": _left_over(result, angles),
-        "drift": _drift_of_volumes(volumes, result),
+        "wedges_under_12_degrees": [before.sharp_wedges, len(sharp.angle)],
+        "wedges_left": _wedges_left(result, sharp),
+        "drift": _drift_of_volumes(before.volumes, result),
     }
 
 
@@ -87,4 +104,14 @@ def _left_over(result: Surface, angles: np.ndarray) -> list[dict]:
             "centre": [round(float(x), 6) for x in result.points[result.facets[f]].mean(0)],
         }
         for f in poor
+    ]
+
+
+def _wedges_left(result: Surface, sharp: Wedges) -> list[dict]:
+    """Return the sharpest wedges with the grain k or void -k inside and the middle of their edge."""
+    sharp = sharp.where(np.arange(len(sharp.angle)) < MOST_NAMED)
+    middle = result.points[sharp.edge].mean(axis=1)
+    return [
+        {"angle": round(angle, 3), "side": side, "at": [round(x, 6) for x in place]}
+        for angle, side, place in zip(sharp.angle.tolist(), sharp.label.tolist(), middle.tolist())
     ]

@@ -10,9 +10,10 @@ import numpy as np
 
 from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT, REFUSALS
 from craftmesh.gradation.kernels.reference_normals import reference_normals
-from craftmesh.gradation.kernels.rings import classify, link_all
+from craftmesh.gradation.kernels.rings import classify
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.front import front_edges
+from craftmesh.surface.kernels.corner_lists import link_all
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import oriented, patches
 from craftmesh.types import CRACK, Surface
@@ -39,7 +40,7 @@ class Mesh(NamedTuple):
     facets: np.ndarray  # (f, 3)
     alive: np.ndarray  # (f,) bool
     patch: np.ndarray  # (f,)
-    first: np.ndarray  # (v,) the first corner at each vertex, -1 where the vertex is gone (kernels.rings)
+    first: np.ndarray  # (v,) the first corner at each vertex, -1 where the vertex is gone (corner_lists)
     after: np.ndarray  # (3 f,) the next corner at the same vertex, -1 at the end
     rank: np.ndarray  # (v,)
     flags: np.ndarray  # (v,) bits (kernels.codes)
@@ -76,6 +77,8 @@ class Scratch(NamedTuple):
 
     star: np.ndarray  # (k,) facets
     star_corners: np.ndarray  # (k, 3) the corners they would get
+    star_ends: np.ndarray  # (k, 2) the corners after the tip
+    star_normal: np.ndarray  # (k, 3) unit normals
     star_feature: np.ndarray  # (k, 3) bool, which of their edges are features
     dying: np.ndarray  # (d,) facets that would go
     loose: np.ndarray  # (w,) witnesses
@@ -180,6 +183,8 @@ def _scratch() -> Scratch:
     return Scratch(
         star=np.empty(MOST_IN_STAR, np.int64),
         star_corners=np.empty((MOST_IN_STAR, 3), np.int64),
+        star_ends=np.empty((MOST_IN_STAR, 2), np.int64),
+        star_normal=np.empty((MOST_IN_STAR, 3)),
         star_feature=np.empty((MOST_IN_STAR, 3), bool),
         dying=np.empty(MOST_ON_EDGE, np.int64),
         loose=np.empty(MOST_LOOSE, np.int64),

@@ -15,6 +15,7 @@ from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import held_by_box
 from craftmesh.surface.vertex_classes import facets_beyond_box, vertices_around
+from craftmesh.surface.wedges import wedge_guard
 from craftmesh.types import CRACK, Surface
 
 # A vertex moves at most this part of its mean edge in one round.
@@ -33,14 +34,15 @@ class RestoringLimits:
 
     tolerance: part of its target by which a grain's volume may be off; rounds: corrections at most.
     min_quality (4 sqrt(3) area / sum of squared edges) and min_edge (model units): no facet falls below
-    them by a move. reach (n,) in model units: how far a vertex may come from its first place; None: no
-    limit.
+    them by a move. keep_wedges: no wedge gets sharper than SHARP_WEDGE and than it was. reach (n,) in model
+    units: how far a vertex may come from its first place; None: no limit.
     """
 
     tolerance: float = 5e-4
     rounds: int = 8
     min_quality: float = 0.2
     min_edge: float = 0.0
+    keep_wedges: bool = False
     reach: np.ndarray | None = None
 
 
@@ -157,17 +159,22 @@ def _guarded_step(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points after a displacement, and (n,) bool the vertices held so that it spoils no facet."""
     before = area_vectors(points, facets)
+    sharpened = wedge_guard(points, facets) if limits.keep_wedges else _nothing_sharpened
     held, attempt = np.zeros(len(points), bool), 0
     while True:
         moved = np.where(held[:, None], points, points + displacement)
         bad = spoiled_facets(moved, points, facets, limits.min_quality, limits.min_edge)
         bad |= facets_beyond_box(moved, points, facets, kind)
-        bad |= _turned(before, area_vectors(moved, facets))
+        bad |= _turned(before, area_vectors(moved, facets)) | sharpened(moved)
         bad[intersecting_pairs(moved, facets).ravel()] = True
         if not bad.any() or held.all():
             return moved, held
         held |= vertices_around(facets, bad, max(0, attempt - PATIENCE), len(points))
         attempt += 1
+
+
+def _nothing_sharpened(moved: np.ndarray) -> np.ndarray:  # noqa: ARG001
+    return np.zeros(1, bool)
 
 
 def _within(points: np.ndarray, centres: np.ndarray, reach: np.ndarray) -> np.ndarray:

@@ -1,10 +1,19 @@
 """Wedges: the angles that grains have between neighbouring facets round an edge."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.kernels.hinges import (
+    SHARP_COSINE,
+    SHARP_WEDGE,
+    corner_lists,
+    sharp_edges,
+    sharpest_cosines,
+)
+from craftmesh.types import Surface
 
 
 class Wedges(NamedTuple):
@@ -49,8 +58,8 @@ def wedges(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, chosen: np
     turn = np.where(first[edge] == np.arange(len(edge)), 0.0, turn % (2 * np.pi))
     order = np.lexsort((facet, turn, edge))
     following = np.roll(order, -1)
-    last = np.append(edge[order][1:] != edge[order][:-1], True)
-    heads = np.flatnonzero(np.append(True, last[:-1]))
+    last = np.append(edge[order][1:] != edge[order][:-1], True)[: len(order)]
+    heads = np.flatnonzero(np.append(True, last)[: len(order)])
     following[last] = order[heads]
     angle = turn[following] - turn[order] + np.where(last, 2 * np.pi, 0.0)
     label = sides[facet, np.where(forward, 1, 0)]
@@ -61,3 +70,23 @@ def wedges(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, chosen: np
         np.stack([facet[order], facet[following]], axis=1),
         np.stack([far[order], far[following]], axis=1),
     )
+
+
+def sharp_wedges(surface: Surface) -> Wedges:
+    """Return the wedges of grains and voids under SHARP_WEDGE degrees, the sharpest first."""
+    facets = surface.facets.astype(np.int64)
+    edges = np.unique(sharp_edges(surface.points, facets, SHARP_COSINE), axis=0)
+    at_edge = np.zeros(len(surface.points), bool)
+    at_edge[edges] = True
+    near = np.flatnonzero(at_edge[facets].sum(axis=1) > 1)
+    found = wedges(surface.points, facets[near], surface.sides[near], edges)
+    found = found.where((found.label != 0) & (found.angle < SHARP_WEDGE))
+    found = found.where(np.argsort(found.angle, kind="stable"))
+    return found._replace(facets=near[found.facets])
+
+
+def wedge_guard(points: np.ndarray, facets: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Return what tells of each facet (m,) whether moved points (n, 3) make a sharp wedge on it sharper."""
+    first, after = corner_lists(facets, len(points))
+    before = np.maximum(SHARP_COSINE, sharpest_cosines(points, facets, first, after))
+    return lambda moved: sharpest_cosines(moved, facets, first, after) > before

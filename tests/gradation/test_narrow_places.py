@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from few_facets import lens
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from structured_box import structured_box
@@ -60,27 +61,6 @@ def test_wedges_of_a_cube_are_right_angles_and_only_the_chosen_edges_count():
     assert found.angle[found.label == 1] == pytest.approx([90]) or found.angle.tolist() == pytest.approx(
         [180, 180]
     )
-
-
-def lens(slope):
-    """A grain 1 between a disc at z = 0 and a cone over it that falls by `slope` towards the rim."""
-    rings, around = np.arange(4), np.arange(12)
-    radius, angle = np.meshgrid(2.0 - 0.5 * rings, np.radians(30 * around), indexing="ij")
-    flat = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=-1).reshape(-1, 3)
-    flat = np.concatenate([flat, np.zeros((1, 3))])
-    outer = (12 * rings[:3, None] + around).ravel()
-    after = (12 * rings[:3, None] + (around + 1) % 12).ravel()
-    sheet = np.concatenate(
-        [
-            np.stack([outer, after, after + 12], axis=1),
-            np.stack([outer, after + 12, outer + 12], axis=1),
-            np.stack([36 + around, 36 + (around + 1) % 12, np.full(12, 48)], axis=1),
-        ]
-    )
-    cone = flat[12:] + np.outer(slope * (2.0 - np.linalg.norm(flat[12:], axis=1)), [0, 0, 1])
-    facets = np.concatenate([sheet, np.where(sheet < 12, sheet, sheet + 37)])
-    sides = np.repeat([[2, 1], [1, 3]], len(sheet), axis=0)
-    return Surface(np.concatenate([flat, cone]), facets, sides, np.zeros(len(facets), np.int8))
 
 
 def opened(surface, limits=FREE, size=0.5):
@@ -165,3 +145,21 @@ def test_facets_beside_the_crack_front_stay():
     surface = Surface(points, [[0, 1, 2], [3, 4, 5]], [[1, 1], [1, 2]], [CRACK, 0])
     after, done = opened(surface)
     assert done == {} and (after.points == points).all()
+
+
+def test_a_boundary_that_goes_on_in_the_plane_of_the_crack_stays_in_it():
+    """Beyond the front at x = 0 a boundary goes on; a vertex of another one lies over the crack."""
+    points = [
+        [0, -0.3, 0],
+        [0, 0.3, 0],
+        [-0.5, 0, 0],
+        [0.15, 0, 0],
+        [-0.2, 0, 0.05],
+        [-1, 0.4, 0.6],
+        [0.6, 0.4, 0.7],
+    ]
+    facets = [[0, 1, 2], [0, 3, 1], [4, 5, 6]]
+    surface = Surface(np.array(points, float), facets, [[1, 1], [1, 2], [1, 3]], [CRACK, 0, 0])
+    after, done = opened(surface)
+    assert done["gap_openings"] > 0 and after.points[4, 2] > 0.1
+    assert (after.points[:4] == surface.points[:4]).all()

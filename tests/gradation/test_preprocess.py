@@ -10,6 +10,7 @@ from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import side_volumes
+from craftmesh.surface.wedges import sharp_wedges
 from craftmesh.types import Voxels
 
 
@@ -189,3 +190,18 @@ def test_equation_1_shortens_the_junctions_and_leaves_box_edges_and_planes():
     corners = ((surface.points == low) | (surface.points == high)).sum(1) >= 2
     assert np.array_equal(smooth.points[corners], surface.points[corners])
     assert check_surface(smooth) == []
+
+
+def test_no_junction_is_smoothed_into_a_sharp_wedge():
+    """A zigzag rim between three grains; smoothed straight, two of its contacts would lie in one plane."""
+    x = np.arange(9.0)
+    line = np.column_stack([x, 0.9 * (np.arange(9) % 2), np.zeros(9)])
+    near = np.column_stack([x, np.full(9, -2.0), np.zeros(9)])
+    under = np.column_stack([x, np.full(9, -2.0), np.full(9, -0.48)])
+    far = np.column_stack([x, np.full(9, 2.0), np.zeros(9)])
+    points = np.concatenate([line, near, under, far])
+    strips = [[[i, s + i, i + 1], [s + i, s + i + 1, i + 1]] for s in (9, 18, 27) for i in range(8)]
+    sides = np.repeat([[1, 2], [2, 3], [3, 1]], 16, axis=0)
+    surface = Surface(points, np.array(strips).reshape(-1, 3), sides, np.zeros(48, np.uint8))
+    assert len(sharp_wedges(surface).angle) == 0
+    assert len(sharp_wedges(smooth_junctions(surface, 20)[0]).angle) == 0

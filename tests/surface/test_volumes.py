@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from few_facets import lens
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.remeshing.kernels.marching import march
@@ -9,6 +10,7 @@ from craftmesh.remeshing.remesh import RemeshOptions, remesh, voxel_volumes
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.measure import area_vectors, side_volumes
 from craftmesh.surface.volumes import RestoringLimits, restore_volumes
+from craftmesh.surface.wedges import sharp_wedges
 from craftmesh.types import CRACK, Surface, Voxels
 
 UNRESTORED = RemeshOptions(volume_rounds=0)
@@ -114,6 +116,19 @@ def test_no_vertex_leaves_its_reach():
     moved = np.linalg.norm(restored.points - surface.points, axis=1)
     assert 0.019 < moved.max() <= 0.02 * (1 + 1e-9)
     assert 5e-4 < report["worst_drift_after"] < report["worst_drift_before"]
+
+
+def test_no_wedge_gets_sharp_where_wedges_are_kept():
+    """A flat lens of 15 degrees at its rim is to lose half its volume: its rim may come to 12 degrees."""
+    surface = lens(np.tan(np.radians(15)))
+    volume = side_volumes(surface.points, surface.facets, surface.sides)[1]
+    free, kept = (
+        restore_volumes(surface, {1: 0.5 * volume}, RestoringLimits(keep_wedges=keep, min_quality=0.0))[0]
+        for keep in (False, True)
+    )
+    assert len(sharp_wedges(surface).angle) == len(sharp_wedges(kept).angle) == 0
+    assert len(sharp_wedges(free).angle) > 0
+    assert side_volumes(kept.points, kept.facets, kept.sides)[1] < 0.95 * volume
 
 
 def test_nothing_to_do_returns_the_same_points():

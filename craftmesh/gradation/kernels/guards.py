@@ -7,13 +7,14 @@ first, and writes nothing of the mesh; `commit` makes the change that it allowed
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import DISTANCE, DONE, INTERSECTION, VOLUME
+from craftmesh.gradation.kernels.codes import DISTANCE, DONE, INTERSECTION, VOLUME, WEDGE
 from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_cones
 from craftmesh.gradation.kernels.facet_grid import GONE, insert_facet
-from craftmesh.gradation.kernels.rings import link_corner, unlink_corner
 from craftmesh.gradation.kernels.star import add_star, hits, shape_refusal
+from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
 from craftmesh.jit import kernel
+from craftmesh.surface.kernels.corner_lists import link_corner, unlink_corner
 
 
 @kernel
@@ -47,6 +48,8 @@ def refusal(state, grid, limits, star, floor):
             return DISTANCE
         if not find_new_homes(state, star, loose, takers, limits.distance, limits.crack_distance):
             return DISTANCE
+    if limits.wedge < np.inf and sharpens_wedge(state, star, limits.wedge):
+        return WEDGE
     if hits(state, grid, star):
         return INTERSECTION
     state.pending[0] = grains

@@ -1,41 +1,8 @@
-"""Corner lists: which facets meet at a vertex, kept as one linked list of corners per vertex.
-
-Corner c belongs to facet c // 3 and to the vertex facets[c // 3, c % 3]. `first[v]` is the first
-corner at v and `after[c]` the next one, -1 at the end. Non-manifold edges need nothing special.
-"""
+"""Who meets at a vertex and round an edge, by corner lists: features, ranks of vertices, edges."""
 
 import numpy as np
 
 from craftmesh.jit import kernel
-
-
-@kernel
-def link_corner(first, after, vertex, corner):
-    """Put `corner` at the head of the list of `vertex`."""
-    after[corner] = first[vertex]
-    first[vertex] = corner
-
-
-@kernel
-def unlink_corner(first, after, vertex, corner):
-    """Take `corner` out of the list of `vertex`."""
-    if first[vertex] == corner:
-        first[vertex] = after[corner]
-        return
-    c = first[vertex]
-    while after[c] != corner:
-        c = after[c]
-    after[c] = after[corner]
-
-
-@kernel
-def link_all(facets, alive, facet_count, first, after):
-    """Build the lists of all living facets from scratch."""
-    first[:] = -1
-    for f in range(facet_count):
-        if alive[f]:
-            for i in range(3):
-                link_corner(first, after, facets[f, i], 3 * f + i)
 
 
 @kernel

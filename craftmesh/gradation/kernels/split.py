@@ -17,10 +17,10 @@ from craftmesh.gradation.kernels.cones import book_drift, grain_cones
 from craftmesh.gradation.kernels.facet_grid import has_room, insert_facet
 from craftmesh.gradation.kernels.guards import refusal, replace_corner
 from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front, put_on_planes
-from craftmesh.gradation.kernels.rings import link_corner
 from craftmesh.gradation.kernels.star import Star, list_edge_facets
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
 from craftmesh.jit import kernel
+from craftmesh.surface.kernels.corner_lists import link_corner
 from craftmesh.surface.kernels.facet_shape import angle_score, squared_distance
 
 

@@ -8,7 +8,7 @@ than the input's do not creep away from it between its vertices.
 
 import numpy as np
 
-from craftmesh.gradation.kernels.rings import is_feature
+from craftmesh.gradation.kernels.rings import edge_facets
 from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import facet_distance2, segment_distance2
 
@@ -47,18 +47,27 @@ def set_free(state, v, f, count):
 
 
 @kernel
-def _mark_features(state, total):
-    """Set star_feature: which edges of the star's facets are features in the mesh as it stands."""
+def _mark_features(state, star, total):
+    """Set star_feature: which edges of the star's new facets are features.
+
+    Where a vertex moves or goes, an edge is what it was with the old corners in the same places. Where none
+    does, as in a swap, corners change places, and an edge that is new lies inside its patch.
+    """
+    stays = star.tip == star.vertex and star.gone < 0
     for i in range(total):
         f = state.star[i]
+        corners = state.star_corners[i] if stays else state.facets[f]
         for k in range(3):
-            u = state.facets[f, k]
-            v = state.facets[f, (k + 1) % 3]
-            state.star_feature[i, k] = (
-                state.rank[u] > 0
-                and state.rank[v] > 0
-                and is_feature(state.facets, state.patch, state.first, state.after, u, v)
-            )
+            u = corners[k]
+            v = corners[(k + 1) % 3]
+            state.star_feature[i, k] = state.rank[u] > 0 and state.rank[v] > 0 and _on_line(state, u, v)
+
+
+@kernel
+def _on_line(state, u, v):
+    """Tell whether (u, v) is an edge of the mesh as it stands and a feature."""
+    count, f, g = edge_facets(state.facets, state.first, state.after, u, v)
+    return count > 0 and (count != 2 or state.patch[f] != state.patch[g])
 
 
 @kernel
@@ -115,7 +124,7 @@ def find_new_homes(state, star, loose, takers, share, crack_tolerance):
             limit = min(limit, crack_tolerance)
         if rank[w] > 0:
             if not marked:
-                _mark_features(state, takers)
+                _mark_features(state, star, takers)
                 marked = True
             d, where = _nearest_line(state, w, takers)
         else:

@@ -1,0 +1,89 @@
+"""Hinges: pairs of facets on a common edge, and how sharp the wedges between them are.
+
+The angle of a hinge is that between the half planes of its facets, 180 degrees where they go on flat. The
+least angle round an edge is always between two facets that follow each other.
+"""
+
+import numpy as np
+
+from craftmesh.jit import kernel
+from craftmesh.surface.kernels.corner_lists import link_all
+from craftmesh.surface.kernels.facet_shape import area_vector
+
+# Degrees: wedges under this count as sharp, for tetrahedra in them are as flat as they are.
+SHARP_WEDGE = 12.0
+SHARP_COSINE = np.cos(np.radians(SHARP_WEDGE))
+# The cosine of hinges that are none: no angle is wider.
+OPEN = -2.0
+
+
+@kernel
+def hinge_cosine(points, facets, f, g, way):
+    """Return the cosine between two facets; way: 1.0 when both run along the edge one way, else -1.0."""
+    x, y, z = area_vector(points, facets[f, 0], facets[f, 1], facets[f, 2])
+    u, v, w = area_vector(points, facets[g, 0], facets[g, 1], facets[g, 2])
+    size = np.sqrt((x * x + y * y + z * z) * (u * u + v * v + w * w))
+    return way * (x * u + y * v + z * w) / size if size > 0.0 else OPEN
+
+
+@kernel
+def sharpest_on_edge(points, facets, first, after, f, k):
+    """Return the largest cosine between facet `f` and others on its edge from corner `k` to k + 1."""
+    a = facets[f, k]
+    b = facets[f, (k + 1) % 3]
+    largest = OPEN
+    c = first[a]
+    while c >= 0:
+        g = c // 3
+        if g != f:
+            if facets[g, (c + 1) % 3] == b:
+                largest = max(largest, hinge_cosine(points, facets, f, g, 1.0))
+            elif facets[g, (c + 2) % 3] == b:
+                largest = max(largest, hinge_cosine(points, facets, f, g, -1.0))
+        c = after[c]
+    return largest
+
+
+@kernel
+def sharpest_on_facet(points, facets, first, after, f):
+    """Return the largest cosine between facet `f` and the others on its edges."""
+    largest = OPEN
+    for k in range(3):
+        largest = max(largest, sharpest_on_edge(points, facets, first, after, f, k))
+    return largest
+
+
+@kernel
+def corner_lists(facets, vertices):
+    """Return the corner lists `first` (vertices,) and `after` (3 m,) of facets (m, 3)."""
+    first = np.empty(vertices, np.int64)
+    after = np.empty(3 * len(facets), np.int64)
+    link_all(facets, np.ones(len(facets), np.bool_), len(facets), first, after)
+    return first, after
+
+
+@kernel
+def sharpest_cosines(points, facets, first, after):
+    """Return for each of the facets (m, 3) the largest cosine between it and others on its edges."""
+    cosines = np.empty(len(facets))
+    for f in range(len(facets)):
+        cosines[f] = sharpest_on_facet(points, facets, first, after, f)
+    return cosines
+
+
+@kernel
+def sharp_edges(points, facets, cosine):
+    """Return the edges (k, 2), the lower point first, with a hinge of facets (m, 3) beyond the cosine.
+
+    An edge is listed once for each of its facets that have such a hinge.
+    """
+    first, after = corner_lists(facets, len(points))
+    edges = np.empty((3 * len(facets), 2), np.int64)
+    count = 0
+    for f in range(len(facets)):
+        for k in range(3):
+            if sharpest_on_edge(points, facets, first, after, f, k) > cosine:
+                edges[count, 0] = min(facets[f, k], facets[f, (k + 1) % 3])
+                edges[count, 1] = max(facets[f, k], facets[f, (k + 1) % 3])
+                count += 1
+    return edges[:count].copy()
