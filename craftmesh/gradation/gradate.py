@@ -27,13 +27,16 @@ from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.volumes import RestoringLimits, restore_volumes
-from craftmesh.types import Surface
+from craftmesh.types import Crack, Surface
 
 # What the restoring of volumes may move a vertex, as a part of the distance tolerance.
 RESTORING_SHARE = 0.5
 # Times the volume tolerance: how far volumes may drift while narrow places open, where they are restored
 # afterwards.
 OPENING_DRIFT = 2.0
+# Of l_min: how far a front vertex of the input may be from the edge that takes its place in a collapse. An
+# edge of l_min on a front of radius R is l_min^2 / (8 R) off it, 0.02 l_min at R = 6 l_min.
+FRONT_TOLERANCE = 0.02
 # The progress at the start of the rounds, of the cleaning and of the restoring of volumes.
 ROUNDS_AT, CLEANING_AT, VOLUMES_AT = 0.05, 0.75, 0.95
 
@@ -75,11 +78,13 @@ def gradate(
     options: GradateOptions | None = None,
     progress: Callable[[float, str], None] = silent,
     volumes: Mapping[int, float] | None = None,
+    crack: Crack | None = None,
 ) -> tuple[Surface, dict]:
     """Return `surface` with edges as long as `sizing` asks, and a report.
 
     volumes: target volumes of grains k and voids -k for options.restore_volumes instead of those that
-    `surface` has.
+    `surface` has. crack: the given one, along whose fronts vertices of the front slide; without it they
+    slide along the front edges of `surface`.
 
     Junction lines, box planes, crack and front stay what and where they are, every grain stays closed
     and keeps its topology, and no step makes facets intersect. The report counts operations and
@@ -93,7 +98,7 @@ def gradate(
     progress(0.0, "preprocess")
     before = figures_before(surface)
     surface, done = _prepared(surface, options)
-    gradation = _begun(surface, sizing, done)
+    gradation = _begun(surface, sizing, done, crack)
     limits = _limits(options, sizing)
     for n in range(options.passes):
         share = ROUNDS_AT + (CLEANING_AT - ROUNDS_AT) * n / options.passes
@@ -123,8 +128,8 @@ def _prepared(surface: Surface, options: GradateOptions) -> tuple[Surface, dict[
     return spatially_sorted(surface), done
 
 
-def _begun(surface: Surface, sizing: Sizing, done: dict[str, int]) -> Gradation:
-    state = make_state(surface, sizing.at(surface.points))
+def _begun(surface: Surface, sizing: Sizing, done: dict[str, int], crack: Crack | None) -> Gradation:
+    state = make_state(surface, sizing.at(surface.points), crack)
     return Gradation(state, filled_grid(state.mesh), done)
 
 
@@ -150,6 +155,7 @@ def _limits(options: GradateOptions, sizing: Sizing) -> Limits:
         cosine=float(np.cos(np.radians(options.normal_tolerance))),
         distance=float(options.distance_tolerance),
         crack_distance=float(options.crack_tolerance * sizing.l_min),
+        front_distance=min(options.crack_tolerance, FRONT_TOLERANCE) * sizing.l_min,
         drift=float(options.volume_tolerance),
         merge_points=False,
     )

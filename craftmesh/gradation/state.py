@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from craftmesh.gradation.front_curve import front_segments
 from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT, REFUSALS
 from craftmesh.gradation.kernels.reference_normals import reference_normals
 from craftmesh.gradation.kernels.rings import classify
@@ -16,7 +17,7 @@ from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.corner_lists import link_all
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import oriented, patches
-from craftmesh.types import CRACK, Surface
+from craftmesh.types import CRACK, Crack, Surface
 
 # Facets that one operation may change, and that may lie on one edge (each has two halves in a split): far
 # more than meet at any vertex of a sound surface. An operation on more is refused.
@@ -63,10 +64,11 @@ class Guards(NamedTuple):
     witness_after: np.ndarray  # (v,) the next witness of the same facet
     witness_rank: np.ndarray  # (v,) the ranks that vertices had at home
     witness_crack: np.ndarray  # (v,) bool, whether the home lies on the crack
+    witness_front: np.ndarray  # (v,) bool, the same for its front
     is_witness: np.ndarray  # (v,) bool
     volume: np.ndarray  # (s,) of grains and voids, at the start
     drift: np.ndarray  # (s,)
-    front: np.ndarray  # (e, 2, 3) segments of the input's crack front
+    front: np.ndarray  # (e, 2, 3) segments that front vertices slide along
     crack_corners: np.ndarray  # (c, 3, 3) the input's crack facets, none when the crack is flat
     crack_centre: np.ndarray  # (c, 3)
     crack_reach: np.ndarray  # (c,) radii round the centres
@@ -101,7 +103,8 @@ class State(NamedTuple):
 # Arrays with a row per vertex and per facet, with what fills the rows that are not used yet; `after` has
 # three rows a facet.
 PER_VERTEX = {"points": 0, "first": -1, "rank": 0, "flags": 0, "size": 0, "stamp": 0}
-PER_VERTEX |= {"home": 0, "witness_after": -1, "witness_rank": 0, "witness_crack": 0, "is_witness": 0}
+PER_VERTEX |= {"home": 0, "witness_after": -1, "witness_rank": 0, "witness_crack": 0}
+PER_VERTEX |= {"witness_front": 0, "is_witness": 0}
 PER_FACET = {"facets": 0, "alive": 0, "patch": 0, "reference": 0, "witness_first": -1, "facet_stamp": 0}
 
 
@@ -115,10 +118,13 @@ def vertex_flags(surface: Surface) -> np.ndarray:
     return flags
 
 
-def make_state(surface: Surface, size: np.ndarray) -> State:
-    """Return the working arrays for `surface` with target edge lengths `size` (n,) at its points."""
+def make_state(surface: Surface, size: np.ndarray, crack: Crack | None = None) -> State:
+    """Return the working arrays for `surface` with target edge lengths `size` (n,) at its points.
+
+    crack: the given one, along whose fronts front vertices slide; None: along the input's front edges.
+    """
     mesh = _mesh(surface, size)
-    guards = _guards(surface, mesh)
+    guards = _guards(surface, mesh, crack)
     reference_normals(mesh.points, mesh.facets, mesh.patch, mesh.first, mesh.after, guards.reference)
     return State(mesh, guards, _scratch())
 
@@ -157,7 +163,7 @@ def _with_spare_row(array: np.ndarray) -> np.ndarray:
     return np.concatenate([array, np.zeros((1, *array.shape[1:]), array.dtype)])
 
 
-def _guards(surface: Surface, mesh: Mesh) -> Guards:
+def _guards(surface: Surface, mesh: Mesh, given: Crack | None) -> Guards:
     n, m = len(mesh.points), len(mesh.facets)
     crack = _curved_crack(surface)
     centre = crack.mean(axis=1)
@@ -169,10 +175,11 @@ def _guards(surface: Surface, mesh: Mesh) -> Guards:
         witness_after=np.full(n, -1, np.int64),
         witness_rank=mesh.rank.copy(),
         witness_crack=(mesh.flags & ON_CRACK) > 0,
+        witness_front=(mesh.flags & ON_FRONT) > 0,
         is_witness=np.zeros(n, bool),
         volume=volume,
         drift=np.zeros(len(volume)),
-        front=surface.points[front_edges(surface)].reshape(-1, 2, 3),
+        front=front_segments(surface, given),
         crack_corners=crack,
         crack_centre=centre,
         crack_reach=np.linalg.norm(crack - centre[:, None], axis=2).max(axis=1, initial=0),

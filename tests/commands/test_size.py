@@ -81,7 +81,8 @@ def test_stages_do_the_same_by_file_as_by_flags(folder, run):
     for name, flags in (("by_flags", f"--front crack.vtp {SIZES}"), ("by_file", "--sizing e.npz")):
         of_stitch = SIZES if name == "by_flags" else flags
         assert run(f"stitch s.vtp --crack crack.vtp {of_stitch} -o {name}_s.vtp")[0] == 0
-        assert run(f"gradate {name}_s.vtp {flags} --passes 1 -o {name}_g.vtp")[0] == 0
+        crack = "--crack crack.vtp" if name == "by_file" else ""
+        assert run(f"gradate {name}_s.vtp {flags} {crack} --passes 1 -o {name}_g.vtp")[0] == 0
         assert run(f"tetrahedralize {name}_g.vtp {flags} --chunk 1/1 -o {name}.npz")[0] == 0
     for end in ("_s.vtp", "_g.vtp"):
         assert (folder / f"by_flags{end}").read_bytes() == (folder / f"by_file{end}").read_bytes()

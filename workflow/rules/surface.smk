@@ -76,6 +76,7 @@ rule stitch:
 
 rule gradate:
     input:
+        unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{INC}/surface.vtp",
         sizing=f"{INC}/sizing.npz",
     output:
@@ -93,6 +94,8 @@ rule gradate:
         runtime=60,
     params:
         options=CAMPAIGN.flags("gradate"),
+        crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("gradate"),
     shell:
-        "craftmesh gradate {input.surface} --sizing {input.sizing} {params.options} -o {output} > {log} 2>&1"
+        "craftmesh gradate {input.surface} {params.crack} --sizing {input.sizing} {params.options}"
+        " -o {output} > {log} 2>&1"

@@ -46,7 +46,9 @@ def refusal(state, grid, limits, star, floor):
         takers = _list_takers(state, star)
         if loose == TOO_MANY or takers < 0:
             return DISTANCE
-        if not find_new_homes(state, star, loose, takers, limits.distance, limits.crack_distance):
+        on_front = limits.front_distance if star.gone >= 0 else np.inf
+        reaches = (limits.distance, limits.crack_distance, on_front)
+        if not find_new_homes(state, star, loose, takers, reaches):
             return DISTANCE
     if limits.wedge < np.inf and sharpens_wedge(state, star, limits.wedge):
         return WEDGE

@@ -88,6 +88,7 @@ def _add_vertex(state, rank, flags):
     state.home[m] = state.points[m]
     state.witness_rank[m] = rank
     state.witness_crack[m] = (flags & ON_CRACK) > 0
+    state.witness_front[m] = (flags & ON_FRONT) > 0
     state.is_witness[m] = False
     state.used[0] += 1
 
@@ -124,7 +125,7 @@ def _share_witnesses(state, f, g, m):
     for n in range(loose):
         state.loose_facet[n] = f
     halves = Star(m, m, np.int64(-1), np.int64(2), np.int64(0), np.inf)
-    find_new_homes(state, halves, loose, np.int64(2), np.inf, np.inf)
+    find_new_homes(state, halves, loose, np.int64(2), (np.inf, np.inf, np.inf))
     settle(state, loose)
 
 

@@ -103,12 +103,13 @@ def _nearest_line(state, w, total):
 
 
 @kernel
-def find_new_homes(state, star, loose, takers, share, crack_tolerance):
+def find_new_homes(state, star, loose, takers, reaches):
     """Find for each of the `loose` witnesses a near one of the star's facets; False if one is too far.
 
-    Too far is over `share` of the target length, be it the star's or the witness's own; of the vertex that
-    moves it is the star's. The facets that may take witnesses are star[:takers]; loose_facet holds on entry
-    the old facet, whose patch the new one must have, and on success the new one.
+    reaches: the first is a part of the target length, be it the star's or the witness's own; of the vertex
+    that moves it is the star's. The others are lengths, on the crack and on its front. The facets that may
+    take witnesses are star[:takers]; loose_facet holds on entry the old facet, whose patch the new one must
+    have, and on success the new one.
     """
     points, facets, corners = state.points, state.star, state.star_corners
     mover = star.vertex if star.tip != star.vertex else -1
@@ -119,9 +120,11 @@ def find_new_homes(state, star, loose, takers, share, crack_tolerance):
     for n in range(loose):
         w = witness[n]
         patch = patches[found[n]]
-        limit = share * (star.size if w == mover else min(star.size, own_size[w]))
+        limit = reaches[0] * (star.size if w == mover else min(star.size, own_size[w]))
         if on_crack[w]:
-            limit = min(limit, crack_tolerance)
+            limit = min(limit, reaches[1])
+        if state.witness_front[w]:
+            limit = min(limit, reaches[2])
         if rank[w] > 0:
             if not marked:
                 _mark_features(state, star, takers)

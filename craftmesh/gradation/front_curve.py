@@ -1,0 +1,110 @@
+"""The curve that front vertices slide along: the input's front edges, bent as the given front is.
+
+An edge of the input's front is a chord of the front that was given. A vertex put in its middle would be off
+the curve by its sagitta, a fiftieth of an edge where the radius is six edges.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from craftmesh.surface.front import front_edges
+from craftmesh.types import Crack, Surface
+
+# Of its length: how far the ends of a front edge may be off a given front that it follows, and how long the
+# way along that may be (an arc of 90 degrees is 1.11 times as long as its chord).
+NEAR = 0.15
+LONGER = 1.15
+# Pieces of the given front are a tenth of the shortest front edge, and there are no more than so many.
+FINENESS, MOST_SAMPLES = 10, 200_000
+# A bent edge comes in so many pieces at most, in no more than keep to the curve by this part of its length.
+MOST_PIECES = 8
+SAGITTA = 5e-4
+
+
+class _Curve(NamedTuple):
+    """A polyline with points (k, 3), the arc lengths (k,) to them, and whether it is closed."""
+
+    points: np.ndarray
+    arc: np.ndarray
+    closed: bool
+
+    def at(self, arc: np.ndarray) -> np.ndarray:
+        """Return the points (n, 3) at arc lengths (n,), counted round and round where it is closed."""
+        if self.closed:
+            arc = np.mod(arc, self.arc[-1])
+        return np.stack([np.interp(arc, self.arc, self.points[:, k]) for k in range(3)], axis=1)
+
+
+def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
+    """Return segments (s, 2, 3) of the front of `surface`, its edges bent along the fronts of `crack`.
+
+    An edge whose ends are both close to one given front gets the shape of the piece between them: points of
+    the curve, moved as its ends are off it. Other edges, and all without a crack, stay straight.
+    """
+    edges = surface.points[front_edges(surface)].reshape(-1, 2, 3)
+    if crack is None or not len(edges):
+        return edges
+    length = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
+    curves = [_curve(crack.points[front], length.min() / FINENESS) for front in crack.fronts]
+    best, pieces = np.full(len(edges), np.inf), list(edges[:, None])
+    for curve in curves:
+        arc, off = _feet(curve, edges.reshape(-1, 3))
+        arc, off = arc.reshape(-1, 2), off.reshape(-1, 2).max(axis=1)
+        way = arc[:, 1] - arc[:, 0]
+        if curve.closed:
+            way -= curve.arc[-1] * np.round(way / curve.arc[-1])
+        follows = (off < NEAR * length) & (np.abs(way) < LONGER * length) & (off < best)
+        for row in np.flatnonzero(follows):
+            pieces[row] = _bent(curve, edges[row], arc[row, 0], way[row])
+        best[follows] = off[follows]
+    return np.concatenate(pieces)
+
+
+def _curve(points: np.ndarray, step: float) -> _Curve:
+    """Return the curve through `points` (k, 3), with more of them so that its pieces are about a `step`."""
+    span = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    points = points[np.append(True, span > 0)]
+    span = span[span > 0]
+    arc = np.append(0.0, np.cumsum(span))
+    step = max(step, arc[-1] / MOST_SAMPLES)
+    parts = np.maximum(np.ceil(span / step).astype(np.int64), 1)
+    first = np.repeat(np.cumsum(parts) - parts, parts)
+    share = (np.arange(len(first)) - first) / np.repeat(parts, parts)
+    arcs = np.append(np.repeat(arc[:-1], parts) + share * np.repeat(span, parts), arc[-1])
+    closed = len(points) > 2 and bool((points[0] == points[-1]).all())
+    return _Curve(np.stack([np.interp(arcs, arc, points[:, k]) for k in range(3)], axis=1), arcs, closed)
+
+
+def _feet(curve: _Curve, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the arc lengths (n,) of the curve's points nearest to `places` (n, 3), and the distances."""
+    nearest = cKDTree(curve.points).query(places)[1]
+    arc, off = np.zeros(len(places)), np.full(len(places), np.inf)
+    for step in (-1, 0):
+        start = nearest + step
+        last = len(curve.points) - 2
+        start = start % (last + 1) if curve.closed else np.clip(start, 0, last)
+        p, d = curve.points[start], curve.points[start + 1] - curve.points[start]
+        square = np.einsum("ij,ij->i", d, d)
+        share = np.clip(np.einsum("ij,ij->i", places - p, d) / square, 0, 1)
+        far = np.linalg.norm(p + share[:, None] * d - places, axis=1)
+        arc = np.where(far < off, curve.arc[start] + share * np.sqrt(square), arc)
+        off = np.minimum(far, off)
+    return arc, off
+
+
+def _bent(curve: _Curve, ends: np.ndarray, arc: float, way: float) -> np.ndarray:
+    """Return the segments (k, 2, 3) from end to end (2, 3), shaped as the curve from `arc` on for `way`."""
+    share = np.arange(MOST_PIECES + 1) / MOST_PIECES
+    bulge = _shaped(curve, ends, arc, way, share) - (ends[0] + share[:, None] * (ends[1] - ends[0]))
+    height = np.linalg.norm(bulge, axis=1).max() / np.linalg.norm(ends[1] - ends[0])
+    count = int(np.clip(np.ceil(np.sqrt(height / SAGITTA)), 1, MOST_PIECES))
+    line = _shaped(curve, ends, arc, way, np.arange(count + 1) / count)
+    return np.stack([line[:-1], line[1:]], axis=1)
+
+
+def _shaped(curve: _Curve, ends: np.ndarray, arc: float, way: float, share: np.ndarray) -> np.ndarray:
+    """Return the points (k, 3) at shares (k,) of the way along the curve, moved as the ends are off it."""
+    line = curve.at(arc + share * way)
+    return line + (1 - share[:, None]) * (ends[0] - line[0]) + share[:, None] * (ends[1] - line[-1])
