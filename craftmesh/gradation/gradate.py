@@ -34,8 +34,8 @@ RESTORING_SHARE = 0.5
 # Times the volume tolerance: how far volumes may drift while narrow places open, where they are restored
 # afterwards.
 OPENING_DRIFT = 2.0
-# Of l_min: how far a front vertex of the input may be from the edge that takes its place in a collapse. An
-# edge of l_min on a front of radius R is l_min^2 / (8 R) off it, 0.02 l_min at R = 6 l_min.
+# Of l_min: how far the first places of front vertices may be from the front's edges. An edge of l_min on a
+# front of radius R is l_min^2 / (8 R) off it, 0.02 l_min at R = 6 l_min.
 FRONT_TOLERANCE = 0.02
 # The progress at the start of the rounds, of the cleaning and of the restoring of volumes.
 ROUNDS_AT, CLEANING_AT, VOLUMES_AT = 0.05, 0.75, 0.95

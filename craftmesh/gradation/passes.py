@@ -40,7 +40,7 @@ class Limits(NamedTuple):
     drift: float  # of volumes, over the volume
     merge_points: bool  # whether junction points may merge
     wedge: float = SHARP_COSINE  # the largest cosine of the angle of wedges that are made
-    front_distance: float = np.inf  # the same as crack_distance on the front, where its edges collapse
+    front_distance: float = np.inf  # the same on its front
 
 
 @dataclass

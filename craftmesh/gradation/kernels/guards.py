@@ -46,8 +46,7 @@ def refusal(state, grid, limits, star, floor):
         takers = _list_takers(state, star)
         if loose == TOO_MANY or takers < 0:
             return DISTANCE
-        on_front = limits.front_distance if star.gone >= 0 else np.inf
-        reaches = (limits.distance, limits.crack_distance, on_front)
+        reaches = (limits.distance, limits.crack_distance, limits.front_distance)
         if not find_new_homes(state, star, loose, takers, reaches):
             return DISTANCE
     if limits.wedge < np.inf and sharpens_wedge(state, star, limits.wedge):
