@@ -19,7 +19,9 @@ SHARPEST = np.radians(60.0)  # a front edge spans at most this much of the front
 END = 0.3  # of the size: a pierce point this near the end of a front is its end
 INTERVALS = 256  # even steps in which the target size is summed up between two pierce points
 CHORDS = 16  # over those steps, by which the front's turning is measured
-FIDELITY = 0.02  # of the target size: front edges, and so what slides along them, stay this near the front
+# Of the target size: front edges, and so what slides along them, stay this near the front at the SHARES.
+# 0.02 is promised; with 0.02 here up to 0.0203 was measured between the SHARES.
+FIDELITY = 0.0196
 FINEST = (
     0.35  # of the target size: front edges are not made shorter for that; enough for 0.8 of it as radius
 )
