@@ -72,3 +72,27 @@ def test_flat_tets_of_surface_nodes_alone_are_mended():
             volume = tet_volumes(points, tets).sum()
             assert tet_volumes(points, result).sum() == pytest.approx(volume, rel=1e-12)
     assert mended > 3
+
+
+def ring_with_crack_facet():
+    """Five tets round the front edge (0, 1) of a crack facet that ends at node 2 of their ring."""
+    angle = 2 * np.pi * np.arange(5) / 5
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(5)])
+    points = np.vstack([[0, 0, -0.2], [0, 0, 0.2], ring])
+    tets = np.array([[0, 1, 2 + i, 2 + (i + 1) % 5] for i in range(5)], np.int64)
+    return points, tets, np.array([[0, 1, 2]], np.int64)
+
+
+@pytest.mark.parametrize("apex", range(2, 7))
+@pytest.mark.parametrize("first", range(5))
+def test_a_crack_facet_stays_within_its_front(apex, first):
+    points, tets, crack = ring_with_crack_facet()
+    state = new_state(points, tets, len(points), crack, np.ones(len(points)))
+    all_qualities(state.points, state.tets, len(tets), state.quality, VOLUME_LENGTH)
+    place, work = tuple(points[apex]), new_scratch()
+    _, size = best_cavity(state, first, apex, place, VOLUME_LENGTH, work)
+    sides = [t for t in work.star[:size] if set(crack[0]) <= set(tets[t])]
+    assert len(sides) < 2 or apex not in crack[0]
+    join_in_cavity(state, first, Aim(VOLUME_LENGTH, 0.0), work)
+    _, result = _result(state, len(points))
+    assert sum(set(crack[0]) <= set(tet) for tet in result.tolist()) == 2

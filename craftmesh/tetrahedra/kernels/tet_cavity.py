@@ -61,7 +61,7 @@ def new_scratch() -> Scratch:
 
 
 @kernel
-def _face_key(tets, t, k):
+def face_key(tets, t, k):
     """Lowest corner, highest corner and sum of the face opposite corner k of tet t."""
     a, b, c = tets[t, (k + 1) & 3], tets[t, (k + 2) & 3], tets[t, (k + 3) & 3]
     return min(a, b, c), max(a, b, c), a + b + c
@@ -75,12 +75,12 @@ def link_tets(tets, n_tets, n_points, neighbours, tet_of):
     for t in range(n_tets):
         for k in range(4):
             tet_of[tets[t, k]] = t
-            low, high, total = _face_key(tets, t, k)
+            low, high, total = face_key(tets, t, k)
             before, waiting = -1, head[low]
             neighbours[t, k] = -1
             while waiting >= 0:
                 u, j = waiting >> 2, waiting & 3
-                _, other_high, other_total = _face_key(tets, u, j)
+                _, other_high, other_total = face_key(tets, u, j)
                 if other_high == high and other_total == total:
                     neighbours[t, k] = u
                     neighbours[u, j] = t
@@ -100,7 +100,7 @@ def block_facets(tets, n_tets, neighbours, blocked):
     """Cut the adjacency at interior facets, given as sorted triples (k, 3) in lexicographic order."""
     for t in range(n_tets):
         for k in range(4):
-            low, high, total = _face_key(tets, t, k)
+            low, high, total = face_key(tets, t, k)
             middle = total - low - high
             first, last = 0, len(blocked)
             while first < last:
@@ -196,12 +196,12 @@ def _open_outer_faces(state, old, n_old, keys, links):
             u = neighbours[t, k]
             if u >= 0 and mark[u] == stamp:
                 continue
-            low, high, total = _face_key(tets, t, k)
+            low, high, total = face_key(tets, t, k)
             keys[count, 0], keys[count, 1], keys[count, 2] = low, high, total
             links[count, 0], links[count, 1] = u, -1
             if u >= 0:
                 for j in range(4):
-                    if neighbours[u, j] == t and _face_key(tets, u, j) == (low, high, total):
+                    if neighbours[u, j] == t and face_key(tets, u, j) == (low, high, total):
                         links[count, 1] = j
             count += 1
     return count
@@ -210,7 +210,7 @@ def _open_outer_faces(state, old, n_old, keys, links):
 @kernel
 def _close_face(state, t, k, keys, links, count):
     """Join the face opposite corner k of t to the open face like it, or open it; return the count left."""
-    low, high, total = _face_key(state.tets, t, k)
+    low, high, total = face_key(state.tets, t, k)
     for f in range(count):
         if keys[f, 0] == low and keys[f, 1] == high and keys[f, 2] == total:
             u, j = links[f, 0], links[f, 1]

@@ -3,11 +3,12 @@
 Seen from an apex, a cavity grows across its worst outer face until that face is on the surface. Every
 cavity on the way is the smallest with its worst quality, so the best of them is the best that the apex can
 do. Where the tets from an apex to all outer faces are positive, every ray from the apex leaves the cavity
-once: they fill it, and no other test is needed.
+once: they fill it. The one exception is a crack facet that holds the apex and lies within the cavity: its
+two sides are outer faces on which no tet stands, and beside the crack front nothing else would keep it.
 """
 
 from craftmesh.jit import kernel
-from craftmesh.tetrahedra.kernels.tet_cavity import FACES, STAMP
+from craftmesh.tetrahedra.kernels.tet_cavity import FACES, STAMP, face_key
 from craftmesh.tetrahedra.kernels.tet_quality import quality_at
 
 # Tets of a cavity at most: their faces fit the work arrays.
@@ -17,8 +18,21 @@ NO_TET = 1e300
 
 
 @kernel
+def _is_other_side(state, work, count, u, k):
+    """Whether an outer face is the other side of the blocked face opposite corner k of tet u."""
+    for f in range(count):
+        t, i = work.outer[f, 0], work.outer[f, 1]
+        if work.outer[f, 2] < 0 and face_key(state.tets, t, i) == face_key(state.tets, u, k):
+            return True
+    return False
+
+
+@kernel
 def _take(state, u, apex, place, measure, work, count):
-    """Take tet u into the cavity; return the number of its outer faces, `count` before."""
+    """Take tet u into the cavity; return the number of its outer faces, `count` before.
+
+    -1 where both sides of a crack facet that holds the apex are in the cavity now.
+    """
     tets, neighbours, mark = state.tets, state.neighbours, state.mark
     outer, quality = work.outer, work.outer_quality
     stamp = state.counts[STAMP]
@@ -38,6 +52,8 @@ def _take(state, u, apex, place, measure, work, count):
         quality[count] = NO_TET
         if a != apex and b != apex and c != apex:
             quality[count] = quality_at(state.points, a, b, c, place[0], place[1], place[2], measure)
+        elif beyond < 0 and _is_other_side(state, work, count, u, k):
+            return -1
         count += 1
     mark[u] = stamp
     return count
@@ -67,6 +83,8 @@ def best_cavity(state, first, apex, place, measure, work):
         cavity[size] = outer[face, 2]
         size += 1
         count = _take(state, cavity[size - 1], apex, place, measure, work, count)
+        if count < 0:
+            return best, chosen
 
 
 @kernel
