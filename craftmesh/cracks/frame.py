@@ -9,7 +9,7 @@ from craftmesh.surface.measure import area_vectors
 # have a say, by their area, is then better than one that the steepest decide.
 STEEP = np.cos(np.radians(45.0))
 SAME = 1e-9  # cosine within which no triangle is steeper than those that decide the direction
-ROUNDS = 100  # that each add the steepest triangle; 12 were the most that cracks of 20,000 triangles took
+ROUNDS = 100  # that each add the steepest triangle; chosen by hand, far more than a crack should need
 NONE = 1e-9  # share of their number below which the length of a sum of unit normals is rounding
 
 

@@ -9,10 +9,9 @@ from craftmesh.surface.connectivity import compact, facet_edges, unique_edges
 from craftmesh.surface.measure import area_vectors
 
 MERGE = 1e-9  # points closer than this share of the crack's extent are one
-SLIVER = (
-    1e-4  # of its longest edge: the height below which a triangle has no normal of its own (float32 files)
-)
-ROUNDS = 20  # of flips at slivers; two were the most that random sheets with three points in a row took
+# Of its longest edge: the height below which a triangle has no normal of its own (float32 files).
+SLIVER = 1e-4
+ROUNDS = 20  # of flips at slivers; chosen by hand, far more than a row of points should need
 REACH = 0.25  # of the box's diagonal: triangles farther from the box than this may be left out
 
 

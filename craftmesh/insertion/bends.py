@@ -18,9 +18,7 @@ SMALLEST = 0.35  # of the least length: no facet gets a point nearer than this t
 TIGHTEST = 0.12  # of the least length: the same where facets would meet a grain boundary
 CLEAR = 0.5  # of that distance: how far the point stays off fixed edges
 SMALLER = 0.75  # a facet that is too far off gets a point at this share of its circumradius from others
-NEAR_CREASE = (
-    0.6  # of a facet's circumradius: a crease nearer to its centre gets the point; and its spacing
-)
+NEAR_CREASE = 0.6  # of a facet's circumradius: a crease nearer to its centre gets the point
 TO_CREASE = 0.4  # of the edges around it: a point nearer to a crease moves onto it
 GOOD = 0.4  # the least shape of a facet that such moves and flips may leave: 20 degrees
 FLIPS = 8  # rounds of flips at most
