@@ -107,15 +107,18 @@ def test_changed_option_reruns_its_stage_and_what_follows(finished):
     assert set(run.jobs) - {"total"} == AFTER_GRADATE
 
 
-@pytest.mark.parametrize(("key", "value"), [("l_min", 0.8), ("l0", None), ("around_voids", True)])
-def test_changed_sizing_reruns_the_sizing_and_what_follows(finished, tmp_path, key, value):
+@pytest.mark.parametrize(
+    ("key", "value", "first"),
+    [("l_min", 0.8, {"size", "crack"}), ("l0", None, {"size", "crack"}), ("around_voids", True, {"size"})],
+)
+def test_changed_sizing_reruns_the_sizing_and_what_follows(finished, tmp_path, key, value, first):
     folder = type(finished)(shutil.copytree(finished.path, tmp_path / "other"))
     config = yaml.safe_load((folder.path / "config.yaml").read_text())
     config["sizing"][key] = value
     (folder.path / "config.yaml").write_text(yaml.safe_dump(config))
     run = folder.snakemake("--dry-run")
     assert run.status == 0, run.text
-    assert set(run.jobs) - {"total"} == {"size"} | AFTER_SIZE
+    assert set(run.jobs) - {"total"} == first | AFTER_SIZE  # crack asks l_min of cracks beside a face
     assert run.jobs["size"] == run.jobs["stitch"] == 2
 
 
