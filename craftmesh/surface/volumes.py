@@ -159,22 +159,20 @@ def _guarded_step(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points after a displacement, and (n,) bool the vertices held so that it spoils no facet."""
     before = area_vectors(points, facets)
-    sharpened = wedge_guard(points, facets) if limits.keep_wedges else _nothing_sharpened
+    sharpened = wedge_guard(points, facets) if limits.keep_wedges else None
     held, attempt = np.zeros(len(points), bool), 0
     while True:
         moved = np.where(held[:, None], points, points + displacement)
         bad = spoiled_facets(moved, points, facets, limits.min_quality, limits.min_edge)
         bad |= facets_beyond_box(moved, points, facets, kind)
-        bad |= _turned(before, area_vectors(moved, facets)) | sharpened(moved)
+        bad |= _turned(before, area_vectors(moved, facets))
+        if sharpened is not None:
+            bad |= sharpened(moved)
         bad[intersecting_pairs(moved, facets).ravel()] = True
         if not bad.any() or held.all():
             return moved, held
         held |= vertices_around(facets, bad, max(0, attempt - PATIENCE), len(points))
         attempt += 1
-
-
-def _nothing_sharpened(moved: np.ndarray) -> np.ndarray:  # noqa: ARG001
-    return np.zeros(1, bool)
 
 
 def _within(points: np.ndarray, centres: np.ndarray, reach: np.ndarray) -> np.ndarray:
