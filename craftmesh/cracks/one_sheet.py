@@ -5,7 +5,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.connectivity import compact, facet_edges, unique_edges
+from craftmesh.surface.connectivity import compact, edge_sides, facet_edges, unique_edges
 from craftmesh.surface.measure import area_vectors
 
 MERGE = 1e-9  # points closer than this share of the crack's extent are one
@@ -83,9 +83,7 @@ def turned_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 def _neighbours(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return pairs of corners' edges (3 * triangle + side) that are one edge of two triangles."""
     _, of_corner, count = unique_edges(triangles)
-    order = np.argsort(of_corner.ravel(), kind="stable")
-    start = (np.cumsum(count) - count)[count == 2]
-    return order[start], order[start + 1]
+    return edge_sides(of_corner, count == 2)
 
 
 def without_slivers(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

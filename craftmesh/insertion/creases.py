@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from craftmesh.insertion.sheet import Sheet
-from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.measure import area_vectors
 
 SHARP = np.cos(np.radians(5.0))  # edges at which the crack turns by less are no creases
@@ -35,8 +35,7 @@ def creases_of(sheet: Sheet) -> Creases:
     normal = area_vectors(points, sheet.triangles)
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     edges, of_corner, count = unique_edges(sheet.triangles)
-    order = np.argsort(of_corner.ravel(), kind="stable") // 3
-    start = (np.cumsum(count) - count)[count == 2]
-    turned = np.einsum("ij,ij->i", normal[order[start]], normal[order[start + 1]]) < SHARP
+    f, g = edge_sides(of_corner, count == 2)
+    turned = np.einsum("ij,ij->i", normal[f // 3], normal[g // 3]) < SHARP
     segments = sheet.nodes[edges[count == 2][turned]]
     return Creases(segments, shapely.STRtree(shapely.linestrings(segments)))

@@ -9,7 +9,7 @@ from craftmesh.insertion.cut import CutSurface, split_edges
 from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
-from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import is_on_box, patches
 from craftmesh.types import Surface
@@ -144,9 +144,7 @@ def _edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.nda
     near = Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
     edges, of_corner, count = unique_edges(near.facets)
     patch = patches(near).of_facet
-    order = np.argsort(of_corner.ravel(), kind="stable") // 3
-    start = (np.cumsum(count) - count)[count == 2]
-    first, second = order[start], order[start + 1]
+    first, second = (side // 3 for side in edge_sides(of_corner, count == 2))
     edges = edges[count == 2]
     normal = area_vectors(near.points, near.facets)
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]

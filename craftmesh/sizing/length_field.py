@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.surface.connectivity import edge_sides
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import feature_edges, oriented, patches
 from craftmesh.types import CRACK, Surface
@@ -97,10 +98,9 @@ def curvature_lengths(surface: Surface, turn: float, shortest: float, growth: fl
     facets, _ = oriented(surface)
     facets = facets.astype(np.int64)
     patch = patches(surface).of_facet
-    edges, of_corner, count, is_feature = feature_edges(surface, patch)
-    pair = np.argsort(of_corner.ravel(), kind="stable") // 3
-    start = (np.cumsum(count) - count)[~is_feature]
-    f, g, ends = pair[start], pair[start + 1], edges[~is_feature]
+    edges, of_corner, _, is_feature = feature_edges(surface, patch)
+    f, g = (side // 3 for side in edge_sides(of_corner, ~is_feature))
+    ends = edges[~is_feature]
     free = np.zeros(len(surface.points), bool)
     free[facets] = True
     free[edges[is_feature]] = False

@@ -24,6 +24,17 @@ def unique_edges(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
     return edges, inverse.reshape(-1, 3), count
 
 
+def edge_sides(of_corner: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return, for each of the chosen edges (e,) bool, rows of `facet_edges` that are it: the first two.
+
+    of_corner (m, 3) is from `unique_edges`; each chosen edge has two facets or more. Row // 3 is the facet.
+    """
+    order = np.argsort(of_corner.ravel(), kind="stable")
+    count = np.bincount(of_corner.ravel(), minlength=len(chosen))
+    start = (np.cumsum(count) - count)[chosen]
+    return order[start], order[start + 1]
+
+
 def compact(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Drop the points (n, 3) that no cell (m, k) uses.
 
