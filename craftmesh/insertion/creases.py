@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from craftmesh.insertion.rim import feet_on_segments
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.measure import area_vectors
@@ -22,11 +23,7 @@ class Creases(NamedTuple):
         """Return the nearest places (n, 2) on a crease; far away where there is none."""
         if not len(self.segments) or not len(uv):
             return np.full(uv.shape, np.inf)
-        nearest = self.tree.query_nearest(shapely.points(uv), all_matches=False)[1]
-        start, step = self.segments[nearest, 0], np.diff(self.segments[nearest], axis=1)[:, 0]
-        square = np.maximum(np.einsum("ij,ij->i", step, step), 1e-300)
-        along = np.clip(np.einsum("ij,ij->i", uv - start, step) / square, 0, 1)
-        return start + along[:, None] * step
+        return feet_on_segments(self.segments, self.tree, uv)[1]
 
 
 def creases_of(sheet: Sheet) -> Creases:

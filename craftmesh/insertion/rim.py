@@ -39,12 +39,8 @@ class Rim:
 
     def nearest_front(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return foot (n, 2), front number (n,) and arc length (n,) of the nearest front point."""
-        segment = self.front_tree.query_nearest(shapely.points(uv), all_matches=False)[1]
-        start, step = self.segments[segment, 0], self.segments[segment, 1] - self.segments[segment, 0]
-        square = np.einsum("ij,ij->i", step, step)
-        t = np.clip(np.einsum("ij,ij->i", uv - start, step) / square, 0, 1)
-        along = self.front_start[segment] + t * np.sqrt(square)
-        return start + t[:, None] * step, self.front_number[segment], along
+        segment, foot, along = feet_on_segments(self.segments, self.front_tree, uv)
+        return foot, self.front_number[segment], self.front_start[segment] + along
 
     def on_front(self, front: int, arc: np.ndarray) -> np.ndarray:
         """Return the parameters (n, 2) at arc lengths (n,) along a front."""
@@ -60,6 +56,20 @@ class Rim:
         step /= np.linalg.norm(step, axis=1)[:, None]
         sharp = np.flatnonzero(np.einsum("ij,ij->i", step[1:], step[:-1]) < CORNER) + 1
         return curve[sharp, 2]
+
+
+def feet_on_segments(
+    segments: np.ndarray, tree: shapely.STRtree, uv: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the nearest segment (n,), the foot (n, 2) on it, and how far along it that is (n,).
+
+    segments (k, 2, 2): none without length; tree: of the first of them, at least one.
+    """
+    nearest = tree.query_nearest(shapely.points(uv), all_matches=False)[1]
+    start, step = segments[nearest, 0], segments[nearest, 1] - segments[nearest, 0]
+    square = np.einsum("ij,ij->i", step, step)
+    t = np.clip(np.einsum("ij,ij->i", uv - start, step) / square, 0, 1)
+    return nearest, start + t[:, None] * step, t * np.sqrt(square)
 
 
 def rim_of(crack: Crack, nodes: np.ndarray, frame: np.ndarray, box: np.ndarray) -> Rim:
