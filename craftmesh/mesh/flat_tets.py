@@ -13,16 +13,18 @@ MAX_NAMED = 100
 _EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
-def flat_tets(mesh: TetMesh) -> dict:
+def flat_tets(mesh: TetMesh, measures: np.ndarray | None = None) -> dict:
     """Return what quality.json says of flat elements (`mesh/poor`): `count`, `forced` and `places`.
 
     Each place has the grain, the centre, the smallest and largest dihedral angle in degrees, the shape
     factor and the sharpest wedge of the grain, in degrees, at an edge of the element (None without one on
     the grain's surface or the crack). A wedge under 5 degrees forces the element; `forced` counts these
-    among the places, of which there are at most 100, the flattest first.
+    among the places, of which there are at most 100, the flattest first. measures: those of
+    `shape_measures` (m, 5), where they are known already.
     """
     corners = np.ascontiguousarray(mesh.tets[:, :4])
-    measures = shape_measures(mesh.points, corners)
+    if measures is None:
+        measures = shape_measures(mesh.points, corners)
     flat = np.flatnonzero(is_flat(measures))
     named = flat[np.argsort(measures[flat, 2], kind="stable")][:MAX_NAMED]
     round_nodes = _tets_round(corners, np.unique(corners[named]))

@@ -39,7 +39,7 @@ def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
         **{f"poor_{name}_pct": _percent(poor) for name, poor in poor_parts(measures).items()},
         "dihedral_min": float(low.min()),
         "dihedral_max": float(high.max()),
-        "flat": flat_tets(mesh),
+        "flat": flat_tets(mesh, measures),
         "histograms": {
             "aspect_ratio": _histogram(aspect, _ASPECT_EDGES),
             "dihedral_min": _histogram(low, _ANGLE_EDGES),
