@@ -6,7 +6,7 @@ corner to move.
 
 from craftmesh.jit import kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import has_room, replace_cavity
-from craftmesh.tetrahedra.kernels.tet_cone import Cone
+from craftmesh.tetrahedra.kernels.tet_cone import Cone, beside
 from craftmesh.tetrahedra.kernels.tet_insertion import add_apex
 from craftmesh.tetrahedra.kernels.tet_quality import quality_at
 from craftmesh.tetrahedra.kernels.tet_visible_cavity import best_cavity, list_outer_faces
@@ -97,10 +97,7 @@ def _search(state, t, start, measure, work):
     for _ in range(ROUNDS):
         found = False
         for way in range(6):
-            d = step if way % 2 else -step
-            px = x + d if way < 2 else x
-            py = y + d if 2 <= way < 4 else y
-            pz = z + d if way >= 4 else z
+            px, py, pz = beside(x, y, z, way, step)
             value, _ = best_cavity(state, t, -1, (px, py, pz), measure, work)
             if value > best:
                 x, y, z, best, found = px, py, pz, value, True

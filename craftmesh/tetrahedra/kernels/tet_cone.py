@@ -26,6 +26,13 @@ LEAST_GAIN = 1e-3
 
 
 @kernel
+def beside(x, y, z, way, step):
+    """The place a step from (x, y, z) along an axis: way 0..5 for -x, x, -y, y, -z, z."""
+    d = step if way % 2 else -step
+    return x + d if way < 2 else x, y + d if 2 <= way < 4 else y, z + d if way >= 4 else z
+
+
+@kernel
 def worst_at(cone, x, y, z, floor):
     """Worst quality of the cone from (x, y, z); ends at the first tet that is not over `floor`."""
     points, faces, measure = cone.points, cone.faces, cone.measure

@@ -4,7 +4,7 @@ import numpy as np
 
 from craftmesh.jit import kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import MAX_FACES, find_star, star_faces, worst_of
-from craftmesh.tetrahedra.kernels.tet_cone import Cone, aspect_sum, climb, mean_at, worst_at
+from craftmesh.tetrahedra.kernels.tet_cone import Cone, aspect_sum, beside, climb, mean_at, worst_at
 from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, quality_of
 
 # The least number of tets round an interior point.
@@ -119,10 +119,7 @@ def _pattern_search(cone, place, best, step, limit):
     for _ in range(PATTERN_ROUNDS):
         found = False
         for way in range(6):
-            d = step if way % 2 else -step
-            px = x + d if way < 2 else x
-            py = y + d if 2 <= way < 4 else y
-            pz = z + d if way >= 4 else z
+            px, py, pz = beside(x, y, z, way, step)
             value = aspect_sum(cone, px, py, pz, best)
             if value < best - PLACE_FALL and worst_at(cone, px, py, pz, limit) > limit:
                 x, y, z, best, found = px, py, pz, value, True
