@@ -22,18 +22,10 @@ CHORDS = 16  # over those steps, by which the front's turning is measured
 # Of the target size: front edges, and so what slides along them, stay this near the front at the SHARES.
 # 0.02 is promised; with 0.02 here up to 0.0203 was measured between the SHARES.
 FIDELITY = 0.0196
-FINEST = (
-    0.35  # of the target size: front edges are not made shorter for that; enough for 0.8 of it as radius
-)
-SHARES = (
-    0.125,
-    0.25,
-    0.375,
-    0.5,
-    0.625,
-    0.75,
-    0.875,
-)  # of an edge, at which its distance from the front is measured
+# Of the target size: front edges are not made shorter for that; enough for 0.8 of it as radius.
+FINEST = 0.35
+# Of an edge, at which its distance from the front is measured.
+SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 ROUND_DOWN = 0.01  # of an edge: a turning just past a multiple of SHARPEST takes no further edge
 
 
