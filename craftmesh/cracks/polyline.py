@@ -1,0 +1,54 @@
+"""Curves through points, by arc length: places on them and feet of places near them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+# Products of places and segments held at once, about 100 MB.
+AT_ONCE = 2_000_000
+
+
+class Polyline(NamedTuple):
+    """A polyline with points (k, 3), arc lengths (k,) to them, and whether it is closed.
+
+    A closed one ends with its first point.
+    """
+
+    points: np.ndarray
+    arc: np.ndarray
+    closed: bool
+
+    @property
+    def length(self) -> float:
+        return float(self.arc[-1])
+
+    def at(self, arc: np.ndarray) -> np.ndarray:
+        """Return the points (n, 3) at arc lengths (n,), counted round and round where it is closed."""
+        if self.closed:
+            arc = np.mod(arc, self.length)
+        return np.stack([np.interp(arc, self.arc, self.points[:, k]) for k in range(3)], axis=1)
+
+
+def polyline(points: np.ndarray) -> Polyline:
+    """Return the polyline through points (k, 3) in order; repeated ones are left out."""
+    span = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    points = points[np.append(True, span > 0)]
+    arc = np.append(0.0, np.cumsum(span[span > 0]))
+    return Polyline(points, arc, len(points) > 2 and bool((points[0] == points[-1]).all()))
+
+
+def feet(line: Polyline, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return arc length (n,) and distance (n,) of the nearest point of `line` to each of places (n, 3)."""
+    start, step = line.points[:-1], np.diff(line.points, axis=0)
+    length = np.diff(line.arc)
+    arcs, distances = np.empty(len(places)), np.empty(len(places))
+    rows = max(AT_ONCE // len(start), 1)
+    for first in range(0, len(places), rows):
+        off = places[first : first + rows, None] - start
+        share = np.clip((off * step).sum(axis=2) / length**2, 0, 1)
+        distance = np.linalg.norm(off - share[..., None] * step, axis=2)
+        nearest = distance.argmin(axis=1)
+        row = np.arange(len(off))
+        arcs[first : first + rows] = line.arc[nearest] + share[row, nearest] * length[nearest]
+        distances[first : first + rows] = distance[row, nearest]
+    return arcs, distances

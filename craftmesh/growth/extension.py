@@ -1,0 +1,74 @@
+"""How far each point of a front goes, and how many load cycles that takes."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from craftmesh.cracks.polyline import polyline
+from craftmesh.errors import CraftmeshError
+from craftmesh.growth.options import GrowthOptions
+from craftmesh.types import Crack
+
+# Of itself: how far the crack's radius may be off, and of a front's length: the spacing of places on it.
+TOLERANCE = 1e-3
+
+
+def extensions(driving: np.ndarray, median: float, options: GrowthOptions) -> np.ndarray:
+    """Return the extension (n,) of front points with the driving intensity (n,); their median is `median`.
+
+    Uniform, or median (K / K_median)^m; both within least and most times the median.
+    """
+    if options.law == "uniform":
+        return np.full(len(driving), median)
+    middle = np.median(driving)
+    if not middle > 0:
+        raise CraftmeshError(
+            f"the median driving stress intensity along the front is {middle:.4g}; expected one over 0 for "
+            "growth.law power: more than half of the front is closed"
+        )
+    ratio = np.clip(
+        driving / middle, 0.0, options.most
+    )  # as a power of 1 or more it would be capped all the same
+    return median * np.clip(ratio**options.exponent, options.least, options.most)
+
+
+def load_cycles(driving: np.ndarray, extension: np.ndarray, options: GrowthOptions) -> float | None:
+    """Return the load cycles of one extension by Paris' law, their median along the front; None without C.
+
+    da/dN = C (Delta K)^m with Delta K = (1 - R) K of the largest load.
+    """
+    if options.coefficient is None:
+        return None
+    span = (1 - options.stress_ratio) * np.maximum(driving, 0.0)
+    with np.errstate(divide="ignore"):
+        return float(np.median(extension / (options.coefficient * span**options.exponent)))
+
+
+def crack_radius(crack: Crack, box: np.ndarray) -> float:
+    """Return the crack's radius: the largest distance of a point of it in the box (2, 3) from its fronts.
+
+    That is a penny's radius, a half penny's too, the lesser semi-axis of an ellipse, the depth of an edge
+    crack. Triangles that may hold a farther point than the farthest centre known are split, and again.
+    """
+    fronts = [polyline(crack.points[front]) for front in crack.fronts]
+    step = TOLERANCE * max(line.length for line in fronts)
+    places = [line.at(np.linspace(0, line.length, int(line.length / step) + 2)) for line in fronts]
+    front = cKDTree(np.concatenate(places))
+    farthest = 0.0
+    corners = crack.points[crack.triangles]
+    while len(corners):
+        centre = corners.mean(axis=1)
+        off, _ = front.query(centre)
+        within = ((centre >= box[0]) & (centre <= box[1])).all(axis=1)
+        farthest = max(farthest, off[within].max(initial=0.0))
+        reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
+        meets = ((corners.min(axis=1) <= box[1]) & (corners.max(axis=1) >= box[0])).all(axis=1)
+        further = (off + reach > farthest * (1 + TOLERANCE)) & (reach > TOLERANCE * step)
+        corners = _split(corners[meets & further])
+    return farthest
+
+
+def _split(corners: np.ndarray) -> np.ndarray:
+    """Return the triangles (4 m, 3, 3) into which the middles of their edges part triangles (m, 3, 3)."""
+    middles = (corners + np.roll(corners, -1, axis=1)) / 2
+    at_corners = [np.stack([corners[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)]
+    return np.concatenate([*at_corners, middles])

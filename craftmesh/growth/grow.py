@@ -1,0 +1,152 @@
+"""Growth of a crack by one increment: kink angles, extensions, the new front and the strip up to it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.polyline import Polyline, feet, polyline
+from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.errors import CraftmeshError
+from craftmesh.growth.extension import crack_radius, extensions, load_cycles
+from craftmesh.growth.kink_angle import driving_intensity, kink_angles
+from craftmesh.growth.moves import smoothed_moves
+from craftmesh.growth.new_front import NewFront, new_front
+from craftmesh.growth.options import GrowthOptions
+from craftmesh.growth.strip import strip_triangles, with_front_points
+from craftmesh.types import Crack
+
+# Points of the new front to a spacing of the rows: its chords are then within 0.001 spacings of a front of
+# radius ten, and the next mesh's tangents follow the curve, not the chords.
+FINENESS = 4
+
+
+@dataclass(frozen=True)
+class FrontIntensities:
+    """Stress intensities along the fronts of a crack, a row for each point, in any order.
+
+    points, normal, binormal (n, 3): the crack plane's normal, and the direction out of the crack, square to
+    it and to the front. k (n, 3): K_I, K_II, K_III.
+    """
+
+    points: np.ndarray
+    normal: np.ndarray
+    binormal: np.ndarray
+    k: np.ndarray
+
+
+@dataclass(frozen=True)
+class Growth:
+    """What one increment of growth did.
+
+    kink_angle (radians), extension and driving intensity (n,): as the criterion and the law say for each
+    row, before smoothing along the front. crack: the grown crack, None where it stops; ended: why, or "".
+    cycles: load cycles of this increment, None without Paris' law. radius: the old crack's.
+    """
+
+    kink_angle: np.ndarray
+    extension: np.ndarray
+    driving: np.ndarray
+    radius: float
+    cycles: float | None
+    crack: Crack | None
+    ended: str = ""
+
+
+def grow(crack: Crack, along: FrontIntensities, box: np.ndarray, options: GrowthOptions) -> Growth:
+    """Return the crack after one extension, within the box (2, 3).
+
+    Every point of a front goes by its extension at its kink angle from the crack plane (Erdogan & Sih 1963;
+    the paper, section 2). Raises CraftmeshError for rows that are on no front of the crack, and where the
+    grown surface is no crack (folded, torn).
+    """
+    box = np.asarray(box, float)
+    angle = kink_angles(along.k, options.criterion, options.poisson)
+    driving = driving_intensity(along.k, angle)
+    radius = crack_radius(crack, box)
+    median = options.extension if options.extension is not None else options.share * radius
+    ended = _stops(driving, options)
+    size = np.zeros(len(angle)) if ended else extensions(driving, median, options)
+    if ended:
+        return Growth(angle, size, driving, radius, None, None, ended)
+    direction = np.cos(angle)[:, None] * along.binormal + np.sin(angle)[:, None] * along.normal
+    grown = _grown(crack, along.points, size[:, None] * direction, box, options)
+    cycles = load_cycles(driving, size, options)
+    if grown is None:
+        return Growth(angle, size, driving, radius, cycles, None, "every front has left the body")
+    return Growth(angle, size, driving, radius, cycles, grown)
+
+
+def _stops(driving: np.ndarray, options: GrowthOptions) -> str:
+    """Return why a crack with this driving intensity along its front does not grow, or ''."""
+    span = (1 - options.stress_ratio) * driving.max()
+    if span <= options.threshold:
+        return f"Delta K is at most {span:.4g}, not over growth.threshold {options.threshold:g}"
+    return ""
+
+
+def _grown(
+    crack: Crack, places: np.ndarray, moves: np.ndarray, box: np.ndarray, options: GrowthOptions
+) -> Crack | None:
+    """Return the crack with all its fronts moved; None where no front is left in the box."""
+    spacing = _row_spacing(places) / FINENESS
+    frame = best_fit_frame(crack.points, crack.triangles)
+    points, triangles = crack.points, crack.triangles.astype(np.int64)
+    rows = _rows_by_front(crack, places)
+    fronts = []
+    for front, (row, s) in zip(crack.fronts, rows):
+        points, triangles, ids = with_front_points(points, triangles, front, spacing)
+        old = polyline(points[ids])
+        at_points = smoothed_moves(s, moves[row], old.length, old.closed, old.arc, options)
+        moved = new_front(old, at_points, box, frame, spacing)
+        points, triangles = _joined(points, triangles, ids, old, moved)
+        fronts.append(moved.points)
+    if not any(_meets(front, box) for front in fronts):
+        return None
+    return crack_from_triangles(points, triangles, fronts, box)
+
+
+def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return for each front the rows whose places (n, 3) lie on it, in order, and their arc lengths."""
+    lines = [polyline(crack.points[front]) for front in crack.fronts]
+    arcs, distances = map(np.array, zip(*(feet(line, places) for line in lines)))
+    nearest = distances.argmin(axis=0)
+    spacing = _row_spacing(places)
+    off = distances.min(axis=0)
+    if (off > spacing).any():
+        worst = int(off.argmax())
+        raise CraftmeshError(
+            f"row {worst + 1} of the front lies {off[worst]:.4g} off the crack's fronts; expected under "
+            f"{spacing:.4g}: give the crack that this front was meshed from"
+        )
+    result = []
+    for number in range(len(lines)):
+        row = np.flatnonzero(nearest == number)
+        if not len(row):
+            raise CraftmeshError(
+                f"front {number + 1} of the crack has no row of stress intensities; expected some on each"
+            )
+        row = row[np.argsort(arcs[number, row], kind="stable")]
+        result.append((row, arcs[number, row]))
+    return result
+
+
+def _row_spacing(places: np.ndarray) -> float:
+    return float(np.median(np.linalg.norm(np.diff(places, axis=0), axis=1)))
+
+
+def _joined(
+    points: np.ndarray, triangles: np.ndarray, ids: np.ndarray, old: Polyline, moved: NewFront
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and triangles with the strip from the old front (ids) to the new one."""
+    count = len(moved.points) - old.closed
+    new = (
+        len(points) + np.arange(len(moved.points)) % count if old.closed else len(points) + np.arange(count)
+    )
+    strip = strip_triangles(ids, old.arc, new, moved.origin)
+    return np.concatenate([points, moved.points[:count]]), np.concatenate([triangles, strip])
+
+
+def _meets(front: np.ndarray, box: np.ndarray) -> bool:
+    """Tell whether some point of the front (k, 3) lies within the box."""
+    return bool(((front > box[0]) & (front < box[1])).all(axis=1).any())

@@ -1,0 +1,116 @@
+"""Kink angles of a crack front from its stress intensities, and the intensity that drives the growth."""
+
+import importlib
+from collections.abc import Callable
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.growth.options import CRITERIA
+
+# Angles over which the energy release rate is searched, degrees: it peaks at 76 in pure mode II.
+WIDEST = 85.0
+SAMPLES = 171  # over them; the peak is then refined by a parabola through the best three
+# Halvings of the samples' spacing about the peak: 1 degree becomes 1e-4.
+HALVINGS = 14
+
+Criterion = Callable[[np.ndarray], np.ndarray]
+
+
+def kink_angles(k: np.ndarray, criterion: str, poisson: float = 0.3) -> np.ndarray:
+    """Return the kink angle (n,) in radians for K_I, K_II, K_III (n, 3), positive towards the normal.
+
+    criterion: one of CRITERIA, or package.module:function, which gets (n, 3) and returns (n,) radians.
+    A closed crack (K_I < 0) counts as K_I = 0. Raises CraftmeshError for a criterion that is not there or
+    returns anything else.
+    """
+    k = np.asarray(k, float).reshape(-1, 3)
+    opened = np.column_stack([np.maximum(k[:, 0], 0.0), k[:, 1:]])
+    size = np.abs(opened[:, :2]).max(axis=1, keepdims=True, initial=0.0)
+    opened = np.where(size > 0, opened / np.where(size > 0, size, 1.0), 0.0)  # the angle knows no scale
+    if criterion == "tangential_stress":
+        return largest_tangential_stress(opened[:, 0], opened[:, 1])
+    if criterion == "energy_release":
+        return np.where(size[:, 0] > 0, largest_energy_release(opened, poisson), 0.0)
+    angles = np.asarray(_own_criterion(criterion)(opened), float)
+    if angles.shape != (len(k),) or not np.isfinite(angles).all():
+        raise CraftmeshError(
+            f"growth.criterion {criterion} returned an array of shape {angles.shape}; expected {len(k)} "
+            "finite angles in radians"
+        )
+    return angles
+
+
+def largest_tangential_stress(k1: np.ndarray, k2: np.ndarray) -> np.ndarray:
+    """Return the angle (n,) of the largest tangential stress round a crack tip (Erdogan & Sih 1963).
+
+    It solves K_I sin(t) + K_II (3 cos(t) - 1) = 0; 0 where both are 0.
+    """
+    below = k1 + np.sqrt(k1**2 + 8 * k2**2)
+    return -2 * np.arctan2(2 * k2, np.where(below > 0, below, 1.0))
+
+
+def driving_intensity(k: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return the intensity (n,) of the tangential stress at `angle` (n,) for K (n, 3) (Erdogan & Sih)."""
+    half = np.cos(angle / 2)
+    return half * (np.maximum(k[:, 0], 0.0) * half**2 - 1.5 * k[:, 1] * np.sin(angle))
+
+
+def largest_energy_release(k: np.ndarray, poisson: float) -> np.ndarray:
+    """Return the angle (n,) at which a short kink releases most energy, for K (n, 3).
+
+    The kink's intensities are those of Amestoy & Leblond (1992); mode III's is exact.
+    """
+    angle = np.radians(np.linspace(-WIDEST, WIDEST, SAMPLES))
+    best = angle[np.argmax(energy_release(k, angle[None, :], poisson), axis=1)]
+    step = angle[1] - angle[0]
+    for _ in range(HALVINGS):
+        near = best[:, None] + step * np.array([0.0, -0.5, 0.5])
+        best = np.take_along_axis(
+            near, np.argmax(energy_release(k, near, poisson), axis=1)[:, None], axis=1
+        )[:, 0]
+        step /= 2
+    return best
+
+
+def energy_release(k: np.ndarray, angle: np.ndarray, poisson: float) -> np.ndarray:
+    """Return E / (1 - nu^2) times the energy release rate (n, m) of kinks at `angle` (n, m) or (1, m)."""
+    k1, k2, k3 = (k[:, [mode]] for mode in range(3))
+    f11, f12, f21, f22 = kink_factors(angle)
+    m = angle / np.pi
+    f33 = ((1 - m) / (1 + m)) ** (m / 2)
+    opening, sliding, tearing = f11 * k1 + f12 * k2, f21 * k1 + f22 * k2, f33 * k3
+    return np.maximum(opening, 0.0) ** 2 + sliding**2 + tearing**2 / (1 - poisson)
+
+
+def kink_factors(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return F_11, F_12, F_21, F_22 of a short kink: its K_I, K_II over those before (Amestoy & Leblond).
+
+    angle: radians, within +-85 degrees, any shape.
+    """
+    m, p = np.asarray(angle, float) / np.pi, np.pi
+    even, odd = m[..., None] ** np.arange(0, 21, 2), m[..., None] ** np.arange(1, 20, 2)
+    f11 = [1, -3 * p**2 / 8, p**2 - 5 * p**4 / 128, p**2 / 9 - 11 * p**4 / 72 + 119 * p**6 / 15360]
+    f11 += [5.07790, -2.88312, -0.0925, 2.996, -4.059, 1.63, 4.1]
+    f12 = [-3 * p / 2, 10 * p / 3 + p**3 / 16, -2 * p - 133 * p**3 / 180 + 59 * p**5 / 1280]
+    f12 += [12.313906, -7.32433, 1.5793, 4.0216, -6.915, 4.21, 4.56]
+    f21 = [p / 2, -4 * p / 3 - p**3 / 48, -2 * p / 3 + 13 * p**3 / 30 - 59 * p**5 / 3840]
+    f21 += [-6.176023, 4.44112, -1.5340, -2.0700, 4.684, -3.95, -1.32]
+    f22 = [1, -4 - 3 * p**2 / 8, 8 / 3 + 29 * p**2 / 18 - 5 * p**4 / 128]
+    f22 += [-32 / 15 - 4 * p**2 / 9 - 1159 * p**4 / 7200 + 119 * p**6 / 15360]
+    f22 += [10.58254, -4.78511, -1.8804, 7.280, -7.591, 0.25, 12.5]
+    return even @ np.array(f11), odd @ np.array(f12), odd @ np.array(f21), even @ np.array(f22)
+
+
+def _own_criterion(name: str) -> Criterion:
+    module, colon, function = name.partition(":")
+    if not colon:
+        raise CraftmeshError(
+            f"growth.criterion is {name!r}; expected {', '.join(CRITERIA)} or package.module:function"
+        )
+    try:
+        return getattr(importlib.import_module(module), function)
+    except (ImportError, AttributeError) as error:
+        raise CraftmeshError(
+            f"growth.criterion {name} cannot be loaded ({error}); expected a function that is installed"
+        ) from error

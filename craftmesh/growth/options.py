@@ -1,0 +1,41 @@
+"""Options of the growth: which way and how far each point of a front goes."""
+
+from dataclasses import dataclass
+
+from craftmesh.options import Options, option
+
+CRITERIA = ("tangential_stress", "energy_release")
+LAWS = ("uniform", "power")
+SMOOTHING = ("fit", "savitzky_golay", "none")
+
+
+@dataclass(frozen=True)
+class GrowthOptions(Options):
+    """How a crack grows from the stress intensities along its front; lengths in model units."""
+
+    criterion: str = option(
+        "tangential_stress",
+        "kink angle: tangential_stress (Erdogan & Sih), energy_release, or package.module:function",
+    )
+    law: str = option(
+        "uniform", "extension: the same all along, or by a power of the stress intensity", choices=LAWS
+    )
+    share: float = option(0.25, "median extension, as a share of the crack's radius", above=0)
+    extension: float | None = option(
+        None, "median extension in place of that share", "model units", above=0
+    )
+    exponent: float = option(3.0, "power m of Delta K, in the power law and in Paris' law", at_least=0)
+    least: float = option(0.2, "smallest extension, over the median", above=0, at_most=1)
+    most: float = option(2.0, "largest extension, over the median", at_least=1)
+    coefficient: float | None = option(
+        None, "C of Paris' law da/dN = C Delta K^m: load cycles are then summed", above=0
+    )
+    stress_ratio: float = option(0.0, "least over largest load of a cycle, R", at_least=0, below=1)
+    threshold: float = option(
+        0.0, "the crack stops where all along its front Delta K is below this", at_least=0
+    )
+    smoothing: str = option("fit", "smoothing of the extension along the front", choices=SMOOTHING)
+    window: int = option(7, "front nodes in the window of savitzky_golay, an odd number", at_least=5)
+    poisson: float = option(
+        0.3, "Poisson's ratio that weighs mode III in energy_release", above=-1, below=0.5
+    )

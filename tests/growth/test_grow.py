@@ -1,0 +1,141 @@
+"""Whole cracks after growth: where the theory says, and still cracks."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.polyline import polyline
+from craftmesh.cracks.series import crack_area
+from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.triangulated import boundary_loops
+from craftmesh.errors import CraftmeshError
+from craftmesh.growth.extension import crack_radius, extensions, load_cycles
+from craftmesh.growth.grow import FrontIntensities, grow
+from craftmesh.growth.options import GrowthOptions
+from craftmesh.surface.measure import area_vectors
+
+BOX = np.array([[0.0, 0.0, 0.0], [40.0, 40.0, 40.0]])
+PENNY = CrackOptions(shape="penny", centre=(20.0, 20.0, 20.0), radius=6.0)
+HALF_PENNY = CrackOptions(shape="penny", centre=(20.0, 0.0, 20.0), radius=6.0)
+EDGE = CrackOptions(shape="through_edge", centre=(0.0, 20.0, 20.0), radius=6.0)
+ELLIPSE = CrackOptions(shape="ellipse", centre=(20.0, 20.0, 20.0), semi_axes=(8.0, 5.0))
+
+
+def along(crack, k=lambda points: np.tile([1.0, 0.0, 0.0], (len(points), 1))):
+    """Return rows about 0.8 apart with the frames of a crack in the plane z = 20, and k(points)."""
+    line = polyline(crack.points[crack.fronts[0]])
+    s = np.linspace(0, line.length, int(line.length / 0.8) + 1)
+    s = s[:-1] if line.closed else s
+    tangent = line.at(np.minimum(s + 1e-3, line.length)) - line.at(np.maximum(s - 1e-3, 0))
+    tangent /= np.linalg.norm(tangent, axis=1)[:, None]
+    faces = area_vectors(crack.points, crack.triangles).sum(axis=0)
+    normal = np.tile(faces / np.linalg.norm(faces), (len(s), 1))
+    points = line.at(s)
+    return FrontIntensities(points, normal, np.cross(tangent, normal), k(points))
+
+
+def test_a_penny_in_tension_grows_to_a_larger_penny():
+    crack = prescribed_crack(PENNY, 0, BOX)
+    growth = grow(crack, along(crack), BOX, GrowthOptions(extension=1.5))
+    away = growth.crack.points[growth.crack.fronts[0]] - [20, 20, 20]
+    # 2e-3: rows 0.8 apart on a radius of 6; the moves between them are fitted
+    assert np.abs(np.linalg.norm(away, axis=1) - 7.5).max() < 2e-3
+    assert np.abs(away[:, 2]).max() < 1e-9
+    assert crack_area(growth.crack) == pytest.approx(np.pi * 7.5**2, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "options, radius",
+    [(PENNY, 6.0), (HALF_PENNY, 6.0), (EDGE, 6.0), (ELLIPSE, 5.0)],
+    ids=["penny", "half", "edge", "ellipse"] and None,
+)
+def test_the_radius_is_the_depth_behind_the_front(options, radius):
+    assert crack_radius(prescribed_crack(options, 0, BOX), BOX) == pytest.approx(radius, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    "options", [PENNY, HALF_PENNY, EDGE, ELLIPSE], ids=["penny", "half", "edge", "ellipse"]
+)
+def test_a_grown_crack_keeps_the_old_surface_and_is_a_crack(options):
+    crack = prescribed_crack(options, 0, BOX)
+
+    def sheared(points):
+        return np.stack([np.ones(len(points)), 0.3 * np.cos(points[:, 0]), 0 * points[:, 0]], axis=1)
+
+    growth = grow(crack, along(crack, sheared), BOX, GrowthOptions())
+    grown = growth.crack
+    assert (grown.points[: len(crack.points)] == crack.points).all()
+    assert len(grown.fronts) == 1
+    assert len(boundary_loops(grown.triangles)) == 1
+    assert crack_area(grown) > crack_area(crack)
+    if not polyline(grown.points[grown.fronts[0]]).closed:
+        ends = grown.points[grown.fronts[0][[0, -1]]]
+        assert ((ends == BOX[0]) | (ends == BOX[1])).any(axis=1).all()
+
+
+def test_sliding_turns_the_crack_out_of_its_plane():
+    crack = prescribed_crack(EDGE, 0, BOX)
+
+    def sheared(points):
+        return np.tile([1.0, 0.2, 0.0], (len(points), 1))
+
+    rows = along(crack, sheared)
+    growth = grow(crack, rows, BOX, GrowthOptions(extension=2.0))
+    tip = growth.crack.points[growth.crack.fronts[0]]
+    angle = -2 * np.arctan(0.4 / (1 + np.sqrt(1.32)))
+    assert growth.kink_angle == pytest.approx(angle, abs=1e-12)
+    assert tip[:, 0] == pytest.approx(6 + 2 * np.cos(angle), abs=1e-9)
+    assert tip[:, 2] == pytest.approx(20 + 2 * np.sin(angle) * rows.normal[0, 2], abs=1e-9)
+
+
+def test_five_increments_make_one_sheet():
+    crack = prescribed_crack(HALF_PENNY, 0, BOX)
+    for _ in range(5):
+        crack = grow(crack, along(crack), BOX, GrowthOptions(share=0.1)).crack
+    away = crack.points[crack.fronts[0]] - [20, 0, 20]
+    # 0.1 % of the radius at each increment, its tolerance, and rows 0.8 apart
+    assert np.linalg.norm(away, axis=1) == pytest.approx(6 * 1.1**5, rel=0.01)
+
+
+def test_a_front_beyond_the_box_ends_the_growth():
+    crack = prescribed_crack(EDGE, 0, BOX)
+    growth = grow(crack, along(crack), BOX, GrowthOptions(extension=50.0))
+    assert growth.crack is None and growth.ended == "every front has left the body"
+
+
+def test_a_crack_under_the_threshold_stops():
+    crack = prescribed_crack(PENNY, 0, BOX)
+    growth = grow(crack, along(crack), BOX, GrowthOptions(threshold=2.0))
+    assert growth.crack is None and "growth.threshold 2" in growth.ended
+    assert (growth.extension == 0).all()
+
+
+def test_rows_of_another_crack_are_refused():
+    crack = prescribed_crack(PENNY, 0, BOX)
+    other = along(prescribed_crack(ELLIPSE, 0, BOX))
+    with pytest.raises(CraftmeshError, match="off the crack's fronts"):
+        grow(crack, other, BOX, GrowthOptions())
+
+
+@given(st.lists(st.floats(-1, 10), min_size=3, max_size=30))
+@settings(max_examples=50)
+def test_extensions_stay_within_their_caps(driving):
+    driving = np.array([1.0, 1.0, *driving])
+    options = GrowthOptions(law="power", exponent=2.5)
+    if np.median(driving) > 0:
+        size = extensions(driving, 3.0, options)
+        assert size.min() >= 0.6 and size.max() <= 6.0
+        assert (np.diff(size[np.argsort(driving)]) >= 0).all()
+
+
+def test_extension_by_power_needs_an_open_front():
+    with pytest.raises(CraftmeshError, match="growth.law power"):
+        extensions(np.array([0.0, 0.0, 1.0]), 1.0, GrowthOptions(law="power"))
+
+
+def test_cycles_by_paris():
+    options = GrowthOptions(coefficient=1e-3, exponent=2.0, stress_ratio=0.5)
+    assert load_cycles(np.full(5, 4.0), np.full(5, 1.0), options) == pytest.approx(250.0)
+    assert load_cycles(np.full(5, 4.0), np.full(5, 1.0), GrowthOptions()) is None

@@ -1,0 +1,103 @@
+"""Fronts after an extension: parallel curves, loops cut off, ends in their planes."""
+
+import numpy as np
+import pytest
+
+from craftmesh.cracks.polyline import feet, polyline
+from craftmesh.growth.moves import smoothed_moves
+from craftmesh.growth.new_front import new_front
+from craftmesh.growth.options import GrowthOptions
+
+BOX = np.array([[0.0, 0.0, 0.0], [20.0, 20.0, 20.0]])
+FRAME = np.eye(3)
+CENTRE = np.array([10.0, 10.0, 10.0])
+
+
+def circle(radius, count=400, start=0.0, end=2 * np.pi):
+    turn = np.linspace(start, end, count + 1)
+    points = CENTRE + radius * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    if end - start == 2 * np.pi:
+        points[-1] = points[0]
+    return polyline(points)
+
+
+def outward(line, size):
+    away = line.points - CENTRE
+    return size * away / np.linalg.norm(away, axis=1)[:, None]
+
+
+@pytest.mark.parametrize("size", [0.5, 2.0, 4.0])
+def test_a_circle_grows_to_a_circle(size):
+    old = circle(4.0)
+    moved = new_front(old, outward(old, size), BOX, FRAME, 0.25)
+    radius = np.linalg.norm(moved.points - CENTRE, axis=1)
+    # 1e-4: the sagitta of the old polyline's chords
+    assert np.abs(radius - 4 - size).max() < 1e-4
+    assert (moved.points[0] == moved.points[-1]).all()
+    assert (np.diff(moved.origin) > 0).all()
+    steps = np.linalg.norm(np.diff(moved.points, axis=0), axis=1)
+    assert steps.max() < 0.26 and steps.min() > 0.24
+
+
+def test_a_concave_front_forms_no_loop():
+    """A quarter of a hole of radius 2 between two straight pieces grows inwards by 3: its sides meet."""
+    turn = np.linspace(np.pi, 1.5 * np.pi, 80)
+    bend = np.array([10.0, 10.0, 10.0]) + 2 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    down = np.stack([np.full(40, 8.0), np.linspace(18, 10.1, 40), np.full(40, 10.0)], axis=1)
+    right = np.stack([np.linspace(10.1, 18, 40), np.full(40, 8.0), np.full(40, 10.0)], axis=1)
+    old = polyline(np.concatenate([down, bend, right]))
+    moves = np.concatenate(
+        [np.tile([3.0, 0, 0], (40, 1)), 1.5 * (CENTRE - bend), np.tile([0, 3.0, 0], (40, 1))]
+    )
+    moved = new_front(old, moves, BOX, FRAME, 0.25)
+    corner = np.array([11.0, 11.0, 10.0])
+    assert np.linalg.norm(moved.points - corner, axis=1).min() < 0.25
+    # no point has come past the corner: all are 3 away from the old front, those on the sides exactly
+    _, distance = feet(old, moved.points)
+    assert distance.max() < 3.05 and distance.min() > 2.9
+    assert (np.diff(moved.origin) >= 0).all()
+
+
+def test_ends_stay_in_their_planes_and_nothing_runs_past_them():
+    """Half a circle on the plane y = 0, whose moves near the ends point out of the box."""
+    turn = np.linspace(0, np.pi, 200)
+    points = np.stack([10 + 4 * np.cos(turn), 4 * np.sin(turn), np.full(200, 10.0)], axis=1)
+    points[[0, -1], 1] = 0.0
+    moves = points - [10, 0, 10]
+    moves[:, 1] -= 3.0
+    moves *= 1.5 / np.linalg.norm(moves, axis=1)[:, None]
+    moved = new_front(polyline(points), moves, BOX, FRAME, 0.25)
+    assert (moved.points[[0, -1], 1] == 0).all()
+    assert (moved.points[1:-1, 1] > 0).all()
+    # the ends go as far as the moves say, in the plane
+    assert moved.points[0, 0] == pytest.approx(15.5) and moved.points[-1, 0] == pytest.approx(4.5)
+
+
+@pytest.mark.parametrize("smoothing", ["fit", "savitzky_golay", "none"])
+@pytest.mark.parametrize("closed", [True, False])
+def test_smoothing_keeps_what_is_smooth(smoothing, closed):
+    length, count = 40.0, 40
+    s = np.arange(count) * length / count if closed else np.linspace(0, length, count)
+    at = np.linspace(0, length, 333)
+
+    def moves(place):
+        turn = 2 * np.pi * place / length
+        return np.stack([np.cos(turn), np.sin(turn), np.ones_like(turn)], axis=1)
+
+    smooth = smoothed_moves(s, moves(s), length, closed, at, GrowthOptions(smoothing=smoothing))
+    # 0.01: a window of seven of forty rows round a circle, and chords of the interpolation (0.003)
+    assert np.abs(smooth - moves(at)).max() < 0.01
+
+
+def test_the_fit_takes_most_of_the_noise_away():
+    noise = np.random.default_rng(1).normal(0, 0.1, (80, 3))
+    s = np.arange(80.0)
+    smooth = smoothed_moves(s, 1 + noise, 80.0, True, s, GrowthOptions())
+    # rows over coefficients is 4: half of the noise stays
+    assert np.std(smooth - 1) < 0.65 * np.std(noise)
+
+
+def test_the_fit_bridges_a_gap_between_rows():
+    s = np.concatenate([np.arange(0, 15.0), np.arange(30, 60.0)])
+    smooth = smoothed_moves(s, np.ones((len(s), 3)), 60.0, False, np.linspace(0, 60, 61), GrowthOptions())
+    assert np.abs(smooth - 1).max() < 1e-6
