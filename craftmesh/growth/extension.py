@@ -1,15 +1,45 @@
-"""How far each point of a front goes, and how many load cycles that takes."""
+"""Which way and how far each point of a front goes, and how many load cycles that takes."""
+
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.cracks.polyline import polyline
 from craftmesh.errors import CraftmeshError
+from craftmesh.growth.kink_angle import driving_intensity, kink_angles
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.types import Crack
 
 # Of itself: how far the crack's radius may be off, and of a front's length: the spacing of places on it.
 TOLERANCE = 1e-3
+
+
+class KinksAndExtensions(NamedTuple):
+    """Kink angle (n,) in radians, extension (n,) and driving intensity (n,) of each point of a front.
+
+    cycles: the load cycles that the extension takes; None without Paris' law, and where nothing extends.
+    """
+
+    kink_angle: np.ndarray
+    extension: np.ndarray
+    driving: np.ndarray
+    cycles: float | None
+
+
+def kinks_and_extensions(k: np.ndarray, radius: float, options: GrowthOptions) -> KinksAndExtensions:
+    """Return which way and how far points with K_I, K_II, K_III (n, 3) go in a crack of that radius.
+
+    The way is that of the criterion (Erdogan & Sih 1963 by default). No point goes where Delta K of the
+    driving intensity is nowhere over the threshold. Raises CraftmeshError as kink_angles and extensions do.
+    """
+    angle = kink_angles(k, options.criterion, options.poisson)
+    driving = driving_intensity(k, angle)
+    if (1 - options.stress_ratio) * driving.max() <= options.threshold:
+        return KinksAndExtensions(angle, np.zeros(len(angle)), driving, None)
+    median = options.extension if options.extension is not None else options.share * radius
+    size = extensions(driving, median, options)
+    return KinksAndExtensions(angle, size, driving, load_cycles(driving, size, options))
 
 
 def extensions(driving: np.ndarray, median: float, options: GrowthOptions) -> np.ndarray:

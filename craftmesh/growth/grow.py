@@ -1,4 +1,4 @@
-"""Growth of a crack by one increment: kink angles, extensions, the new front and the strip up to it."""
+"""Growth of a crack by one increment: every front moved, and the strip of new surface up to it."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,6 @@ from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.polyline import Polyline, feet, polyline
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.extension import crack_radius, extensions, load_cycles
-from craftmesh.growth.kink_angle import driving_intensity, kink_angles
 from craftmesh.growth.moves import smoothed_moves
 from craftmesh.growth.new_front import NewFront, new_front
 from craftmesh.growth.options import GrowthOptions
@@ -22,74 +20,36 @@ FINENESS = 4
 
 
 @dataclass(frozen=True)
-class FrontIntensities:
-    """Stress intensities along the fronts of a crack, a row for each point, in any order.
+class FrontExtensions:
+    """Where the points of a crack's fronts go: a row for each, in any order.
 
     points, normal, binormal (n, 3): the crack plane's normal, and the direction out of the crack, square to
-    it and to the front. k (n, 3): K_I, K_II, K_III.
+    it and to the front. kink_angle (n,) radians from the binormal towards the normal; extension (n,).
     """
 
     points: np.ndarray
     normal: np.ndarray
     binormal: np.ndarray
-    k: np.ndarray
-
-
-@dataclass(frozen=True)
-class Growth:
-    """What one increment of growth did.
-
-    kink_angle (radians), extension and driving intensity (n,): as the criterion and the law say for each
-    row, before smoothing along the front. crack: the grown crack, None where it stops; ended: why, or "".
-    cycles: load cycles of this increment, None without Paris' law. radius: the old crack's.
-    """
-
     kink_angle: np.ndarray
     extension: np.ndarray
-    driving: np.ndarray
-    radius: float
-    cycles: float | None
-    crack: Crack | None
-    ended: str = ""
+
+    @property
+    def moves(self) -> np.ndarray:
+        """The way (n, 3) of each row."""
+        ahead = np.cos(self.kink_angle)[:, None] * self.binormal
+        return self.extension[:, None] * (ahead + np.sin(self.kink_angle)[:, None] * self.normal)
 
 
-def grow(crack: Crack, along: FrontIntensities, box: np.ndarray, options: GrowthOptions) -> Growth:
-    """Return the crack after one extension, within the box (2, 3).
+def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: GrowthOptions) -> Crack | None:
+    """Return the crack with its fronts moved, None where none of them is left in the box (2, 3).
 
-    Every point of a front goes by its extension at its kink angle from the crack plane (Erdogan & Sih 1963;
-    the paper, section 2). Raises CraftmeshError for rows that are on no front of the crack, and where the
-    grown surface is no crack (folded, torn).
+    The moves are made smooth along each front (the paper, section 2), its ends stay in the box's planes,
+    and a strip joins the old front to the new one. Raises CraftmeshError for rows that are on no front of the
+    crack, and where the grown surface is no crack (folded, torn).
     """
-    box = np.asarray(box, float)
-    angle = kink_angles(along.k, options.criterion, options.poisson)
-    driving = driving_intensity(along.k, angle)
-    radius = crack_radius(crack, box)
-    median = options.extension if options.extension is not None else options.share * radius
-    ended = _stops(driving, options)
-    size = np.zeros(len(angle)) if ended else extensions(driving, median, options)
-    if ended:
-        return Growth(angle, size, driving, radius, None, None, ended)
-    direction = np.cos(angle)[:, None] * along.binormal + np.sin(angle)[:, None] * along.normal
-    grown = _grown(crack, along.points, size[:, None] * direction, box, options)
-    cycles = load_cycles(driving, size, options)
-    if grown is None:
-        return Growth(angle, size, driving, radius, cycles, None, "every front has left the body")
-    return Growth(angle, size, driving, radius, cycles, grown)
-
-
-def _stops(driving: np.ndarray, options: GrowthOptions) -> str:
-    """Return why a crack with this driving intensity along its front does not grow, or ''."""
-    span = (1 - options.stress_ratio) * driving.max()
-    if span <= options.threshold:
-        return f"Delta K is at most {span:.4g}, not over growth.threshold {options.threshold:g}"
-    return ""
-
-
-def _grown(
-    crack: Crack, places: np.ndarray, moves: np.ndarray, box: np.ndarray, options: GrowthOptions
-) -> Crack | None:
-    """Return the crack with all its fronts moved; None where no front is left in the box."""
+    places, moves = along.points, along.moves
     spacing = _row_spacing(places) / FINENESS
+    box = np.asarray(box, float)
     frame = best_fit_frame(crack.points, crack.triangles)
     points, triangles = crack.points, crack.triangles.astype(np.int64)
     rows = _rows_by_front(crack, places)
@@ -139,10 +99,8 @@ def _joined(
     points: np.ndarray, triangles: np.ndarray, ids: np.ndarray, old: Polyline, moved: NewFront
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points and triangles with the strip from the old front (ids) to the new one."""
-    count = len(moved.points) - old.closed
-    new = (
-        len(points) + np.arange(len(moved.points)) % count if old.closed else len(points) + np.arange(count)
-    )
+    count = len(moved.points) - old.closed  # a closed front ends with its first point
+    new = len(points) + np.arange(len(moved.points)) % count
     strip = strip_triangles(ids, old.arc, new, moved.origin)
     return np.concatenate([points, moved.points[:count]]), np.concatenate([triangles, strip])
 
