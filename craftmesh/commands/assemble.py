@@ -14,7 +14,8 @@ from craftmesh.commands.whole_model_step import complete_mesh
 from craftmesh.io.front_csv import write_front
 from craftmesh.io.grain_tets import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, write_tets
-from craftmesh.mesh.front import front_frames
+from craftmesh.mesh.front_frames import front_frames
+from craftmesh.mesh.second_order import raise_order
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.repair import repair_surface
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
@@ -49,6 +50,6 @@ def run(arguments: argparse.Namespace) -> None:
         surface, grain_tets, record, sizing, options_from(arguments, TetrahedralizeOptions)
     )
     if arguments.front_csv:
-        write_front(arguments.front_csv, front_frames(mesh).columns())
+        write_front(arguments.front_csv, front_frames(raise_order(mesh)).columns())
     write_tets(arguments.output, mesh)
     tell(report, arguments.report)

@@ -1,38 +1,11 @@
-"""The front of an opened crack: its ordered nodes and the frames along it."""
+"""The front of an opened crack: its ordered nodes."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges
-from craftmesh.surface.measure import area_vectors
 from craftmesh.types import TetMesh
-
-
-@dataclass(frozen=True)
-class FrontFrames:
-    """One row per front node, in order; several fronts follow one another.
-
-    front (k,) number of the front from 1; closed (k,) 1 on closed fronts; node (k,) node id from 0;
-    s (k,) arc length from the front's first node; points, tangent, normal, binormal (k, 3). normal is
-    the crack plane's, from lip B to lip A; binormal = tangent x normal points out of the crack, into the
-    material that it has not reached.
-    """
-
-    front: np.ndarray
-    closed: np.ndarray
-    node: np.ndarray
-    s: np.ndarray
-    points: np.ndarray
-    tangent: np.ndarray
-    normal: np.ndarray
-    binormal: np.ndarray
-
-    def columns(self) -> dict[str, np.ndarray]:
-        """Return the columns of front.csv in order; nodes are numbered from 1 as in the deck."""
-        names = ("s", "points", "tangent", "normal", "binormal", "front", "closed")
-        return {name: getattr(self, name) for name in names} | {"node": self.node + 1}
 
 
 def front_polylines(
@@ -47,27 +20,6 @@ def front_polylines(
     edges = _front_edges(tets[:, :4], face_sets)
     chains = _chains(edges, points)
     return sorted(chains, key=lambda chain: tuple(points[chain[0][0]]))
-
-
-def front_frames(mesh: TetMesh) -> FrontFrames:
-    """Return the frames along the front nodes of `mesh`, mid nodes included when it has them.
-
-    Tangents are those of the parabola through a node and its two neighbours; normals are the
-    area-weighted mean of lip A's facets at the node, made square to the tangent. Empty without crack.
-    """
-    normals = _lip_normals(mesh)
-    columns: dict[str, list] = {name: [] for name in FrontFrames.__dataclass_fields__}
-    for number, (nodes, closed) in enumerate(mesh_fronts(mesh), 1):
-        points = mesh.points[nodes]
-        s, tangent = tangents(points, closed)
-        normal = normals[nodes] - (normals[nodes] * tangent).sum(axis=1, keepdims=True) * tangent
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        rows = (np.full(len(nodes), number), np.full(len(nodes), int(closed)), nodes, s, points)
-        for name, values in zip(columns, (*rows, tangent, normal, np.cross(tangent, normal))):
-            columns[name].append(values)
-    if not columns["node"]:
-        return FrontFrames(*(np.zeros(0, np.int64),) * 3, np.zeros(0), *(np.zeros((0, 3)),) * 4)
-    return FrontFrames(**{name: np.concatenate(parts) for name, parts in columns.items()})
 
 
 def mesh_fronts(mesh: TetMesh) -> list[tuple[np.ndarray, bool]]:
@@ -134,29 +86,3 @@ def _chains(edges: np.ndarray, points: np.ndarray) -> Iterator[tuple[np.ndarray,
             start = ahead.pop(start)[0]
         if chain:
             yield np.array(chain, np.int64), True
-
-
-def _lip_normals(mesh: TetMesh) -> np.ndarray:
-    """Return at each node the sum of the area vectors of lip A's facets, zero elsewhere."""
-    normals = np.zeros(mesh.points.shape)
-    if "CRACK_LIP_A" in mesh.face_sets:
-        nodes = face_nodes(mesh.tets, mesh.face_sets["CRACK_LIP_A"])
-        np.add.at(normals, nodes, area_vectors(mesh.points, nodes[:, :3])[:, None, :])
-    return normals
-
-
-def tangents(points: np.ndarray, closed: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return arc lengths (k,) and unit tangents (k, 3) of an ordered polyline."""
-    following = np.roll(points, -1, axis=0) - points
-    length = np.linalg.norm(following, axis=1)
-    slope = following / length[:, None]
-    before, before_length = np.roll(slope, 1, axis=0), np.roll(length, 1)
-    weight = (before_length / (before_length + length))[:, None]
-    tangent = weight * slope + (1 - weight) * before
-    if not closed:
-        first, last = slope[0], slope[-2]
-        if len(points) > 2:
-            first, last = 2 * slope[0] - tangent[1], 2 * slope[-2] - tangent[-2]
-        tangent[0], tangent[-1] = first, last
-    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    return np.concatenate([[0.0], np.cumsum(length[:-1])]), tangent

@@ -3,7 +3,8 @@
 import numpy as np
 
 from craftmesh.mesh.flat_tets import flat_tets
-from craftmesh.mesh.front import front_frames
+from craftmesh.mesh.front import mesh_fronts
+from craftmesh.mesh.front_curve import arc_lengths
 from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
 from craftmesh.mesh.poor import is_poor, poor_parts
@@ -105,11 +106,4 @@ def _crack_area(mesh: TetMesh) -> float:
 
 def _front_length(mesh: TetMesh) -> float:
     """Return the length of all fronts, closing segments included."""
-    frames = front_frames(mesh)
-    total = 0.0
-    for front in np.unique(frames.front):
-        points = frames.points[frames.front == front]
-        closed = frames.closed[frames.front == front][0]
-        steps = np.diff(points, axis=0, append=points[:1] if closed else points[-1:])
-        total += float(np.linalg.norm(steps, axis=1).sum())
-    return total
+    return sum(arc_lengths(mesh.points[nodes], closed)[1] for nodes, closed in mesh_fronts(mesh))

@@ -1,0 +1,105 @@
+"""Cubic B-splines in the arc length of a front: periodic or open, fitted by least squares."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BSpline
+from scipy.sparse import csr_array, diags_array, eye_array, sparray
+from scipy.sparse.linalg import splu
+
+DEGREE = 3
+# The coefficients' own weight against that of the data, for unique solutions where data are too few.
+SMALLEST = 1e-14
+# A closed curve needs as many pieces for its B-splines to differ.
+LEAST_CLOSED = 4
+
+
+@dataclass(frozen=True, eq=False)
+class CubicBasis:
+    """Cubic B-splines between breaks (m + 1,), which rise from 0 to the length; periodic when closed."""
+
+    breaks: np.ndarray
+    closed: bool
+
+    @property
+    def length(self) -> float:
+        """The curve's length."""
+        return float(self.breaks[-1])
+
+    @property
+    def size(self) -> int:
+        """The number of B-splines."""
+        return len(self.breaks) - 1 + (0 if self.closed else DEGREE)
+
+    def design(self, s: np.ndarray) -> csr_array:
+        """Return the values (k, size) of all B-splines at s (k,); beyond an open curve those at its end."""
+        s = np.mod(s, self.length) if self.closed else np.clip(s, 0.0, self.length)
+        rows = csr_array(BSpline.design_matrix(s, self._knots(), DEGREE))
+        folded = csr_array((rows.data, rows.indices % self.size, rows.indptr), (len(s), self.size))
+        folded.sum_duplicates()
+        return folded
+
+    def solve(self, rows: sparray, values: np.ndarray, weights: np.ndarray, stiffness: float) -> np.ndarray:
+        """Return the coefficients (size, c) with which rows (k, size) come nearest to values (k, c).
+
+        weights (k,); stiffness: weight of the coefficients' changes of slope against that of the data. It
+        smooths, and it decides alone where there are no data.
+        """
+        rows = csr_array(rows)
+        weighted = rows.T @ diags_array(weights)
+        normal = weighted @ rows
+        diagonal = normal.diagonal()
+        scale = np.median(diagonal[diagonal > 0]) if diagonal.any() else 1.0
+        bend = self._bends()
+        system = normal + scale * (stiffness * (bend.T @ bend) + SMALLEST * eye_array(self.size))
+        return splu(system.tocsc()).solve(np.ascontiguousarray(weighted @ values))
+
+    def pieces(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return the polynomials (m, 4, c) in s - break, constant term first, of coefficients (size, c)."""
+        if self.closed:
+            coefficients = coefficients[np.arange(self.size + DEGREE) % self.size]
+        spline = BSpline(self._knots(), coefficients, DEGREE)
+        factorial = (1.0, 1.0, 2.0, 6.0)
+        at = self.breaks[:-1]
+        return np.stack([spline(at, nu=k) / factorial[k] for k in range(DEGREE + 1)], axis=1)
+
+    def _knots(self) -> np.ndarray:
+        if not self.closed:
+            return np.concatenate([np.zeros(DEGREE), self.breaks, np.full(DEGREE, self.length)])
+        steps = np.diff(self.breaks)
+        turn = np.arange(len(steps) - DEGREE, len(steps)) % len(steps)
+        before = -np.cumsum(steps[turn][::-1])[::-1]
+        after = self.length + np.cumsum(steps[np.arange(DEGREE) % len(steps)])
+        return np.concatenate([before, self.breaks, after])
+
+    def _bends(self) -> csr_array:
+        """Return the operator (b, size) that gives the change of slope at the coefficients, 0 on lines."""
+        n, knots = self.size, self._knots()
+        rows = n if self.closed else n - 2
+        if n < DEGREE:
+            return csr_array((0, n))
+        triples = [knots[1 + k : len(knots) - DEGREE + k] for k in range(DEGREE)]
+        places = np.mean(triples, axis=0)  # Greville's abscissae
+        gap = np.diff(np.append(places, places[1:3] + self.length) if self.closed else places)
+        gap = gap[: rows + 1] / gap.mean()
+        behind, ahead = 1 / gap[:rows], 1 / gap[1 : rows + 1]
+        values = np.stack([behind, -behind - ahead, ahead], axis=1)
+        at = np.repeat(np.arange(rows), 3)
+        columns = (np.arange(rows)[:, None] + np.arange(3)) % n
+        return csr_array((values.ravel(), (at, columns.ravel())), (rows, n))
+
+
+def graded_basis(
+    s: np.ndarray, sizes: np.ndarray, length: float, closed: bool, spacing: float
+) -> CubicBasis:
+    """Return a basis whose pieces are `spacing` local sizes long: sizes (k,) at the nodes' s (k,).
+
+    length: that of the whole curve, the closing segment included.
+    """
+    at = np.append(s, length) if closed else s
+    size = np.append(sizes, sizes[0]) if closed else sizes
+    count = np.concatenate([[0.0], np.cumsum(np.diff(at) * 0.5 * (1 / size[1:] + 1 / size[:-1]))])
+    pieces = max(round(count[-1] / spacing), LEAST_CLOSED if closed else 1)
+    breaks = np.interp(np.linspace(0.0, count[-1], pieces + 1), count, at)
+    breaks[-1] = length
+    return CubicBasis(breaks, closed)

@@ -1,0 +1,61 @@
+"""Where a front runs: the grain along each edge, grain boundaries that it meets, faces at its ends."""
+
+import numpy as np
+
+from craftmesh.mesh.mesh_sets import LIPS
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, face_nodes
+from craftmesh.types import BOX_PLANES, TetMesh
+
+_FACES_AT_EDGE = np.array([[2, 3], [0, 3], [1, 3], [1, 2], [0, 2], [0, 1]])  # the corners off each edge
+
+
+def grain_of_edges(mesh: TetMesh, tails: np.ndarray, heads: np.ndarray) -> np.ndarray:
+    """Return the grain (k,) that fills most of the angle round each edge from tails (k,) to heads (k,)."""
+    wanted = _keys(tails, heads, len(mesh.points))
+    order = np.argsort(wanted)
+    at_front = np.zeros(len(mesh.points), bool)
+    at_front[tails] = at_front[heads] = True
+    rows = np.flatnonzero(at_front[mesh.tets[:, :4]].sum(axis=1) > 1)
+    ends = mesh.tets[rows][:, EDGE_CORNERS]
+    keys = _keys(ends[..., 0], ends[..., 1], len(mesh.points))
+    place = np.minimum(np.searchsorted(wanted[order], keys), len(order) - 1)
+    tet, local = np.nonzero(wanted[order][place] == keys)
+    edge, tet_row = order[place[tet, local]], rows[tet]
+    ids, grain = np.unique(mesh.grain[tet_row], return_inverse=True)
+    angle = np.zeros((len(tails), len(ids)))
+    np.add.at(angle, (edge, grain.ravel()), _dihedral(mesh, tet_row, local))
+    return ids[np.argmax(np.round(angle, 9), axis=1)]  # equal angles: the lower id
+
+
+def meets_boundary(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
+    """Return which front nodes (k,) have elements of several grains round them."""
+    at_front = np.zeros(len(mesh.points), bool)
+    at_front[nodes] = True
+    rows = np.flatnonzero(at_front[mesh.tets[:, :4]].any(axis=1))
+    corners, grain = mesh.tets[rows, :4], mesh.grain[rows]
+    low = np.full(len(mesh.points), np.iinfo(np.int32).max)
+    high = np.full(len(mesh.points), np.iinfo(np.int32).min)
+    np.minimum.at(low, corners, grain[:, None])
+    np.maximum.at(high, corners, grain[:, None])
+    return low[nodes] < high[nodes]
+
+
+def faces_of_nodes(mesh: TetMesh, nodes: np.ndarray) -> list[str]:
+    """Return the free faces that hold each node: XMIN, XMIN_YMIN, VOID_<k>, EXTERIOR; empty inside."""
+    others = [name for name in mesh.face_sets if name not in (*BOX_PLANES, *LIPS)]
+    names = [name for name in (*BOX_PLANES, *others) if name in mesh.face_sets]
+    on_face = {name: np.isin(nodes, face_nodes(mesh.tets, mesh.face_sets[name])) for name in names}
+    return ["_".join(name for name in names if on_face[name][k]) for k in range(len(nodes))]
+
+
+def _keys(tails: np.ndarray, heads: np.ndarray, stride: int) -> np.ndarray:
+    return np.minimum(tails, heads) * stride + np.maximum(tails, heads)
+
+
+def _dihedral(mesh: TetMesh, tets: np.ndarray, local: np.ndarray) -> np.ndarray:
+    """Return the angles (k,) in radians between the two faces at edge `local` (k,) of tets (k,)."""
+    nodes = mesh.tets[tets]
+    a, b = (mesh.points[np.take_along_axis(nodes, EDGE_CORNERS[local, i, None], 1)[:, 0]] for i in range(2))
+    off = [np.take_along_axis(nodes, _FACES_AT_EDGE[local, i, None], 1)[:, 0] for i in range(2)]
+    u, v = (np.cross(b - a, mesh.points[node] - a) for node in off)
+    return np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), (u * v).sum(axis=1))

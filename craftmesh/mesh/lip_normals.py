@@ -1,0 +1,50 @@
+"""The crack's normal at its front, from the shape of the lip behind it."""
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from craftmesh.mesh.front_curve import square_to, unit
+from craftmesh.mesh.tet_connectivity import face_nodes
+from craftmesh.surface.measure import area_vectors
+from craftmesh.types import TetMesh
+
+# Lip nodes within as many local sizes shape the surface at a front node; nearer ones count more.
+REACH = 3.0
+# Nodes whose own normals differ by more lie behind a kink, and the surface at the front is another one.
+SAME_SHEET = np.cos(np.radians(25))
+# A slope and three curvatures need as many nodes; with fewer the facets at the front decide alone.
+LEAST_NODES = 6
+
+
+def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Return unit normals (k, 3) from lip B to lip A at front nodes (k,) with their tangents and sizes.
+
+    The mean of the facets that touch the front lags by half a facet on a curved crack. A quadric through
+    the front node, along its tangent, is fitted to the lip's nodes behind it; its slope at the front
+    corrects that mean.
+    """
+    faces = mesh.face_sets["CRACK_LIP_A"]
+    facets = face_nodes(mesh.tets[:, :4], faces)
+    normals = np.zeros(mesh.points.shape)
+    np.add.at(normals, facets, area_vectors(mesh.points, facets)[:, None, :])
+    lip = np.unique(facets)
+    lip_points, lip_normals = mesh.points[lip], unit(normals[lip])
+    start = unit(square_to(normals[nodes], tangents))
+    found = KDTree(lip_points).query_ball_point(mesh.points[nodes], REACH * sizes, return_sorted=True)
+    result = start.copy()
+    for k, near in enumerate(found):
+        near = np.array(near)[lip_normals[near] @ start[k] > SAME_SHEET]
+        offset = (lip_points[near] - mesh.points[nodes[k]]) / sizes[k]
+        binormal = np.cross(tangents[k], start[k])
+        x, y, z = (offset @ axis for axis in (binormal, tangents[k], start[k]))
+        result[k] = start[k] - _slope(x, y, z) * binormal
+    return unit(result)
+
+
+def _slope(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> float:
+    """Return dz/dx at the origin of the quadric through it, level along y, nearest to the points."""
+    if len(x) < LEAST_NODES:
+        return 0.0
+    weight = np.clip(1 - (x * x + y * y + z * z) / REACH**2, 0, None)
+    terms = np.stack([x, x * x, x * y, y * y], axis=1) * weight[:, None]
+    return float(np.linalg.lstsq(terms, z * weight, rcond=1e-6)[0][0])
