@@ -179,3 +179,24 @@ class GrainTets:
         put(self, "interior", _array("GrainTets", "interior", self.interior, float, (None, 3)))
         put(self, "tets", _array("GrainTets", "tets", self.tets, np.int64, (None, 4)))
         _check_indices("GrainTets", "tets", self.tets, len(self.nodes) + len(self.interior))
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What a solver found for a mesh: row = node of the mesh, which is its number in the deck less 1.
+
+    displacement (n, 3) float64; reactions (n, 3) float64: the supports' forces on the body, 0 at free
+    nodes. record: the solver's name and its figures by name (residual, iterations, ...), plain numbers and
+    texts.
+    """
+
+    displacement: np.ndarray
+    reactions: np.ndarray
+    record: Mapping[str, str | int | float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        moved = _array("Solution", "displacement", self.displacement, float, (None, 3))
+        put(self, "displacement", moved)
+        put(self, "reactions", _array("Solution", "reactions", self.reactions, float, (len(moved), 3)))
+        put(self, "record", MappingProxyType(dict(self.record)))

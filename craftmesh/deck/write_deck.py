@@ -12,13 +12,11 @@ import numpy as np
 from craftmesh.atomic import atomic_path, atomic_paths
 from craftmesh.deck.includes import include_line, mesh_file
 from craftmesh.deck.mesh_lines import mesh_lines, set_lines
-from craftmesh.deck.section_lines import crystal_axes, section_lines
+from craftmesh.deck.section_lines import section_lines
 from craftmesh.deck.step_lines import step_lines
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.load import tension
-from craftmesh.mechanics.materials import parse_materials
-from craftmesh.mesh.second_order import as_elements
-from craftmesh.options import Options, option
+from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
+from craftmesh.options import option
 from craftmesh.types import TetMesh
 
 _HEADER = """\
@@ -39,27 +37,9 @@ _MESH_NOTE = "** Mesh of {model}: nodes, elements of the grains, node sets and s
 
 
 @dataclass(frozen=True)
-class DeckOptions(Options):
+class DeckOptions(ModelOptions):
     """What the deck holds beside the mesh: element type, materials and one tension step."""
 
-    element: str = option("C3D10", "element type", choices=("C3D4", "C3D10"))
-    material: tuple[str, ...] = option(
-        ("isotropic:70000,0.33",),
-        "KIND:CONSTANTS for all phases or PHASE=KIND:CONSTANTS each; kinds and constants: isotropic E,nu; "
-        "cubic c11,c12,c44; anisotropic 21 constants D1111,D1122,D2222,... in Abaqus' order",
-    )
-    load: str = option("strain", "what the step prescribes", choices=("strain", "stress", "none"))
-    magnitude: float = option(1e-3, "the strain, or the stress in the materials' unit; tension is positive")
-    axis: str = option("z", "axis of the tension", choices=("x", "y", "z"))
-    sides: str = option(
-        "free",
-        "the minimum planes of the other two axes: free, with the body held against turning and sliding "
-        "at two nodes, or on rollers (planes of symmetry, in which a crack is mirrored)",
-        choices=("free", "rollers"),
-    )
-    quarter_points: bool = option(
-        False, "move the mid nodes of C3D10 next to the crack front to a quarter of their edges"
-    )
     includes: bool = option(
         False, "write nodes, elements and sets to MODEL_mesh.inp, which the deck MODEL.inp includes"
     )
@@ -82,22 +62,27 @@ def write_deck(
     no orientation, a phase has no material, the element type does not fit the mesh, the load has no
     face to act on, or a stream should have includes.
     """
-    mesh, report = as_elements(mesh, options.element, options.quarter_points)
-    grains = np.unique(mesh.grain)
-    axes = crystal_axes(grains, orientations)
-    sections = list(section_lines(grains, axes, parse_materials(options.material), phases))
-    step = _step(mesh, options)
-    header = _HEADER.format(**report, grains=len(grains)) + (_ORIENTATION_NOTE if axes else "")
-    with _text_streams(target, options.includes) as (model, included):
-        model.write(header)
-        if options.includes and isinstance(target, (str, os.PathLike)):
-            model.write(include_line(target))
+    model, report = elastic_model(mesh, options, orientations, phases)
+    write_model(target, model, options.includes)
+    return report
+
+
+def write_model(target: str | os.PathLike | TextIO, model: ElasticModel, includes: bool = False) -> None:
+    """Write the complete deck of a model, as `write_deck` does."""
+    mesh, grains = model.mesh, model.grains
+    header = _HEADER.format(
+        nodes=len(mesh.points), elements=len(mesh.tets), element=model.element, grains=len(grains)
+    )
+    with _text_streams(target, includes) as (main, included):
+        main.write(header + (_ORIENTATION_NOTE if model.axes else ""))
+        if includes and isinstance(target, (str, os.PathLike)):
+            main.write(include_line(target))
             included.write(_MESH_NOTE.format(model=Path(target).name))
-        included.writelines(mesh_lines(mesh, grains, options.element))
+        included.writelines(mesh_lines(mesh, grains, model.element))
         included.writelines(set_lines(mesh))
-        model.writelines(sections)
-        model.writelines(step)
-    return report | {"grains": len(grains)}
+        main.writelines(section_lines(model))
+        if model.load is not None:
+            main.writelines(step_lines(model.load))
 
 
 @contextmanager
@@ -119,17 +104,3 @@ def _text_streams(target: str | os.PathLike | TextIO, includes: bool) -> Iterato
 
 def _text(path: Path) -> TextIO:
     return open(path, "w", encoding="ascii", newline="\n")
-
-
-def _step(mesh: TetMesh, options: DeckOptions) -> list[str]:
-    """Return the lines of the load; none where none is asked for."""
-    if options.load == "none":
-        return []
-    load = tension(
-        mesh,
-        "xyz".index(options.axis),
-        options.magnitude,
-        by_stress=options.load == "stress",
-        rollers=options.sides == "rollers",
-    )
-    return list(step_lines(load))

@@ -8,7 +8,9 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 
 _COUNT = {"isotropic": 2, "cubic": 3, "anisotropic": 21}
-# Column by column of the upper triangle over 11, 22, 33, 12, 13, 23: D1111, D1122, D2222, D1133, ...
+# Components of stress and strain in the order of all stiffnesses: 11, 22, 33, 12, 13, 23.
+_PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+# Column by column of the upper triangle over them: D1111, D1122, D2222, D1133, ...
 _UPPER = tuple((row, column) for column in range(6) for row in range(column + 1))
 
 
@@ -63,6 +65,19 @@ class Material:
         """Return the 21 constants in the order of `anisotropic`."""
         stiffness = self.stiffness()
         return [float(stiffness[place]) for place in _UPPER]
+
+
+def turned(stiffness: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Return the stiffness (6, 6) of a crystal in the axes of the sample.
+
+    matrix (3, 3): the active rotation from crystal to sample axes.
+    Source: W. L. Bond, Bell Syst. Tech. J. 22 (1943), the matrix of stresses.
+    """
+    row, column = np.array(_PLACES).T
+    straight = matrix[row][:, row] * matrix[column][:, column]
+    crossed = matrix[row][:, column] * matrix[column][:, row]
+    bond = straight + np.where(row != column, crossed, 0.0)
+    return bond @ stiffness @ bond.T
 
 
 def parse_materials(texts: Iterable[str]) -> dict[int | None, Material]:

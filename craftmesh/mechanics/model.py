@@ -1,0 +1,132 @@
+"""The finite-element model of a mesh: its elements, what its grains are made of, and its load.
+
+The deck writes it and the solver solves it: what both must agree on is found here, once.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.load import Load, tension
+from craftmesh.mechanics.materials import Material, parse_materials, phases_of_grains, turned
+from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
+from craftmesh.mesh.second_order import as_elements
+from craftmesh.options import Options, option
+from craftmesh.types import TetMesh
+
+
+@dataclass(frozen=True)
+class ModelOptions(Options):
+    """What makes a model of a mesh: element type, materials and one tension step."""
+
+    element: str = option("C3D10", "element type", choices=("C3D4", "C3D10"))
+    material: tuple[str, ...] = option(
+        ("isotropic:70000,0.33",),
+        "KIND:CONSTANTS for all phases or PHASE=KIND:CONSTANTS each; kinds and constants: isotropic E,nu; "
+        "cubic c11,c12,c44; anisotropic 21 constants D1111,D1122,D2222,... in Abaqus' order",
+    )
+    load: str = option("strain", "what the step prescribes", choices=("strain", "stress", "none"))
+    magnitude: float = option(1e-3, "the strain, or the stress in the materials' unit; tension is positive")
+    axis: str = option("z", "axis of the tension", choices=("x", "y", "z"))
+    sides: str = option(
+        "free",
+        "the minimum planes of the other two axes: free, with the body held against turning and sliding "
+        "at two nodes, or on rollers (planes of symmetry, in which a crack is mirrored)",
+        choices=("free", "rollers"),
+    )
+    quarter_points: bool = option(
+        False, "move the mid nodes of C3D10 next to the crack front to a quarter of their edges"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticModel:
+    """A linear elastic body in finite elements, with its supports and loads.
+
+    mesh: with the nodes of `element`; grains (g,): the ids that occur, ascending; axes: per grain of known
+    orientation the sample components (6,) of its axes [100] and [010]; materials: by phase; phase_of: the
+    key in them of each grain; load: None where none is asked for.
+    """
+
+    mesh: TetMesh
+    element: str
+    grains: np.ndarray
+    axes: Mapping[int, np.ndarray]
+    materials: Mapping[int | None, Material]
+    phase_of: Mapping[int, int | None]
+    load: Load | None
+
+    def stiffness(self) -> np.ndarray:
+        """Return the stiffness (g, 6, 6) of each grain in the sample's axes, as `Material.stiffness`."""
+        found = []
+        for grain in self.grains.tolist():
+            stiffness = self.materials[self.phase_of[grain]].stiffness()
+            if grain in self.axes:
+                first, second = self.axes[grain].reshape(2, 3)
+                matrix = np.column_stack([first, second, np.cross(first, second)])
+                stiffness = turned(stiffness, matrix)
+            found.append(stiffness)
+        return np.array(found).reshape(-1, 6, 6)
+
+
+def elastic_model(
+    mesh: TetMesh,
+    options: ModelOptions,
+    orientations: np.ndarray | None = None,
+    phases: np.ndarray | None = None,
+) -> tuple[ElasticModel, dict]:
+    """Return the model of a 4- or 10-node mesh, and counts, those of the quarter points among them.
+
+    orientations (n, 4): row = grain id, unit quaternion (w, x, y, z) of the active rotation from crystal to
+    sample axes, NaN unknown; phases (n,): row = grain id. Raises CraftmeshError when a cubic or anisotropic
+    grain has no orientation, a phase has no material, the element type does not fit the mesh, or the load
+    has no face to act on.
+    """
+    mesh, report = as_elements(mesh, options.element, options.quarter_points)
+    grains = np.unique(mesh.grain)
+    axes = _crystal_axes(grains, orientations)
+    materials = parse_materials(options.material)
+    phase_of = phases_of_grains(grains, materials, phases)
+    _check_oriented(axes, materials, phase_of)
+    model = ElasticModel(mesh, options.element, grains, axes, materials, phase_of, _load(mesh, options))
+    return model, report | {"grains": len(grains)}
+
+
+def _crystal_axes(grains: np.ndarray, orientations: np.ndarray | None) -> dict[int, np.ndarray]:
+    if orientations is None:
+        return {}
+    grains = grains[grains < len(orientations)]
+    matrices = quaternion_to_matrix(normalized(orientations[grains]))
+    return {
+        grain: matrix[:, :2].T.ravel()
+        for grain, matrix in zip(grains.tolist(), matrices)
+        if np.isfinite(matrix).all()
+    }
+
+
+def _check_oriented(
+    axes: Mapping[int, np.ndarray],
+    materials: Mapping[int | None, Material],
+    phase_of: Mapping[int, int | None],
+) -> None:
+    unoriented = [g for g in phase_of if g not in axes and materials[phase_of[g]].kind != "isotropic"]
+    if unoriented:
+        kind = materials[phase_of[unoriented[0]]].kind
+        raise CraftmeshError(
+            f"material: {kind} needs an orientation per grain, and {len(unoriented)} have none (the first: "
+            f"{unoriented[0]}); give orientations with the microstructure, or an isotropic material"
+        )
+
+
+def _load(mesh: TetMesh, options: ModelOptions) -> Load | None:
+    if options.load == "none":
+        return None
+    return tension(
+        mesh,
+        "xyz".index(options.axis),
+        options.magnitude,
+        by_stress=options.load == "stress",
+        rollers=options.sides == "rollers",
+    )
