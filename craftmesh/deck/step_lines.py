@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from craftmesh.deck.inp_format import number
 from craftmesh.mechanics.load import Fixed, Load
 
@@ -18,12 +20,22 @@ def step_lines(load: Load) -> Iterator[str]:
     if load.moved:
         yield "*BOUNDARY\n"
     for moved in load.moved:
-        yield f"{_nodes(moved)}, {moved.axis + 1}, {moved.axis + 1}, {number(moved.displacement)}\n"
+        yield from _moved(moved)
     if load.pulled:
         yield "*DSLOAD\n"
     for pulled in load.pulled:
         yield f"{pulled.name}, P, {number(-pulled.stress)}\n"
     yield _OUTPUT + "*END STEP\n"
+
+
+def _moved(moved: Fixed) -> Iterator[str]:
+    """Yield the line of a node set that moves by one value, or one of each node."""
+    axis = moved.axis + 1
+    if isinstance(moved.displacement, np.ndarray):
+        for node, value in zip(moved.nodes.tolist(), moved.displacement.tolist()):
+            yield f"{node + 1}, {axis}, {axis}, {number(value)}\n"
+    else:
+        yield f"{_nodes(moved)}, {axis}, {axis}, {number(moved.displacement)}\n"
 
 
 def _nodes(fixed: Fixed) -> str:

@@ -10,14 +10,14 @@ from craftmesh.types import TetMesh
 
 @dataclass(frozen=True, eq=False)
 class Fixed:
-    """Nodes (k,) whose displacement along `axis` (0, 1, 2) is prescribed; 0 holds them.
+    """Nodes (k,) whose displacement along `axis` (0, 1, 2) is prescribed: one value, or one each (k,).
 
-    name: the node set of the mesh that they are, empty for single nodes.
+    0 holds them. name: the node set of the mesh that they are, empty for single nodes.
     """
 
     nodes: np.ndarray
     axis: int
-    displacement: float = 0.0
+    displacement: float | np.ndarray = 0.0
     name: str = ""
 
 

@@ -1,0 +1,55 @@
+"""Rules of integration over tetrahedra, and the slopes of their shape functions."""
+
+import numpy as np
+
+from craftmesh.mesh.kernels.tet_jacobians import FAR, NEAR
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS
+
+# Barycentric coordinates of the first point of each orbit, and its share of the volume. 1 and 4 points,
+# exact to degree 1 and 2, are those of C3D4 and C3D10 (Hammer & Stroud 1956); 14, to degree 5, are
+# Walkington's (2000).
+_A, _B, _C = 0.3108859192633006, 0.0927352503108912, 0.0455037041256496
+_ORBITS = {
+    1: (((0.25, 0.25, 0.25, 0.25), 1.0),),
+    4: (((NEAR, FAR, FAR, FAR), 0.25),),
+    14: (
+        ((1 - 3 * _A, _A, _A, _A), 0.1126879257180159),
+        ((1 - 3 * _B, _B, _B, _B), 0.0734930431163619),
+        ((0.5 - _C, 0.5 - _C, _C, _C), 0.0425460207770815),
+    ),
+}
+_CORNER_SLOPES = np.concatenate([-np.ones((1, 3)), np.eye(3)])
+
+
+def tet_rule(points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rule of 1, 4 or 14 points: barycentric coordinates (q, 4), weights (q,) of sum 1/6."""
+    places, weights = [], []
+    for first, share in _ORBITS[points]:
+        orbit = _orbit(first)
+        places += orbit
+        weights += [share / 6] * len(orbit)
+    return np.array(places), np.array(weights)
+
+
+def _orbit(first: tuple[float, ...]) -> list[tuple[float, ...]]:
+    """Return all distinct orders of four coordinates of which at most two values differ."""
+    lone = max(set(first), key=lambda value: -first.count(value))
+    other = next((value for value in first if value != lone), lone)
+    if other == lone:
+        return [first]
+    if first.count(lone) == 1:
+        return [tuple(lone if i == k else other for i in range(4)) for k in range(4)]
+    return [tuple(lone if i in pair else other for i in range(4)) for pair in EDGE_CORNERS.tolist()]
+
+
+def shape_slopes(places: np.ndarray, width: int) -> np.ndarray:
+    """Return the slopes (q, width, 3) of the shape functions of 4 or 10 nodes at barycentric places (q, 4).
+
+    They are derivatives by the coordinates of the corners 2, 3 and 4; mid nodes in Abaqus' order.
+    """
+    if width == 4:
+        return np.repeat(_CORNER_SLOPES[None], len(places), axis=0)
+    a, b = EDGE_CORNERS.T
+    corners = (4 * places - 1)[:, :, None] * _CORNER_SLOPES
+    middles = 4 * (places[:, a, None] * _CORNER_SLOPES[b] + places[:, b, None] * _CORNER_SLOPES[a])
+    return np.concatenate([corners, middles], axis=1)

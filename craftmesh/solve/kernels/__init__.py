@@ -1,0 +1,1 @@
+"""Compiled loops over elements and blocks of the stiffness matrix."""

@@ -1,0 +1,69 @@
+"""A model's load on its elements, and how far a field of displacements is from balance."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.model import ElasticModel
+from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.mesh.tet_connectivity import tet_volumes
+from craftmesh.solve.elements import Elements, elements_of
+from craftmesh.solve.supports import Supports, supports_of
+from craftmesh.solve.tractions import nodal_forces
+from craftmesh.types import Solution, TetMesh
+
+# Points at which Abaqus and CalculiX integrate a C3D10.
+DECK_RULE = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """elements, supports, and the forces (n, 3) that act at the nodes."""
+
+    elements: Elements
+    supports: Supports
+    forces: np.ndarray
+
+    def balance(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return of a field (n, 3): forces out of balance (n, 3), reactions (n, 3), and the residual.
+
+        The residual is the length of all forces out of balance over that of all reactions and forces that
+        act; 0 where nothing is loaded.
+        """
+        left = self.forces - self.elements.forces(displacement)
+        fixed = self.supports.fixed
+        reactions = np.where(fixed, -left, 0.0)
+        left[fixed] = 0.0
+        size = np.sqrt((reactions**2).sum() + (self.forces**2).sum())
+        out = np.sqrt((left**2).sum())
+        return left, reactions, float(out / size) if size > 0 else float(out)
+
+
+def problem_of(model: ElasticModel, rule: int = DECK_RULE) -> Problem:
+    """Return the problem of a model whose 10-node elements are integrated at 4 or 14 points.
+
+    Raises CraftmeshError for a model without a load, a body that is not held, and elements that are turned
+    over.
+    """
+    if model.load is None:
+        raise CraftmeshError("load: none; a solver needs a strain or a stress")
+    _check_elements(model.mesh)
+    supports = supports_of(model.load, model.mesh)
+    return Problem(elements_of(model, rule), supports, nodal_forces(model.load, model.mesh))
+
+
+def solution_of(problem: Problem, displacement: np.ndarray, record: dict) -> Solution:
+    """Return the solution that a field (n, 3) is, its residual in the record."""
+    _, reactions, residual = problem.balance(displacement)
+    return Solution(displacement, reactions, record | {"residual": residual})
+
+
+def _check_elements(mesh: TetMesh) -> None:
+    check = tet_volumes if mesh.tets.shape[1] == 4 else smallest_jacobians
+    bad = np.flatnonzero(~(check(mesh.points, mesh.tets) > 0))
+    if len(bad):
+        raise CraftmeshError(
+            f"solve: {len(bad)} elements are turned over or flat (the first is element {bad[0] + 1} of "
+            f"grain {mesh.grain[bad[0]]}); mend the mesh (craftmesh check says more)"
+        )

@@ -1,0 +1,55 @@
+"""The model that deck and solver share."""
+
+import numpy as np
+import pytest
+from structured_box import structured_box
+
+from craftmesh.assembly.assemble import assemble
+from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.materials import Material, turned
+from craftmesh.mechanics.model import ModelOptions, elastic_model
+from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
+
+PAIRS = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
+
+
+def block():
+    return assemble(*structured_box((2, 2, 2), lambda c: np.where(c[:, 0] < 1, 3, 5)))[0]
+
+
+def fourth_order(stiffness):
+    c = np.zeros((3, 3, 3, 3))
+    for a, (i, j) in enumerate(PAIRS):
+        for b, (k, l) in enumerate(PAIRS):
+            for first, second in ((i, j), (j, i)):
+                c[first, second, k, l] = c[first, second, l, k] = stiffness[a, b]
+    return c
+
+
+def test_stiffness_turns_as_a_tensor():
+    rng = np.random.default_rng(1)
+    root = rng.normal(size=(6, 6))
+    material = root @ root.T + np.eye(6)
+    (matrix,) = quaternion_to_matrix(random_orientations(1, rng))
+    plain = np.einsum("ia,jb,kc,ld,abcd->ijkl", *[matrix] * 4, fourth_order(material))
+    found = fourth_order(turned(material, matrix))
+    assert np.allclose(found, plain, atol=1e-12 * np.abs(plain).max())
+
+
+def test_grains_have_the_stiffness_of_their_crystal_and_phase():
+    orientations = random_orientations(6, np.random.default_rng(2))
+    texts = ("1=cubic:168.4,121.4,75.4", "2=isotropic:70,0.3")
+    phases = np.array([0, 0, 0, 1, 0, 2])
+    model, report = elastic_model(block(), ModelOptions(material=texts), orientations, phases)
+    copper, isotropic = model.stiffness()
+    matrix = quaternion_to_matrix(orientations[3])
+    expected = turned(Material("cubic", (168.4, 121.4, 75.4)).stiffness(), matrix)
+    assert np.allclose(copper, expected) and not np.allclose(copper[0, 0], 168.4)
+    assert np.allclose(isotropic, Material("isotropic", (70, 0.3)).stiffness())
+    assert report["grains"] == 2 and report["element"] == "C3D10"
+
+
+def test_a_crystal_without_orientation_is_refused_and_no_load_is_none():
+    with pytest.raises(CraftmeshError, match="cubic needs an orientation"):
+        elastic_model(block(), ModelOptions(material=("cubic:168.4,121.4,75.4",)))
+    assert elastic_model(block(), ModelOptions(load="none"))[0].load is None
