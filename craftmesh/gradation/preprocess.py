@@ -11,16 +11,20 @@ from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import feature_edges, oriented, patches
 from craftmesh.surface.wedges import wedge_guard
-from craftmesh.types import Surface
+from craftmesh.types import CRACK, Surface
+
+# Cosine of the turn under which crack facets lie in one plane. Where they do not, a lid over a node is off
+# the crack by the node's height, of which the guards, which start from the lid, know nothing.
+IN_PLANE = 1.0 - 1e-9
 
 
 def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -> tuple[Surface, int]:
     """Replace each vertex of three neighbours and three facets by one facet; return how many went.
 
-    All three facets must be of one patch and turn by at most `normal_tolerance` degrees; the new facet must
-    not exist already, nor sharpen a sharp wedge.
+    All three facets must be of one patch and turn by at most `normal_tolerance` degrees, on the crack not at
+    all; the new facet must not exist already, nor sharpen a sharp wedge.
     """
-    cosine = float(np.cos(np.radians(normal_tolerance)))
+    cosine = np.where(surface.kind == CRACK, IN_PLANE, np.cos(np.radians(normal_tolerance)))
     facets, sides = oriented(surface)
     facets = facets.astype(np.int64)
     patch = patches(surface).of_facet
@@ -36,11 +40,11 @@ def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -
 
 
 def _with_lids(
-    points: np.ndarray, facets: np.ndarray, patch: np.ndarray, candidates: np.ndarray, cosine: float
+    points: np.ndarray, facets: np.ndarray, patch: np.ndarray, candidates: np.ndarray, cosine: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
     """Return the facets with lids over those of the candidate vertices that may go, and which are left.
 
-    The third: for each vertex that goes, the rows (3,) of its facets, the lid's the first.
+    cosine (m,): of the turn that each facet may make. The third: for each vertex that goes, the rows (3,) of its facets, the lid's the first.
     """
     corner_order = np.argsort(facets.ravel(), kind="stable")
     start = np.concatenate([[0], np.cumsum(np.bincount(facets.ravel(), minlength=len(points)))])
@@ -88,7 +92,7 @@ def _lid(
     three: np.ndarray,
     v: int,
     present: set[tuple],
-    cosine: float,
+    cosine: np.ndarray,
 ) -> np.ndarray | None:
     """Return the facet that can stand for the facets `three` around `v`, or None."""
     if not alive[three].all() or len(set(patch[three])) > 1 or (facets[three] == v).sum() != 3:
@@ -105,7 +109,7 @@ def _lid(
         return None
     normal = area_vectors(points, new[None])[0]
     old = area_vectors(points, facets[three])
-    least = cosine * np.linalg.norm(normal) * np.linalg.norm(old, axis=1)
+    least = cosine[three] * np.linalg.norm(normal) * np.linalg.norm(old, axis=1)
     if (old @ normal <= 0).any() or (old @ normal < least).any():
         return None
     present.add(tuple(np.sort(new)))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from few_facets import fan
 
 from craftmesh import GradateOptions, Sizing, Surface, gradate
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
@@ -11,7 +12,7 @@ from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.wedges import sharp_wedges
-from craftmesh.types import Voxels
+from craftmesh.types import CRACK, INTERFACE, Voxels
 
 
 def box_of_grains(labels) -> Surface:
@@ -161,6 +162,14 @@ def test_unnecessary_node_on_a_bend_over_the_normal_tolerance_stays():
     assert remove_unnecessary_nodes(flat, 40.0)[1] == 1
     assert remove_unnecessary_nodes(bent, 40.0)[1] == 0
     assert remove_unnecessary_nodes(flat, 1.0)[1] == 0
+
+
+@pytest.mark.parametrize("kind, removed", [(INTERFACE, 1), (CRACK, 0)])
+def test_an_unnecessary_node_of_a_curved_crack_stays(kind, removed):
+    """Its lid would be off the crack by its height, here by three tenths of a percent of an edge."""
+    hollow, flat = (fan(3, hub=(0, 0, height), sides=(1, 1), kind=kind) for height in (0.005, 0.0))
+    assert remove_unnecessary_nodes(hollow)[1] == removed
+    assert remove_unnecessary_nodes(flat)[1] == 1
 
 
 def test_an_unnecessary_node_that_keeps_a_wedge_open_stays():
