@@ -6,7 +6,7 @@ from structured_box import structured_box
 from craftmesh.gradation.kernels.by_reference import by_reference
 from craftmesh.gradation.passes import filled_grid
 from craftmesh.gradation.state import State, make_state
-from craftmesh.types import INTERFACE, Surface
+from craftmesh.types import INTERFACE, Crack, Surface
 
 # A cube of one grain.
 BOX = structured_box((1, 1, 1), lambda centres: np.ones(len(centres), int))[0]
@@ -73,9 +73,9 @@ def off_centre(**classes) -> Surface:
     return Surface(points, surface.facets, surface.sides, surface.kind)
 
 
-def prepared(surface: Surface, **room) -> tuple[State, tuple]:
+def prepared(surface: Surface, crack: Crack | None = None, **room) -> tuple[State, tuple]:
     """Return the state with targets of one, and the references; `room`: shorter lengths of the scratch."""
-    state = make_state(surface, np.ones(len(surface.points)))
+    state = make_state(surface, np.ones(len(surface.points)), crack)
     short = {name: getattr(state.scratch, name)[:length].copy() for name, length in room.items()}
     state = State(state.mesh, state.guards, state.scratch._replace(**short))
     return state, (by_reference(*state), by_reference(filled_grid(state.mesh)))

@@ -66,7 +66,7 @@ def _run(case: Drawn, folder: Path, made: Made) -> None:
     (folder / "stitch.json").write_text(json.dumps(report, default=_plain))
     made.stage = "gradate"
     made.sizing = sizing_around(defects, made.inserted, case.sizes)
-    made.gradated, report = gradate(made.inserted, made.sizing)
+    made.gradated, report = gradate(made.inserted, made.sizing, crack=crack)
     write_surface(folder / "gradated.vtp", made.gradated)
     (folder / "gradate.json").write_text(json.dumps(report, default=_plain))
     made.stage = "tetrahedralize"

@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--crack",
         type=Path,
         metavar="FILE",
-        help="crack .vtp along whose fronts front vertices slide; default the --front where that is a .vtp",
+        help="crack .vtp that crack facets and fronts keep to; default the --front where that is a .vtp",
     )
     add_sizing(parser)
     add_options(parser, GradateOptions)

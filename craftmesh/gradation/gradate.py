@@ -37,6 +37,9 @@ OPENING_DRIFT = 2.0
 # Of l_min: how far the first places of front vertices may be from the front's edges. An edge of l_min on a
 # front of radius R is l_min^2 / (8 R) off it, 0.02 l_min at R = 6 l_min.
 FRONT_TOLERANCE = 0.02
+# Of l_min: how far facets of the crack may be from the given crack, or as far as they are in the input. The
+# insertion leaves 0.03.
+CRACK_FACETS = 0.045
 # The progress at the start of the rounds, of the cleaning and of the restoring of volumes.
 ROUNDS_AT, CLEANING_AT, VOLUMES_AT = 0.05, 0.75, 0.95
 
@@ -83,8 +86,8 @@ def gradate(
     """Return `surface` with edges as long as `sizing` asks, and a report.
 
     volumes: target volumes of grains k and voids -k for options.restore_volumes instead of those that
-    `surface` has. crack: the given one, along whose fronts vertices of the front slide; without it they
-    slide along the front edges of `surface`.
+    `surface` has. crack: the given one, which vertices of the crack and its front are put on and facets
+    of the crack kept to; without it these are the crack and the front of `surface`.
 
     Junction lines, box planes, crack and front stay what and where they are, every grain stays closed
     and keeps its topology, and no step makes facets intersect. The report counts operations and
@@ -99,7 +102,7 @@ def gradate(
     before = figures_before(surface)
     surface, done = _prepared(surface, options)
     gradation = _begun(surface, sizing, done, crack)
-    limits = _limits(options, sizing)
+    limits = _limits(options, sizing, crack)
     for n in range(options.passes):
         share = ROUNDS_AT + (CLEANING_AT - ROUNDS_AT) * n / options.passes
         progress(share, f"gradate, round {n + 1} of {options.passes}")
@@ -145,7 +148,8 @@ def _restored(
     return restore_volumes(result, targets, RestoringLimits(reach=reach, keep_wedges=True))[0]
 
 
-def _limits(options: GradateOptions, sizing: Sizing) -> Limits:
+def _limits(options: GradateOptions, sizing: Sizing, crack: Crack | None) -> Limits:
+    facets = np.inf if crack is None else max(options.crack_tolerance, CRACK_FACETS) * sizing.l_min
     return Limits(
         collapse=float(options.collapse_ratio),
         split=float(options.split_ratio),
@@ -156,6 +160,7 @@ def _limits(options: GradateOptions, sizing: Sizing) -> Limits:
         distance=float(options.distance_tolerance),
         crack_distance=float(options.crack_tolerance * sizing.l_min),
         front_distance=min(options.crack_tolerance, FRONT_TOLERANCE) * sizing.l_min,
+        crack_facets=facets,
         drift=float(options.volume_tolerance),
         merge_points=False,
     )

@@ -40,7 +40,8 @@ class Limits(NamedTuple):
     drift: float  # of volumes, over the volume
     merge_points: bool  # whether junction points may merge
     wedge: float = SHARP_COSINE  # the largest cosine of the angle of wedges that are made
-    front_distance: float = np.inf  # the same on its front
+    front_distance: float = np.inf  # the same on its front, and from the front's edges to it
+    crack_facets: float = np.inf  # from the crack's facets to the given crack, as a length
 
 
 @dataclass

@@ -21,8 +21,8 @@ IN_PLANE = 1.0 - 1e-9
 def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -> tuple[Surface, int]:
     """Replace each vertex of three neighbours and three facets by one facet; return how many went.
 
-    All three facets must be of one patch and turn by at most `normal_tolerance` degrees, on the crack not at
-    all; the new facet must not exist already, nor sharpen a sharp wedge.
+    All three facets must be of one patch and turn by at most `normal_tolerance` degrees, on the crack
+    by none; the new facet must not exist already, nor sharpen a sharp wedge.
     """
     cosine = np.where(surface.kind == CRACK, IN_PLANE, np.cos(np.radians(normal_tolerance)))
     facets, sides = oriented(surface)
@@ -44,7 +44,8 @@ def _with_lids(
 ) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
     """Return the facets with lids over those of the candidate vertices that may go, and which are left.
 
-    cosine (m,): of the turn that each facet may make. The third: for each vertex that goes, the rows (3,) of its facets, the lid's the first.
+    cosine (m,): of the turn that each facet may make. The third: for each vertex that goes, the rows (3,)
+    of its facets, the lid's the first.
     """
     corner_order = np.argsort(facets.ravel(), kind="stable")
     start = np.concatenate([[0], np.cumsum(np.bincount(facets.ravel(), minlength=len(points)))])

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from craftmesh.gradation.crack_triangles import crack_triangles
 from craftmesh.gradation.front_curve import front_segments
 from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT, REFUSALS
 from craftmesh.gradation.kernels.reference_normals import reference_normals
@@ -27,8 +28,6 @@ MOST_ON_EDGE = MOST_IN_STAR // 2
 MOST_LOOSE = 65536
 # Grains and voids at one star; the volumes of more are not watched.
 MOST_GRAINS_NEAR = 128
-# Part of the box within which the crack counts as flat.
-FLAT = 1e-9
 
 
 class Mesh(NamedTuple):
@@ -69,9 +68,15 @@ class Guards(NamedTuple):
     volume: np.ndarray  # (s,) of grains and voids, at the start
     drift: np.ndarray  # (s,)
     front: np.ndarray  # (e, 2, 3) segments that front vertices slide along
-    crack_corners: np.ndarray  # (c, 3, 3) the input's crack facets, none when the crack is flat
-    crack_centre: np.ndarray  # (c, 3)
-    crack_reach: np.ndarray  # (c,) radii round the centres
+    crack_points: np.ndarray  # (p, 3) of the crack that vertices are put on (crack_triangles)
+    crack_triangles: np.ndarray  # (t, 3) none when the crack is flat
+    crack_bin_start: (
+        np.ndarray
+    )  # (b + 1,) the triangles in each bin, and the bins' grid (surface.kernels.bins)
+    crack_bin_items: np.ndarray
+    crack_bin_low: np.ndarray  # (3,)
+    crack_bin_width: np.ndarray  # (1,)
+    crack_bin_shape: np.ndarray  # (3,)
 
 
 class Scratch(NamedTuple):
@@ -121,7 +126,7 @@ def vertex_flags(surface: Surface) -> np.ndarray:
 def make_state(surface: Surface, size: np.ndarray, crack: Crack | None = None) -> State:
     """Return the working arrays for `surface` with target edge lengths `size` (n,) at its points.
 
-    crack: the given one, along whose fronts front vertices slide; None: along the input's front edges.
+    crack: the given one, on which and along whose fronts vertices of the crack move; None: on the input's.
     """
     mesh = _mesh(surface, size)
     guards = _guards(surface, mesh, crack)
@@ -165,8 +170,6 @@ def _with_spare_row(array: np.ndarray) -> np.ndarray:
 
 def _guards(surface: Surface, mesh: Mesh, given: Crack | None) -> Guards:
     n, m = len(mesh.points), len(mesh.facets)
-    crack = _curved_crack(surface)
-    centre = crack.mean(axis=1)
     volume = _volumes(surface, mesh)
     return Guards(
         reference=np.zeros((m, 3)),
@@ -180,9 +183,7 @@ def _guards(surface: Surface, mesh: Mesh, given: Crack | None) -> Guards:
         volume=volume,
         drift=np.zeros(len(volume)),
         front=front_segments(surface, given),
-        crack_corners=crack,
-        crack_centre=centre,
-        crack_reach=np.linalg.norm(crack - centre[:, None], axis=2).max(axis=1, initial=0),
+        **crack_triangles(surface, given),
     )
 
 
@@ -202,24 +203,6 @@ def _scratch() -> Scratch:
         pending=np.zeros(2, np.int64),
         refused=np.zeros(len(REFUSALS), np.int64),
     )
-
-
-def _curved_crack(surface: Surface) -> np.ndarray:
-    """Return the corners (c, 3, 3) of the crack's facets; none when they lie in one plane."""
-    crack = surface.facets[surface.kind == CRACK]
-    if not len(crack) or _is_flat(surface.points, crack):
-        return np.zeros((0, 3, 3))
-    return surface.points[crack]
-
-
-def _is_flat(points: np.ndarray, facets: np.ndarray) -> bool:
-    normal = area_vectors(points, facets)
-    total = normal.sum(0)
-    if not np.linalg.norm(total) > 0:
-        return False
-    total /= np.linalg.norm(total)
-    height = points[np.unique(facets)] @ total
-    return bool(np.ptp(height) <= FLAT * max(1.0, np.ptp(points, axis=0).max()))
 
 
 def _volumes(surface: Surface, mesh: Mesh) -> np.ndarray:

@@ -1,21 +1,23 @@
 """Kernels of the gradation against slow, plain references on small meshes."""
 
 import weakref
+from collections import namedtuple
 
 import numpy as np
 import pytest
-from few_facets import fan, prepared
+from few_facets import fan, prepared, sheet
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from structured_box import structured_box
 from unchanged import OPEN
 
+from craftmesh.gradation.crack_triangles import crack_triangles
 from craftmesh.gradation.kernels.by_reference import by_reference
 from craftmesh.gradation.kernels.codes import DONE, JUNCTION_TRIANGLE, REFUSALS
 from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.gradation.kernels.collapse_rules import closes_thin_end, link_refusal
 from craftmesh.gradation.kernels.facet_grid import star_intersects
-from craftmesh.gradation.kernels.projection import put_on_crack, put_on_front
+from craftmesh.gradation.kernels.projection import nearest_triangle, put_on_crack, put_on_front
 from craftmesh.gradation.kernels.relax import relax_pass
 from craftmesh.gradation.locality import BLOCK, block_order
 from craftmesh.gradation.passes import Gradation, Limits, collapse_short, filled_grid
@@ -65,15 +67,22 @@ def test_angle_score_of_degenerate_facets_is_zero():
     assert angle_score(line, 0, 0, 2) == 0.0
 
 
+def on_crack(corners: np.ndarray):
+    """Return the reference to the arrays of a crack of triangles (t, 3, 3)."""
+    facets = np.arange(3 * len(corners)).reshape(-1, 3)
+    surface = sheet(facets, (1, 1), CRACK, corners.reshape(-1, 3))
+    arrays = crack_triangles(surface, None)
+    return by_reference(namedtuple("CrackArrays", arrays)(**arrays))
+
+
 @settings(deadline=None, max_examples=30)
 @given(seeds)
 def test_projections_find_the_nearest_place(seed):
     rng = np.random.default_rng(seed)
     corners, place = rng.uniform(-1, 1, (5, 3, 3)), rng.uniform(-1, 1, 3)
-    centre = corners.mean(1)
-    reach = np.linalg.norm(corners - centre[:, None], axis=2).max(1)
+    state = on_crack(corners)
     moved = place.copy()
-    put_on_crack(corners, centre, reach, moved)
+    put_on_crack(state, 9.0, moved)
     slow = min(np.linalg.norm(dense_points(c) - place, axis=1).min() for c in corners)
     assert slow - 0.06 <= np.linalg.norm(moved - place) <= slow + 1e-12
     moved = place.copy()
@@ -82,6 +91,26 @@ def test_projections_find_the_nearest_place(seed):
     along = corners[:, 0] + samples * (corners[:, 1] - corners[:, 0])
     slow = np.linalg.norm(along - place, axis=2).min()
     assert slow - 0.02 <= np.linalg.norm(moved - place) <= slow + 1e-12
+
+
+@settings(deadline=None, max_examples=30)
+@given(seeds, st.floats(0.01, 3))
+def test_the_nearest_triangle_is_found_within_reach_alone(seed, reach):
+    rng = np.random.default_rng(seed)
+    corners = rng.uniform(0, 9, (200, 1, 3)) + rng.uniform(-1, 1, (200, 3, 3)) * rng.uniform(
+        0, 1, (200, 1, 1)
+    )
+    places, state = rng.uniform(-2, 11, (20, 3)), on_crack(corners)
+    points, ids = corners.reshape(-1, 3), np.arange(600).reshape(-1, 3)
+    for row in range(20):
+        all_of_them = [facet_distance2(points, *f, places, row, np.inf) for f in ids]
+        found, distance2 = nearest_triangle(state, places, row, 0.0, reach)
+        if min(all_of_them) < reach**2:
+            assert all_of_them[found] == distance2 == min(all_of_them)
+            some, near = nearest_triangle(state, places, row, reach, reach)
+            assert all_of_them[some] == near <= reach**2
+        else:
+            assert (found, distance2) == (-1, np.inf)
 
 
 def two_cubes() -> Surface:

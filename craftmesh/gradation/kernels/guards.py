@@ -9,6 +9,7 @@ import numpy as np
 
 from craftmesh.gradation.kernels.codes import DISTANCE, DONE, INTERSECTION, VOLUME, WEDGE
 from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_cones
+from craftmesh.gradation.kernels.crack_guard import leaves_crack, leaves_front
 from craftmesh.gradation.kernels.facet_grid import GONE, insert_facet
 from craftmesh.gradation.kernels.star import add_star, hits, shape_refusal
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
@@ -40,6 +41,10 @@ def refusal(state, grid, limits, star, floor):
     reason = shape_refusal(state, star, floor, limits.cosine, limits.longest)
     if reason != DONE:
         return reason
+    if limits.front_distance < np.inf and leaves_front(state, star, limits.front_distance):
+        return DISTANCE
+    if limits.crack_facets < np.inf and leaves_crack(state, star, limits.crack_facets):
+        return DISTANCE
     loose = np.int64(0)
     if limits.distance < np.inf:
         loose = _set_loose(state, star)

@@ -1,12 +1,17 @@
-"""Nearest places on the input's crack and on its front, for vertices that are new or moved."""
+"""Nearest places on the crack and on its front, for vertices that are new or moved."""
 
 import numpy as np
 
 from craftmesh.gradation.kernels.codes import is_held
 from craftmesh.jit import kernel
+from craftmesh.surface.kernels.bins import Grid, cells_of_box
+from craftmesh.surface.kernels.facet_shape import facet_distance2
 
 # Rounds of projection onto a curved crack and back onto the box's plane; they converge to the trace.
 ROUNDS = 12
+# In target lengths: how far from the crack a vertex may be to be put on it. Where the insertion has moved
+# the crack, as into a grain boundary, its vertices stay where they are.
+REACH = 0.25
 
 
 @kernel
@@ -66,7 +71,7 @@ def put_on_front(front, place):
 def put_on_crack_in_box(state, planes, v, place):
     """Move `place` (3,) onto the crack with the coordinates that the bits of `planes` fix at vertex `v`."""
     for _ in range(ROUNDS):
-        put_on_crack(state.crack_corners, state.crack_centre, state.crack_reach, place)
+        put_on_crack(state, REACH * state.size[v], place)
         if put_on_planes(state, planes, v, place) == 0.0:
             return
 
@@ -83,22 +88,43 @@ def put_on_planes(state, planes, v, place):
 
 
 @kernel
-def put_on_crack(corners, centre, reach, place):
-    """Move `place` (3,) to the nearest point of the facets `corners` (c, 3, 3).
+def put_on_crack(state, reach, place):
+    """Move `place` (3,) to the nearest point of the crack's triangles within `reach`; else it stays."""
+    places = place.copy().reshape(1, 3)
+    found, _ = nearest_triangle(state, places, 0, 0.0, reach)
+    if found >= 0:
+        corners = np.empty((3, 3))
+        for k in range(3):
+            corners[k] = state.crack_points[state.crack_triangles[found, k]]
+        _onto_facet(corners, places[0], place)
 
-    Without facets (a flat crack) it stays. `centre` and `reach` are the facets' bounding spheres.
+
+@kernel
+def nearest_triangle(state, places, row, enough, reach):
+    """Return the crack's triangle nearest to places[row], and the squared distance.
+
+    One within `enough` is as good as the nearest. Returns -1 and infinity where none is within `reach`.
     """
-    best = np.inf
-    start = place.copy()
-    trial = np.empty(3)
-    for i in range(len(corners)):
-        x = centre[i, 0] - start[0]
-        y = centre[i, 1] - start[1]
-        z = centre[i, 2] - start[2]
-        far = np.sqrt(best) + reach[i]
-        if x * x + y * y + z * z > far * far:
-            continue
-        d = _onto_facet(corners[i], start, trial)
-        if d < best:
-            best = d
-            place[:] = trial
+    points, triangles = state.crack_points, state.crack_triangles
+    start, items, shape = state.crack_bin_start, state.crack_bin_items, state.crack_bin_shape
+    grid = Grid(state.crack_bin_low, state.crack_bin_width[0], shape)
+    found = np.int64(-1)
+    best = reach * reach
+    radius = min(reach, 0.5 * grid.width)
+    while len(triangles) > 0:
+        i0, i1, j0, j1, k0, k1 = cells_of_box(grid, places[row] - radius, places[row] + radius)
+        for i in range(i0, i1 + 1):
+            for j in range(j0, j1 + 1):
+                cell = (i * shape[1] + j) * shape[2]
+                for n in range(start[cell + k0], start[cell + k1 + 1]):
+                    a, b, c = triangles[items[n]]
+                    d = facet_distance2(points, a, b, c, places, row, best)
+                    if d < best:
+                        best = d
+                        found = items[n]
+                        if best <= enough * enough:
+                            return found, best
+        if radius >= reach or best <= radius * radius:
+            break
+        radius = min(2.0 * radius, reach)
+    return found, best if found >= 0 else np.inf

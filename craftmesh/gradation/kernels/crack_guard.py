@@ -1,0 +1,101 @@
+"""The guards of the crack: its facets stay near the given crack, the edges of its front near the front.
+
+Witnesses bound how far the input's vertices are from the surface. These bound the other way, how far facets
+and edges are from the crack between vertices that lie on it. What the input has farther off may stay so.
+"""
+
+import numpy as np
+
+from craftmesh.gradation.kernels.codes import ON_FRONT
+from craftmesh.gradation.kernels.collapse_rules import is_front_edge
+from craftmesh.gradation.kernels.projection import nearest_triangle
+from craftmesh.jit import kernel
+from craftmesh.surface.kernels.facet_shape import segment_distance2
+
+# Where a facet is measured, by weights of its corners: middles of its edges, its centre, and between.
+PLACES = np.array(
+    [
+        [1 / 2, 1 / 2, 0],
+        [0, 1 / 2, 1 / 2],
+        [1 / 2, 0, 1 / 2],
+        [1 / 3, 1 / 3, 1 / 3],
+        [2 / 3, 1 / 6, 1 / 6],
+        [1 / 6, 2 / 3, 1 / 6],
+        [1 / 6, 1 / 6, 2 / 3],
+    ]
+)
+# Times the limit: places farther off the crack, as where the insertion has moved it, are not measured.
+FAR = 8.0
+# A facet that moves within its plane counts as no farther off.
+ROUNDING = 1e-9
+
+
+@kernel
+def leaves_crack(state, star, limit):
+    """Tell whether a new crack facet is off the crack by more than `limit` and more than all old ones."""
+    if len(state.crack_triangles) == 0:
+        return False
+    worst = 0.0
+    place = np.empty((1, 3))
+    for i in range(star.moved):
+        if state.patch_crack[state.patch[state.star[i]]]:
+            worst = max(worst, _facet_off2(state, state.star_corners[i], limit, place))
+    if worst <= limit * limit:
+        return False
+    before = 0.0
+    for i in range(star.moved + star.dying):
+        f = state.star[i] if i < star.moved else state.dying[i - star.moved]
+        if state.patch_crack[state.patch[f]]:
+            before = max(before, _facet_off2(state, state.facets[f], limit, place))
+    return worst > (1.0 + ROUNDING) * before
+
+
+@kernel
+def _facet_off2(state, corners, limit, place):
+    """Return the largest squared distance of the facet's places from the crack, exact beyond `limit`."""
+    worst = 0.0
+    for n in range(len(PLACES)):
+        for k in range(3):
+            place[0, k] = 0.0
+            for i in range(3):
+                place[0, k] += PLACES[n, i] * state.points[corners[i], k]
+        worst = max(worst, nearest_triangle(state, place, 0, limit, FAR * limit)[1])
+    return worst
+
+
+@kernel
+def leaves_front(state, star, limit):
+    """Tell whether the middle of a new front edge is off the front by more than `limit` and old ones."""
+    moves = star.tip != star.vertex or star.gone >= 0
+    flags = state.flags[star.vertex] | (state.flags[star.gone] if star.gone >= 0 else 0)
+    if not moves or not flags & ON_FRONT:
+        return False
+    worst = 0.0
+    before = 0.0
+    place = np.empty((1, 3))
+    for v in (star.vertex, star.gone):
+        if v < 0 or not state.flags[v] & ON_FRONT:
+            continue
+        c = state.first[v]
+        while c >= 0:
+            if state.patch_crack[state.patch[c // 3]]:
+                for i in range(1, 3):
+                    u = state.facets[c // 3, (c + i) % 3]
+                    if state.flags[u] & ON_FRONT and is_front_edge(state, v, u):
+                        before = max(before, _middle_off2(state, v, u, place))
+                        if u != star.vertex and u != star.gone:
+                            worst = max(worst, _middle_off2(state, star.tip, u, place))
+            c = state.after[c]
+    return worst > limit * limit and worst > (1.0 + ROUNDING) * before
+
+
+@kernel
+def _middle_off2(state, a, b, place):
+    """Return the squared distance of the middle of edge (a, b) from the front."""
+    ends = state.front.reshape(-1, 3)
+    for k in range(3):
+        place[0, k] = 0.5 * (state.points[a, k] + state.points[b, k])
+    least = np.inf
+    for i in range(0, len(ends), 2):
+        least = min(least, segment_distance2(ends, i, i + 1, place, 0))
+    return least
