@@ -44,8 +44,8 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: GrowthO
     """Return the crack with its fronts moved, None where none of them is left in the box (2, 3).
 
     The moves are made smooth along each front (the paper, section 2), its ends stay in the box's planes,
-    and a strip joins the old front to the new one. Raises CraftmeshError for rows that are on no front of the
-    crack, and where the grown surface is no crack (folded, torn).
+    and a strip joins the old front to the new one. Raises CraftmeshError for rows that are on no front of
+    the crack, and where the grown surface is no crack (folded, torn).
     """
     places, moves = along.points, along.moves
     spacing = _row_spacing(places) / FINENESS
