@@ -56,12 +56,20 @@ class CubicBasis:
 
     def pieces(self, coefficients: np.ndarray) -> np.ndarray:
         """Return the polynomials (m, 4, c) in s - break, constant term first, of coefficients (size, c)."""
-        if self.closed:
-            coefficients = coefficients[np.arange(self.size + DEGREE) % self.size]
-        spline = BSpline(self._knots(), coefficients, DEGREE)
+        spline = self._spline(coefficients)
         factorial = (1.0, 1.0, 2.0, 6.0)
         at = self.breaks[:-1]
         return np.stack([spline(at, nu=k) / factorial[k] for k in range(DEGREE + 1)], axis=1)
+
+    def slopes(self, s: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        """Return the derivatives (k, c) at s (k,) of the spline of coefficients (size, c)."""
+        s = np.mod(s, self.length) if self.closed else np.clip(s, 0.0, self.length)
+        return self._spline(coefficients)(s, nu=1)
+
+    def _spline(self, coefficients: np.ndarray) -> BSpline:
+        if self.closed:
+            coefficients = coefficients[np.arange(self.size + DEGREE) % self.size]
+        return BSpline(self._knots(), coefficients, DEGREE)
 
     def _knots(self) -> np.ndarray:
         if not self.closed:

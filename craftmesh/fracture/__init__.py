@@ -1,0 +1,1 @@
+"""K, J and T along the front of a solved mesh."""

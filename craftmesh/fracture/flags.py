@@ -1,0 +1,62 @@
+"""Words for front nodes whose parameters deserve a second look."""
+
+import numpy as np
+
+from craftmesh.fracture.fit import HALF_WIDTH, FrontLine
+from craftmesh.fracture.options import LEAST_RADIUS
+from craftmesh.fracture.segments import Segments
+from craftmesh.mesh.front_frames import Front
+from craftmesh.mesh.front_places import meets_boundary
+from craftmesh.types import TetMesh
+
+# Relative changes, of K by a smaller tube and of the root of J against that of K's, from which on a node is
+# flagged: ten times what exact cases have with quarter points.
+LARGE_CHANGE = 0.05
+
+
+def flags_of(
+    mesh: TetMesh,
+    front: Front,
+    line: FrontLine,
+    segments: Segments,
+    radius: np.ndarray,
+    k: np.ndarray,
+    spread: np.ndarray,
+    j: np.ndarray,
+    g: np.ndarray,
+) -> np.ndarray:
+    """Return for each corner node of a front its words joined by +, empty where all is well.
+
+    end: of an open front. pierce: grains meet in the node. limit: the material changes here, and values
+    are the mean of both sides' limits. short: on a segment shorter than a test is wide. narrow: there is no
+    room for three edges of radius. spread: K changes by over 5 % of |K| with a smaller tube. J: the root of
+    J differs from that of the K by over 5 %. closed: K_I is negative and more than 5 %
+    of |K|: the lips would overlap.
+    """
+    count = len(line.s)
+    size = np.sqrt((k * k).sum(axis=1))
+    tiny = np.finfo(float).tiny
+    ratio = np.sqrt(np.maximum(j, 0) / np.maximum(g, tiny))
+    ends = np.zeros(count, bool)
+    if not front.closed:
+        ends[[0, -1]] = True
+    limit, short = np.zeros(count, bool), np.zeros(count, bool)
+    for segment, length in enumerate(segments.length):
+        offset = line.s - segments.start[segment]
+        offset = np.mod(offset, line.total) if front.closed else offset
+        limit |= (np.abs(offset) < 1e-9 * length) & ~ends & ~np.array(segments.is_ring)
+        inside = (offset >= 0) & (offset <= length)
+        short |= inside & (length < HALF_WIDTH * line.sizes) & ~np.array(segments.is_ring)
+    words = {
+        "end": ends,
+        "pierce": meets_boundary(mesh, front.corners),
+        "limit": limit,
+        "short": short,
+        "narrow": radius < (LEAST_RADIUS + 0.5) * line.sizes * (1 - 1e-9),
+        "spread": spread > LARGE_CHANGE * size,
+        "J": np.abs(ratio - 1) > LARGE_CHANGE,
+        "closed": k[:, 0] < -LARGE_CHANGE * size,
+    }
+    return np.array(
+        ["+".join(word for word, at in words.items() if at[row]) for row in range(count)], object
+    )

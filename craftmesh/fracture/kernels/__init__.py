@@ -1,0 +1,1 @@
+"""Numba kernels on the surroundings of a crack front."""

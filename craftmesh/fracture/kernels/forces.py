@@ -1,0 +1,296 @@
+"""Nodal interaction forces of the elements and free faces in the tube round a crack front."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from craftmesh.fracture.kernels.curve import AXES, nearest
+from craftmesh.fracture.kernels.fields import MODES, contract, fill_fields
+from craftmesh.jit import kernel
+
+# The last row of the forces is that of J.
+ROWS = MODES + 1
+
+
+class Tube(NamedTuple):
+    """Elements round a front: tets (e, 10) ids of the nodes of the tube; stiffness (g, 6, 6) of its grains.
+
+    points, displacement (n, 3) of its nodes; s (n,) their nearest points on the front; segment (n,) of the
+    front; grain (e,) row of stiffness; side (e,): 1 on the side of lip A, -1 on that of lip B.
+    """
+
+    tets: np.ndarray
+    points: np.ndarray
+    displacement: np.ndarray
+    s: np.ndarray
+    segment: np.ndarray
+    grain: np.ndarray
+    side: np.ndarray
+    stiffness: np.ndarray
+
+
+class Rule(NamedTuple):
+    """Points of integration: values (p, 10) and slopes (p, 10, 3) of the shape functions, weights (p,)."""
+
+    value: np.ndarray
+    slope: np.ndarray
+    weight: np.ndarray
+
+
+class Work(NamedTuple):
+    """Arrays that one point after another fills."""
+
+    frame: np.ndarray
+    h: np.ndarray
+    dh: np.ndarray
+    stress: np.ndarray
+    dstress: np.ndarray
+    jacobian: np.ndarray
+    slope: np.ndarray
+    place: np.ndarray
+    gradient: np.ndarray
+    own: np.ndarray
+    tensor: np.ndarray
+
+
+@kernel
+def _work():
+    return Work(
+        np.zeros((8, 3)),
+        np.zeros((MODES, 3, 3)),
+        np.zeros((3, MODES, 3, 3)),
+        np.zeros((MODES, 3, 3)),
+        np.zeros((3, MODES, 3, 3)),
+        np.zeros((3, 3)),
+        np.zeros((10, 3)),
+        np.zeros(3),
+        np.zeros((3, 3)),
+        np.zeros((3, 3)),
+        np.zeros((3, 3)),
+    )
+
+
+@kernel
+def add_element_forces(tube, curve, fields, rule, forces):
+    """Add to `forces` (n, ROWS, 3) those of the elements: the integral of P grad N + B N for each node.
+
+    P = s h + s' grad u - (s' : e) 1 and B = div s' . grad u + s : grad h - grad s' : e, with h, s' the
+    fields of a crystal and s, e those of the element, so that no derivative of the material is asked for.
+    An element with nodes of two segments counts for each with the fields of that segment.
+    """
+    work = _work()
+    for e in range(len(tube.tets)):
+        nodes = tube.tets[e]
+        for k in range(10):
+            segment = tube.segment[nodes[k]]
+            again = False
+            for other in range(k):
+                again = again or tube.segment[nodes[other]] == segment
+            if not again:
+                _add_element(tube, curve, fields, rule, forces, work, e, segment, k == 0)
+
+
+@kernel
+def _add_element(tube, curve, fields, rule, forces, work, e, segment, with_j):
+    nodes = tube.tets[e]
+    guess = tube.s[nodes[0]]
+    force, gradient = np.zeros((ROWS, 3, 3)), work.gradient
+    body = np.zeros((ROWS, 3))
+    for q in range(len(rule.weight)):
+        weight = rule.weight[q] * _map(tube.points, nodes, rule.value[q], rule.slope[q], work)
+        guess = _fill_point(tube, curve, fields, work, e, segment, guess)
+        _fill_element(tube, nodes, work, tube.stiffness[tube.grain[e]])
+        for m in range(MODES):
+            _mode(work, m, force[m], body[m])
+        if with_j:
+            _momentum(gradient, work.own, force[MODES])
+        axes = work.frame[AXES : AXES + 3]
+        for k in range(10):
+            if tube.segment[nodes[k]] == segment or with_j:
+                last = ROWS if with_j else MODES
+                first = 0 if tube.segment[nodes[k]] == segment else MODES
+                local = _to_axes(axes, work.slope[k])
+                for m in range(first, last):
+                    v0 = _along(force[m, 0], local) + body[m, 0] * rule.value[q, k]
+                    v1 = _along(force[m, 1], local) + body[m, 1] * rule.value[q, k]
+                    v2 = _along(force[m, 2], local) + body[m, 2] * rule.value[q, k]
+                    for i in range(3):
+                        forces[nodes[k], m, i] += weight * (
+                            v0 * axes[0, i] + v1 * axes[1, i] + v2 * axes[2, i]
+                        )
+
+
+@kernel
+def _along(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def _to_axes(axes, v):
+    return (_along(axes[0], v), _along(axes[1], v), _along(axes[2], v))
+
+
+@kernel
+def _map(points, nodes, value, slope, work):
+    """Fill the place and the shape functions' slopes in space; return the Jacobian's determinant."""
+    j = work.jacobian
+    j[:] = 0.0
+    work.place[:] = 0.0
+    for k in range(10):
+        for i in range(3):
+            x = points[nodes[k], i]
+            work.place[i] += value[k] * x
+            for axis in range(3):
+                j[i, axis] += x * slope[k, axis]
+    c = work.tensor  # the cofactors, by which the inverse's transpose is c / determinant
+    for i in range(3):
+        a, b = (i + 1) % 3, (i + 2) % 3
+        for axis in range(3):
+            f, g = (axis + 1) % 3, (axis + 2) % 3
+            c[i, axis] = j[a, f] * j[b, g] - j[a, g] * j[b, f]
+    determinant = _along(j[0], c[0])
+    for k in range(10):
+        for i in range(3):
+            work.slope[k, i] = _along(c[i], slope[k]) / determinant
+    return determinant
+
+
+@kernel
+def _fill_point(tube, curve, fields, work, e, segment, guess):
+    """Fill frame and fields at the place in work; return its s."""
+    s = nearest(curve, work.place, guess, work.frame)
+    fill_fields(
+        fields, segment, s, work.frame, work.place, tube.side[e], work.h, work.dh, work.stress, work.dstress
+    )
+    return s
+
+
+@kernel
+def _fill_element(tube, nodes, work, stiffness):
+    """Fill the element's displacement gradient and its stress in the local axes."""
+    raw, stress, axes = np.zeros((3, 3)), np.empty((3, 3)), work.frame[AXES : AXES + 3]
+    for k in range(10):
+        for i in range(3):
+            u = tube.displacement[nodes[k], i]
+            for j in range(3):
+                raw[i, j] += u * work.slope[k, j]
+    contract(stiffness, raw, stress)
+    _rotate(axes, raw, work.gradient)
+    _rotate(axes, stress, work.own)
+
+
+@kernel
+def _rotate(axes, tensor, result):
+    for i in range(3):
+        for j in range(3):
+            total = 0.0
+            for a in range(3):
+                for b in range(3):
+                    total += axes[i, a] * tensor[a, b] * axes[j, b]
+            result[i, j] = total
+
+
+@kernel
+def _mode(work, m, force, body):
+    """Fill P (3, 3), row k along q, and B (3,) of one field."""
+    h, aux, own, u = work.h[m], work.stress[m], work.own, work.gradient
+    energy = 0.0
+    for i in range(3):
+        for j in range(3):
+            energy += aux[i, j] * u[i, j]
+    for k in range(3):
+        body[k] = 0.0
+        for i in range(3):
+            total = -energy if i == k else 0.0
+            for j in range(3):
+                total += own[i, j] * h[j, k] + aux[i, j] * u[j, k]
+                body[k] += (
+                    work.dstress[i, m, i, j] * u[j, k]
+                    + own[i, j] * work.dh[i, m, j, k]
+                    - work.dstress[k, m, i, j] * u[i, j]
+                )
+            force[k, i] = total
+
+
+@kernel
+def _momentum(u, own, force):
+    """Fill the energy-momentum tensor (3, 3), row k along q."""
+    energy = 0.0
+    for i in range(3):
+        for j in range(3):
+            energy += 0.5 * own[i, j] * u[i, j]
+    for k in range(3):
+        for i in range(3):
+            force[k, i] = -energy if i == k else 0.0
+            for j in range(3):
+                force[k, i] += own[i, j] * u[j, k]
+
+
+@kernel
+def add_face_forces(tube, curve, fields, faces, sides, loaded, rules, outward, forces):
+    """Add to `forces` (n, ROWS, 3) those of outer faces (f, 2), rows (element, face), which q may move.
+
+    Lips are free of traction but not straight; on others q has a part along their normal, or there are
+    tractions: loaded (f,). sides (f,): as the element's in Tube; rules: value (4, p, 10), slope (4, p, 10,
+    3), weight (p,) of the four faces; outward (4, 3): their normals in the element's own coordinates.
+    """
+    work = _work()
+    normal = np.zeros(3)
+    for f in range(len(faces)):
+        e, face = faces[f]
+        nodes = tube.tets[e]
+        guess = tube.s[nodes[0]]
+        for q in range(len(rules.weight)):
+            _map(tube.points, nodes, rules.value[face, q], rules.slope[face, q], work)
+            for i in range(3):
+                normal[i] = rules.weight[q] * _along(work.tensor[i], outward[face])
+            for k in range(10):
+                segment = tube.segment[nodes[k]]
+                again = rules.value[face, q, k] == 0.0
+                for other in range(k):
+                    again = again or (
+                        tube.segment[nodes[other]] == segment and rules.value[face, q, other] != 0.0
+                    )
+                if not again:
+                    s = nearest(curve, work.place, guess, work.frame)
+                    fill_fields(
+                        fields, segment, s, work.frame, work.place, sides[f],
+                        work.h, work.dh, work.stress, work.dstress,
+                    )  # fmt: skip
+                    _fill_element(tube, nodes, work, tube.stiffness[tube.grain[e]])
+                    _add_face_point(
+                        tube, nodes, segment, rules.value[face, q], normal, loaded[f], work, forces
+                    )
+
+
+@kernel
+def _add_face_point(tube, nodes, segment, value, normal, loaded, work, forces):
+    """Add what one point of a face takes off the elements' forces."""
+    axes = work.frame[AXES : AXES + 3]
+    m = _to_axes(axes, normal)
+    for row in range(ROWS):
+        for k in range(3):
+            local = _across(work, row, m, k, loaded)
+            for n in range(10):
+                if tube.segment[nodes[n]] == segment and value[n] != 0.0:
+                    for i in range(3):
+                        forces[nodes[n], row, i] += value[n] * local * axes[k, i]
+
+
+@kernel
+def _across(work, row, m, k, loaded):
+    """Return (s' : e) m - (s' m) . grad u - (s m) . h along axis k, the last on loaded faces alone.
+
+    For J (s : e) m / 2 - (s m) . grad u, the second on loaded faces alone.
+    """
+    is_j = row == MODES
+    stress, u = work.own if is_j else work.stress[row], work.gradient
+    total = 0.0
+    for i in range(3):
+        for j in range(3):
+            total += (0.5 if is_j else 1.0) * stress[i, j] * u[i, j] * m[k]
+            if loaded or not is_j:
+                total -= m[i] * stress[i, j] * u[j, k]
+            if loaded and not is_j:
+                total -= m[i] * work.own[i, j] * work.h[row, j, k]
+    return total

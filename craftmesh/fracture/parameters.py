@@ -1,0 +1,251 @@
+"""J, K_I, K_II, K_III and T at every node of a crack's front, from displacements alone."""
+
+from collections.abc import Collection
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.fracture.fit import Fitted, FrontLine, falloff, fit_segment
+from craftmesh.fracture.flags import flags_of
+from craftmesh.fracture.front_strain import FrontStrain, strains_along_front, stress_along_binormal
+from craftmesh.fracture.kernels.forces import ROWS, add_element_forces, add_face_forces
+from craftmesh.fracture.options import LEAST_RADIUS, FractureOptions
+from craftmesh.fracture.quadrature import element_rule, face_rules
+from craftmesh.fracture.room import radii
+from craftmesh.fracture.segments import Segments, Stations, segments_of, stations_of
+from craftmesh.fracture.tube import Surroundings, kernel_curve, surroundings
+from craftmesh.mesh.front_curve import arc_lengths, local_sizes
+from craftmesh.mesh.front_frames import Front, fronts_of
+from craftmesh.mesh.front_places import grain_of_edges
+from craftmesh.types import TetMesh
+
+# The second, smaller tube, whose K tells how far the first one's may be trusted.
+SMALLER = 0.75
+# Places of K_I, K_II, K_III among the local axes binormal, normal, tangent.
+_IN_ORDER = [1, 0, 2]
+
+
+@dataclass(frozen=True, eq=False)
+class FrontParameters:
+    """One row per front node at a corner, in the order of FrontFrames.
+
+    front (k,) from 1; node (k,) id from 0; s (k,); points (k, 3); J (k,) by its own integral; G (k,) the
+    energy release rate of the K; K_I, K_II, K_III (k,): with K_II > 0 lip A goes along the binormal, with
+    K_III > 0 along the tangent; T (k,) the stress along the binormal that stays finite; radius (k,) of the
+    tube; spread (k,): the largest change of a K with a smaller tube; flags (k,) words joined by +, see
+    `flags_of`. Where the material changes values are the mean of both limits.
+    """
+
+    front: np.ndarray
+    node: np.ndarray
+    s: np.ndarray
+    points: np.ndarray
+    J: np.ndarray
+    G: np.ndarray
+    K_I: np.ndarray
+    K_II: np.ndarray
+    K_III: np.ndarray
+    T: np.ndarray
+    radius: np.ndarray
+    spread: np.ndarray
+    flags: np.ndarray
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return the columns of sif.csv in order; nodes are numbered from 1 as in the deck."""
+        return {field.name: getattr(self, field.name) for field in fields(self)} | {"node": self.node + 1}
+
+
+def fracture_parameters(
+    mesh: TetMesh,
+    displacement: np.ndarray,
+    grains: np.ndarray,
+    stiffness: np.ndarray,
+    options: FractureOptions = FractureOptions(),  # noqa: B008 (frozen)
+    loaded: Collection[str] = (),
+) -> tuple[FrontParameters, dict]:
+    """Return the parameters along all fronts of a solved 10-node mesh, and a report.
+
+    displacement (n, 3) of all nodes; stiffness (g, 6, 6) of grains (g,), ascending ids, over 11, 22, 33,
+    12, 13, 23 in the sample's axes. Units are those of stiffness and mesh: K in stress times root of
+    length. loaded: face sets (XMIN, ...) that are not free of traction, where a front may end.
+    Raises CraftmeshError for 4-node meshes, displacements that do not fit, and meshes without a front.
+    """
+    if mesh.tets.shape[1] != 10:
+        raise CraftmeshError(
+            "fracture: the mesh has 4-node elements; K needs C3D10, solve with element C3D10"
+        )
+    if displacement.shape != mesh.points.shape or not np.isfinite(displacement).all():
+        raise CraftmeshError(
+            f"fracture: displacements are {displacement.shape} or not finite; expected a row for each of "
+            f"{len(mesh.points)} nodes: take the element and quarter_points with which it was solved"
+        )
+    fronts = fronts_of(mesh)
+    if not fronts:
+        raise CraftmeshError("fracture: the mesh has no crack front; give a mesh with an opened crack")
+    corner_points = [mesh.points[front.corners] for front in fronts]
+    parts, reports = [], []
+    for number, front in enumerate(fronts):
+        sizes = local_sizes(corner_points[number], front.closed)
+        wide = radii(corner_points, number, front.closed, front.curve, sizes, options.radius)
+        parameters, report = _of_front(
+            mesh, displacement, grains, stiffness, front, number + 1, wide, options, loaded
+        )
+        parts.append(parameters)
+        reports.append(report)
+    names = [field.name for field in fields(FrontParameters)]
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    return FrontParameters(**joined), {"fronts": reports}
+
+
+def _of_front(
+    mesh: TetMesh,
+    displacement: np.ndarray,
+    grains: np.ndarray,
+    stiffness: np.ndarray,
+    front: Front,
+    number: int,
+    wide: np.ndarray,
+    options: FractureOptions,
+    loaded: Collection[str],
+) -> tuple[FrontParameters, dict]:
+    line, segments = _line_and_segments(mesh, grains, stiffness, front)
+    stations = stations_of(segments, front.curve)
+    around = surroundings(mesh, displacement, grains, stiffness, front, segments, wide.max(), loaded)
+    weights = _weights(front, stations, around)
+    narrow = np.maximum(SMALLER * wide, LEAST_RADIUS * line.sizes)
+    found = [_along(line, segments, around, weights, radius, options.knots) for radius in (wide, narrow)]
+    strains = strains_along_front(displacement, front, line, segments)
+    values = [_at_nodes(line, segments, stations, fitted, strains) for fitted in found]
+    k, t, j, g, one_sided = values[0]
+    spread = np.abs(k - values[1][0]).max(axis=1)
+    flags = flags_of(mesh, front, line, segments, wide, k, spread, j, g)
+    count = len(front.corners)
+    parameters = FrontParameters(
+        front=np.full(count, number),
+        node=front.corners,
+        s=line.s,
+        points=mesh.points[front.corners],
+        J=j,
+        G=g,
+        **{name: k[:, column] for column, name in enumerate(("K_I", "K_II", "K_III"))},
+        T=t,
+        radius=wide,
+        spread=spread,
+        flags=flags,
+    )
+    return parameters, _report(parameters, segments, around, one_sided)
+
+
+def _line_and_segments(
+    mesh: TetMesh, grains: np.ndarray, stiffness: np.ndarray, front: Front
+) -> tuple[FrontLine, Segments]:
+    points = mesh.points[front.corners]
+    s, total = arc_lengths(points, front.closed)
+    edges = len(s) if front.closed else len(s) - 1
+    grain = grain_of_edges(mesh, front.corners[:edges], np.roll(front.corners, -1)[:edges])
+    line = FrontLine(s, local_sizes(points, front.closed), total, front.closed)
+    return line, segments_of(s, total, front.closed, stiffness[np.searchsorted(grains, grain)])
+
+
+def _weights(front: Front, stations: Stations, around: Surroundings) -> np.ndarray:
+    """Return the forces (n, ROWS) of the tube's nodes along their binormals."""
+    forces = np.zeros((len(around.nodes), ROWS, 3))
+    curve, rules = kernel_curve(front.curve), face_rules()
+    add_element_forces(around.tube, curve, stations.fields, element_rule(), forces)
+    add_face_forces(
+        around.tube,
+        curve,
+        stations.fields,
+        around.faces,
+        around.sides,
+        around.loaded,
+        rules.rule,
+        rules.outward,
+        forces,
+    )
+    return np.einsum("nmi,ni->nm", forces, around.binormal)
+
+
+def _along(
+    line: FrontLine,
+    segments: Segments,
+    around: Surroundings,
+    weights: np.ndarray,
+    radius: np.ndarray,
+    knots: float,
+) -> list[Fitted]:
+    """Return the values along each segment from a tube of radius (k,) at the front's nodes."""
+    at, period = (line.s, line.total) if line.closed else (line.s, None)
+    of_node = np.interp(around.tube.s, at, radius, period=period)
+    weights = weights * falloff(around.distance, of_node)[:, None]
+    found = []
+    for segment in range(len(segments.start)):
+        own = (around.tube.segment == segment) & (weights != 0).any(axis=1)
+        found.append(fit_segment(line, segments, segment, around.tube.s[own], weights[own], knots))
+    return found
+
+
+def _at_nodes(
+    line: FrontLine,
+    segments: Segments,
+    stations: Stations,
+    fitted: list[Fitted],
+    strains: list[FrontStrain],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, list]:
+    """Return K (k, 3), T, J, G (k,) at the front's nodes, and per segment K at both of its ends."""
+    count = len(line.s)
+    total, times, one_sided = np.zeros((count, 6)), np.zeros(count), []
+    for segment, (fit, strain) in enumerate(zip(fitted, strains)):
+        length = segments.length[segment]
+        offset = segments.offset(segment, line.s)
+        rows = np.flatnonzero((offset >= -1e-9 * length) & (offset <= length * (1 + 1e-9)))
+        if not segments.is_ring and segments.closed:  # the node where it ends may lie before its start
+            end = np.flatnonzero(np.isclose(np.mod(line.s - segments.start[segment], line.total), length))
+            rows, offset = np.union1d(rows, end), np.where(np.isin(np.arange(count), end), length, offset)
+        values = _values(stations, segment, fit, strain, offset[rows])
+        total[rows] += values
+        times[rows] += 1
+        ends = np.array([0.0, length])
+        one_sided.append(_values(stations, segment, fit, strain, ends)[:, :3])
+    mean = total / times[:, None]
+    return mean[:, :3], mean[:, 3], mean[:, 4], mean[:, 5], one_sided
+
+
+def _values(
+    stations: Stations, segment: int, fit: Fitted, strain: FrontStrain, offset: np.ndarray
+) -> np.ndarray:
+    """Return K_I, K_II, K_III, T, J and G (k, 6) at offsets (k,) in a segment."""
+    opening, stiffness = stations.at(segment, offset)
+    found = fit.at(offset)
+    k = np.linalg.solve(opening, found[:, :3, None])[:, :, 0]
+    t = stress_along_binormal(stiffness, found[:, 3:5], strain.at(offset))
+    g = 0.5 * (k * found[:, :3]).sum(axis=1)
+    return np.column_stack([k[:, _IN_ORDER], t, found[:, 5], g])
+
+
+def _report(parameters: FrontParameters, segments: Segments, around: Surroundings, one_sided: list) -> dict:
+    """Return what was integrated and how far it may be trusted."""
+    largest = np.abs([parameters.K_I, parameters.K_II, parameters.K_III]).max()
+    words: dict[str, int] = {}
+    for word in "+".join(parameters.flags.tolist()).split("+"):
+        words[word] = words.get(word, 0) + 1
+    words.pop("", None)
+    ratio = np.sqrt(np.maximum(parameters.J, 0) / np.maximum(parameters.G, np.finfo(float).tiny))
+    return {
+        "front": int(parameters.front[0]),
+        "nodes": len(parameters.node),
+        "closed": segments.closed,
+        "length": segments.total,
+        "elements": len(around.tube.tets),
+        "free_faces": len(around.faces),
+        "radius": [float(parameters.radius.min()), float(parameters.radius.max())],
+        "largest_K": float(largest),
+        "largest_spread": float(parameters.spread.max() / largest) if largest else 0.0,
+        "root_of_J_over_G": [float(ratio.min()), float(np.median(ratio)), float(ratio.max())],
+        "flagged": words,
+        "segments": [
+            {"start": float(start), "length": float(length), "K_at_ends": ends.tolist()}
+            for start, length, ends in zip(segments.start, segments.length, one_sided)
+        ],
+    }

@@ -1,0 +1,156 @@
+"""The elements and free faces in the tube round a front."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from craftmesh.fracture.kernels.curve import Curve, nearest_points
+from craftmesh.fracture.kernels.forces import Tube
+from craftmesh.fracture.segments import Segments
+from craftmesh.mesh.front_curve import FrontCurve
+from craftmesh.mesh.front_frames import Front
+from craftmesh.mesh.mesh_sets import LIPS
+from craftmesh.mesh.tet_connectivity import face_nodes
+from craftmesh.surface.measure import area_vectors
+from craftmesh.types import TetMesh
+
+# Points of the curve from which the nearest is sought, to a piece of it.
+_SAMPLES = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """A front's tube and what its nodes need for q.
+
+    nodes (n,): ids in the mesh; distance (n,) from the front; binormal (n, 3) at their nearest points;
+    faces (f, 2): free faces (element of the tube, face), those of the lips that touch the front left out;
+    sides (f,): as in Tube; loaded (f,): whether there may be tractions.
+    """
+
+    tube: Tube
+    nodes: np.ndarray
+    distance: np.ndarray
+    binormal: np.ndarray
+    faces: np.ndarray
+    sides: np.ndarray
+    loaded: np.ndarray
+
+
+def kernel_curve(curve: FrontCurve) -> Curve:
+    """Return the curve for kernels."""
+    breaks, point, normal = map(np.ascontiguousarray, (curve.breaks, curve.point, curve.normal))
+    return Curve(breaks, point, normal, curve.closed)
+
+
+def surroundings(
+    mesh: TetMesh,
+    displacement: np.ndarray,
+    grains: np.ndarray,
+    stiffness: np.ndarray,
+    front: Front,
+    segments: Segments,
+    reach: float,
+    loaded: Collection[str],
+) -> Surroundings:
+    """Return the tube of elements with a corner nearer to the front than `reach`.
+
+    displacement (n, 3); stiffness (g, 6, 6) of grains (g,); loaded: face sets that bear tractions.
+    """
+    corner_distance = _corner_distances(mesh, front.curve, reach)
+    chosen = np.flatnonzero((corner_distance[mesh.tets[:, :4]] < reach).any(axis=1))
+    nodes, tets = np.unique(mesh.tets[chosen], return_inverse=True)
+    points = mesh.points[nodes]
+    s, distance, binormal = _nearest(front.curve, points)
+    tube = Tube(
+        tets=tets.reshape(-1, 10),
+        points=points,
+        displacement=without_rigid_motion(points, displacement[nodes]),
+        s=s,
+        segment=segments.at(s),
+        grain=np.searchsorted(grains, mesh.grain[chosen]),
+        side=_sides(mesh, chosen),
+        stiffness=np.ascontiguousarray(stiffness),
+    )
+    return Surroundings(tube, nodes, distance, binormal, *_faces(mesh, chosen, front, tube.side, loaded))
+
+
+def without_rigid_motion(points: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+    """Return displacements (n, 3) of points (n, 3) less their mean shift and turn.
+
+    Neither changes K, but large ones would add errors of integration.
+    """
+    place, moved = points - points.mean(axis=0), displacement - displacement.mean(axis=0)
+    gradient = np.linalg.solve(place.T @ place, place.T @ moved)
+    return moved - 0.5 * place @ (gradient - gradient.T)
+
+
+def _corner_distances(mesh: TetMesh, curve: FrontCurve, reach: float) -> np.ndarray:
+    """Return the distances (n,) of corner nodes from the curve; infinite far from it and at mid nodes."""
+    result = np.full(len(mesh.points), np.inf)
+    is_corner = np.zeros(len(mesh.points), bool)
+    is_corner[mesh.tets[:, :4]] = True
+    samples = curve.frames(_samples(curve))[0]
+    gap = np.linalg.norm(np.diff(samples, axis=0), axis=1).max()
+    near = np.flatnonzero(is_corner)
+    box = samples.min(axis=0) - reach - gap, samples.max(axis=0) + reach + gap
+    near = near[((mesh.points[near] > box[0]) & (mesh.points[near] < box[1])).all(axis=1)]
+    rough, _ = KDTree(samples).query(mesh.points[near], distance_upper_bound=reach + gap)
+    near = near[np.isfinite(rough)]
+    result[near] = _nearest(curve, mesh.points[near])[1]
+    return result
+
+
+def _samples(curve: FrontCurve) -> np.ndarray:
+    return np.linspace(0, curve.length, _SAMPLES * len(curve.point) + 1)
+
+
+def _nearest(curve: FrontCurve, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return s (k,), distances (k,) and binormals (k, 3) of the points' nearest ones on the curve."""
+    at = _samples(curve)
+    _, place = KDTree(curve.frames(at)[0]).query(points)
+    s, distance, binormal = np.empty(len(points)), np.empty(len(points)), np.empty((len(points), 3))
+    nearest_points(kernel_curve(curve), np.ascontiguousarray(points), at[place], s, distance, binormal)
+    if curve.closed:
+        return s, distance, binormal
+    return s, np.hypot(distance, s - np.clip(s, 0, curve.length)), binormal
+
+
+def _sides(mesh: TetMesh, chosen: np.ndarray) -> np.ndarray:
+    """Return 1 for elements (e,) on the side of lip A, -1 on that of lip B.
+
+    Those that touch one lip alone lie on its side; others on that of the nearest facet of lip A that they
+    are on.
+    """
+    on_lip = np.zeros((2, len(mesh.points)), bool)
+    for row, name in zip(on_lip, LIPS):
+        row[face_nodes(mesh.tets, mesh.face_sets[name])] = True
+    a, b = ((on_lip[i] & ~on_lip[1 - i])[mesh.tets[chosen]].any(axis=1) for i in range(2))
+    facets = face_nodes(mesh.tets[:, :4], mesh.face_sets[LIPS[0]])
+    normals, centres = area_vectors(mesh.points, facets), mesh.points[facets].mean(axis=1)
+    middle = mesh.points[mesh.tets[chosen, :4]].mean(axis=1)
+    _, near = KDTree(centres).query(middle)
+    above = ((middle - centres[near]) * normals[near]).sum(axis=1) > 0
+    return np.where(a & ~b, 1.0, np.where(b & ~a, -1.0, np.where(above, 1.0, -1.0)))
+
+
+def _faces(
+    mesh: TetMesh, chosen: np.ndarray, front: Front, side: np.ndarray, loaded: Collection[str]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the outer faces (f, 2) of chosen elements, by their rows, their sides, which are loaded."""
+    row = np.full(len(mesh.tets), -1)
+    row[chosen] = np.arange(len(chosen))
+    at_front = np.zeros(len(mesh.points), bool)
+    at_front[front.corners] = True
+    faces, sides, bears = [np.zeros((0, 2), np.int64)], [np.zeros(0)], [np.zeros(0, bool)]
+    for name, rows in mesh.face_sets.items():
+        kept = rows[row[rows[:, 0]] >= 0]
+        if name in LIPS:
+            kept = kept[~at_front[face_nodes(mesh.tets[:, :4], kept)].any(axis=1)]
+            sides.append(np.full(len(kept), 1.0 if name == LIPS[0] else -1.0))
+        else:
+            sides.append(side[row[kept[:, 0]]])
+        bears.append(np.full(len(kept), name in loaded))
+        faces.append(np.column_stack([row[kept[:, 0]], kept[:, 1]]))
+    return np.concatenate(faces), np.concatenate(sides), np.concatenate(bears)
