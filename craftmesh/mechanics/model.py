@@ -59,11 +59,15 @@ class ElasticModel:
     load: Load | None
 
     def stiffness(self) -> np.ndarray:
-        """Return the stiffness (g, 6, 6) of each grain in the sample's axes, as `Material.stiffness`."""
+        """Return the stiffness (g, 6, 6) of each grain in the sample's axes, as `Material.stiffness`.
+
+        Grains of one isotropic material have the same bits: no turn rounds them apart.
+        """
         found = []
         for grain in self.grains.tolist():
-            stiffness = self.materials[self.phase_of[grain]].stiffness()
-            if grain in self.axes:
+            material = self.materials[self.phase_of[grain]]
+            stiffness = material.stiffness()
+            if grain in self.axes and material.kind != "isotropic":
                 first, second = self.axes[grain].reshape(2, 3)
                 matrix = np.column_stack([first, second, np.cross(first, second)])
                 stiffness = turned(stiffness, matrix)

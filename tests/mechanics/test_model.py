@@ -45,7 +45,8 @@ def test_grains_have_the_stiffness_of_their_crystal_and_phase():
     matrix = quaternion_to_matrix(orientations[3])
     expected = turned(Material("cubic", (168.4, 121.4, 75.4)).stiffness(), matrix)
     assert np.allclose(copper, expected) and not np.allclose(copper[0, 0], 168.4)
-    assert np.allclose(isotropic, Material("isotropic", (70, 0.3)).stiffness())
+    # to the bit, so that no boundary within one isotropic material changes it
+    assert (isotropic == Material("isotropic", (70, 0.3)).stiffness()).all()
     assert report["grains"] == 2 and report["element"] == "C3D10"
 
 
