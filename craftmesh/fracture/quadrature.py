@@ -49,7 +49,7 @@ def element_rule() -> Rule:
 
 def face_rules() -> FaceRules:
     """Return the points on the four faces; weights add up to 1 / 2, outward is twice the area's vector."""
-    flat, weight = _triangle_points()
+    flat, weight = triangle_points()
     rules, outward = [], []
     for corners in FACE_CORNERS:
         a, b, c = _CORNERS[corners]
@@ -59,7 +59,8 @@ def face_rules() -> FaceRules:
     return FaceRules(Rule(value, slope, weight), np.array(outward))
 
 
-def _triangle_points() -> tuple[np.ndarray, np.ndarray]:
+def triangle_points() -> tuple[np.ndarray, np.ndarray]:
+    """Return points (p, 2) and weights (p,) in the unit triangle, cut into nine parts of 7 points."""
     third = np.full((1, 3), 1 / 3)
     points, weights = [third], [np.array([_CENTRE_WEIGHT])]
     for repeated, weight in _TRIANGLE:

@@ -1,0 +1,108 @@
+"""Cracks in an infinite body whose K are known, and the displacements far from any crack."""
+
+import numpy as np
+
+YOUNG, POISSON = 70e3, 0.3
+COPPER = (168.4e3, 121.4e3, 75.4e3)
+
+
+def penny(radius: float, normal, stress):
+    """Return K_I, K_II, K_III (k, 3) as a function of points and frames: Sneddon; Kassir and Sih."""
+    traction = np.asarray(stress) @ normal
+    opening = traction @ normal
+
+    def k_of(points, tangent, binormal):
+        root = np.sqrt(radius / np.pi)
+        shear = 4 / (2 - POISSON) * root
+        k = [np.full(len(points), 2 * root * opening), shear * binormal @ traction]
+        return np.column_stack([*k, shear * (1 - POISSON) * tangent @ traction])
+
+    return k_of
+
+
+def ellipse(a: float, b: float, centre, stress: float):
+    """The same for an ellipse in z = const in tension along z, semi-axes a > b along x and y: Irwin."""
+    from scipy.special import ellipe
+
+    def k_of(points, *_frames):
+        x, y = (points - centre)[:, 0] / a, (points - centre)[:, 1] / b
+        angle = np.arctan2(y, x)
+        shape = (np.sin(angle) ** 2 + (b / a) ** 2 * np.cos(angle) ** 2) ** 0.25
+        k = stress * np.sqrt(np.pi * b) / ellipe(1 - (b / a) ** 2) * shape
+        return np.column_stack([k, 0 * k, 0 * k])
+
+    return k_of
+
+
+def crystal_penny(tensor, radius: float, normal, stress):
+    """The same in a crystal of stiffness (3, 3, 3, 3): A. Hoenig, Acta Mech. 30 (1978)."""
+    u = np.cross(normal, [1.0, 0, 0] if abs(normal[0]) < 0.9 else [0, 1.0, 0])
+    u /= np.linalg.norm(u)
+    turn = np.linspace(0, 2 * np.pi, 64, endpoint=False)[:, None]
+    round_it = np.cos(turn) * u + np.sin(turn) * np.cross(normal, u)
+    mean = barnett_lothe(tensor, round_it, normal).mean(axis=0)
+    jump = 2 * np.sqrt(radius / np.pi) * np.linalg.solve(mean, np.asarray(stress) @ normal)
+
+    def k_of(_points, tangent, binormal):
+        k = barnett_lothe(tensor, binormal, normal) @ jump
+        axes = (np.broadcast_to(normal, k.shape), binormal, tangent)
+        return np.column_stack([(k * axis).sum(axis=1) for axis in axes])
+
+    return k_of
+
+
+def barnett_lothe(tensor, binormal, normal, count: int = 64):
+    """Return Barnett's and Lothe's L (k, 3, 3) for fronts square to binormals (k, 3) and a normal."""
+    total = 0
+    for angle in (np.arange(count) + 0.5) * 2 * np.pi / count:
+        m = np.cos(angle) * binormal + np.sin(angle) * normal
+        n = -np.sin(angle) * binormal + np.cos(angle) * normal
+        mm, mn, nn = (_contracted(tensor, *pair) for pair in ((m, m), (m, n), (n, n)))
+        total = total + mm - mn @ np.linalg.inv(nn) @ np.swapaxes(mn, 1, 2)
+    return total / count
+
+
+def _contracted(tensor, u, v):
+    return np.einsum("ki,ijlm,km->kjl", u, tensor, v, optimize=True)
+
+
+def newman_raju(angle, radius: float, thickness: float, half_width: float):
+    """K_I (k,) of a semicircular surface crack in unit tension at angles from the surface: NASA TP-1578."""
+    q = 1 + 1.464
+    root = np.sqrt(radius / thickness)
+    m = 1.04 + (-0.54 + 0.89 / 1.2) * root**4 + (0.5 - 1 / 1.65) * root**8
+    g = 1 + (0.1 + 0.35 * root**4) * (1 - np.sin(angle)) ** 2
+    width = np.sqrt(1 / np.cos(np.pi * radius / (2 * half_width) * root))
+    return np.sqrt(np.pi * radius / q) * m * g * width
+
+
+def displacements_of_opening(points, places, jumps, normals, tensor, count: int = 32):
+    """Return displacements (n, 3) of points far from a crack whose facets open.
+
+    places, jumps, normals (f, 3): centres of the facets, their openings times area, their unit normals
+    towards the side that moves by the jump; tensor (3, 3, 3, 3). The derivative of Green's function is
+    Barnett's integral over the directions square to the line of sight (Phys. Stat. Sol. B 49, 1972).
+    """
+    double = np.einsum("jkpq,fj,fk->fpq", tensor, jumps, normals, optimize=True)
+    found = np.zeros((len(points), 3))
+    for row, point in enumerate(points):
+        found[row] = -np.einsum("fipq,fpq->i", _green_slope(tensor, point - places, count), double)
+    return found
+
+
+def _green_slope(tensor, offset, count):
+    """Return the derivatives (f, 3, 3, 3), the last index that of the place, of Green's function."""
+    distance = np.linalg.norm(offset, axis=1)
+    sight = offset / distance[:, None]
+    helper = np.where(np.abs(sight[:, :1]) < 0.7, [[1.0, 0, 0]], [[0, 1.0, 0]])
+    u = np.cross(sight, helper)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v, total = np.cross(sight, u), 0
+    for angle in (np.arange(count // 2) + 0.5) * 2 * np.pi / count:  # the integrand has the period pi
+        x = np.cos(angle) * u + np.sin(angle) * v
+        inverse = np.linalg.inv(_contracted(tensor, x, x))
+        mixed = _contracted(tensor, x, sight)
+        bent = inverse @ (mixed + np.swapaxes(mixed, 1, 2)) @ inverse
+        total = total - sight[:, None, None, :] * inverse[..., None] + x[:, None, None, :] * bent[..., None]
+    step = 2 * np.pi / (count // 2)
+    return total * step / (8 * np.pi**2 * distance**2)[:, None, None, None]
