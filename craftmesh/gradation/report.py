@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.gradation.cleaning import NEEDLE_ANGLE
 from craftmesh.gradation.kernels.codes import REFUSALS
 from craftmesh.gradation.passes import Gradation
 from craftmesh.sizing.sizing import Sizing
@@ -17,6 +16,8 @@ from craftmesh.types import Surface
 
 # Degrees under which a facet has next to no area.
 FLAT_ANGLE = 3.0
+# Degrees under which a facet makes an aspect ratio over 5 of any tetrahedron on it.
+POOR_ANGLE = 12.0
 # Edges count as far from the front where their target is over this part of l_max.
 FAR = 0.95
 # The report names the sharpest wedges and no more than so many.
@@ -48,7 +49,7 @@ def gradation_report(gradation: Gradation, before: Before, result: Surface, sizi
         "adherence": size_adherence(result, sizing),
         "smallest_angle": float(angles.min()),
         "largest_angle": float(angles.max()),
-        "facets_under_12_degrees": int((angles.min(1) < NEEDLE_ANGLE).sum()),
+        "facets_under_12_degrees": int((angles.min(1) < POOR_ANGLE).sum()),
         "facets_under_3_degrees": int((angles.min(1) < FLAT_ANGLE).sum()),
         "facets_over_135_degrees": int((angles.max(1) > LARGEST_ANGLE).sum()),
         "left": _left_over(result, angles),
@@ -94,7 +95,7 @@ def _drift_of_volumes(before: dict[int, float], result: Surface) -> dict:
 def _left_over(result: Surface, angles: np.ndarray) -> list[dict]:
     """Return the facets under 12 degrees with their grains, the worst first."""
     smallest = angles.min(1)
-    poor = np.flatnonzero(smallest < NEEDLE_ANGLE)
+    poor = np.flatnonzero(smallest < POOR_ANGLE)
     poor = poor[np.argsort(smallest[poor], kind="stable")]
     return [
         {
