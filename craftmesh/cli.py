@@ -22,6 +22,7 @@ VERBS = (
     "tetrahedralize",
     "assemble",
     "inp",
+    "solve",
     "export",
     "check",
     "report",

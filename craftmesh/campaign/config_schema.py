@@ -30,7 +30,8 @@ SECTIONS = {
     ),
     "gradate": ("gradation of the surface", ["gradation.gradate.GradateOptions"]),
     "tetrahedralize": ("tetrahedra in the grains", ["tetrahedra.options.TetrahedralizeOptions"]),
-    "inp": ("the input deck", ["deck.write_deck.DeckOptions"]),
+    "inp": ("the input deck", ["mechanics.model.ModelOptions", "deck.write_deck.DeckOptions"]),
+    "solve": ("the field of displacements", ["solve.options.SolveOptions"]),
 }
 CRACK = "cracks.options.CrackOptions"
 KINDS = {float: "number", int: "integer", bool: "boolean", str: "string", NoneType: "null"}

@@ -118,7 +118,7 @@ def serve(descriptor: int) -> None:
         job = connection.recv()
         if job.warm_up is not None:
             job.warm_up(job.shared)
-        _limit_memory(job.limits.memory)
+        limit_memory(job.limits.memory)
     except Exception as error:
         connection.send(("failed", Failure(f"cannot start: {type(error).__name__}: {error}")))
         return
@@ -144,7 +144,8 @@ def _answer(job: Job, task: Any) -> tuple[str, Any]:
         return "failed", Failure(str(error) or type(error).__name__, getattr(error, "where", ()))
 
 
-def _limit_memory(gigabytes: float) -> None:
+def limit_memory(gigabytes: float) -> None:
+    """Limit the address space of this process."""
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     limit = int(gigabytes * GIGABYTE)
     resource.setrlimit(resource.RLIMIT_AS, (limit if hard < 0 else min(limit, hard), hard))

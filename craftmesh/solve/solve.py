@@ -1,16 +1,15 @@
 """The built-in solver: linear elasticity by preconditioned conjugate gradients on two levels."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.model import ElasticModel
-from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.solve.conjugate_gradients import conjugate_gradients
 from craftmesh.solve.corners import step_of
+from craftmesh.solve.options import BUILTIN, SolveOptions
 from craftmesh.solve.problem import DECK_RULE, Problem, problem_of
 from craftmesh.solve.stiffness_matrix import stiffness_matrix
 from craftmesh.solve.supports import Supports
@@ -24,23 +23,6 @@ _AIM = 0.5
 _PER_NODE = {4: 4000, 10: 2000}
 _AT_REST = 0.4
 FULL_RULE = 14
-
-
-@dataclass(frozen=True)
-class SolveOptions(Options):
-    """How exact the field is, and what finding it may take."""
-
-    tolerance: float = option(
-        1e-8, "largest residual: forces out of balance over reactions and loads", above=0, below=1
-    )
-    max_iterations: int = option(500, "a field that is not exact enough by then is refused", at_least=1)
-    memory_limit: float = option(16.0, "largest memory that it may take, as estimated", "GB", above=0)
-    integration: str = option(
-        "deck",
-        "points at which C3D10 are integrated: deck, the 4 of Abaqus and CalculiX; full, 14, with which "
-        "quarter points carry uniform strain exactly too",
-        choices=("deck", "full"),
-    )
 
 
 def solve(
@@ -67,7 +49,7 @@ def solve(
     displacement, iterations = _iterate(problem, options, progress)
     _, reactions, residual = problem.balance(displacement)
     found = {"iterations": iterations, "residual": residual}
-    return Solution(displacement, reactions, {"solver": "builtin", **found}), report | found
+    return Solution(displacement, reactions, {"solver": BUILTIN, **found}), report | found
 
 
 def memory_of(mesh: TetMesh) -> float:

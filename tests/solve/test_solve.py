@@ -12,8 +12,9 @@ from craftmesh.mechanics.load import Fixed, Load, Traction
 from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
 from craftmesh.mechanics.orientation import random_orientations
 from craftmesh.mesh.mesh_sets import LIPS
+from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.problem import problem_of
-from craftmesh.solve.solve import SolveOptions, memory_of, solve
+from craftmesh.solve.solve import memory_of, solve
 from craftmesh.types import TetMesh
 
 COPPER = ("cubic:168.4e3,121.4e3,75.4e3",)

@@ -1,0 +1,82 @@
+"""Fields from other programs: CalculiX and Abaqus run on the deck, or a file that the user brings."""
+
+import os
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.deck.write_deck import write_model
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.displacement_table import FORM, read_table
+from craftmesh.io.frd import read_displacements
+from craftmesh.mechanics.model import ElasticModel
+from craftmesh.processes import job
+from craftmesh.processes.program import run_program
+from craftmesh.solve.options import ABAQUS, CALCULIX, SolveOptions
+
+JOB, FIELD = "model", "field.csv"
+_CALLS = {
+    CALCULIX: ("ccx -i {job}",),
+    ABAQUS: (
+        "abaqus job={job} input={job}.inp interactive ask_delete=OFF output_precision=full",
+        "abaqus python {script} {job}.odb {field}",
+    ),
+}
+# CalculiX where it was built without a direct solver; the field would be wrong without a word.
+_ITERATIVE = "iterative solver"
+
+
+@dataclass(frozen=True, eq=False)
+class ForeignField:
+    """Numbers (k,) of the deck's nodes, their displacements (k, 3), and the file they come from."""
+
+    numbers: np.ndarray
+    displacement: np.ndarray
+    source: str
+
+
+def computed_field(model: ElasticModel, options: SolveOptions, folder: Path) -> ForeignField:
+    """Write the deck into `folder`, run the solver on it there, and read the field.
+
+    Raises CraftmeshError for a program that fails, and for results that cannot be read.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    results = folder / (f"{JOB}.frd" if options.solver == CALCULIX else FIELD)
+    results.unlink(missing_ok=True)
+    write_model(folder / f"{JOB}.inp", model)
+    limits = job.Limits(options.time_limit, options.memory_limit)
+    for number, call in enumerate(options.command or _CALLS[options.solver], 1):
+        log = folder.resolve() / f"{options.solver}_{number}.log"
+        said = run_program(_words(call), folder.resolve(), limits, log)
+        if options.solver == CALCULIX and _ITERATIVE in said:
+            raise CraftmeshError(
+                f"calculix: took its {_ITERATIVE}, which is not exact; take a ccx with SPOOLES"
+            )
+    if not results.exists():
+        raise CraftmeshError(f"{options.solver}: left no {results.name}; see the files in {folder}")
+    read = read_displacements if options.solver == CALCULIX else read_table
+    return ForeignField(*read(results), str(results))
+
+
+def _words(call: str) -> list[str]:
+    """Return the words of a call with what stands for {job}, {script} and {field}."""
+    script = Path(job.__file__).with_name("abaqus_displacements.py")
+    try:
+        return [word.format(job=JOB, script=script, field=FIELD) for word in shlex.split(call)]
+    except (KeyError, IndexError, ValueError) as error:
+        raise CraftmeshError(
+            f"command {call!r}: {error} is not known; expected {{job}}, {{script}} and {{field}} alone"
+        ) from None
+
+
+def given_field(model: ElasticModel, path: str | os.PathLike) -> ForeignField:
+    """Read the field that the user brings; raises CraftmeshError that says what is waited for."""
+    if not Path(path).exists():
+        count = len(model.mesh.points)
+        raise CraftmeshError(
+            f"solver external: waits for {path}: {FORM}, a row for each node 1 to {count} of the deck that "
+            "`craftmesh inp` writes with the same options; put it there and start again"
+        )
+    return ForeignField(*read_table(path), str(path))

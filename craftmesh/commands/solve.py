@@ -1,0 +1,90 @@
+"""Find the displacements of the deck's model: by the built-in solver, CalculiX, Abaqus or from a file."""
+
+import argparse
+import shutil
+import time
+from pathlib import Path
+
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.foreign_fields import FIELD, computed_field, given_field
+from craftmesh.commands.stage_io import add_output, add_report, existing, tell
+from craftmesh.io.npz import read_labels
+from craftmesh.io.solution import write_solution, write_solution_vtu
+from craftmesh.io.vtk import read_tets
+from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
+from craftmesh.progress import ProgressLine
+from craftmesh.solve.foreign import foreign_solution
+from craftmesh.solve.options import BUILTIN, EXTERNAL, SolveOptions
+from craftmesh.solve.solve import solve
+from craftmesh.solve.stress import grain_stress
+from craftmesh.types import Solution
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("volume", type=Path, help="mesh .vtu")
+    add_output(parser, "solution .npz: displacements and reactions by the deck's nodes")
+    parser.add_argument(
+        "--vtu", type=Path, metavar="FILE", help="write displacements and stresses for ParaView"
+    )
+    parser.add_argument(
+        "--microstructure",
+        type=Path,
+        metavar="FILE",
+        help="labels .npz with the grains' orientations and phases",
+    )
+    parser.add_argument(
+        "--field",
+        type=Path,
+        metavar="FILE",
+        help=f"the displacements that `external` waits for (default {FIELD} beside the output)",
+    )
+    parser.add_argument(
+        "--work",
+        type=Path,
+        metavar="FOLDER",
+        help="where calculix and abaqus run; kept (default: beside the output, removed in the end)",
+    )
+    add_report(parser)
+    add_options(parser, ModelOptions, SolveOptions)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    options = options_from(arguments, SolveOptions)
+    known = {}
+    if arguments.microstructure:
+        voxels = read_labels(existing(arguments.microstructure))
+        known = {"orientations": voxels.orientations, "phases": voxels.phases}
+    mesh = read_tets(arguments.volume)
+    model, counts = elastic_model(mesh, options_from(arguments, ModelOptions), **known)
+    start = time.monotonic()
+    solution, report = _solution(model, options, arguments)
+    write_solution(arguments.output, solution)
+    if arguments.vtu:
+        _write_vtu(arguments.vtu, model, solution)
+    seconds = round(time.monotonic() - start, 1)
+    tell(counts | {"solver": options.solver} | report | {"seconds": seconds}, arguments.report)
+
+
+def _solution(
+    model: ElasticModel, options: SolveOptions, arguments: argparse.Namespace
+) -> tuple[Solution, dict]:
+    output: Path = arguments.output
+    if options.solver == BUILTIN:
+        with ProgressLine("solve") as progress:
+            return solve(model, options, progress)
+    if options.solver == EXTERNAL:
+        found = given_field(model, arguments.field or output.with_name(FIELD))
+        return foreign_solution(model, found.numbers, found.displacement, EXTERNAL, found.source)
+    folder = arguments.work or output.with_name(f"{output.stem}_{options.solver}")
+    found = computed_field(model, options, folder)
+    result = foreign_solution(model, found.numbers, found.displacement, options.solver, found.source)
+    if not arguments.work:
+        shutil.rmtree(folder)
+    return result
+
+
+def _write_vtu(path: Path, model: ElasticModel, solution: Solution) -> None:
+    found = grain_stress(model, solution.displacement)
+    node, mesh = found.node, model.mesh
+    moved = solution.displacement[node]
+    write_solution_vtu(path, mesh.points[node], found.tets, mesh.grain, node + 1, moved, found.stress)

@@ -1,0 +1,65 @@
+"""solution.npz: a solver's field; solution.vtu: the same for ParaView, with stresses."""
+
+import json
+import os
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.io import vtk_xml
+from craftmesh.io.npz import load, write_arrays
+from craftmesh.io.vtk import VTK_CELL_TYPE
+from craftmesh.types import Solution
+
+FORMAT = "craftmesh solution 1"  # in the entry `format`
+# VTK has xz after yz.
+_VTK_ORDER = [0, 1, 2, 3, 5, 4]
+
+
+def write_solution(path: str | os.PathLike, solution: Solution) -> None:
+    """Write an .npz with `displacement`, `reactions` and `record` (JSON text), always in the same bytes."""
+    text = json.dumps(dict(solution.record), sort_keys=True)
+    arrays = {"format": np.array(FORMAT), "record": np.array(text)}
+    arrays |= {"displacement": solution.displacement, "reactions": solution.reactions}
+    write_arrays(path, arrays)
+
+
+def read_solution(path: str | os.PathLike) -> Solution:
+    """Read what `write_solution` wrote; raises CraftmeshError for another file."""
+    arrays = load(path)
+    if str(arrays.get("format")) != FORMAT:
+        raise CraftmeshError(f"{path}: is no solution; expected a solution.npz made by `craftmesh solve`")
+    return Solution(arrays["displacement"], arrays["reactions"], json.loads(str(arrays["record"])))
+
+
+def write_solution_vtu(
+    path: str | os.PathLike,
+    points: np.ndarray,
+    tets: np.ndarray,
+    grain: np.ndarray,
+    node: np.ndarray,
+    displacement: np.ndarray,
+    stress: np.ndarray,
+) -> None:
+    """Write a .vtu of elements whose grains share no points.
+
+    points (p, 3), tets (m, 4 or 10), cell data `grain` (m,). Point data: `node` (p,), the deck's number;
+    `displacement` (p, 3); `stress` (p, 6) xx, yy, zz, xy, yz, xz, given as 11, 22, 33, 12, 13, 23; and
+    `von_mises`.
+    """
+    from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
+
+    grid = vtkUnstructuredGrid()
+    grid.SetPoints(vtk_xml.vtk_points(points))
+    grid.SetCells(VTK_CELL_TYPE[tets.shape[1]], vtk_xml.uniform_cells(tets))
+    vtk_xml.add_arrays(grid.GetCellData(), {"grain": grain})
+    straight, shear = stress[:, :3], stress[:, 3:]
+    apart = ((straight - np.roll(straight, 1, axis=1)) ** 2).sum(axis=1)
+    arrays = {
+        "node": node,
+        "displacement": displacement,
+        "stress": stress[:, _VTK_ORDER],
+        "von_mises": np.sqrt(0.5 * apart + 3 * (shear**2).sum(axis=1)),
+    }
+    vtk_xml.add_arrays(grid.GetPointData(), arrays)
+    vtk_xml.write_dataset(path, grid, "UnstructuredGrid")

@@ -1,0 +1,49 @@
+"""Stresses at the nodes, averaged inside each grain and never across its boundary."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.mechanics.model import ElasticModel
+from craftmesh.mesh.integration import tet_rule
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS
+from craftmesh.solve.elements import elements_of
+from craftmesh.solve.kernels.stress import add_stresses
+from craftmesh.solve.problem import DECK_RULE
+
+
+@dataclass(frozen=True, eq=False)
+class GrainStress:
+    """node (p,): the mesh's node that each point is; tets (m, k): the elements on these points.
+
+    A node in several grains is a point in each. stress (p, 6): 11, 22, 33, 12, 13, 23 in the sample's axes.
+    """
+
+    node: np.ndarray
+    tets: np.ndarray
+    stress: np.ndarray
+
+
+def grain_stress(model: ElasticModel, displacement: np.ndarray) -> GrainStress:
+    """Return the stresses of a displacement (n, 3).
+
+    They go linearly from the integration points to the nodes of each element, and a node takes the mean of
+    its grain's elements, weighted by their volumes.
+    """
+    mesh = model.mesh
+    elements = elements_of(model, DECK_RULE)
+    key = elements.part[:, None] * len(mesh.points) + mesh.tets
+    found, point = np.unique(key, return_inverse=True)
+    tets = point.reshape(mesh.tets.shape)
+    stress, volume = np.zeros((len(found), 6)), np.zeros(len(found))
+    spread = _to_nodes(mesh.tets.shape[1], elements.rule)
+    add_stresses(*elements.tables, displacement, spread, tets, stress, volume)
+    return GrainStress(found % len(mesh.points), tets, stress / volume[:, None])
+
+
+def _to_nodes(width: int, rule: int) -> np.ndarray:
+    """Return the weights (width, rule) with which values at the integration points go to the nodes."""
+    if rule == 1:
+        return np.ones((width, 1))
+    corners = np.linalg.inv(tet_rule(rule)[0]).T
+    return np.concatenate([corners, corners[EDGE_CORNERS].mean(axis=1)])
