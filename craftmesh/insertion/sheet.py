@@ -7,7 +7,9 @@ import shapely
 
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.errors import CraftmeshError
+from craftmesh.insertion.kernels.holding import bins_of, holding
 from craftmesh.insertion.rim import Rim, rim_of
+from craftmesh.surface.kernels.bins import Bins
 from craftmesh.types import Crack
 
 PLANAR = 1e-9  # offsets below this share of the extent make a crack planar
@@ -22,7 +24,8 @@ class Sheet:
     """A crack as a height over a plane; lengths in model units.
 
     origin (3,), frame (3, 3) rows u, v, normal. nodes (n, 2), height (n,) and its slope (n, 2) there,
-    triangles (m, 3), cells: the triangles as polygons. rim: where the crack ends, in the same parameters.
+    triangles (m, 3), cells: the triangles as polygons, bins: in a grid. rim: where the crack ends, in the
+    same parameters.
     """
 
     origin: np.ndarray
@@ -33,6 +36,7 @@ class Sheet:
     triangles: np.ndarray
     planar: bool
     cells: shapely.STRtree
+    bins: Bins
     rim: Rim
 
     def uv(self, points: np.ndarray) -> np.ndarray:
@@ -116,15 +120,11 @@ class Sheet:
 
     def _feet(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the nearest places (n, 2) on the crack, their triangles (n,) and the rows past the rim."""
-        points = shapely.points(uv)
-        row, cell = self.cells.query(points, predicate="intersects")
-        row, first = np.unique(row, return_index=True)
-        of_row = np.full(len(uv), -1)
-        of_row[row] = cell[first]
+        of_row = holding(np.ascontiguousarray(uv), self.nodes, self.triangles, self.bins)
         past = np.flatnonzero(of_row < 0)
         foot = uv.copy()
         if len(past):
-            foot[past], of_row[past] = self._nearest_on_surface(points[past])
+            foot[past], of_row[past] = self._nearest_on_surface(shapely.points(uv[past]))
         return foot, of_row, past
 
     def _slope_past_rim(self, foot: np.ndarray, cell: np.ndarray) -> np.ndarray:
@@ -163,6 +163,7 @@ def sheet_of(crack: Crack, box: np.ndarray) -> Sheet:
         triangles=triangles,
         planar=planar,
         cells=shapely.STRtree(shapely.polygons(nodes[triangles])),
+        bins=bins_of(nodes, triangles),
         rim=rim_of(crack, nodes, frame, box),
     )
 
