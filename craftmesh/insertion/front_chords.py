@@ -3,7 +3,7 @@
 import numpy as np
 
 from craftmesh.insertion.cut import CutSurface, SizeAt, edge_lengths, split_edges, trace_edges, with_phi
-from craftmesh.insertion.onto_front import settled_on_front
+from craftmesh.insertion.guarded_move import settled
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import FIDELITY, sagitta, with_front_points
 from craftmesh.insertion.sheet import Sheet
@@ -98,7 +98,7 @@ def _split(
     middles = surface.points[edges].mean(axis=1)
     surface = with_phi(split_edges(surface, edges, middles, size), sheet)
     halves = np.arange(first, first + len(bent))
-    surface, left = settled_on_front(surface, halves, places, options)
+    surface, left = settled(surface, halves, places, options)
     return with_front_points(surface, sheet, halves[flat | ~np.isin(halves, left)])
 
 

@@ -1,5 +1,7 @@
 """Moves of a surface's points that leave it sound: no facet turns, flattens or meets another."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from craftmesh.insertion.cut import CutSurface
@@ -8,6 +10,8 @@ from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, facet_angles
 
 KEPT = 0.999  # of its least angle, that a facet flatter than LEAST_ANGLE usually has to keep
+KEPT_AT_LAST = 0.3  # the same where a point has to settle
+TURN_AT_LAST = 80.0  # degrees, by which a facet may turn where a point has to settle
 LEAST_ANGLE = 4.0  # degrees: a move may not leave a facet below this, unless it was worse before
 
 
@@ -43,6 +47,24 @@ def guarded_move(
             break
         active[undo] = False
     return points, rows[active]
+
+
+def settled(
+    surface: CutSurface, rows: np.ndarray, targets: np.ndarray, options: InsertOptions
+) -> tuple[CutSurface, np.ndarray]:
+    """Return the surface with the points `rows` at `targets` (k, 3), and the rows left behind.
+
+    Where the usual guard refuses that, flat facets may become flatter and turn farther.
+    """
+    looser = replace(options, max_turn=max(options.max_turn, TURN_AT_LAST))
+    for guard, kept in ((options, KEPT), (looser, KEPT_AT_LAST)):
+        points, moved = guarded_move(surface, rows, targets, guard, kept)
+        surface = replace(surface, points=points)
+        left = ~np.isin(rows, moved)
+        rows, targets = rows[left], targets[left]
+        if not len(rows):
+            break
+    return surface, rows
 
 
 def _longest(movers: np.ndarray, step: np.ndarray, active: np.ndarray) -> np.ndarray:

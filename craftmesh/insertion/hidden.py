@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 from craftmesh.insertion.cut import CutSurface, split_edges
 from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
+from craftmesh.insertion.pierce import crossing_at
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.measure import area_vectors
@@ -21,8 +22,9 @@ OFF = 0.03  # of the least length: trace edges farther off the crack are split
 SMALL = (
     0.15  # of the least length: edges near a place where facets met are split, but not shorter than this
 )
-SHORTEST = 0.5  # of the least length: no trace edge is split into shorter ones
+SHORTEST = 0.35  # of the least length: no trace edge is split into shorter ones
 FARTHEST = 0.3  # of an edge's length: its middle moves onto the crack by at most this much
+SHORTEST_FLAT = 0.6  # of the least length: the same for edges of facets that lie in the crack
 ROUNDS = 6  # of halving trace edges, and as many of giving up those whose middle cannot move
 CONTACT = 0.1  # of the least length: nearer than this, a boundary along the crack is moved onto it
 GRAZING = 0.25  # of the way within the boundary: where the crack is nearer than this, the two graze
@@ -31,22 +33,29 @@ GRAZING = 0.25  # of the way within the boundary: where the crack is nearer than
 def split_hidden(surface: CutSurface, sheet: Sheet, least: float) -> CutSurface:
     """Split edges that the crack bulges through between ends on one side, where it comes farthest.
 
-    The new points keep their places and get their psi. least: the least target length.
+    So are edges of facets with all their corners on the crack where they leave it, for a facet that lies in
+    the crack becomes part of it. The new points keep their places and get their psi. least: the least
+    target length.
     """
     near = np.flatnonzero(np.isfinite(surface.psi[surface.facets]).all(axis=1))
-    edges, _, _ = unique_edges(surface.facets[near])
+    edges, of_corner, _ = unique_edges(surface.facets[near])
     psi = surface.psi[edges]
     start, step = surface.points[edges[:, 0]], np.diff(surface.points[edges], axis=1)[:, 0]
-    close = np.abs(psi).min(axis=1) < BULGE * np.linalg.norm(step, axis=1)
-    chosen = np.flatnonzero(close & (psi[:, 0] * psi[:, 1] >= 0) & (psi != 0).any(axis=1))
+    length = np.linalg.norm(step, axis=1)
+    close = np.abs(psi).min(axis=1) < BULGE * length
+    flat = np.zeros(len(edges), bool)
+    flat[of_corner[(surface.psi[surface.facets[near]] == 0).all(axis=1)]] = True
+    flat &= length > SHORTEST_FLAT * least
+    chosen = np.flatnonzero((close & (psi[:, 0] * psi[:, 1] >= 0) & (psi != 0).any(axis=1)) | flat)
     if not len(chosen):
         return surface
     places = start[chosen, None] + SAMPLES[None, :, None] * step[chosen, None]
     side = np.sign(psi[chosen].sum(axis=1))
-    depth = -side[:, None] * sheet.offset(places.reshape(-1, 3)).reshape(places.shape[:2])
+    depth = -sheet.offset(places.reshape(-1, 3)).reshape(places.shape[:2])
+    depth = np.where(side[:, None] == 0, np.abs(depth), side[:, None] * depth)
     deepest = depth.argmax(axis=1)
     row = np.arange(len(chosen))
-    through = depth[row, deepest] > DEEP * least
+    through = depth[row, deepest] > np.where(side == 0, OFF, DEEP) * least
     through &= sheet.rim.inside(sheet.uv(places[row, deepest])) > -surface.size[edges[chosen, 0]]
     new, fraction = places[row, deepest][through], SAMPLES[deepest][through]
     edges = edges[chosen[through]]
@@ -98,17 +107,19 @@ def follow_traces(surface: CutSurface, sheet: Sheet, least: float, options: Inse
         split = split_edges(surface, edges, middle, surface.size[edges].mean(axis=1))
         rows = len(surface.points) + np.arange(len(edges))
         points, moved = guarded_move(split, rows, targets, options)
+        split = replace(split, points=points)
         stuck = ~np.isin(rows, moved)
+        stuck[np.isin(rows, crossing_at(split, sheet, rows[0]))] = True
         if stuck.any():
             refused = np.concatenate([refused, edges[stuck]])
             continue
-        surface = replace(split, points=points)
+        surface = split
     return surface
 
 
 def _too_far_off(surface: CutSurface, sheet: Sheet, least: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the trace edges (k, 2) to be split, and places (k, 3) on the crack near their middles."""
-    edges, normals, held = _edges_in_walls(surface)
+    edges, normals, held = edges_in_walls(surface)
     start, step = surface.points[edges[:, 0]], np.diff(surface.points[edges], axis=1)[:, 0]
     length = np.linalg.norm(step, axis=1)
     long = np.flatnonzero(length > 2 * SHORTEST * least)
@@ -134,7 +145,7 @@ def _too_far_off(surface: CutSurface, sheet: Sheet, least: float) -> tuple[np.nd
     return edges[far[found]], targets[found]
 
 
-def _edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the trace edges (k, 2) inside one boundary or box plane, with an end inside the front.
 
     And the boundary's normal (k, 3) there, and whether it is a box plane (k,).

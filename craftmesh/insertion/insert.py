@@ -7,9 +7,11 @@ import numpy as np
 from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
+from craftmesh.insertion.creases import creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.hidden import follow_traces, split_hidden, split_near
+from craftmesh.insertion.kinks import kink_traces
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import FrontChain, chain, conflicts, pierce
@@ -25,7 +27,9 @@ from craftmesh.types import CRACK, INTERFACE, Crack, Surface
 
 SPREADS = 3  # rounds that push crowded pierce points apart
 HALVINGS = 10  # of the edges between two pierce points, until the front crosses no trace
-ATTEMPTS = 4  # the later ones with smaller facets where a curved crack met a boundary
+ATTEMPTS = (
+    8  # the later ones with smaller facets where a curved crack met a boundary; five were needed so far
+)
 BULGES = 3  # rounds in which edges are split that a curved crack bulges through
 NEAR = 3  # longest edges: only points this near the crack get an offset from it
 ON = 1e-9  # of the local size: points this near the crack are on it
@@ -148,6 +152,7 @@ def _cut(cut: CutSurface, sheet: Sheet, least: float, options: InsertOptions) ->
             break
         cut = snap_to_crack(cut, sheet, options)
     cut = with_phi(cut_along(cut, sheet), sheet)
+    cut = with_phi(kink_traces(cut, sheet, creases_of(sheet, least), least, options), sheet)
     return with_phi(follow_traces(cut, sheet, least, options), sheet)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from craftmesh.insertion.cut import CutSurface, SizeAt
-from craftmesh.insertion.guarded_move import KEPT, guarded_move
+from craftmesh.insertion.guarded_move import guarded_move, settled
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import with_front_points
 from craftmesh.insertion.sheet import Sheet
@@ -14,8 +14,6 @@ from craftmesh.insertion.snap import classes
 LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
 LEAST_GAP = 0.55  # of the target size: pierce points nearer than this are pushed apart along the front
 SWEEPS = 30  # that push crowded pierce points apart, at most
-KEPT_AT_FRONT = 0.3  # of its least angle, that a flat facet has to keep where a front point settles
-TURN_AT_FRONT = 80.0  # degrees, by which such a facet may turn
 IN_PLANE = 1e-6  # of the model: the end of a front this near a point's box plane lies in it
 
 
@@ -76,24 +74,6 @@ def moved_onto_front(
     return with_front_points(replace(surface, points=points), sheet, moved) if len(moved) else surface
 
 
-def settled_on_front(
-    surface: CutSurface, rows: np.ndarray, targets: np.ndarray, options: InsertOptions
-) -> tuple[CutSurface, np.ndarray]:
-    """Return the surface with the points `rows` at `targets` (k, 3) on the front, and the rows left behind.
-
-    Where the usual guard refuses that, flat facets may become flatter and turn farther.
-    """
-    looser = replace(options, max_turn=max(options.max_turn, TURN_AT_FRONT))
-    for guard, kept in ((options, KEPT), (looser, KEPT_AT_FRONT)):
-        points, moved = guarded_move(surface, rows, targets, guard, kept)
-        surface = replace(surface, points=points)
-        left = ~np.isin(rows, moved)
-        rows, targets = rows[left], targets[left]
-        if not len(rows):
-            break
-    return surface, rows
-
-
 def settle_front(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
     """Move front points that lie off the front onto it, the first and last of a front to its ends.
 
@@ -109,7 +89,7 @@ def settle_front(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> C
     step = np.linalg.norm(targets - surface.points[rows], axis=1)
     with np.errstate(invalid="ignore"):
         chosen = (step > 0) & (step < options.snap_front * surface.size[rows])
-    return settled_on_front(surface, rows[chosen], targets[chosen], options)[0]
+    return settled(surface, rows[chosen], targets[chosen], options)[0]
 
 
 def _outermost(surface: CutSurface, sheet: Sheet, on_box: np.ndarray) -> np.ndarray:

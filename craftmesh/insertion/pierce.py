@@ -253,3 +253,11 @@ def conflicts(edges: np.ndarray, traces: np.ndarray, uv: np.ndarray) -> np.ndarr
     row, hit = tree.query(shapely.linestrings(uv[traces]), "intersects")
     shared = (edges[hit, :2][:, :, None] == traces[row][:, None, :]).any(axis=(1, 2))
     return np.unique(edges[hit[~shared], 2])
+
+
+def crossing_at(surface: CutSurface, sheet: Sheet, first: int) -> np.ndarray:
+    """Return which of the points from `first` on have trace edges that cross others in (u, v)."""
+    traces = trace_edges(surface)
+    new = traces.max(axis=1, initial=-1)
+    mine = np.column_stack([traces, new])[new >= first]
+    return conflicts(mine, traces, sheet.uv(surface.points)) if len(mine) else np.zeros(0, np.int64)

@@ -1,0 +1,196 @@
+"""Where a crack has a crease, its trace on a boundary has a kink: trace edges get a point there."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from craftmesh.insertion.creases import Creases
+from craftmesh.insertion.cut import CutSurface, split_edges
+from craftmesh.insertion.guarded_move import settled
+from craftmesh.insertion.hidden import FARTHEST, GRAZING, OFF, edges_in_walls
+from craftmesh.insertion.options import InsertOptions
+from craftmesh.insertion.pierce import crossing_at
+from craftmesh.insertion.sheet import Sheet
+from craftmesh.surface.measure import area_vectors, facet_angles
+
+FLATTEST = 5.0  # degrees: a facet is not made flatter to let a kink in, unless one was before
+NARROW = np.sin(np.radians(12.0))  # a kink is given a facet that leaves this angle beside it
+FLAT = np.cos(np.radians(15.0))  # two facets that turn by more are a ridge, which stays
+OPENINGS = 3  # flips for one kink at most
+CONTACT = 0.2  # of the least length: a boundary along the crack moves onto a crease from nearer than this
+ROUNDING = 1e-9  # of a crease's length: a place this far past its end is on it
+ROUNDS = 6  # a trace edge may cross a few creases, each round takes one of each edge
+SHORTEST = 0.1  # of the least length: a kink nearer than this to an end of its edge is left out
+
+
+def kink_traces(
+    surface: CutSurface, sheet: Sheet, creases: Creases, least: float, options: InsertOptions
+) -> CutSurface:
+    """Split trace edges inside one boundary where they cross a crease, if they cut its kink off.
+
+    The new point is where boundary and crease meet; where no sound move leads there, there is none.
+    least: the least target length.
+    """
+    refused = np.zeros((0, 2), np.int64)
+    for _ in range(2 * ROUNDS):
+        edges, share, targets = _kinks(surface, sheet, creases, least)
+        stride = np.array([len(surface.points) + 1, 1])
+        known = np.isin(edges @ stride, refused @ stride)
+        edges, share, targets = edges[~known], share[~known], targets[~known]
+        if not len(edges):
+            break
+        surface = _opened(surface, edges, targets)
+        start, end = surface.points[edges[:, 0]], surface.points[edges[:, 1]]
+        chord = start + share[:, None] * (end - start)
+        size = surface.size[edges].mean(axis=1)
+        split = split_edges(surface, edges, chord, size)
+        rows = len(surface.points) + np.arange(len(edges))
+        moved, left = settled(split, rows, targets, options)
+        stuck = np.isin(rows, left)
+        stuck[np.isin(rows, crossing_at(moved, sheet, rows[0]))] = True
+        if stuck.any():
+            refused = np.concatenate([refused, edges[stuck]])
+            continue
+        surface = moved
+    return surface
+
+
+def _kinks(
+    surface: CutSurface, sheet: Sheet, creases: Creases, least: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return trace edges (k, 2), where along them they have a kink (k,), and its places (k, 3)."""
+    edges, normals, held = edges_in_walls(surface)
+    start, step = surface.points[edges[:, 0]], np.diff(surface.points[edges], axis=1)[:, 0]
+    length = np.linalg.norm(step, axis=1)
+    edge, crease = creases.near(sheet.uv(start + step / 2), (0.5 + FARTHEST) * length)
+    chords = _Chords(start[edge], step[edge], creases.ends[crease])
+    share, move = chords.within(normals[edge])
+    straight, shift = chords.straight()
+    way, shorter = (np.linalg.norm(x, axis=1) for x in (move, shift))
+    with np.errstate(invalid="ignore"):
+        way[~(way < FARTHEST * length[edge])] = np.inf
+        grazing = ~held[edge] & (shorter < np.minimum(GRAZING * way, CONTACT * least))
+    share, move = np.where(grazing, straight, share), np.where(grazing[:, None], shift, move)
+    way = np.where(grazing, shorter, way)
+    margin = SHORTEST * least / length[edge]
+    with np.errstate(invalid="ignore"):
+        good = (way > OFF * least) & np.isfinite(way) & (share > margin) & (share < 1 - margin)
+    rows = np.flatnonzero(good)
+    rows = rows[np.lexsort([-way[rows], edge[rows]])]
+    rows = rows[np.unique(edge[rows], return_index=True)[1]]
+    place = chords.start + share[:, None] * chords.step + move
+    return edges[edge[rows]], share[rows], place[rows]
+
+
+class _Chords(NamedTuple):
+    """Pairs of a chord, start and step (k, 3), and a crease that may pass it, its ends (k, 2, 3)."""
+
+    start: np.ndarray
+    step: np.ndarray
+    ends: np.ndarray
+
+    def within(self, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return where the creases pass the chords in planes of the normals (k, 3), as `straight` does."""
+        a, b = self.ends[:, 0], self.ends[:, 1]
+        with np.errstate(all="ignore"):
+            along = _dot(normals, self.start - a) / _dot(normals, b - a)
+        place = a + _inside(along)[:, None] * (b - a) - self.start
+        across = np.cross(normals, self.step)
+        across /= np.linalg.norm(across, axis=1)[:, None]
+        beside = _dot(place, across)
+        return _dot(place, self.step) / _dot(self.step, self.step), beside[:, None] * across
+
+    def straight(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the share (k,) of the chord that is nearest to the crease, and the way there (k, 3)."""
+        a, d = self.ends[:, 0], self.ends[:, 1] - self.ends[:, 0]
+        gap, sd = self.start - a, _dot(self.step, d)
+        ss, dd = _dot(self.step, self.step), _dot(d, d)
+        with np.errstate(all="ignore"):
+            along = (_dot(d, gap) * ss - sd * _dot(self.step, gap)) / (ss * dd - sd**2)
+        place = a + _inside(along)[:, None] * d - self.start
+        share = _dot(place, self.step) / ss
+        return share, place - share[:, None] * self.step
+
+
+def _inside(share: np.ndarray) -> np.ndarray:
+    """Return the shares (k,) that lie in a segment, NaN for others."""
+    with np.errstate(invalid="ignore"):
+        return np.where((share >= -ROUNDING) & (share <= 1 + ROUNDING), share, np.nan)
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("ij,ij->i", a, b)
+
+
+def _opened(surface: CutSurface, edges: np.ndarray, targets: np.ndarray) -> CutSurface:
+    """Flip edges beside trace edges (k, 2) so that their kinks at targets (k, 3) lie in facets at them."""
+    facets = surface.facets.copy()
+    around: dict[int, set[int]] = {int(point): set() for point in np.unique(edges)}
+    for row, corner in zip(*np.nonzero(np.isin(facets, edges))):
+        around[int(facets[row, corner])].add(int(row))
+    wings = _Wings(replace(surface, facets=facets), around)
+    for (p, q), target in zip(edges.tolist(), targets):
+        for _ in range(OPENINGS):
+            if not wings.open(p, q, target):
+                break
+    return replace(surface, facets=facets)
+
+
+class _Wings(NamedTuple):
+    """A surface whose facets are flipped in place, and the facets around some of its points."""
+
+    surface: CutSurface
+    around: dict[int, set[int]]
+
+    def open(self, p: int, q: int, target: np.ndarray) -> bool:
+        """Flip one edge between the edge p-q and the target beside it; say if one was flipped."""
+        points, facets = self.surface.points, self.surface.facets
+        for row in sorted(self.around[p] & self.around[q]):
+            w = int(facets[row].sum()) - p - q
+            normal = np.cross(points[q] - points[p], points[w] - points[p])
+            beside = np.cross(points[q] - points[p], target - points[p]) @ normal > 0
+            if beside and self._room(p, q, w, target) < NARROW:
+                return any(self._flip(row, (a, w, b), target) for a, b in ((p, q), (q, p)))
+        return False
+
+    def _room(self, p: int, q: int, w: int, target: np.ndarray) -> float:
+        """Return the least sine of the angles that p-target and q-target leave to the sides of p, q, w."""
+        points = self.surface.points
+        normal = np.cross(points[q] - points[p], points[w] - points[p])
+        room = []
+        for a, b in ((p, q), (q, p)):
+            inward, step = np.cross(normal, points[w] - points[a]), target - points[a]
+            inward *= np.sign(inward @ (points[b] - points[a])) / np.linalg.norm(inward)
+            room.append(float(inward @ step / np.linalg.norm(step)))
+        return min(room)
+
+    def _flip(self, row: int, corners: tuple[int, int, int], target: np.ndarray) -> bool:
+        """Flip the edge a-w of the facet `row`, corners a, w, b, where that is sound and gives room."""
+        (a, w, b), facets = corners, self.surface.facets
+        others = [r for r in self.around[a] if r != row and w in facets[r]]
+        if len(others) != 1 or self.surface.psi[w] == 0:
+            return False
+        rows = [row, others[0]]
+        x = int(facets[others[0]].sum()) - a - w
+        before = facets[rows]
+        after = np.stack([np.where(before[0] == w, x, before[0]), np.where(before[1] == a, b, before[1])])
+        if not self._is_sound(rows, after) or self._room(a, b, x, target) <= self._room(a, b, w, target):
+            return False
+        facets[rows] = after
+        for point, gained, lost in ((a, row, rows[1]), (w, rows[1], row), (b, rows[1], -1), (x, row, -1)):
+            if point in self.around:
+                self.around[point] = (self.around[point] | {gained}) - {lost}
+        return True
+
+    def _is_sound(self, rows: list[int], after: np.ndarray) -> bool:
+        """Tell whether two facets may become `after` (2, 3): of one patch, flat in all, not thin."""
+        surface = self.surface
+        sides, kind = surface.sides[rows], surface.kind[rows]
+        if (sides[0] != sides[1]).any() or kind[0] != kind[1]:
+            return False
+        facets = np.concatenate([surface.facets[rows], after])
+        normal = area_vectors(surface.points, facets)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        angle = facet_angles(surface.points, facets).min(axis=1)
+        return bool((normal @ normal[0]).min() > FLAT and angle[2:].min() >= min(FLATTEST, angle[:2].min()))
