@@ -2,7 +2,9 @@
 
 They bound the distance from the input to the changed surface: an operation may only move a witness
 out of its facet when one of the new facets (for a vertex of a junction line: one of the new junction
-edges) passes it closely enough. Vertices made by splits have first places too, so that facets smaller
+edges) passes it closely enough. A vertex of a trace of the crack is kept by a crack facet beside the
+trace, which passes it as closely as any on the crack has to, while the trace itself may go as far along
+the crack as junction lines go. Vertices made by splits have first places too, so that facets smaller
 than the input's do not creep away from it between its vertices.
 """
 
@@ -103,6 +105,27 @@ def _nearest_line(state, w, total):
 
 
 @kernel
+def _nearest_trace(state, w, total, limit):
+    """Return the least squared distance to a feature of the new crack facets that are within `limit`."""
+    best = np.inf
+    where = -1
+    for i in range(total):
+        if state.patch_crack[state.patch[state.star[i]]]:
+            a, b, c = state.star_corners[i]
+            if facet_distance2(state.points, a, b, c, state.home, w, np.inf) > limit * limit:
+                continue
+            for k in range(3):
+                if state.star_feature[i, k]:
+                    u = state.star_corners[i, k]
+                    v = state.star_corners[i, (k + 1) % 3]
+                    d = segment_distance2(state.points, u, v, state.home, w)
+                    if d < best:
+                        best = d
+                        where = i
+    return best, where
+
+
+@kernel
 def find_new_homes(state, star, loose, takers, reaches):
     """Find for each of the `loose` witnesses a near one of the star's facets; False if one is too far.
 
@@ -121,7 +144,8 @@ def find_new_homes(state, star, loose, takers, reaches):
         w = witness[n]
         patch = patches[found[n]]
         limit = reaches[0] * (star.size if w == mover else min(star.size, own_size[w]))
-        if on_crack[w]:
+        on_trace = on_crack[w] and rank[w] == 1 and not state.witness_front[w]
+        if on_crack[w] and not on_trace:
             limit = min(limit, reaches[1])
         if state.witness_front[w]:
             limit = min(limit, reaches[2])
@@ -129,7 +153,10 @@ def find_new_homes(state, star, loose, takers, reaches):
             if not marked:
                 _mark_features(state, star, takers)
                 marked = True
-            d, where = _nearest_line(state, w, takers)
+            if on_trace:
+                d, where = _nearest_trace(state, w, takers, reaches[1])
+            else:
+                d, where = _nearest_line(state, w, takers)
         else:
             enough = (CLOSE * limit) ** 2
             d, where = _near_facet(points, facets, corners, patches, patch, home, w, takers, enough)
