@@ -62,3 +62,4 @@ bench: setup
 	$(BIN)/python benchmarks/volume.py
 	$(BIN)/python benchmarks/deck.py
 	$(BIN)/python benchmarks/noise.py
+	$(BIN)/python benchmarks/solve.py

@@ -125,5 +125,7 @@ GRAINS_430 = Case(generated, (150, 430))
 VOIDS = Case(with_voids, (64, 26, 30, 4.0))
 _AL1050 = DATA / "al1050" / "al1050_labdct_109x103x64.npz"
 _COPPER = DATA / "readers" / "copper_v7.dream3d"
+_AL6XN = DATA / "al6xn" / "prisms_al6xn_68x64x46.npz"
+AL6XN = Case(example, ("al6xn", _AL6XN), _AL6XN)
 AL1050 = Case(example, ("al1050", _AL1050), _AL1050)
 COPPER = Case(example, ("copper", _COPPER), _COPPER)

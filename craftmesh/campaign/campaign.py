@@ -98,6 +98,10 @@ class Campaign:
         """Return the flags of `inp` that an export takes too, so that its mesh is the deck's."""
         return command_flags({key: self.config["inp"][key] for key in ("element", "quarter_points")})
 
+    def model_flags(self) -> str:
+        """Return the flags of `inp` that a solver takes too, so that it solves the deck's model."""
+        return command_flags({key: value for key, value in self.config["inp"].items() if key != "includes"})
+
     def import_flags(self, case: str) -> str:
         """Return the flags of `craftmesh import`; a synthetic volume is clean and needs none."""
         return "" if self.cases[case].microstructure == SYNTHETIC else self.flags("import")

@@ -45,6 +45,13 @@ def test_a_configuration_without_sizes_takes_them_from_the_voxels(new_folder):
         assert commands and all("--sizing results/a/000/sizing.npz" in command for command in commands)
 
 
+def test_a_solution_is_made_where_a_target_asks_for_it(new_folder):
+    run = new_folder().snakemake("--dry-run", "--printshellcmds", "results/tiny/001/solution.npz")
+    assert run.status == 0 and run.jobs["solve"] == 1 and "inp" not in run.jobs, run.text
+    (command,) = [line for line in run.text.splitlines() if "craftmesh solve " in line]
+    assert "--element C3D10" in command and "includes" not in command and "--solver builtin" in command
+
+
 def test_slurm_profile_plans_the_same_jobs_in_groups(new_folder):
     folder = new_folder()
     run = folder.snakemake("--dry-run", "--profile", str(ROOT / "profiles" / "slurm"))

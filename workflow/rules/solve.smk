@@ -1,0 +1,23 @@
+rule solve:
+    input:
+        volume=f"{INC}/volume.vtu",
+        labels=f"{CASE}/labels.npz",
+    output:
+        solution=f"{INC}/solution.npz",
+        view=f"{INC}/solution.vtu",
+    log:
+        f"{LOG}/{{inc}}/solution.log",
+    benchmark:
+        f"{BENCHMARK}/{{inc}}/solution.tsv"
+    conda:
+        "../envs/craftmesh.yaml"
+    resources:
+        mem_mb=lambda wildcards, attempt: 16000 * attempt,
+        runtime=1440,
+    params:
+        model=CAMPAIGN.model_flags(),
+        options=CAMPAIGN.flags("solve"),
+        code=CAMPAIGN.code("solve"),
+    shell:
+        "craftmesh solve {input.volume} --microstructure {input.labels} {params.model} {params.options}"
+        " -o {output.solution} --vtu {output.view} > {log} 2>&1"
