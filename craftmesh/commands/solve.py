@@ -15,7 +15,7 @@ from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
 from craftmesh.progress import ProgressLine
 from craftmesh.solve.foreign import foreign_solution
 from craftmesh.solve.options import BUILTIN, EXTERNAL, SolveOptions
-from craftmesh.solve.solve import solve
+from craftmesh.solve.solve import memory_of, solve
 from craftmesh.solve.stress import grain_stress
 from craftmesh.types import Solution
 
@@ -70,6 +70,7 @@ def _solution(
 ) -> tuple[Solution, dict]:
     output: Path = arguments.output
     if options.solver == BUILTIN:
+        print(f"{model.mesh.points.size} unknowns, about {memory_of(model.mesh):.1f} GB", flush=True)
         with ProgressLine("solve") as progress:
             return solve(model, options, progress)
     if options.solver == EXTERNAL:

@@ -35,7 +35,7 @@ def conjugate_gradients(
     for iteration in range(most):
         size = np.sqrt(dot(residual, residual))
         heard(size)
-        if size <= goal:
+        if not size > goal:  # there, or not a number
             return x, iteration
         precondition(residual, answer)
         weight = dot(residual, answer)

@@ -28,7 +28,7 @@ def foreign_solution(
     field = _in_order(numbers, displacement, len(model.mesh.points), source)
     _check_supports(problem, field, source)
     _, reactions, residual = problem.balance(field)
-    if residual > _LARGEST_RESIDUAL:
+    if not residual <= _LARGEST_RESIDUAL:
         raise CraftmeshError(
             f"{source}: the field leaves {residual:.2g} of the forces out of balance, expected at most "
             f"{_LARGEST_RESIDUAL:g}; take the field of this deck, with the same mesh, materials and load, "

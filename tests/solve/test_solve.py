@@ -173,6 +173,13 @@ def test_what_does_not_become_exact_is_refused(options, said):
         solve(copper(cracked()), options)
 
 
+def test_a_field_that_is_no_number_is_refused():
+    model = copper(block())
+    nan = Fixed(model.mesh.node_sets["ZMAX"], 2, float("nan"))
+    with pytest.raises(CraftmeshError, match="residual is nan"):
+        solve(replace(model, load=replace(model.load, moved=(nan,))))
+
+
 def test_a_severed_body_is_refused():
     severed = plane_crack(2, 2, lambda centres: np.ones(len(centres), bool))
     mesh, _ = assemble(*structured_box((3, 3, 4), two_grains, severed))
