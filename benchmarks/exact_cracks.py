@@ -66,6 +66,19 @@ def _contracted(tensor, u, v):
     return np.einsum("ki,ijlm,km->kjl", u, tensor, v, optimize=True)
 
 
+def lens(radius: float):
+    """The same for a cap of 45 degrees of a sphere, rim of that radius, in unit hydrostatic tension.
+
+    Source: M. A. Martynenko, A. F. Ulitko, Soviet Applied Mechanics 14 (1978), as in Code_Aster's SSLV155.
+    """
+
+    def k_of(points, *_frames):
+        unit = np.ones(len(points)) * 2 / np.pi * np.sqrt(np.pi * radius)
+        return np.column_stack([0.877 * unit, 0.235 * unit, 0 * unit])
+
+    return k_of
+
+
 def newman_raju(angle, radius: float, thickness: float, half_width: float):
     """K_I (k,) of a semicircular surface crack in unit tension at angles from the surface: NASA TP-1578."""
     q = 1 + 1.464

@@ -23,6 +23,7 @@ VERBS = (
     "assemble",
     "inp",
     "solve",
+    "fracture",
     "export",
     "check",
     "report",

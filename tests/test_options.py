@@ -138,7 +138,7 @@ def test_schema_has_the_bounds_and_units_of_the_class(path):
         assert field.metadata["unit"] in UNITS
 
 
-WITHOUT_VERB = {"fracture", "growth"}  # their verbs are to come
+WITHOUT_VERB = {"growth"}  # its verb is to come
 
 
 def test_every_option_class_is_a_part_of_the_configuration():

@@ -32,6 +32,7 @@ SECTIONS = {
     "tetrahedralize": ("tetrahedra in the grains", ["tetrahedra.options.TetrahedralizeOptions"]),
     "inp": ("the input deck", ["mechanics.model.ModelOptions", "deck.write_deck.DeckOptions"]),
     "solve": ("the field of displacements", ["solve.options.SolveOptions"]),
+    "fracture": ("K, J and T along the crack's fronts", ["fracture.options.FractureOptions"]),
 }
 CRACK = "cracks.options.CrackOptions"
 KINDS = {float: "number", int: "integer", bool: "boolean", str: "string", NoneType: "null"}

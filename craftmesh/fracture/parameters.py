@@ -14,6 +14,7 @@ from craftmesh.fracture.options import LEAST_RADIUS, FractureOptions
 from craftmesh.fracture.quadrature import element_rule, face_rules
 from craftmesh.fracture.room import radii
 from craftmesh.fracture.segments import Segments, Stations, segments_of, stations_of
+from craftmesh.fracture.stress_probe import probed
 from craftmesh.fracture.tube import Surroundings, kernel_curve, surroundings
 from craftmesh.mesh.front_curve import arc_lengths, local_sizes
 from craftmesh.mesh.front_frames import Front, fronts_of
@@ -34,7 +35,8 @@ class FrontParameters:
     energy release rate of the K; K_I, K_II, K_III (k,): with K_II > 0 lip A goes along the binormal, with
     K_III > 0 along the tangent; T (k,) the stress along the binormal that stays finite; radius (k,) of the
     tube; spread (k,): the largest change of a K with a smaller tube; flags (k,) words joined by +, see
-    `flags_of`. Where the material changes values are the mean of both limits.
+    `flags_of`. Where the material changes values are the mean of both limits. probe_angle, probe_stress
+    (k,): see `probed`, NaN where it was not asked for.
     """
 
     front: np.ndarray
@@ -50,10 +52,20 @@ class FrontParameters:
     radius: np.ndarray
     spread: np.ndarray
     flags: np.ndarray
+    probe_angle: np.ndarray
+    probe_stress: np.ndarray
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Return the columns of sif.csv in order; nodes are numbered from 1 as in the deck."""
-        return {field.name: getattr(self, field.name) for field in fields(self)} | {"node": self.node + 1}
+        """Return the columns of sif.csv in order; nodes are numbered from 1 as in the deck.
+
+        Those of the probe are there where it was asked for.
+        """
+        columns = {field.name: getattr(self, field.name) for field in fields(self)} | {
+            "node": self.node + 1
+        }
+        if np.isnan(self.probe_angle).all():
+            del columns["probe_angle"], columns["probe_stress"]
+        return columns
 
 
 def fracture_parameters(
@@ -111,7 +123,8 @@ def _of_front(
 ) -> tuple[FrontParameters, dict]:
     line, segments = _line_and_segments(mesh, grains, stiffness, front)
     stations = stations_of(segments, front.curve)
-    around = surroundings(mesh, displacement, grains, stiffness, front, segments, wide.max(), loaded)
+    reach = max(wide.max(), ((options.probe or 0) + 1) * line.sizes.max())
+    around = surroundings(mesh, displacement, grains, stiffness, front, segments, reach, loaded)
     weights = _weights(front, stations, around)
     narrow = np.maximum(SMALLER * wide, LEAST_RADIUS * line.sizes)
     found = [_along(line, segments, around, weights, radius, options.knots) for radius in (wide, narrow)]
@@ -133,8 +146,20 @@ def _of_front(
         radius=wide,
         spread=spread,
         flags=flags,
+        **_probed(around, front, line, options.probe),
     )
     return parameters, _report(parameters, segments, around, one_sided)
+
+
+def _probed(
+    around: Surroundings, front: Front, line: FrontLine, radius: float | None
+) -> dict[str, np.ndarray]:
+    """Return the columns of the probe at `radius` local sizes."""
+    if radius is None:
+        angle = stress = np.full(len(line.s), np.nan)
+    else:
+        angle, stress = probed(around.tube, front, line.s, radius * line.sizes)
+    return {"probe_angle": angle, "probe_stress": stress}
 
 
 def _line_and_segments(

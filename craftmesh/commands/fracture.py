@@ -1,0 +1,80 @@
+"""Find J, K_I, K_II, K_III and T along the crack's fronts: from the displacements of a solved mesh.
+
+Give the options with which it was solved: a field that does not fit them is refused, unless load is none.
+Planes that the load holds, moves or pulls count as loaded where a front ends on them.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.stage_io import add_output, existing, tell, write_json
+from craftmesh.errors import CraftmeshError
+from craftmesh.fracture.options import FractureOptions
+from craftmesh.fracture.parameters import fracture_parameters
+from craftmesh.io.front_csv import write_front
+from craftmesh.io.npz import read_labels
+from craftmesh.io.solution import read_solution
+from craftmesh.io.vtk import read_tets
+from craftmesh.mechanics.load import Load
+from craftmesh.mechanics.model import ModelOptions, elastic_model
+from craftmesh.solve.foreign import foreign_solution
+from craftmesh.solve.options import EXTERNAL
+
+TOLD = ("front", "nodes", "radius", "largest_K", "largest_spread", "root_of_J_over_G", "flagged")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("volume", type=Path, help="mesh .vtu")
+    parser.add_argument("solution", type=Path, help="solution .npz of `craftmesh solve`")
+    add_output(parser, "parameters .csv, one row per front node")
+    parser.add_argument(
+        "--json", type=Path, metavar="FILE", help="what was integrated, and how far to trust it"
+    )
+    parser.add_argument(
+        "--microstructure",
+        type=Path,
+        metavar="FILE",
+        help="labels .npz with the grains' orientations and phases",
+    )
+    add_options(parser, FractureOptions, ModelOptions)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    known = {}
+    if arguments.microstructure:
+        voxels = read_labels(existing(arguments.microstructure))
+        known = {"orientations": voxels.orientations, "phases": voxels.phases}
+    model, _ = elastic_model(read_tets(arguments.volume), options_from(arguments, ModelOptions), **known)
+    displacement = read_solution(existing(arguments.solution)).displacement
+    if displacement.shape != model.mesh.points.shape:
+        raise CraftmeshError(
+            f"{arguments.solution}: has {len(displacement)} nodes, the mesh {len(model.mesh.points)}; give "
+            "the solution of this mesh, and the same element"
+        )
+    if model.load is not None:
+        numbers = np.arange(1, len(displacement) + 1)
+        foreign_solution(model, numbers, displacement, EXTERNAL, str(arguments.solution))
+    parameters, report = fracture_parameters(
+        model.mesh,
+        displacement,
+        model.grains,
+        model.stiffness(),
+        options_from(arguments, FractureOptions),
+        loaded_planes(model.load),
+    )
+    write_front(arguments.output, parameters.columns())
+    if arguments.json:
+        write_json(arguments.json, report)
+    for front in report["fronts"]:
+        tell({key: front[key] for key in TOLD}, None)
+
+
+def loaded_planes(load: Load | None) -> set[str]:
+    """Return the names of the planes that a load holds, moves or pulls."""
+    if load is None:
+        return set()
+    names = {part.name for part in (*load.held, *load.moved)} | {part.name for part in load.pulled}
+    return names - {""}

@@ -1,0 +1,71 @@
+"""`craftmesh fracture`: from a solved volume to sif.csv and fracture.json."""
+
+import csv
+import json
+import re
+
+import numpy as np
+import pytest
+from structured_box import plane_crack, structured_box
+
+from craftmesh.assembly.assemble import assemble
+from craftmesh.cli import main
+from craftmesh.io.front_csv import read_front
+from craftmesh.io.vtk import write_tets
+
+MATERIAL = ("--material", "isotropic:70,0.3")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A box with an edge crack, its front from face to face, and its solution."""
+    path = tmp_path_factory.mktemp("fracture")
+    box = structured_box(
+        (10, 4, 10), lambda c: np.ones(len(c), int), plane_crack(2, 5, lambda c: c[:, 0] < 5)
+    )
+    write_tets(path / "volume.vtu", assemble(*box)[0])
+    solved = ("--quarter-points", "--tolerance", "1e-6")
+    assert main(["solve", str(path / "volume.vtu"), "-o", str(path / "u.npz"), *MATERIAL, *solved]) == 0
+    return path
+
+
+def run(folder, *flags):
+    target = ("-o", str(folder / "sif.csv"), "--json", str(folder / "fracture.json"))
+    return main(["fracture", str(folder / "volume.vtu"), str(folder / "u.npz"), *target, *MATERIAL, *flags])
+
+
+def test_an_edge_crack_in_tension(folder):
+    assert run(folder, "--quarter-points", "--probe", "2") == 0
+    columns = read_front(folder / "sif.csv")
+    # as in a long strip of height 10: its energy ahead of the crack goes into the front
+    exact = 70 * 1e-3 * np.sqrt(10 / 2 / (1 - 0.3**2))
+    assert columns["K_I"][1:-1] == pytest.approx(exact, rel=0.1)
+    assert np.abs(columns["K_II"][1:-1]).max() < 0.05 * columns["K_I"].max()
+    assert np.abs(columns["probe_angle"][1:-1]).max() < 15
+    with open(folder / "sif.csv", newline="", encoding="ascii") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 5 and rows[0]["flags"].startswith("end") and rows[-1]["flags"].startswith("end")
+    report = json.loads((folder / "fracture.json").read_text())
+    assert report["fronts"][0]["nodes"] == 5
+
+
+def test_the_same_input_gives_the_same_bytes(folder):
+    assert run(folder, "--quarter-points") == 0
+    first = (folder / "sif.csv").read_bytes()
+    assert run(folder, "--quarter-points") == 0
+    assert (folder / "sif.csv").read_bytes() == first
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        ((), "out of balance"),  # solved with quarter points
+        (("--quarter-points", "--magnitude", "2e-3"), "the load prescribes"),
+        (("--element", "C3D4"), "has .* nodes, the mesh"),
+    ],
+)
+def test_a_field_of_other_options_is_refused(folder, capsys, flags, said):
+    assert run(folder, *flags) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("craftmesh: error:")
+    assert re.search(said, line)
