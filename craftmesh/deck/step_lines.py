@@ -12,15 +12,17 @@ _OUTPUT = "*NODE FILE\nU, RF\n*EL FILE\nS, E\n"
 
 
 def step_lines(load: Load) -> Iterator[str]:
-    """Yield the supports and the step of a load."""
+    """Yield the supports and the step of a load; what moves does so in the step."""
+    still = [fixed for fixed in load.held if not np.any(fixed.displacement)]
+    moved = [fixed for fixed in load.held if np.any(fixed.displacement)] + [*load.moved]
     yield "*BOUNDARY\n"
-    for fixed in load.held:
-        yield f"{_nodes(fixed)}, {fixed.axis + 1}, {fixed.axis + 1}\n"
+    for fixed in still:
+        yield from (f"{nodes}, {fixed.axis + 1}, {fixed.axis + 1}\n" for nodes in _nodes(fixed))
     yield "*STEP\n*STATIC\n"
-    if load.moved:
+    if moved:
         yield "*BOUNDARY\n"
-    for moved in load.moved:
-        yield from _moved(moved)
+    for fixed in moved:
+        yield from _moved(fixed)
     if load.pulled:
         yield "*DSLOAD\n"
     for pulled in load.pulled:
@@ -28,19 +30,18 @@ def step_lines(load: Load) -> Iterator[str]:
     yield _OUTPUT + "*END STEP\n"
 
 
-def _moved(moved: Fixed) -> Iterator[str]:
+def _moved(fixed: Fixed) -> Iterator[str]:
     """Yield the line of a node set that moves by one value, or one of each node."""
-    axis = moved.axis + 1
-    if isinstance(moved.displacement, np.ndarray):
-        for node, value in zip(moved.nodes.tolist(), moved.displacement.tolist()):
+    axis = fixed.axis + 1
+    if np.ndim(fixed.displacement):
+        values = np.asarray(fixed.displacement).tolist()
+        for node, value in zip(fixed.nodes.tolist(), values):
             yield f"{node + 1}, {axis}, {axis}, {number(value)}\n"
     else:
-        yield f"{_nodes(moved)}, {axis}, {axis}, {number(moved.displacement)}\n"
+        value = number(float(fixed.displacement))
+        yield from (f"{nodes}, {axis}, {axis}, {value}\n" for nodes in _nodes(fixed))
 
 
-def _nodes(fixed: Fixed) -> str:
-    """Return the name of the node set, or the number of the single node."""
-    if fixed.name:
-        return fixed.name
-    (node,) = fixed.nodes
-    return str(node + 1)
+def _nodes(fixed: Fixed) -> list[str]:
+    """Return the name of the node set, or the numbers of single nodes."""
+    return [fixed.name] if fixed.name else [str(node + 1) for node in fixed.nodes.tolist()]

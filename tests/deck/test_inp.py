@@ -23,8 +23,10 @@ from structured_box import hexagon, plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.deck.check_deck import check_deck
 from craftmesh.deck.inp_format import number
+from craftmesh.deck.step_lines import step_lines
 from craftmesh.deck.write_deck import DeckOptions, write_deck
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.load import Fixed, Load
 from craftmesh.mesh.second_order import raise_order
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -238,3 +240,19 @@ def test_what_the_deck_cannot_say_is_refused(tmp_path):
     with pytest.raises(CraftmeshError, match="no nodes on ZMIN"):
         write_deck(tmp_path / "a.inp", foam)
     write_deck(tmp_path / "a.inp", foam, DeckOptions(load="none"))
+
+
+def test_moves_of_single_nodes_are_written_in_the_step():
+    nodes = np.array([4, 9])
+    held = (Fixed(nodes, 0), Fixed(nodes, 1, np.array([0.25, -1.0])))
+    load = Load(held, moved=(Fixed(nodes, 2, 0.5), Fixed(nodes, 0, 0.5, "ZMAX")))
+    before, after = "".join(step_lines(load)).split("*STEP\n*STATIC\n")
+    assert before.split() == "*BOUNDARY 5, 1, 1 10, 1, 1".split()
+    moves = after.partition("*NODE FILE")[0].splitlines()
+    assert moves[0] == "*BOUNDARY" and moves[1:] == [
+        "5, 2, 2, 0.25",
+        "10, 2, 2, -1.0",
+        "5, 3, 3, 0.5",
+        "10, 3, 3, 0.5",
+        "ZMAX, 1, 1, 0.5",
+    ]
