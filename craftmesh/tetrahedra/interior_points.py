@@ -8,11 +8,12 @@ from craftmesh.surface.measure import area_vectors
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.tetrahedra.kernels.interior_fill import mark_clear, mark_inside, thin_out
 
-# Lengths in target edge lengths l. With these the tetrahedra have edges of .98 l in the median where l is
-# the same everywhere, .95 l where it varies.
-LAYER_HEIGHT = 0.7
-LATTICE_CELL = 1.04
-FROM_VERTEX = 0.66
+# Lengths in target edge lengths l. With these the tetrahedra have edges of .94 l in the median where l is
+# the same everywhere, .93 l where it varies. A cell of 1.04 and .66 from vertices make the tetrahedra
+# 4% fewer and their mean aspect ratio .007 higher.
+LAYER_HEIGHT = 0.62
+LATTICE_CELL = 1.02
+FROM_VERTEX = 0.62
 FROM_FACET = 0.45
 APART = 0.68
 # Over a facet, l is at most this many times the largest at its corners: the search goes no further.
@@ -26,7 +27,7 @@ PROBES_PER_AXIS = 13
 # Bounds of work where l varies wildly: halvings of the first cell, and bins along the longest axis.
 MAX_LEVELS = 12
 MAX_CELLS_PER_AXIS = 200
-OCTANTS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 4
+OCTANTS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 
 
 def interior_points(
@@ -35,8 +36,8 @@ def interior_points(
     """Return points (k, 3) inside the grain at distances of about `sizing.at`.
 
     points, tets: a first mesh of the grain, which tells what is inside. A body-centred octree lattice of
-    cells about 1.04 l comes first, for its tetrahedra are the best; over facets
-    (on both sides of crack facets) that it leaves room at, a point stands .7 l high.
+    cells about 1.02 l comes first, for its tetrahedra are the best; over facets
+    (on both sides of crack facets) that it leaves room at, a point stands .62 l high.
     """
     low, high = surface.points.min(0), surface.points.max(0)
     candidates = np.concatenate([_lattice(low, high, surface.points, sizing), _layer(surface, sizing)])
@@ -80,20 +81,33 @@ def _layer(surface: GrainSurface, sizing: Lengths) -> np.ndarray:
 def _lattice(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing: Lengths) -> np.ndarray:
     """Centres and corners of octree cells of about LATTICE_CELL * l, the coarse ones first."""
     cell = _coarsest_cell(low, high, nodes, sizing)
-    axes = [np.arange(a, b, cell) + cell / 2 for a, b in zip(low, high)]
-    cells = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    counts = [len(np.arange(a, b, cell)) for a, b in zip(low, high)]
+    cells = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), -1).reshape(-1, 3)
     found = []
     for level in range(MAX_LEVELS):
-        fine = LATTICE_CELL * sizing.at(cells) * SPLIT < cell
+        centres = low + (cells + 0.5) * cell
+        fine = LATTICE_CELL * sizing.at(centres) * SPLIT < cell
         if level == MAX_LEVELS - 1:
             fine[:] = False
-        kept = cells[~fine]
-        found += [kept, kept - cell / 2]
-        cells = (cells[fine][:, None] + OCTANTS * cell).reshape(-1, 3)
+        found += [centres[~fine], low + lattice_corners(cells[~fine]) * cell]
+        cells = (2 * cells[fine][:, None] + OCTANTS).reshape(-1, 3)
         cell /= 2
         if not len(cells):
             break
     return np.concatenate(found)
+
+
+def lattice_corners(cells: np.ndarray) -> np.ndarray:
+    """Return the corners (k, 3) of unit cells at `cells` (n, 3), each once and in the cells' order.
+
+    All eight count: those on larger cells' faces make the step between two levels a soft one.
+    """
+    if not len(cells):
+        return cells
+    shape = cells.max(axis=0) + 2
+    corners = (cells[:, None] + OCTANTS).reshape(-1, 3)
+    first = np.unique(np.ravel_multi_index(corners.T, shape), return_index=True)[1]
+    return corners[np.sort(first)]
 
 
 def _coarsest_cell(low: np.ndarray, high: np.ndarray, nodes: np.ndarray, sizing: Lengths) -> float:
