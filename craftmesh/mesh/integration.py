@@ -1,5 +1,7 @@
 """Rules of integration over tetrahedra, and the slopes of their shape functions."""
 
+from itertools import permutations
+
 import numpy as np
 
 from craftmesh.mesh.kernels.tet_jacobians import FAR, NEAR
@@ -25,21 +27,10 @@ def tet_rule(points: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the rule of 1, 4 or 14 points: barycentric coordinates (q, 4), weights (q,) of sum 1/6."""
     places, weights = [], []
     for first, share in _ORBITS[points]:
-        orbit = _orbit(first)
+        orbit = sorted(set(permutations(first)), reverse=True)
         places += orbit
         weights += [share / 6] * len(orbit)
     return np.array(places), np.array(weights)
-
-
-def _orbit(first: tuple[float, ...]) -> list[tuple[float, ...]]:
-    """Return all distinct orders of four coordinates of which at most two values differ."""
-    lone = max(set(first), key=lambda value: -first.count(value))
-    other = next((value for value in first if value != lone), lone)
-    if other == lone:
-        return [first]
-    if first.count(lone) == 1:
-        return [tuple(lone if i == k else other for i in range(4)) for k in range(4)]
-    return [tuple(lone if i in pair else other for i in range(4)) for pair in EDGE_CORNERS.tolist()]
 
 
 def shape_slopes(places: np.ndarray, width: int) -> np.ndarray:

@@ -68,6 +68,13 @@ def test_verb_of_a_section_takes_its_keys(section):
     assert set(config_schema()["properties"][section]["properties"]) <= known
 
 
+def test_solve_takes_the_model_that_inp_takes():
+    parser = Parser(prog="solve")
+    module_of("solve").add_arguments(parser)
+    known = {action.dest for action in parser._actions}
+    assert set(config_schema()["properties"]["inp"]["properties"]) - {"includes"} <= known
+
+
 def test_writers_of_all_formats_are_there():
     for module, function in MESH_FORMATS.values():
         assert callable(getattr(importlib.import_module(module), function))
