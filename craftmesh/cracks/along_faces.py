@@ -15,7 +15,9 @@ NEAR = 0.2  # of l_min: a crack nearer than this to a face leaves room for flat 
 FLATTEST = 3.0  # degrees: a crack that ends at a face makes a wedge of this angle at least
 GENTLE = 15.0  # degrees: steeper parts only end near a face, they do not lie along it
 LEAST_AREA = 1.0  # of l_min squared, about two facets: a smaller part near a face is a place, not a run
-LIGAMENT = 0.1  # of l_min: a front nearer than this to a face leaves a ligament of flat tets alone
+# Of l_min: a front nearer than this to a face leaves a ligament of flat tets alone. It is refused:
+# moved onto the face it would be gone, and with all of it the crack parts the body.
+LIGAMENT = 0.1
 LIGAMENT_LENGTH = 8.0  # of l_min: a circle of up to 80 l_min that touches a face is near it for less
 ON_FACE = 1e-6  # of l_min: a part this near a face reaches it
 
@@ -68,11 +70,12 @@ def _refuse_fronts(crack: Crack, box: np.ndarray, l_min: float) -> None:
             share = np.clip((LIGAMENT * l_min - np.minimum(a, b)) / np.maximum(np.abs(b - a), 1e-300), 0, 1)
             along = (share * length).sum()
             if along > LIGAMENT_LENGTH * l_min:
-                face = BOX_PLANES[2 * axis + upper]
+                face, least = BOX_PLANES[2 * axis + upper], np.minimum(a, b).min()
                 raise CraftmeshError(
-                    f"the crack's front runs {np.minimum(a, b).min():.3g} from the box face {face} over a "
-                    f"length of {along:.3g}; expected 0.1 l_min, which is {LIGAMENT * l_min:.3g}, or a "
-                    "crack that ends past the face: move it"
+                    f"the crack's front runs {least:.3g} from the box face {face} over a length of "
+                    f"{along:.3g}, which leaves a ligament too thin to mesh; expected 0.1 l_min, which is "
+                    f"{LIGAMENT * l_min:.3g}: move the front inward by {LIGAMENT * l_min - least:.3g}, or "
+                    "past the face, where the crack then ends"
                 )
 
 

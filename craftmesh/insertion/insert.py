@@ -12,6 +12,7 @@ from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.hidden import follow_traces, split_hidden, split_near
 from craftmesh.insertion.kinks import kink_traces
+from craftmesh.insertion.moved import moved
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import FrontChain, chain, conflicts, pierce
@@ -65,7 +66,7 @@ def insert_crack(
     if len(pairs):
         refuse_intersections(result)
     progress(1.0, "done")
-    return result, numbers
+    return result, numbers | moved(cut, result, sheet, least)
 
 
 def _inserted(
@@ -223,7 +224,7 @@ def _assembled(
     kind = np.concatenate([kind, np.full(int(keep.sum()), CRACK)])
     points, facets, kept = compact(cut.points, facets)
     result = Surface(points, facets, sides, kind)
-    return result, _numbers(result, int(len(flat)), int(((label <= 0) & ~covered).sum()) + free)
+    return result, _numbers(result, int(((label <= 0) & ~covered).sum()) + free)
 
 
 def _same_triangles(
@@ -238,12 +239,11 @@ def _same_triangles(
     return np.array([row for row, _ in found], np.int64), covered
 
 
-def _numbers(surface: Surface, flat: int, dropped: int) -> dict[str, int | float]:
+def _numbers(surface: Surface, dropped: int) -> dict[str, int | float]:
     crack = surface.kind == CRACK
     area = np.linalg.norm(area_vectors(surface.points, surface.facets[crack]), axis=1).sum()
     return {
         "crack_facets": int(crack.sum()),
-        "crack_facets_on_grain_boundaries": flat,
         "crack_facets_outside_material": dropped,
         "crack_area": float(area),
         "crack_grains": int(len(np.unique(surface.sides[crack]))),
