@@ -3,6 +3,7 @@
 import numpy as np
 
 YOUNG, POISSON = 70e3, 0.3
+LENS_POISSON = 0.22
 COPPER = (168.4e3, 121.4e3, 75.4e3)
 
 
@@ -69,12 +70,14 @@ def _contracted(tensor, u, v):
 def lens(radius: float):
     """The same for a cap of 45 degrees of a sphere, rim of that radius, in unit hydrostatic tension.
 
-    Source: M. A. Martynenko, A. F. Ulitko, Soviet Applied Mechanics 14 (1978), as in Code_Aster's SSLV155.
+    Lip A is outside the sphere and goes inwards at the rim. For a Poisson's ratio of LENS_POISSON.
+    Source: three digits as in Code_Aster's SSLV155, after J. P. Pereira et al., Int. J. Numer. Meth. Eng.
+    77 (2009).
     """
 
     def k_of(points, *_frames):
         unit = np.ones(len(points)) * 2 / np.pi * np.sqrt(np.pi * radius)
-        return np.column_stack([0.877 * unit, 0.235 * unit, 0 * unit])
+        return np.column_stack([0.877 * unit, -0.235 * unit, 0 * unit])
 
     return k_of
 

@@ -53,6 +53,7 @@ class Case:
     exact: Callable | None = None
     size: float = RADIUS
     material: str = "isotropic"
+    poisson: float = POISSON
     cap: bool = False
     pulled: bool = False
 
@@ -107,6 +108,7 @@ CASES = {
         {"shape": "surface"},
         {"hydrostatic": np.eye(3)},
         lambda *_: exact_cracks.lens(RADIUS),
+        poisson=exact_cracks.LENS_POISSON,
         cap=True,
     ),
     "semicircle": _semicircle(),
@@ -167,13 +169,13 @@ def _cap(length: float):
     return points, triangles
 
 
-def model_of(mesh, material_name: str):
+def model_of(mesh, material_name: str, poisson: float):
     """Return the model of a mesh, quarter points at the front, without a load."""
     crystal = material_name != "isotropic"
     from craftmesh.mechanics.model import ModelOptions, elastic_model
     from craftmesh.mechanics.orientation import normalized, random_orientations
 
-    material = f"cubic:{','.join(map(repr, COPPER))}" if crystal else f"isotropic:{YOUNG!r},{POISSON!r}"
+    material = f"cubic:{','.join(map(repr, COPPER))}" if crystal else f"isotropic:{YOUNG!r},{poisson!r}"
     options = ModelOptions(material=(material,), load="none", quarter_points=True)
     count = int(mesh.grain.max()) + 1
     turns = np.tile(normalized(np.array(TURN)), (count, 1))
@@ -268,7 +270,7 @@ def run(name: str, edges: float) -> list[dict]:
 
     case = CASES[name]
     mesh = meshed(case, case.size / edges)
-    model = model_of(mesh, case.material)
+    model = model_of(mesh, case.material, case.poisson)
     tensor = as_tensor(model.stiffness()[:1])[0]
     rows = []
     for load, stress in case.loads.items():

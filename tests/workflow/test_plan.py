@@ -52,6 +52,13 @@ def test_a_solution_is_made_where_a_target_asks_for_it(new_folder):
     assert "--element C3D10" in command and "includes" not in command and "--solver builtin" in command
 
 
+def test_parameters_along_the_front_are_made_where_a_target_asks_for_them(new_folder):
+    run = new_folder().snakemake("--dry-run", "--printshellcmds", "results/tiny/001/sif.csv")
+    assert run.status == 0 and run.jobs["fracture"] == run.jobs["solve"] == 1, run.text
+    (command,) = [line for line in run.text.splitlines() if "craftmesh fracture " in line]
+    assert "--element C3D10" in command and "--radius 4.0" in command and "--probe" not in command
+
+
 def test_slurm_profile_plans_the_same_jobs_in_groups(new_folder):
     folder = new_folder()
     run = folder.snakemake("--dry-run", "--profile", str(ROOT / "profiles" / "slurm"))

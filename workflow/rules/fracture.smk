@@ -1,0 +1,24 @@
+rule fracture:
+    input:
+        volume=f"{INC}/volume.vtu",
+        labels=f"{CASE}/labels.npz",
+        solution=f"{INC}/solution.npz",
+    output:
+        sif=f"{INC}/sif.csv",
+        report=f"{INC}/fracture.json",
+    log:
+        f"{LOG}/{{inc}}/fracture.log",
+    benchmark:
+        f"{BENCHMARK}/{{inc}}/fracture.tsv"
+    conda:
+        "../envs/craftmesh.yaml"
+    resources:
+        mem_mb=lambda wildcards, attempt: 8000 * attempt,
+        runtime=120,
+    params:
+        model=CAMPAIGN.model_flags(),
+        options=CAMPAIGN.flags("fracture"),
+        code=CAMPAIGN.code("fracture"),
+    shell:
+        "craftmesh fracture {input.volume} {input.solution} --microstructure {input.labels} {params.model}"
+        " {params.options} -o {output.sif} --json {output.report} > {log} 2>&1"
