@@ -22,6 +22,9 @@ from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets, relative_lengths
 from craftmesh.surface.kernels.hinges import SHARP_COSINE
 
+# Gaps under this part of the edges at them count as narrow: tetrahedra in them have aspect ratios over 6
+# and dihedral angles under 15 degrees. With 0.15, laths of two voxels lose two thirds of the poor ones.
+LEAST_GAP = 0.15
 # Width of the grid's cells in mean edges; from 1.6 to 3.2 makes no difference to speak of.
 CELL = 2.5
 
@@ -42,6 +45,7 @@ class Limits(NamedTuple):
     wedge: float = SHARP_COSINE  # the largest cosine of the angle of wedges that are made
     front_distance: float = np.inf  # the same on its front, and from the front's edges to it
     crack_facets: float = np.inf  # from the crack's facets to the given crack, as a length
+    gap: float = LEAST_GAP  # the least relative width of gaps that are made; 0 for none
 
 
 @dataclass

@@ -84,6 +84,7 @@ class Scratch(NamedTuple):
 
     star: np.ndarray  # (k,) facets
     star_corners: np.ndarray  # (k, 3) the corners they would get
+    old_corners: np.ndarray  # (k, 3) those they have, of the dying ones too
     star_ends: np.ndarray  # (k, 2) the corners after the tip
     star_normal: np.ndarray  # (k, 3) unit normals
     star_feature: np.ndarray  # (k, 3) bool, which of their edges are features
@@ -93,6 +94,7 @@ class Scratch(NamedTuple):
     near_slot: np.ndarray  # (g,) slots of grains and voids
     near_area: np.ndarray  # (g, 3) areas of their cones
     near_volume: np.ndarray  # (g,) volumes of their cones
+    sharpest: np.ndarray  # (1,) the largest cosine of the wedges at the star's new facets
     pending: np.ndarray  # (2,) numbers of grains near and of loose witnesses that a commit takes up
     refused: np.ndarray  # (r,) counts by reason
 
@@ -191,6 +193,7 @@ def _scratch() -> Scratch:
     return Scratch(
         star=np.empty(MOST_IN_STAR, np.int64),
         star_corners=np.empty((MOST_IN_STAR, 3), np.int64),
+        old_corners=np.empty((MOST_IN_STAR + MOST_ON_EDGE, 3), np.int64),
         star_ends=np.empty((MOST_IN_STAR, 2), np.int64),
         star_normal=np.empty((MOST_IN_STAR, 3)),
         star_feature=np.empty((MOST_IN_STAR, 3), bool),
@@ -200,6 +203,7 @@ def _scratch() -> Scratch:
         near_slot=np.empty(MOST_GRAINS_NEAR, np.int64),
         near_area=np.empty((MOST_GRAINS_NEAR, 3)),
         near_volume=np.empty(MOST_GRAINS_NEAR),
+        sharpest=np.zeros(1),
         pending=np.zeros(2, np.int64),
         refused=np.zeros(len(REFUSALS), np.int64),
     )

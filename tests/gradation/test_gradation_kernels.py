@@ -16,7 +16,8 @@ from craftmesh.gradation.kernels.by_reference import by_reference
 from craftmesh.gradation.kernels.codes import DONE, JUNCTION_TRIANGLE, REFUSALS
 from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.gradation.kernels.collapse_rules import closes_thin_end, link_refusal
-from craftmesh.gradation.kernels.facet_grid import star_intersects
+from craftmesh.gradation.kernels.facet_grid import gather_near
+from craftmesh.gradation.kernels.intersections import star_intersects
 from craftmesh.gradation.kernels.projection import nearest_triangle, put_on_crack, put_on_front
 from craftmesh.gradation.kernels.relax import relax_pass
 from craftmesh.gradation.locality import BLOCK, block_order
@@ -222,7 +223,8 @@ def test_grid_query_agrees_with_all_pairs(seed):
     grid = filled_grid(mesh)
     points = np.concatenate([surface.points, extra])
     star = np.array([[12, 13, 14]])
-    hit = star_intersects(grid, points, mesh.facets, mesh.alive, mesh.facet_stamp, 1, star, 1)
+    near, _ = gather_near(grid, points, mesh.facets, mesh.alive, mesh.facet_stamp, 1, star, 1, 0.0)
+    hit = star_intersects(grid, points, mesh.facets, near, star, 1)
     assert hit == any(triangles_intersect(points, 12, 13, 14, *f) for f in mesh.facets)
 
 

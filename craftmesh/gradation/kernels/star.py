@@ -1,11 +1,11 @@
-"""The star: the facets that an operation changes, their shape and what they would meet."""
+"""The star: the facets that an operation changes, their shape and what is near them."""
 
 from collections import namedtuple
 
 import numpy as np
 
 from craftmesh.gradation.kernels.codes import ANGLE, DONE, LENGTH, NORMAL
-from craftmesh.gradation.kernels.facet_grid import star_intersects
+from craftmesh.gradation.kernels.facet_grid import gather_near
 from craftmesh.gradation.kernels.rings import has_corner
 from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squared_distance
@@ -100,8 +100,11 @@ def shape_refusal(state, star, floor, cosine, longest):
 
 
 @kernel
-def hits(state, grid, star):
-    """Tell whether the star's new facets meet each other or the rest of the surface."""
+def look_around(state, grid, star, rows, count, share):
+    """List the facets near the facets rows[:count] as the grid's candidates, those of the star left out.
+
+    Returns their number, or -1 when too many, and the reach of the search (gather_near).
+    """
     changed, lost, stamp = state.star, state.dying, state.facet_stamp
     mark = state.clock[1] + 1
     state.clock[1] += 2
@@ -109,6 +112,4 @@ def hits(state, grid, star):
         stamp[changed[i]] = mark + 1
     for i in range(star.dying):
         stamp[lost[i]] = mark + 1
-    return star_intersects(
-        grid, state.points, state.facets, state.alive, stamp, mark, state.star_corners, star.moved
-    )
+    return gather_near(grid, state.points, state.facets, state.alive, stamp, mark, rows, count, share)

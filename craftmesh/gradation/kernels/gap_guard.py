@@ -1,0 +1,237 @@
+"""The guard of gaps: no change makes a gap narrower than its limit and than all at its star before.
+
+A gap is where a vertex stands over a facet, or where two edges without a common vertex cross: a tetrahedron
+between them is as flat as the gap. A vertex that another facet joins to one of the facet's edges makes a
+wedge with it and no gap (wedge_guard).
+"""
+
+import numpy as np
+
+from craftmesh.gradation.kernels.gaps import (
+    crossing_width,
+    edge_of_area,
+    height_over,
+    is_inside,
+    may_overlap,
+)
+from craftmesh.gradation.kernels.intersections import set_planes
+from craftmesh.gradation.kernels.star import look_around
+from craftmesh.jit import kernel
+
+# No gap as narrow as the limits was found.
+WIDE = 1.0
+# A gap whose facets move within their planes counts as no narrower.
+ROUNDING = 1e-9
+# The cosine of the wedges (60 degrees) beyond which facets that go on beside a star come near its own.
+SHARP = 0.5
+
+
+@kernel
+def narrows_gap(state, grid, star, near, reach, share):
+    """Tell whether a gap at the star's new facets is under the share and narrower than all before.
+
+    near, reach: the candidates that look_around has listed for the new facets. share: the least width.
+    """
+    moving = star.tip if star.tip != star.vertex else np.int64(-1)
+    tips = (star.tip, star.tip)
+    after = _narrowest(state, grid, star, near, reach, state.star_corners, star.moved, tips, moving, share)
+    return after < WIDE and after < _gap_before(state, grid, star, share) * (1.0 - ROUNDING)
+
+
+@kernel
+def _gap_before(state, grid, star, share):
+    """Return the narrowest gap at the star's old facets over its share, or WIDE."""
+    rows = state.old_corners
+    count = star.moved + star.dying
+    for i in range(count):
+        f = state.star[i] if i < star.moved else state.dying[i - star.moved]
+        for k in range(3):
+            rows[i, k] = state.facets[f, k]
+    near, reach = look_around(state, grid, star, rows, count, share)
+    if near < 0:
+        return 0.0
+    if star.gone < 0 and star.tip == star.vertex:
+        turned = state.star_corners[0, 1]
+        return _narrowest(
+            state, grid, star, near, reach, rows, count, (turned, turned), np.int64(-1), share
+        )
+    first = star.vertex if star.tip != star.vertex else star.gone
+    tips = (first, first if star.gone < 0 else star.gone)
+    least = _narrowest(state, grid, star, near, reach, rows, count, tips, first, share)
+    if star.gone >= 0 and first != star.gone:
+        gap = _under_vertex(state, grid, near, star.gone, rows, count, reach, share)
+        least = min(least, gap)
+    return least
+
+
+@kernel
+def _narrowest(state, grid, star, near, reach, rows, count, tips, moving, share):
+    """Return the narrowest gap at the facets rows[:count] over its share, or WIDE.
+
+    Edges with one of the `tips` count; `moving` is a vertex that is looked for over other facets, or -1.
+    """
+    sharp = state.sharpest[0] > SHARP
+    if not sharp:
+        near = _keep_facing(state, grid, star, near)
+        if near == 0:
+            return WIDE
+    least = WIDE
+    if moving >= 0:
+        least = _under_vertex(state, grid, near, moving, rows, count, reach, share)
+    planes = np.empty((4, 5))
+    for i in range(count):
+        if sharp:
+            set_planes(state.points, rows[i], planes)
+            for j in range(i):
+                least = min(least, _between(state, star, rows[i], rows[j], planes, tips, reach, share))
+        least = min(least, _to_candidates(state, grid, star, near, rows[i], planes, tips, reach, share))
+    return least
+
+
+@kernel
+def _keep_facing(state, grid, star, near):
+    """Drop the candidates that go on beside the star's facets; return how many are left.
+
+    On the far side of a grain the facets of one patch look the other way, as their references do.
+    """
+    patch, reference, candidate = state.patch, state.reference, grid.candidate
+    s = state.star[0] if star.moved > 0 else state.dying[0]
+    first = patch[s]
+    x, y, z = reference[s, 0], reference[s, 1], reference[s, 2]
+    left = 0
+    for n in range(near):
+        f = candidate[n]
+        if patch[f] == first and reference[f, 0] * x + reference[f, 1] * y + reference[f, 2] * z > 0.0:
+            continue
+        if _goes_on(state, star, f):
+            continue
+        candidate[left] = f
+        for k in range(6):
+            grid.bounds[left, k] = grid.bounds[n, k]
+        left += 1
+    return left
+
+
+@kernel
+def _goes_on(state, star, f):
+    """Tell whether one of the star's facets has the patch of facet `f` and looks the same way."""
+    patch, reference = state.patch, state.reference
+    for i in range(star.moved + star.dying):
+        s = state.star[i] if i < star.moved else state.dying[i - star.moved]
+        if patch[s] == patch[f]:
+            along = reference[f, 0] * reference[s, 0] + reference[f, 1] * reference[s, 1]
+            if along + reference[f, 2] * reference[s, 2] > 0.0:
+                return True
+    return False
+
+
+@kernel
+def _to_candidates(state, grid, star, near, corners, planes, tips, reach, share):
+    """Return the narrowest gap between the facet of these corners and the candidates, over its share."""
+    points, bounds = state.points, grid.bounds
+    a, b, c = corners
+    x0 = min(points[a, 0], points[b, 0], points[c, 0]) - reach
+    x1 = max(points[a, 0], points[b, 0], points[c, 0]) + reach
+    y0 = min(points[a, 1], points[b, 1], points[c, 1]) - reach
+    y1 = max(points[a, 1], points[b, 1], points[c, 1]) + reach
+    z0 = min(points[a, 2], points[b, 2], points[c, 2]) - reach
+    z1 = max(points[a, 2], points[b, 2], points[c, 2]) + reach
+    least = WIDE
+    ready = False
+    for n in range(near):
+        along_x = bounds[n, 0] <= x1 and bounds[n, 1] >= x0
+        along_y = bounds[n, 2] <= y1 and bounds[n, 3] >= y0
+        if along_x and along_y and bounds[n, 4] <= z1 and bounds[n, 5] >= z0:
+            if not ready:
+                set_planes(points, corners, planes)
+                ready = True
+            other = state.facets[grid.candidate[n]]
+            least = min(least, _between(state, star, corners, other, planes, tips, reach, share))
+    return least
+
+
+@kernel
+def _between(state, star, corners, other, planes, tips, reach, share):
+    """Return the narrowest gap between a facet of these corners and another one, over its share.
+
+    A gap is from a corner of the other one, or from one of its edges to one that has a tip.
+    """
+    if not may_overlap(state.points, planes, corners, other, reach):
+        return WIDE
+    points = state.points
+    least = WIDE
+    a, b, c = corners
+    for k in range(3):
+        v = other[k]
+        if v != a and v != b and v != c and is_inside(points, planes, v):
+            gap = abs(height_over(points, planes, 0, v)) / (share * edge_of_area(points, a, b, c))
+            if gap < least and not _makes_hinge(state, star, v, a, b, c):
+                least = gap
+    for i in range(3):
+        p = corners[i]
+        q = corners[(i + 1) % 3]
+        if p == tips[0] or q == tips[0] or p == tips[1] or q == tips[1]:
+            for k in range(3):
+                u = other[k]
+                v = other[(k + 1) % 3]
+                if u != p and u != q and v != p and v != q:
+                    least = min(least, crossing_width(points, p, q, u, v) / share)
+    return least
+
+
+@kernel
+def _makes_hinge(state, star, w, a, b, c):
+    """Tell whether a facet, old or new, joins the vertex `w` to an edge of facet (a, b, c)."""
+    d = state.first[w]
+    while d >= 0:
+        common = 0
+        for k in range(1, 3):
+            u = state.facets[d // 3, (d + k) % 3]
+            if u == star.vertex or u == star.gone:
+                u = star.tip
+            for corner in (a, b, c):
+                if corner == star.vertex or corner == star.gone:
+                    corner = star.tip
+                common += u == corner
+        if common >= 2:
+            return True
+        d = state.after[d]
+    return False
+
+
+@kernel
+def _under_vertex(state, grid, near, moving, rows, count, reach, share):
+    """Return the least height of the vertex `moving` over a candidate, over its share."""
+    points, bounds = state.points, grid.bounds
+    x, y, z = points[moving]
+    least = WIDE
+    planes = np.empty((4, 5))
+    for n in range(near):
+        if x < bounds[n, 0] - reach or x > bounds[n, 1] + reach or y < bounds[n, 2] - reach:
+            continue
+        if y > bounds[n, 3] + reach or z < bounds[n, 4] - reach or z > bounds[n, 5] + reach:
+            continue
+        a, b, c = state.facets[grid.candidate[n]]
+        if a == moving or b == moving or c == moving:
+            continue
+        set_planes(points, state.facets[grid.candidate[n]], planes)
+        if is_inside(points, planes, moving):
+            gap = abs(height_over(points, planes, 0, moving)) / (share * edge_of_area(points, a, b, c))
+            if gap < least and not _hinge_among(rows, count, moving, a, b, c):
+                least = gap
+    return least
+
+
+@kernel
+def _hinge_among(rows, count, moving, a, b, c):
+    """Tell whether one of the facets rows[:count] joins the vertex `moving` to an edge of (a, b, c)."""
+    for i in range(count):
+        common = 0
+        has = False
+        for k in range(3):
+            u = rows[i, k]
+            has = has or u == moving
+            common += u == a or u == b or u == c
+        if has and common >= 2:
+            return True
+    return False

@@ -1,0 +1,104 @@
+"""Gaps: how far a vertex stands over a facet, and how far two edges that cross are apart.
+
+Widths count over the edge of an equilateral facet as large as the facet, or over the root of the area of
+the parallelogram that two edges span.
+"""
+
+import numpy as np
+
+from craftmesh.jit import kernel
+from craftmesh.surface.kernels.facet_shape import area_vector
+
+# The squared edge of an equilateral facet over twice its area.
+EDGE = 2.0 / np.sqrt(3.0)
+
+
+@kernel
+def may_overlap(points, planes, corners, other, reach):
+    """Tell whether the other facet may come within `reach` of the one of the `planes`.
+
+    Facets on a common edge make a wedge, and no gap.
+    """
+    a, b, c = corners
+    above = False
+    below = False
+    shared = 0
+    for n in range(3):
+        v = other[n]
+        if v == a or v == b or v == c:
+            shared += 1
+        else:
+            h = height_over(points, planes, 0, v)
+            above = above or h > -reach
+            below = below or h < reach
+    if shared > 1 or not (above and below):
+        return False
+    for k in range(3):
+        beyond = True
+        for n in range(3):
+            v = other[n]
+            # A shared corner lies beyond the edges that it is an end of.
+            if v == corners[k] or v == corners[(k + 1) % 3]:
+                continue
+            if height_over(points, planes, k + 1, v) <= reach:
+                beyond = False
+                break
+        if beyond:
+            return False
+    return True
+
+
+@kernel
+def height_over(points, planes, row, v):
+    """Return how far `v` lies over the plane in a row (set_planes): the facet's, or one across its edge."""
+    return (
+        planes[row, 0] * points[v, 0]
+        + planes[row, 1] * points[v, 1]
+        + planes[row, 2] * points[v, 2]
+        - planes[row, 3]
+    )
+
+
+@kernel
+def is_inside(points, planes, v):
+    """Tell whether the foot of `v` on the facet of the `planes` lies inside it."""
+    return (
+        height_over(points, planes, 1, v) <= 0.0
+        and height_over(points, planes, 2, v) <= 0.0
+        and height_over(points, planes, 3, v) <= 0.0
+    )
+
+
+@kernel
+def edge_of_area(points, a, b, c):
+    """Return the edge of an equilateral facet as large as (a, b, c)."""
+    x, y, z = area_vector(points, a, b, c)
+    return np.sqrt(EDGE * np.sqrt(x * x + y * y + z * z))
+
+
+@kernel
+def crossing_width(points, p, q, u, v):
+    """Return the relative width of the gap between two edges that cross, infinite where they do not."""
+    d = points[q] - points[p]
+    e = points[v] - points[u]
+    w = points[u] - points[p]
+    nx = d[1] * e[2] - d[2] * e[1]
+    ny = d[2] * e[0] - d[0] * e[2]
+    nz = d[0] * e[1] - d[1] * e[0]
+    n2 = nx * nx + ny * ny + nz * nz
+    if n2 <= 0.0:
+        return np.inf
+    s = (
+        (w[1] * e[2] - w[2] * e[1]) * nx
+        + (w[2] * e[0] - w[0] * e[2]) * ny
+        + (w[0] * e[1] - w[1] * e[0]) * nz
+    ) / n2
+    t = (
+        (w[1] * d[2] - w[2] * d[1]) * nx
+        + (w[2] * d[0] - w[0] * d[2]) * ny
+        + (w[0] * d[1] - w[1] * d[0]) * nz
+    ) / n2
+    if not (0.0 < s < 1.0 and 0.0 < t < 1.0):
+        return np.inf
+    length = np.sqrt(n2)
+    return abs(w[0] * nx + w[1] * ny + w[2] * nz) / (length * np.sqrt(length))

@@ -1,0 +1,136 @@
+"""Whether new facets meet each other or the facets near them."""
+
+import numpy as np
+
+from craftmesh.jit import kernel
+from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
+from craftmesh.surface.kernels.triangles import triangles_intersect
+
+# Part of a facet's size within which a point counts as on its plane; generous, the exact test decides.
+CONTACT = 1e-7
+
+
+@kernel
+def set_planes(points, corners, planes):
+    """Set rows of unit normal, offset and height that counts as contact: the facet's plane, and through
+    edge k the plane across it that faces away from the facet.
+    """
+    a, b, c = corners
+    x, y, z = area_vector(points, a, b, c)
+    length = np.sqrt(x * x + y * y + z * z)
+    scale = 1.0 / length if length > 0.0 else 0.0
+    contact = CONTACT * (np.sqrt(squared_distance(points, a, b)) + np.sqrt(squared_distance(points, a, c)))
+    x *= scale
+    y *= scale
+    z *= scale
+    planes[0, 0] = x
+    planes[0, 1] = y
+    planes[0, 2] = z
+    for k in range(3):
+        u = corners[k]
+        v = corners[(k + 1) % 3]
+        ex = points[v, 0] - points[u, 0]
+        ey = points[v, 1] - points[u, 1]
+        ez = points[v, 2] - points[u, 2]
+        length = np.sqrt(ex * ex + ey * ey + ez * ez)
+        scale = 1.0 / length if length > 0.0 else 0.0
+        planes[k + 1, 0] = (ey * z - ez * y) * scale
+        planes[k + 1, 1] = (ez * x - ex * z) * scale
+        planes[k + 1, 2] = (ex * y - ey * x) * scale
+    for k in range(4):
+        u = corners[max(0, k - 1)]
+        offset = 0.0
+        for axis in range(3):
+            offset += planes[k, axis] * points[u, axis]
+        planes[k, 3] = offset
+        planes[k, 4] = contact
+
+
+@kernel
+def _apart(points, planes, corners, p, q, r):
+    """Tell whether facet (p, q, r) surely meets the facet of the `planes` in shared corners at most.
+
+    True when its corners that are not shared lie strictly on one side of the facet's plane, or strictly
+    beyond an edge whose opposite corner is not shared. False says nothing.
+    """
+    above = False
+    below = False
+    near = False
+    shared = 0
+    outside = 7
+    for n in range(3):
+        v = p if n == 0 else (q if n == 1 else r)
+        x = points[v, 0]
+        y = points[v, 1]
+        z = points[v, 2]
+        for k in range(3):
+            if corners[k] == v:
+                shared += 1
+                outside &= ~(1 << ((k + 1) % 3))
+                v = -1
+        if v < 0:
+            continue
+        h = planes[0, 0] * x + planes[0, 1] * y + planes[0, 2] * z - planes[0, 3]
+        if abs(h) <= planes[0, 4]:
+            near = True
+        above = above or h > 0.0
+        below = below or h < 0.0
+        for k in range(3):
+            h = planes[k + 1, 0] * x + planes[k + 1, 1] * y + planes[k + 1, 2] * z - planes[k + 1, 3]
+            if h <= planes[k + 1, 4]:
+                outside &= ~(1 << k)
+    if shared == 3:
+        return False
+    return outside != 0 or (above != below and not near)
+
+
+@kernel
+def _meets_star(points, planes, star, i):
+    """Tell whether the new facet star[i] meets one of those before it."""
+    a, b, c = star[i]
+    for j in range(i):
+        if _apart(points, planes, star[i], star[j, 0], star[j, 1], star[j, 2]):
+            continue
+        if triangles_intersect(points, a, b, c, star[j, 0], star[j, 1], star[j, 2]):
+            return True
+    return False
+
+
+@kernel
+def _meets_candidates(grid, near, points, facets, planes, corners):
+    """Tell whether the new facet of these corners meets one of the first `near` candidates."""
+    candidate, bounds = grid.candidate, grid.bounds
+    a, b, c = corners
+    x0 = min(points[a, 0], points[b, 0], points[c, 0])
+    x1 = max(points[a, 0], points[b, 0], points[c, 0])
+    y0 = min(points[a, 1], points[b, 1], points[c, 1])
+    y1 = max(points[a, 1], points[b, 1], points[c, 1])
+    z0 = min(points[a, 2], points[b, 2], points[c, 2])
+    z1 = max(points[a, 2], points[b, 2], points[c, 2])
+    for n in range(near):
+        along_x = bounds[n, 0] <= x1 and bounds[n, 1] >= x0
+        along_y = bounds[n, 2] <= y1 and bounds[n, 3] >= y0
+        if not (along_x and along_y and bounds[n, 4] <= z1 and bounds[n, 5] >= z0):
+            continue
+        f = candidate[n]
+        if _apart(points, planes, corners, facets[f, 0], facets[f, 1], facets[f, 2]):
+            continue
+        if triangles_intersect(points, a, b, c, facets[f, 0], facets[f, 1], facets[f, 2]):
+            return True
+    return False
+
+
+@kernel
+def star_intersects(grid, points, facets, near, star, count):
+    """Tell whether one of the new facets star[:count] (k, 3) meets another one or a candidate.
+
+    `near` is the number of candidates that gather_near has listed.
+    """
+    planes = np.empty((4, 5))
+    for i in range(count):
+        set_planes(points, star[i], planes)
+        if _meets_star(points, planes, star, i):
+            return True
+        if _meets_candidates(grid, near, points, facets, planes, star[i]):
+            return True
+    return False
