@@ -24,6 +24,7 @@ VERBS = (
     "inp",
     "solve",
     "fracture",
+    "grow",
     "export",
     "check",
     "report",

@@ -4,15 +4,17 @@ All is checked before any job starts. Functions are pure but for reading the she
 files exist; the Snakefile only calls them.
 """
 
+import json
 import shlex
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 from craftmesh.campaign.cases import (
     NO_CRACK,
     SYNTHETIC,
+    UNTIL,
     Case,
     check_case,
     check_exists,
@@ -25,10 +27,12 @@ from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.mesh_formats import MESH_FORMATS
+from craftmesh.mechanics.model import ModelOptions
 
 SCHEMAS = Path(__file__).with_name("schemas")
 SIZE_FILES = ("points", "field")
 CRACK_LENGTHS = ("l_min", "l0")
+GrowthReport = Callable[[str, str], str]
 
 
 @dataclass(frozen=True)
@@ -46,12 +50,17 @@ class Campaign:
     def chunks(self) -> int:
         return self.config["chunks"]
 
-    def increments(self, pattern: str) -> list[str]:
-        """Return `pattern` with {case} and {inc} filled in for every increment of every case."""
+    def increments(self, pattern: str, growth: GrowthReport, growing: bool = False) -> list[str]:
+        """Return `pattern` with {case} and {inc} filled in for every increment of every case.
+
+        growth: returns the report of the growth after an increment. It is asked for cases that grow until
+        they stop, whose increments are not known before. growing: leave the other cases out.
+        """
         return [
             pattern.format(case=case.name, inc=inc)
             for case in self.cases.values()
-            for inc in case.increment_names
+            if case.grows or not growing
+            for inc in _reached(case, growth)
         ]
 
     def microstructure(self, case: str) -> str:
@@ -68,10 +77,16 @@ class Campaign:
         """Return the crack of the increment before as the input `previous`; nothing for the first."""
         return {"previous": self.crack(case, f"{int(inc) - 1:03d}")["crack"]} if int(inc) else {}
 
+    def crack_options(self, case: str, inc: str) -> dict[str, Any]:
+        """Return the keys of the crack of an increment; one that has grown is a surface in a file."""
+        if self.cases[case].grows and int(inc):
+            grown = f"{self.results}/{case}/{int(inc) - 1:03d}/grown.vtp"
+            return {"shape": "surface", "file": grown}
+        return self.config["cracks"][self.cases[case].crack]
+
     def crack_files(self, case: str, inc: str) -> list[str]:
         """Return the files that describe the crack of an increment; none for a prescribed shape."""
-        options = CrackOptions(**self.config["cracks"][self.cases[case].crack])
-        return list(crack_files(options, int(inc)).values())
+        return list(crack_files(CrackOptions(**self.crack_options(case, inc)), int(inc)).values())
 
     def size_files(self) -> list[str]:
         """Return the files that the sizing function reads."""
@@ -94,26 +109,56 @@ class Campaign:
         """Return the command-line flags of one section of the configuration."""
         return command_flags(self.config[section])
 
-    def mesh_flags(self) -> str:
-        """Return the flags of `inp` that an export takes too, so that its mesh is the deck's."""
-        return command_flags({key: self.config["inp"][key] for key in ("element", "quarter_points")})
+    def deck_flags(self, case: str) -> str:
+        """Return the flags of a case's deck."""
+        return command_flags(self._deck(case))
 
-    def model_flags(self) -> str:
-        """Return the flags of `inp` that a solver takes too, so that it solves the deck's model."""
-        return command_flags({key: value for key, value in self.config["inp"].items() if key != "includes"})
+    def mesh_flags(self, case: str) -> str:
+        """Return the flags of `inp` that an export takes too, so that its mesh is the deck's."""
+        deck = self._deck(case)
+        return command_flags({key: deck[key] for key in ("element", "quarter_points")})
+
+    def model_flags(self, case: str) -> str:
+        """Return the flags of `inp` that make the deck's model, which is solved and integrated."""
+        deck = self._deck(case)
+        return command_flags({field.name: deck[field.name] for field in fields(ModelOptions)})
+
+    def until_flag(self, case: str) -> str:
+        """Return the flag of `craftmesh grow` for a crack that may stop."""
+        return "--until" if self.cases[case].growth == UNTIL else ""
+
+    def _deck(self, case: str) -> dict[str, Any]:
+        """Return the keys of a case's deck: the elements of a crack that grows have quarter points."""
+        deck = dict(self.config["inp"])
+        if deck["quarter_points"] is None:
+            deck["quarter_points"] = self.cases[case].grows
+        return deck
 
     def import_flags(self, case: str) -> str:
         """Return the flags of `craftmesh import`; a synthetic volume is clean and needs none."""
         return "" if self.cases[case].microstructure == SYNTHETIC else self.flags("import")
 
-    def crack_flags(self, case: str) -> str:
-        """Return the command-line flags of a case's crack, and of the lengths it is held against."""
+    def crack_flags(self, case: str, inc: str) -> str:
+        """Return the command-line flags of an increment's crack, and of the lengths it is held against."""
         lengths = {key: self.config["sizing"][key] for key in CRACK_LENGTHS}
-        return command_flags(self.config["cracks"][self.cases[case].crack] | lengths)
+        return command_flags(self.crack_options(case, inc) | lengths)
 
     def code(self, verb: str) -> str:
         """Return the digest of the modules that a verb of the command line runs."""
         return digest(f"craftmesh.commands.{verb}")
+
+
+def _reached(case: Case, growth: GrowthReport) -> Iterator[str]:
+    """Yield the names of the increments that a case has: all, or those before its crack stops."""
+    for inc in case.increment_names:
+        yield inc
+        last = inc == case.increment_names[-1]
+        if case.growth == UNTIL and not last and _has_ended(growth(case.name, inc)):
+            return
+
+
+def _has_ended(report: str) -> bool:
+    return bool(json.loads(Path(report).read_text(encoding="utf-8"))["ended"])
 
 
 def read_campaign(config: Mapping[str, Any]) -> Campaign:
@@ -129,6 +174,11 @@ def read_campaign(config: Mapping[str, Any]) -> Campaign:
     cases = read_cases(Path(config["cases"]), load_schema(SCHEMAS / "cases.schema.yaml"))
     for case in cases.values():
         check_case(case, config)
+        if case.grows and config["inp"]["element"] != "C3D10":
+            raise CraftmeshError(
+                f"inp.element is {config['inp']['element']}, and the crack of case {case.name!r} grows; "
+                "expected C3D10, whose displacements give its stress intensities"
+            )
     data = Path(config["data"])
     cases = {
         name: replace(case, microstructure=located(case.microstructure, data))

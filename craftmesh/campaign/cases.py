@@ -13,17 +13,27 @@ from craftmesh.errors import CraftmeshError
 SYNTHETIC = "synthetic"
 NO_CRACK = "none"
 COLUMNS = ("case", "microstructure", "crack", "increments")
+OPTIONAL = ("growth",)  # columns that a sheet may have after those
+PRESCRIBED, GROW, UNTIL = "prescribed", "grow", "until"
 RESERVED = ("logs", "benchmarks")
 
 
 @dataclass(frozen=True)
 class Case:
-    """One row of the sheet: its name, the microstructure's path or SYNTHETIC, its crack or NO_CRACK."""
+    """One row of the sheet: its name, the microstructure's path or SYNTHETIC, its crack or NO_CRACK.
+
+    growth: PRESCRIBED, GROW, or UNTIL the crack stops, after `increments` at the latest.
+    """
 
     name: str
     microstructure: str
     crack: str
     increments: int
+    growth: str = PRESCRIBED
+
+    @property
+    def grows(self) -> bool:
+        return self.growth != PRESCRIBED
 
     @property
     def increment_names(self) -> tuple[str, ...]:
@@ -43,12 +53,15 @@ def read_cases(path: Path, schema: dict) -> dict[str, Case]:
     lines = path.read_text(encoding="utf-8-sig").splitlines()
     numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     rows = list(csv.reader((line for _, line in numbered), delimiter="\t"))
-    if not rows or tuple(name.strip() for name in rows[0]) != COLUMNS:
-        found = listed(rows[0]) if rows else "nothing"
-        raise CraftmeshError(f"{path}: columns {found}; expected {listed(COLUMNS)}, separated by tabs")
+    columns = tuple(name.strip() for name in rows[0]) if rows else ()
+    if columns not in (COLUMNS, COLUMNS + OPTIONAL):
+        raise CraftmeshError(
+            f"{path}: columns {listed(columns) or 'nothing'}; expected {listed(COLUMNS)} and perhaps "
+            f"{listed(OPTIONAL)}, separated by tabs"
+        )
     cases: dict[str, Case] = {}
     for (number, _), row in zip(numbered[1:], rows[1:]):
-        case = _case(row, schema, f"{path}, line {number}")
+        case = _case(columns, row, schema, f"{path}, line {number}")
         if case.name in cases:
             raise CraftmeshError(
                 f"{path}, line {number}: case {case.name!r} is there twice; names must differ"
@@ -59,10 +72,10 @@ def read_cases(path: Path, schema: dict) -> dict[str, Case]:
     return cases
 
 
-def _case(row: list[str], schema: dict, place: str) -> Case:
-    values: dict[str, Any] = dict(zip(COLUMNS, (field.strip() for field in row)))
-    if len(row) != len(COLUMNS):
-        raise CraftmeshError(f"{place}, case {row[0]!r}: {len(row)} columns; expected {len(COLUMNS)}")
+def _case(columns: tuple[str, ...], row: list[str], schema: dict, place: str) -> Case:
+    values: dict[str, Any] = dict(zip(columns, (field.strip() for field in row)))
+    if len(row) != len(columns):
+        raise CraftmeshError(f"{place}, case {row[0]!r}: {len(row)} columns; expected {len(columns)}")
     if values["increments"].isdecimal():
         values["increments"] = int(values["increments"])
     try:
@@ -73,7 +86,8 @@ def _case(row: list[str], schema: dict, place: str) -> Case:
         raise CraftmeshError(
             f"{place}: case {values['case']!r} is a folder of the results; choose another name"
         )
-    return Case(values["case"], values["microstructure"], values["crack"], values["increments"])
+    values["name"] = values.pop("case")
+    return Case(**values)
 
 
 def check_case(case: Case, config: Mapping[str, Any]) -> None:
@@ -86,6 +100,8 @@ def check_case(case: Case, config: Mapping[str, Any]) -> None:
         )
     if case.crack == NO_CRACK and case.increments != 1:
         raise CraftmeshError(f"{place}: increments is {case.increments} without a crack; expected 1")
+    if case.crack == NO_CRACK and case.grows:
+        raise CraftmeshError(f"{place}: growth is {case.growth} without a crack; expected {PRESCRIBED}")
     if case.crack != NO_CRACK:
         _check_series(case, config)
     path = Path(located(case.microstructure, Path(config["data"])))
@@ -98,13 +114,13 @@ def check_case(case: Case, config: Mapping[str, Any]) -> None:
 def _check_series(case: Case, config: Mapping[str, Any]) -> None:
     """Raise where the case's crack lacks an increment, or a file of one."""
     key, options = f"cracks.{case.crack}", CrackOptions(**config["cracks"][case.crack])
-    series = options.increments
-    if series and len(series) < case.increments:
+    series, prescribed = options.increments, 1 if case.grows else case.increments
+    if series and len(series) < prescribed:
         raise CraftmeshError(
             f"{key}.increments prescribes {len(series)} increments; "
-            f"case {case.name!r} of {config['cases']} asks for {case.increments}"
+            f"case {case.name!r} of {config['cases']} asks for {prescribed}"
         )
-    for increment in range(case.increments):
+    for increment in range(prescribed):
         for name, path in crack_files(options, increment).items():
             check_exists(f"{key}.{name}", path)
 

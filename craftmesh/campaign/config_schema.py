@@ -33,6 +33,7 @@ SECTIONS = {
     "inp": ("the input deck", ["mechanics.model.ModelOptions", "deck.write_deck.DeckOptions"]),
     "solve": ("the field of displacements", ["solve.options.SolveOptions"]),
     "fracture": ("K, J and T along the crack's fronts", ["fracture.options.FractureOptions"]),
+    "grow": ("which way and how far cracks grow", ["growth.options.GrowthOptions"]),
 }
 CRACK = "cracks.options.CrackOptions"
 KINDS = {float: "number", int: "integer", bool: "boolean", str: "string", NoneType: "null"}
@@ -43,7 +44,7 @@ def config_schema() -> dict:
     properties: dict[str, Any] = {
         "cases": {
             "type": "string",
-            "description": "tab-separated sheet: case, microstructure, crack, increments",
+            "description": "tab-separated sheet: case, microstructure, crack, increments, perhaps growth",
         },
         "results": _text("results", "folder of all that the campaign writes"),
         "data": _text(".", "folder from which the sheet's microstructures are named"),

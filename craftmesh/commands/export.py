@@ -33,6 +33,6 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.output.exists() and arguments.output.samefile(arguments.volume):
         raise CraftmeshError(f"{arguments.output}: is the mesh that is read; give another name")
     options = options_from(arguments, DeckOptions)
-    mesh, _ = as_elements(read_tets(arguments.volume), options.element, options.quarter_points)
+    mesh, _ = as_elements(read_tets(arguments.volume), options.element, bool(options.quarter_points))
     module, function = MESH_FORMATS[suffix[1:]]
     getattr(importlib.import_module(module), function)(arguments.output, mesh)

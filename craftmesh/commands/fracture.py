@@ -13,11 +13,13 @@ from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output, existing, tell, write_json
 from craftmesh.errors import CraftmeshError
 from craftmesh.fracture.options import FractureOptions
-from craftmesh.fracture.parameters import fracture_parameters
+from craftmesh.fracture.parameters import FrontParameters, fracture_parameters
+from craftmesh.growth.extension import KinksAndExtensions, crack_radius, kinks_and_extensions
+from craftmesh.growth.options import GrowthOptions
 from craftmesh.io.front_csv import write_front
 from craftmesh.io.npz import read_labels
 from craftmesh.io.solution import read_solution
-from craftmesh.io.vtk import read_tets
+from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.load import Load
 from craftmesh.mechanics.model import ModelOptions, elastic_model
 from craftmesh.solve.foreign import foreign_solution
@@ -39,7 +41,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="labels .npz with the grains' orientations and phases",
     )
-    add_options(parser, FractureOptions, ModelOptions)
+    parser.add_argument(
+        "--crack",
+        type=Path,
+        metavar="FILE",
+        help="crack surface .vtp: find how it grows as well, columns kink_angle and extension",
+    )
+    add_options(parser, FractureOptions, ModelOptions, GrowthOptions)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -65,11 +73,31 @@ def run(arguments: argparse.Namespace) -> None:
         options_from(arguments, FractureOptions),
         loaded_planes(model.load),
     )
-    write_front(arguments.output, parameters.columns())
+    columns = parameters.columns()
+    if arguments.crack:
+        box = np.stack([model.mesh.points.min(axis=0), model.mesh.points.max(axis=0)])
+        radius = crack_radius(read_crack(existing(arguments.crack)), box)
+        growth = kinks_and_extensions(
+            intensities(parameters), radius, options_from(arguments, GrowthOptions)
+        )
+        columns |= growth_columns(growth) | {"flags": columns.pop("flags")}
+        report["growth"] = {"radius": radius, "cycles": growth.cycles}
+    write_front(arguments.output, columns)
     if arguments.json:
         write_json(arguments.json, report)
     for front in report["fronts"]:
         tell({key: front[key] for key in TOLD}, None)
+
+
+def intensities(parameters: FrontParameters) -> np.ndarray:
+    """Return K_I, K_II, K_III (n, 3) of the front nodes."""
+    return np.column_stack([parameters.K_I, parameters.K_II, parameters.K_III])
+
+
+def growth_columns(growth: KinksAndExtensions) -> dict[str, np.ndarray]:
+    """Return the columns of sif.csv that say how a front goes on; kink angles in degrees."""
+    angle = np.degrees(growth.kink_angle)
+    return {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}
 
 
 def loaded_planes(load: Load | None) -> set[str]:

@@ -53,7 +53,7 @@ def extensions(driving: np.ndarray, median: float, options: GrowthOptions) -> np
     if not middle > 0:
         raise CraftmeshError(
             f"the median driving stress intensity along the front is {middle:.4g}; expected one over 0 for "
-            "growth.law power: more than half of the front is closed"
+            "grow.law power: more than half of the front is closed"
         )
     ratio = np.clip(
         driving / middle, 0.0, options.most

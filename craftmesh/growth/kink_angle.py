@@ -35,7 +35,7 @@ def kink_angles(k: np.ndarray, criterion: str, poisson: float = 0.3) -> np.ndarr
     angles = np.asarray(_own_criterion(criterion)(opened), float)
     if angles.shape != (len(k),) or not np.isfinite(angles).all():
         raise CraftmeshError(
-            f"growth.criterion {criterion} returned an array of shape {angles.shape}; expected {len(k)} "
+            f"grow.criterion {criterion} returned an array of shape {angles.shape}; expected {len(k)} "
             "finite angles in radians"
         )
     return angles
@@ -106,11 +106,11 @@ def _own_criterion(name: str) -> Criterion:
     module, colon, function = name.partition(":")
     if not colon:
         raise CraftmeshError(
-            f"growth.criterion is {name!r}; expected {', '.join(CRITERIA)} or package.module:function"
+            f"grow.criterion is {name!r}; expected {', '.join(CRITERIA)} or package.module:function"
         )
     try:
         return getattr(importlib.import_module(module), function)
     except (ImportError, AttributeError) as error:
         raise CraftmeshError(
-            f"growth.criterion {name} cannot be loaded ({error}); expected a function that is installed"
+            f"grow.criterion {name} cannot be loaded ({error}); expected a function that is installed"
         ) from error

@@ -36,8 +36,10 @@ class ModelOptions(Options):
         "at two nodes, or on rollers (planes of symmetry, in which a crack is mirrored)",
         choices=("free", "rollers"),
     )
-    quarter_points: bool = option(
-        False, "move the mid nodes of C3D10 next to the crack front to a quarter of their edges"
+    quarter_points: bool | None = option(
+        None,
+        "move the mid nodes of C3D10 next to the crack front to a quarter of their edges; none: only for "
+        "cases whose cracks grow",
     )
 
 
@@ -88,7 +90,7 @@ def elastic_model(
     grain has no orientation, a phase has no material, the element type does not fit the mesh, or the load
     has no face to act on.
     """
-    mesh, report = as_elements(mesh, options.element, options.quarter_points)
+    mesh, report = as_elements(mesh, options.element, bool(options.quarter_points))
     grains = np.unique(mesh.grain)
     axes = _crystal_axes(grains, orientations)
     materials = parse_materials(options.material)

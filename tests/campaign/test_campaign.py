@@ -8,6 +8,11 @@ from craftmesh.campaign.campaign import Campaign, command_flags, read_campaign
 from craftmesh.errors import CraftmeshError
 
 HEADER = "case\tmicrostructure\tcrack\tincrements\n"
+GROWING = "case\tmicrostructure\tcrack\tincrements\tgrowth\n"
+
+
+def no_growth(case, inc):
+    raise AssertionError(f"asked whether case {case} ended after {inc}")
 
 
 @pytest.fixture
@@ -28,12 +33,41 @@ def test_sound_campaign_has_defaults_cases_and_files(campaign):
     found = campaign()
     assert found.config["results"] == "results" and found.chunks == 2
     assert found.cases["one"].increment_names == ("000", "001", "002")
-    assert found.increments("{case}/{inc}") == ["one/000", "one/001", "one/002"]
+    assert found.increments("{case}/{inc}", no_growth) == ["one/000", "one/001", "one/002"]
     assert found.microstructure("one") == "results/one/generated.npz"
     assert found.crack("one", "001") == {"crack": "results/one/001/crack.vtp"}
     assert found.previous_crack("one", "000") == {}
     assert found.previous_crack("one", "002") == {"previous": "results/one/001/crack.vtp"}
-    assert "--radius 5.0" in found.crack_flags("one") and "--l0 1.0" in found.crack_flags("one")
+    assert "--radius 5.0" in found.crack_flags("one", "001") and "--l0 1.0" in found.crack_flags(
+        "one", "001"
+    )
+
+
+def test_a_growing_case_takes_the_crack_that_the_increment_before_left(campaign):
+    found = campaign("one\tsynthetic\tpenny\t3\tgrow\n", GROWING)
+    assert found.increments("{inc}", no_growth) == ["000", "001", "002"]
+    assert found.crack_files("one", "000") == [] and "--radius 5.0" in found.crack_flags("one", "000")
+    assert found.crack_files("one", "002") == ["results/one/001/grown.vtp"]
+    assert "--shape surface --file results/one/001/grown.vtp" in found.crack_flags("one", "002")
+    assert found.previous_crack("one", "002") == {"previous": "results/one/001/crack.vtp"}
+
+
+def test_only_the_first_crack_of_a_growing_case_has_to_be_prescribed(campaign):
+    given = {"given": {"radius": 5.0, "increments": [5.0]}}
+    campaign("one\tsynthetic\tgiven\t3\tgrow\n", GROWING, cracks=given)
+    with pytest.raises(CraftmeshError, match="prescribes 1 increments"):
+        campaign("one\tsynthetic\tgiven\t3\tprescribed\n", GROWING, cracks=given)
+
+
+def test_a_case_until_its_crack_stops_has_the_increments_that_were_reached(campaign, tmp_path):
+    found = campaign("one\tsynthetic\tpenny\t9\tuntil\n", GROWING)
+
+    def growth(case, inc):
+        report = tmp_path / f"{case}_{inc}.json"
+        report.write_text('{"ended": "%s"}' % ("left the body" if inc == "002" else ""))
+        return str(report)
+
+    assert found.increments("{inc}", growth) == ["000", "001", "002"]
 
 
 def test_paths_of_microstructures_start_at_the_data_folder(campaign, tmp_path):
@@ -110,6 +144,11 @@ def test_mistakes_in_the_sheet(campaign, rows, said):
     with pytest.raises(CraftmeshError, match=said) as caught:
         campaign(rows)
     assert "cases.tsv" in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_growth_without_a_crack_is_refused(campaign):
+    with pytest.raises(CraftmeshError, match="case 'one': growth is grow without a crack"):
+        campaign("one\tsynthetic\tnone\t1\tgrow\n", GROWING)
 
 
 def test_wrong_columns_are_named(campaign):

@@ -136,7 +136,7 @@ def test_extensions_stay_within_their_caps(driving):
 
 
 def test_extension_by_power_needs_an_open_front():
-    with pytest.raises(CraftmeshError, match="growth.law power"):
+    with pytest.raises(CraftmeshError, match="grow.law power"):
         extensions(np.array([0.0, 0.0, 1.0]), 1.0, GrowthOptions(law="power"))
 
 

@@ -22,6 +22,7 @@ PER_INCREMENT = {
     "check": 1,
 }
 HEADER = "case\tmicrostructure\tcrack\tincrements\n"
+GROWING = "case\tmicrostructure\tcrack\tincrements\tgrowth\n"
 
 
 def test_plan_of_a_new_campaign(new_folder):
@@ -32,6 +33,33 @@ def test_plan_of_a_new_campaign(new_folder):
     wanted |= {"crack": 4, "report": 1, "all": 1}
     assert run.status == 0, run.text
     assert run.jobs == wanted | {"total": sum(wanted.values())}
+
+
+def test_plan_of_a_crack_that_grows(new_folder):
+    cases = GROWING + "a\tsynthetic\ttiny\t3\tgrow\nb\tsynthetic\ttiny\t2\tprescribed\n"
+    run = new_folder(cases).snakemake("--dry-run", "--printshellcmds")
+    assert run.status == 0, run.text
+    assert {rule: run.jobs[rule] for rule in ("solve", "fracture", "grow", "crack", "inp")} == {
+        "solve": 3,
+        "fracture": 3,
+        "grow": 2,
+        "crack": 5,
+        "inp": 5,
+    }
+    decks = [line for line in run.text.splitlines() if "craftmesh inp " in line]
+    assert all(("results/a/" in line) == ("--quarter-points" in line) for line in decks)
+
+
+def test_a_crack_that_grows_until_it_stops_is_planned_one_by_one(new_folder):
+    run = new_folder(GROWING + "a\tsynthetic\ttiny\t9\tuntil\n").snakemake("--dry-run")
+    assert run.status == 0, run.text
+    assert run.jobs["grow"] == 1 and "inp" not in run.jobs
+
+
+def test_intensities_of_prescribed_cracks_are_a_target(new_folder):
+    run = new_folder().snakemake("--dry-run", "intensities")
+    assert run.status == 0, run.text
+    assert run.jobs["solve"] == run.jobs["fracture"] == 2 and "inp" not in run.jobs
 
 
 def test_a_configuration_without_sizes_takes_them_from_the_voxels(new_folder):

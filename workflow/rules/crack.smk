@@ -13,7 +13,7 @@ rule crack:
     conda:
         "../envs/craftmesh.yaml"
     params:
-        options=lambda wildcards: CAMPAIGN.crack_flags(wildcards.case),
+        options=lambda wildcards: CAMPAIGN.crack_flags(wildcards.case, wildcards.inc),
         increment=lambda wildcards: int(wildcards.inc),
         previous=lambda wildcards, input: command_flags({"previous": input.get("previous")}),
         code=CAMPAIGN.code("crack"),

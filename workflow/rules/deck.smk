@@ -17,7 +17,7 @@ rule inp:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=30,
     params:
-        options=CAMPAIGN.flags("inp"),
+        options=lambda wildcards: CAMPAIGN.deck_flags(wildcards.case),
         code=CAMPAIGN.code("inp"),
     shell:
         "craftmesh inp {input.volume} --microstructure {input.labels} {params.options} -o {output.model} > {log} 2>&1"
@@ -42,7 +42,7 @@ rule export:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=30,
     params:
-        options=CAMPAIGN.mesh_flags(),
+        options=lambda wildcards: CAMPAIGN.mesh_flags(wildcards.case),
         code=CAMPAIGN.code("export"),
     shell:
         "craftmesh export {input} {params.options} -o {output} > {log} 2>&1"

@@ -1,5 +1,6 @@
 rule fracture:
     input:
+        crack=f"{INC}/crack.vtp",
         volume=f"{INC}/volume.vtu",
         labels=f"{CASE}/labels.npz",
         solution=f"{INC}/solution.npz",
@@ -16,9 +17,11 @@ rule fracture:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=120,
     params:
-        model=CAMPAIGN.model_flags(),
+        model=lambda wildcards: CAMPAIGN.model_flags(wildcards.case),
         options=CAMPAIGN.flags("fracture"),
+        growth=CAMPAIGN.flags("grow"),
         code=CAMPAIGN.code("fracture"),
     shell:
-        "craftmesh fracture {input.volume} {input.solution} --microstructure {input.labels} {params.model}"
-        " {params.options} -o {output.sif} --json {output.report} > {log} 2>&1"
+        "craftmesh fracture {input.volume} {input.solution} --crack {input.crack}"
+        " --microstructure {input.labels} {params.model} {params.options} {params.growth}"
+        " -o {output.sif} --json {output.report} > {log} 2>&1"

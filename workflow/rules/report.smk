@@ -1,6 +1,7 @@
 rule report:
     input:
-        CAMPAIGN.increments(f"{INC}/quality.json"),
+        quality=every_increment(f"{INC}/quality.json"),
+        intensities=every_increment(f"{INC}/sif.csv", growing=True),
     output:
         f"{CAMPAIGN.results}/report.html",
     log:
@@ -13,4 +14,4 @@ rule report:
     params:
         code=CAMPAIGN.code("report"),
     shell:
-        "craftmesh report {input} -o {output} > {log} 2>&1"
+        "craftmesh report {input.quality} -o {output} > {log} 2>&1"

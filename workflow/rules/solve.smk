@@ -15,7 +15,7 @@ rule solve:
         mem_mb=lambda wildcards, attempt: 16000 * attempt,
         runtime=1440,
     params:
-        model=CAMPAIGN.model_flags(),
+        model=lambda wildcards: CAMPAIGN.model_flags(wildcards.case),
         options=CAMPAIGN.flags("solve"),
         code=CAMPAIGN.code("solve"),
     shell:

@@ -1,0 +1,101 @@
+"""Grow a crack by one increment: its fronts go by the kink angles and extensions of sif.csv."""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.commands.crack import box_and_edge
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.stage_io import add_output, add_report, existing, tell
+from craftmesh.cracks.series import crack_area
+from craftmesh.errors import CraftmeshError
+from craftmesh.growth.grow import FrontExtensions, grow
+from craftmesh.growth.options import GrowthOptions
+from craftmesh.io.front_csv import read_front
+from craftmesh.io.vtk import read_crack, write_crack
+from craftmesh.types import Crack
+
+GOES = ("kink_angle", "extension")
+FRAMES = tuple(f"{name}_{axis}" for name in ("normal", "binormal") for axis in "xyz")
+LEFT = "every front has left the body"
+STANDS = "no point of the front extends: Delta K is nowhere over grow.threshold"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("crack", type=Path, help="crack surface .vtp")
+    parser.add_argument("intensities", type=Path, help="sif.csv of that crack: kink angles and extensions")
+    parser.add_argument("front", type=Path, help="front.csv of its mesh: the frames along the front")
+    parser.add_argument(
+        "--volume",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help="labels .npz, volume .vti or surface .vtp that gives the box",
+    )
+    add_output(parser, "grown crack surface .vtp")
+    parser.add_argument(
+        "--until",
+        action="store_true",
+        help="a crack that stops is no error: write it as it is, and why into the report as `ended`",
+    )
+    add_report(parser)
+    add_options(parser, GrowthOptions)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    options = options_from(arguments, GrowthOptions)
+    crack = read_crack(existing(arguments.crack))
+    box, _ = box_and_edge(arguments.volume)
+    along = front_extensions(arguments.intensities, arguments.front)
+    grown = grow(crack, along, box, options) if (along.extension > 0).any() else crack
+    ended = LEFT if grown is None else STANDS if grown is crack else ""
+    if ended and not arguments.until:
+        raise CraftmeshError(
+            f"{arguments.crack}: the crack stops here, {ended}; ask for no further increment of this case, "
+            "or set its growth to until"
+        )
+    write_crack(arguments.output, grown or crack)
+    tell(growth_report(crack, grown or crack, along, ended), arguments.report)
+
+
+def front_extensions(intensities: Path, front: Path) -> FrontExtensions:
+    """Read where the points of a front go, by the nodes that sif.csv and front.csv both name.
+
+    Raises CraftmeshError for missing columns, bad numbers, and files of different meshes.
+    """
+    goes = _columns(intensities, ("node", *GOES), "made by `craftmesh fracture --crack`")
+    frames = _columns(front, ("node", *FRAMES), "made by `craftmesh assemble --front-csv`")
+    if not np.array_equal(goes["node"], frames["node"]):
+        raise CraftmeshError(
+            f"{intensities} and {front} name different nodes; expected the files of one mesh, row by row"
+        )
+    points, normal, binormal = (
+        np.stack([frames[f"{name}{axis}"] for axis in "xyz"], axis=1)
+        for name in ("", "normal_", "binormal_")
+    )
+    return FrontExtensions(points, normal, binormal, np.radians(goes["kink_angle"]), goes["extension"])
+
+
+def _columns(path: Path, names: tuple[str, ...], made: str) -> dict[str, np.ndarray]:
+    """Return columns of finite numbers of a csv; raises CraftmeshError that says how it is made."""
+    columns = read_front(existing(path))
+    for name in names:
+        if name not in columns:
+            raise CraftmeshError(f"{path}: no column {name!r} of numbers; expected a file {made}")
+        bad = np.flatnonzero(~np.isfinite(columns[name]))
+        if len(bad):
+            raise CraftmeshError(f"{path}, row {bad[0] + 1}: {name} is not a number; expected one")
+    return columns
+
+
+def growth_report(crack: Crack, grown: Crack, along: FrontExtensions, ended: str) -> dict:
+    """Return areas, the kink angles' range in degrees, the extensions' range, and why the growth ended."""
+    angle = np.degrees(along.kink_angle)
+    return {
+        "area": [crack_area(crack), crack_area(grown)],
+        "kink_angle": [float(angle.min()), float(angle.max())],
+        "extension": [float(along.extension.min()), float(along.extension.max())],
+        "fronts": len(grown.fronts),
+        "ended": ended,
+    }

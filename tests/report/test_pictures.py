@@ -1,0 +1,51 @@
+"""Pictures are images, the same bytes each time, and show what they are given."""
+
+import io
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.report.pictures import along_front, crack_by_increment, deformed_body, stress_on_plane
+
+BOX = np.array([[0.0, 0.0, 0.0], [10.0, 10.0, 10.0]])
+TET = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]), np.array([[0, 1, 2, 3]])
+
+
+def cracks(radii):
+    options = CrackOptions(shape="penny", centre=(5.0, 5.0, 5.0), increments=tuple(radii))
+    return {f"{k:03d}": prescribed_crack(options, k, BOX) for k in range(len(radii))}
+
+
+def intensities(k2):
+    s = np.linspace(0, 6, 20)
+    columns = {"front": np.ones(20, int), "s": s, "K_I": np.sin(s), "K_II": k2 * np.cos(s)}
+    return {"000": columns | {"K_III": 0 * s, "kink_angle": 0 * s}}
+
+
+def stress(value):
+    return stress_on_plane(*TET, np.array([value]), np.array([1.0, 1.0, 1.0]), 2)
+
+
+PICTURES = [
+    (
+        lambda: crack_by_increment(cracks([2.0, 3.0]), BOX),
+        lambda: crack_by_increment(cracks([2.0, 4.0]), BOX),
+    ),
+    (lambda: along_front(intensities(1.0)), lambda: along_front(intensities(2.0))),
+    (
+        lambda: deformed_body(TET[0], TET[1][:, :3], TET[0] * [0.1, 0, 0]),
+        lambda: deformed_body(TET[0], TET[1][:, :3], TET[0] * [0, 0.1, 0]),
+    ),
+    (lambda: stress(1.0), lambda: stress(2.0)),
+]
+
+
+@pytest.mark.parametrize(("picture", "other"), PICTURES, ids=["crack", "front", "body", "stress"])
+def test_a_picture_is_the_same_for_the_same_and_another_for_another(picture, other):
+    first = picture()
+    assert first == picture() != other()
+    pixels = imread(io.BytesIO(first))
+    assert pixels.shape[0] > 300 and np.ptp(pixels[..., :3]) > 0.5

@@ -1,0 +1,94 @@
+"""A tiny crack that grows in a closed loop through Snakemake, and goes on where it was stopped."""
+
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from deck_reader import load_judge
+
+from craftmesh.cracks.series import crack_area
+from craftmesh.io.vtk import read_crack
+
+ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.xdist_group("growing campaign")
+CONFIG = """
+cases: cases.tsv
+chunks: 1
+generate: {shape: [14, 14, 14], grains: 3}
+sizing: {l0: 1.0, l_min: 0.8, l_max: 3.0, r0: 3.0, r1: 6.0}
+cracks:
+  tilted: {centre: [7.0, 7.0, 7.2], normal: [0.0, 0.4, 1.0], radius: 2.6}
+grow: {extension: 0.8}
+"""
+CASES = "case\tmicrostructure\tcrack\tincrements\tgrowth\ntiny\tsynthetic\ttilted\t2\tgrow\n"
+GROWN = ("grown.vtp", "growth.json", "sif.csv", "solution.npz", "solution.vtu", "fracture.json")
+
+
+@pytest.fixture(scope="module")
+def finished(new_folder):
+    folder = new_folder(CASES, CONFIG)
+    run = folder.snakemake("--cores", "2")
+    assert run.status == 0, run.text
+    return folder
+
+
+def rows(folder, inc):
+    with open(folder.path / "results" / "tiny" / inc / "sif.csv", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_every_increment_is_solved_and_the_first_one_grows(finished):
+    case = finished.path / "results" / "tiny"
+    assert all((case / "000" / name).is_file() for name in GROWN)
+    assert {path.name for path in (case / "001").iterdir()} >= set(GROWN[2:]) | {"model.inp"}
+    assert not (case / "001" / "grown.vtp").exists()
+    assert json.loads((case / "000" / "growth.json").read_text())["ended"] == ""
+
+
+def test_the_second_crack_is_the_first_one_and_a_strip(finished):
+    before, after = (
+        read_crack(finished.path / "results" / "tiny" / inc / "crack.vtp") for inc in ("000", "001")
+    )
+    ring = np.pi * (3.4**2 - 2.6**2)
+    # a kinked ring of that width; 3 %: the front's nodes, 0.8 apart, on a radius of 2.6
+    assert crack_area(after) - crack_area(before) == pytest.approx(ring, rel=0.03)
+    tip = after.points[after.fronts[0]] - [7.0, 7.0, 7.2]
+    assert np.linalg.norm(tip, axis=1).max() < 2.6 + 0.8 + 1e-6
+
+
+def test_a_tilted_penny_turns_towards_the_plane_square_to_the_tension(finished):
+    first, second = (
+        np.array([float(row["kink_angle"]) for row in rows(finished, inc)]) for inc in ("000", "001")
+    )
+    # 21.8 degrees of tilt: 36 degrees in an infinite body, of which this one is far; less after the turn
+    assert 25 < np.abs(first).max() < 45
+    assert np.abs(second).max() < np.abs(first).max()
+    assert {float(row["extension"]) for row in rows(finished, "000")} == {0.8}
+
+
+def test_the_judge_finds_no_fault_in_the_deck_of_the_grown_crack(finished):
+    case = finished.path / "results" / "tiny"
+    verdict = load_judge(ROOT).judge(case / "001" / "model.inp", case / "labels.npz")
+    assert verdict["faults"] == []
+
+
+def test_what_is_lost_is_made_again_in_the_same_bytes(finished):
+    increment = finished.path / "results" / "tiny" / "001"
+    lost = ("crack.vtp", "sif.csv", "solution.npz", "model.inp")
+    before = {name: (increment / name).read_bytes() for name in lost}
+    shutil.rmtree(increment)
+    (increment.parent / "000" / "grown.vtp").unlink()
+    run = finished.snakemake("--cores", "2")
+    assert run.status == 0, run.text
+    assert run.jobs["grow"] == 1 and run.jobs["solve"] == 1
+    assert {name: (increment / name).read_bytes() for name in lost} == before
+
+
+def test_growth_keys_rerun_what_follows_the_field(finished):
+    text = (finished.path / "config.yaml").read_text()
+    (finished.path / "other.yaml").write_text(text.replace("extension: 0.8", "extension: 0.9"))
+    jobs = finished.snakemake("--dry-run", configfile="other.yaml").jobs
+    assert jobs["fracture"] == 2 and jobs["grow"] == 1 and jobs["solve"] == 1
