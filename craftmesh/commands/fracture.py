@@ -21,10 +21,16 @@ from craftmesh.io.npz import read_labels
 from craftmesh.io.solution import read_solution
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.load import Load
-from craftmesh.mechanics.model import ModelOptions, elastic_model
+from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
 from craftmesh.solve.foreign import foreign_solution
 from craftmesh.solve.options import EXTERNAL
+from craftmesh.solve.problem import DECK_RULE, problem_of
+from craftmesh.solve.solve import FULL_RULE
+from craftmesh.types import Solution
 
+# A field of the same model is as far out of balance as before, but for rounding; without the quarter points
+# of a penny it was 8e-2.
+MORE = 10.0
 TOLD = ("front", "nodes", "radius", "largest_K", "largest_spread", "root_of_J_over_G", "flagged")
 
 
@@ -56,15 +62,15 @@ def run(arguments: argparse.Namespace) -> None:
         voxels = read_labels(existing(arguments.microstructure))
         known = {"orientations": voxels.orientations, "phases": voxels.phases}
     model, _ = elastic_model(read_tets(arguments.volume), options_from(arguments, ModelOptions), **known)
-    displacement = read_solution(existing(arguments.solution)).displacement
+    solution = read_solution(existing(arguments.solution))
+    displacement = solution.displacement
     if displacement.shape != model.mesh.points.shape:
         raise CraftmeshError(
             f"{arguments.solution}: has {len(displacement)} nodes, the mesh {len(model.mesh.points)}; give "
             "the solution of this mesh, and the same element"
         )
     if model.load is not None:
-        numbers = np.arange(1, len(displacement) + 1)
-        foreign_solution(model, numbers, displacement, EXTERNAL, str(arguments.solution))
+        _check_field(model, solution, str(arguments.solution))
     parameters, report = fracture_parameters(
         model.mesh,
         displacement,
@@ -98,6 +104,21 @@ def growth_columns(growth: KinksAndExtensions) -> dict[str, np.ndarray]:
     """Return the columns of sif.csv that say how a front goes on; kink angles in degrees."""
     angle = np.degrees(growth.kink_angle)
     return {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}
+
+
+def _check_field(model: ElasticModel, solution: Solution, source: str) -> None:
+    """Raise CraftmeshError for a field that is not in balance as it was when it was found."""
+    numbers = np.arange(1, len(solution.displacement) + 1)
+    foreign_solution(model, numbers, solution.displacement, EXTERNAL, source)
+    recorded = float(solution.record.get("residual", np.inf))
+    residual = min(
+        problem_of(model, rule).balance(solution.displacement)[2] for rule in (DECK_RULE, FULL_RULE)
+    )
+    if residual > MORE * recorded:
+        raise CraftmeshError(
+            f"{source}: the field leaves {residual:.1e} of the forces out of balance here, and left "
+            f"{recorded:.1e} when it was found; give the options with which it was solved (quarter_points?)"
+        )
 
 
 def loaded_planes(load: Load | None) -> set[str]:
