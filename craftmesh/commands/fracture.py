@@ -30,7 +30,7 @@ from craftmesh.types import Solution
 
 # A field of the same model is as far out of balance as before, but for rounding; without the quarter points
 # of a penny it was 8e-2.
-MORE = 10.0
+MORE, ROUNDING = 10.0, 1e-10
 TOLD = ("front", "nodes", "radius", "largest_K", "largest_spread", "root_of_J_over_G", "flagged")
 
 
@@ -114,7 +114,7 @@ def _check_field(model: ElasticModel, solution: Solution, source: str) -> None:
     residual = min(
         problem_of(model, rule).balance(solution.displacement)[2] for rule in (DECK_RULE, FULL_RULE)
     )
-    if residual > MORE * recorded:
+    if residual > MORE * max(recorded, ROUNDING):
         raise CraftmeshError(
             f"{source}: the field leaves {residual:.1e} of the forces out of balance here, and left "
             f"{recorded:.1e} when it was found; give the options with which it was solved (quarter_points?)"
