@@ -1,9 +1,13 @@
-"""Put tables and histograms of all increments on one self-contained html page."""
+"""Put tables, histograms and pictures of all increments on one self-contained html page."""
 
 import argparse
 from pathlib import Path
 
-from craftmesh.commands.stage_io import add_output, read_json
+from craftmesh.commands.stage_io import add_output, existing, read_json
+from craftmesh.io.front_csv import read_front
+from craftmesh.io.solution import read_solution, read_solution_vtu
+from craftmesh.io.vtk import read_crack, read_tets
+from craftmesh.report.growth import SolvedMesh, growth_pictures
 from craftmesh.report.page import write_report
 
 
@@ -11,9 +15,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "quality", type=Path, nargs="+", metavar="QUALITY", help="files case/increment/quality.json"
     )
+    parser.add_argument(
+        "--sif",
+        type=Path,
+        nargs="*",
+        default=[],
+        metavar="FILE",
+        help="files case/increment/sif.csv, beside the increments' others, of cases to show pictures of",
+    )
     add_output(parser, "page .html")
 
 
 def run(arguments: argparse.Namespace) -> None:
     rows = [(path.parent.parent.name, path.parent.name, read_json(path)) for path in arguments.quality]
-    write_report(arguments.output, rows)
+    folders: dict[str, list[Path]] = {}
+    for path in arguments.sif:
+        folders.setdefault(path.parent.parent.name, []).append(existing(path).parent)
+    write_report(arguments.output, rows, {case: _pictures(found) for case, found in folders.items()})
+
+
+def _pictures(increments: list[Path]) -> list[tuple[str, bytes]]:
+    """Return the pictures of a case from the folders of its increments, in order."""
+    cracks = {folder.name: read_crack(existing(folder / "crack.vtp")) for folder in increments}
+    rows = {folder.name: read_front(folder / "sif.csv") for folder in increments}
+    last = increments[-1]
+    points, elements, stress = read_solution_vtu(existing(last / "solution.vtu"))
+    mesh = read_tets(existing(last / "volume.vtu"))
+    solution = read_solution(existing(last / "solution.npz"))
+    return growth_pictures(cracks, rows, SolvedMesh(mesh, solution, points, elements[:, :4], stress))

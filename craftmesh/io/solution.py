@@ -63,3 +63,15 @@ def write_solution_vtu(
     }
     vtk_xml.add_arrays(grid.GetPointData(), arrays)
     vtk_xml.write_dataset(path, grid, "UnstructuredGrid")
+
+
+def read_solution_vtu(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points (p, 3), elements (m, 4 or 10) and stress (p, 6) of a solution.vtu.
+
+    Stresses are 11, 22, 33, 12, 13, 23. Raises CraftmeshError for a file of another kind.
+    """
+    grid = vtk_xml.read_dataset(path, "UnstructuredGrid")
+    connectivity, offsets = vtk_xml.cells_of(grid.GetCells())
+    stress = vtk_xml.named_array(path, grid.GetPointData(), ["stress"], "point data")
+    elements = connectivity.reshape(len(offsets) - 1, -1)
+    return vtk_xml.points_of(grid), elements, stress[:, _VTK_ORDER]

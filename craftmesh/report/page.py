@@ -1,33 +1,51 @@
 """One self-contained html page with the measures of every case and increment."""
 
+import base64
 import html
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from craftmesh.atomic import atomic_path
 
 STYLE = """body{font:14px sans-serif;margin:2em;color:#222}table{border-collapse:collapse}
 th,td{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right}
 th:first-child,td:first-child{text-align:left}
-figure{display:inline-block;margin:.5em 1em .5em 0}figcaption{font-size:12px}rect{fill:#3b6ea5}"""
+figure{display:inline-block;margin:.5em 1em .5em 0}figcaption{font-size:12px}
+img{max-width:100%}rect{fill:#3b6ea5}"""
 WIDTH, HEIGHT = 260, 90
 
 
-def write_report(path: str | os.PathLike, rows: Sequence[tuple[str, str, dict]]) -> None:
+def write_report(
+    path: str | os.PathLike,
+    rows: Sequence[tuple[str, str, dict]],
+    pictures: Mapping[str, Sequence[tuple[str, bytes]]] = MappingProxyType({}),
+) -> None:
     """Write the page for `rows` of (case, increment, quality): a table of the numbers, and histograms.
 
     `histograms` of a quality holds dicts of `edges` (n + 1), null for infinite, and `counts` (n). Rows are
-    taken in the order given.
+    taken in the order given. pictures: captions and .png images by case, shown after the table.
     """
     title = "craftmesh: measures of every case and increment"
-    body = [f"<h1>{title}</h1>", _table(rows), *(_figures(*row) for row in rows)]
+    body = [f"<h1>{title}</h1>", _table(rows)]
+    body += [_gallery(case, images) for case, images in pictures.items()]
+    body += [_figures(*row) for row in rows]
     page = (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title>'
         f"<style>{STYLE}</style>\n" + "\n".join(body) + "\n</html>\n"
     )
     with atomic_path(Path(path)) as temporary:
         temporary.write_text(page, encoding="utf-8")
+
+
+def _gallery(case: str, images: Sequence[tuple[str, bytes]]) -> str:
+    figures = [
+        f'<figure><img alt="{html.escape(caption)}" src="data:image/png;base64,'
+        f'{base64.b64encode(image).decode("ascii")}"><figcaption>{html.escape(caption)}</figcaption></figure>'
+        for caption, image in images
+    ]
+    return f"<h2>{html.escape(case)}</h2>" + "".join(figures)
 
 
 def _table(rows: Sequence[tuple[str, str, dict]]) -> str:

@@ -1,7 +1,7 @@
 rule report:
     input:
         quality=every_increment(f"{INC}/quality.json"),
-        intensities=every_increment(f"{INC}/sif.csv", growing=True),
+        sif=every_increment(f"{INC}/sif.csv", growing=True),
     output:
         f"{CAMPAIGN.results}/report.html",
     log:
@@ -12,6 +12,7 @@ rule report:
     conda:
         "../envs/craftmesh.yaml"
     params:
+        sif=lambda wildcards, input: command_flags({"sif": list(input.sif)}),
         code=CAMPAIGN.code("report"),
     shell:
-        "craftmesh report {input.quality} -o {output} > {log} 2>&1"
+        "craftmesh report {input.quality} {params.sif} -o {output} > {log} 2>&1"
