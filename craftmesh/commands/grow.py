@@ -10,7 +10,8 @@ from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.cracks.series import crack_area
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.grow import FrontExtensions, grow
+from craftmesh.growth.grow import grow
+from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.io.front_csv import read_front
 from craftmesh.io.vtk import read_crack, write_crack

@@ -28,6 +28,12 @@ class Polyline(NamedTuple):
             arc = np.mod(arc, self.length)
         return np.stack([np.interp(arc, self.arc, self.points[:, k]) for k in range(3)], axis=1)
 
+    def tangents(self) -> np.ndarray:
+        """Return the unit directions (k, 3) at the points, between their neighbours."""
+        ahead = np.concatenate([self.points[1:], self.points[1:2] if self.closed else self.points[-1:]])
+        behind = np.concatenate([self.points[-2:-1] if self.closed else self.points[:1], self.points[:-1]])
+        return (ahead - behind) / np.linalg.norm(ahead - behind, axis=1, keepdims=True)
+
 
 def polyline(points: np.ndarray) -> Polyline:
     """Return the polyline through points (k, 3) in order; repeated ones are left out."""

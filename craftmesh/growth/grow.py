@@ -1,14 +1,12 @@
 """Growth of a crack by one increment: every front moved, and the strip of new surface up to it."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.polyline import Polyline, feet, polyline
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.moves import smoothed_moves
+from craftmesh.growth.moves import FrontExtensions, moves_along
 from craftmesh.growth.new_front import NewFront, new_front
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.growth.strip import strip_triangles, with_front_points
@@ -19,27 +17,6 @@ from craftmesh.types import Crack
 FINENESS = 4
 
 
-@dataclass(frozen=True)
-class FrontExtensions:
-    """Where the points of a crack's fronts go: a row for each, in any order.
-
-    points, normal, binormal (n, 3): the crack plane's normal, and the direction out of the crack, square to
-    it and to the front. kink_angle (n,) radians from the binormal towards the normal; extension (n,).
-    """
-
-    points: np.ndarray
-    normal: np.ndarray
-    binormal: np.ndarray
-    kink_angle: np.ndarray
-    extension: np.ndarray
-
-    @property
-    def moves(self) -> np.ndarray:
-        """The way (n, 3) of each row."""
-        ahead = np.cos(self.kink_angle)[:, None] * self.binormal
-        return self.extension[:, None] * (ahead + np.sin(self.kink_angle)[:, None] * self.normal)
-
-
 def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: GrowthOptions) -> Crack | None:
     """Return the crack with its fronts moved, None where none of them is left in the box (2, 3).
 
@@ -47,18 +24,17 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: GrowthO
     and a strip joins the old front to the new one. Raises CraftmeshError for rows that are on no front of
     the crack, and where the grown surface is no crack (folded, torn).
     """
-    places, moves = along.points, along.moves
-    spacing = _row_spacing(places) / FINENESS
+    spacing = _row_spacing(along.points) / FINENESS
     box = np.asarray(box, float)
     frame = best_fit_frame(crack.points, crack.triangles)
     points, triangles = crack.points, crack.triangles.astype(np.int64)
-    rows = _rows_by_front(crack, places)
+    rows = _rows_by_front(crack, along.points)
     fronts = []
     for front, (row, s) in zip(crack.fronts, rows):
         points, triangles, ids = with_front_points(points, triangles, front, spacing)
         old = polyline(points[ids])
-        at_points = smoothed_moves(s, moves[row], old.length, old.closed, old.arc, options)
-        moved = new_front(old, at_points, box, frame, spacing)
+        moves = moves_along(old, s, along.rows(row), options)
+        moved = new_front(old, moves, box, frame, spacing)
         points, triangles = _joined(points, triangles, ids, old, moved)
         fronts.append(moved.points)
     if not any(_meets(front, box) for front in fronts):

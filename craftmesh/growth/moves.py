@@ -1,9 +1,12 @@
 """Where each point of a front goes, made smooth along it."""
 
+from dataclasses import dataclass, fields
+
 import numpy as np
 from scipy.interpolate import BSpline
 from scipy.signal import savgol_filter
 
+from craftmesh.cracks.polyline import Polyline
 from craftmesh.growth.options import GrowthOptions
 
 # Spacing of the knots of the fit in front spacings. 4 follow a kink angle along an inclined penny of ten
@@ -13,29 +16,99 @@ KNOTS = 4.0
 # as across a void, and moves it by less than rounding elsewhere.
 STIFFNESS = 1e-4
 DEGREE = 3
+# Rows this near to an end of a front, in front spacings, are left out of the fit, which goes on straight
+# there. K_II and K_III have no bound where a front meets a free surface, and the integrals reach over it:
+# with those rows the ends of a tilted half penny kinked by 35 degrees, to and fro at each increment.
+END = 2.0
+# Rows farther apart than so many spacings have an end between them, as at a void.
+GAP = 3.0
 
 
-def smoothed_moves(
-    s: np.ndarray, moves: np.ndarray, length: float, closed: bool, at: np.ndarray, options: GrowthOptions
+@dataclass(frozen=True)
+class FrontExtensions:
+    """Where the points of a crack's fronts go: a row for each, in any order.
+
+    points, normal, binormal (n, 3): the crack plane's normal, and the direction out of the crack, square to
+    it and to the front. kink_angle (n,) radians from the binormal towards the normal; extension (n,).
+    """
+
+    points: np.ndarray
+    normal: np.ndarray
+    binormal: np.ndarray
+    kink_angle: np.ndarray
+    extension: np.ndarray
+
+    def rows(self, chosen: np.ndarray) -> "FrontExtensions":
+        """Return the chosen rows, in their order."""
+        return FrontExtensions(*(getattr(self, field.name)[chosen] for field in fields(self)))
+
+
+def moves_along(
+    line: Polyline, s: np.ndarray, along: FrontExtensions, options: GrowthOptions
 ) -> np.ndarray:
-    """Return the moves (k, 3) at arc lengths (k,) of a front, from those (n, 3) of its rows at s (n,).
+    """Return the moves (k, 3) of the points of a front `line` from its rows `along` at ascending s (n,).
 
-    `length` is the front's. fit: least squares on cubic B-splines with knots KNOTS row spacings apart;
-    savitzky_golay: a parabola in a window of rows (the paper, section 2); none: straight between the rows.
+    The parts ahead and aside are made smooth, and laid along the directions there.
+    """
+    parts = along.extension[:, None] * np.column_stack([np.cos(along.kink_angle), np.sin(along.kink_angle)])
+    ahead, aside = smoothed(s, parts, line.length, line.closed, line.arc, options).T
+    tangent = line.tangents()
+    normal, binormal = (
+        interpolated(s, directions, line.length, line.closed, line.arc)
+        for directions in (along.normal, along.binormal)
+    )
+    binormal -= (binormal * tangent).sum(axis=1, keepdims=True) * tangent
+    return ahead[:, None] * _unit(binormal) + aside[:, None] * _unit(normal)
+
+
+def smoothed(
+    s: np.ndarray, values: np.ndarray, length: float, closed: bool, at: np.ndarray, options: GrowthOptions
+) -> np.ndarray:
+    """Return values (k, m) at arc lengths (k,) of a front, from those (n, m) of its rows at s (n,).
+
+    `length` is the front's. fit: least squares on cubic B-splines with knots KNOTS row spacings apart, END
+    off a front's ends; savitzky_golay: a parabola in a window of rows (the paper, section 2); none:
+    straight between the rows.
     """
     if options.smoothing == "fit":
-        spacing = KNOTS * np.median(np.diff(s)) if len(s) > 1 else length
-        return _fitted(s, moves, length, closed, spacing)(at)
+        spacing = np.median(np.diff(s)) if len(s) > 1 else length
+        inside = _off_ends(s, length, closed, spacing)
+        if inside.sum() > DEGREE:
+            s, values = s[inside], values[inside]
+        return _fitted(s, values, length, closed, KNOTS * spacing)(at)
     if options.smoothing == "savitzky_golay" and len(s) >= options.window:
         width = options.window // 2 * 2 + 1
-        moves = savgol_filter(moves, width, 2, axis=0, mode="wrap" if closed else "interp")
+        values = savgol_filter(values, width, 2, axis=0, mode="wrap" if closed else "interp")
+    return interpolated(s, values, length, closed, at)
+
+
+def interpolated(
+    s: np.ndarray, values: np.ndarray, length: float, closed: bool, at: np.ndarray
+) -> np.ndarray:
+    """Return values (k, m) at arc lengths (k,), straight between those (n, m) at s (n,)."""
     if closed:
-        s, moves = np.concatenate([s - length, s, s + length]), np.concatenate([moves] * 3)
-    return np.stack([np.interp(at, s, moves[:, k]) for k in range(3)], axis=1)
+        s, values = np.concatenate([s - length, s, s + length]), np.concatenate([values] * 3)
+    return np.stack([np.interp(at, s, column) for column in values.T], axis=1)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def _off_ends(s: np.ndarray, length: float, closed: bool, spacing: float) -> np.ndarray:
+    """Tell which rows at ascending arc lengths s (n,) are no nearer than END spacings to an end."""
+    ahead = np.append(s[1:], s[0] + length) - s
+    wide = ahead > GAP * spacing
+    if not closed:
+        wide[-1] = True
+    tails, heads = s[wide], np.roll(s, -1)[wide]
+    ends = np.concatenate([tails, heads, tails - length, heads - length, tails + length, heads + length])
+    off = np.abs(s[:, None] - ends).min(axis=1, initial=np.inf)
+    return off >= END * spacing
 
 
 def _fitted(s: np.ndarray, values: np.ndarray, length: float, closed: bool, spacing: float) -> BSpline:
-    """Return the cubic B-spline over [0, length] nearest to values (n, 3) at s (n,); periodic if closed."""
+    """Return the cubic B-spline over [0, length] nearest to values (n, m) at s (n,); periodic if closed."""
     pieces = max(round(length / spacing), 2 * DEGREE if closed else 1)
     knots = length / pieces * np.arange(-DEGREE, pieces + DEGREE + 1)
     matrix = BSpline.design_matrix(np.clip(s, 0, knots[-DEGREE - 1]), knots, DEGREE).toarray()
@@ -48,6 +121,6 @@ def _fitted(s: np.ndarray, values: np.ndarray, length: float, closed: bool, spac
         bend[:, :2] += bend[:, -2:]
         bend = bend[:, :-2]
     stack = np.concatenate([matrix, STIFFNESS * bend])
-    right = np.concatenate([values, np.zeros((len(bend), 3))])
+    right = np.concatenate([values, np.zeros((len(bend), values.shape[1]))])
     weights = np.linalg.lstsq(stack, right, rcond=None)[0]
     return BSpline(knots, np.concatenate([weights, weights[:DEGREE]]) if closed else weights, DEGREE)

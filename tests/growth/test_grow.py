@@ -12,7 +12,8 @@ from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.extension import crack_radius, extensions, kinks_and_extensions, load_cycles
-from craftmesh.growth.grow import FrontExtensions, grow
+from craftmesh.growth.grow import grow
+from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.surface.measure import area_vectors
 

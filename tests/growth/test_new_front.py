@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from craftmesh.cracks.polyline import feet, polyline
-from craftmesh.growth.moves import smoothed_moves
+from craftmesh.growth.moves import smoothed
 from craftmesh.growth.new_front import new_front
 from craftmesh.growth.options import GrowthOptions
 
@@ -84,7 +84,7 @@ def test_smoothing_keeps_what_is_smooth(smoothing, closed):
         turn = 2 * np.pi * place / length
         return np.stack([np.cos(turn), np.sin(turn), np.ones_like(turn)], axis=1)
 
-    smooth = smoothed_moves(s, moves(s), length, closed, at, GrowthOptions(smoothing=smoothing))
+    smooth = smoothed(s, moves(s), length, closed, at, GrowthOptions(smoothing=smoothing))
     # 0.01: a window of seven of forty rows round a circle, and chords of the interpolation (0.003)
     assert np.abs(smooth - moves(at)).max() < 0.01
 
@@ -92,12 +92,22 @@ def test_smoothing_keeps_what_is_smooth(smoothing, closed):
 def test_the_fit_takes_most_of_the_noise_away():
     noise = np.random.default_rng(1).normal(0, 0.1, (80, 3))
     s = np.arange(80.0)
-    smooth = smoothed_moves(s, 1 + noise, 80.0, True, s, GrowthOptions())
+    smooth = smoothed(s, 1 + noise, 80.0, True, s, GrowthOptions())
     # rows over coefficients is 4: half of the noise stays
     assert np.std(smooth - 1) < 0.65 * np.std(noise)
 
 
+@pytest.mark.parametrize("wrong", [[0], [1], [-1], [29, 30]], ids=["first", "second", "last", "at a gap"])
+def test_rows_beside_an_end_do_not_turn_the_front(wrong):
+    """The intensities there have no bound; the fit goes on straight from the rows farther in."""
+    s = np.concatenate([np.arange(30.0), np.arange(40.0, 70.0)])
+    moves = np.ones((60, 3))
+    moves[wrong, 1] = -5.0
+    smooth = smoothed(s, moves, 69.0, False, np.linspace(0, 69, 70), GrowthOptions())
+    assert np.abs(smooth - 1).max() < 1e-6
+
+
 def test_the_fit_bridges_a_gap_between_rows():
     s = np.concatenate([np.arange(0, 15.0), np.arange(30, 60.0)])
-    smooth = smoothed_moves(s, np.ones((len(s), 3)), 60.0, False, np.linspace(0, 60, 61), GrowthOptions())
+    smooth = smoothed(s, np.ones((len(s), 3)), 60.0, False, np.linspace(0, 60, 61), GrowthOptions())
     assert np.abs(smooth - 1).max() < 1e-6
