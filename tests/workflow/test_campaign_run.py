@@ -84,7 +84,7 @@ def test_rerun_does_nothing(finished):
     ("module", "rules"),
     [
         ("gradation/gradate.py", {"gradate"} | AFTER_GRADATE),
-        ("mesh/second_order.py", {"inp", "all"}),
+        ("deck/write_deck.py", {"inp", "all"}),
         ("campaign/digest.py", set()),
     ],
 )
