@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.microstructure import add_microstructure, orientations_and_phases
 from craftmesh.commands.stage_io import add_output, existing, tell, write_json
 from craftmesh.errors import CraftmeshError
 from craftmesh.fracture.options import FractureOptions
@@ -17,7 +18,6 @@ from craftmesh.fracture.parameters import FrontParameters, fracture_parameters
 from craftmesh.growth.extension import KinksAndExtensions, crack_radius, kinks_and_extensions
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.io.front_csv import write_front
-from craftmesh.io.npz import read_labels
 from craftmesh.io.solution import read_solution
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.load import Load
@@ -41,12 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--json", type=Path, metavar="FILE", help="what was integrated, and how far to trust it"
     )
-    parser.add_argument(
-        "--microstructure",
-        type=Path,
-        metavar="FILE",
-        help="labels .npz with the grains' orientations and phases",
-    )
+    add_microstructure(parser)
     parser.add_argument(
         "--crack",
         type=Path,
@@ -57,10 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    known = {}
-    if arguments.microstructure:
-        voxels = read_labels(existing(arguments.microstructure))
-        known = {"orientations": voxels.orientations, "phases": voxels.phases}
+    known = orientations_and_phases(arguments)
     model, _ = elastic_model(read_tets(arguments.volume), options_from(arguments, ModelOptions), **known)
     solution = read_solution(existing(arguments.solution))
     displacement = solution.displacement

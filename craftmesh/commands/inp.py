@@ -4,30 +4,22 @@ import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_output, add_report, existing, tell
+from craftmesh.commands.microstructure import add_microstructure, orientations_and_phases
+from craftmesh.commands.stage_io import add_output, add_report, tell
 from craftmesh.deck.write_deck import DeckOptions, write_deck
-from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import read_tets
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     add_output(parser, "input deck .inp")
-    parser.add_argument(
-        "--microstructure",
-        type=Path,
-        metavar="FILE",
-        help="labels .npz with the grains' orientations and phases",
-    )
+    add_microstructure(parser)
     add_report(parser)
     add_options(parser, DeckOptions)
 
 
 def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, DeckOptions)
-    known = {}
-    if arguments.microstructure:
-        voxels = read_labels(existing(arguments.microstructure))
-        known = {"orientations": voxels.orientations, "phases": voxels.phases}
+    known = orientations_and_phases(arguments)
     report = write_deck(arguments.output, read_tets(arguments.volume), options, **known)
     tell(report, arguments.report)

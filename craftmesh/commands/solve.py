@@ -7,8 +7,8 @@ from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.foreign_fields import FIELD, computed_field, given_field
-from craftmesh.commands.stage_io import add_output, add_report, existing, tell
-from craftmesh.io.npz import read_labels
+from craftmesh.commands.microstructure import add_microstructure, orientations_and_phases
+from craftmesh.commands.stage_io import add_output, add_report, tell
 from craftmesh.io.solution import write_solution, write_solution_vtu
 from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
@@ -26,12 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--vtu", type=Path, metavar="FILE", help="write displacements and stresses for ParaView"
     )
-    parser.add_argument(
-        "--microstructure",
-        type=Path,
-        metavar="FILE",
-        help="labels .npz with the grains' orientations and phases",
-    )
+    add_microstructure(parser)
     parser.add_argument(
         "--field",
         type=Path,
@@ -50,10 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, SolveOptions)
-    known = {}
-    if arguments.microstructure:
-        voxels = read_labels(existing(arguments.microstructure))
-        known = {"orientations": voxels.orientations, "phases": voxels.phases}
+    known = orientations_and_phases(arguments)
     mesh = read_tets(arguments.volume)
     model, counts = elastic_model(mesh, options_from(arguments, ModelOptions), **known)
     start = time.monotonic()
