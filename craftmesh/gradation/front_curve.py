@@ -4,11 +4,10 @@ An edge of the input's front is a chord of the front that was given. A vertex pu
 the curve by its sagitta, a fiftieth of an edge where the radius is six edges.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy.spatial import cKDTree
 
+from craftmesh.cracks.polyline import Polyline, polyline
 from craftmesh.surface.front import front_edges
 from craftmesh.types import Crack, Surface
 
@@ -21,20 +20,6 @@ FINENESS, MOST_SAMPLES = 10, 200_000
 # A bent edge comes in so many pieces at most, in no more than keep to the curve by this part of its length.
 MOST_PIECES = 8
 SAGITTA = 5e-4
-
-
-class _Curve(NamedTuple):
-    """A polyline with points (k, 3), the arc lengths (k,) to them, and whether it is closed."""
-
-    points: np.ndarray
-    arc: np.ndarray
-    closed: bool
-
-    def at(self, arc: np.ndarray) -> np.ndarray:
-        """Return the points (n, 3) at arc lengths (n,), counted round and round where it is closed."""
-        if self.closed:
-            arc = np.mod(arc, self.arc[-1])
-        return np.stack([np.interp(arc, self.arc, self.points[:, k]) for k in range(3)], axis=1)
 
 
 def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
@@ -54,7 +39,7 @@ def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
         arc, off = arc.reshape(-1, 2), off.reshape(-1, 2).max(axis=1)
         way = arc[:, 1] - arc[:, 0]
         if curve.closed:
-            way -= curve.arc[-1] * np.round(way / curve.arc[-1])
+            way -= curve.length * np.round(way / curve.length)
         follows = (off < NEAR * length) & (np.abs(way) < LONGER * length) & (off < best)
         for row in np.flatnonzero(follows):
             pieces[row] = _bent(curve, edges[row], arc[row, 0], way[row])
@@ -62,22 +47,19 @@ def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
     return np.concatenate(pieces)
 
 
-def _curve(points: np.ndarray, step: float) -> _Curve:
+def _curve(points: np.ndarray, step: float) -> Polyline:
     """Return the curve through `points` (k, 3), with more of them so that its pieces are about a `step`."""
-    span = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    points = points[np.append(True, span > 0)]
-    span = span[span > 0]
-    arc = np.append(0.0, np.cumsum(span))
-    step = max(step, arc[-1] / MOST_SAMPLES)
+    line = polyline(points)
+    span = np.linalg.norm(np.diff(line.points, axis=0), axis=1)
+    step = max(step, line.length / MOST_SAMPLES)
     parts = np.maximum(np.ceil(span / step).astype(np.int64), 1)
     first = np.repeat(np.cumsum(parts) - parts, parts)
     share = (np.arange(len(first)) - first) / np.repeat(parts, parts)
-    arcs = np.append(np.repeat(arc[:-1], parts) + share * np.repeat(span, parts), arc[-1])
-    closed = len(points) > 2 and bool((points[0] == points[-1]).all())
-    return _Curve(np.stack([np.interp(arcs, arc, points[:, k]) for k in range(3)], axis=1), arcs, closed)
+    arcs = np.append(np.repeat(line.arc[:-1], parts) + share * np.repeat(span, parts), line.length)
+    return Polyline(line.at(arcs), arcs, line.closed)
 
 
-def _feet(curve: _Curve, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _feet(curve: Polyline, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the arc lengths (n,) of the curve's points nearest to `places` (n, 3), and the distances."""
     nearest = cKDTree(curve.points).query(places)[1]
     arc, off = np.zeros(len(places)), np.full(len(places), np.inf)
@@ -94,7 +76,7 @@ def _feet(curve: _Curve, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return arc, off
 
 
-def _bent(curve: _Curve, ends: np.ndarray, arc: float, way: float) -> np.ndarray:
+def _bent(curve: Polyline, ends: np.ndarray, arc: float, way: float) -> np.ndarray:
     """Return the segments (k, 2, 3) from end to end (2, 3), shaped as the curve from `arc` on for `way`."""
     share = np.arange(MOST_PIECES + 1) / MOST_PIECES
     bulge = _shaped(curve, ends, arc, way, share) - (ends[0] + share[:, None] * (ends[1] - ends[0]))
@@ -104,7 +86,7 @@ def _bent(curve: _Curve, ends: np.ndarray, arc: float, way: float) -> np.ndarray
     return np.stack([line[:-1], line[1:]], axis=1)
 
 
-def _shaped(curve: _Curve, ends: np.ndarray, arc: float, way: float, share: np.ndarray) -> np.ndarray:
+def _shaped(curve: Polyline, ends: np.ndarray, arc: float, way: float, share: np.ndarray) -> np.ndarray:
     """Return the points (k, 3) at shares (k,) of the way along the curve, moved as the ends are off it."""
     line = curve.at(arc + share * way)
     return line + (1 - share[:, None]) * (ends[0] - line[0]) + share[:, None] * (ends[1] - line[-1])
