@@ -89,18 +89,25 @@ def _near_facet(points, star, corners, patches, patch, home, w, total, enough):
 
 
 @kernel
+def _nearest_side(state, w, i, best):
+    """Return the least squared distance to a feature of the new facet i, or `best` where that is less."""
+    for k in range(3):
+        if state.star_feature[i, k]:
+            u = state.star_corners[i, k]
+            v = state.star_corners[i, (k + 1) % 3]
+            best = min(best, segment_distance2(state.points, u, v, state.home, w))
+    return best
+
+
+@kernel
 def _nearest_line(state, w, total):
     best = np.inf
     where = -1
     for i in range(total):
-        for k in range(3):
-            if state.star_feature[i, k]:
-                u = state.star_corners[i, k]
-                v = state.star_corners[i, (k + 1) % 3]
-                d = segment_distance2(state.points, u, v, state.home, w)
-                if d < best:
-                    best = d
-                    where = i
+        d = _nearest_side(state, w, i, best)
+        if d < best:
+            best = d
+            where = i
     return best, where
 
 
@@ -114,14 +121,10 @@ def _nearest_trace(state, w, total, limit):
             a, b, c = state.star_corners[i]
             if facet_distance2(state.points, a, b, c, state.home, w, np.inf) > limit * limit:
                 continue
-            for k in range(3):
-                if state.star_feature[i, k]:
-                    u = state.star_corners[i, k]
-                    v = state.star_corners[i, (k + 1) % 3]
-                    d = segment_distance2(state.points, u, v, state.home, w)
-                    if d < best:
-                        best = d
-                        where = i
+            d = _nearest_side(state, w, i, best)
+            if d < best:
+                best = d
+                where = i
     return best, where
 
 
