@@ -1,7 +1,7 @@
 """Flat tets that a grain's own surface forces: the surface gives way, for both neighbours alike."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,51 +10,24 @@ from craftmesh.mesh.poor import is_flat
 from craftmesh.mesh.tet_connectivity import tet_edges
 from craftmesh.sizing.surface_sizing import LocalSizing
 from craftmesh.surface.measure import side_volumes, volume_drift
-from craftmesh.tetrahedra.grain_surface import grain_surfaces, lowest_equal_point
+from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
 from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, Aim, all_qualities
 from craftmesh.tetrahedra.kernels.tet_surface_moves import move_nodes
 from craftmesh.tetrahedra.optimise_tets import new_state, repaired_tets
 from craftmesh.tetrahedra.poor_tets import poor_tets
-from craftmesh.types import CRACK, GrainTets, Surface
+from craftmesh.tetrahedra.surface_contractions import contracted
+from craftmesh.tetrahedra.surface_freedom import freedom
+from craftmesh.tetrahedra.whole_mesh import Model
+from craftmesh.types import GrainTets, Surface
 
 # Nodes of the surface move by at most these parts of the mean edge at them, round by round, until no tet
 # is flat: what a small move opens is not opened by a large one.
-REACHES = (0.025, 0.05, 0.1, 0.2)
+REACHES = (0.025, 0.05, 0.1, 0.2, 0.3, 0.4)
+# Rounds of contractions: what one leaves may be contracted in the next.
+CONTRACTIONS = 3
 # Sweeps over the nodes near a flat tet in a round.
 SWEEPS = 3
-
-
-@dataclass(frozen=True)
-class Model:
-    """All grains' tets on common nodes: the surface's points, then the interior points of each grain."""
-
-    surface: Surface
-    grain_tets: Sequence[GrainTets]
-
-    @property
-    def points(self) -> np.ndarray:
-        return np.concatenate([self.surface.points, *(one.interior for one in self.grain_tets)])
-
-    @property
-    def tets(self) -> np.ndarray:
-        first, blocks = len(self.surface.points), []
-        for one in self.grain_tets:
-            ids = np.concatenate([one.nodes, first + np.arange(len(one.interior))])
-            blocks.append(ids[one.tets])
-            first += len(one.interior)
-        return np.concatenate(blocks)
-
-    def moved(self, points: np.ndarray) -> "Model":
-        """Return the model with its nodes at `points`; surface points that are equal move together."""
-        old = self.surface.points
-        on_surface = points[: len(old)][lowest_equal_point(old)]
-        starts = np.cumsum([len(old), *(len(one.interior) for one in self.grain_tets)])
-        inner = [points[a : a + len(one.interior)] for a, one in zip(starts, self.grain_tets)]
-        return Model(
-            replace(self.surface, points=on_surface),
-            [replace(one, interior=interior) for one, interior in zip(self.grain_tets, inner)],
-        )
 
 
 @dataclass(frozen=True)
@@ -76,23 +49,42 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     """Return the surface and all grains' tets with fewer flat ones (`mesh/poor`).
 
     Nodes near flat tets go to where the worst tet round them, in any grain, is better; those of the surface
-    by up to a fifth of the mean edge at them, those of the box on its planes, those of the crack not at
-    all. After that the grains there are repaired inside. A function of the whole mesh, not of chunks.
+    by up to 0.4 of the mean edge at them, those of the box on its planes, those of a flat crack in its
+    plane, those of other cracks and of fronts not at all. Where that is not enough, edges of the surface
+    are contracted. After that the grains there are repaired inside. A function of the whole mesh, not of
+    chunks.
     """
     model, homes = Model(surface, list(grain_tets)), surface.points
     flat = _flat(model)
     before, changed = int(flat.sum()), np.zeros(0, np.int64)
     if not before:
         return GivenWay(surface, grain_tets)
-    mobility = _mobility(surface)
-    for reach in REACHES:
-        points, grains = _moved_points(model, homes, reach * mobility, flat)
-        model, changed = _repaired(model.moved(points), grains), np.union1d(changed, grains)
+    free, count = freedom(surface), 0
+    model, grains = _with_moves(model, homes, free)
+    changed = np.union1d(changed, grains)
+    for _ in range(CONTRACTIONS):
         flat = _flat(model)
         if not flat.any():
             break
-    report = _report(homes, model.surface, before, int(flat.sum()))
+        model, grains, done = contracted(model, flat)
+        if not done:
+            break
+        model, seen = _with_moves(_repaired(model, grains), homes, free)
+        changed, count = np.union1d(changed, np.union1d(grains, seen)), count + done
+    report = _report(homes, model.surface, before, int(_flat(model).sum())) | {"edges_contracted": count}
     return GivenWay(model.surface, model.grain_tets, report, _poor(model, changed), _warning(report))
+
+
+def _with_moves(model: Model, homes: np.ndarray, free: np.ndarray) -> tuple[Model, np.ndarray]:
+    """Return the model with nodes near flat tets moved, further each round, and the grains that changed."""
+    changed = np.zeros(0, np.int64)
+    for reach in REACHES:
+        flat = _flat(model)
+        if not flat.any():
+            break
+        points, grains = _moved_points(model, homes, reach, free, flat)
+        model, changed = _repaired(model.moved(points), grains), np.union1d(changed, grains)
+    return model, changed
 
 
 def _report(homes: np.ndarray, surface: Surface, before: int, left: int) -> dict:
@@ -109,12 +101,13 @@ def _report(homes: np.ndarray, surface: Surface, before: int, left: int) -> dict
 
 
 def _warning(report: dict) -> str | None:
-    if not report["surface_points_moved"]:
+    if not report["surface_points_moved"] and not report["edges_contracted"]:
         return None
     return (
         f"{report['flat_before']} flat tetrahedra lie where the surface leaves no room: "
-        f"{report['surface_points_moved']} of its points were moved by up to {report['largest_move']:.3g}, "
-        f"for both neighbours alike; {report['flat_left']} are left and the largest change of a volume is "
+        f"{report['surface_points_moved']} of its points were moved by up to {report['largest_move']:.3g} "
+        f"and {report['edges_contracted']} of its edges contracted, for both neighbours alike; "
+        f"{report['flat_left']} are left and the largest change of a volume is "
         f"{100 * report['volume_drift_worst']:.2g} %"
     )
 
@@ -134,51 +127,40 @@ def _flat(model: Model) -> np.ndarray:
     return is_flat(shape_measures(model.points, model.tets))
 
 
-def _mobility(surface: Surface) -> np.ndarray:
-    """Return (n, 3): 1 along the axes that a point may move on, 0 on box planes and on the crack."""
-    free = np.ones((len(surface.points), 3))
-    free[surface.facets[surface.kind == CRACK].ravel()] = 0.0
-    for kind in range(1, 7):
-        free[surface.facets[surface.kind == kind].ravel(), (kind - 1) // 2] = 0.0
-    return free
-
-
 def _moved_points(
-    model: Model, homes: np.ndarray, mobility: np.ndarray, flat: np.ndarray
+    model: Model, homes: np.ndarray, reach: float, free: np.ndarray, flat: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return all nodes, those near flat tets moved, and the grains that see a move.
 
-    mobility (n, 3): per axis the largest move of a surface point from its home, in mean edges.
+    reach: the largest move of a surface point from its home, in mean edges; free (n, 3, 3): see `freedom`.
     """
     points, tets = model.points, model.tets
-    nodes = _nodes_near(tets, flat, mobility)
+    nodes = _nodes_near(tets, flat, np.any(free != 0, axis=(1, 2)))
     rows = np.flatnonzero(np.isin(tets, nodes).any(axis=1))
     used, local = np.unique(tets[rows], return_inverse=True)
     state = new_state(points[used], local.reshape(-1, 4))
     all_qualities(state.points, state.tets, state.counts[TETS], state.quality, FORM)
     outer = nodes < len(homes)
-    home, free, part = points[nodes], np.ones((len(nodes), 3)), np.ones(len(nodes))
-    home[outer], part[outer] = homes[nodes[outer]], mobility[nodes[outer]].max(axis=1)
-    free[outer] = mobility[nodes[outer]] > 0
-    reach = part * _mean_edges(points, tets[rows])[nodes]
+    home, steps, part = points[nodes], np.repeat(np.eye(3)[None], len(nodes), axis=0), np.ones(len(nodes))
+    home[outer], steps[outer], part[outer] = homes[nodes[outer]], free[nodes[outer]], reach
+    furthest = part * _mean_edges(points, tets[rows])[nodes]
     valence = np.bincount(tets[rows].ravel(), minlength=len(points))[nodes]
     work, place = new_scratch(), np.searchsorted(used, nodes)
     for _ in range(SWEEPS):
-        if not move_nodes(state, place, home, reach, free, valence, Aim(FORM, POOR), work):
+        if not move_nodes(state, place, home, furthest, steps, valence, Aim(FORM, POOR), work):
             break
     moved = points.copy()
     moved[used] = state.points[: len(used)]
     changed = (moved != points).any(axis=1)
-    grain = np.repeat([one.grain for one in model.grain_tets], [len(one.tets) for one in model.grain_tets])
-    return moved, np.unique(grain[changed[tets].any(axis=1)])
+    return moved, np.unique(model.grain[changed[tets].any(axis=1)])
 
 
-def _nodes_near(tets: np.ndarray, flat: np.ndarray, mobility: np.ndarray) -> np.ndarray:
+def _nodes_near(tets: np.ndarray, flat: np.ndarray, mobile: np.ndarray) -> np.ndarray:
     """Return the nodes of flat tets, and of those that share a node with them, that may move."""
     near = np.zeros(int(tets.max()) + 1, bool)
     near[tets[flat].ravel()] = True
     near[tets[near[tets].any(axis=1)].ravel()] = True
-    near[: len(mobility)] &= mobility.any(axis=1)
+    near[: len(mobile)] &= mobile
     return np.flatnonzero(near)
 
 

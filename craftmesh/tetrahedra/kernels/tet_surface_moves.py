@@ -24,7 +24,7 @@ DIRECTIONS = _STEPS / np.linalg.norm(_STEPS, axis=1, keepdims=True)
 def _walk(cone, place, home, reach, free, span):
     """Walk while the worst quality of the cone rises, up to the end of `span`; return place and quality.
 
-    All places lie within `reach` of home, on free axes.
+    All places lie within `reach` of home; free (3, 3) makes of each step one that is allowed.
     """
     x, y, z = place
     best, enough = span
@@ -32,9 +32,10 @@ def _walk(cone, place, home, reach, free, span):
     for _ in range(ROUNDS):
         found = False
         for way in range(len(DIRECTIONS)):
-            px = x + step * DIRECTIONS[way, 0] * free[0]
-            py = y + step * DIRECTIONS[way, 1] * free[1]
-            pz = z + step * DIRECTIONS[way, 2] * free[2]
+            dx, dy, dz = DIRECTIONS[way]
+            px = x + step * (free[0, 0] * dx + free[0, 1] * dy + free[0, 2] * dz)
+            py = y + step * (free[1, 0] * dx + free[1, 1] * dy + free[1, 2] * dz)
+            pz = z + step * (free[2, 0] * dx + free[2, 1] * dy + free[2, 2] * dz)
             if (px - home[0]) ** 2 + (py - home[1]) ** 2 + (pz - home[2]) ** 2 > reach * reach:
                 continue
             value = worst_at(cone, px, py, pz, best)
@@ -51,8 +52,8 @@ def _walk(cone, place, home, reach, free, span):
 def move_nodes(state, nodes, homes, reach, free, valence, aim, work):
     """Move nodes (k,) with a tet under `aim.floor` to where the worst is better; return how many moved.
 
-    homes (k, 3): places of which they stay within `reach` (k,); free (k, 3): 0 along axes that they keep
-    their coordinate on; valence (k,): how many tets are round each. The state holds these, linked across
+    homes (k, 3): places of which they stay within `reach` (k,); free (k, 3, 3): what makes of any step one
+    that they may take; valence (k,): how many tets are round each. The state holds these, linked across
     grain boundaries; a node whose tets do not follow each other over faces stays.
     """
     points, tets, measure, moved = state.points, state.tets, aim.measure, 0

@@ -1,0 +1,63 @@
+"""The tetrahedra of all grains on common nodes, for changes that neighbours have to see alike."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from craftmesh.tetrahedra.grain_surface import lowest_equal_point
+from craftmesh.types import GrainTets, Surface
+
+
+@dataclass(frozen=True)
+class Model:
+    """All grains' tets on common nodes: the surface's points, then the interior points of each grain."""
+
+    surface: Surface
+    grain_tets: Sequence[GrainTets]
+
+    @property
+    def points(self) -> np.ndarray:
+        """(n, 3) all nodes."""
+        return np.concatenate([self.surface.points, *(one.interior for one in self.grain_tets)])
+
+    @property
+    def tets(self) -> np.ndarray:
+        """(m, 4) the tets of all grains, one grain after another."""
+        first, blocks = len(self.surface.points), []
+        for one in self.grain_tets:
+            ids = np.concatenate([one.nodes, first + np.arange(len(one.interior))])
+            blocks.append(ids[one.tets])
+            first += len(one.interior)
+        return np.concatenate(blocks)
+
+    @property
+    def grain(self) -> np.ndarray:
+        """(m,) the grain of each tet."""
+        count = [len(one.tets) for one in self.grain_tets]
+        return np.repeat([one.grain for one in self.grain_tets], count)
+
+    def moved(self, points: np.ndarray) -> "Model":
+        """Return the model with its nodes at `points`; surface points that are equal move together."""
+        old = self.surface.points
+        on_surface = points[: len(old)][lowest_equal_point(old)]
+        starts = np.cumsum([len(old), *(len(one.interior) for one in self.grain_tets)])
+        inner = [points[a : a + len(one.interior)] for a, one in zip(starts, self.grain_tets)]
+        return Model(
+            replace(self.surface, points=on_surface),
+            [replace(one, interior=interior) for one, interior in zip(self.grain_tets, inner)],
+        )
+
+    def changed(self, surface: Surface, tets: np.ndarray, grain: np.ndarray) -> "Model":
+        """Return the model with other facets on its surface's points, and with tets (k, 4) on its nodes.
+
+        grain (k,): that of each tet, of which none is left without.
+        """
+        points, count = self.points, len(self.surface.points)
+        result = []
+        for one in self.grain_tets:
+            own = tets[grain == one.grain]
+            used, local = np.unique(own, return_inverse=True)
+            inner = np.searchsorted(used, count)
+            result.append(GrainTets(one.grain, used[:inner], points[used[inner:]], local.reshape(-1, 4)))
+        return Model(surface, result)
