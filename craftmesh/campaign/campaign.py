@@ -26,6 +26,7 @@ from craftmesh.campaign.digest import digest
 from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
 from craftmesh.errors import CraftmeshError
+from craftmesh.growth.options import GrowthOptions, SmoothingOptions
 from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.mechanics.model import ModelOptions
 
@@ -61,6 +62,19 @@ class Campaign:
             for case in self.cases.values()
             if case.grows or not growing
             for inc in _reached(case, growth)
+        ]
+
+    def growth_reports(self, pattern: str, growth: GrowthReport) -> list[str]:
+        """Return `pattern` filled in for every increment after which a crack grows, or would but stops.
+
+        growth: as for `increments`. Nothing follows the last increment that the sheet asks for.
+        """
+        return [
+            pattern.format(case=case.name, inc=inc)
+            for case in self.cases.values()
+            if case.grows
+            for inc in _reached(case, growth)
+            if inc != case.increment_names[-1]
         ]
 
     def microstructure(self, case: str) -> str:
@@ -122,6 +136,17 @@ class Campaign:
         """Return the flags of `inp` that make the deck's model, which is solved and integrated."""
         deck = self._deck(case)
         return command_flags({field.name: deck[field.name] for field in fields(ModelOptions)})
+
+    def growth_flags(self) -> str:
+        """Return the flags of the kink angles and extensions that `craftmesh fracture` finds."""
+        return self._flags_of("grow", GrowthOptions)
+
+    def smoothing_flags(self) -> str:
+        """Return the flags of `craftmesh grow`, which moves the fronts by them."""
+        return self._flags_of("grow", SmoothingOptions)
+
+    def _flags_of(self, section: str, cls: type) -> str:
+        return command_flags({field.name: self.config[section][field.name] for field in fields(cls)})
 
     def until_flag(self, case: str) -> str:
         """Return the flag of `craftmesh grow` for a crack that may stop."""

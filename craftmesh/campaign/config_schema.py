@@ -33,7 +33,10 @@ SECTIONS = {
     "inp": ("the input deck", ["mechanics.model.ModelOptions", "deck.write_deck.DeckOptions"]),
     "solve": ("the field of displacements", ["solve.options.SolveOptions"]),
     "fracture": ("K, J and T along the crack's fronts", ["fracture.options.FractureOptions"]),
-    "grow": ("which way and how far cracks grow", ["growth.options.GrowthOptions"]),
+    "grow": (
+        "which way and how far cracks grow",
+        ["growth.options.GrowthOptions", "growth.options.SmoothingOptions"],
+    ),
 }
 CRACK = "cracks.options.CrackOptions"
 KINDS = {float: "number", int: "integer", bool: "boolean", str: "string", NoneType: "null"}

@@ -9,17 +9,19 @@ from craftmesh.commands.crack import box_and_edge
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.cracks.series import crack_area
+from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.grow import grow
 from craftmesh.growth.moves import FrontExtensions
-from craftmesh.growth.options import GrowthOptions
+from craftmesh.growth.options import SmoothingOptions
 from craftmesh.io.front_csv import read_front
-from craftmesh.io.vtk import read_crack, write_crack
+from craftmesh.io.npz import read_labels
+from craftmesh.io.vtk import read_crack, read_voxels, write_crack
 from craftmesh.types import Crack
 
 GOES = ("kink_angle", "extension")
 FRAMES = tuple(f"{name}_{axis}" for name in ("normal", "binormal") for axis in "xyz")
-LEFT = "every front has left the body"
+LEFT = "every front has left the body: the crack severs it"
 STANDS = "no point of the front extends: Delta K is nowhere over grow.threshold"
 
 
@@ -41,23 +43,35 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a crack that stops is no error: write it as it is, and why into the report as `ended`",
     )
     add_report(parser)
-    add_options(parser, GrowthOptions)
+    add_options(parser, SmoothingOptions)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    options = options_from(arguments, GrowthOptions)
+    options = options_from(arguments, SmoothingOptions)
     crack = read_crack(existing(arguments.crack))
     box, _ = box_and_edge(arguments.volume)
     along = front_extensions(arguments.intensities, arguments.front)
     grown = grow(crack, along, box, options) if (along.extension > 0).any() else crack
-    ended = LEFT if grown is None else STANDS if grown is crack else ""
+    ended = LEFT if grown is None else STANDS if grown is crack else severed(arguments.volume, grown)
     if ended and not arguments.until:
         raise CraftmeshError(
             f"{arguments.crack}: the crack stops here, {ended}; ask for no further increment of this case, "
             "or set its growth to until"
         )
-    write_crack(arguments.output, grown or crack)
-    tell(growth_report(crack, grown or crack, along, ended), arguments.report)
+    left = crack if grown is None or ended else grown
+    write_crack(arguments.output, left)
+    tell(growth_report(crack, left, along, ended), arguments.report)
+
+
+def severed(volume: Path, crack: Crack) -> str:
+    """Return in words which piece of a body of voxels the crack cuts off, "" where it holds together."""
+    if volume.suffix == ".vtp":  # a surface has no voxels: the solver finds what is not held
+        return ""
+    piece = piece_cut_off(read_labels(volume) if volume.suffix == ".npz" else read_voxels(volume), crack)
+    if piece is None:
+        return ""
+    place = ", ".join(f"{x:.4g}" for x in piece.middle)
+    return f"the crack severs the body: a piece of volume {piece.volume:.4g} round ({place}) comes off"
 
 
 def front_extensions(intensities: Path, front: Path) -> FrontExtensions:

@@ -59,7 +59,8 @@ def _binned(points: np.ndarray, triangles: np.ndarray) -> dict[str, np.ndarray]:
     grid = grid_over(low, high, width)
     bins = fill_bins(cells_of(lower, grid), cells_of(upper, grid), grid)
     return {
-        "crack_points": np.ascontiguousarray(points, float),
+        # a type's points are read-only, which would compile all kernels once more for them
+        "crack_points": np.array(points, float, order="C"),
         "crack_triangles": triangles,
         "crack_bin_start": bins.start,
         "crack_bin_items": bins.items,

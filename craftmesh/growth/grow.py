@@ -8,7 +8,7 @@ from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.moves import FrontExtensions, moves_along
 from craftmesh.growth.new_front import NewFront, new_front
-from craftmesh.growth.options import GrowthOptions
+from craftmesh.growth.options import SmoothingOptions
 from craftmesh.growth.strip import strip_triangles, with_front_points
 from craftmesh.types import Crack
 
@@ -17,7 +17,7 @@ from craftmesh.types import Crack
 FINENESS = 4
 
 
-def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: GrowthOptions) -> Crack | None:
+def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: SmoothingOptions) -> Crack | None:
     """Return the crack with its fronts moved, None where none of them is left in the box (2, 3).
 
     The moves are made smooth along each front (the paper, section 2), its ends stay in the box's planes,

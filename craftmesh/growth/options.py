@@ -11,7 +11,7 @@ SMOOTHING = ("fit", "savitzky_golay", "none")
 
 @dataclass(frozen=True)
 class GrowthOptions(Options):
-    """How a crack grows from the stress intensities along its front; lengths in model units."""
+    """Kink angles and extensions from the stress intensities along a front; lengths in model units."""
 
     criterion: str = option(
         "tangential_stress",
@@ -34,8 +34,14 @@ class GrowthOptions(Options):
     threshold: float = option(
         0.0, "the crack stops where all along its front Delta K is below this", at_least=0
     )
-    smoothing: str = option("fit", "smoothing of the extension along the front", choices=SMOOTHING)
-    window: int = option(7, "front nodes in the window of savitzky_golay, an odd number", at_least=5)
     poisson: float = option(
         0.3, "Poisson's ratio that weighs mode III in energy_release", above=-1, below=0.5
     )
+
+
+@dataclass(frozen=True)
+class SmoothingOptions(Options):
+    """How the moves of a front's points are made smooth along it."""
+
+    smoothing: str = option("fit", "smoothing of the extension along the front", choices=SMOOTHING)
+    window: int = option(7, "front nodes in the window of savitzky_golay, an odd number", at_least=5)

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
+from typing import NamedTuple
 
 from craftmesh.atomic import atomic_path
 
@@ -17,19 +18,30 @@ img{max-width:100%}rect{fill:#3b6ea5}"""
 WIDTH, HEIGHT = 260, 90
 
 
+class GrowingCase(NamedTuple):
+    """What is shown of a crack that grows.
+
+    outcome: a sentence on how far it came; rows: numbers by increment; pictures: captions and .png images.
+    """
+
+    outcome: str
+    rows: Mapping[str, dict]
+    pictures: Sequence[tuple[str, bytes]]
+
+
 def write_report(
     path: str | os.PathLike,
     rows: Sequence[tuple[str, str, dict]],
-    pictures: Mapping[str, Sequence[tuple[str, bytes]]] = MappingProxyType({}),
+    growing: Mapping[str, GrowingCase] = MappingProxyType({}),
 ) -> None:
     """Write the page for `rows` of (case, increment, quality): a table of the numbers, and histograms.
 
     `histograms` of a quality holds dicts of `edges` (n + 1), null for infinite, and `counts` (n). Rows are
-    taken in the order given. pictures: captions and .png images by case, shown after the table.
+    taken in the order given. growing: cases whose cracks grow, by name, shown after the table.
     """
     title = "craftmesh: measures of every case and increment"
     body = [f"<h1>{title}</h1>", _table(rows)]
-    body += [_gallery(case, images) for case, images in pictures.items()]
+    body += [_growth(case, shown) for case, shown in growing.items()]
     body += [_figures(*row) for row in rows]
     page = (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title>'
@@ -39,13 +51,19 @@ def write_report(
         temporary.write_text(page, encoding="utf-8")
 
 
-def _gallery(case: str, images: Sequence[tuple[str, bytes]]) -> str:
+def _growth(case: str, shown: GrowingCase) -> str:
+    rows = [(case, increment, numbers) for increment, numbers in shown.rows.items()]
+    heading = f"<h2>{html.escape(case)}</h2>\n<p>{html.escape(shown.outcome)}</p>\n"
+    return heading + _table(rows) + _gallery(shown.pictures)
+
+
+def _gallery(images: Sequence[tuple[str, bytes]]) -> str:
     figures = [
         f'<figure><img alt="{html.escape(caption)}" src="data:image/png;base64,'
         f'{base64.b64encode(image).decode("ascii")}"><figcaption>{html.escape(caption)}</figcaption></figure>'
         for caption, image in images
     ]
-    return f"<h2>{html.escape(case)}</h2>" + "".join(figures)
+    return "".join(figures)
 
 
 def _table(rows: Sequence[tuple[str, str, dict]]) -> str:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from few_facets import fan, prepared, sheet
+from numba import typeof
 from plain_distances import from_facets, samples
 from random_cases import disc
 from structured_box import structured_box
@@ -38,6 +39,14 @@ def test_a_collapse_leaves_the_crack_no_farther_than_its_bound(bound, reason):
     """Without its hub the hexagon is flat; its places are up to 0.283 off the given one."""
     _, references = prepared(hollow(0.3), given_as(hollow(0.3)))
     assert collapse(*references, OPEN._replace(crack_facets=bound), 1, 0, False) == reason
+
+
+def test_flat_and_curved_given_or_not_compile_one_set_of_kernels():
+    """All kernels take the state; read-only points of a given crack compiled them once more, 80 CPU s."""
+    cracks = [
+        (hollow(height), given) for height in (0.0, 0.3) for given in (None, given_as(hollow(height)))
+    ]
+    assert len({typeof(prepared(*crack)[0].guards) for crack in cracks}) == 1
 
 
 @pytest.mark.parametrize("given, leaves", [(0.3, True), (0.0, False), (-0.3, False)])

@@ -19,7 +19,7 @@ rule fracture:
     params:
         model=lambda wildcards: CAMPAIGN.model_flags(wildcards.case),
         options=CAMPAIGN.flags("fracture"),
-        growth=CAMPAIGN.flags("grow"),
+        growth=CAMPAIGN.growth_flags(),
         code=CAMPAIGN.code("fracture"),
     shell:
         "craftmesh fracture {input.volume} {input.solution} --crack {input.crack}"

@@ -16,7 +16,7 @@ checkpoint grow:
     conda:
         "../envs/craftmesh.yaml"
     params:
-        options=CAMPAIGN.flags("grow"),
+        options=CAMPAIGN.smoothing_flags(),
         until=lambda wildcards: CAMPAIGN.until_flag(wildcards.case),
         code=CAMPAIGN.code("grow"),
     shell:

@@ -2,6 +2,7 @@ rule report:
     input:
         quality=every_increment(f"{INC}/quality.json"),
         sif=every_increment(f"{INC}/sif.csv", growing=True),
+        growth=every_growth(f"{INC}/growth.json"),
     output:
         f"{CAMPAIGN.results}/report.html",
     log:
@@ -12,7 +13,9 @@ rule report:
     conda:
         "../envs/craftmesh.yaml"
     params:
-        sif=lambda wildcards, input: command_flags({"sif": list(input.sif)}),
+        growing=lambda wildcards, input: command_flags(
+            {"sif": list(input.sif), "growth": list(input.growth)}
+        ),
         code=CAMPAIGN.code("report"),
     shell:
-        "craftmesh report {input.quality} {params.sif} -o {output} > {log} 2>&1"
+        "craftmesh report {input.quality} {params.growing} -o {output} > {log} 2>&1"
