@@ -9,7 +9,15 @@ _EXPORTS = {
     "Sizing": "craftmesh.sizing.sizing",
     "SizingOptions": "craftmesh.sizing.sizing",
     "sizing_for": "craftmesh.sizing.sizing",
+    "open_crack": "craftmesh.assembly.open_crack",
+    "insert_crack": "craftmesh.insertion.insert",
+    "InsertOptions": "craftmesh.insertion.options",
+    "crack_from_triangles": "craftmesh.cracks.triangulated",
+    "CraftmeshError": "craftmesh.errors",
+    "check_surface": "craftmesh.surface.check_surface",
+    "Crack": "craftmesh.types",
     "Surface": "craftmesh.types",
+    "TetMesh": "craftmesh.types",
 }
 __all__ = list(_EXPORTS)
 

@@ -115,6 +115,32 @@ class Surface:
         put(self, "kind", _array("Surface", "kind", self.kind, np.uint8, (len(self.facets),)))
         _check_indices("Surface", "facets", self.facets, len(self.points))
 
+    @classmethod
+    def of_facets(
+        cls, points: np.ndarray, facets: np.ndarray, sides: np.ndarray, crack: np.ndarray | None = None
+    ) -> "Surface":
+        """Return the surface of facets from elsewhere, with their kinds: INTERFACE, box planes, CRACK.
+
+        crack (m,) bool: which facets are the crack's, none by default. A facet that is open to one side and
+        whose corners lie exactly on a plane of the facets' bounding box belongs to that plane.
+        """
+        kind = np.full(len(facets), INTERFACE, np.uint8)
+        surface = cls(points, facets, sides, kind)
+        if len(kind):
+            limits, is_open = surface.box.T.ravel(), (surface.sides <= 0).any(axis=1)
+            for plane in range(len(BOX_PLANES)):
+                on_plane = (surface.points[surface.facets, plane // 2] == limits[plane]).all(axis=1)
+                kind[on_plane & is_open] = plane + 1
+        if crack is not None:
+            kind[np.asarray(crack, bool)] = CRACK
+        return cls(points, facets, sides, kind)
+
+    @property
+    def box(self) -> np.ndarray:
+        """(2, 3) lower and upper corner of the box around the facets."""
+        corners = self.points[self.facets].reshape(-1, 3)
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
     @property
     def grains(self) -> np.ndarray:
         """Sorted ids of the grains that the facets bound."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from craftmesh.assembly.opening import drop_unused, is_closed, opened_tets
+from craftmesh.assembly.opening import drop_unused, is_closed, opened_tets, same_turn
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import front_polylines
 from craftmesh.mesh.mesh_sets import LIPS, node_sets_of
@@ -143,7 +143,7 @@ def _face_sets(
     on_crack = kind == CRACK
     chosen = {name: free[kind == plane] for plane, name in enumerate(BOX_PLANES, 1)}
     all_lips = np.concatenate([lips, free[on_crack]])
-    ahead = _same_turn(half_face_corners(tets, all_lips), surface.facets[facet[all_lips]])
+    ahead = same_turn(half_face_corners(tets, all_lips), surface.facets[facet[all_lips]])
     chosen |= dict(zip(LIPS, (all_lips[ahead], all_lips[~ahead])))
     rest = ~is_on_box(kind) & ~on_crack
     for label in np.unique(sides[rest & (sides < 0)])[::-1]:
@@ -151,12 +151,6 @@ def _face_sets(
     chosen["EXTERIOR"] = free[rest & (sides == 0)]
     ordered = {name: np.sort(rows) for name, rows in chosen.items() if len(rows)}
     return {name: np.stack([rows // 4, rows % 4], axis=1) for name, rows in ordered.items()}
-
-
-def _same_turn(triangles: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return where rows of `triangles` list the same corners in the same sense as rows of `reference`."""
-    shift = (triangles == reference[:, :1]).argmax(axis=1)
-    return np.take_along_axis(triangles, ((shift + 1) % 3)[:, None], axis=1)[:, 0] == reference[:, 1]
 
 
 def _area(points: np.ndarray, tets: np.ndarray, faces: np.ndarray | None) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from craftmesh.mesh.tet_connectivity import FACE_CORNERS, half_face_corners
+from craftmesh.mesh.tet_connectivity import FACE_NODES, half_face_corners, half_face_nodes
 
 
 def opened_tets(
@@ -12,26 +12,29 @@ def opened_tets(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the tets on separated nodes and the old node (n,) of each new one; old ids come first.
 
-    linked (p, 2): half faces that stay together; bounding: half faces that are free or on the crack.
-    Only nodes of the latter can come apart: around any other the elements fill the whole sphere.
+    tets (m, 4) or (m, 10). linked (p, 2): half faces that stay together; bounding: half faces that are
+    free or on the crack. Only nodes of the latter can come apart: around any other the elements fill the
+    whole sphere.
     """
+    width = tets.shape[1]
+    local = FACE_NODES[width]
     at_boundary = np.zeros(n_points, bool)
-    at_boundary[half_face_corners(tets, bounding)] = True
-    linked = linked[at_boundary[half_face_corners(tets, linked[:, 0])].any(axis=1)]
-    here, there = (half_face_corners(tets, linked[:, i]) for i in range(2))
+    at_boundary[half_face_nodes(tets, bounding)] = True
+    linked = linked[at_boundary[half_face_nodes(tets, linked[:, 0])].any(axis=1)]
+    here, there = (half_face_nodes(tets, linked[:, i]) for i in range(2))
     links = []
-    for i in range(3):
+    for i in range(local.shape[1]):
         same = (there == here[:, i, None]).argmax(axis=1)
-        ends = [4 * (rows // 4) + FACE_CORNERS[rows % 4, j] for rows, j in zip(linked.T, (i, same))]
+        ends = [width * (rows // 4) + local[rows % 4, j] for rows, j in zip(linked.T, (i, same))]
         links.append(np.stack(ends, axis=1)[at_boundary[here[:, i]]])
-    movable = np.flatnonzero(at_boundary[tets.ravel()])  # flat (tet, corner) ids
+    movable = np.flatnonzero(at_boundary[tets.ravel()])  # flat (tet, node) ids
     return _renumber(tets, movable, np.concatenate(links), n_points)
 
 
 def _renumber(
     tets: np.ndarray, movable: np.ndarray, links: np.ndarray, n_points: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Give each component of the movable corners a node; the first of each old node keeps its id."""
+    """Give each component of the movable (tet, node) places a node; each old node's first keeps its id."""
     place = np.full(tets.size, -1, np.int64)
     place[movable] = np.arange(len(movable))
     ones = np.ones(len(links), np.int8)
@@ -65,3 +68,9 @@ def is_closed(opened: np.ndarray, crack_pairs: np.ndarray) -> np.ndarray:
     """Return which crack facets (p,) kept all three corners on both sides: they cannot open."""
     corners = np.sort(half_face_corners(opened, crack_pairs), axis=2)
     return (corners[:, 0] == corners[:, 1]).all(axis=1)
+
+
+def same_turn(triangles: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """Return where rows of `triangles` list the same corners in the same sense as rows of `reference`."""
+    shift = (triangles == reference[:, :1]).argmax(axis=1)
+    return np.take_along_axis(triangles, ((shift + 1) % 3)[:, None], axis=1)[:, 0] == reference[:, 1]

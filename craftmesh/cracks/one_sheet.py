@@ -150,10 +150,3 @@ def _pinched(triangles: np.ndarray, count: int) -> np.ndarray:
     """Tell at which of `count` points more than one stretch of the boundary passes."""
     edges, _, number = unique_edges(triangles)
     return np.bincount(edges[number == 1].ravel(), minlength=count) > 2
-
-
-def pieces(triangles: np.ndarray) -> np.ndarray:
-    """Return the number (m,) of the connected piece of each triangle, joined across edges."""
-    f, g = _neighbours(triangles)
-    graph = coo_matrix((np.ones(len(f)), (f // 3, g // 3)), shape=(len(triangles),) * 2)
-    return connected_components(graph, directed=False)[1]

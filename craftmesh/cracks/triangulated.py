@@ -9,12 +9,11 @@ from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.one_sheet import (
     clean_triangles,
     near_box,
-    pieces,
     refuse_shared_edges,
     without_slivers,
 )
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.connectivity import compact, unique_edges
+from craftmesh.surface.connectivity import compact, pieces, unique_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
 

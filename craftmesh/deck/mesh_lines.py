@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from craftmesh.deck.inp_format import id_lines, integer_rows, name_lines, node_rows
+from craftmesh.mesh.mesh_sets import is_front
 from craftmesh.types import TetMesh
 
 
@@ -28,7 +29,7 @@ def set_lines(mesh: TetMesh) -> Iterator[str]:
     """Yield the node sets, the front's in order, and the face sets as surfaces; empty ones are left out."""
     for name, nodes in mesh.node_sets.items():
         if len(nodes):
-            yield f"*NSET, NSET={name}{', UNSORTED' if name.startswith('CRACK_FRONT') else ''}\n"
+            yield f"*NSET, NSET={name}{', UNSORTED' if is_front(name) else ''}\n"
             yield from id_lines(nodes)
     for name, faces in mesh.face_sets.items():
         sides = [side for side in range(4) if (faces[:, 1] == side).any()]

@@ -11,7 +11,7 @@ from craftmesh.fracture.kernels.forces import Tube
 from craftmesh.fracture.segments import Segments
 from craftmesh.mesh.front_curve import FrontCurve
 from craftmesh.mesh.front_frames import Front
-from craftmesh.mesh.mesh_sets import LIPS
+from craftmesh.mesh.mesh_sets import is_lip, lip_faces
 from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import TetMesh
@@ -124,10 +124,11 @@ def _sides(mesh: TetMesh, chosen: np.ndarray) -> np.ndarray:
     are on.
     """
     on_lip = np.zeros((2, len(mesh.points)), bool)
-    for row, name in zip(on_lip, LIPS):
-        row[face_nodes(mesh.tets, mesh.face_sets[name])] = True
+    lips = lip_faces(mesh.face_sets)
+    for row, faces in zip(on_lip, lips):
+        row[face_nodes(mesh.tets, faces)] = True
     a, b = ((on_lip[i] & ~on_lip[1 - i])[mesh.tets[chosen]].any(axis=1) for i in range(2))
-    facets = face_nodes(mesh.tets[:, :4], mesh.face_sets[LIPS[0]])
+    facets = face_nodes(mesh.tets[:, :4], lips[0])
     normals, centres = area_vectors(mesh.points, facets), mesh.points[facets].mean(axis=1)
     middle = mesh.points[mesh.tets[chosen, :4]].mean(axis=1)
     _, near = KDTree(centres).query(middle)
@@ -146,9 +147,9 @@ def _faces(
     faces, sides, bears = [np.zeros((0, 2), np.int64)], [np.zeros(0)], [np.zeros(0, bool)]
     for name, rows in mesh.face_sets.items():
         kept = rows[row[rows[:, 0]] >= 0]
-        if name in LIPS:
+        if is_lip(name):
             kept = kept[~at_front[face_nodes(mesh.tets[:, :4], kept)].any(axis=1)]
-            sides.append(np.full(len(kept), 1.0 if name == LIPS[0] else -1.0))
+            sides.append(np.full(len(kept), 1.0 if name.endswith("A") else -1.0))
         else:
             sides.append(side[row[kept[:, 0]]])
         bears.append(np.full(len(kept), name in loaded))

@@ -12,6 +12,7 @@ from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.hidden import follow_traces, split_hidden, split_near
 from craftmesh.insertion.kinks import kink_traces
+from craftmesh.insertion.loose_ends import without_loose_ends
 from craftmesh.insertion.moved import moved
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
@@ -39,19 +40,22 @@ ON = 1e-9  # of the local size: points this near the crack are on it
 def insert_crack(
     surface: Surface,
     crack: Crack,
-    sizing: Lengths | None,
+    sizing: Lengths | None = None,
     options: InsertOptions | None = None,
     progress: Callable[[float, str], None] = silent,
 ) -> tuple[Surface, dict[str, int | float]]:
     """Return the surface with the crack's facets in it (kind CRACK), conformal with the grain boundaries.
 
+    surface: any that `check_surface` finds nothing in, ours or made by `Surface.of_facets`; the body need
+    not fill its box. crack: of any maker, in that box (`crack_from_triangles`); what lies outside the body
+    is left out.
     sizing.at(points) gives the lengths of front edges and crack facets; None: the surface's median edge
     length. Grain boundaries keep their shape but for points snapped onto the crack (options.snap).
     Raises CraftmeshError where the crack meets no grain, its traces cannot be triangulated, or its facets
     would meet others, as where a curved crack runs along a plane of the box.
     """
     options = options or InsertOptions()
-    box = np.stack([surface.points.min(axis=0), surface.points.max(axis=0)])
+    box = surface.box
     sheet = sheet_of(crack, box)
     cut = _prepared(surface, sheet)
     target = _target(cut, sizing)
@@ -188,7 +192,7 @@ def _front_and_traces(
         uv = np.concatenate([sheet.uv(cut.points), front.uv])
         bad = conflicts(front.edges, traces, uv)
         if not len(bad):
-            return front, traces
+            return without_loose_ends(front, traces), traces
         crowd = np.pad(crowd, (0, int(front.edges[:, 2].max()) + 1 - len(crowd)))
         crowd[bad] += 1
     position = uv[front.edges[front.edges[:, 2] == bad[0]][0, 0]]

@@ -10,7 +10,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
-from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Crack, Surface, TetMesh, Voxels
+from craftmesh.types import CRACK, Crack, Surface, TetMesh, Voxels
 
 if TYPE_CHECKING:
     from vtkmodules.vtkCommonDataModel import vtkPolyData
@@ -46,7 +46,7 @@ def read_surface(path: str | os.PathLike) -> Surface:
     sides = vtk_xml.named_array(path, data, ["sides"], "cell data")[rows]
     kind = vtk_xml.named_array(path, data, ["kind", "crack"], "cell data")[rows]
     if data.GetArray("kind") is None:
-        kind = _kind_from_box(points, facets, sides, kind != 0)
+        return Surface.of_facets(points, facets, sides, kind != 0)
     return Surface(points, facets, sides, kind)
 
 
@@ -169,18 +169,3 @@ def _triangles(path: str | os.PathLike, poly: "vtkPolyData") -> tuple[np.ndarray
         )
     before = poly.GetNumberOfVerts() + poly.GetNumberOfLines()
     return connectivity.reshape(-1, 3), slice(before, before + len(offsets) - 1)
-
-
-def _kind_from_box(
-    points: np.ndarray, facets: np.ndarray, sides: np.ndarray, crack: np.ndarray
-) -> np.ndarray:
-    kind = np.full(len(facets), INTERFACE, np.uint8)
-    if len(facets):
-        used = points[np.unique(facets)]
-        limits = np.stack([used.min(axis=0), used.max(axis=0)], axis=1).ravel()
-        open_side = (sides <= 0).any(axis=1)
-        for plane in range(len(BOX_PLANES)):
-            on_plane = (points[facets][:, :, plane // 2] == limits[plane]).all(axis=1)
-            kind[on_plane & open_side] = plane + 1
-    kind[crack] = CRACK
-    return kind

@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
-from craftmesh.mesh.mesh_sets import LIPS, node_sets_of
+from craftmesh.mesh.mesh_sets import is_front, is_lip, lip_faces, node_sets_of
 from craftmesh.mesh.tet_connectivity import (
     EDGE_CORNERS,
     FACE_EDGES,
@@ -115,10 +115,9 @@ def _check_planes(mesh: TetMesh) -> Iterator[str]:
 
 
 def _check_lips(mesh: TetMesh) -> Iterator[str]:
-    if not any(name in mesh.face_sets for name in LIPS):
+    if not any(map(is_lip, mesh.face_sets)):
         return
-    no_face = np.zeros((0, 2), np.int64)
-    lips = [face_nodes(mesh.tets, mesh.face_sets.get(name, no_face)) for name in LIPS]
+    lips = [face_nodes(mesh.tets, faces) for faces in lip_faces(mesh.face_sets)]
     used = np.unique(np.concatenate(lips))
     place, where = np.unique(mesh.points[used], axis=0, return_inverse=True)
     new = np.zeros(len(mesh.points), np.int64)
@@ -143,8 +142,7 @@ def _check_node_sets(mesh: TetMesh) -> Iterator[str]:
     for name in sorted(own | expected.keys()):
         found = mesh.node_sets.get(name, np.zeros(0, np.int64))
         wanted = expected.get(name, np.zeros(0, np.int64))
-        ordered = name.startswith("CRACK_FRONT")
-        if not np.array_equal(found if ordered else np.sort(found), wanted):
+        if not np.array_equal(found if is_front(name) else np.sort(found), wanted):
             lacking, beyond = len(np.setdiff1d(wanted, found)), len(np.setdiff1d(found, wanted))
             what = f"{lacking} nodes are missing, {beyond} too many"
             if not lacking and not beyond:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from craftmesh.mesh.mesh_sets import is_lip, lip_faces
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges
 from craftmesh.types import TetMesh
 
@@ -13,13 +14,15 @@ def front_polylines(
 ) -> list[tuple[np.ndarray, bool]]:
     """Return the crack's fronts as (ordered corner nodes, closed?), sorted by their first points.
 
-    A front edge lies on the rim of lip A, joins two nodes that lip B shares and is on no other free
-    face. It runs so that the crack is on its left seen from lip A. Open fronts start at their tail,
-    closed ones at their point of lowest x, then y, then z; closed ones do not repeat the first node.
+    A front edge lies on the rim of lip A, joins two nodes that lip B shares, on a facet that coincides with
+    that of lip A, and is on no other free face. Where a crack branches the lips of two branches share edges
+    too, but not facets. It runs so that the crack is on its left seen from lip A. Open fronts start at
+    their tail, closed ones at their point of lowest x, then y, then z, which is not repeated.
     """
-    edges = _front_edges(tets[:, :4], face_sets)
-    chains = _chains(edges, points)
-    return sorted(chains, key=lambda chain: tuple(points[chain[0][0]]))
+    return sorted(
+        _chains(_front_edges(points, tets[:, :4], face_sets), points),
+        key=lambda chain: tuple(points[chain[0][0]]),
+    )
 
 
 def mesh_fronts(mesh: TetMesh) -> list[tuple[np.ndarray, bool]]:
@@ -27,7 +30,7 @@ def mesh_fronts(mesh: TetMesh) -> list[tuple[np.ndarray, bool]]:
     fronts = front_polylines(mesh.points, mesh.tets, mesh.face_sets)
     if mesh.tets.shape[1] == 4:
         return fronts
-    nodes = face_nodes(mesh.tets, mesh.face_sets["CRACK_LIP_A"]) if fronts else np.zeros((0, 6), np.int64)
+    nodes = face_nodes(mesh.tets, lip_faces(mesh.face_sets)[0])
     mid_of = {(a, b): mid for i in range(3) for a, b, mid in nodes[:, [i, (i + 1) % 3, 3 + i]].tolist()}
     return [(with_mid_nodes(corners, closed, mid_of), closed) for corners, closed in fronts]
 
@@ -41,21 +44,43 @@ def with_mid_nodes(corners: np.ndarray, closed: bool, mid_of: dict) -> np.ndarra
     return result
 
 
-def _front_edges(tets: np.ndarray, face_sets: Mapping[str, np.ndarray]) -> np.ndarray:
+def _front_edges(points: np.ndarray, tets: np.ndarray, face_sets: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the directed front edges (k, 2): those of craftmesh.surface.front, told by opened faces."""
-    empty = np.zeros((0, 2), np.int64)
-    corners = {name: face_nodes(tets, faces) for name, faces in face_sets.items() if len(faces)}
-    lips = [corners.pop(name, np.zeros((0, 3), np.int64)) for name in ("CRACK_LIP_A", "CRACK_LIP_B")]
+    lips = [face_nodes(tets, faces) for faces in lip_faces(face_sets)]
     if not all(map(len, lips)):
-        return empty
-    on_both = np.intersect1d(lips[0], lips[1])
-    directed = _edges_of(lips[0])
-    directed = directed[np.isin(directed, on_both).all(axis=1)]
-    others = [edges[np.isin(edges, on_both).all(axis=1)] for edges in map(_edges_of, corners.values())]
-    together = np.concatenate([directed, *others]) if len(directed) else empty
+        return np.zeros((0, 2), np.int64)
+    on_a, on_b = np.zeros(len(points), bool), np.zeros(len(points), bool)
+    on_a[lips[0]] = on_b[lips[1]] = True
+    shared = on_a & on_b
+    other_faces = [
+        face_nodes(tets, faces) for name, faces in face_sets.items() if len(faces) and not is_lip(name)
+    ]
+    edges = [_edges_of(triangles) for triangles in (lips[0], *other_faces)]
+    kept = [np.flatnonzero(shared[rows].all(axis=1)) for rows in edges]
+    together = np.concatenate([rows[chosen] for rows, chosen in zip(edges, kept)])
     groups = group_edges(together)
     once = groups.lead[groups.count == 1]
-    return directed[np.sort(once[once < len(directed)])]
+    once = np.sort(once[once < len(kept[0])])
+    return together[once][_have_twins(points, lips[0][kept[0][once] // 3], lips[1], together[once])]
+
+
+def _have_twins(
+    points: np.ndarray, triangles: np.ndarray, others: np.ndarray, edges: np.ndarray
+) -> np.ndarray:
+    """Tell on which edges (k, 2) of triangles (k, 3) one of `others` (j, 3) is that has their places."""
+    off = triangles.sum(axis=1) - edges.sum(axis=1)
+    theirs = _edges_of(others)
+    known: dict[tuple[int, int], list[int]] = {}
+    at_edges = np.zeros(len(points), bool)
+    at_edges[edges] = True
+    for row in np.flatnonzero(at_edges[theirs].all(axis=1)).tolist():
+        a, b = theirs[row].tolist()
+        known.setdefault((min(a, b), max(a, b)), []).append(int(others[row // 3].sum()) - a - b)
+    found = [
+        any((points[node] == points[third]).all() for third in known.get((min(a, b), max(a, b)), ()))
+        for (a, b), node in zip(edges.tolist(), off.tolist())
+    ]
+    return np.array(found, bool)
 
 
 def _edges_of(triangles: np.ndarray) -> np.ndarray:

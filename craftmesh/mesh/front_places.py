@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.mesh.mesh_sets import LIPS
+from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, face_nodes
 from craftmesh.types import BOX_PLANES, TetMesh
 
@@ -42,7 +42,7 @@ def meets_boundary(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
 
 def faces_of_nodes(mesh: TetMesh, nodes: np.ndarray) -> list[str]:
     """Return the free faces that hold each node: XMIN, XMIN_YMIN, VOID_<k>, EXTERIOR; empty inside."""
-    others = [name for name in mesh.face_sets if name not in (*BOX_PLANES, *LIPS)]
+    others = [name for name in mesh.face_sets if name not in BOX_PLANES and not is_lip(name)]
     names = [name for name in (*BOX_PLANES, *others) if name in mesh.face_sets]
     on_face = {name: np.isin(nodes, face_nodes(mesh.tets, mesh.face_sets[name])) for name in names}
     return ["_".join(name for name in names if on_face[name][k]) for k in range(len(nodes))]

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from craftmesh.mesh.front_curve import square_to, unit
+from craftmesh.mesh.mesh_sets import lip_faces
 from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import TetMesh
@@ -23,8 +24,7 @@ def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes:
     the front node, along its tangent, is fitted to the lip's nodes behind it; its slope at the front
     corrects that mean.
     """
-    faces = mesh.face_sets["CRACK_LIP_A"]
-    facets = face_nodes(mesh.tets[:, :4], faces)
+    facets = face_nodes(mesh.tets[:, :4], lip_faces(mesh.face_sets)[0])
     normals = np.zeros(mesh.points.shape)
     np.add.at(normals, facets, area_vectors(mesh.points, facets)[:, None, :])
     lip = np.unique(facets)

@@ -1,6 +1,7 @@
-"""Node sets that follow from a mesh's face sets: box planes, edges and corners, lips, front."""
+"""Sets of a mesh by their names: lips, fronts, and the node sets that follow from the face sets."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -9,16 +10,52 @@ from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.types import BOX_PLANES
 
 LIPS = ("CRACK_LIP_A", "CRACK_LIP_B")
+_LIP = re.compile(r"(.+)_LIP_[AB]")
+_FRONT = re.compile(r".+_FRONT(_\d+)?")
+
+
+def is_lip(name: str) -> bool:
+    """Tell whether a face set is a lip: CRACK_LIP_A, CRACK_2_LIP_B and their like."""
+    return _LIP.fullmatch(name) is not None
+
+
+def is_front(name: str) -> bool:
+    """Tell whether a node set is a front, whose order counts: CRACK_FRONT, CRACK_FRONT_1, CRACK_2_FRONT."""
+    return _FRONT.fullmatch(name) is not None
+
+
+def lip_faces(face_sets: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the faces (k, 2) of all lips A and those of all lips B, crack by crack."""
+    none = np.zeros((0, 2), np.int64)
+    lips = {name: faces for name, faces in face_sets.items() if is_lip(name)}
+    a, b = (
+        np.concatenate([none, *(faces for name, faces in lips.items() if name.endswith(side))])
+        for side in "AB"
+    )
+    return a, b
+
+
+def crack_sets(lips: Sequence[tuple[np.ndarray, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Return the face sets of cracks' lips A and B (k, 2): plain names of one crack, numbers of several."""
+    if len(lips) == 1:
+        return dict(zip(LIPS, lips[0]))
+    return {
+        f"CRACK_{number}_LIP_{side}": faces
+        for number, pair in enumerate(lips, 1)
+        for side, faces in zip("AB", pair)
+    }
 
 
 def node_sets_of(tets: np.ndarray, face_sets: Mapping, fronts: list) -> dict[str, np.ndarray]:
-    """Return the node sets of the box, of the crack's lips and of its ordered fronts.
+    """Return the node sets of the box, of the cracks' lips and of their ordered fronts.
 
     A plane's set holds the nodes of its faces; edges (XMIN_YMIN) and corners (XMIN_YMIN_ZMIN) are
     common to two and three planes. fronts: (ordered nodes, closed?); CRACK_FRONT holds them one after
-    the other, and each is CRACK_FRONT_<k> too, from 1, when there are several. Empty sets are left out.
+    the other, and each is CRACK_FRONT_<k> too, from 1, when there are several; CRACK_<k>_FRONT holds those
+    of one crack when there are several. Empty sets are left out.
     """
-    sets = {name: _nodes(tets, face_sets[name]) for name in (*BOX_PLANES, *LIPS) if name in face_sets}
+    sides = [name for name in face_sets if is_lip(name)]
+    sets = {name: _nodes(tets, face_sets[name]) for name in (*BOX_PLANES, *sides) if name in face_sets}
     for count in (2, 3):
         for planes in combinations([name for name in BOX_PLANES if name in sets], count):
             if len({plane[0] for plane in planes}) == count:
@@ -30,6 +67,10 @@ def node_sets_of(tets: np.ndarray, face_sets: Mapping, fronts: list) -> dict[str
         sets["CRACK_FRONT"] = np.concatenate([nodes for nodes, _ in fronts])
     if len(fronts) > 1:
         sets |= {f"CRACK_FRONT_{k}": nodes for k, (nodes, _) in enumerate(fronts, 1)}
+    for name in sides:
+        own = [nodes for nodes, _ in fronts if np.isin(nodes, sets[name]).all()]
+        if name.endswith("A") and name not in LIPS and own:
+            sets[name.replace("LIP_A", "FRONT")] = np.concatenate(own)
     return {name: nodes for name, nodes in sets.items() if len(nodes)}
 
 

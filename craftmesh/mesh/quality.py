@@ -7,6 +7,7 @@ from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.front_curve import arc_lengths
 from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.mesh.mesh_sets import lip_faces
 from craftmesh.mesh.poor import is_poor, poor_parts
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges, tet_edges
 from craftmesh.surface.measure import area_vectors, volume_drift
@@ -98,9 +99,7 @@ def _histogram(values: np.ndarray, edges: tuple) -> dict:
 
 
 def _crack_area(mesh: TetMesh) -> float:
-    if "CRACK_LIP_A" not in mesh.face_sets:
-        return 0.0
-    triangles = face_nodes(mesh.tets[:, :4], mesh.face_sets["CRACK_LIP_A"])
+    triangles = face_nodes(mesh.tets[:, :4], lip_faces(mesh.face_sets)[0])
     return float(np.linalg.norm(area_vectors(mesh.points, triangles), axis=1).sum())
 
 

@@ -12,6 +12,8 @@ FACE_CORNERS = np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
 EDGE_CORNERS = np.array([[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]])
 # Edges of S1..S4 from each corner to the next.
 FACE_EDGES = np.array([[0, 1, 2], [3, 4, 0], [4, 5, 1], [5, 3, 2]])
+# Nodes of S1..S4 by the number of an element's nodes: the corners, then the mid nodes of those edges.
+FACE_NODES = {4: FACE_CORNERS, 10: np.hstack([FACE_CORNERS, 4 + FACE_EDGES])}
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,11 @@ def tet_edges(tets: np.ndarray) -> np.ndarray:
     return np.take(tets, EDGE_CORNERS.ravel(), axis=1).reshape(-1, 2)
 
 
+def half_face_nodes(tets: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return the nodes (..., 3), or with mid nodes (..., 6), of the half faces `rows` (...)."""
+    return tets[(rows // 4)[..., None], FACE_NODES[tets.shape[1]][rows % 4]]
+
+
 def group_triples(triples: np.ndarray) -> RowGroups:
     """Group triangles (k, 3) that have the same three corners, whatever their order."""
     a, b, c = (np.asarray(triples[:, i], np.int64) for i in range(3))
@@ -78,8 +85,7 @@ def group_edges(edges: np.ndarray) -> RowGroups:
 
 def face_nodes(tets: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Return the nodes of `faces` (k, 2) rows (tet, face): (k, 3) corners, or (k, 6) with the mid nodes."""
-    local = FACE_CORNERS if tets.shape[1] == 4 else np.hstack([FACE_CORNERS, 4 + FACE_EDGES])
-    return tets[faces[:, :1], local[faces[:, 1]]]
+    return tets[faces[:, :1], FACE_NODES[tets.shape[1]][faces[:, 1]]]
 
 
 def tet_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.report.pictures import along_front, crack_by_increment, deformed_body, stress_on_plane
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack, Solution, TetMesh
@@ -44,8 +45,8 @@ def growth_pictures(
 
 
 def _outside(mesh: TetMesh) -> np.ndarray:
-    """Return the free facets (k, 3) that are no lip of the crack."""
-    names = [name for name in mesh.face_sets if not name.startswith("CRACK")]
+    """Return the free facets (k, 3) that are no lip of a crack."""
+    names = [name for name in mesh.face_sets if not is_lip(name)]
     return np.concatenate([mesh.outward_triangles(name)[:, :3] for name in names])
 
 

@@ -1,6 +1,8 @@
 """Connectivity of triangle soups, computed by free functions and passed, never stored."""
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 
 def facet_edges(facets: np.ndarray) -> np.ndarray:
@@ -33,6 +35,20 @@ def edge_sides(of_corner: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, n
     count = np.bincount(of_corner.ravel(), minlength=len(chosen))
     start = (np.cumsum(count) - count)[chosen]
     return order[start], order[start + 1]
+
+
+def pieces(facets: np.ndarray) -> np.ndarray:
+    """Return the number (m,) of the piece that each facet (m, 3) belongs to, joined across edges.
+
+    Pieces are numbered from 0 in the order of their first facets.
+    """
+    edges, of_corner, _ = unique_edges(facets)
+    count = len(facets)
+    ends = np.repeat(np.arange(count), 3), count + of_corner.ravel()
+    graph = coo_array((np.ones(len(ends[0]), np.int8), ends), shape=(count + len(edges),) * 2)
+    found = connected_components(graph, directed=False)[1][:count]
+    _, first, piece = np.unique(found, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[piece.ravel()]
 
 
 def compact(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

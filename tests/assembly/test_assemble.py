@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from plain_opening import slow_opening
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
@@ -26,30 +27,6 @@ def edge_notch(centres):
 
 PENNY = plane_crack(2, 2, hexagon((3, 3), 2))
 EDGE = plane_crack(2, 2, edge_notch)
-
-
-def slow_opening(tets, crack_faces):
-    """Return the number of nodes after opening, by union of corners one face at a time."""
-    boss = list(range(4 * len(tets)))
-
-    def find(a):
-        while boss[a] != a:
-            a = boss[a]
-        return a
-
-    seen = {}
-    for t, tet in enumerate(tets.tolist()):
-        for corners in FACE_CORNERS.tolist():
-            face = frozenset(tet[c] for c in corners)
-            if face not in crack_faces:
-                if face in seen:
-                    for node in face:
-                        other = seen[face]
-                        boss[find(4 * t + tet.index(node))] = find(
-                            4 * other + tets[other].tolist().index(node)
-                        )
-                seen[face] = t
-    return len({find(a) for a in range(4 * len(tets))})
 
 
 def coordinates(mesh, faces):

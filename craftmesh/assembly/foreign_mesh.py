@@ -1,0 +1,170 @@
+"""Meshes of meshio as tetrahedra, and back with their crack opened."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.mesh_sets import is_lip
+from craftmesh.mesh.tet_connectivity import (
+    RowGroups,
+    group_edges,
+    group_triples,
+    half_face_corners,
+    tet_edges,
+    tet_volumes,
+)
+from craftmesh.types import TetMesh
+
+if TYPE_CHECKING:
+    from meshio import Mesh
+
+TETRAHEDRA = {"tetra": 4, "tetra10": 10}
+FACES = {"triangle": 3, "triangle6": 6}
+EDGES = {"line": 2, "line3": 3}
+# Corners 1 and 2 and the mid nodes of their edges change places: an inverted element is turned right.
+_MIRRORED = {4: [1, 0, 2, 3], 10: [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
+# Gmsh's numbers of its groups and of its entities: new cells get new ones.
+_TAGS = ("gmsh:physical", "gmsh:geometrical")
+
+
+def tet_mesh_of(mesh: "Mesh") -> TetMesh:
+    """Return the tetrahedra of all blocks, one after the other, and the point sets; grains are all 1.
+
+    Inverted elements are turned right. Raises CraftmeshError for other solid elements, for 4-node ones
+    beside 10-node ones, and for points that are not in space.
+    """
+    kinds = {block.type for block in mesh.cells}
+    others = sorted(kinds - {*TETRAHEDRA, *FACES, *EDGES, "vertex"})
+    if others or len(kinds & TETRAHEDRA.keys()) != 1:
+        found = ", ".join(others or sorted(kinds & TETRAHEDRA.keys())) or "no tetrahedra"
+        raise CraftmeshError(
+            f"the mesh has {found}; expected tetrahedra of one kind, 'tetra' or 'tetra10', and beside them "
+            "triangles, lines and vertices at most"
+        )
+    if mesh.points.ndim != 2 or mesh.points.shape[1] != 3:
+        raise CraftmeshError(f"the mesh's points have the shape {mesh.points.shape}; expected (n, 3)")
+    tets = _tetrahedra(mesh)
+    return TetMesh(mesh.points, tets, np.ones(len(tets), np.int32), dict(mesh.point_sets))
+
+
+def foreign_facets(mesh: "Mesh", name: str) -> np.ndarray:
+    """Return the corners (k, 3) of the triangles in a cell set or a physical group of that name."""
+    found = [np.zeros((0, 3), np.int64)]
+    in_set, tag = mesh.cell_sets.get(name), mesh.field_data.get(name)
+    physical = mesh.cell_data.get(_TAGS[0])
+    for number, block in enumerate(mesh.cells):
+        if block.type not in FACES:
+            continue
+        if in_set is not None and in_set[number] is not None:
+            found.append(block.data[np.asarray(in_set[number], np.int64), :3])
+        elif in_set is None and tag is not None and physical is not None and tag[1] == 2:
+            found.append(block.data[physical[number] == tag[0], :3])
+    facets = np.concatenate(found)
+    if not len(facets):
+        known = ", ".join(sorted({*mesh.cell_sets, *mesh.field_data})) or "none"
+        raise CraftmeshError(f"facets: the mesh has no set of triangles {name!r}; its sets are {known}")
+    return facets
+
+
+def foreign_with_crack(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> "Mesh":
+    """Return `mesh` on the opened nodes, with the lips' triangles as new cells at its end.
+
+    parent (n,): the old node of each node of `opened`. Every lip is a block of triangles with normals out
+    of the material, a cell set, and a physical group where the mesh has such groups; lips and fronts are
+    point sets. Triangles on the crack go to lip A, lines to the element with the lowest number; point data
+    are those of the old nodes, cell data of the new cells 0.
+    """
+    from meshio import Mesh
+
+    lips = {name: opened.outward_triangles(name) for name in opened.face_sets if is_lip(name)}
+    kind = "triangle" if opened.tets.shape[1] == 4 else "triangle6"
+    cells = [(block.type, data) for block, data in zip(mesh.cells, _cells(mesh, opened, parent))]
+    new = [(kind, triangles) for triangles in lips.values()]
+    cell_data = {name: _with_lips(name, blocks, new) for name, blocks in mesh.cell_data.items()}
+    groups = dict(mesh.field_data)
+    if _TAGS[0] in cell_data:
+        groups |= {
+            name: np.array([blocks[0], 2])
+            for name, blocks in zip(lips, cell_data[_TAGS[0]][len(mesh.cells) :])
+        }
+    none = [np.zeros(0, np.int64)] * len(new)
+    cell_sets = {name: [*blocks, *none] for name, blocks in mesh.cell_sets.items()}
+    for number, name in enumerate(lips, len(mesh.cells)):
+        cell_sets[name] = [np.zeros(0, np.int64)] * (len(cells) + len(new))
+        cell_sets[name][number] = np.arange(len(lips[name]))
+    return Mesh(
+        opened.points,
+        cells + new,
+        point_data={name: values[parent] for name, values in mesh.point_data.items()},
+        cell_data=cell_data,
+        field_data=groups,
+        point_sets=dict(opened.node_sets),
+        cell_sets=cell_sets,
+        gmsh_periodic=mesh.gmsh_periodic,
+        info=mesh.info,
+    )
+
+
+def _tetrahedra(mesh: "Mesh") -> np.ndarray:
+    tets = np.concatenate([block.data for block in mesh.cells if block.type in TETRAHEDRA]).astype(np.int64)
+    return np.where(_inverted(mesh.points, tets)[:, None], tets[:, _MIRRORED[tets.shape[1]]], tets)
+
+
+def _inverted(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
+    return tet_volumes(points, tets) < 0
+
+
+def _with_lips(name: str, blocks: list[np.ndarray], new: list[tuple[str, np.ndarray]]) -> list[np.ndarray]:
+    """Return an array of cell data with those of the new blocks: 0, or new numbers of Gmsh's groups."""
+    first = 1 + max((int(block.max(initial=0)) for block in blocks), default=0) if name in _TAGS else 0
+    like = np.asarray(blocks[0])
+    values = [first + k if name in _TAGS else 0 for k in range(len(new))]
+    return [
+        *blocks,
+        *(np.full((len(cell[1]), *like.shape[1:]), value, like.dtype) for cell, value in zip(new, values)),
+    ]
+
+
+def _cells(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> list[np.ndarray]:
+    """Return the data of the mesh's blocks on the opened nodes."""
+    lips = [faces for name, faces in opened.face_sets.items() if is_lip(name) and name.endswith("A")]
+    lip_a = np.concatenate(lips) @ np.array([4, 1])
+    rows = np.concatenate([lip_a, np.arange(4 * len(opened.tets))])
+    old = parent[opened.tets]
+    turned = _inverted(mesh.points, np.concatenate([b.data for b in mesh.cells if b.type in TETRAHEDRA]))
+    tets = np.where(turned[:, None], opened.tets[:, _MIRRORED[old.shape[1]]], opened.tets)
+    result, first = [], 0
+    for block in mesh.cells:
+        data = np.asarray(block.data, np.int64)
+        if block.type in TETRAHEDRA:
+            data, first = tets[first : first + len(data)], first + len(data)
+        elif block.type in FACES and len(data):
+            groups = group_triples(np.concatenate([half_face_corners(old, rows), data[:, :3]]))
+            data = _moved(data, opened.tets, old, *_holders(groups, len(rows), rows // 4))
+        elif block.type in EDGES and len(data):
+            edges = tet_edges(old)
+            groups = group_edges(np.concatenate([edges, data[:, :2]]))
+            data = _moved(data, opened.tets, old, *_holders(groups, len(edges), np.arange(len(edges)) // 6))
+        result.append(data)
+    return result
+
+
+def _holders(groups: RowGroups, count: int, tet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the cells (k,) that are a part of a tetrahedron, and the tetrahedron of each (k,).
+
+    The groups are of `count` parts, which belong to the tetrahedra tet (count,), followed by the cells.
+    """
+    lead = groups.lead[groups.index[count:]]
+    cells = np.flatnonzero(lead < count)
+    return cells, tet[lead[cells]]
+
+
+def _moved(
+    data: np.ndarray, tets: np.ndarray, old: np.ndarray, cells: np.ndarray, holder: np.ndarray
+) -> np.ndarray:
+    """Return cells (c, w) with those of the rows `cells` on the nodes of the tetrahedra that hold them."""
+    place = (old[holder][:, None, :] == data[cells][:, :, None]).argmax(axis=2)
+    result = data.copy()
+    result[cells] = np.take_along_axis(tets[holder], place, axis=1)
+    return result

@@ -1,0 +1,219 @@
+"""A crack opened in any conformal mesh: its nodes are doubled, those of its front stay single."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
+
+import numpy as np
+
+from craftmesh.assembly.foreign_mesh import foreign_facets, foreign_with_crack, tet_mesh_of
+from craftmesh.assembly.opening import is_closed, opened_tets, same_turn
+from craftmesh.cracks.one_sheet import turned_alike
+from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.front import mesh_fronts
+from craftmesh.mesh.mesh_sets import crack_sets, is_front, is_lip, lip_faces, node_sets_of
+from craftmesh.mesh.tet_connectivity import (
+    RowGroups,
+    face_nodes,
+    group_triples,
+    half_face_corners,
+    half_faces,
+    tet_volumes,
+)
+from craftmesh.surface.connectivity import pieces
+from craftmesh.surface.measure import area_vectors
+from craftmesh.types import TetMesh
+
+if TYPE_CHECKING:
+    from meshio import Mesh
+
+AnyMesh = TypeVar("AnyMesh", TetMesh, "Mesh")
+
+
+class Opened(NamedTuple):
+    """A mesh's tetrahedra on separated nodes.
+
+    tets as given but for the ids; parent (n,): the old node of each, where old nodes come first and keep
+    their ids. ahead, behind (k,): half faces 4 * tet + face of the lips A and B; crack (k,): the number of
+    the crack, from 0, that each pair belongs to. free: half faces that were free before. shut: how many
+    crack facets stay closed, for all their corners are on the front; on_boundary: how many were free.
+    """
+
+    tets: np.ndarray
+    parent: np.ndarray
+    ahead: np.ndarray
+    behind: np.ndarray
+    crack: np.ndarray
+    free: np.ndarray
+    shut: int
+    on_boundary: int
+
+
+def open_crack(mesh: AnyMesh, facets: np.ndarray | str) -> tuple[AnyMesh, dict[str, int | float]]:
+    """Return the mesh opened along the crack's facets, with sets of its lips and fronts, and a report.
+
+    mesh: a TetMesh or a meshio.Mesh of conformal tetrahedra, of 4 or 10 nodes each, however it was made;
+    what is returned is of the same type. facets (k, 3): the corners of faces between two tetrahedra, in any
+    order, or the name of a set of faces (in meshio: a cell set or a physical group of triangles).
+
+    A node comes apart into as many as there are groups of elements round it that share faces off the crack:
+    nodes inside the front stay single, a mouth on the mesh's boundary opens, and a junction of branches
+    comes apart into one node a sector. What hangs together by edges is one crack; several, and those that
+    the mesh has already, are numbered in the order of their facets. Lip A is ahead of the facets' normals
+    (right-hand rule), which are first turned alike across edges with two crack facets. Old nodes keep their
+    ids.
+
+    Sets: CRACK_LIP_A and CRACK_LIP_B, or CRACK_1_LIP_A ... of several cracks, and the fronts in order, see
+    `node_sets_of`. Other node sets get the new nodes of theirs as well; other face sets stay, but for the
+    one that is opened. A meshio mesh gets the lips as cells and cell sets, see `foreign_with_crack`.
+    Raises CraftmeshError for facets that are no faces of the mesh, a crack with one side, and a mesh whose
+    faces belong to more than two elements.
+    """
+    if isinstance(mesh, TetMesh):
+        result, _, report = _opened(mesh, facets)
+        return result, report
+    if isinstance(facets, str):
+        facets = foreign_facets(mesh, facets)
+    opened, parent, report = _opened(tet_mesh_of(mesh), facets)
+    return foreign_with_crack(mesh, opened, parent), report
+
+
+def _opened(mesh: TetMesh, facets: np.ndarray | str) -> tuple[TetMesh, np.ndarray, dict[str, int | float]]:
+    """Return the opened mesh, the old node (n,) of each of its nodes, and the report."""
+    sets = dict(mesh.face_sets)
+    if isinstance(facets, str):
+        facets = _named(mesh, sets.pop(facets, None), facets)
+    opened = opened_along(mesh.points, mesh.tets, facets)
+    points = mesh.points[opened.parent]
+    face_sets = {name: faces for name, faces in sets.items() if not is_lip(name)}
+    face_sets |= crack_sets([*_known_lips(sets), *_lips(opened)])
+    bare = TetMesh(points, opened.tets, mesh.grain, {}, _lips_and_rest(face_sets, opened.free))
+    fronts = mesh_fronts(bare)
+    node_sets = _with_copies(mesh.node_sets, opened.parent, len(mesh.points))
+    node_sets |= node_sets_of(opened.tets, face_sets, fronts)
+    result = TetMesh(points, opened.tets, mesh.grain, node_sets, face_sets)
+    return result, opened.parent, _report(opened, points, fronts)
+
+
+def _named(mesh: TetMesh, faces: np.ndarray | None, name: str) -> np.ndarray:
+    """Return the corners (k, 3) of a face set."""
+    if faces is None:
+        known = ", ".join(mesh.face_sets) or "none"
+        raise CraftmeshError(f"facets: the mesh has no face set {name!r}; it has {known}")
+    return face_nodes(mesh.tets[:, :4], faces)
+
+
+def _known_lips(face_sets: Mapping[str, np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the lips A and B of the cracks that a mesh has."""
+    names = [name for name in face_sets if is_lip(name) and name.endswith("A")]
+    return [(face_sets[name], face_sets[f"{name[:-1]}B"]) for name in names]
+
+
+def _lips(opened: Opened) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the lips A and B of the cracks that were opened, as rows (tet, face)."""
+    numbers = [opened.crack == k for k in np.unique(opened.crack)]
+    return [(_faces(opened.ahead[own]), _faces(opened.behind[own])) for own in numbers]
+
+
+def _faces(rows: np.ndarray) -> np.ndarray:
+    rows = np.sort(rows)
+    return np.stack([rows // 4, rows % 4], axis=1)
+
+
+def _lips_and_rest(face_sets: Mapping[str, np.ndarray], free: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the lips, and all other free faces in one set, for no set may name them."""
+    lips = {name: faces for name, faces in face_sets.items() if is_lip(name)}
+    named = np.concatenate(lip_faces(lips)) @ np.array([4, 1])
+    return lips | {"FREE": _faces(np.setdiff1d(free, named))}
+
+
+def _with_copies(
+    node_sets: Mapping[str, np.ndarray], parent: np.ndarray, count: int
+) -> dict[str, np.ndarray]:
+    """Return the sets, but for lips and fronts, with the nodes that came apart from theirs at the end."""
+    return {
+        name: np.concatenate([nodes, count + np.flatnonzero(np.isin(parent[count:], nodes))])
+        for name, nodes in node_sets.items()
+        if not is_lip(name) and not is_front(name)
+    }
+
+
+def _report(opened: Opened, points: np.ndarray, fronts: list) -> dict[str, int | float]:
+    vectors = area_vectors(points, half_face_corners(opened.tets, opened.ahead))
+    return {
+        "cracks": len(np.unique(opened.crack)),
+        "crack_facets": len(opened.ahead) + opened.shut,
+        "crack_facets_not_opened": opened.shut,
+        "crack_facets_on_boundary": opened.on_boundary,
+        "crack_area": float(np.linalg.norm(vectors, axis=1).sum()),
+        "nodes_opened_by_crack": int((opened.parent != np.arange(len(points))).sum()),
+        "fronts": len(fronts),
+        "front_nodes": sum(len(nodes) for nodes, _ in fronts),
+    }
+
+
+def opened_along(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> Opened:
+    """Return the tetrahedra (m, 4) or (m, 10) opened along faces with the corners facets (k, 3)."""
+    facets = turned_alike(points, _checked(points, tets, facets))
+    groups = group_triples(np.concatenate([half_faces(tets[:, :4]), facets]))
+    n_half = 4 * len(tets)
+    row = groups.order[groups.first[1:] - 1] - n_half  # facets have the highest rows
+    count = groups.count - (row >= 0)
+    _refuse(points, facets, groups, count)
+    second = groups.order[np.minimum(groups.first[:-1] + 1, len(groups.order) - 1)]
+    pairs = np.stack([groups.lead, second], axis=1)
+    free = groups.lead[count == 1]
+    across = pairs[(count == 2) & (row >= 0)]
+    facet = row[(count == 2) & (row >= 0)]
+    linked = pairs[(count == 2) & (row < 0)]
+    by_corners, _ = opened_tets(tets[:, :4], linked, across.ravel(), len(points))
+    shut = is_closed(by_corners, across)
+    linked = np.concatenate([linked, across[shut]])
+    opened, parent = opened_tets(tets, linked, across.ravel(), len(points))
+    order = np.argsort(facet[~shut], kind="stable")
+    across, facet = across[~shut][order], facet[~shut][order]
+    is_ahead = same_turn(half_face_corners(tets, across[:, 0]), facets[facet])
+    ahead, behind = np.where(is_ahead[:, None], across, across[:, ::-1]).T
+    on_boundary = int(((count == 1) & (row >= 0)).sum())
+    return Opened(opened, parent, ahead, behind, pieces(facets)[facet], free, int(shut.sum()), on_boundary)
+
+
+def _checked(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Return the facets (k, 3), each once; raises CraftmeshError for bad ones and for bad elements."""
+    facets = np.asarray(facets)
+    if facets.ndim != 2 or facets.shape[1] != 3 or not len(facets) or facets.dtype.kind not in "iu":
+        raise CraftmeshError(
+            f"facets is an array {facets.shape} of {facets.dtype}; expected node ids (k, 3) of faces, k > 0"
+        )
+    facets = facets.astype(np.int64)
+    if facets.min() < 0 or facets.max() >= len(points):
+        raise CraftmeshError(f"facets name nodes {facets.min()} to {facets.max()} of {len(points)}")
+    inverted = np.flatnonzero(tet_volumes(points, tets) <= 0)
+    if len(inverted):
+        raise CraftmeshError(
+            f"tet {inverted[0]} and {len(inverted) - 1} more have no positive volume; expected nodes in "
+            "Abaqus' order, corners 1, 2, 3 turning right-handed towards corner 4"
+        )
+    _, first = np.unique(np.sort(facets, axis=1), axis=0, return_index=True)
+    return facets[np.sort(first)]
+
+
+def _refuse(points: np.ndarray, facets: np.ndarray, groups: RowGroups, count: np.ndarray) -> None:
+    """Raise CraftmeshError for facets that are no faces, and for faces of more than two elements."""
+    rows = groups.order[groups.first[1:] - 1] - (len(groups.order) - len(facets))
+    lost = rows[count == 0]
+    if len(lost):
+        corners = facets[lost.min()]
+        place = np.round(points[corners].mean(axis=0), 6).tolist()
+        raise CraftmeshError(
+            f"{len(lost)} of {len(facets)} facets are no faces of the mesh, the first has the nodes "
+            f"{corners.tolist()} at {place}; expected faces between two tetrahedra"
+        )
+    if (count > 2).any():
+        raise CraftmeshError(
+            f"{int((count > 2).sum())} faces belong to more than two tetrahedra; expected a conformal mesh"
+        )
+    if not ((count == 2) & (rows >= 0)).any():
+        raise CraftmeshError(
+            f"all {len(facets)} facets lie on the mesh's boundary, which is open; expected faces between "
+            "two tetrahedra: merge nodes that are there twice"
+        )
