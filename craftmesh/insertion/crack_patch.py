@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from craftmesh.insertion.bends import Bends, follow, part
+from craftmesh.insertion.creases import Creases, creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt
+from craftmesh.insertion.kink_lines import BENT, lay_kinks
 from craftmesh.insertion.patch import (
     front_chords,
+    loosen,
     refine,
     smooth_points,
     split_chords,
@@ -19,6 +22,7 @@ from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.patches import held_by_box, patches
 from craftmesh.types import Surface
 
+ON_KINK = 0.05  # of the least length: points this near a kink are not smoothed away from it
 PARTINGS = 8  # rounds of smaller facets where the crack would meet a grain boundary beside its trace
 
 
@@ -41,7 +45,10 @@ def with_patch(
     patch = triangulate(
         uv[nodes], local[segments], np.setdiff1d(local[loose], local[segments]), sheet.rim.inside
     )
+    kinks = creases_of(sheet, least, BENT)
+    patch, laid = lay_kinks(patch, kinks, lambda at: _in_plane(target, sheet, at))
     patch = refine(patch, lambda at: _in_plane(target, sheet, at), kept)
+    loosen(patch, laid)
     on_front = np.zeros(len(uv), bool)
     on_front[front.edges[:, :2]] = True
     bends = Bends(sheet, points[nodes], least, kept)
@@ -52,7 +59,7 @@ def with_patch(
     first = patch.used[0].copy()
     for is_chord in chords:
         split_chords(patch, is_chord)
-    smooth_points(patch, np.arange(first, patch.used[0]))
+    smooth_points(patch, _beside(kinks, patch.uv, np.arange(first, patch.used[0]), least))
     if not sheet.planar:
         for _ in range(PARTINGS):
             if not part(patch, bends, cut.points[cut.facets], local[cut.facets]):
@@ -62,6 +69,11 @@ def with_patch(
     ids = np.concatenate([nodes, len(uv) + np.arange(patch.used[0] - len(nodes))])
     points = np.concatenate([points, sheet.lift(patch.uv[len(nodes) : patch.used[0]])])
     return replace(cut, points=points), ids[patch.triangles], patch.fixed[: patch.used[1]]
+
+
+def _beside(kinks: Creases, uv: np.ndarray, rows: np.ndarray, least: float) -> np.ndarray:
+    """Return which of the points `rows` (k,) are not on a kink."""
+    return rows[np.linalg.norm(kinks.feet(uv[rows]) - uv[rows], axis=1) > ON_KINK * least]
 
 
 def flat_facets(cut: CutSurface) -> np.ndarray:

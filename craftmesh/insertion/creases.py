@@ -33,8 +33,8 @@ class Creases(NamedTuple):
         return feet_on_segments(self.segments, self.tree, uv)[1]
 
 
-def creases_of(sheet: Sheet, apart: float | None = None) -> Creases:
-    """Return the edges at which the triangles of a sheet turn by more than SHARP.
+def creases_of(sheet: Sheet, apart: float | None = None, turn_by: float = SHARP) -> Creases:
+    """Return the edges at which the triangles of a sheet turn by more than `turn_by` radians.
 
     apart: only kinks, at which they turn ALONE times as much as at the edges beside, and edges whose
     triangles are at least this high over them; the fine triangles of a curved crack turn everywhere.
@@ -48,7 +48,7 @@ def creases_of(sheet: Sheet, apart: float | None = None) -> Creases:
     turn = np.zeros(len(edges))
     cosine = np.einsum("ij,ij->i", vectors[f // 3], vectors[g // 3]) / (size[f // 3] * size[g // 3])
     turn[inner] = np.arccos(np.clip(cosine, -1, 1))
-    chosen = turn > SHARP
+    chosen = turn > turn_by
     if apart is not None:
         beside = np.concatenate([_others(turn[of_corner], side) for side in (f, g)], axis=1).max(axis=1)
         length = np.linalg.norm(np.diff(points[edges[inner]], axis=1)[:, 0], axis=1)

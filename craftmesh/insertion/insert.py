@@ -10,7 +10,7 @@ from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.creases import creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
-from craftmesh.insertion.hidden import follow_traces, split_hidden, split_near
+from craftmesh.insertion.hidden import split_hidden, split_near
 from craftmesh.insertion.kinks import kink_traces
 from craftmesh.insertion.loose_ends import without_loose_ends
 from craftmesh.insertion.moved import moved
@@ -20,6 +20,7 @@ from craftmesh.insertion.pierce import FrontChain, chain, conflicts, pierce
 from craftmesh.insertion.regions import labels_of_regions, regions_of
 from craftmesh.insertion.sheet import Sheet, sheet_of
 from craftmesh.insertion.snap import snap_to_crack
+from craftmesh.insertion.traces import follow_traces
 from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.connectivity import compact, unique_edges

@@ -6,12 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.insertion.creases import Creases
-from craftmesh.insertion.cut import CutSurface, split_edges
+from craftmesh.insertion.cut import CutSurface, with_phi
 from craftmesh.insertion.guarded_move import settled
-from craftmesh.insertion.hidden import FARTHEST, GRAZING, OFF, edges_in_walls
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import crossing_at
 from craftmesh.insertion.sheet import Sheet
+from craftmesh.insertion.snap import classes
+from craftmesh.insertion.traces import FARTHEST, GRAZING, OFF, Splits, edges_in_walls, split_traces
 from craftmesh.surface.measure import area_vectors, facet_angles
 
 FLATTEST = 5.0  # degrees: a facet is not made flatter to let a kink in, unless one was before
@@ -20,8 +21,8 @@ FLAT = np.cos(np.radians(15.0))  # two facets that turn by more are a ridge, whi
 OPENINGS = 3  # flips for one kink at most
 CONTACT = 0.2  # of the least length: a boundary along the crack moves onto a crease from nearer than this
 ROUNDING = 1e-9  # of a crease's length: a place this far past its end is on it
-ROUNDS = 6  # a trace edge may cross a few creases, each round takes one of each edge
-SHORTEST = 0.1  # of the least length: a kink nearer than this to an end of its edge is left out
+AT_END = 0.1  # of the least length: an end this near a kink moves there, if it is in one boundary
+SHORTEST = 0.05  # of the least length: no edge is split nearer than this to its ends
 
 
 def kink_traces(
@@ -29,37 +30,49 @@ def kink_traces(
 ) -> CutSurface:
     """Split trace edges inside one boundary where they cross a crease, if they cut its kink off.
 
-    The new point is where boundary and crease meet; where no sound move leads there, there is none.
-    least: the least target length.
+    The new point is where boundary and crease meet; where no sound move leads there, there is none. An end
+    of the edge that is too near for that moves there itself. least: the least target length.
     """
-    refused = np.zeros((0, 2), np.int64)
-    for _ in range(2 * ROUNDS):
-        edges, share, targets = _kinks(surface, sheet, creases, least)
-        stride = np.array([len(surface.points) + 1, 1])
-        known = np.isin(edges @ stride, refused @ stride)
-        edges, share, targets = edges[~known], share[~known], targets[~known]
-        if not len(edges):
-            break
-        surface = _opened(surface, edges, targets)
-        start, end = surface.points[edges[:, 0]], surface.points[edges[:, 1]]
-        chord = start + share[:, None] * (end - start)
-        size = surface.size[edges].mean(axis=1)
-        split = split_edges(surface, edges, chord, size)
-        rows = len(surface.points) + np.arange(len(edges))
-        moved, left = settled(split, rows, targets, options)
-        stuck = np.isin(rows, left)
-        stuck[np.isin(rows, crossing_at(moved, sheet, rows[0]))] = True
-        if stuck.any():
-            refused = np.concatenate([refused, edges[stuck]])
-            continue
-        surface = moved
+    return split_traces(
+        _with_ends_on_kinks(surface, sheet, creases, least, options),
+        sheet,
+        lambda now: _kinks(now, sheet, creases, least),
+        lambda now, rows, targets: settled(now, rows, targets, options),
+        _opened,
+    )
+
+
+def _with_ends_on_kinks(
+    surface: CutSurface, sheet: Sheet, creases: Creases, least: float, options: InsertOptions
+) -> CutSurface:
+    """Move ends of trace edges, inside one boundary, onto kinks too near to them for a new point."""
+    near = _kinks(surface, sheet, creases, least, at_ends=True)
+    ends = np.where(near.share < 0.5, *near.edges.T)
+    rows, first = np.unique(ends, return_index=True)
+    targets = near.targets[first]
+    uv = sheet.uv(surface.points[rows])
+    free = (classes(surface)[0].degree[rows] == 0) & (surface.front[rows] < 0)
+    free &= np.linalg.norm(creases.feet(uv) - uv, axis=1) > ROUNDING * least
+    rows, targets = rows[free], targets[free]
+    while len(rows):
+        result, left = settled(surface, rows, targets, options)
+        stuck = crossing_at(result, sheet, np.setdiff1d(rows, left))
+        if not len(stuck):
+            phi = result.phi.copy()
+            phi[rows] = np.nan
+            return with_phi(replace(result, phi=phi), sheet)
+        kept = ~np.isin(rows, stuck)
+        rows, targets = rows[kept], targets[kept]
     return surface
 
 
 def _kinks(
-    surface: CutSurface, sheet: Sheet, creases: Creases, least: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return trace edges (k, 2), where along them they have a kink (k,), and its places (k, 3)."""
+    surface: CutSurface, sheet: Sheet, creases: Creases, least: float, at_ends: bool = False
+) -> Splits:
+    """Return the trace edges that have a kink, and the kinks' places.
+
+    at_ends: only kinks nearer than AT_END to an end of their edge, else none nearer than SHORTEST.
+    """
     edges, normals, held = edges_in_walls(surface)
     start, step = surface.points[edges[:, 0]], np.diff(surface.points[edges], axis=1)[:, 0]
     length = np.linalg.norm(step, axis=1)
@@ -73,14 +86,15 @@ def _kinks(
         grazing = ~held[edge] & (shorter < np.minimum(GRAZING * way, CONTACT * least))
     share, move = np.where(grazing, straight, share), np.where(grazing[:, None], shift, move)
     way = np.where(grazing, shorter, way)
-    margin = SHORTEST * least / length[edge]
     with np.errstate(invalid="ignore"):
-        good = (way > OFF * least) & np.isfinite(way) & (share > margin) & (share < 1 - margin)
+        to_end = np.minimum(share, 1 - share) * length[edge]
+        good = (way > OFF * least) & np.isfinite(way) & (to_end > 0)
+        good &= to_end < AT_END * least if at_ends else to_end > SHORTEST * least
     rows = np.flatnonzero(good)
     rows = rows[np.lexsort([-way[rows], edge[rows]])]
     rows = rows[np.unique(edge[rows], return_index=True)[1]]
     place = chords.start + share[:, None] * chords.step + move
-    return edges[edge[rows]], share[rows], place[rows]
+    return Splits(edges[edge[rows]], share[rows], place[rows])
 
 
 class _Chords(NamedTuple):
@@ -123,8 +137,9 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("ij,ij->i", a, b)
 
 
-def _opened(surface: CutSurface, edges: np.ndarray, targets: np.ndarray) -> CutSurface:
-    """Flip edges beside trace edges (k, 2) so that their kinks at targets (k, 3) lie in facets at them."""
+def _opened(surface: CutSurface, kinks: Splits) -> CutSurface:
+    """Flip edges beside trace edges so that their kinks lie in facets at them."""
+    edges, targets = kinks.edges, kinks.targets
     facets = surface.facets.copy()
     around: dict[int, set[int]] = {int(point): set() for point in np.unique(edges)}
     for row, corner in zip(*np.nonzero(np.isin(facets, edges))):

@@ -255,9 +255,9 @@ def conflicts(edges: np.ndarray, traces: np.ndarray, uv: np.ndarray) -> np.ndarr
     return np.unique(edges[hit[~shared], 2])
 
 
-def crossing_at(surface: CutSurface, sheet: Sheet, first: int) -> np.ndarray:
-    """Return which of the points from `first` on have trace edges that cross others in (u, v)."""
+def crossing_at(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> np.ndarray:
+    """Return which of the points `rows` (k,) have trace edges that cross others in (u, v)."""
     traces = trace_edges(surface)
-    new = traces.max(axis=1, initial=-1)
-    mine = np.column_stack([traces, new])[new >= first]
+    among = np.isin(traces, rows)
+    mine = np.column_stack([traces, np.where(among[:, 1], traces[:, 1], traces[:, 0])])[among.any(axis=1)]
     return conflicts(mine, traces, sheet.uv(surface.points)) if len(mine) else np.zeros(0, np.int64)

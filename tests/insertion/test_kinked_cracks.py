@@ -10,6 +10,7 @@ from craftmesh.insertion.kernels.holding import bins_of, holding
 from craftmesh.insertion.sheet import sheet_of
 from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.measure import facet_angles
 from craftmesh.types import CRACK, Crack, Surface
 
 BOX = np.array([[0.0, 0.0, 0.0], [8.0, 8.0, 8.0]])
@@ -41,19 +42,40 @@ def farthest_off(surface: Surface, crack: Crack) -> float:
     return float((np.abs(sheet.offset(samples)) / np.linalg.norm(sheet.gradient(samples), axis=1)).max())
 
 
-@pytest.mark.parametrize("crease", [3.3, 4.6])
-@pytest.mark.parametrize("turn", [4.0, 30.0, 45.0])
+@pytest.mark.parametrize("crease", [3.9, 4.6])
+@pytest.mark.parametrize("turn", [4.0, 30.0, 45.0, 60.0])
 def test_facets_and_traces_follow_a_crease(turn, crease):
-    """A crease across two box faces and a bent boundary; it fell between points of the traces."""
+    """A crease across two box faces and a bent boundary; it fell between points of traces and facets."""
     slope = np.tan(np.radians(turn))
     u = np.unique(np.append(np.linspace(-2, 6.5, 18), crease))
     points, triangles = grid(
         u, np.linspace(-2, 10, 20), lambda x, y: 3.1 + 0.05 * y + slope * np.maximum(x - crease, 0)
     )
     crack = crack_from_triangles(points, triangles, None, BOX)
-    # before, traces cut the crease off by 0.09 to 0.18 at 30 and 45 degrees; one boundary edge keeps 0.052
-    off = farthest_off(inserted(crack, 0.8, 1.6), crack) / 0.8
-    assert off < (0.055 if turn > 40 else PROMISED)
+    surface = inserted(crack, 0.8, 1.6)
+    # traces cut the crease off by 0.18 at 45 degrees; by 0.071 at 60 where a point of theirs was beside it
+    assert farthest_off(surface, crack) < PROMISED * 0.8
+    if turn > 4:  # a smaller one leaves facets across it near enough
+        x = surface.points[surface.facets[surface.kind == CRACK]][:, :, 0] - crease
+        # facets whose points knew nothing of the crease: 2 to 9 across it
+        assert np.minimum(x.max(axis=1), -x.min(axis=1)).max() < 0.05 * 0.8
+
+
+@pytest.mark.parametrize("past", [-0.4, 0.0, 0.1, 0.2, 0.5])
+@pytest.mark.parametrize("turn", [30.0, 45.0])
+def test_facets_follow_a_crease_along_a_jagged_boundary(turn, past):
+    """The crease crosses its trace again and again, and facets between trace points are split there."""
+    along = np.array([0.3, 1.0]) / np.hypot(0.3, 1.0)
+    crease = 5.0 / np.hypot(0.3, 1.0) + past
+    a, b = np.unique(np.append(np.linspace(-6, crease + 3, 18), crease)), np.linspace(-14, 14, 40)
+    flat, triangles = grid(a, b, lambda x, y: 3.1 + np.tan(np.radians(turn)) * np.maximum(x - crease, 0))
+    points = np.column_stack([flat[:, :2] @ [along, [-along[1], along[0]]], flat[:, 2]])
+    crack = crack_from_triangles(points, triangles, None, BOX)
+    surface = inserted(crack, 0.8, 1.6)
+    # up to 0.09 where smoothing drew points off the crease
+    assert farthest_off(surface, crack) < PROMISED * 0.8
+    # a crease laid through past a corner of a trace made angles of 0.9 degrees
+    assert facet_angles(surface.points, surface.facets[surface.kind == CRACK]).min() > 3
 
 
 def test_a_rough_crack_is_followed_by_its_own_corners():

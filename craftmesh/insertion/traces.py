@@ -1,0 +1,132 @@
+"""Trace edges that leave a curved crack are split, the new points moved onto it in their boundary."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from craftmesh.insertion.cut import CutSurface, split_edges
+from craftmesh.insertion.guarded_move import settled
+from craftmesh.insertion.options import InsertOptions
+from craftmesh.insertion.pierce import crossing_at
+from craftmesh.insertion.sheet import Sheet
+from craftmesh.surface.connectivity import edge_sides, unique_edges
+from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.patches import is_on_box, patches
+from craftmesh.types import Surface
+
+SAMPLES = np.arange(1, 8) / 8  # of an edge's length, where its offset from a curved crack is looked at
+OFF = 0.03  # of the least length: trace edges farther off the crack are split
+SHORTEST = 0.35  # of the least length: no trace edge is halved into shorter ones
+FARTHEST = 0.3  # of an edge's length: its new point moves onto the crack by at most this much
+ROUNDS = 6  # of splitting trace edges, and as many of giving up those whose new point cannot move
+CONTACT = 0.1  # of the least length: nearer than this, a boundary along the crack is moved onto it
+GRAZING = 0.25  # of the way within the boundary: where the crack is nearer than this, the two graze
+
+
+class Splits(NamedTuple):
+    """Trace edges (k, 2) to be split, where along them (k,), and places (k, 3) for their new points."""
+
+    edges: np.ndarray
+    share: np.ndarray
+    targets: np.ndarray
+
+    def at(self, rows: np.ndarray) -> "Splits":
+        return Splits(self.edges[rows], self.share[rows], self.targets[rows])
+
+
+def split_traces(
+    surface: CutSurface,
+    sheet: Sheet,
+    find: Callable[[CutSurface], Splits],
+    settle: Callable[[CutSurface, np.ndarray, np.ndarray], tuple[CutSurface, np.ndarray]],
+    prepare: Callable[[CutSurface, Splits], CutSurface] = lambda surface, _: surface,
+) -> CutSurface:
+    """Split the trace edges that `find` names, round after round, their new points moved to the places.
+
+    settle(surface, rows, targets) moves them and returns which rows are left behind. Where one is, or where
+    its new trace edges would cross others, the edge is given back and not split again. prepare(surface,
+    splits) may make room before a round.
+    """
+    refused = np.zeros((0, 2), np.int64)
+    for _ in range(2 * ROUNDS):
+        wanted = find(surface)
+        stride = np.array([len(surface.points) + 1, 1])
+        wanted = wanted.at(~np.isin(wanted.edges @ stride, refused @ stride))
+        edges = wanted.edges
+        if not len(edges):
+            break
+        surface = prepare(surface, wanted)
+        start, end = surface.points[edges[:, 0]], surface.points[edges[:, 1]]
+        chord = start + wanted.share[:, None] * (end - start)
+        split = split_edges(surface, edges, chord, surface.size[edges].mean(axis=1))
+        rows = len(surface.points) + np.arange(len(edges))
+        split, left = settle(split, rows, wanted.targets)
+        stuck = np.isin(rows, left) | np.isin(rows, crossing_at(split, sheet, rows))
+        if stuck.any():
+            refused = np.concatenate([refused, edges[stuck]])
+            continue
+        surface = split
+    return surface
+
+
+def follow_traces(surface: CutSurface, sheet: Sheet, least: float, options: InsertOptions) -> CutSurface:
+    """Halve the trace edges that are too far off the crack, their middles moved onto it in their boundary.
+
+    A middle that cannot be moved soundly is not made. least: the least target length.
+    """
+    return split_traces(
+        surface,
+        sheet,
+        lambda now: _too_far_off(now, sheet, least),
+        lambda now, rows, targets: settled(now, rows, targets, options, at_last=False),
+    )
+
+
+def _too_far_off(surface: CutSurface, sheet: Sheet, least: float) -> Splits:
+    """Return the trace edges to be halved, with places on the crack near their middles."""
+    edges, normals, held = edges_in_walls(surface)
+    start, step = surface.points[edges[:, 0]], np.diff(surface.points[edges], axis=1)[:, 0]
+    length = np.linalg.norm(step, axis=1)
+    long = np.flatnonzero(length > 2 * SHORTEST * least)
+    edges, normals, start, step, length = (x[long] for x in (edges, normals, start, step, length))
+    held = held[long]
+    places = (start[:, None] + SAMPLES[None, :, None] * step[:, None]).reshape(-1, 3)
+    off = np.abs(sheet.offset(places)) / np.linalg.norm(sheet.gradient(places), axis=1)
+    far = np.flatnonzero(off.reshape(-1, len(SAMPLES)).max(axis=1) > OFF * least)
+    across = np.cross(normals[far], step[far])
+    across *= FARTHEST * length[far, None] / np.linalg.norm(across, axis=1)[:, None]
+    middle = start[far] + step[far] / 2
+    targets = sheet.nearest_crossing(middle, across)
+    ahead = sheet.gradient(middle)
+    ahead *= CONTACT * least / np.linalg.norm(ahead, axis=1)[:, None]
+    straight = sheet.nearest_crossing(middle, ahead)
+    way, shorter = (np.linalg.norm(place - middle, axis=1) for place in (targets, straight))
+    with np.errstate(invalid="ignore"):
+        grazing = ~held[far] & np.isfinite(shorter) & ~(GRAZING * way < shorter)
+    targets[grazing] = straight[grazing]
+    found = np.isfinite(targets).all(axis=1)
+    return Splits(edges[far[found]], np.full(int(found.sum()), 0.5), targets[found])
+
+
+def edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the trace edges (k, 2) inside one boundary or box plane, with an end inside the front.
+
+    And the boundary's normal (k, 3) there, and whether it is a box plane (k,).
+    """
+    on = surface.psi == 0
+    rows = np.flatnonzero(on[surface.facets].sum(axis=1) >= 2)
+    near = Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
+    edges, of_corner, count = unique_edges(near.facets)
+    patch = patches(near).of_facet
+    first, second = (side // 3 for side in edge_sides(of_corner, count == 2))
+    edges = edges[count == 2]
+    normal = area_vectors(near.points, near.facets)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    cosine = np.einsum("ij,ij->i", normal[first], normal[second])
+    with np.errstate(invalid="ignore"):
+        phi = surface.phi[edges]
+        inside = (phi > 0).any(axis=1) | (phi >= 0).all(axis=1)
+    chosen = (patch[first] == patch[second]) & on[edges].all(axis=1) & inside
+    normal = normal[first] + np.sign(cosine)[:, None] * normal[second]
+    return edges[chosen], normal[chosen], is_on_box(near.kind[first])[chosen]
