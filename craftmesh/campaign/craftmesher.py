@@ -120,7 +120,8 @@ def _points(keys: dict[str, str], folder: Path, notes: list[str]) -> dict:
     if any(factor != 1.0 for factor in factors):
         notes.append(f"{_SHRINK[0]}, Y, Z: the factors {factors} are left out; scale the file's points")
     notes.append(
-        "advancingCrackFile: sizes follow it (sizing.points); a crack to insert stands under cracks"
+        "advancingCrackFile: sizes follow it (sizing.points); a crack to insert stands under cracks, with "
+        "shape fronts and that file"
     )
     return {"points": (folder / keys["advancingCrackFile"]).as_posix()}
 

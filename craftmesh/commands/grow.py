@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from craftmesh.commands.crack import box_and_edge
+from craftmesh.commands.crack import body_of
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.cracks.series import crack_area
@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, SmoothingOptions)
     crack = read_crack(existing(arguments.crack))
-    box, _ = box_and_edge(arguments.volume)
+    box, _, _ = body_of(arguments.volume)
     along = front_extensions(arguments.intensities, arguments.front)
     grown = grow(crack, along, box, options) if (along.extension > 0).any() else crack
     ended = LEFT if grown is None else STANDS if grown is crack else severed(arguments.volume, grown)

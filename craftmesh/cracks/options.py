@@ -7,7 +7,14 @@ from typing import Any
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 
-SHAPES = ("penny", "ellipse", "through_edge", "surface")
+BY_NUMBERS = ("penny", "ellipse", "through_edge")
+BY_FILES = {
+    "surface": "triangles in .vtp, .stl, .ply, .obj, .off, .3mf or another format that trimesh reads",
+    "points": "measured points in .csv, .xyz, .vtp, .ply or the like",
+    "fronts": "the front in .csv",
+    "voxels": "labels in .npz, .npy, .vti, .dream3d or .tif",
+}
+SHAPES = (*BY_NUMBERS, *BY_FILES)
 
 
 @dataclass(frozen=True)
@@ -33,9 +40,24 @@ class CrackOptions(Options):
         None, "semi-axes a, b of an ellipse", "model units", above=0
     )
     file: str | None = option(
-        None, "triangulated surface (.vtp, .stl, .ply, .obj, .off or .3mf) for shape surface"
+        None,
+        "shape surface: triangles (.vtp, .stl, .ply, ...); points: a cloud; fronts: csv; voxels: labels",
     )
-    front: str | None = option(None, "csv file of the front's points; none: the boundary within the box")
+    front: str | None = option(
+        None, "csv of the front's points in order; surface without one: the boundary within the box"
+    )
+    label: int | None = option(None, "shape voxels: label of the crack in the file; none: any but 0")
+    spacing: float | None = option(
+        None,
+        "edges of a surface that is fitted to points, fronts or voxels; none: as fine as these are",
+        "model units",
+        above=0,
+    )
+    inside: tuple[float, float, float] | None = option(
+        None,
+        "shape fronts: a point on the cracked side of an open first front; none: the smaller side",
+        "model units",
+    )
     growth: float = option(
         0.0, "added to radius, semi-axes or depth at each increment", "model units", at_least=0
     )
@@ -47,25 +69,27 @@ class CrackOptions(Options):
 def crack_files(options: CrackOptions, increment: int) -> dict[str, str]:
     """Return the files that the options name for the crack of `increment`, by the option that names each.
 
-    Raises CraftmeshError where crack.increments holds too few.
+    A crack of fronts needs those of the increments before too. Raises CraftmeshError where crack.increments
+    holds too few.
     """
-    if options.increments:
+    named: dict[str, Any]
+    if options.increments and options.shape == "fronts":
+        named = {f"increments[{k}]": of_series(options.increments, k) for k in range(increment + 1)}
+    elif options.increments:
         named = {"increments": of_series(options.increments, increment), "front": options.front}
     else:
         named = {"file": options.file, "front": options.front}
     return {option: path for option, path in named.items() if isinstance(path, str) and path}
 
 
-def surface_file(options: CrackOptions, increment: int) -> Path:
-    """Return the file of the triangulated surface of `increment`; raises CraftmeshError for none."""
-    files = crack_files(options, increment)
-    name = files.get("increments" if options.increments else "file")
-    if name is None:
-        given = of_series(options.increments, increment) if options.increments else options.file
+def given_file(options: CrackOptions, increment: int) -> Path:
+    """Return the file of `increment` for a shape that comes from files; raises CraftmeshError for none."""
+    given = of_series(options.increments, increment) if options.increments else options.file
+    if not isinstance(given, str) or not given:
         raise CraftmeshError(
-            f"crack.file is {given!r}; expected a .vtp, .stl, .ply, .obj, .off or .3mf for shape surface"
+            f"crack.file is {given!r}; expected {BY_FILES[options.shape]}, for shape {options.shape}"
         )
-    return Path(name)
+    return Path(given)
 
 
 def of_series(series: tuple, increment: int) -> Any:

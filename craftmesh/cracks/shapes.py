@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from craftmesh.cracks.frame import frame_along
-from craftmesh.cracks.options import SHAPES, CrackOptions, of_series
+from craftmesh.cracks.options import BY_NUMBERS, CrackOptions, of_series
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.types import Crack
@@ -18,11 +18,11 @@ def prescribed_crack(options: CrackOptions, increment: int, box: np.ndarray) -> 
     """Return the planar crack of `increment` (0, 1, ...); fronts end exactly on the box (2, 3).
 
     Raises CraftmeshError for bad numbers, a missing increment, or a crack without a front in the box.
-    A surface read from the file that `surface_file` names becomes a crack in `crack_of_increment`.
+    A surface from files becomes a crack in `crack_of_increment`.
     """
-    if options.shape not in SHAPES or options.shape == "surface":
+    if options.shape not in BY_NUMBERS:
         raise CraftmeshError(
-            f"shape is {options.shape!r}; expected one of {', '.join(SHAPES[:3])} for a prescribed crack"
+            f"shape is {options.shape!r}; expected one of {', '.join(BY_NUMBERS)} for a prescribed crack"
         )
     box = np.asarray(box, float)
     centre, normal, axis = (_vector(name, getattr(options, name)) for name in ("centre", "normal", "axis"))

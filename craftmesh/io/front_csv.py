@@ -67,6 +67,22 @@ def read_front_points(path: str | os.PathLike) -> np.ndarray:
     return np.stack([columns[axis] for axis in "xyz"], axis=1)
 
 
+def read_fronts(path: str | os.PathLike) -> list[np.ndarray]:
+    """Return the fronts (k, 3) of a file, as polylines in its order; errors as `read_front`.
+
+    A column `front` tells them apart, as in front.csv; where a column `closed` is 1 the first point comes
+    again at the end.
+    """
+    columns = read_front(path)
+    points = np.stack([columns[axis] for axis in "xyz"], axis=1)
+    number, closed = (columns.get(name, np.zeros(len(points))) for name in ("front", "closed"))
+    fronts = []
+    for own in (number == k for k in np.unique(number)):
+        ring = closed[own].any() and (points[own][0] != points[own][-1]).any()
+        fronts.append(np.concatenate([points[own], points[own][:1]]) if ring else points[own])
+    return fronts
+
+
 def _rows(path: str | os.PathLike) -> list[list[str]]:
     if not Path(path).is_file():
         raise CraftmeshError(f"{path}: no such file; give a csv with columns x, y, z")

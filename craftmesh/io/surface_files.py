@@ -1,5 +1,7 @@
 """Triangulated surfaces in other tools' files: STL, PLY, OBJ, OFF and 3MF, ASCII and binary, by trimesh.
 
+Other formats that trimesh reads (glTF, COLLADA, those of meshio, ...) are read too.
+
 trimesh is imported on first use. Its clean-up is off: points are neither joined nor moved.
 """
 
@@ -38,8 +40,6 @@ def read_triangles(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
     path = Path(path)
     if not path.is_file():
         raise CraftmeshError(f"{path}: no such file; give a triangulated surface ({listed_suffixes()})")
-    if path.suffix.lower() not in SUFFIXES:
-        raise CraftmeshError(f"{path}: suffix {path.suffix!r} is not known; expected {listed_suffixes()}")
     parts = _parts(path)
     if not parts:
         raise CraftmeshError(f"{path}: holds no triangles; expected a triangulated surface")
@@ -106,6 +106,15 @@ def write_grain_folder(
     return paths
 
 
+def vertices_of(path: str | os.PathLike) -> np.ndarray:
+    """Return the points (n, 3) of a surface file or a point cloud that trimesh reads, in its order."""
+    import trimesh
+
+    scene = _scene(Path(path))
+    parts = [body for body in scene.dump() if isinstance(body, (trimesh.Trimesh, trimesh.PointCloud))]
+    return np.concatenate([np.zeros((0, 3)), *(np.asarray(body.vertices, float) for body in parts)])
+
+
 def listed_suffixes() -> str:
     """Return the suffixes for an error message."""
     return ", ".join(SUFFIXES[:-1]) + f" or {SUFFIXES[-1]}"
@@ -124,6 +133,29 @@ def _parts(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return (points, triangles) of every body of the file with triangles, moved to its place."""
     import trimesh
 
+    scene = _scene(path)
+    flat = path.suffix.lower() in SUFFIXES[:-1]  # the others may place a body in several ways
+    bodies = list(scene.geometry.values()) if flat else scene.dump()
+    meshes = [body for body in bodies if isinstance(body, trimesh.Trimesh) and len(body.faces)]
+    parts = [(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)) for mesh in meshes]
+    for points, triangles in parts:
+        if triangles.min() < 0 or triangles.max() >= len(points):
+            raise CraftmeshError(
+                f"{path}: triangles name points up to {triangles.max()} of {len(points)}; write it anew"
+            )
+    return [_used(*part) for part in parts]
+
+
+def _scene(path: Path) -> Any:
+    """Return what trimesh reads of a file, its clean-up off."""
+    import trimesh
+
+    suffix = path.suffix.lower()
+    if suffix[1:] not in trimesh.available_formats():
+        raise CraftmeshError(
+            f"{path}: suffix {path.suffix!r} is not known; expected {listed_suffixes()}, or another format "
+            "that trimesh reads"
+        )
     # Textures and materials would make trimesh look for more files, and split points that differ in them.
     plain: dict[str, Any] = {
         "process": False,
@@ -131,14 +163,11 @@ def _parts(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
         "skip_materials": True,
         "fix_texture": False,
     }
-    suffix = path.suffix.lower()
     try:
         with warnings.catch_warnings(), open(path, "rb") as stream:
             warnings.filterwarnings("error", _TEXT_CUT_SHORT, DeprecationWarning)
-            scene = trimesh.load_scene(stream, file_type=suffix[1:], **plain)
-            bodies = scene.dump() if suffix == ".3mf" else list(scene.geometry.values())
-        meshes = [body for body in bodies if isinstance(body, trimesh.Trimesh) and len(body.faces)]
-        parts = [(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)) for mesh in meshes]
+            beside = trimesh.resolvers.FilePathResolver(str(path))
+            return trimesh.load_scene(stream, file_type=suffix[1:], resolver=beside, **plain)
     except MemoryError:
         raise
     except Exception as error:  # each of trimesh's readers fails in its own ways
@@ -146,12 +175,6 @@ def _parts(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
             f"{path}: is not a whole {suffix[1:].upper()} file ({type(error).__name__}: {error}); "
             "write it anew"
         ) from None
-    for points, triangles in parts:
-        if triangles.min() < 0 or triangles.max() >= len(points):
-            raise CraftmeshError(
-                f"{path}: triangles name points up to {triangles.max()} of {len(points)}; write it anew"
-            )
-    return [_used(*part) for part in parts]
 
 
 def _refuse_cut_short(path: Path, triangles: int) -> None:

@@ -77,6 +77,34 @@ def read_voxels(path: str | os.PathLike, options: ReadOptions = ReadOptions()) -
     return RawVolume(voxels, renaming.is_unindexed(labels), renaming.remap, notes)
 
 
+def read_marked(
+    path: str | os.PathLike, label: int | None, grid: Voxels | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return which voxels (nx, ny, nz) of a file have a label, None: any but 0, its spacing and its origin.
+
+    The formats are those of read_voxels; a .npy has its axes in the order x, y, z. A file without spacing
+    has that of `grid`, whose shape it has to have. Raises CraftmeshError as read_voxels does, and for a
+    label that no voxel has.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise CraftmeshError(f"{path}: no such file; check the path")
+    content = _read_file(path, ReadOptions(axes="xyz" if path.suffix.lower() == ".npy" else ""))
+    marked = content.labels != 0 if label is None else content.labels == label
+    if not marked.any():
+        raise CraftmeshError(
+            f"{path}: no voxel has the label {label or 'other than 0'}; expected the crack's"
+        )
+    if content.spacing is not None or grid is None:
+        return marked, _spacing(path, content, ReadOptions()), _origin(path, content, ReadOptions())
+    if marked.shape != grid.labels.shape:
+        raise CraftmeshError(
+            f"{path}: has {marked.shape} voxels and no spacing; expected those of the microstructure, "
+            f"{grid.labels.shape}, or a format with spacing and origin"
+        )
+    return marked, grid.spacing, grid.origin
+
+
 def _read_file(path: Path, options: ReadOptions) -> FileVolume:
     kind = _format(path) if options.format == AUTO else options.format
     if path.is_dir() and kind != "tiff":

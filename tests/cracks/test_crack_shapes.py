@@ -6,7 +6,7 @@ from given_cracks import wavy_disc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from craftmesh.commands.crack import given_surface
+from craftmesh.commands.crack_sources import given_surface
 from craftmesh.cracks.check_crack import check_crack
 from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.cracks.series import crack_of_increment, refuse_shrunk
@@ -138,7 +138,7 @@ def test_a_surface_from_a_file_is_joined_and_keeps_its_area(tmp_path, suffix):
     points, triangles = wavy_disc(3.0, 0.3)
     write_triangles(tmp_path / f"crack{suffix}", points + CENTRE, triangles)
     options = CrackOptions(shape="surface", file=str(tmp_path / f"crack{suffix}"))
-    crack = crack_of_increment(options, 0, BOX, given_surface(options, 0))
+    crack = crack_of_increment(options, 0, BOX, given_surface(options, 0, BOX)[0])
     assert len(crack.points) == len(points) and len(crack.fronts) == 1
     # float32 coordinates of some of the files
     assert area(crack) == pytest.approx(
@@ -163,7 +163,7 @@ def test_a_plain_vtp_is_read_whatever_arrays_it_has(tmp_path, arrays):
     extra = {name: np.ones((len(points), 3)) for name in arrays}
     write_plain(tmp_path / "crack.vtp", points + CENTRE, triangles, **extra)
     options = CrackOptions(shape="surface", file=str(tmp_path / "crack.vtp"))
-    crack = crack_of_increment(options, 0, BOX, given_surface(options, 0))
+    crack = crack_of_increment(options, 0, BOX, given_surface(options, 0, BOX)[0])
     expected = crack_from_triangles(points + CENTRE, triangles, None, BOX)
     assert np.array_equal(crack.points, expected.points)
     assert np.array_equal(crack.triangles, expected.triangles)
@@ -179,7 +179,7 @@ def test_a_given_front_goes_before_the_boundary(tmp_path):
     options = CrackOptions(
         shape="surface", file=str(tmp_path / "crack.vtp"), front=str(tmp_path / "front.csv")
     )
-    (front,) = crack_of_increment(options, 0, BOX, given_surface(options, 0)).fronts
+    (front,) = crack_of_increment(options, 0, BOX, given_surface(options, 0, BOX)[0]).fronts
     assert len(front) == 20
 
 

@@ -214,8 +214,11 @@ def test_mixed_formats_missing_files_and_unknown_suffixes_are_refused(tmp_path):
         read_grain_folder(tmp_path)
     with pytest.raises(CraftmeshError, match="no such file"):
         read_triangles(tmp_path / "a_6.ply")
+    (tmp_path / "a.step").touch()
+    with pytest.raises(CraftmeshError, match=r"'\.step' is not known; expected \.stl, .* or \.3mf, or"):
+        read_triangles(tmp_path / "a.step")
     (tmp_path / "a.glb").touch()
-    with pytest.raises(CraftmeshError, match=r"'\.glb' is not known; expected \.stl, .* or \.3mf"):
+    with pytest.raises(CraftmeshError, match="is not a whole GLB file"):
         read_triangles(tmp_path / "a.glb")
 
 

@@ -1,0 +1,139 @@
+"""Which part of a plane is cracked: within closed fronts, or behind an open one as far as the box."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely.ops import split
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.types import BOX_PLANES
+
+MARGIN = 0.05  # of the box's diagonal, by which the crack's surface goes past the box
+REACH = 0.1  # of its length: an open front may end this far inside the box, and is carried on to it
+OBLIQUE = 0.1  # sine between plane and face under which a front does not end at that face
+CORNER = 1e-9  # of the plane's part in the box: a smaller piece is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """A plane with parameters (u, v) and a height over it: origin (3,), rows u, v, normal (3, 3)."""
+
+    origin: np.ndarray
+    frame: np.ndarray
+
+    def of(self, points: np.ndarray) -> np.ndarray:
+        """Return u, v and height (k, 3) of points (k, 3)."""
+        return (points - self.origin) @ self.frame.T
+
+    def lifted(self, uvh: np.ndarray) -> np.ndarray:
+        """Return the points (k, 3) at u, v and height (k, 3)."""
+        return self.origin + uvh @ self.frame
+
+
+def cracked_part(
+    fronts: Sequence[np.ndarray], plane: Plane, box: np.ndarray, witnesses: np.ndarray, heights: np.ndarray
+) -> shapely.Polygon:
+    """Return the polygon in (u, v) that the fronts (k, 3) bound, in the box (2, 3) and a margin round it.
+
+    Closed fronts bound what is inside them, further ones within the largest are holes. One open front,
+    whose ends are on the box or near it, parts the box: its side with most of the witnesses (j, 3), points
+    of the crack, is cracked, or without any the smaller one. heights: of all points given, between which
+    the box is cut. Raises CraftmeshError for other fronts.
+    """
+    closed = [front for front in fronts if is_closed(front)]
+    if len(closed) == len(fronts):
+        return _within(closed, plane)
+    if len(fronts) > 1:
+        raise CraftmeshError(
+            f"the crack has {len(fronts)} fronts, {len(fronts) - len(closed)} of them open; expected "
+            "closed ones, or one open front that ends on the box"
+        )
+    section = _section(plane, box, heights)
+    region = section.buffer(MARGIN * np.linalg.norm(box[1] - box[0]), join_style="mitre")
+    line = shapely.LineString(_carried_on(fronts[0], plane, box))
+    if not line.is_simple:
+        raise CraftmeshError("the crack's front crosses itself; expected a front without crossings")
+    parts = [part for part in split(region, line).geoms if part.area > CORNER * region.area]
+    if len(parts) != 2:
+        raise CraftmeshError(
+            f"the crack's front parts the box into {len(parts)} pieces; expected two, of a front that "
+            "ends on the box"
+        )
+    if not len(witnesses):
+        return min(parts, key=lambda part: shapely.intersection(part, section).area)
+    uv = plane.of(witnesses)
+    return max(parts, key=lambda part: shapely.contains_xy(part, uv[:, 0], uv[:, 1]).sum())
+
+
+def is_closed(front: np.ndarray) -> bool:
+    """Tell whether a front's (k, 3) last point is its first again."""
+    return bool((front[0] == front[-1]).all())
+
+
+def _within(fronts: Sequence[np.ndarray], plane: Plane) -> shapely.Polygon:
+    """Return the area within the largest of closed fronts, without what is within the others."""
+    rings = [shapely.Polygon(plane.of(front)[:, :2]) for front in fronts]
+    if any(not ring.is_valid for ring in rings):
+        raise CraftmeshError("the crack's front crosses itself; expected a front without crossings")
+    outer = int(np.argmax([ring.area for ring in rings]))
+    holes = [ring for k, ring in enumerate(rings) if k != outer]
+    left = shapely.difference(rings[outer], shapely.union_all(holes))
+    if not isinstance(left, shapely.Polygon) or any(not rings[outer].contains(hole) for hole in holes):
+        raise CraftmeshError("the crack's fronts bound several areas; expected one, with holes at most")
+    return left
+
+
+def _section(plane: Plane, box: np.ndarray, heights: np.ndarray) -> shapely.Polygon:
+    """Return what of the plane, moved from the least to the most of the heights, lies in the box."""
+    corner = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    ends = [(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit]
+    a, b = (plane.of(corner[[end[k] for end in ends]]) for k in range(2))
+    found = [np.zeros((0, 2))]
+    for height in (heights.min(), heights.max(), 0.0):
+        below, above = a[:, 2] - height, b[:, 2] - height
+        crosses = below * above <= 0
+        share = np.clip(below / np.where(below == above, 1.0, below - above), 0, 1)[:, None]
+        found.append((a + share * (b - a))[crosses, :2])
+    hull = shapely.MultiPoint(np.concatenate(found)).convex_hull
+    if hull.area == 0:
+        raise CraftmeshError(f"the crack lies outside the box {box.tolist()}; move it")
+    return hull
+
+
+def _carried_on(front: np.ndarray, plane: Plane, box: np.ndarray) -> np.ndarray:
+    """Return the front in (u, v) with both ends carried on to the box and straight out of it."""
+    reach = REACH * float(np.linalg.norm(np.diff(front, axis=0), axis=1).sum())
+    head = _way_out(front[0], front[0] - front[1], plane, box, reach)
+    tail = _way_out(front[-1], front[-1] - front[-2], plane, box, reach)
+    return np.concatenate([head[::-1], plane.of(front)[:, :2], tail])
+
+
+def _way_out(
+    end: np.ndarray, heading: np.ndarray, plane: Plane, box: np.ndarray, reach: float
+) -> np.ndarray:
+    """Return the points (k, 2) past the end (3,) of a front: on the nearest face, then far outside."""
+    inward = np.stack([end - box[0], box[1] - end], axis=1).ravel()  # from XMIN, XMAX, YMIN, ...
+    face = int(np.argmin(inward))
+    axis, sign = face // 2, 1.0 if face % 2 else -1.0
+    where = f"the crack's front ends at {np.round(end, 6).tolist()}"
+    if inward[face] > reach:
+        raise CraftmeshError(
+            f"{where}, {inward[face]:.4g} inside the box face {BOX_PLANES[face]}; expected an end on the "
+            "box, or a front whose last point is its first"
+        )
+    out = sign * plane.frame[:2, axis]
+    if np.linalg.norm(out) < OBLIQUE:
+        raise CraftmeshError(
+            f"{where} on the box face {BOX_PLANES[face]}, along which the crack lies; expected a crack "
+            "that stands on it"
+        )
+    out = out / np.linalg.norm(out)
+    place, far = plane.of(end[None])[0, :2], 2 * np.linalg.norm(box[1] - box[0])
+    if inward[face] <= 0:
+        return (place + far * out)[None]
+    pace = sign * heading[axis] / np.linalg.norm(heading)
+    ahead = plane.frame[:2] @ heading / np.linalg.norm(heading) if pace > OBLIQUE else OBLIQUE * out
+    on_face = place + inward[face] / max(pace, OBLIQUE) * ahead
+    return np.stack([on_face, on_face + far * out])

@@ -1,0 +1,88 @@
+"""Heights over a plane that are nearest to measured points and bend no more than those ask for."""
+
+import numpy as np
+import shapely
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.linalg import spsolve
+
+from craftmesh.surface.connectivity import edge_sides, unique_edges
+
+# Of the spacing, the length over 2 pi of the waves that the stiffness halves: 1.6 spacings.
+STIFFNESS = 0.25
+
+
+def fitted_heights(
+    points: np.ndarray, triangles: np.ndarray, fixed: np.ndarray, measured: np.ndarray, spacing: float
+) -> np.ndarray:
+    """Return the heights (n,) at points (n, 2) of a triangulation (m, 3) of about that spacing.
+
+    fixed (n,): heights that are kept, NaN elsewhere. measured (k, 3): u, v and height of points near which
+    the surface goes, those off the triangles left out. Least squares of the measured heights and of the
+    bends across edges (the hinge energy of a flat sheet, whose least is a thin plate's); where nothing is
+    measured the sheet is the straightest one. At least three points not on a line have to be given.
+    """
+    bends, twice = _bends(points, triangles)
+    matrix, values = bends.T @ bends, np.zeros(len(points))
+    row, _, at = interpolation(points, triangles, measured[:, :2])
+    if len(row):
+        density = len(row) / (twice.sum() / 2)
+        matrix = at.T @ at + density * (STIFFNESS * spacing) ** 4 * matrix
+        values = at.T @ measured[row, 2]
+    known = np.flatnonzero(np.isfinite(fixed))
+    free = np.flatnonzero(~np.isfinite(fixed))
+    heights = fixed.copy()
+    if len(free):
+        matrix = csr_array(matrix)
+        right = values[free] - matrix[free][:, known] @ fixed[known]
+        heights[free] = spsolve(matrix[free][:, free].tocsc(), right)
+    return heights
+
+
+def interpolation(
+    points: np.ndarray, triangles: np.ndarray, places: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, csr_array]:
+    """Return which places (k, 2) lie on triangles (m, 3), on which, and what interpolates there."""
+    tree = shapely.STRtree(shapely.polygons(points[triangles]))
+    row, triangle = tree.query(shapely.points(places), predicate="intersects")
+    row, first = np.unique(row, return_index=True)
+    triangle = triangle[first]
+    corners = triangles[triangle]
+    a, b, c = (points[corners[:, i]] for i in range(3))
+    u, v, w = b - a, c - a, places[row] - a
+    twice = _cross(u, v)
+    s, t = _cross(w, v) / twice, _cross(u, w) / twice
+    weights = np.stack([1 - s - t, s, t], axis=1)
+    ends = np.repeat(np.arange(len(row)), 3), corners.ravel()
+    return row, triangle, csr_array(coo_array((weights.ravel(), ends), shape=(len(row), len(points))))
+
+
+def _bends(points: np.ndarray, triangles: np.ndarray) -> tuple[csr_array, np.ndarray]:
+    """Return the matrix (e, n) whose product with heights squares to the bending, and doubled areas (m,).
+
+    Its rows are the inner edges: edge length times the jump of the slope across it, over the root of a
+    third of the area of both triangles.
+    """
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    twice = _cross(b - a, c - a)
+    edges, of_corner, count = unique_edges(triangles)
+    sides = edge_sides(of_corner, count == 2)
+    start, end = (points[edges[count == 2, i]] for i in range(2))
+    along = end - start
+    normal = np.stack([-along[:, 1], along[:, 0]], axis=1)  # times the edge's length
+    scale = np.sqrt(6 / (twice[sides[0] // 3] + twice[sides[1] // 3]))
+    rows, columns, values = [], [], []
+    for sign, side in zip((1.0, -1.0), sides):
+        t = side // 3
+        for k in range(3):
+            p, q = (points[triangles[t, (k + i) % 3]] for i in (1, 2))
+            slope = np.stack([p[:, 1] - q[:, 1], q[:, 0] - p[:, 0]], axis=1) / twice[t, None]
+            rows.append(np.arange(len(t)))
+            columns.append(triangles[t, k])
+            values.append(sign * scale * (slope * normal).sum(axis=1))
+    shape = (len(sides[0]), len(points))
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    return csr_array(coo_array(entries, shape=shape)), twice
+
+
+def _cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]

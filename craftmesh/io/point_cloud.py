@@ -1,0 +1,47 @@
+"""Points of a surface in other tools' files: text with three columns, .vtp, and what trimesh reads."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.io import vtk_xml
+from craftmesh.io.front_csv import read_front_points
+from craftmesh.io.surface_files import listed_suffixes, vertices_of
+
+TEXTS = (".txt", ".xyz", ".asc", ".pts")
+
+
+def read_points(path: str | os.PathLike) -> np.ndarray:
+    """Return the points (n, 3) of a file: a .csv with columns x, y, z, text whose first three columns are
+    x, y, z, a .vtp, or a file that trimesh reads (.ply, .obj, ...), triangles or not.
+
+    Raises CraftmeshError for a missing or broken file and numbers that are not finite.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise CraftmeshError(f"{path}: no such file; give points as .csv, .xyz, .vtp, {listed_suffixes()}")
+    suffix = path.suffix.lower()
+    if suffix == ".csv":
+        return read_front_points(path)
+    if suffix in TEXTS:
+        points = _columns(path)
+    elif suffix == ".vtp":
+        points = vtk_xml.points_of(vtk_xml.read_dataset(path, "PolyData"))
+    else:
+        points = vertices_of(path)
+    if not len(points) or not np.isfinite(points).all():
+        raise CraftmeshError(f"{path}: holds {len(points)} points; expected finite ones, at least three")
+    return points
+
+
+def _columns(path: Path) -> np.ndarray:
+    text = path.read_text(encoding="utf-8-sig", errors="replace").replace(",", " ").replace(";", " ")
+    rows = [line.split() for line in text.splitlines() if line.strip() and line.lstrip()[0] not in "#/"]
+    try:
+        return np.array([row[:3] for row in rows], float).reshape(-1, 3)
+    except ValueError:
+        raise CraftmeshError(
+            f"{path}: is not text of numbers; expected x, y and z in the first three columns of each line"
+        ) from None
