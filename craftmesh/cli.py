@@ -17,6 +17,7 @@ VERBS = (
     "remesh",
     "crack",
     "size",
+    "preview",
     "stitch",
     "gradate",
     "tetrahedralize",

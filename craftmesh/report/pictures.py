@@ -30,7 +30,7 @@ def crack_by_increment(cracks: Mapping[str, Crack], box: np.ndarray) -> bytes:
 
     cracks: by the increments' names, each crack holding the one before.
     """
-    figure = _figure(6.0, 5.0)
+    figure = new_figure(6.0, 5.0)
     axes = figure.add_subplot(projection="3d")
     colours = matplotlib.colormaps[COLOURS](np.linspace(0.1, 0.95, len(cracks)))
     before: Crack | None = None
@@ -45,9 +45,9 @@ def crack_by_increment(cracks: Mapping[str, Crack], box: np.ndarray) -> bytes:
         fronts = [crack.points[front] for front in crack.fronts]
         axes.add_collection3d(Line3DCollection(fronts, colors="black", linewidths=0.8))
         axes.plot([], [], color=colour, linewidth=5, label=name)
-    _frame_box(axes, box)
+    frame_box(axes, box)
     axes.legend(title="increment", fontsize=8, loc="upper left")
-    return _png(figure)
+    return as_png(figure)
 
 
 def along_front(rows: Mapping[str, Mapping[str, np.ndarray]]) -> bytes:
@@ -55,7 +55,7 @@ def along_front(rows: Mapping[str, Mapping[str, np.ndarray]]) -> bytes:
 
     rows: columns of sif.csv by the increments' names; s is shown over its largest value, front by front.
     """
-    figure = _figure(9.0, 5.6)
+    figure = new_figure(9.0, 5.6)
     axes = figure.subplots(2, 2, sharex=True).ravel()
     colours = matplotlib.colormaps[COLOURS](np.linspace(0.1, 0.95, len(rows)))
     shown = (("K_I", "K_I"), ("K_II", "K_II"), ("K_III", "K_III"), ("kink_angle", "kink angle [degrees]"))
@@ -71,7 +71,7 @@ def along_front(rows: Mapping[str, Mapping[str, np.ndarray]]) -> bytes:
         place.set_xlabel("along the front, share of its length")
     axes[0].legend(title="increment", fontsize=8)
     figure.tight_layout()
-    return _png(figure)
+    return as_png(figure)
 
 
 def deformed_body(points: np.ndarray, facets: np.ndarray, displacement: np.ndarray) -> bytes:
@@ -82,15 +82,15 @@ def deformed_body(points: np.ndarray, facets: np.ndarray, displacement: np.ndarr
     size = np.linalg.norm(displacement, axis=1)
     factor = SHOWN_MOVE * np.linalg.norm(np.ptp(points, axis=0)) / max(size.max(), 1e-300)
     moved = points + factor * displacement
-    figure = _figure(6.0, 5.0)
+    figure = new_figure(6.0, 5.0)
     axes = figure.add_subplot(projection="3d")
     shade = matplotlib.cm.ScalarMappable(cmap=COLOURS)
     values = size[facets].mean(axis=1)
     shade.set_array(values)
     axes.add_collection3d(Poly3DCollection(moved[facets], facecolor=shade.to_rgba(values)))
     figure.colorbar(shade, ax=axes, shrink=0.6, label=f"displacement (shown {factor:.3g} times)")
-    _frame_box(axes, np.stack([moved.min(axis=0), moved.max(axis=0)]))
-    return _png(figure)
+    frame_box(axes, np.stack([moved.min(axis=0), moved.max(axis=0)]))
+    return as_png(figure)
 
 
 def stress_on_plane(
@@ -99,7 +99,7 @@ def stress_on_plane(
     """Return a .png of a stress (m,) of tets (m, 4) on the plane through `origin` square to axis 0..2."""
     polygons, rows = cut_tets(points, tets, origin, np.eye(3)[axis])
     first, second = (k for k in range(3) if k != axis)
-    figure = _figure(6.0, 5.0)
+    figure = new_figure(6.0, 5.0)
     axes = figure.add_subplot()
     low, high = np.percentile(stress[rows], [100 - SCALE_PERCENT, SCALE_PERCENT]) if len(rows) else (0, 1)
     cells = PolyCollection(
@@ -113,10 +113,11 @@ def stress_on_plane(
     axes.set_ylabel("xyz"[second])
     axes.set_title(f"{'xyz'[axis]} = {origin[axis]:.4g}", fontsize=10)
     figure.colorbar(cells, ax=axes, label="largest principal stress")
-    return _png(figure)
+    return as_png(figure)
 
 
-def _frame_box(axes: Axes3D, box: np.ndarray) -> None:
+def frame_box(axes: Axes3D, box: np.ndarray) -> None:
+    """Set limits and names of the axes to those of a box (2, 3), with one scale."""
     for low, high, set_limits, name in zip(
         *box, (axes.set_xlim, axes.set_ylim, axes.set_zlim), ("x", "y", "z")
     ):
@@ -125,13 +126,14 @@ def _frame_box(axes: Axes3D, box: np.ndarray) -> None:
     axes.set_box_aspect(np.ptp(box, axis=0))
 
 
-def _figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
+    """Return a figure of that size in inches, drawn without a screen."""
     figure = Figure(figsize=(width, height), dpi=DPI)
     FigureCanvasAgg(figure)
     return figure
 
 
-def _png(figure: Figure) -> bytes:
+def as_png(figure: Figure) -> bytes:
     """Return the figure as .png, the same bytes for the same figure."""
     stream = io.BytesIO()
     figure.savefig(stream, format="png", metadata={"Software": None})

@@ -1,0 +1,110 @@
+"""Where a crack meets the facets of a surface: traces, and the angles at which it does."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.types import Crack, Surface
+
+PARALLEL = 1e-9  # sine of the angle below which two triangles have no line in common
+
+
+class Traces(NamedTuple):
+    """Where crack triangles cut facets: facet (k,), both ends (k, 2, 3), angle (k,) in degrees, 0..90."""
+
+    facet: np.ndarray
+    ends: np.ndarray
+    angle: np.ndarray
+
+    @property
+    def length(self) -> np.ndarray:
+        """(k,) lengths of the traces."""
+        return np.linalg.norm(self.ends[:, 1] - self.ends[:, 0], axis=1)
+
+
+class Oblique(NamedTuple):
+    """A boundary that the crack meets at a small angle: its sides and kind; least angle, length, place."""
+
+    sides: tuple[int, int]
+    kind: int
+    angle: float
+    length: float
+    place: tuple[float, float, float]
+
+
+def traces(crack: Crack, surface: Surface) -> Traces:
+    """Return where the crack's triangles cut facets of a surface that has nothing of the crack in it."""
+    low, high = (f(crack.points[crack.triangles], axis=(0, 1)) for f in (np.min, np.max))
+    corners = surface.points[surface.facets]
+    near = (corners.min(axis=1) <= high).all(axis=1) & (corners.max(axis=1) >= low).all(axis=1)
+    rows = np.flatnonzero(near)
+    points = np.concatenate([crack.points, surface.points])
+    count = len(crack.triangles)
+    facets = np.concatenate([crack.triangles, surface.facets[rows] + len(crack.points)]).astype(np.int64)
+    pairs = intersecting_pairs(points, facets)
+    pairs = np.sort(pairs, axis=1)[((pairs < count).sum(axis=1) == 1)]
+    a, b = (points[facets[pairs[:, k]]] for k in range(2))
+    normals = [_unit_normals(corner) for corner in (a, b)]
+    line = np.cross(normals[0], normals[1])
+    sine = np.linalg.norm(line, axis=1)
+    angle = np.degrees(np.arctan2(sine, np.abs((normals[0] * normals[1]).sum(axis=1))))
+    line = line / np.maximum(sine, PARALLEL)[:, None]
+    low_a, high_a, first = _span(a, b, normals[1], line)
+    low_b, high_b, _ = _span(b, a, normals[0], line)
+    start, end = np.maximum(low_a, low_b), np.minimum(high_a, high_b)
+    ends = first[:, None] + (np.stack([start, end], axis=1) - low_a[:, None])[..., None] * line[:, None]
+    good = (sine > PARALLEL) & (end > start)
+    return Traces(rows[pairs[good, 1] - count], ends[good], angle[good])
+
+
+def oblique(found: Traces, surface: Surface, limit: float) -> list[Oblique]:
+    """Return the boundaries met at less than `limit` degrees, the most oblique first."""
+    return sorted(_oblique(found, surface, limit), key=lambda one: one.angle)
+
+
+def _oblique(found: Traces, surface: Surface, limit: float) -> Iterator[Oblique]:
+    small = np.flatnonzero(found.angle < limit)
+    key = np.column_stack(
+        [np.sort(surface.sides[found.facet[small]], axis=1), surface.kind[found.facet[small]]]
+    )
+    groups, which = np.unique(key, axis=0, return_inverse=True)
+    for number, (low, high, kind) in enumerate(groups.tolist()):
+        own = small[which.ravel() == number]
+        least = own[np.argmin(found.angle[own])]
+        place = found.ends[least].mean(axis=0)
+        yield Oblique(
+            (low, high),
+            kind,
+            float(found.angle[least]),
+            float(found.length[own].sum()),
+            tuple(place.tolist()),
+        )
+
+
+def _unit_normals(corners: np.ndarray) -> np.ndarray:
+    vectors = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
+
+
+def _span(
+    corners: np.ndarray, others: np.ndarray, normal: np.ndarray, line: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return where triangles (k, 3, 3) cut the planes of others, which have these normals.
+
+    Least and largest place along the unit vectors line (k, 3), and the point (k, 3) of the least.
+    """
+    off = ((corners - others[:, :1]) * normal[:, None]).sum(axis=2)
+    low, high = np.full(len(corners), np.inf), np.full(len(corners), -np.inf)
+    first = np.zeros((len(corners), 3))
+    for i in range(3):
+        j = (i + 1) % 3
+        crosses = (off[:, i] * off[:, j] <= 0) & (off[:, i] != off[:, j])
+        share = off[:, i] / np.where(crosses, off[:, i] - off[:, j], 1.0)
+        at = corners[:, i] + share[:, None] * (corners[:, j] - corners[:, i])
+        along = (at * line).sum(axis=1)
+        first = np.where((crosses & (along < low))[:, None], at, first)
+        low = np.where(crosses, np.minimum(low, along), low)
+        high = np.where(crosses, np.maximum(high, along), high)
+    return low, high, first
