@@ -1,6 +1,7 @@
 """Cracks in an infinite body whose K are known, and the displacements far from any crack."""
 
 import numpy as np
+from spherical_cap import cap_intensities
 
 YOUNG, POISSON = 70e3, 0.3
 LENS_POISSON = 0.22
@@ -71,13 +72,15 @@ def lens(radius: float):
     """The same for a cap of 45 degrees of a sphere, rim of that radius, in unit hydrostatic tension.
 
     Lip A is outside the sphere and goes inwards at the rim. For a Poisson's ratio of LENS_POISSON.
-    Source: three digits as in Code_Aster's SSLV155, after J. P. Pereira et al., Int. J. Numer. Meth. Eng.
-    77 (2009).
+    In units of 2 / pi root(pi radius) K_I is 0.88900 and K_II -0.24530; the digits that are often printed,
+    0.877 and 0.235 (Code_Aster's SSLV155, after J. P. Pereira et al., Int. J. Numer. Meth. Eng. 77, 2009),
+    are not exact.
     """
+    root = np.sqrt(radius * np.sqrt(2))
+    opening, sliding = (k * root for k in cap_intensities(np.pi / 4, LENS_POISSON))
 
     def k_of(points, *_frames):
-        unit = np.ones(len(points)) * 2 / np.pi * np.sqrt(np.pi * radius)
-        return np.column_stack([0.877 * unit, -0.235 * unit, 0 * unit])
+        return np.tile([opening, sliding, 0.0], (len(points), 1))
 
     return k_of
 
