@@ -9,10 +9,11 @@ from craftmesh.mesh.cubic_basis import graded_basis
 # Edges on each side over which the front's edge lengths are averaged: neighbours differ by up to 3 : 1.
 WINDOW = 4
 # Pieces of the curve in local sizes, and how stiff it is. Nodes lie up to 0.01 of an edge off the given
-# front at spacings of 0.2 to 1.5 edges: on a circle of 8 edges radius tangents then err by 0.22 degrees at
-# most, by 0.68 with pieces of 2 sizes and no stiffness; half an open circle by 0.48, at its ends, in place
-# of 2.6. The stiffness moves the circle by 0.002 of an edge.
-PIECE, STIFFNESS = 3.0, 1e-2
+# front at spacings of 0.3 to 1.5 edges: on a circle of 8 edges radius tangents then err by 0.30 degrees at
+# most, by 0.72 with pieces of 2 sizes; half an open circle by 0.40. A stiffness of 1e-2 takes 0.08 degrees
+# off the circle's, but the curve flattens where it bends most: K_I at the sharp ends of an ellipse 2:1, of
+# five edges radius, was 0.6 % low in place of 0.35.
+PIECE, STIFFNESS = 3.0, 1e-3
 # Weight of an open front's ends against its other nodes: they lie on faces, and the curve ends there.
 END_WEIGHT = 1e6
 
