@@ -3,21 +3,22 @@
 from dataclasses import dataclass, fields
 
 import numpy as np
-from scipy.interpolate import BSpline
 from scipy.signal import savgol_filter
 
 from craftmesh.cracks.polyline import Polyline
 from craftmesh.growth.options import SmoothingOptions
+from craftmesh.mesh.cubic_basis import even_basis
 
 # Spacing of the knots of the fit in front spacings. 4 follow a kink angle along an inclined penny of ten
 # spacings' radius within its noise, as they do for the intensities themselves.
 KNOTS = 4.0
-# Weight of the coefficients' second differences beside the rows: holds the fit where a front has no rows,
+# Weight of the spline's changes of slope against the rows: holds the fit where a front has no rows,
 # at its ends and across a void. At an end noise of the rows comes through doubled with it, and twentyfold
 # with a thousandth of it, which folded a crack whose kink angles jump by 10 degrees between grains; one
 # wave round forty rows of a closed front loses 0.06 %.
-STIFFNESS = 0.1
-DEGREE = 3
+STIFFNESS = 1e-2
+# With fewer rows off the ends, those at the ends count too.
+LEAST_ROWS = 3
 # Rows this near to an end of a front, in front spacings, are left out of the fit, which goes on straight
 # there. K_II and K_III have no bound where a front meets a free surface, and the integrals reach over it:
 # with those rows the ends of a tilted half penny kinked by 35 degrees, to and fro at each increment.
@@ -80,9 +81,10 @@ def smoothed(
     if options.smoothing == "fit":
         spacing = np.median(np.diff(s)) if len(s) > 1 else length
         inside = _off_ends(s, length, closed, spacing)
-        if inside.sum() > DEGREE:
+        if inside.sum() > LEAST_ROWS:
             s, values = s[inside], values[inside]
-        return _fitted(s, values, length, closed, KNOTS * spacing)(at)
+        basis = even_basis(length, closed, KNOTS * spacing)
+        return basis.design(at) @ basis.solve(basis.design(s), values, np.ones(len(s)), STIFFNESS)
     if options.smoothing == "savitzky_golay" and len(s) >= options.window:
         width = options.window // 2 * 2 + 1
         values = savgol_filter(values, width, 2, axis=0, mode="wrap" if closed else "interp")
@@ -112,22 +114,3 @@ def _off_ends(s: np.ndarray, length: float, closed: bool, spacing: float) -> np.
     ends = np.concatenate([tails, heads, tails - length, heads - length, tails + length, heads + length])
     off = np.abs(s[:, None] - ends).min(axis=1, initial=np.inf)
     return off >= END * spacing
-
-
-def _fitted(s: np.ndarray, values: np.ndarray, length: float, closed: bool, spacing: float) -> BSpline:
-    """Return the cubic B-spline over [0, length] nearest to values (n, m) at s (n,); periodic if closed."""
-    pieces = max(round(length / spacing), 2 * DEGREE if closed else 1)
-    knots = length / pieces * np.arange(-DEGREE, pieces + DEGREE + 1)
-    matrix = BSpline.design_matrix(np.clip(s, 0, knots[-DEGREE - 1]), knots, DEGREE).toarray()
-    if closed:
-        matrix[:, :DEGREE] += matrix[:, -DEGREE:]
-        matrix = matrix[:, :-DEGREE]
-    count = matrix.shape[1]
-    bend = np.diff(np.eye(count + 2 * closed), 2, axis=0)
-    if closed:
-        bend[:, :2] += bend[:, -2:]
-        bend = bend[:, :-2]
-    stack = np.concatenate([matrix, STIFFNESS * bend])
-    right = np.concatenate([values, np.zeros((len(bend), values.shape[1]))])
-    weights = np.linalg.lstsq(stack, right, rcond=None)[0]
-    return BSpline(knots, np.concatenate([weights, weights[:DEGREE]]) if closed else weights, DEGREE)

@@ -111,3 +111,9 @@ def graded_basis(
     breaks = np.interp(np.linspace(0.0, count[-1], pieces + 1), count, at)
     breaks[-1] = length
     return CubicBasis(breaks, closed)
+
+
+def even_basis(length: float, closed: bool, spacing: float) -> CubicBasis:
+    """Return a basis whose pieces are all of one length, about `spacing`."""
+    pieces = max(round(length / spacing), LEAST_CLOSED if closed else 1)
+    return CubicBasis(np.linspace(0.0, length, pieces + 1), closed)
