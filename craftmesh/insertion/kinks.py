@@ -13,12 +13,8 @@ from craftmesh.insertion.pierce import crossing_at
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.insertion.snap import classes
 from craftmesh.insertion.traces import FARTHEST, GRAZING, OFF, Splits, edges_in_walls, split_traces
-from craftmesh.surface.measure import area_vectors, facet_angles
+from craftmesh.insertion.wings import lead_round, opened
 
-FLATTEST = 5.0  # degrees: a facet is not made flatter to let a kink in, unless one was before
-NARROW = np.sin(np.radians(12.0))  # a kink is given a facet that leaves this angle beside it
-FLAT = np.cos(np.radians(15.0))  # two facets that turn by more are a ridge, which stays
-OPENINGS = 3  # flips for one kink at most
 CONTACT = 0.2  # of the least length: a boundary along the crack moves onto a crease from nearer than this
 ROUNDING = 1e-9  # of a crease's length: a place this far past its end is on it
 AT_END = 0.1  # of the least length: an end this near a kink moves there, if it is in one boundary
@@ -31,15 +27,17 @@ def kink_traces(
     """Split trace edges inside one boundary where they cross a crease, if they cut its kink off.
 
     The new point is where boundary and crease meet; where no sound move leads there, there is none. An end
-    of the edge that is too near for that moves there itself. least: the least target length.
+    of the edge that is too near for that moves there itself; where the kink is on an edge beside the trace,
+    that is led over it. least: the least target length.
     """
-    return split_traces(
+    surface = split_traces(
         _with_ends_on_kinks(surface, sheet, creases, least, options),
         sheet,
         lambda now: _kinks(now, sheet, creases, least),
         lambda now, rows, targets: settled(now, rows, targets, options),
-        _opened,
+        opened,
     )
+    return lead_round(surface, sheet, _kinks(surface, sheet, creases, least), options)
 
 
 def _with_ends_on_kinks(
@@ -135,77 +133,3 @@ def _inside(share: np.ndarray) -> np.ndarray:
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("ij,ij->i", a, b)
-
-
-def _opened(surface: CutSurface, kinks: Splits) -> CutSurface:
-    """Flip edges beside trace edges so that their kinks lie in facets at them."""
-    edges, targets = kinks.edges, kinks.targets
-    facets = surface.facets.copy()
-    around: dict[int, set[int]] = {int(point): set() for point in np.unique(edges)}
-    for row, corner in zip(*np.nonzero(np.isin(facets, edges))):
-        around[int(facets[row, corner])].add(int(row))
-    wings = _Wings(replace(surface, facets=facets), around)
-    for (p, q), target in zip(edges.tolist(), targets):
-        for _ in range(OPENINGS):
-            if not wings.open(p, q, target):
-                break
-    return replace(surface, facets=facets)
-
-
-class _Wings(NamedTuple):
-    """A surface whose facets are flipped in place, and the facets around some of its points."""
-
-    surface: CutSurface
-    around: dict[int, set[int]]
-
-    def open(self, p: int, q: int, target: np.ndarray) -> bool:
-        """Flip one edge between the edge p-q and the target beside it; say if one was flipped."""
-        points, facets = self.surface.points, self.surface.facets
-        for row in sorted(self.around[p] & self.around[q]):
-            w = int(facets[row].sum()) - p - q
-            normal = np.cross(points[q] - points[p], points[w] - points[p])
-            beside = np.cross(points[q] - points[p], target - points[p]) @ normal > 0
-            if beside and self._room(p, q, w, target) < NARROW:
-                return any(self._flip(row, (a, w, b), target) for a, b in ((p, q), (q, p)))
-        return False
-
-    def _room(self, p: int, q: int, w: int, target: np.ndarray) -> float:
-        """Return the least sine of the angles that p-target and q-target leave to the sides of p, q, w."""
-        points = self.surface.points
-        normal = np.cross(points[q] - points[p], points[w] - points[p])
-        room = []
-        for a, b in ((p, q), (q, p)):
-            inward, step = np.cross(normal, points[w] - points[a]), target - points[a]
-            inward *= np.sign(inward @ (points[b] - points[a])) / np.linalg.norm(inward)
-            room.append(float(inward @ step / np.linalg.norm(step)))
-        return min(room)
-
-    def _flip(self, row: int, corners: tuple[int, int, int], target: np.ndarray) -> bool:
-        """Flip the edge a-w of the facet `row`, corners a, w, b, where that is sound and gives room."""
-        (a, w, b), facets = corners, self.surface.facets
-        others = [r for r in self.around[a] if r != row and w in facets[r]]
-        if len(others) != 1 or self.surface.psi[w] == 0:
-            return False
-        rows = [row, others[0]]
-        x = int(facets[others[0]].sum()) - a - w
-        before = facets[rows]
-        after = np.stack([np.where(before[0] == w, x, before[0]), np.where(before[1] == a, b, before[1])])
-        if not self._is_sound(rows, after) or self._room(a, b, x, target) <= self._room(a, b, w, target):
-            return False
-        facets[rows] = after
-        for point, gained, lost in ((a, row, rows[1]), (w, rows[1], row), (b, rows[1], -1), (x, row, -1)):
-            if point in self.around:
-                self.around[point] = (self.around[point] | {gained}) - {lost}
-        return True
-
-    def _is_sound(self, rows: list[int], after: np.ndarray) -> bool:
-        """Tell whether two facets may become `after` (2, 3): of one patch, flat in all, not thin."""
-        surface = self.surface
-        sides, kind = surface.sides[rows], surface.kind[rows]
-        if (sides[0] != sides[1]).any() or kind[0] != kind[1]:
-            return False
-        facets = np.concatenate([surface.facets[rows], after])
-        normal = area_vectors(surface.points, facets)
-        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-        angle = facet_angles(surface.points, facets).min(axis=1)
-        return bool((normal @ normal[0]).min() > FLAT and angle[2:].min() >= min(FLATTEST, angle[:2].min()))

@@ -61,21 +61,31 @@ def test_facets_and_traces_follow_a_crease(turn, crease):
         assert np.minimum(x.max(axis=1), -x.min(axis=1)).max() < 0.05 * 0.8
 
 
+def creased(angle: float, crease: float, turn: float, height: float) -> Crack:
+    """A sheet that turns up by `turn` degrees along a line at `crease` along a direction in the plane."""
+    along = np.array([np.cos(angle), np.sin(angle)])
+    a, b = np.unique(np.append(np.linspace(crease - 10, crease + 3, 18), crease)), np.linspace(-14, 14, 40)
+    flat, triangles = grid(a, b, lambda x, y: height + np.tan(np.radians(turn)) * np.maximum(x - crease, 0))
+    points = np.column_stack([flat[:, :2] @ [along, [-along[1], along[0]]], flat[:, 2]])
+    return crack_from_triangles(points, triangles, None, BOX)
+
+
 @pytest.mark.parametrize("past", [-0.4, 0.0, 0.1, 0.2, 0.5])
 @pytest.mark.parametrize("turn", [30.0, 45.0])
 def test_facets_follow_a_crease_along_a_jagged_boundary(turn, past):
     """The crease crosses its trace again and again, and facets between trace points are split there."""
-    along = np.array([0.3, 1.0]) / np.hypot(0.3, 1.0)
-    crease = 5.0 / np.hypot(0.3, 1.0) + past
-    a, b = np.unique(np.append(np.linspace(-6, crease + 3, 18), crease)), np.linspace(-14, 14, 40)
-    flat, triangles = grid(a, b, lambda x, y: 3.1 + np.tan(np.radians(turn)) * np.maximum(x - crease, 0))
-    points = np.column_stack([flat[:, :2] @ [along, [-along[1], along[0]]], flat[:, 2]])
-    crack = crack_from_triangles(points, triangles, None, BOX)
+    crack = creased(np.arctan2(1.0, 0.3), 5.0 / np.hypot(0.3, 1.0) + past, turn, 3.1)
     surface = inserted(crack, 0.8, 1.6)
     # up to 0.09 where smoothing drew points off the crease
     assert farthest_off(surface, crack) < PROMISED * 0.8
     # a crease laid through past a corner of a trace made angles of 0.9 degrees
     assert facet_angles(surface.points, surface.facets[surface.kind == CRACK]).min() > 3
+
+
+def test_a_trace_is_led_over_an_edge_beside_it_that_its_kink_lies_on():
+    """Boundary edges of 2.5 l_min: the kink is 0.6 l_min off a trace edge that may take no point there."""
+    crack = creased(0.058, 4.848, 50.0, 2.002)
+    assert farthest_off(inserted(crack, 0.4, 1.2), crack) < PROMISED * 0.4  # 0.56 before
 
 
 def test_a_rough_crack_is_followed_by_its_own_corners():
