@@ -25,8 +25,9 @@ $(READY): pyproject.toml constraints.txt
 	@echo "see the section Licence of README.md before you pass them on or serve them."
 	touch $@
 
+# the kernels of the later stages are compiled on one core while the first stages compile theirs on the other
 demo: setup
-	$(BIN)/snakemake --cores all
+	nice $(BIN)/craftmesh compile volume & $(BIN)/snakemake --cores all; status=$$?; wait; exit $$status
 
 test: setup
 	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadgroup

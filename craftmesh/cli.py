@@ -31,6 +31,7 @@ VERBS = (
     "report",
     "import-config",
     "snakefile",
+    "compile",
 )
 COMMANDS = "craftmesh.commands"
 

@@ -147,3 +147,13 @@ def test_examples_are_complete(name, shared_data, new_folder):
     run = folder.snakemake("--dry-run", "--config", f"data={shared_data}", configfile=example)
     assert run.status == 0, run.text
     assert run.jobs["inp"] == 3 and "generate" not in run.jobs
+
+
+@pytest.mark.parametrize("name", ["al1050", "copper"])
+def test_examples_that_grow_are_complete(name, shared_data, new_folder):
+    folder = new_folder()
+    shutil.copytree(ROOT / "examples" / name, folder.path / "examples" / name)
+    example = f"examples/{name}/growth.yaml"
+    run = folder.snakemake("--dry-run", "--config", f"data={shared_data}", configfile=example)
+    assert run.status == 0, run.text
+    assert {rule: run.jobs[rule] for rule in ("inp", "solve", "grow")} == {"inp": 5, "solve": 5, "grow": 4}

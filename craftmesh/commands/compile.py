@@ -1,0 +1,118 @@
+"""Compile the kernels ahead of use: by running the stages on a small cracked cube, in a folder of its own.
+
+Kernels are compiled by their first use, and kept on disk. Do it once before many jobs start, each of which
+would compile them; or those of the stages that come late while the first ones run.
+"""
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.npz import write_labels
+from craftmesh.io.vtk import write_surface
+from craftmesh.surface.connectivity import compact
+from craftmesh.types import CRACK, Surface, Voxels
+
+CELLS = 6  # along the cube's edges
+ALL, VOLUME = "all", "volume"
+SIZES = "--l-min 0.8 --l0 1 --l-max 2 --r0 2 --r1 4"
+MODEL = "--microstructure labels.npz --quarter-points --material cubic:168400,121400,75400"
+# The command lines up to a gradated surface, from voxels, ...
+VOXELS = (
+    "generate --shape 14 14 14 --grains 3 -o generated.npz",
+    "import generated.npz --labels labels.npz --image volume.vti --islands islands.json",
+    "remesh labels.npz -o remeshed.vtp",
+    "crack labels.npz --centre 7 7 7.2 --normal 0 0.4 1 --radius 2.6 -o crack.vtp",
+    f"size remeshed.vtp --crack crack.vtp --labels labels.npz {SIZES} -o sizing.npz",
+    "stitch remeshed.vtp --crack crack.vtp --sizing sizing.npz -o surface.vtp",
+    "gradate surface.vtp --crack crack.vtp --sizing sizing.npz -o gradated.vtp",
+)
+# ... or with the cube's, which no kernel has made; ...
+CUBE = (
+    "crack gradated.vtp --shape through_edge --centre 0 3 3 --radius 3 -o crack.vtp",
+    f"size gradated.vtp --crack crack.vtp {SIZES} -o sizing.npz",
+)
+# ... and from the gradated surface to the growth of its crack.
+SURFACE = (
+    "tetrahedralize gradated.vtp --sizing sizing.npz --chunk 1/1 -o part.npz",
+    "assemble gradated.vtp part.npz --sizing sizing.npz -o volume.vtu --front-csv front.csv",
+    "check volume.vtu --labels labels.npz --quality quality.json",
+    f"inp volume.vtu {MODEL} -o model.inp",
+    f"solve volume.vtu {MODEL} -o solution.npz --vtu solution.vtu",
+    f"fracture volume.vtu solution.npz {MODEL} --crack crack.vtp -o sif.csv",
+    "grow crack.vtp sif.csv front.csv --volume labels.npz --until -o grown.vtp",
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "part",
+        nargs="?",
+        choices=(ALL, VOLUME),
+        default=ALL,
+        help=f"{ALL} stages (default), or those from tetrahedralize on ({VOLUME})",
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write_cube(folder)
+        surface = CUBE if arguments.part == VOLUME else VOXELS
+        for line in (*surface, *SURFACE):
+            print(line.split()[0], flush=True)
+            _run_verb(line, folder)
+
+
+def _run_verb(line: str, folder: Path) -> None:
+    """Run a command line in a process of its own; raises CraftmeshError with its last words if it fails."""
+    words = [sys.executable, "-m", "craftmesh.cli", *line.split()]
+    done = subprocess.run(words, cwd=folder, capture_output=True, text=True)
+    if done.returncode:
+        said = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
+        raise CraftmeshError(f"compile: craftmesh {line.split()[0]} fails on the small model: {said[-1]}")
+
+
+def write_cube(folder: Path) -> None:
+    """Write the cube as gradated.vtp, and its voxels, of a known orientation, as labels.npz."""
+    labels = np.ones((CELLS,) * 3, np.int32)
+    turns = np.tile([1.0, 0.0, 0.0, 0.0], (2, 1))
+    write_labels(folder / "labels.npz", Voxels(labels, np.ones(3), np.zeros(3), turns))
+    write_surface(folder / "gradated.vtp", cracked_cube())
+
+
+def cracked_cube() -> Surface:
+    """Return a cube of one grain, CELLS long, with a crack from its face x = 0 to its middle."""
+    half = CELLS // 2
+    facets, kinds = [], []
+    for axis in range(3):
+        for end in range(2):
+            plane = _plane(axis, end * CELLS, CELLS)
+            facets.append(plane if end else plane[:, ::-1])
+            kinds.append(np.full(len(plane), 1 + 2 * axis + end))
+    facets.append(_plane(2, half, half))
+    kinds.append(np.full(len(facets[-1]), CRACK))
+    places = np.stack(np.unravel_index(np.arange((CELLS + 1) ** 3), (CELLS + 1,) * 3), axis=1)
+    points, corners, _ = compact(places.astype(float), np.concatenate(facets))
+    kind = np.concatenate(kinds)
+    sides = np.column_stack([np.ones(len(kind), int), kind == CRACK])
+    return Surface(points, corners, sides, kind)
+
+
+def _plane(axis: int, height: int, width: int) -> np.ndarray:
+    """Return facets (m, 3) of a plane square to an axis, normals along it, `width` cells wide."""
+    wide, long = np.meshgrid(np.arange(width), np.arange(CELLS), indexing="ij")
+    cells = np.stack([wide.ravel(), long.ravel()], axis=1)
+
+    def corner(ahead: int, aside: int) -> np.ndarray:
+        place = np.full((len(cells), 3), height)
+        place[:, [(axis + 1) % 3, (axis + 2) % 3]] = cells + [ahead, aside]
+        return np.ravel_multi_index(tuple(place.T), (CELLS + 1,) * 3)
+
+    a, b, c, d = corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)
+    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
