@@ -32,6 +32,7 @@ COLUMNS = {
     "K_II": "K_II mean/rms/max %",
     "K_III": "K_III mean/rms/max %",
     "ends": "K_I at ends %",
+    "printed": "ratios off printed %",
     "kink": "kink max deg",
     "root": "root J/G - 1 %",
     "spread": "spread max %",
@@ -56,6 +57,8 @@ class Case:
     poisson: float = POISSON
     cap: bool = False
     pulled: bool = False
+    voxels: tuple[int, int, int] = (EDGE, EDGE, EDGE)
+    printed: tuple[tuple[float, ...], tuple[float, ...]] | None = None
 
 
 def _normal(degrees: float) -> tuple:
@@ -97,12 +100,20 @@ def _semicircle() -> Case:
     return Case(crack, {"tension": TENSION}, exact, pulled=True)
 
 
+def _half_ellipse(depth: float, voxels: tuple[int, int, int], angles: tuple, k1: tuple) -> Case:
+    """A surface crack of half width RADIUS in the middle of a plate's face y = 0, pulled along z."""
+    centre = (voxels[0] / 2 + 0.2, 0.0, voxels[2] / 2 + 0.1)
+    crack = {"shape": "ellipse", "centre": centre, "semi_axes": (RADIUS, depth)}
+    return Case(crack, {"tension": TENSION}, pulled=True, voxels=voxels, printed=(angles, k1))
+
+
 CASES = {
     "penny": _penny(0, {"tension": TENSION, "shear": SHEAR}),
     "inclined 30": _penny(30, {"tension": TENSION}),
     "inclined 45": _penny(45, {"tension": TENSION}),
     "inclined 60": _penny(60, {"tension": TENSION}),
     "ellipse 2:1": _ellipse(8.0, 4.0),
+    "ellipse 25:6": _ellipse(12.5, 3.0),
     "crystal": _crystal(),
     "lens": Case(
         {"shape": "surface"},
@@ -112,6 +123,19 @@ CASES = {
         cap=True,
     ),
     "semicircle": _semicircle(),
+    # a/c, a/t and c/b are 0.9, 0.6 and 0.3; 1.25, 0.7 and 0.4 (a/t 0.68, c/b 0.4 in whole voxels)
+    "half ellipse 0.9": _half_ellipse(
+        5.4,
+        (40, 9, 48),
+        (0.104720, 0.127808, 0.150895, 0.173983, 0.197071),
+        (40.3077, 39.9333, 39.5811, 39.2523, 38.9427),
+    ),
+    "half ellipse 1.25": _half_ellipse(
+        7.5,
+        (30, 11, 48),
+        (2.944522, 2.967609, 2.990697, 3.013785, 3.036873),
+        (42.0497, 42.4776, 42.9209, 43.3793, 43.8488),
+    ),
     "polycrystal": replace(
         _penny(45, {"tension": TENSION}), exact=None, material="polycrystal", pulled=True
     ),
@@ -135,7 +159,7 @@ def meshed(case: Case, length: float):
     from craftmesh.voxels.generate import GenerateOptions, generate
     from craftmesh.voxels.islands import find_islands
 
-    voxels = generate(GenerateOptions(shape=(EDGE,) * 3, grains=8, seed=1))
+    voxels = generate(GenerateOptions(shape=case.voxels, grains=8, seed=1))
     surface, _ = remesh(voxels)
     given = GivenSurface(*_cap(length)) if case.cap else None
     crack = crack_of_increment(CrackOptions(**case.crack), 0, voxels.box, given)
@@ -279,6 +303,8 @@ def run(name: str, edges: float) -> list[dict]:
         middle = time.process_time()
         found, _ = fracture_parameters(model.mesh, displacement, model.grains, model.stiffness())
         figures = errors(model.mesh, found, case.exact and case.exact(stress, tensor), case.pulled)
+        if case.printed:
+            figures["printed"] = off_printed(found, case)
         seconds = {"solve_s": middle - start, "fracture_s": time.process_time() - middle}
         rows.append(
             {"case": name, "load": load, "edges": edges, "tets": len(mesh.tets)} | figures | seconds
@@ -311,6 +337,17 @@ def errors(mesh, found, exact: Callable | None, pulled: bool) -> dict:
             row["ends"] = np.abs(off[~inner, 0]).max()
         row["kink"] = _kink_error(k, wanted)
     return {key: float(value) if isinstance(value, np.floating) else value for key, value in row.items()}
+
+
+def off_printed(found, case: Case) -> float:
+    """Return by how much K_I over its mean differs at most from the printed one's, in %."""
+    wanted, k1 = map(np.array, case.printed)
+    offset = found.points[:, :2] - np.array(case.crack["centre"])[:2]
+    x, y = (offset / case.crack["semi_axes"]).T
+    angle = np.arctan2(y, x)
+    order = np.argsort(angle)
+    k = np.interp(wanted, angle[order], found.K_I[order])
+    return 100 * np.abs(k / k.mean() / (k1 / k1.mean()) - 1).max()
 
 
 def _kink_error(k, wanted) -> float | None:
