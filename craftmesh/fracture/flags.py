@@ -6,7 +6,7 @@ from craftmesh.fracture.fit import HALF_WIDTH, FrontLine
 from craftmesh.fracture.options import LEAST_RADIUS
 from craftmesh.fracture.segments import Segments
 from craftmesh.mesh.front_frames import Front
-from craftmesh.mesh.front_places import meets_boundary
+from craftmesh.mesh.front_places import edges_between_materials, meets_boundary
 from craftmesh.types import TetMesh
 
 # Relative changes, of K by a smaller tube and of the root of J against that of K's, from which on a node is
@@ -24,14 +24,17 @@ def flags_of(
     spread: np.ndarray,
     j: np.ndarray,
     g: np.ndarray,
+    material: np.ndarray,
 ) -> np.ndarray:
     """Return for each corner node of a front its words joined by +, empty where all is well.
 
     end: of an open front. pierce: grains meet in the node. limit: the material changes here, and values
     are the mean of both sides' limits. short: on a segment shorter than a test is wide. narrow: there is no
     room for three edges of radius. spread: K changes by over 5 % of |K| with a smaller tube. J: the root of
-    J differs from that of the K by over 5 %. closed: K_I is negative and more than 5 %
-    of |K|: the lips would overlap.
+    J differs from that of the K by over 5 %. closed: K_I is negative and more than 5 % of |K|: the lips
+    would overlap. interface: elements of several materials (m,), numbers by element, lie round an edge of
+    the front at the node, as where the crack runs in a grain boundary; K is then that of the fields of one
+    of them, not of a crack between two crystals.
     """
     count = len(line.s)
     size = np.sqrt((k * k).sum(axis=1))
@@ -56,7 +59,16 @@ def flags_of(
         "spread": spread > LARGE_CHANGE * size,
         "J": np.abs(ratio - 1) > LARGE_CHANGE,
         "closed": k[:, 0] < -LARGE_CHANGE * size,
+        "interface": _at_interface(mesh, front, material),
     }
     return np.array(
         ["+".join(word for word, at in words.items() if at[row]) for row in range(count)], object
     )
+
+
+def _at_interface(mesh: TetMesh, front: Front, material: np.ndarray) -> np.ndarray:
+    """Return which corner nodes (k,) are ends of an edge of the front between several materials."""
+    tails = front.corners if front.closed else front.corners[:-1]
+    heads = np.roll(front.corners, -1)[: len(tails)]
+    between = edges_between_materials(mesh, tails, heads, material)
+    return np.isin(front.corners, np.concatenate([tails[between], heads[between]]))

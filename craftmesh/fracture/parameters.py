@@ -13,7 +13,7 @@ from craftmesh.fracture.kernels.forces import ROWS, add_element_forces, add_face
 from craftmesh.fracture.options import LEAST_RADIUS, FractureOptions
 from craftmesh.fracture.quadrature import element_rule, face_rules
 from craftmesh.fracture.room import radii
-from craftmesh.fracture.segments import Segments, Stations, segments_of, stations_of
+from craftmesh.fracture.segments import Segments, Stations, material_numbers, segments_of, stations_of
 from craftmesh.fracture.stress_probe import probed
 from craftmesh.fracture.tube import Surroundings, kernel_curve, surroundings
 from craftmesh.mesh.front_curve import arc_lengths, local_sizes
@@ -132,7 +132,8 @@ def _of_front(
     values = [_at_nodes(line, segments, stations, fitted, strains) for fitted in found]
     k, t, j, g, one_sided = values[0]
     spread = np.abs(k - values[1][0]).max(axis=1)
-    flags = flags_of(mesh, front, line, segments, wide, k, spread, j, g)
+    material = material_numbers(stiffness)[np.searchsorted(grains, mesh.grain)]
+    flags = flags_of(mesh, front, line, segments, wide, k, spread, j, g, material)
     count = len(front.corners)
     parameters = FrontParameters(
         front=np.full(count, number),

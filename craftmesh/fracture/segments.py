@@ -50,8 +50,7 @@ class Segments:
 
 def segments_of(s: np.ndarray, total: float, closed: bool, stiffness: np.ndarray) -> Segments:
     """Return the segments of a front with nodes at s (k,) and edges of stiffness (e, 6, 6)."""
-    _, material = np.unique(stiffness.reshape(len(stiffness), 36), axis=0, return_inverse=True)
-    material = material.ravel()
+    material = material_numbers(stiffness)
     before = np.roll(material, 1)
     changes = np.flatnonzero(material != before)
     if not closed:
@@ -62,6 +61,11 @@ def segments_of(s: np.ndarray, total: float, closed: bool, stiffness: np.ndarray
     end = np.append(start[1:], total + start[0] if closed else total)
     of_edge = (np.searchsorted(changes, np.arange(len(material)), side="right") - 1) % len(changes)
     return Segments(start, end - start, stiffness[changes], of_edge, closed, total)
+
+
+def material_numbers(stiffness: np.ndarray) -> np.ndarray:
+    """Return a number (k,) for each stiffness (k, 6, 6), the same for equal ones."""
+    return np.unique(stiffness.reshape(len(stiffness), 36), axis=0, return_inverse=True)[1].ravel()
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,29 @@ _FACES_AT_EDGE = np.array([[2, 3], [0, 3], [1, 3], [1, 2], [0, 2], [0, 1]])  # t
 
 def grain_of_edges(mesh: TetMesh, tails: np.ndarray, heads: np.ndarray) -> np.ndarray:
     """Return the grain (k,) that fills most of the angle round each edge from tails (k,) to heads (k,)."""
+    edge, tet, local = _round_edges(mesh, tails, heads)
+    ids, grain = np.unique(mesh.grain[tet], return_inverse=True)
+    angle = np.zeros((len(tails), len(ids)))
+    np.add.at(angle, (edge, grain.ravel()), _dihedral(mesh, tet, local))
+    return ids[np.argmax(np.round(angle, 9), axis=1)]  # equal angles: the lower id
+
+
+def edges_between_materials(
+    mesh: TetMesh, tails: np.ndarray, heads: np.ndarray, material: np.ndarray
+) -> np.ndarray:
+    """Return which edges (k,) have elements of several materials (m,), numbers by element, round them."""
+    edge, tet, _ = _round_edges(mesh, tails, heads)
+    first = np.zeros(len(tails), np.int64)
+    first[edge] = material[tet]
+    several = np.zeros(len(tails), bool)
+    several[edge[material[tet] != first[edge]]] = True
+    return several
+
+
+def _round_edges(
+    mesh: TetMesh, tails: np.ndarray, heads: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return each pair of an edge and an element at it: their rows, and the number of its own edge."""
     wanted = _keys(tails, heads, len(mesh.points))
     order = np.argsort(wanted)
     at_front = np.zeros(len(mesh.points), bool)
@@ -20,11 +43,7 @@ def grain_of_edges(mesh: TetMesh, tails: np.ndarray, heads: np.ndarray) -> np.nd
     keys = _keys(ends[..., 0], ends[..., 1], len(mesh.points))
     place = np.minimum(np.searchsorted(wanted[order], keys), len(order) - 1)
     tet, local = np.nonzero(wanted[order][place] == keys)
-    edge, tet_row = order[place[tet, local]], rows[tet]
-    ids, grain = np.unique(mesh.grain[tet_row], return_inverse=True)
-    angle = np.zeros((len(tails), len(ids)))
-    np.add.at(angle, (edge, grain.ravel()), _dihedral(mesh, tet_row, local))
-    return ids[np.argmax(np.round(angle, 9), axis=1)]  # equal angles: the lower id
+    return order[place[tet, local]], rows[tet], local
 
 
 def meets_boundary(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:

@@ -138,6 +138,20 @@ def test_a_crack_pressed_together_is_flagged():
     assert all("closed" in flag for flag in found.flags)
 
 
+def test_a_front_between_two_materials_is_flagged():
+    mesh = straight(lambda c: np.where((c[:, 2] > 6) & (c[:, 1] < 7), 2, 1))
+    displacement = unit_k(mesh, 1)
+    found, report = parameters(mesh, displacement, np.stack([ISOTROPIC, 2 * ISOTROPIC]))
+    expected = found.points[:, 1] <= 7  # beside the crack's plane up to there, one material beyond
+    assert (np.array(["interface" in flag for flag in found.flags]) == expected).all()
+    assert report["fronts"][0]["flagged"]["interface"] == expected.sum()
+    same, _ = parameters(mesh, displacement)
+    assert not any("interface" in flag for flag in same.flags)
+    across = straight(lambda c: np.where(c[:, 1] < 7, 2, 1))
+    crossed, _ = parameters(across, displacement, np.stack([ISOTROPIC, 2 * ISOTROPIC]))
+    assert not any("interface" in flag for flag in crossed.flags)
+
+
 def test_fronts_with_no_room_are_flagged():
     mesh, _ = as_elements(disc_crack(2, 4, 4), "C3D10", True)
     above, below = above_and_below(mesh)
