@@ -55,6 +55,6 @@ def _growing(increments: list[Path], growths: dict[Path, dict]) -> GrowingCase:
     mesh = read_tets(existing(last / "volume.vtu"))
     solution = read_solution(existing(last / "solution.npz"))
     known = {folder.name: growths[folder] for folder in increments if folder in growths}
-    numbers = {name: increment_numbers(cracks[name], rows[name], known.get(name)) for name in cracks}
+    numbers = {name: increment_numbers(rows[name], known.get(name)) for name in cracks}
     pictures = growth_pictures(cracks, rows, SolvedMesh(mesh, solution, points, elements[:, :4], stress))
     return GrowingCase(outcome(known, len(increments)), numbers, pictures)

@@ -4,18 +4,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from craftmesh.cracks.series import crack_area
-from craftmesh.types import Crack
 
-
-def increment_numbers(crack: Crack, rows: Mapping[str, np.ndarray], growth: Mapping | None) -> dict:
-    """Return the crack's area, the extremes along its fronts, and where it has grown, by how much.
+def increment_numbers(rows: Mapping[str, np.ndarray], growth: Mapping | None) -> dict:
+    """Return the extremes along a crack's fronts, and where it has grown, by how much.
 
     rows: columns of sif.csv; growth: a growth.json, None where nothing follows the increment.
     """
     k_1, kink = rows["K_I"], rows["kink_angle"]
     numbers = {
-        "crack_area": crack_area(crack),
         "least_K_I": float(np.nanmin(k_1)),
         "largest_K_I": float(np.nanmax(k_1)),
         "least_kink_angle": float(np.nanmin(kink)),
