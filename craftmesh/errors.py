@@ -1,4 +1,6 @@
-"""The one family of errors that craftmesh raises on purpose."""
+"""The one family of errors that craftmesh raises on purpose, and how their messages write places."""
+
+import numpy as np
 
 
 class CraftmeshError(Exception):
@@ -21,3 +23,8 @@ class MeshingError(CraftmeshError):
         self.failures = failures
         self.done = done
         self.report = report or {}
+
+
+def told(places: np.ndarray) -> list:
+    """Return an array of any shape as lists of numbers with six digits, enough to find a place again."""
+    return np.reshape([float(f"{x:.6g}") for x in np.ravel(places)], np.shape(places)).tolist()

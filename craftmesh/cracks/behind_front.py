@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from shapely.ops import split
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, told
 from craftmesh.types import BOX_PLANES
 
 MARGIN = 0.05  # of the box's diagonal, by which the crack's surface goes past the box
@@ -98,7 +98,7 @@ def _section(plane: Plane, box: np.ndarray, heights: np.ndarray) -> shapely.Poly
         found.append((a + share * (b - a))[crosses, :2])
     hull = shapely.MultiPoint(np.concatenate(found)).convex_hull
     if hull.area == 0:
-        raise CraftmeshError(f"the crack lies outside the box {box.tolist()}; move it")
+        raise CraftmeshError(f"the crack lies outside the box {told(box)}; move it")
     return hull
 
 
@@ -117,7 +117,7 @@ def _way_out(
     inward = np.stack([end - box[0], box[1] - end], axis=1).ravel()  # from XMIN, XMAX, YMIN, ...
     face = int(np.argmin(inward))
     axis, sign = face // 2, 1.0 if face % 2 else -1.0
-    where = f"the crack's front ends at {np.round(end, 6).tolist()}"
+    where = f"the crack's front ends at {told(end)}"
     if inward[face] > reach:
         raise CraftmeshError(
             f"{where}, {inward[face]:.4g} inside the box face {BOX_PLANES[face]}; expected an end on the "

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, edge_sides, facet_edges, unique_edges
 from craftmesh.surface.measure import area_vectors
 
@@ -69,7 +69,7 @@ def turned_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     piece = connected_components(graph, directed=False)[1]
     one_sided = np.flatnonzero(piece[:count] == piece[count:])
     if len(one_sided):
-        place = np.round(points[triangles[one_sided[0]]].mean(axis=0), 6).tolist()
+        place = told(points[triangles[one_sided[0]]].mean(axis=0))
         raise CraftmeshError(
             f"the crack surface near {place} has one side only, as a Moebius strip has; expected a sheet "
             "with two sides"

@@ -8,7 +8,7 @@ import shapely
 from craftmesh.cracks.frame import frame_along
 from craftmesh.cracks.options import BY_NUMBERS, CrackOptions, of_series
 from craftmesh.cracks.triangulated import crack_from_triangles
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, told
 from craftmesh.types import Crack
 
 SAGITTA = 1e-5  # of the radius, between the front's chords and the front
@@ -94,8 +94,8 @@ def _check_reaches(points: np.ndarray, frame: np.ndarray, box: np.ndarray) -> No
     misses = offset.min() >= -margin or offset.max() <= margin
     if misses or (points.max(axis=0) <= box[0]).any() or (points.min(axis=0) >= box[1]).any():
         raise CraftmeshError(
-            f"the crack lies outside the box {box.tolist()}: it spans {points.min(axis=0).tolist()} to "
-            f"{points.max(axis=0).tolist()}; move its centre or turn its normal"
+            f"the crack lies outside the box {told(box)}: it spans {told(points.min(axis=0))} to "
+            f"{told(points.max(axis=0))}; move its centre or turn its normal"
         )
 
 

@@ -12,7 +12,7 @@ from craftmesh.cracks.one_sheet import (
     refuse_shared_edges,
     without_slivers,
 )
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, pieces, unique_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
@@ -55,7 +55,7 @@ def crack_from_triangles(
     polylines = _fronts_within(points, loops, box, wanted)
     if not polylines:
         raise CraftmeshError(
-            f"the crack has no front within the box {box.tolist()}; expected a crack that ends inside, "
+            f"the crack has no front within the box {told(box)}; expected a crack that ends inside, "
             "not in a face: move it or make it smaller"
         )
     return Crack(points, triangles, tuple(polylines))
@@ -111,7 +111,7 @@ def _one_piece(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np
     meets = ((corner.min(axis=1) <= box[1]) & (corner.max(axis=1) >= box[0])).all(axis=1)
     found = np.unique(piece[meets])
     if len(found) > 1:
-        places = [np.round(corner[piece == k].mean(axis=(0, 1)), 6).tolist() for k in found[:2].tolist()]
+        places = [told(corner[piece == k].mean(axis=(0, 1))) for k in found[:2].tolist()]
         raise CraftmeshError(
             f"the crack surface has {len(found)} pieces in the box, at {places[0]} and {places[1]}; "
             "expected one connected sheet: join the pieces or leave all but one out"
@@ -129,7 +129,7 @@ def _fold(points: np.ndarray, triangles: np.ndarray, frame: np.ndarray) -> str:
     steep = cosine < STEEPEST
     if steep.any():
         worst = int(np.argmin(cosine))
-        place = np.round(points[triangles[worst]].mean(axis=0), 6).tolist()
+        place = told(points[triangles[worst]].mean(axis=0))
         angle, most = np.degrees(np.arccos(np.clip([cosine[worst], STEEPEST], -1, 1)))
         return (
             f"the crack surface is folded near {place}: a triangle there stands at {angle:.0f} degrees to "
@@ -142,7 +142,7 @@ def _fold(points: np.ndarray, triangles: np.ndarray, frame: np.ndarray) -> str:
     missing = 1 - shapely.union_all(polygons).area / seen[proper].sum()
     if missing <= COVERED:
         return ""
-    place = np.round(_overlap(points, triangles[proper], polygons), 6).tolist()
+    place = told(_overlap(points, triangles[proper], polygons))
     return (
         f"the crack surface is folded near {place}: seen along its mean normal, {100 * missing:.2g} % of "
         "it lies over other parts; expected a sheet that is a height over some plane: cut it off there"

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from craftmesh.cracks.along_faces import refuse_along_faces
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.creases import creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
@@ -105,7 +105,7 @@ def refuse_intersections(surface: Surface) -> None:
     """Raise where crack facets meet facets beyond the corners and edges they share."""
     pairs = crack_intersections(surface)
     if len(pairs):
-        place = np.round(surface.points[surface.facets[pairs[0]]].mean(axis=(0, 1)), 6).tolist()
+        place = told(surface.points[surface.facets[pairs[0]]].mean(axis=(0, 1)))
         raise CraftmeshError(
             f"the crack's facets meet others near {place} ({len(pairs)} pairs): it runs along the box "
             "or a grain boundary there; move it a little, turn it or give a shorter l_min"
@@ -198,7 +198,7 @@ def _front_and_traces(
         crowd[bad] += 1
     position = uv[front.edges[front.edges[:, 2] == bad[0]][0, 0]]
     raise CraftmeshError(
-        f"the crack front near {sheet.lift(position[None])[0].tolist()} runs along a grain boundary too "
+        f"the crack front near {told(sheet.lift(position[None])[0])} runs along a grain boundary too "
         "closely to be meshed; move the crack a little"
     )
 

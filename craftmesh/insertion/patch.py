@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import shapely
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.kernels import planar
 from craftmesh.insertion.kernels.planar import Candidates, Planar
 from craftmesh.insertion.kernels.planar_smoothing import smooth_in_plane
@@ -105,12 +105,12 @@ def _add_missing(patch: Planar, segments: np.ndarray, loose: np.ndarray) -> None
             t = _holding(patch, patch.uv[point])
         if t < 0 or planar.insert_point(patch, t, point) == planar.BLOCKED:
             raise CraftmeshError(
-                f"a trace point at (u, v) = {patch.uv[point].tolist()} lies outside the crack"
+                f"a trace point at (u, v) = {told(patch.uv[point])} lies outside the crack"
             )
     for a, b in missing:
         if not planar.recover_edge(patch, a, b):
             raise CraftmeshError(
-                f"a trace edge at (u, v) = {patch.uv[a].tolist()} crosses another; move the crack a little"
+                f"a trace edge at (u, v) = {told(patch.uv[a])} crosses another; move the crack a little"
             )
         _fix_edge(patch, a, b)
 
