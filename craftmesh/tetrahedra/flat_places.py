@@ -1,12 +1,12 @@
-"""Flat tets that a grain's own surface forces: the surface gives way, for both neighbours alike."""
+"""Flat and poor tets that a grain's own surface forces: the surface gives way, to both neighbours alike."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from craftmesh.mesh.kernels.shape_measures import shape_measures
-from craftmesh.mesh.poor import is_flat
+from craftmesh.mesh.poor import is_flat, is_poor
 from craftmesh.mesh.tet_connectivity import tet_edges
 from craftmesh.sizing.surface_sizing import LocalSizing
 from craftmesh.surface.measure import side_volumes, volume_drift
@@ -21,9 +21,28 @@ from craftmesh.tetrahedra.surface_freedom import freedom
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import GrainTets, Surface
 
-# Nodes of the surface move by at most these parts of the mean edge at them, round by round, until no tet
-# is flat: what a small move opens is not opened by a large one.
-REACHES = (0.025, 0.05, 0.1, 0.2, 0.3, 0.4)
+
+@dataclass(frozen=True)
+class Stage:
+    """Which tets the surface gives way to, by `shape_measures`, and how far.
+
+    reaches: nodes of the surface move by at most these parts of the mean edge at them, round by round, as
+    long as there are such tets: what a small move opens is not opened by a large one. score: what tets must
+    have after a contraction, 0 at the limits of flat ones and 1 at those of poor ones.
+    """
+
+    is_bad: Callable[[np.ndarray], np.ndarray]
+    reaches: tuple[float, ...]
+    score: float
+
+
+# Poor tets are worth as much as the gradation may move the surface, 0.15 target lengths.
+STAGES = (
+    Stage(is_flat, (0.025, 0.05, 0.1, 0.2, 0.3, 0.4), 0.0),
+    Stage(is_poor, (0.025, 0.05, 0.1, 0.15), 1.0),
+)
+# The aspect ratio that no tet should have.
+STRETCHED = 5.0
 # Rounds of contractions: what one leaves may be contracted in the next.
 CONTRACTIONS = 3
 # Sweeps over the nodes near a flat tet in a round.
@@ -32,10 +51,10 @@ SWEEPS = 3
 
 @dataclass(frozen=True)
 class GivenWay:
-    """Surface and tets of all grains after flat tets were opened.
+    """Surface and tets of all grains after flat and poor tets were opened.
 
     report: counts and the largest move, poor: the rows of `poor_tets` by grain where tets changed, warning:
-    what was moved in one line; None and nothing where no tet was flat.
+    what was moved in one line; None and nothing where no tet was poor.
     """
 
     surface: Surface
@@ -46,56 +65,120 @@ class GivenWay:
 
 
 def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
-    """Return the surface and all grains' tets with fewer flat ones (`mesh/poor`).
+    """Return the surface and all grains' tets with fewer flat and poor ones (`mesh/poor`).
 
-    Nodes near flat tets go to where the worst tet round them, in any grain, is better; those of the surface
-    by up to 0.4 of the mean edge at them, those of the box on its planes, those of a flat crack in its
-    plane, those of other cracks and of fronts not at all. Where that is not enough, edges of the surface
-    are contracted. After that the grains there are repaired inside. A function of the whole mesh, not of
-    chunks.
+    Nodes near such tets go to where the worst tet round them, in any grain, is better; those of the surface
+    by up to 0.4 of the mean edge at them for flat tets and 0.15 for poor ones, those of the box on its
+    planes, those of a flat crack in its plane, those of other cracks and of fronts not at all. Where that
+    is not enough, edges of the surface are contracted. After that the grains there are repaired inside.
+    What leaves no fewer such tets is not done. A function of the whole mesh, not of chunks.
     """
-    model, homes = Model(surface, list(grain_tets)), surface.points
-    flat = _flat(model)
-    before, changed = int(flat.sum()), np.zeros(0, np.int64)
-    if not before:
+    model = Model(surface, list(grain_tets))
+    before = Opening(model, _measures(model, {}, surface.grains), surface.points, freedom(surface))
+    if not before.count(is_poor):
         return GivenWay(surface, grain_tets)
-    free, count = freedom(surface), 0
-    model, grains = _with_moves(model, homes, free)
-    changed = np.union1d(changed, grains)
+    after = before
+    for stage in STAGES:
+        after = _contracted(_with_moves(after, stage), stage)
+    report = _report(before, after)
+    model = after.model
+    return GivenWay(model.surface, model.grain_tets, report, _poor(model, after.changed), _warning(report))
+
+
+@dataclass(frozen=True)
+class Opening:
+    """A model while its surface gives way: the measures of its tets by grain, and what was done to it.
+
+    homes (n, 3): the surface's points at first; free (n, 3, 3): see `freedom`; changed: grains; contracted:
+    how many edges.
+    """
+
+    model: Model
+    measures: Mapping[int, np.ndarray]
+    homes: np.ndarray
+    free: np.ndarray
+    changed: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    contracted: int = 0
+
+    def bad(self, is_bad: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """Return (m,) bool: the tets that are bad."""
+        return np.concatenate([is_bad(self.measures[one.grain]) for one in self.model.grain_tets])
+
+    def count(self, is_bad: Callable[[np.ndarray], np.ndarray]) -> int:
+        """Return how many tets are bad."""
+        return int(self.bad(is_bad).sum())
+
+    def faults(self) -> tuple[int, int, int]:
+        """Return how many tets are flat, poor, and of an aspect ratio over 5."""
+        return self.count(is_flat), self.count(is_poor), self.count(_is_stretched)
+
+    def replaced(self, model: Model, grains: np.ndarray, contracted: int = 0) -> "Opening":
+        """Return the opening with another model, whose tets differ in `grains` alone."""
+        return replace(
+            self,
+            model=model,
+            measures=_measures(model, self.measures, grains),
+            changed=np.union1d(self.changed, grains),
+            contracted=self.contracted + contracted,
+        )
+
+
+def _is_stretched(measures: np.ndarray) -> np.ndarray:
+    return measures[:, 1] > STRETCHED
+
+
+def _measures(
+    model: Model, known: Mapping[int, np.ndarray], grains: np.ndarray
+) -> Mapping[int, np.ndarray]:
+    """Return the measures of each grain's tets, those of `grains` anew."""
+    result, points = dict(known), model.surface.points
+    for one in model.grain_tets:
+        if one.grain in grains:
+            result[one.grain] = shape_measures(np.concatenate([points[one.nodes], one.interior]), one.tets)
+    return result
+
+
+def _with_moves(now: Opening, stage: Stage) -> Opening:
+    """Return the best of the models with nodes near bad tets moved, further each round."""
+    best = now
+    for reach in stage.reaches:
+        bad = now.bad(stage.is_bad)
+        if not bad.any():
+            break
+        points, grains = _moved_points(now, reach, bad)
+        now = now.replaced(_repaired(now.model.moved(points), grains), grains)
+        best = min(best, now, key=Opening.faults)
+    return best
+
+
+def _contracted(now: Opening, stage: Stage) -> Opening:
+    """Return the best model with edges at bad tets contracted, and nodes moved again after that."""
+    best = now
     for _ in range(CONTRACTIONS):
-        flat = _flat(model)
-        if not flat.any():
+        bad = now.bad(stage.is_bad)
+        if not bad.any():
             break
-        model, grains, done = contracted(model, flat)
-        if not done:
+        model, grains, count = contracted(now.model, bad, stage.score)
+        if not count:
             break
-        model, seen = _with_moves(_repaired(model, grains), homes, free)
-        changed, count = np.union1d(changed, np.union1d(grains, seen)), count + done
-    report = _report(homes, model.surface, before, int(_flat(model).sum())) | {"edges_contracted": count}
-    return GivenWay(model.surface, model.grain_tets, report, _poor(model, changed), _warning(report))
+        now = _with_moves(now.replaced(_repaired(model, grains), grains, count), stage)
+        best = min(best, now, key=Opening.faults)
+    return best
 
 
-def _with_moves(model: Model, homes: np.ndarray, free: np.ndarray) -> tuple[Model, np.ndarray]:
-    """Return the model with nodes near flat tets moved, further each round, and the grains that changed."""
-    changed = np.zeros(0, np.int64)
-    for reach in REACHES:
-        flat = _flat(model)
-        if not flat.any():
-            break
-        points, grains = _moved_points(model, homes, reach, free, flat)
-        model, changed = _repaired(model.moved(points), grains), np.union1d(changed, grains)
-    return model, changed
-
-
-def _report(homes: np.ndarray, surface: Surface, before: int, left: int) -> dict:
+def _report(before: Opening, after: Opening) -> dict:
+    surface, homes = after.model.surface, after.homes
     moves = np.linalg.norm(surface.points - homes, axis=1)
     volumes = [side_volumes(points, surface.facets, surface.sides) for points in (homes, surface.points)]
     drift = volume_drift(*volumes)
     return {
-        "flat_before": before,
-        "flat_left": left,
+        "flat_before": before.count(is_flat),
+        "flat_left": after.count(is_flat),
+        "poor_before": before.count(is_poor),
+        "poor_left": after.count(is_poor),
         "surface_points_moved": int((moves > 0).sum()),
         "largest_move": float(moves.max()),
+        "edges_contracted": after.contracted,
         "volume_drift_worst": max(map(abs, drift.values()), default=0.0),
     }
 
@@ -104,11 +187,11 @@ def _warning(report: dict) -> str | None:
     if not report["surface_points_moved"] and not report["edges_contracted"]:
         return None
     return (
-        f"{report['flat_before']} flat tetrahedra lie where the surface leaves no room: "
-        f"{report['surface_points_moved']} of its points were moved by up to {report['largest_move']:.3g} "
-        f"and {report['edges_contracted']} of its edges contracted, for both neighbours alike; "
-        f"{report['flat_left']} are left and the largest change of a volume is "
-        f"{100 * report['volume_drift_worst']:.2g} %"
+        f"{report['poor_before']} poor tetrahedra, {report['flat_before']} of them flat, lie where the "
+        f"surface leaves no room: {report['surface_points_moved']} of its points were moved by up to "
+        f"{report['largest_move']:.3g} and {report['edges_contracted']} of its edges contracted, for both "
+        f"neighbours alike; {report['poor_left']} poor and {report['flat_left']} flat ones are left, the "
+        f"largest change of a volume is {100 * report['volume_drift_worst']:.2g} %"
     )
 
 
@@ -123,26 +206,22 @@ def _poor(model: Model, grains: np.ndarray) -> dict[str, list[dict]]:
     return result
 
 
-def _flat(model: Model) -> np.ndarray:
-    return is_flat(shape_measures(model.points, model.tets))
+def _moved_points(now: Opening, reach: float, bad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return all nodes, those near bad tets moved, and the grains that see a move.
 
-
-def _moved_points(
-    model: Model, homes: np.ndarray, reach: float, free: np.ndarray, flat: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return all nodes, those near flat tets moved, and the grains that see a move.
-
-    reach: the largest move of a surface point from its home, in mean edges; free (n, 3, 3): see `freedom`.
+    reach: the largest move of a surface point from its home, in mean edges.
     """
-    points, tets = model.points, model.tets
-    nodes = _nodes_near(tets, flat, np.any(free != 0, axis=(1, 2)))
-    rows = np.flatnonzero(np.isin(tets, nodes).any(axis=1))
+    points, tets, homes = now.model.points, now.model.tets, now.homes
+    nodes = _nodes_near(tets, bad, np.any(now.free != 0, axis=(1, 2)))
+    near = np.zeros(len(points), bool)
+    near[nodes] = True
+    rows = np.flatnonzero(near[tets].any(axis=1))
     used, local = np.unique(tets[rows], return_inverse=True)
     state = new_state(points[used], local.reshape(-1, 4))
     all_qualities(state.points, state.tets, state.counts[TETS], state.quality, FORM)
     outer = nodes < len(homes)
     home, steps, part = points[nodes], np.repeat(np.eye(3)[None], len(nodes), axis=0), np.ones(len(nodes))
-    home[outer], steps[outer], part[outer] = homes[nodes[outer]], free[nodes[outer]], reach
+    home[outer], steps[outer], part[outer] = homes[nodes[outer]], now.free[nodes[outer]], reach
     furthest = part * _mean_edges(points, tets[rows])[nodes]
     valence = np.bincount(tets[rows].ravel(), minlength=len(points))[nodes]
     work, place = new_scratch(), np.searchsorted(used, nodes)
@@ -152,13 +231,13 @@ def _moved_points(
     moved = points.copy()
     moved[used] = state.points[: len(used)]
     changed = (moved != points).any(axis=1)
-    return moved, np.unique(model.grain[changed[tets].any(axis=1)])
+    return moved, np.unique(now.model.grain[changed[tets].any(axis=1)])
 
 
-def _nodes_near(tets: np.ndarray, flat: np.ndarray, mobile: np.ndarray) -> np.ndarray:
-    """Return the nodes of flat tets, and of those that share a node with them, that may move."""
+def _nodes_near(tets: np.ndarray, bad: np.ndarray, mobile: np.ndarray) -> np.ndarray:
+    """Return the nodes of bad tets, and of those that share a node with them, that may move."""
     near = np.zeros(int(tets.max()) + 1, bool)
-    near[tets[flat].ravel()] = True
+    near[tets[bad].ravel()] = True
     near[tets[near[tets].any(axis=1)].ravel()] = True
     near[: len(mobile)] &= mobile
     return np.flatnonzero(near)

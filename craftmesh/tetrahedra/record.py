@@ -42,7 +42,7 @@ def with_counts(
 ) -> dict:
     """Return the record as in quality.json: with numbers of grains, and what was done to the whole model.
 
-    given_way: the report of the surface that gave way to flat tets; poor: the rows of grains that changed
+    given_way: the report of the surface that gave way to poor tets; poor: the rows of grains that changed
     by that, in place of those in the record.
     """
     counts = {f"grains_{name}": len(record.get(name, ())) for name in ("tried_again", "failed")}

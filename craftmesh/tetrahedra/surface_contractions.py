@@ -1,4 +1,4 @@
-"""Short edges of grain boundaries and of the crack contracted where they force flat tetrahedra."""
+"""Short edges of grain boundaries and of the crack contracted where they force flat or poor tetrahedra."""
 
 from dataclasses import dataclass, replace
 
@@ -17,6 +17,9 @@ from craftmesh.tetrahedra.contraction_rules import keeps_topology, may_merge
 from craftmesh.tetrahedra.stars import Corners, Stars, classes_of, renamed, stars_of
 from craftmesh.tetrahedra.whole_mesh import Model
 
+# Tets looked at in a round, the worst ones: each takes 15 ms.
+MOST = 300
+
 
 @dataclass(frozen=True)
 class Contraction:
@@ -27,18 +30,21 @@ class Contraction:
     score: float
 
 
-def contracted(model: Model, flat: np.ndarray) -> tuple[Model, np.ndarray, int]:
-    """Return the model with edges at its `flat` tets (m,) contracted, the grains changed, and how many.
+def contracted(model: Model, bad: np.ndarray, least: float) -> tuple[Model, np.ndarray, int]:
+    """Return the model with edges at its `bad` tets (m,) contracted, the grains changed, and how many.
 
-    An edge of the surface goes where the worst of the tets that change gets better and none is flat;
-    grains, crack and front stay what (`contraction_rules`) and where they are (`contraction_reach`).
+    An edge of the surface goes where the worst of the tets that change gets better and scores `least`: 0
+    at the limits of flat tets, 1 at those of poor ones. Grains, crack and front stay what
+    (`contraction_rules`) and where they are (`contraction_reach`).
     """
-    stars = stars_of(model, classes_of(model.surface), _near(model.tets, flat))
+    tets = model.tets
+    worst = _worst_first(model.points, tets, bad)[:MOST]
+    stars = stars_of(model, classes_of(model.surface), _near(tets, worst))
     count, done = np.bincount(model.grain), 0
-    for t in np.flatnonzero(flat).tolist():
-        if t in stars.gone_tets or _score(stars.points, [stars.tets[t]]) >= 0:
+    for t in worst.tolist():
+        if t in stars.gone_tets or _score(stars.points, [stars.tets[t]]) >= least:
             continue
-        best = _best(stars, stars.tets[t], count)
+        best = _best(stars, stars.tets[t], count, least)
         if best is not None:
             np.subtract.at(count, stars.grain[_dying(stars, best)], 1)
             stars.merge(best.kept, best.gone)
@@ -48,10 +54,15 @@ def contracted(model: Model, flat: np.ndarray) -> tuple[Model, np.ndarray, int]:
     return *rebuilt(model, stars), done
 
 
-def _near(tets: np.ndarray, flat: np.ndarray) -> np.ndarray:
-    """Return the nodes of flat tets, and of those that share a node with them."""
+def _worst_first(points: np.ndarray, tets: np.ndarray, bad: np.ndarray) -> np.ndarray:
+    rows = np.flatnonzero(bad)
+    return rows[np.argsort(_scores(points[tets[rows]]), kind="stable")]
+
+
+def _near(tets: np.ndarray, bad: np.ndarray) -> np.ndarray:
+    """Return the nodes of bad tets, and of those that share a node with them."""
     near = np.zeros(int(tets.max()) + 1, bool)
-    near[tets[flat]] = True
+    near[tets[bad]] = True
     near[tets[near[tets].any(axis=1)]] = True
     return np.flatnonzero(near)
 
@@ -60,7 +71,7 @@ def _dying(stars: Stars, one: Contraction) -> list[int]:
     return sorted(stars.tets_at[one.kept] & stars.tets_at[one.gone])
 
 
-def _best(stars: Stars, corners: Corners, count: np.ndarray) -> Contraction | None:
+def _best(stars: Stars, corners: Corners, count: np.ndarray, least: float) -> Contraction | None:
     """Return the contraction at a corner of a tet that leaves the best worst tet, None without any.
 
     count (g,): how many tets each grain has.
@@ -71,7 +82,7 @@ def _best(stars: Stars, corners: Corners, count: np.ndarray) -> Contraction | No
         for kept in sorted(filter(stars.on_surface, beside)):
             if may_merge(stars, kept, gone):
                 score = _score_after(stars, kept, gone)
-                if score is not None:
+                if score is not None and score >= least:
                     found.append(Contraction(kept, gone, score))
     for one in sorted(found, key=lambda one: (-one.score, one.kept, one.gone)):
         if _keeps_grains(stars, one, count) and keeps_surface(stars, one.kept, one.gone):
@@ -81,27 +92,29 @@ def _best(stars: Stars, corners: Corners, count: np.ndarray) -> Contraction | No
 
 
 def _score_after(stars: Stars, kept: int, gone: int) -> float | None:
-    """Return the worst score of the tets that would change; None where that is flat or no better."""
+    """Return the worst score of the tets that would change; None where that is no better."""
     old = sorted(stars.tets_at[gone])
     changed = [renamed(stars.tets[t], gone, kept) for t in old if t not in stars.tets_at[kept]]
     if len(changed) in (0, len(old)):
         return None
     after = _score(stars.points, changed)
-    return after if after >= max(0.0, _score(stars.points, [stars.tets[t] for t in old])) else None
+    return after if after > _score(stars.points, [stars.tets[t] for t in old]) else None
 
 
 def _score(points: np.ndarray, tets: list[Corners]) -> float:
     """Return 1 where the worst tet is at the limits of poor ones, 0 at those of flat ones."""
-    corners = points[np.array(tets, np.int64)]
-    side = corners[:, 1:] - corners[:, :1]
-    if (np.linalg.det(side) <= 0).any():
-        return -np.inf
-    measures = shape_measures(corners.reshape(-1, 3), np.arange(4 * len(tets)).reshape(-1, 4))
+    return float(_scores(points[np.array(tets, np.int64)]).min())
+
+
+def _scores(corners: np.ndarray) -> np.ndarray:
+    """Return the score (k,) of each tet (k, 4, 3), -inf where it is inverted."""
+    measures = shape_measures(corners.reshape(-1, 3), np.arange(4 * len(corners)).reshape(-1, 4))
     low, high, factor = measures[:, 2], measures[:, 3], measures[:, 4]
     small = (low - FLAT_DIHEDRALS[0]) / (LEAST_DIHEDRAL - FLAT_DIHEDRALS[0])
     large = (FLAT_DIHEDRALS[1] - high) / (FLAT_DIHEDRALS[1] - LARGEST_DIHEDRAL)
     shape = (factor - FLAT_SHAPE_FACTOR) / (LEAST_SHAPE_FACTOR - FLAT_SHAPE_FACTOR)
-    return float(np.minimum(np.minimum(small, large), shape).min())
+    positive = np.linalg.det(corners[:, 1:] - corners[:, :1]) > 0
+    return np.where(positive, np.minimum(np.minimum(small, large), shape), -np.inf)
 
 
 def _keeps_grains(stars: Stars, one: Contraction, count: np.ndarray) -> bool:

@@ -1,4 +1,4 @@
-"""Where the surface leaves no room for sound tets, its nodes give way; crack and box stay."""
+"""Where the surface leaves no room for sound tets, its nodes give way; a bent crack and box stay."""
 
 from dataclasses import replace
 
@@ -10,7 +10,8 @@ from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.flat_tets import flat_tets
 from craftmesh.mesh.tet_connectivity import tet_volumes
-from craftmesh.tetrahedra.flat_places import REACHES, given_way
+from craftmesh.tetrahedra import flat_places
+from craftmesh.tetrahedra.flat_places import STAGES, given_way
 
 CELLS = 4
 # A node on the boundary between two halves of the box, and how far it is pushed towards the next one.
@@ -43,13 +44,13 @@ def test_the_surface_gives_way_for_both_neighbours():
     assert opened.report["surface_points_moved"] > 0 and "were moved by up to" in opened.warning
     moves = np.linalg.norm(opened.surface.points - surface.points, axis=1)
     # mean edges are those of a cube of side 1, at most its diagonal, and of the pushed node's
-    assert 0 < moves.max() == opened.report["largest_move"] < REACHES[-1] * 2
+    assert 0 < moves.max() == opened.report["largest_move"] < STAGES[0].reaches[-1] * 2
     inside = volumes(opened.surface, opened.grain_tets)
     assert all((volume > 0).all() for volume in inside.values())
     assert sum(volume.sum() for volume in inside.values()) == pytest.approx(CELLS**3, rel=1e-12)
 
 
-def test_without_flat_tets_everything_stays():
+def test_without_poor_tets_everything_stays():
     surface, tets = pushed_box(push=np.zeros(3))
     opened = given_way(surface, tets)
     assert opened.surface is surface and opened.grain_tets is tets
@@ -74,6 +75,32 @@ def test_points_of_the_crack_stay():
     on_crack = np.unique(surface.facets[surface.kind == cracked.kind.max()])
     assert (on_crack == np.flatnonzero((surface.points == PUSHED + PUSH).all(axis=1))).any()
     assert (opened.surface.points[on_crack] == surface.points[on_crack]).all()
+
+
+def test_poor_tets_are_opened_by_less_than_flat_ones():
+    surface, tets = pushed_box(push=np.array([0.8, 0.0, 0.0]))
+    before = flat_tets(assemble(surface, tets)[0])
+    opened = given_way(surface, tets)
+    assert before["count"] == 0 == opened.report["flat_before"] and opened.report["poor_before"] > 0
+    assert opened.report["poor_left"] == 0
+    moves = np.linalg.norm(opened.surface.points - surface.points, axis=1)
+    assert 0 < moves.max() < STAGES[1].reaches[-1] * 2
+    assert check_tets(assemble(opened.surface, opened.grain_tets)[0]) == []
+
+
+def test_what_makes_it_worse_is_not_done(monkeypatch):
+    def spoilt(now, reach, bad):
+        points = now.model.points.copy()
+        points[(points == [2.0, 1.0, 1.0]).all(axis=1)] += PUSH
+        return points, np.array([1, 2])
+
+    monkeypatch.setattr(flat_places, "_moved_points", spoilt)
+    monkeypatch.setattr(flat_places, "_repaired", lambda model, grains: model)
+    monkeypatch.setattr(flat_places, "CONTRACTIONS", 0)
+    surface, tets = pushed_box()
+    opened = given_way(surface, tets)
+    assert (opened.surface.points == surface.points).all() and opened.warning is None
+    assert opened.report["flat_left"] == opened.report["flat_before"] > 0
 
 
 def test_the_same_input_gives_the_same_bytes():

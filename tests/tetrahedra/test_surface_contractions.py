@@ -52,7 +52,7 @@ def test_a_short_edge_of_a_boundary_goes(at):
     model = short_edge(np.array(at), np.array([0.0, 0.0, 0.995]))
     flat = flat_of(model)
     assert flat.any()
-    found, grains, count = contracted(model, flat)
+    found, grains, count = contracted(model, flat, 0.0)
     assert count == 1 and grains.tolist() == [1, 2] and not flat_of(found).any()
     mesh, _ = assemble(found.surface, found.grain_tets)
     assert check_tets(mesh) == [] and flat_tets(mesh)["count"] == 0
@@ -66,7 +66,7 @@ def test_a_corner_of_the_box_never_goes():
     points = surface.points.copy()
     points[(points == [0, 0, 1]).all(axis=1)] = [0, 0, 0.005]
     model = Model(replace(surface, points=points), tets)
-    found, _, count = contracted(model, flat_of(model))
+    found, _, count = contracted(model, flat_of(model), 0.0)
     corners = found.surface.points[np.unique(found.surface.facets)]
     assert count and (corners == 0).all(axis=1).any()
 
