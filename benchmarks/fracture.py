@@ -289,8 +289,8 @@ def _six_nodes(at):
 
 def run(name: str, edges: float) -> list[dict]:
     """Return a row for each load of a case with edges of 1 / edges of its size."""
-    from craftmesh.fracture.near_field import as_tensor
     from craftmesh.fracture.parameters import fracture_parameters
+    from craftmesh.mechanics.near_field import as_tensor
 
     case = CASES[name]
     mesh = meshed(case, case.size / edges)

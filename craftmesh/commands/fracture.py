@@ -15,13 +15,15 @@ from craftmesh.commands.stage_io import add_output, existing, tell, write_json
 from craftmesh.errors import CraftmeshError
 from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import FrontParameters, fracture_parameters
-from craftmesh.growth.extension import KinksAndExtensions, crack_radius, kinks_and_extensions
+from craftmesh.growth.extension import NEAR_FIELD, KinksAndExtensions, crack_radius, kinks_and_extensions
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.io.front_csv import write_front
 from craftmesh.io.solution import read_solution
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.load import Load
 from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
+from craftmesh.mechanics.near_field import in_axes
+from craftmesh.mesh.front_frames import front_frames
 from craftmesh.solve.foreign import foreign_solution
 from craftmesh.solve.options import EXTERNAL
 from craftmesh.solve.problem import DECK_RULE, problem_of
@@ -75,9 +77,9 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.crack:
         box = np.stack([model.mesh.points.min(axis=0), model.mesh.points.max(axis=0)])
         radius = crack_radius(read_crack(existing(arguments.crack)), box)
-        growth = kinks_and_extensions(
-            intensities(parameters), radius, options_from(arguments, GrowthOptions)
-        )
+        options = options_from(arguments, GrowthOptions)
+        crystals = local_stiffness(model) if options.criterion == NEAR_FIELD else None
+        growth = kinks_and_extensions(intensities(parameters), radius, options, crystals)
         columns |= growth_columns(growth) | {"flags": columns.pop("flags")}
         report["growth"] = {"radius": radius, "cycles": growth.cycles}
     write_front(arguments.output, columns)
@@ -90,6 +92,14 @@ def run(arguments: argparse.Namespace) -> None:
 def intensities(parameters: FrontParameters) -> np.ndarray:
     """Return K_I, K_II, K_III (n, 3) of the front nodes."""
     return np.column_stack([parameters.K_I, parameters.K_II, parameters.K_III])
+
+
+def local_stiffness(model: ElasticModel) -> np.ndarray:
+    """Return the stiffness (n, 6, 6) of the grain along the front at its nodes, in their local axes."""
+    frames = front_frames(model.mesh)
+    axes = np.stack([frames.binormal, frames.normal, frames.tangent], axis=1)
+    grain = model.stiffness()[np.searchsorted(model.grains, frames.grain)]
+    return np.concatenate([in_axes(own, turn[None]) for own, turn in zip(grain, axes)])
 
 
 def growth_columns(growth: KinksAndExtensions) -> dict[str, np.ndarray]:

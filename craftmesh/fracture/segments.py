@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.fracture.kernels.fields import Fields
-from craftmesh.fracture.near_field import NearField, in_axes, near_field
+from craftmesh.mechanics.near_field import NearField, in_axes, near_field
 from craftmesh.mesh.front_curve import FrontCurve
 
 # The axes turn by so much, in radians, from one station to the next; in copper fields between them, which

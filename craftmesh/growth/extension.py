@@ -7,10 +7,12 @@ from scipy.spatial import cKDTree
 
 from craftmesh.cracks.polyline import polyline
 from craftmesh.errors import CraftmeshError
+from craftmesh.growth.crystal_kink import largest_near_stress
 from craftmesh.growth.kink_angle import driving_intensity, kink_angles
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.types import Crack
 
+NEAR_FIELD = "near_field"
 # Of itself: how far the crack's radius may be off, and of a front's length: the spacing of places on it.
 TOLERANCE = 1e-3
 
@@ -27,19 +29,34 @@ class KinksAndExtensions(NamedTuple):
     cycles: float | None
 
 
-def kinks_and_extensions(k: np.ndarray, radius: float, options: GrowthOptions) -> KinksAndExtensions:
+def kinks_and_extensions(
+    k: np.ndarray, radius: float, options: GrowthOptions, stiffness: np.ndarray | None = None
+) -> KinksAndExtensions:
     """Return which way and how far points with K_I, K_II, K_III (n, 3) go in a crack of that radius.
 
     The way is that of the criterion (Erdogan & Sih 1963 by default). No point goes where Delta K of the
-    driving intensity is nowhere over the threshold. Raises CraftmeshError as kink_angles and extensions do.
+    driving intensity is nowhere over the threshold. stiffness (n, 6, 6): as in `largest_near_stress`, which
+    the criterion near_field asks for. Raises CraftmeshError as kink_angles and extensions do.
     """
-    angle = kink_angles(k, options.criterion, options.poisson)
-    driving = driving_intensity(k, angle)
+    if options.criterion == NEAR_FIELD:
+        angle, driving = _in_crystals(k, stiffness)
+    else:
+        angle = kink_angles(k, options.criterion, options.poisson)
+        driving = driving_intensity(k, angle)
     if (1 - options.stress_ratio) * driving.max() <= options.threshold:
         return KinksAndExtensions(angle, np.zeros(len(angle)), driving, None)
     median = options.extension if options.extension is not None else options.share * radius
     size = extensions(driving, median, options)
     return KinksAndExtensions(angle, size, driving, load_cycles(driving, size, options))
+
+
+def _in_crystals(k: np.ndarray, stiffness: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return kink angles and driving intensities (n,); a closed crack (K_I < 0) counts as K_I = 0."""
+    if stiffness is None:
+        raise CraftmeshError(
+            "grow.criterion is near_field, and the crystals are not known; expected their stiffness"
+        )
+    return largest_near_stress(np.column_stack([np.maximum(k[:, 0], 0.0), k[:, 1:]]), stiffness)
 
 
 def extensions(driving: np.ndarray, median: float, options: GrowthOptions) -> np.ndarray:

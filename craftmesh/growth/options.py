@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from craftmesh.options import Options, option
 
-CRITERIA = ("tangential_stress", "energy_release")
+CRITERIA = ("tangential_stress", "energy_release", "near_field")
 LAWS = ("uniform", "power")
 SMOOTHING = ("fit", "savitzky_golay", "none")
 
@@ -15,7 +15,8 @@ class GrowthOptions(Options):
 
     criterion: str = option(
         "tangential_stress",
-        "kink angle: tangential_stress (Erdogan & Sih), energy_release, or package.module:function",
+        "kink angle: tangential_stress (Erdogan & Sih), energy_release, near_field (that of the "
+        "crystal), or package.module:function",
     )
     law: str = option(
         "uniform", "extension: the same all along, or by a power of the stress intensity", choices=LAWS

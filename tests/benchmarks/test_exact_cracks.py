@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.polynomial import Legendre
 
-from craftmesh.fracture.near_field import as_tensor
 from craftmesh.mechanics.materials import Material
+from craftmesh.mechanics.near_field import as_tensor
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 

@@ -8,10 +8,10 @@ from warped_cracks import disc_crack
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
-from craftmesh.fracture.near_field import as_tensor, in_axes
 from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import fracture_parameters
 from craftmesh.mechanics.materials import Material
+from craftmesh.mechanics.near_field import as_tensor, in_axes
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
 from craftmesh.mesh.second_order import as_elements
 

@@ -10,8 +10,10 @@ from structured_box import plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.cli import main
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.io.front_csv import read_front
-from craftmesh.io.vtk import write_tets
+from craftmesh.io.vtk import write_crack, write_tets
 
 MATERIAL = ("--material", "isotropic:70,0.3")
 
@@ -47,6 +49,20 @@ def test_an_edge_crack_in_tension(folder):
     assert len(rows) == 5 and rows[0]["flags"].startswith("end") and rows[-1]["flags"].startswith("end")
     report = json.loads((folder / "fracture.json").read_text())
     assert report["fronts"][0]["nodes"] == 5
+
+
+def test_kink_angles_by_the_near_field_are_those_of_erdogan_and_sih_in_isotropic_grains(folder):
+    box = np.array([[0.0, 0, 0], [10, 4, 10]])
+    edge = CrackOptions(shape="through_edge", centre=(0.0, 2.0, 5.0), radius=5.0)
+    write_crack(folder / "crack.vtp", prescribed_crack(edge, 0, box))
+    columns = {}
+    for criterion in ("tangential_stress", "near_field"):
+        flags = ("--crack", str(folder / "crack.vtp"), "--criterion", criterion)
+        assert run(folder, "--quarter-points", *flags) == 0
+        columns[criterion] = read_front(folder / "sif.csv")
+    known, found = (columns[name] for name in ("tangential_stress", "near_field"))
+    assert found["kink_angle"] == pytest.approx(known["kink_angle"], abs=5e-3)
+    assert found["driving"] == pytest.approx(known["driving"], rel=1e-4)
 
 
 def test_the_same_input_gives_the_same_bytes(folder):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from near_fields import POISSON, SHEAR, YOUNG, stroh, williams
 
-from craftmesh.fracture.near_field import as_tensor, in_axes, near_field
 from craftmesh.mechanics.materials import Material
+from craftmesh.mechanics.near_field import as_tensor, in_axes, near_field
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
 
 ISOTROPIC = Material("isotropic", (YOUNG, POISSON)).stiffness()
