@@ -74,10 +74,10 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     What leaves no fewer such tets is not done. A function of the whole mesh, not of chunks.
     """
     model = Model(surface, list(grain_tets))
-    before = Opening(model, _measures(model, {}, surface.grains), surface.points, freedom(surface))
-    if not before.count(is_poor):
+    measures = _measures(model, {}, surface.grains)
+    if not any(is_poor(one).any() for one in measures.values()):
         return GivenWay(surface, grain_tets)
-    after = before
+    before = after = Opening(model, measures, surface.points, freedom(surface))
     for stage in STAGES:
         after = _contracted(_with_moves(after, stage), stage)
     report = _report(before, after)

@@ -31,12 +31,13 @@ def freedom(surface: Surface) -> np.ndarray:
     normal, is_flat = _crack_normals(surface, crack)
     stays = np.zeros(count, bool)
     stays[front_edges(surface)] = True
-    for point in np.unique(surface.facets[crack]).tolist():
-        if stays[point] or not is_flat[point]:
-            free[point] = 0.0
-        else:
-            free[point] = _beside(np.vstack([np.eye(3)[held[point]], normal[point]]))
-            free[point, held[point]] = free[point][:, held[point]] = 0.0  # not by rounding alone
+    points = np.unique(surface.facets[crack])
+    stays[points] |= ~is_flat[points]
+    free[points] -= normal[points, :, None] * normal[points, None, :]
+    for point in points[held[points].any(axis=1)].tolist():
+        free[point] = _beside(np.vstack([np.eye(3)[held[point]], normal[point]]))
+        free[point, held[point]] = free[point][:, held[point]] = 0.0  # not by rounding alone
+    free[points[stays[points]]] = 0.0
     return free
 
 
