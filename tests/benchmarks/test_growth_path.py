@@ -1,0 +1,26 @@
+"""How the growth benchmark measures one path against another."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
+
+
+@pytest.fixture
+def growth(monkeypatch):
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
+    yield __import__("growth")
+    sys.modules.pop("growth")
+
+
+def test_distances_are_to_the_nearest_place_of_each_ones_own_path(growth):
+    path = np.array([[[6.0, 0], [6, 0]], [[7, 1], [7, 0]], [[9, 1], [9, 0]]])
+    places = np.array([[8.0, 1.25], [6.5, 0.5]])
+    assert growth.distance_to_path(places, path) == pytest.approx([0.25, 0.5])
+
+
+def test_directions_are_to_the_first_plane(growth):
+    assert growth.direction(np.array([[1.0, 0], [1, 1], [0, -2]])) == pytest.approx([0, 45, -90])
