@@ -7,7 +7,7 @@ import numpy as np
 from craftmesh.assembly.opening import drop_unused, is_closed, opened_tets, same_turn
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import front_polylines
-from craftmesh.mesh.mesh_sets import LIPS, node_sets_of
+from craftmesh.mesh.mesh_sets import crack_sets, is_lip, lip_faces, node_sets_of
 from craftmesh.mesh.tet_connectivity import (
     RowGroups,
     face_nodes,
@@ -15,6 +15,7 @@ from craftmesh.mesh.tet_connectivity import (
     half_face_corners,
     half_faces,
 )
+from craftmesh.surface.connectivity import pieces
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, GrainTets, Surface, TetMesh
@@ -29,7 +30,8 @@ def assemble(surface: Surface, grain_tets: Sequence[GrainTets]) -> tuple[TetMesh
     that opening adds. A node is a connected component of (tet, corner) pairs over shared faces that
     are not crack facets: crack fronts stay single by themselves, and bodies that touch only in a
     point or an edge come apart. Lip A is ahead of the crack facets' normals, lip B behind. Face sets:
-    XMIN..ZMAX, CRACK_LIP_A/B, VOID_<k>, EXTERIOR; node sets: see `node_sets_of`. Raises CraftmeshError
+    XMIN..ZMAX, CRACK_LIP_A/B (several cracks are numbered in the order of their facets: CRACK_1_LIP_A),
+    VOID_<k>, EXTERIOR; node sets: see `node_sets_of`. Raises CraftmeshError
     when the grains do not fit the surface or each other.
     """
     points, tets, grain = _merge(surface, sorted(grain_tets, key=lambda g: g.grain))
@@ -61,7 +63,8 @@ def _report(mesh: TetMesh, fronts: Sequence, closed: np.ndarray, added: dict[str
         "grains": len(np.unique(mesh.grain)),
         "crack_facets": len(closed),
         "crack_facets_not_opened": int(closed.sum()),
-        "crack_area": _area(points, mesh.tets, mesh.face_sets.get(LIPS[0])),
+        "cracks": sum(is_lip(name) for name in mesh.face_sets) // 2,
+        "crack_area": _area(points, mesh.tets, lip_faces(mesh.face_sets)[0]),
         "nodes_opened_by_crack": added["by_crack"],
         "nodes_unwelded": added["unwelded"],
         "fronts": len(fronts),
@@ -144,7 +147,8 @@ def _face_sets(
     chosen = {name: free[kind == plane] for plane, name in enumerate(BOX_PLANES, 1)}
     all_lips = np.concatenate([lips, free[on_crack]])
     ahead = same_turn(half_face_corners(tets, all_lips), surface.facets[facet[all_lips]])
-    chosen |= dict(zip(LIPS, (all_lips[ahead], all_lips[~ahead])))
+    number = _crack_numbers(surface)[facet[all_lips]]
+    chosen |= crack_sets([(all_lips[own & ahead], all_lips[own & ~ahead]) for own in _each(number)])
     rest = ~is_on_box(kind) & ~on_crack
     for label in np.unique(sides[rest & (sides < 0)])[::-1]:
         chosen[f"VOID_{-label}"] = free[rest & (sides == label)]
@@ -153,9 +157,19 @@ def _face_sets(
     return {name: np.stack([rows // 4, rows % 4], axis=1) for name, rows in ordered.items()}
 
 
-def _area(points: np.ndarray, tets: np.ndarray, faces: np.ndarray | None) -> float:
-    if faces is None:
-        return 0.0
+def _crack_numbers(surface: Surface) -> np.ndarray:
+    """Return the number (m,) of the crack that each facet belongs to, -1 for none: what hangs together."""
+    crack = np.flatnonzero(surface.kind == CRACK)
+    number = np.full(len(surface.facets), -1)
+    number[crack] = pieces(surface.facets[crack])
+    return number
+
+
+def _each(number: np.ndarray) -> list[np.ndarray]:
+    return [number == k for k in np.unique(number)]
+
+
+def _area(points: np.ndarray, tets: np.ndarray, faces: np.ndarray) -> float:
     return float(np.linalg.norm(area_vectors(points, face_nodes(tets, faces)), axis=1).sum())
 
 

@@ -91,16 +91,17 @@ class Campaign:
         """Return the crack of the increment before as the input `previous`; nothing for the first."""
         return {"previous": self.crack(case, f"{int(inc) - 1:03d}")["crack"]} if int(inc) else {}
 
-    def crack_options(self, case: str, inc: str) -> dict[str, Any]:
-        """Return the keys of the crack of an increment; one that has grown is a surface in a file."""
+    def crack_options(self, case: str, inc: str) -> list[dict[str, Any]]:
+        """Return the keys of each crack of an increment; those that have grown are surfaces in one file."""
         if self.cases[case].grows and int(inc):
             grown = f"{self.results}/{case}/{int(inc) - 1:03d}/grown.vtp"
-            return {"shape": "surface", "file": grown}
-        return self.config["cracks"][self.cases[case].crack]
+            return [{"shape": "surface", "file": grown}]
+        return [self.config["cracks"][name] for name in self.cases[case].cracks]
 
     def crack_files(self, case: str, inc: str) -> list[str]:
-        """Return the files that describe the crack of an increment; none for a prescribed shape."""
-        return list(crack_files(CrackOptions(**self.crack_options(case, inc)), int(inc)).values())
+        """Return the files that describe the cracks of an increment; none for prescribed shapes."""
+        named = [crack_files(CrackOptions(**keys), int(inc)) for keys in self.crack_options(case, inc)]
+        return [path for files in named for path in files.values()]
 
     def size_files(self) -> list[str]:
         """Return the files that the sizing function reads."""
@@ -164,9 +165,10 @@ class Campaign:
         return "" if self.cases[case].microstructure == SYNTHETIC else self.flags("import")
 
     def crack_flags(self, case: str, inc: str) -> str:
-        """Return the command-line flags of an increment's crack, and of the lengths it is held against."""
+        """Return the flags of an increment's cracks, and of the lengths that they are held against."""
         lengths = {key: self.config["sizing"][key] for key in CRACK_LENGTHS}
-        return command_flags(self.crack_options(case, inc) | lengths)
+        first, *others = map(command_flags, self.crack_options(case, inc))
+        return " --and ".join([" ".join([command_flags(lengths), first]).strip(), *others])
 
     def code(self, verb: str) -> str:
         """Return the digest of the modules that a verb of the command line runs."""

@@ -20,8 +20,9 @@ RESERVED = ("logs", "benchmarks")
 
 @dataclass(frozen=True)
 class Case:
-    """One row of the sheet: its name, the microstructure's path or SYNTHETIC, its crack or NO_CRACK.
+    """One row of the sheet: its name, the microstructure's path or SYNTHETIC, its cracks or NO_CRACK.
 
+    crack: names with commas between them.
     growth: PRESCRIBED, GROW, or UNTIL the crack stops, after `increments` at the latest.
     """
 
@@ -30,6 +31,11 @@ class Case:
     crack: str
     increments: int
     growth: str = PRESCRIBED
+
+    @property
+    def cracks(self) -> tuple[str, ...]:
+        """The names of its cracks, none where it has none."""
+        return () if self.crack == NO_CRACK else tuple(name.strip() for name in self.crack.split(","))
 
     @property
     def grows(self) -> bool:
@@ -94,16 +100,20 @@ def check_case(case: Case, config: Mapping[str, Any]) -> None:
     """Raise CraftmeshError unless the case's crack, its increments and all its files are there."""
     place = f"{config['cases']}, case {case.name!r}"
     known = (*config["cracks"], NO_CRACK)
-    if case.crack not in known:
-        raise CraftmeshError(
-            f"{place}: crack is {case.crack!r}; expected one of {listed(known)} (key `cracks`)"
-        )
+    for name in case.cracks:
+        if name not in config["cracks"]:
+            raise CraftmeshError(
+                f"{place}: crack is {name!r}; expected one of {listed(known)} (key `cracks`), or several "
+                "with commas between them"
+            )
+    if len(set(case.cracks)) < len(case.cracks):
+        raise CraftmeshError(f"{place}: crack is {case.crack!r}; expected each crack once")
     if case.crack == NO_CRACK and case.increments != 1:
         raise CraftmeshError(f"{place}: increments is {case.increments} without a crack; expected 1")
     if case.crack == NO_CRACK and case.grows:
         raise CraftmeshError(f"{place}: growth is {case.growth} without a crack; expected {PRESCRIBED}")
-    if case.crack != NO_CRACK:
-        _check_series(case, config)
+    for name in case.cracks:
+        _check_series(case, name, config)
     path = Path(located(case.microstructure, Path(config["data"])))
     if case.microstructure != SYNTHETIC and not path.exists():
         raise CraftmeshError(
@@ -111,9 +121,9 @@ def check_case(case: Case, config: Mapping[str, Any]) -> None:
         )
 
 
-def _check_series(case: Case, config: Mapping[str, Any]) -> None:
-    """Raise where the case's crack lacks an increment, or a file of one."""
-    key, options = f"cracks.{case.crack}", CrackOptions(**config["cracks"][case.crack])
+def _check_series(case: Case, crack: str, config: Mapping[str, Any]) -> None:
+    """Raise where a crack of the case lacks an increment, or a file of one."""
+    key, options = f"cracks.{crack}", CrackOptions(**config["cracks"][crack])
     series, prescribed = options.increments, 1 if case.grows else case.increments
     if series and len(series) < prescribed:
         raise CraftmeshError(

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.crack_sources import given_surface
-from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.flags import Parser, add_options, options_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import crack_of_increment, refuse_shrunk
+from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import read_crack, read_surface, read_voxels, write_crack
 from craftmesh.sizing.sizing import SizingOptions, median_edge, sizing_for, voxel_edge
@@ -34,20 +35,47 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_report(parser)
     add_options(parser, CrackOptions)
+    parser.add_argument(
+        "--and",
+        dest="others",
+        nargs=argparse.REMAINDER,
+        default=[],
+        metavar="OPTIONS",
+        help="a further crack; its options follow, and nothing else but more cracks",
+    )
     others = (item.name for item in fields(SizingOptions) if item.name not in LENGTHS)
     add_options(parser, SizingOptions, skip=others)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    options, increment = options_from(arguments, CrackOptions), arguments.increment
+    increment = arguments.increment
     box, edge, grid = body_of(arguments.volume)
-    surface, report = given_surface(options, increment, box, grid)
-    crack = crack_of_increment(options, increment, box, surface)
-    refuse_along_faces(crack, box, l_min_of(options_from(arguments, SizingOptions), edge))
+    l_min, cracks, reports = l_min_of(options_from(arguments, SizingOptions), edge), [], {}
+    for number, options in enumerate(options_of(arguments), 1):
+        surface, report = given_surface(options, increment, box, grid)
+        cracks.append(crack_of_increment(options, increment, box, surface))
+        for sheet in sheets(cracks[-1]):
+            refuse_along_faces(sheet, box, l_min)
+        reports[f"crack_{number}"] = report
+    crack = joined(cracks)
     if arguments.previous:
         refuse_shrunk(crack, read_crack(arguments.previous), increment)
     write_crack(arguments.output, crack)
-    tell(report, arguments.report)
+    tell(reports if len(reports) > 1 else reports["crack_1"], arguments.report)
+
+
+def options_of(arguments: argparse.Namespace) -> list[CrackOptions]:
+    """Return the options of each crack: those before --and, and those after each of them."""
+    parts: list[list[str]] = [[]] if arguments.others else []
+    for word in arguments.others:
+        if word == "--and":
+            parts.append([])
+        else:
+            parts[-1].append(word)
+    parser = Parser(prog="craftmesh crack ... --and", usage="options of one crack")
+    add_options(parser, CrackOptions)
+    first = options_from(arguments, CrackOptions)
+    return [first, *(options_from(parser.parse_args(words), CrackOptions) for words in parts)]
 
 
 def body_of(path: Path) -> tuple[np.ndarray, float, Voxels | None]:

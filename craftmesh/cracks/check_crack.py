@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.sheets import sheets
 from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import area_vectors
@@ -31,15 +32,18 @@ def check_crack(crack: Crack) -> list[str]:
 
 
 def _facet_breaches(crack: Crack) -> list[str]:
-    """Return the breaches of single triangles: no area, or a normal against that of the best-fit plane."""
+    """Return the breaches of single triangles: no area, or a normal against that of their sheet's plane."""
     vectors = area_vectors(crack.points, crack.triangles)
     flat = np.linalg.norm(vectors, axis=1) == 0
     breaches = [f"{int(flat.sum())} triangles have no area"] if flat.any() else []
     if flat.all():
         return breaches
-    turned = vectors @ best_fit_frame(crack.points, crack.triangles)[2] < 0
-    if turned.any():
-        breaches.append(f"{int(turned.sum())} triangles are turned over against the best-fit plane")
+    turned = 0
+    for sheet in sheets(crack):
+        normal = best_fit_frame(sheet.points, sheet.triangles)[2]
+        turned += int((area_vectors(sheet.points, sheet.triangles) @ normal < 0).sum())
+    if turned:
+        breaches.append(f"{turned} triangles are turned over against their sheet's best-fit plane")
     return breaches
 
 

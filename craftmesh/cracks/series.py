@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
-from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.cracks.sheets import cracks_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
@@ -31,11 +31,12 @@ def crack_of_increment(
 ) -> Crack:
     """Return the crack of `increment` in the box (2, 3): prescribed, or the given surface.
 
-    Raises CraftmeshError as prescribed_crack and crack_from_triangles do.
+    A surface in several pieces is several cracks. Raises CraftmeshError as prescribed_crack and
+    crack_from_triangles do.
     """
     if given is None:
         return prescribed_crack(options, increment, box)
-    return crack_from_triangles(given.points, given.triangles, list(given.fronts) or None, box)
+    return cracks_from_triangles(given.points, given.triangles, list(given.fronts) or None, box)
 
 
 def crack_area(crack: Crack) -> float:

@@ -4,6 +4,7 @@ import numpy as np
 
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.polyline import Polyline, feet, polyline
+from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.moves import FrontExtensions, moves_along
@@ -22,8 +23,31 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: Smoothi
 
     The moves are made smooth along each front (the paper, section 2), its ends stay in the box's planes,
     and a strip joins the old front to the new one. Raises CraftmeshError for rows that are on no front of
-    the crack, and where the grown surface is no crack (folded, torn).
+    the crack, and where the grown surface is no crack (folded, torn). Of a crack of several sheets each
+    grows by the rows of its own fronts, and it counts as none where one of them has no front left.
     """
+    parts = sheets(crack)
+    if len(parts) == 1:
+        return _grown(crack, along, box, options)
+    owner = _nearest_sheet(parts, along.points)
+    grown = [_grown(part, along.rows(owner == k), box, options) for k, part in enumerate(parts)]
+    left = [part for part in grown if part is not None]
+    return joined(left) if len(left) == len(parts) else None
+
+
+def _nearest_sheet(parts: list[Crack], places: np.ndarray) -> np.ndarray:
+    """Return on whose fronts each of the places (n, 3) lies: the number (n,) of the part."""
+    distance = [
+        np.min([feet(polyline(part.points[front]), places)[1] for front in part.fronts], axis=0)
+        for part in parts
+    ]
+    return np.argmin(distance, axis=0)
+
+
+def _grown(
+    crack: Crack, along: FrontExtensions, box: np.ndarray, options: SmoothingOptions
+) -> Crack | None:
+    """Return one sheet with its fronts moved, None where none of them is left in the box."""
     spacing = _row_spacing(along.points) / FINENESS
     box = np.asarray(box, float)
     frame = best_fit_frame(crack.points, crack.triangles)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from craftmesh.cracks.along_faces import refuse_along_faces
+from craftmesh.cracks.sheets import sheets
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.creases import creases_of
@@ -49,17 +50,43 @@ def insert_crack(
 
     surface: any that `check_surface` finds nothing in, ours or made by `Surface.of_facets`; the body need
     not fill its box. crack: of any maker, in that box (`crack_from_triangles`); what lies outside the body
-    is left out.
-    sizing.at(points) gives the lengths of front edges and crack facets; None: the surface's median edge
-    length. Grain boundaries keep their shape but for points snapped onto the crack (options.snap).
+    is left out, and several sheets go in one after another. sizing.at(points) gives the lengths of front
+    edges and crack facets; None: the surface's median edge length. Grain boundaries keep their shape but
+    for points snapped onto the crack (options.snap).
     Raises CraftmeshError where the crack meets no grain, its traces cannot be triangulated, or its facets
     would meet others, as where a curved crack runs along a plane of the box.
     """
     options = options or InsertOptions()
+    target = _target(surface, sizing)
+    reports = []
+    for sheet in sheets(crack):
+        surface, numbers = _with_sheet(surface, sheet, target, options, progress)
+        reports.append(numbers)
+    progress(1.0, "done")
+    return surface, _total(reports)
+
+
+def _total(reports: list[dict[str, int | float]]) -> dict[str, int | float]:
+    """Return the numbers of all sheets: areas and counts of the last, which has all, others summed up."""
+    total = dict(reports[-1])
+    for name in ("crack_facets_outside_material", "boundary_points_moved", "boundary_facets_moved"):
+        total[name] = sum(numbers[name] for numbers in reports)
+    for name in ("boundary_moved_most", "crack_moved_most"):
+        total[name] = max(numbers[name] for numbers in reports)
+    return total
+
+
+def _with_sheet(
+    surface: Surface,
+    crack: Crack,
+    target: SizeAt,
+    options: InsertOptions,
+    progress: Callable[[float, str], None],
+) -> tuple[Surface, dict[str, int | float]]:
+    """Return the surface with one sheet of a crack in it."""
     box = surface.box
     sheet = sheet_of(crack, box)
     cut = _prepared(surface, sheet)
-    target = _target(cut, sizing)
     least = _least_length(crack, target)
     refuse_along_faces(crack, box, least)
     for _ in range(ATTEMPTS):
@@ -70,7 +97,6 @@ def insert_crack(
         cut = split_near(cut, sheet, result.points[result.facets[pairs]].mean(axis=(1, 2)), least)
     if len(pairs):
         refuse_intersections(result)
-    progress(1.0, "done")
     return result, numbers | moved(cut, result, sheet, least)
 
 
@@ -127,10 +153,8 @@ def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:
     """Return the surface with psi near the crack, exactly 0 where a point counts as on it."""
     count = len(surface.points)
     uv = sheet.uv(surface.points)
-    edges, _, _ = unique_edges(surface.facets)
-    length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
-    size = _mean_at_points(edges, length, count)
-    reach = NEAR * length.max()
+    size, longest = _sizes(surface)
+    reach = NEAR * longest
     u0, v0, u1, v1 = sheet.rim.domain.bounds
     height = (surface.points - sheet.origin) @ sheet.frame[2]
     lowest, highest = sheet.height.min() - 2 * reach, sheet.height.max() + 2 * reach
@@ -144,6 +168,13 @@ def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:
         surface.points, surface.facets, surface.sides, surface.kind, psi, nothing, size,
         np.full(count, -1), nothing.copy(),
     )  # fmt: skip
+
+
+def _sizes(surface: Surface) -> tuple[np.ndarray, float]:
+    """Return the mean length (n,) of the edges at each point, and the longest edge's."""
+    edges, _, _ = unique_edges(surface.facets)
+    length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
+    return _mean_at_points(edges, length, len(surface.points)), float(length.max())
 
 
 def _cut(cut: CutSurface, sheet: Sheet, least: float, options: InsertOptions) -> CutSurface:
@@ -170,9 +201,9 @@ def _mean_at_points(edges: np.ndarray, values: np.ndarray, count: int) -> np.nda
     return total / np.maximum(number, 1)
 
 
-def _target(cut: CutSurface, sizing: Lengths | None) -> SizeAt:
+def _target(surface: Surface, sizing: Lengths | None) -> SizeAt:
     if sizing is None:
-        uniform = float(np.median(cut.size))
+        uniform = float(np.median(_sizes(surface)[0]))
         return lambda points: np.full(len(points), uniform)
     return sizing.at
 

@@ -17,7 +17,7 @@ def moved(before: CutSurface, after: Surface, sheet: Sheet, least: float) -> dic
     Points of boundaries that moved within the given boundary are not counted. least: the least length.
     """
     on_crack = after.kind == CRACK
-    shared = on_crack & (after.sides[:, 0] != after.sides[:, 1])
+    shared = on_crack & (after.sides[:, 0] != after.sides[:, 1]) & ~_among(before, after, least)
     boundary = after.facets[~on_crack | shared]
     rows = np.unique(boundary)
     given = {tuple(row) for row in before.points.tolist()}
@@ -36,3 +36,12 @@ def moved(before: CutSurface, after: Surface, sheet: Sheet, least: float) -> dic
         "crack_facets_on_grain_boundaries": int(shared.sum()),
         "crack_moved_most": float(height.max(initial=0.0)),
     }
+
+
+def _among(before: CutSurface, after: Surface, least: float) -> np.ndarray:
+    """Tell which facets (m,) of `after` lie on crack facets that were there before."""
+    known = before.facets[before.kind == CRACK]
+    if not len(known):
+        return np.zeros(len(after.facets), bool)
+    centres = after.points[after.facets].mean(axis=1)
+    return distances_and_sides(centres, before.points, known)[0] <= ROUNDING * least

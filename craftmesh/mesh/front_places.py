@@ -60,11 +60,15 @@ def meets_boundary(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
 
 
 def faces_of_nodes(mesh: TetMesh, nodes: np.ndarray) -> list[str]:
-    """Return the free faces that hold each node: XMIN, XMIN_YMIN, VOID_<k>, EXTERIOR; empty inside."""
+    """Return the free faces that hold each end of a front: XMIN, XMIN_YMIN, VOID_<k>, EXTERIOR.
+
+    CRACK where there is none of them: the front ends on another crack.
+    """
     others = [name for name in mesh.face_sets if name not in BOX_PLANES and not is_lip(name)]
     names = [name for name in (*BOX_PLANES, *others) if name in mesh.face_sets]
     on_face = {name: np.isin(nodes, face_nodes(mesh.tets, mesh.face_sets[name])) for name in names}
-    return ["_".join(name for name in names if on_face[name][k]) for k in range(len(nodes))]
+    found = ["_".join(name for name in names if on_face[name][k]) for k in range(len(nodes))]
+    return [name or "CRACK" for name in found]
 
 
 def _keys(tails: np.ndarray, heads: np.ndarray, stride: int) -> np.ndarray:

@@ -43,6 +43,25 @@ def test_sound_campaign_has_defaults_cases_and_files(campaign):
     )
 
 
+def test_a_case_has_several_cracks_with_commas_between_them(campaign):
+    cracks = {
+        "penny": {"radius": 5.0},
+        "given": {"shape": "surface", "file": "a.stl"},
+        "big": {"radius": 9.0},
+    }
+    found = campaign("one\tsynthetic\tpenny, big\t2\n", cracks=cracks)
+    assert found.cases["one"].cracks == ("penny", "big")
+    first, second = found.crack_flags("one", "001").split(" --and ")
+    assert "--l0 1.0" in first and "--radius 5.0" in first and "--radius 9.0" in second
+    assert found.crack_files("one", "001") == [] and found.crack("one", "000")["crack"]
+    with pytest.raises(CraftmeshError, match="cracks.given.file: a.stl is not there"):
+        campaign("one\tsynthetic\tpenny,given\t2\n", cracks=cracks)
+    with pytest.raises(CraftmeshError, match="crack is 'small'; expected one of .*, or several"):
+        campaign("one\tsynthetic\tpenny,small\t2\n", cracks=cracks)
+    with pytest.raises(CraftmeshError, match="expected each crack once"):
+        campaign("one\tsynthetic\tpenny,penny\t2\n", cracks=cracks)
+
+
 def test_a_growing_case_takes_the_crack_that_the_increment_before_left(campaign):
     found = campaign("one\tsynthetic\tpenny\t3\tgrow\n", GROWING)
     assert found.increments("{inc}", no_growth) == ["000", "001", "002"]

@@ -18,5 +18,5 @@ rule crack:
         previous=lambda wildcards, input: command_flags({"previous": input.get("previous")}),
         code=CAMPAIGN.code("crack"),
     shell:
-        "craftmesh crack {input.labels} {params.options} --increment {params.increment} {params.previous}"
-        " -o {output} > {log} 2>&1"
+        "craftmesh crack {input.labels} --increment {params.increment} {params.previous} -o {output}"
+        " {params.options} > {log} 2>&1"

@@ -1,0 +1,56 @@
+"""The sheets of a crack that is several: each has its own fronts, and its own plane."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from craftmesh.cracks.one_sheet import clean_triangles
+from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.surface.connectivity import compact, pieces
+from craftmesh.types import Crack
+
+
+def sheets(crack: Crack) -> list[Crack]:
+    """Return what hangs together across edges as cracks of their own, in the order of their triangles."""
+    piece = pieces(crack.triangles)
+    if piece.max(initial=0) == 0:
+        return [crack]
+    found = []
+    for number in range(piece.max() + 1):
+        points, triangles, kept = compact(crack.points, crack.triangles[piece == number])
+        new = np.full(len(crack.points), -1)
+        new[kept] = np.arange(len(kept))
+        fronts = [new[front] for front in crack.fronts if (new[front] >= 0).all()]
+        found.append(Crack(points, triangles, tuple(fronts)))
+    return found
+
+
+def joined(cracks: Sequence[Crack]) -> Crack:
+    """Return cracks as one, in order; points are not merged, so that each stays a sheet of its own."""
+    if len(cracks) == 1:
+        return cracks[0]
+    shifts = np.cumsum([0, *(len(crack.points) for crack in cracks)])
+    return Crack(
+        np.concatenate([crack.points for crack in cracks]),
+        np.concatenate([crack.triangles + shift for crack, shift in zip(cracks, shifts)]),
+        tuple(front + shift for crack, shift in zip(cracks, shifts) for front in crack.fronts),
+    )
+
+
+def cracks_from_triangles(
+    points: np.ndarray, triangles: np.ndarray, fronts: Sequence[np.ndarray] | None, box: np.ndarray
+) -> Crack:
+    """Return the crack of a triangulated surface of one or several sheets, those outside the box left out.
+
+    All as crack_from_triangles, sheet by sheet.
+    """
+    points, triangles = clean_triangles(points, triangles)
+    piece = pieces(triangles)
+    if piece.max() == 0:
+        return crack_from_triangles(points, triangles, fronts, box)
+    corner = points[triangles]
+    meets = ((corner.min(axis=1) <= box[1]) & (corner.max(axis=1) >= box[0])).all(axis=1)
+    found = np.unique(piece[meets]) if meets.any() else np.unique(piece)
+    return joined(
+        [crack_from_triangles(*compact(points, triangles[piece == k])[:2], fronts, box) for k in found]
+    )

@@ -1,0 +1,80 @@
+"""Several cracks in one surface: apart, crossing, branching; each with its front, and numbered."""
+
+import numpy as np
+import pytest
+from models import voronoi
+
+from craftmesh.cracks.check_crack import check_crack
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.series import GivenSurface, crack_of_increment
+from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.sheets import joined, sheets
+from craftmesh.insertion.insert import insert_crack
+from craftmesh.remeshing.remesh import remesh
+from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.connectivity import pieces
+from craftmesh.surface.front import front_edges
+from craftmesh.surface.measure import area_vectors
+from craftmesh.types import CRACK
+
+SURFACE = remesh(voronoi(3, 10, (24, 22, 20)))[0]
+DISC = {"centre": (12.1, 11.3, 10.2), "radius": 6.0}
+PAIRS = {
+    "apart": (
+        {"centre": (7, 0, 8.3), "radius": 4.0},
+        {"centre": (17, 11.2, 10.1), "normal": (0.2, 1, 0.1), "radius": 4.0},
+    ),
+    "parallel": (
+        {**DISC, "centre": (12.1, 11.3, 9.2)},
+        {"centre": (13, 11, 11.2), "normal": (0, 0.1, 1), "radius": 5.0},
+    ),
+    "crossing": (DISC, {"centre": (13, 11, 10.9), "normal": (1, 0.1, 0.05), "radius": 4.0}),
+    "branching": (DISC, {"centre": (13, 11, 13.2), "normal": (1, 0.1, 0), "radius": 4.0}),
+}  # fmt: skip
+
+
+def pair(name):
+    return [prescribed_crack(CrackOptions(**options), 0, SURFACE.box) for options in PAIRS[name]]
+
+
+def off_fronts(cracks, points):
+    """Return how far points (k, 3) are from the nearest front of the cracks."""
+    ends = np.concatenate([crack.points[front] for crack in cracks for front in crack.fronts])
+    return np.linalg.norm(points[:, None] - ends[None], axis=2).min(axis=1)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_both_cracks_are_in_the_surface_whole(name):
+    cracks = pair(name)
+    result, report = insert_crack(SURFACE, joined(cracks))
+    assert check_surface(result) == []
+    facets = result.facets[result.kind == CRACK]
+    assert len(np.unique(pieces(facets))) == (2 if name in ("apart", "parallel") else 1)
+    areas = [insert_crack(SURFACE, crack)[1]["crack_area"] for crack in cracks]
+    area = np.linalg.norm(area_vectors(result.points, facets), axis=1).sum()
+    # chords of the fronts take other places beside other cracks' traces
+    assert report["crack_area"] == pytest.approx(area) == pytest.approx(sum(areas), rel=5e-3)
+    front = result.points[np.unique(front_edges(result))]
+    assert off_fronts(cracks, front).max() < 0.05  # half a chord of the given front
+
+
+def test_a_crack_of_several_sheets_comes_apart_and_together_again():
+    cracks = pair("apart")
+    whole = joined(cracks)
+    assert check_crack(whole) == [] and len(whole.fronts) == 2
+    for one, other in zip(cracks, sheets(whole)):
+        assert np.array_equal(one.points, other.points) and np.array_equal(one.triangles, other.triangles)
+        assert all(np.array_equal(a, b) for a, b in zip(one.fronts, other.fronts))
+    assert sheets(cracks[0])[0] is cracks[0] is joined(cracks[:1])
+
+
+def test_a_given_surface_of_two_sheets_is_two_cracks_and_what_is_outside_is_left_out():
+    cracks = pair("apart")
+    whole = joined(cracks)
+    far = len(whole.points)
+    given = GivenSurface(
+        np.concatenate([whole.points, [[90, 90, 90], [91, 90, 90], [90, 91, 90.0]]]),
+        np.concatenate([whole.triangles, [[far, far + 1, far + 2]]]),
+    )
+    crack = crack_of_increment(CrackOptions(shape="surface", file="a.stl"), 0, SURFACE.box, given)
+    assert len(sheets(crack)) == 2 and check_crack(crack) == []
