@@ -72,10 +72,11 @@ class Voxels:
 class Crack:
     """A triangulated crack surface of one or several sheets, and its fronts.
 
-    Each sheet, what hangs together across edges, is one-to-one over its best-fit plane; they are numbered
-    in the order of their triangles. points (n, 3); triangles (m, 3) int32, those of a sheet oriented alike.
-    fronts: one int32 array of point ids per ordered front, the first id repeated at the end where the front
-    is closed. Boundary edges that belong to no front are the crack's mouth and lie on or outside the box.
+    Each sheet, what hangs together across edges, is one-to-one over its best-fit plane, or parted along its
+    kinks into parts that are; sheets are numbered in the order of their triangles. points (n, 3); triangles
+    (m, 3) int32, those of a sheet oriented alike. fronts: one int32 array of point ids per ordered front,
+    the first id repeated at the end where the front is closed. Boundary edges that belong to no front are
+    the crack's mouth and lie on or outside the box.
     """
 
     points: np.ndarray

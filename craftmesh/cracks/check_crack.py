@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.height_parts import height_parts
 from craftmesh.cracks.sheets import sheets
 from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.errors import CraftmeshError
@@ -32,7 +33,7 @@ def check_crack(crack: Crack) -> list[str]:
 
 
 def _facet_breaches(crack: Crack) -> list[str]:
-    """Return the breaches of single triangles: no area, or a normal against that of their sheet's plane."""
+    """Return the breaches of single triangles: no area, or a normal against that of their part's plane."""
     vectors = area_vectors(crack.points, crack.triangles)
     flat = np.linalg.norm(vectors, axis=1) == 0
     breaches = [f"{int(flat.sum())} triangles have no area"] if flat.any() else []
@@ -40,10 +41,11 @@ def _facet_breaches(crack: Crack) -> list[str]:
         return breaches
     turned = 0
     for sheet in sheets(crack):
-        normal = best_fit_frame(sheet.points, sheet.triangles)[2]
-        turned += int((area_vectors(sheet.points, sheet.triangles) @ normal < 0).sum())
+        for rows in height_parts(sheet.points, sheet.triangles)[0]:
+            normal = best_fit_frame(sheet.points, sheet.triangles[rows])[2]
+            turned += int((area_vectors(sheet.points, sheet.triangles[rows]) @ normal < 0).sum())
     if turned:
-        breaches.append(f"{turned} triangles are turned over against their sheet's best-fit plane")
+        breaches.append(f"{turned} triangles are turned over against their part's best-fit plane")
     return breaches
 
 

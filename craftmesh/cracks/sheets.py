@@ -4,8 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from craftmesh.cracks.height_parts import height_parts
 from craftmesh.cracks.one_sheet import clean_triangles
 from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, pieces
 from craftmesh.types import Crack
 
@@ -22,6 +24,25 @@ def sheets(crack: Crack) -> list[Crack]:
         new[kept] = np.arange(len(kept))
         fronts = [new[front] for front in crack.fronts if (new[front] >= 0).all()]
         found.append(Crack(points, triangles, tuple(fronts)))
+    return found
+
+
+def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
+    """Return a sheet as parts that are heights over their planes, or itself where it is; box (2, 3).
+
+    A part ends in the fronts and in the seams with other parts alike: both are its fronts. Parts outside
+    the box are left out.
+    """
+    rows, fault = height_parts(sheet.points, sheet.triangles)
+    if fault:
+        raise CraftmeshError(fault)
+    if len(rows) == 1:
+        return [sheet]
+    found = []
+    for own in rows:
+        points, triangles, _ = compact(sheet.points, sheet.triangles[own])
+        if (points.min(axis=0) < box[1]).all() and (points.max(axis=0) > box[0]).all():
+            found.append(crack_from_triangles(points, triangles, None, box))
     return found
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.height_parts import height_parts
 from craftmesh.cracks.one_sheet import (
     clean_triangles,
     near_box,
@@ -14,12 +15,11 @@ from craftmesh.cracks.one_sheet import (
 )
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, pieces, unique_edges
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
 
 ON_PLANE = 1e-7  # share of the box's diagonal within which a point counts as on a box plane
-STEEPEST = 0.15  # least cosine between a triangle's normal and the plane's: lengths stretch by 7 at most
-COVERED = 1e-6  # share of the projected area that may be covered twice, by rounding, before it is a fold
 ALONG = 0.25  # of its length: a boundary edge whose middle is this near a given front is front
 
 
@@ -34,22 +34,25 @@ def crack_from_triangles(
 
     points (n, 3); triangles (m, 3); fronts: polylines (k, 3) along the surface's boundary, or None:
     every boundary edge within the box (2, 3) is front. frame (3, 3): rows u, v, normal of a planar
-    crack; None finds a plane over which the surface is a height, at least near the box. Front ends lie
-    exactly on the box. Raises CraftmeshError for bad numbers, for surfaces that are non-manifold, folded or
-    in pieces, and for cracks outside the box.
+    crack; None finds planes over which the surface, parted along its kinks where one will not do, is a
+    height, at least near the box. Front ends lie exactly on the box. Raises CraftmeshError for bad numbers,
+    for surfaces that are non-manifold, folded, through themselves or in pieces, and for cracks outside the
+    box.
     """
     box = np.asarray(box, float)
     points, triangles = clean_triangles(points, triangles)
     if frame is None:
         triangles = _one_piece(points, triangles, box)
-        points, triangles, frame = _height_field(points, triangles, box)
+        points, triangles, frame = _heights(points, triangles, box)
     else:
         frame = np.asarray(frame, float)
         turned = area_vectors(points, triangles) @ frame[2] < 0
         triangles = np.where(turned[:, None], triangles[:, ::-1], triangles)
-    uv = (points - points.mean(axis=0)) @ frame[:2].T
     loops = boundary_loops(triangles)
-    _check_simple(uv, loops)
+    if frame is None:
+        _refuse_crossing(points, triangles)
+    else:
+        _check_simple((points - points.mean(axis=0)) @ frame[:2].T, loops)
     wanted = None if fronts is None else [np.asarray(front, float).reshape(-1, 3) for front in fronts]
     points, triangles, loops = _split_at_box(points, triangles, loops, box)
     polylines = _fronts_within(points, loops, box, wanted)
@@ -82,20 +85,20 @@ def boundary_loops(triangles: np.ndarray) -> list[np.ndarray]:
     return loops
 
 
-def _height_field(
+def _heights(
     points: np.ndarray, triangles: np.ndarray, box: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Return points, triangles and frame (3, 3) of a given sheet; where it folds, of its part near the box.
 
-    Raises CraftmeshError for a sheet that is folded there too, and for more than one.
+    The frame is None where it is a height by parts alone. Raises CraftmeshError for a sheet that has a
+    folded part there too.
     """
     triangles = without_slivers(points, triangles)
     while True:
         points, triangles, _ = compact(points, triangles)
-        frame = best_fit_frame(points, triangles)
-        fault = _fold(points, triangles, frame)
+        parts, fault = height_parts(points, triangles)
         if not fault:
-            return points, triangles, frame
+            return points, triangles, best_fit_frame(points, triangles) if len(parts) == 1 else None
         near = near_box(points, triangles, box)
         if not len(near) or len(near) == len(triangles):
             raise CraftmeshError(fault)
@@ -119,44 +122,15 @@ def _one_piece(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np
     return triangles[piece == found[0]] if len(found) else triangles
 
 
-def _fold(points: np.ndarray, triangles: np.ndarray, frame: np.ndarray) -> str:
-    """Return where and by how much a sheet is no height over its plane, '' where it is one."""
-    vectors = area_vectors(points, triangles)
-    true = np.linalg.norm(vectors, axis=1)
-    seen = vectors @ frame[2]
-    proper = true > 1e-12 * true.sum()
-    cosine = np.where(proper, seen / np.maximum(true, 1e-300), 1.0)
-    steep = cosine < STEEPEST
-    if steep.any():
-        worst = int(np.argmin(cosine))
-        place = told(points[triangles[worst]].mean(axis=0))
-        angle, most = np.degrees(np.arccos(np.clip([cosine[worst], STEEPEST], -1, 1)))
-        return (
-            f"the crack surface is folded near {place}: a triangle there stands at {angle:.0f} degrees to "
-            f"the plane over which the surface is most nearly a height ({int(steep.sum())} of "
-            f"{len(triangles)} triangles at over {most:.0f}); expected a sheet that is a height over some "
-            "plane: smooth it or cut it off there"
+def _refuse_crossing(points: np.ndarray, triangles: np.ndarray) -> None:
+    """Raise CraftmeshError where triangles (m, 3) meet beyond the corners and edges they share."""
+    pairs = intersecting_pairs(points, np.asarray(triangles, np.int64))
+    if len(pairs):
+        place = told(points[triangles[pairs[0]]].mean(axis=(0, 1)))
+        raise CraftmeshError(
+            f"the crack surface runs through itself near {place}; expected a sheet that does not: part it "
+            "there"
         )
-    uv = points @ frame[:2].T
-    polygons = shapely.polygons(uv[triangles[proper]])
-    missing = 1 - shapely.union_all(polygons).area / seen[proper].sum()
-    if missing <= COVERED:
-        return ""
-    place = told(_overlap(points, triangles[proper], polygons))
-    return (
-        f"the crack surface is folded near {place}: seen along its mean normal, {100 * missing:.2g} % of "
-        "it lies over other parts; expected a sheet that is a height over some plane: cut it off there"
-    )
-
-
-def _overlap(points: np.ndarray, triangles: np.ndarray, polygons: np.ndarray) -> np.ndarray:
-    """Return the centre (3,) of a triangle that lies over another one, seen along the normal."""
-    tree = shapely.STRtree(polygons)
-    a, b = tree.query(polygons, predicate="intersects")
-    apart = a < b
-    a, b = a[apart], b[apart]
-    over = int(np.argmax(shapely.area(shapely.intersection(polygons[a], polygons[b]))))
-    return points[triangles[a[over]]].mean(axis=0)
 
 
 def _check_simple(uv: np.ndarray, loops: list[np.ndarray]) -> None:

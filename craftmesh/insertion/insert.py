@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from craftmesh.cracks.along_faces import refuse_along_faces
-from craftmesh.cracks.sheets import sheets
+from craftmesh.cracks.sheets import heights_of, sheets
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.creases import creases_of
@@ -34,6 +34,13 @@ HALVINGS = 10  # of the edges between two pierce points, until the front crosses
 ATTEMPTS = (
     8  # the later ones with smaller facets where a curved crack met a boundary; five were needed so far
 )
+# Numbers of the report that add up over the parts of a crack.
+COUNTED = (
+    "crack_facets_outside_material",
+    "crack_facets_on_grain_boundaries",
+    "boundary_points_moved",
+    "boundary_facets_moved",
+)
 BULGES = 3  # rounds in which edges are split that a curved crack bulges through
 NEAR = 3  # longest edges: only points this near the crack get an offset from it
 ON = 1e-9  # of the local size: points this near the crack are on it
@@ -59,9 +66,13 @@ def insert_crack(
     options = options or InsertOptions()
     target = _target(surface, sizing)
     reports = []
+    box = surface.box
     for sheet in sheets(crack):
-        surface, numbers = _with_sheet(surface, sheet, target, options, progress)
-        reports.append(numbers)
+        least = _least_length(sheet, target)
+        refuse_along_faces(sheet, box, least)
+        for part in heights_of(sheet, box):
+            surface, numbers = _with_part(surface, part, target, least, options, progress)
+            reports.append(numbers)
     progress(1.0, "done")
     return surface, _total(reports)
 
@@ -69,26 +80,24 @@ def insert_crack(
 def _total(reports: list[dict[str, int | float]]) -> dict[str, int | float]:
     """Return the numbers of all sheets: areas and counts of the last, which has all, others summed up."""
     total = dict(reports[-1])
-    for name in ("crack_facets_outside_material", "boundary_points_moved", "boundary_facets_moved"):
+    for name in COUNTED:
         total[name] = sum(numbers[name] for numbers in reports)
     for name in ("boundary_moved_most", "crack_moved_most"):
         total[name] = max(numbers[name] for numbers in reports)
     return total
 
 
-def _with_sheet(
+def _with_part(
     surface: Surface,
     crack: Crack,
     target: SizeAt,
+    least: float,
     options: InsertOptions,
     progress: Callable[[float, str], None],
 ) -> tuple[Surface, dict[str, int | float]]:
-    """Return the surface with one sheet of a crack in it."""
-    box = surface.box
-    sheet = sheet_of(crack, box)
+    """Return the surface with a part of a crack in it; least: the least length on the crack's fronts."""
+    sheet = sheet_of(crack, surface.box)
     cut = _prepared(surface, sheet)
-    least = _least_length(crack, target)
-    refuse_along_faces(crack, box, least)
     for _ in range(ATTEMPTS):
         result, numbers = _inserted(cut, sheet, target, least, options, progress)
         pairs = crack_intersections(result)
