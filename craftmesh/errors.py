@@ -1,6 +1,9 @@
 """The one family of errors that craftmesh raises on purpose, and how their messages write places."""
 
-import numpy as np
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 class CraftmeshError(Exception):
@@ -25,6 +28,8 @@ class MeshingError(CraftmeshError):
         self.report = report or {}
 
 
-def told(places: np.ndarray) -> list:
+def told(places: "np.ndarray") -> list:
     """Return an array of any shape as lists of numbers with six digits, enough to find a place again."""
+    import numpy as np  # not for `craftmesh --help`
+
     return np.reshape([float(f"{x:.6g}") for x in np.ravel(places)], np.shape(places)).tolist()
