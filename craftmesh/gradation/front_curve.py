@@ -17,7 +17,8 @@ NEAR = 0.15
 LONGER = 1.15
 # Pieces of the given front are a tenth of the shortest front edge, and there are no more than so many.
 FINENESS, MOST_SAMPLES = 10, 200_000
-# A bent edge comes in so many pieces at most, in no more than keep to the curve by this part of its length.
+# A bent edge comes in so many even pieces at most, in no more than keep to the curve by this part of its
+# length, parted again at the given front's own points.
 MOST_PIECES = 8
 SAGITTA = 5e-4
 
@@ -32,9 +33,9 @@ def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
     if crack is None or not len(edges):
         return edges
     length = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
-    curves = [_curve(crack.points[front], length.min() / FINENESS) for front in crack.fronts]
     best, pieces = np.full(len(edges), np.inf), list(edges[:, None])
-    for curve in curves:
+    for front in crack.fronts:
+        curve, corners = _curve(crack.points[front], length.min() / FINENESS)
         arc, off = _feet(curve, edges.reshape(-1, 3))
         arc, off = arc.reshape(-1, 2), off.reshape(-1, 2).max(axis=1)
         way = arc[:, 1] - arc[:, 0]
@@ -42,13 +43,13 @@ def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
             way -= curve.length * np.round(way / curve.length)
         follows = (off < NEAR * length) & (np.abs(way) < LONGER * length) & (off < best)
         for row in np.flatnonzero(follows):
-            pieces[row] = _bent(curve, edges[row], arc[row, 0], way[row])
+            pieces[row] = _bent(curve, corners, edges[row], (arc[row, 0], way[row]))
         best[follows] = off[follows]
     return np.concatenate(pieces)
 
 
-def _curve(points: np.ndarray, step: float) -> Polyline:
-    """Return the curve through `points` (k, 3), with more of them so that its pieces are about a `step`."""
+def _curve(points: np.ndarray, step: float) -> tuple[Polyline, np.ndarray]:
+    """Return the curve through `points` (k, 3), in pieces of about a `step`, and where the points are."""
     line = polyline(points)
     span = np.linalg.norm(np.diff(line.points, axis=0), axis=1)
     step = max(step, line.length / MOST_SAMPLES)
@@ -56,7 +57,7 @@ def _curve(points: np.ndarray, step: float) -> Polyline:
     first = np.repeat(np.cumsum(parts) - parts, parts)
     share = (np.arange(len(first)) - first) / np.repeat(parts, parts)
     arcs = np.append(np.repeat(line.arc[:-1], parts) + share * np.repeat(span, parts), line.length)
-    return Polyline(line.at(arcs), arcs, line.closed)
+    return Polyline(line.at(arcs), arcs, line.closed), line.arc
 
 
 def _feet(curve: Polyline, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -76,17 +77,28 @@ def _feet(curve: Polyline, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return arc, off
 
 
-def _bent(curve: Polyline, ends: np.ndarray, arc: float, way: float) -> np.ndarray:
-    """Return the segments (k, 2, 3) from end to end (2, 3), shaped as the curve from `arc` on for `way`."""
+def _bent(curve: Polyline, corners: np.ndarray, ends: np.ndarray, part: tuple[float, float]) -> np.ndarray:
+    """Return the segments (k, 2, 3) from end to end (2, 3), shaped as the curve from an arc on for a way.
+
+    Few points of the given front, their arc lengths in `corners`, are corners: the segments meet there.
+    """
     share = np.arange(MOST_PIECES + 1) / MOST_PIECES
-    bulge = _shaped(curve, ends, arc, way, share) - (ends[0] + share[:, None] * (ends[1] - ends[0]))
+    bulge = _shaped(curve, ends, part, share) - (ends[0] + share[:, None] * (ends[1] - ends[0]))
     height = np.linalg.norm(bulge, axis=1).max() / np.linalg.norm(ends[1] - ends[0])
     count = int(np.clip(np.ceil(np.sqrt(height / SAGITTA)), 1, MOST_PIECES))
-    line = _shaped(curve, ends, arc, way, np.arange(count + 1) / count)
+    share = np.arange(count + 1) / count
+    arc, way = part
+    ahead = (corners - arc) * np.sign(way)
+    within = (np.mod(ahead, curve.length) if curve.closed else ahead) / max(abs(way), np.finfo(float).tiny)
+    within = within[(within > 0) & (within < 1)]
+    if count > 1 and len(within) <= MOST_PIECES:
+        share = np.unique(np.concatenate([share, within]))
+    line = _shaped(curve, ends, part, share)
     return np.stack([line[:-1], line[1:]], axis=1)
 
 
-def _shaped(curve: Polyline, ends: np.ndarray, arc: float, way: float, share: np.ndarray) -> np.ndarray:
-    """Return the points (k, 3) at shares (k,) of the way along the curve, moved as the ends are off it."""
+def _shaped(curve: Polyline, ends: np.ndarray, part: tuple[float, float], share: np.ndarray) -> np.ndarray:
+    """Return the points (k, 3) at shares (k,) of a part of the curve, moved as the ends are off it."""
+    arc, way = part
     line = curve.at(arc + share * way)
     return line + (1 - share[:, None]) * (ends[0] - line[0]) + share[:, None] * (ends[1] - line[-1])

@@ -53,6 +53,26 @@ def test_edges_are_bent_as_the_front_and_keep_their_ends(radius):
         assert np.abs(np.linalg.norm(segments.reshape(-1, 3), axis=1) - 1).max() < 1e-4
 
 
+@pytest.mark.parametrize("turned", [1, -1])
+def test_bent_edges_have_the_corners_of_a_front_of_few_points(turned):
+    """Even pieces cut the corners of the front, and so did what slid there, by up to 0.0016 l_min."""
+    given = circle(1.0, count=25)
+    (front,) = given.fronts
+    segments = front_segments(HEXAGON, Crack(given.points, given.triangles, (front[::turned],)))
+    for corner in given.points:
+        assert np.linalg.norm(segments - corner, axis=2).min() < 1e-9 + off_the_front(given)
+    assert (segments[1:, 0] == segments[:-1, 1]).all(axis=1).sum() >= len(segments) - 6
+
+
+def off_the_front(given: Crack) -> float:
+    """Return how far the farthest corner of the hexagon is off the given front: pieces shift by that."""
+    ends = given.points[given.fronts[0]]
+    start, step = ends[:-1], np.diff(ends, axis=0)
+    off = HEXAGON.points[np.unique(front_edges(HEXAGON))][:, None] - start
+    share = np.clip((off * step).sum(axis=2) / (step**2).sum(axis=1), 0, 1)
+    return float(np.linalg.norm(off - share[..., None] * step, axis=2).min(axis=1).max())
+
+
 def test_a_front_that_ends_bends_the_edges_beside_it_alone():
     segments = front_segments(HEXAGON, circle(1.0, part=0.5))
     upper = segments[segments[:, :, 1].mean(axis=1) > 0]
