@@ -46,6 +46,7 @@ class Limits(NamedTuple):
     front_distance: float = np.inf  # the same on its front, and from the front's edges to it
     crack_facets: float = np.inf  # from the crack's facets to the given crack, as a length
     gap: float = LEAST_GAP  # the least relative width of gaps that are made; 0 for none
+    even_floor: float = np.inf  # the floor where edges of junction lines are evened out, if less
 
 
 @dataclass
@@ -191,6 +192,7 @@ def even_lines(gradation: Gradation, limits: Limits) -> int:
     """Even out the edges along junction lines and crack fronts."""
     order = gradation.living_vertices()
     order = order[gradation.mesh.rank[order] == 1]
+    limits = limits._replace(floor=min(limits.floor, limits.even_floor))
     return gradation.repeat("slid_line_vertices", even_lines_pass, len(order), limits, order, ())
 
 

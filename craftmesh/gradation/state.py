@@ -88,6 +88,7 @@ class Scratch(NamedTuple):
     star_ends: np.ndarray  # (k, 2) the corners after the tip
     star_normal: np.ndarray  # (k, 3) unit normals
     star_feature: np.ndarray  # (k, 3) bool, which of their edges are features
+    patch_facet: np.ndarray  # (k,) one of its facets for each of their patches
     dying: np.ndarray  # (d,) facets that would go
     loose: np.ndarray  # (w,) witnesses
     loose_facet: np.ndarray  # (w,) the facet of each, old or found
@@ -197,6 +198,7 @@ def _scratch() -> Scratch:
         star_ends=np.empty((MOST_IN_STAR, 2), np.int64),
         star_normal=np.empty((MOST_IN_STAR, 3)),
         star_feature=np.empty((MOST_IN_STAR, 3), bool),
+        patch_facet=np.empty(MOST_IN_STAR + MOST_ON_EDGE, np.int64),
         dying=np.empty(MOST_ON_EDGE, np.int64),
         loose=np.empty(MOST_LOOSE, np.int64),
         loose_facet=np.empty(MOST_LOOSE, np.int64),

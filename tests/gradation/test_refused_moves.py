@@ -37,7 +37,8 @@ INF = float("inf")
 
 
 def slides(references, limits, v) -> int:
-    return slide_vertex(*references, limits, v, INF)
+    """Slide `v` where every angle counts as unsound, for fronts too."""
+    return slide_vertex(*references, limits._replace(floor=INF), v, INF)
 
 
 def evens(references, limits, v) -> int:
@@ -50,6 +51,13 @@ def moves(references, limits, v) -> int:
 
 def relaxes(references, limits, v) -> int:
     return relax_vertex(*references, limits, v)
+
+
+def test_front_vertices_stay_where_their_angles_are_sound():
+    state, references = prepared(off_centre(sides=(1, 1), kind=CRACK))
+    before = frozen(state)
+    assert slide_vertex(*references, OPEN, 1, INF) == NO_NEED
+    assert frozen(state) == before
 
 
 @pytest.mark.parametrize("classes", [{}, {"sides": (1, 1), "kind": CRACK}], ids=["contact", "crack"])

@@ -2,80 +2,104 @@
 
 A kernel that takes such a tuple by value unpacks, passes and counts every array of it at every call,
 which multiplies the time to compile kernels that call kernels and slows them down. Behind a reference
-kernels read the fields of all its tuples alike, `state.points`, and no array is counted at all: the
-reference keeps the tuples alive, and kernels keep none of their arrays.
+kernels read the fields of all its tuples alike, `state.points`. It is an address: nothing counts it, nor
+the arrays behind it, which took a fifth of the gradation's time. What is in Python keeps both alive, and
+kernels keep none of them.
 
-That the arrays are not counted is done with parts of numba that it does not promise to keep. It works
-with the releases TESTED; tests/gradation/test_by_reference.py says so of any other one.
+This rests on how numba lays out arrays, which it does not promise to keep. It works with the releases
+TESTED; tests/gradation/test_by_reference.py says so of any other one.
 """
 
 from types import SimpleNamespace
 from typing import NamedTuple
 
-from numba import config, types
-from numba.core import cgutils
-from numba.core.typing import signature
-from numba.experimental import structref
-from numba.extending import intrinsic, overload
-
-from craftmesh.jit import kernel
+import numpy as np
+from numba import config, typeof, types
+from numba.core.imputils import impl_ret_new_ref
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    lower_getattr_generic,
+    models,
+    register_model,
+    typeof_impl,
+    unbox,
+)
 
 TESTED = ("0.68",)
+# Words in numba's array before its shape and strides: owner, parent, items, bytes of an item, address.
+HEAD = 5
 
 
-@structref.register
-class ReferenceType(types.StructRef):
+class ReferenceType(types.Type):
     """The numba type of a reference: the names and types of the fields."""
 
+    def __init__(self, fields: tuple[tuple[str, types.Array], ...]):
+        self.fields = fields
+        super().__init__(f"Reference({', '.join(f'{name}: {kind}' for name, kind in fields)})")
 
-class Reference(structref.StructRefProxy):
+    def place(self, wanted: str) -> tuple[int, types.Array]:
+        """Return where the field begins, in words, and its type."""
+        start = 0
+        for name, kind in self.fields:
+            if name == wanted:
+                return start, kind
+            start += HEAD + 2 * kind.ndim
+        raise AttributeError(wanted)
+
+
+register_model(ReferenceType)(models.OpaqueModel)
+
+
+class Reference:
     """What `by_reference` returns: of use to kernels alone, for which it keeps its arrays alive."""
 
-    parts: tuple[NamedTuple, ...]
+    def __init__(self, parts: tuple[NamedTuple, ...]):
+        self.parts = parts
+        fields = [field for part in parts for field in part._asdict().items()]
+        self.kind = ReferenceType(tuple((name, typeof(array)) for name, array in fields))
+        self.words = np.array([word for _, array in fields for word in _words(array)], np.int64)
+        self.address = self.words.ctypes.data
 
 
-structref.define_boxing(ReferenceType, Reference)
+def _words(array: np.ndarray) -> tuple[int, ...]:
+    return (0, 0, array.size, array.itemsize, array.ctypes.data, *array.shape, *array.strides)
 
 
-@intrinsic
-def _fill(context, reference, parts):  # noqa: ARG001
-    def codegen(context, builder, signature_, values):  # noqa: ARG001
-        for place, name, kind in _fields(parts):
-            array = context.make_array(kind)(context, builder, builder.extract_value(values[1], place))
-            array.meminfo = cgutils.get_null_value(array.meminfo.type)
-            put = context.get_setattr(name, signature(types.none, reference, kind))
-            put(builder, (values[0], array._getvalue()))
-        return context.get_dummy_value()
-
-    return types.none(reference, parts), codegen
+@typeof_impl.register(Reference)
+def _typeof(reference, context):  # noqa: ARG001
+    return reference.kind
 
 
-def _fields(parts):
-    """Yield the place, name and numba type of each field of the tuples."""
-    for i, part in enumerate(parts.types):
-        for k, (name, kind) in enumerate(zip(part.fields, part.types)):
-            yield (i, k), name, kind
+@unbox(ReferenceType)
+def _unboxed(kind, reference, c):  # noqa: ARG001
+    address = c.pyapi.object_getattr_string(reference, "address")
+    pointer = c.pyapi.long_as_voidptr(address)
+    c.pyapi.decref(address)
+    return NativeValue(pointer, is_error=c.pyapi.c_api_error())
 
 
-def _referred(parts):
-    raise NotImplementedError("kernels only")
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = ReferenceType
+
+    def generic_resolve(self, reference, name):
+        return dict(reference.fields).get(name)
 
 
-@overload(_referred)
-def _compiled_referred(parts):
-    kind = ReferenceType(tuple((name, kind) for _, name, kind in _fields(parts)))
-
-    def referred(parts):
-        reference = structref.new(kind)
-        _fill(reference, parts)
-        return reference
-
-    return referred
-
-
-@kernel
-def _make_reference(parts):
-    return _referred(parts)
+@lower_getattr_generic(ReferenceType)
+def _field(context, builder, reference, value, name):
+    start, kind = reference.place(name)
+    make = context.make_array(kind)
+    words = builder.bitcast(value, context.get_value_type(types.intp).as_pointer())
+    there = builder.gep(words, [context.get_constant(types.intp, start)])
+    there = builder.bitcast(there, context.get_value_type(kind).as_pointer())
+    array = make(context, builder, value=builder.load(there))
+    # Numba counts no array that says here, and not only in memory, that it has no owner.
+    array.meminfo = context.get_constant_null(types.voidptr)
+    array.parent = context.get_constant_null(types.voidptr)
+    return impl_ret_new_ref(context, builder, kind, array._getvalue())
 
 
 def by_reference(*parts: NamedTuple) -> Reference | SimpleNamespace:
@@ -85,6 +109,4 @@ def by_reference(*parts: NamedTuple) -> Reference | SimpleNamespace:
     """
     if config.DISABLE_JIT:
         return SimpleNamespace(**{name: value for part in parts for name, value in part._asdict().items()})
-    reference = _make_reference(parts)
-    reference.parts = parts
-    return reference
+    return Reference(parts)

@@ -50,17 +50,12 @@ def _gap_before(state, grid, star, share):
     near, reach = look_around(state, grid, star, rows, count, share)
     if near < 0:
         return 0.0
-    if star.gone < 0 and star.tip == star.vertex:
-        turned = state.star_corners[0, 1]
-        return _narrowest(
-            state, grid, star, near, reach, rows, count, (turned, turned), np.int64(-1), share
-        )
-    first = star.vertex if star.tip != star.vertex else star.gone
-    tips = (first, first if star.gone < 0 else star.gone)
-    least = _narrowest(state, grid, star, near, reach, rows, count, tips, first, share)
-    if star.gone >= 0 and first != star.gone:
-        gap = _under_vertex(state, grid, near, star.gone, rows, count, reach, share)
-        least = min(least, gap)
+    moving = star.vertex if star.tip != star.vertex else star.gone
+    turned = state.star_corners[0, 1] if moving < 0 else moving
+    tips = (turned, turned if star.gone < 0 else star.gone)
+    least = _narrowest(state, grid, star, near, reach, rows, count, tips, moving, share)
+    if star.gone >= 0 and moving != star.gone:
+        least = min(least, _under_vertex(state, grid, near, star.gone, rows, count, reach, share))
     return least
 
 
@@ -82,8 +77,10 @@ def _narrowest(state, grid, star, near, reach, rows, count, tips, moving, share)
     for i in range(count):
         if sharp:
             set_planes(state.points, rows[i], planes)
+            a, b, c = rows[i]
             for j in range(i):
-                least = min(least, _between(state, star, rows[i], rows[j], planes, tips, reach, share))
+                if may_overlap(state.points, planes, a, b, c, rows, j, reach):
+                    least = min(least, _between(state, star, rows[i], rows[j], planes, tips, share))
         least = min(least, _to_candidates(state, grid, star, near, rows[i], planes, tips, reach, share))
     return least
 
@@ -92,43 +89,50 @@ def _narrowest(state, grid, star, near, reach, rows, count, tips, moving, share)
 def _keep_facing(state, grid, star, near):
     """Drop the candidates that go on beside the star's facets; return how many are left.
 
-    On the far side of a grain the facets of one patch look the other way, as their references do.
+    They have the patch of one of them and look the same way: on the far side of a grain the facets of one
+    patch look the other way, as their references do.
     """
-    patch, reference, candidate = state.patch, state.reference, grid.candidate
-    s = state.star[0] if star.moved > 0 else state.dying[0]
-    first = patch[s]
-    x, y, z = reference[s, 0], reference[s, 1], reference[s, 2]
+    patch, reference, listed = state.patch, state.reference, state.patch_facet
+    candidate, bounds = grid.candidate, grid.bounds
+    count = _list_patches(state, star)
     left = 0
     for n in range(near):
         f = candidate[n]
-        if patch[f] == first and reference[f, 0] * x + reference[f, 1] * y + reference[f, 2] * z > 0.0:
-            continue
-        if _goes_on(state, star, f):
-            continue
-        candidate[left] = f
-        for k in range(6):
-            grid.bounds[left, k] = grid.bounds[n, k]
-        left += 1
+        along = -1.0
+        for k in range(count):
+            s = listed[k]
+            if patch[s] == patch[f]:
+                along = reference[f, 0] * reference[s, 0] + reference[f, 1] * reference[s, 1]
+                along += reference[f, 2] * reference[s, 2]
+                break
+        if along <= 0.0:
+            candidate[left] = f
+            for k in range(6):
+                bounds[left, k] = bounds[n, k]
+            left += 1
     return left
 
 
 @kernel
-def _goes_on(state, star, f):
-    """Tell whether one of the star's facets has the patch of facet `f` and looks the same way."""
-    patch, reference = state.patch, state.reference
+def _list_patches(state, star):
+    """List one of the star's facets for each of their patches in state.patch_facet; return how many."""
+    patch, listed = state.patch, state.patch_facet
+    count = 0
     for i in range(star.moved + star.dying):
-        s = state.star[i] if i < star.moved else state.dying[i - star.moved]
-        if patch[s] == patch[f]:
-            along = reference[f, 0] * reference[s, 0] + reference[f, 1] * reference[s, 1]
-            if along + reference[f, 2] * reference[s, 2] > 0.0:
-                return True
-    return False
+        f = state.star[i] if i < star.moved else state.dying[i - star.moved]
+        k = 0
+        while k < count and patch[listed[k]] != patch[f]:
+            k += 1
+        if k == count:
+            listed[count] = f
+            count += 1
+    return count
 
 
 @kernel
 def _to_candidates(state, grid, star, near, corners, planes, tips, reach, share):
     """Return the narrowest gap between the facet of these corners and the candidates, over its share."""
-    points, bounds = state.points, grid.bounds
+    points, facets, candidate, bounds = state.points, state.facets, grid.candidate, grid.bounds
     a, b, c = corners
     x0 = min(points[a, 0], points[b, 0], points[c, 0]) - reach
     x1 = max(points[a, 0], points[b, 0], points[c, 0]) + reach
@@ -145,19 +149,18 @@ def _to_candidates(state, grid, star, near, corners, planes, tips, reach, share)
             if not ready:
                 set_planes(points, corners, planes)
                 ready = True
-            other = state.facets[grid.candidate[n]]
-            least = min(least, _between(state, star, corners, other, planes, tips, reach, share))
+            if may_overlap(points, planes, a, b, c, facets, candidate[n], reach):
+                other = facets[candidate[n]]
+                least = min(least, _between(state, star, corners, other, planes, tips, share))
     return least
 
 
 @kernel
-def _between(state, star, corners, other, planes, tips, reach, share):
+def _between(state, star, corners, other, planes, tips, share):
     """Return the narrowest gap between a facet of these corners and another one, over its share.
 
     A gap is from a corner of the other one, or from one of its edges to one that has a tip.
     """
-    if not may_overlap(state.points, planes, corners, other, reach):
-        return WIDE
     points = state.points
     least = WIDE
     a, b, c = corners

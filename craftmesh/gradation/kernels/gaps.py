@@ -14,17 +14,16 @@ EDGE = 2.0 / np.sqrt(3.0)
 
 
 @kernel
-def may_overlap(points, planes, corners, other, reach):
-    """Tell whether the other facet may come within `reach` of the one of the `planes`.
+def may_overlap(points, planes, a, b, c, facets, f, reach):
+    """Tell whether facet `f` may come within `reach` of the one of the `planes`, of corners (a, b, c).
 
     Facets on a common edge make a wedge, and no gap.
     """
-    a, b, c = corners
     above = False
     below = False
     shared = 0
     for n in range(3):
-        v = other[n]
+        v = facets[f, n]
         if v == a or v == b or v == c:
             shared += 1
         else:
@@ -33,19 +32,17 @@ def may_overlap(points, planes, corners, other, reach):
             below = below or h < reach
     if shared > 1 or not (above and below):
         return False
-    for k in range(3):
-        beyond = True
-        for n in range(3):
-            v = other[n]
+    beyond = 7
+    for n in range(3):
+        v = facets[f, n]
+        if v == a or v == b or v == c:
             # A shared corner lies beyond the edges that it is an end of.
-            if v == corners[k] or v == corners[(k + 1) % 3]:
-                continue
-            if height_over(points, planes, k + 1, v) <= reach:
-                beyond = False
-                break
-        if beyond:
-            return False
-    return True
+            beyond &= 5 if v == a else (3 if v == b else 6)
+            continue
+        for k in range(3):
+            if beyond & (1 << k) and height_over(points, planes, k + 1, v) <= reach:
+                beyond &= ~(1 << k)
+    return beyond == 0
 
 
 @kernel

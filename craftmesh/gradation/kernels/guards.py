@@ -35,14 +35,14 @@ def refusal(state, grid, limits, star, floor):
 
     Guards of volumes and of distances to the input are left out where their limits are infinite.
     """
+    reason = shape_refusal(state, star, floor, limits.cosine, limits.longest)
+    if reason != DONE:
+        return reason
     grains = np.int64(0)
     if limits.drift < np.inf:
         grains = grain_cones(state, star, state.points[star.tip])
         if not drift_allows(state, grains, limits.drift):
             return VOLUME
-    reason = shape_refusal(state, star, floor, limits.cosine, limits.longest)
-    if reason != DONE:
-        return reason
     if limits.front_distance < np.inf and leaves_front(state, star, limits.front_distance):
         return DISTANCE
     if limits.crack_facets < np.inf and leaves_crack(state, star, limits.crack_facets):

@@ -16,13 +16,14 @@ REACH = 0.25
 
 @kernel
 def _onto_segment(p, q, place, found):
-    d = q - p
-    length2 = np.dot(d, d)
-    t = 0.0
-    if length2 > 0.0:
-        t = min(1.0, max(0.0, np.dot(place - p, d) / length2))
+    length2 = 0.0
+    along = 0.0
     for k in range(3):
-        found[k] = p[k] + t * d[k]
+        length2 += (q[k] - p[k]) ** 2
+        along += (place[k] - p[k]) * (q[k] - p[k])
+    t = min(1.0, max(0.0, along / length2)) if length2 > 0.0 else 0.0
+    for k in range(3):
+        found[k] = p[k] + t * (q[k] - p[k])
     return (found[0] - place[0]) ** 2 + (found[1] - place[1]) ** 2 + (found[2] - place[2]) ** 2
 
 

@@ -44,8 +44,10 @@ def relax_vertex(state, grid, limits, v):
         return LINK
     if not _centroid(state, star, goal):
         return NO_NEED
-    way = goal - state.points[v]
-    if np.dot(way, way) < (CLOSE * state.size[v]) ** 2:
+    way2 = 0.0
+    for k in range(3):
+        way2 += (goal[k] - state.points[v, k]) ** 2
+    if way2 < (CLOSE * state.size[v]) ** 2:
         return NO_NEED
     floor = min(SOUND, worst_score(state, star))
     return slide_towards(state, grid, limits, star, goal, TRIES, floor)

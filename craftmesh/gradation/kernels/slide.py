@@ -144,12 +144,17 @@ def _best_in_patch(state, star, cosine, score, place):
     if not _tangents(state, star, first, second):
         return score
     step = FIRST_STEP * state.size[star.vertex]
+    start = np.empty(3)
+    trial = np.empty(3)
     for _ in range(STEPS):
         found = False
-        start = place.copy()
+        start[:] = place
         for n in range(DIRECTIONS):
             angle = 2.0 * np.pi * n / DIRECTIONS
-            trial = start + step * (np.cos(angle) * first + np.sin(angle) * second)
+            along = step * np.cos(angle)
+            across = step * np.sin(angle)
+            for k in range(3):
+                trial[k] = start[k] + along * first[k] + across * second[k]
             new = _score_at(state, star, trial, cosine, score)
             if new > score:
                 score = new
@@ -167,9 +172,11 @@ def _best_on_line(state, star, cosine, score, place):
     if p < 0:
         return score
     start = place.copy()
+    trial = np.empty(3)
     for n in range(1, LINE_PLACES + 1):
         for end in (p, q):
-            trial = start + LINE_STEP * n * (state.points[end] - start)
+            for k in range(3):
+                trial[k] = start[k] + LINE_STEP * n * (state.points[end, k] - start[k])
             new = _score_at(state, star, trial, cosine, score)
             if new > score:
                 score = new
@@ -179,10 +186,15 @@ def _best_on_line(state, star, cosine, score, place):
 
 @kernel
 def slide_vertex(state, grid, limits, v, goal):
-    """Move `v` for a better least angle when that is under the score `goal`; return DONE or why not."""
+    """Move `v` for a better least angle when that is under the score `goal`; return DONE or why not.
+
+    Vertices of a crack front, whose even edges stress intensities rest on, move for unsound angles alone.
+    """
     star = star_at(state, v)
     if star.moved <= 0:
         return LINK
+    if state.flags[v] & ON_FRONT:
+        goal = min(goal, limits.floor)
     old = worst_score(state, star)
     if old >= goal:
         return NO_NEED
