@@ -181,6 +181,11 @@ class TetMesh:
         put(self, "node_sets", MappingProxyType(nodes))
         put(self, "face_sets", MappingProxyType(faces))
 
+    @property
+    def box(self) -> np.ndarray:
+        """(2, 3) lower and upper corner of the box around the nodes."""
+        return np.stack([self.points.min(axis=0), self.points.max(axis=0)])
+
     def outward_triangles(self, name: str) -> np.ndarray:
         """Return the nodes (k, 3), or with mid nodes (k, 6), of a face set, normals out of the elements."""
         tets, faces = self.face_sets[name].T

@@ -75,8 +75,7 @@ def run(arguments: argparse.Namespace) -> None:
     )
     columns = parameters.columns()
     if arguments.crack:
-        box = np.stack([model.mesh.points.min(axis=0), model.mesh.points.max(axis=0)])
-        radius = crack_radius(read_crack(existing(arguments.crack)), box)
+        radius = crack_radius(read_crack(existing(arguments.crack)), model.mesh.box)
         options = options_from(arguments, GrowthOptions)
         crystals = local_stiffness(model) if options.criterion == NEAR_FIELD else None
         growth = kinks_and_extensions(intensities(parameters), radius, options, crystals)

@@ -15,9 +15,8 @@ from craftmesh.growth.grow import grow
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.io.front_csv import read_front
-from craftmesh.io.npz import read_labels
-from craftmesh.io.vtk import read_crack, read_voxels, write_crack
-from craftmesh.types import Crack
+from craftmesh.io.vtk import read_crack, write_crack
+from craftmesh.types import Crack, Voxels
 
 GOES = ("kink_angle", "extension")
 FRAMES = tuple(f"{name}_{axis}" for name in ("normal", "binormal") for axis in "xyz")
@@ -49,10 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, SmoothingOptions)
     crack = read_crack(existing(arguments.crack))
-    box, _, _ = body_of(arguments.volume)
+    box, _, voxels = body_of(arguments.volume)
     along = front_extensions(arguments.intensities, arguments.front)
     grown = grow(crack, along, box, options) if (along.extension > 0).any() else crack
-    ended = LEFT if grown is None else STANDS if grown is crack else severed(arguments.volume, grown)
+    ended = LEFT if grown is None else STANDS if grown is crack else severed(voxels, grown)
     if ended and not arguments.until:
         raise CraftmeshError(
             f"{arguments.crack}: the crack stops here, {ended}; ask for no further increment of this case, "
@@ -63,11 +62,10 @@ def run(arguments: argparse.Namespace) -> None:
     tell(growth_report(crack, left, along, ended), arguments.report)
 
 
-def severed(volume: Path, crack: Crack) -> str:
+def severed(voxels: Voxels | None, crack: Crack) -> str:
     """Return in words which piece of a body of voxels the crack cuts off, "" where it holds together."""
-    if volume.suffix == ".vtp":  # a surface has no voxels: the solver finds what is not held
-        return ""
-    piece = piece_cut_off(read_labels(volume) if volume.suffix == ".npz" else read_voxels(volume), crack)
+    # a body given by its surface has no voxels: the solver finds what is not held
+    piece = None if voxels is None else piece_cut_off(voxels, crack)
     if piece is None:
         return ""
     place = ", ".join(f"{x:.4g}" for x in piece.middle)

@@ -6,7 +6,7 @@ from scipy.sparse.csgraph import connected_components
 
 from craftmesh.cracks.folds import fold_of
 from craftmesh.surface.connectivity import edge_sides, unique_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import unit_normals
 
 # Degrees between neighbours from which a folded sheet is parted. Two strips at a right angle in one part
 # were 0.15 l_min off at their kink and left flat tetrahedra there; parted they are exact.
@@ -37,8 +37,7 @@ def _between_kinks(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
     """Return each triangle's part between kinks (m,), in the order of first ones, and the sharpest kink."""
     _, of_corner, count = unique_edges(triangles)
     f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
-    normal = area_vectors(points, triangles)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+    normal = unit_normals(points, triangles)
     turn = np.degrees(np.arccos(np.clip((normal[f] * normal[g]).sum(axis=1), -1, 1)))
     smooth = turn < KINK
     shape = (len(triangles),) * 2

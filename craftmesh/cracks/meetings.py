@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.measure import meets_box, unit_normals
 from craftmesh.types import Crack, Surface
 
 PARALLEL = 1e-9  # sine of the angle below which two triangles have no line in common
@@ -36,17 +37,15 @@ class Oblique(NamedTuple):
 
 def traces(crack: Crack, surface: Surface) -> Traces:
     """Return where the crack's triangles cut facets of a surface that has nothing of the crack in it."""
-    low, high = (f(crack.points[crack.triangles], axis=(0, 1)) for f in (np.min, np.max))
-    corners = surface.points[surface.facets]
-    near = (corners.min(axis=1) <= high).all(axis=1) & (corners.max(axis=1) >= low).all(axis=1)
-    rows = np.flatnonzero(near)
+    reach = np.stack([f(crack.points[crack.triangles], axis=(0, 1)) for f in (np.min, np.max)])
+    rows = np.flatnonzero(meets_box(surface.points[surface.facets], reach))
     points = np.concatenate([crack.points, surface.points])
     count = len(crack.triangles)
     facets = np.concatenate([crack.triangles, surface.facets[rows] + len(crack.points)]).astype(np.int64)
     pairs = intersecting_pairs(points, facets)
     pairs = np.sort(pairs, axis=1)[((pairs < count).sum(axis=1) == 1)]
     a, b = (points[facets[pairs[:, k]]] for k in range(2))
-    normals = [_unit_normals(corner) for corner in (a, b)]
+    normals = [unit_normals(points, facets[pairs[:, k]]) for k in range(2)]
     line = np.cross(normals[0], normals[1])
     sine = np.linalg.norm(line, axis=1)
     angle = np.degrees(np.arctan2(sine, np.abs((normals[0] * normals[1]).sum(axis=1))))
@@ -81,11 +80,6 @@ def _oblique(found: Traces, surface: Surface, limit: float) -> Iterator[Oblique]
             float(found.length[own].sum()),
             tuple(place.tolist()),
         )
-
-
-def _unit_normals(corners: np.ndarray) -> np.ndarray:
-    vectors = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
 
 
 def _span(

@@ -6,7 +6,7 @@ from scipy.sparse.csgraph import connected_components
 
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, edge_sides, facet_edges, unique_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, meets_box
 
 MERGE = 1e-9  # points closer than this share of the crack's extent are one
 # Of its longest edge: the height below which a triangle has no normal of its own (float32 files).
@@ -134,9 +134,7 @@ def _heights(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
 def near_box(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np.ndarray:
     """Return the rows of triangles (m, 3) within REACH of the box (2, 3); their boundary is plain loops."""
     margin = REACH * np.linalg.norm(box[1] - box[0])
-    corner = points[triangles]
-    meets = (corner.min(axis=1) <= box[1] + margin) & (corner.max(axis=1) >= box[0] - margin)
-    near = meets.all(axis=1)
+    near = meets_box(points[triangles], box + np.array([[-margin], [margin]]))
     while near.any():
         pinched = _pinched(triangles[near], len(points))
         more = pinched[triangles].any(axis=1) & ~near

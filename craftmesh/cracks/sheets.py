@@ -9,6 +9,7 @@ from craftmesh.cracks.one_sheet import clean_triangles
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, pieces
+from craftmesh.surface.measure import meets_box
 from craftmesh.types import Crack
 
 
@@ -69,8 +70,7 @@ def cracks_from_triangles(
     piece = pieces(triangles)
     if piece.max() == 0:
         return crack_from_triangles(points, triangles, fronts, box)
-    corner = points[triangles]
-    meets = ((corner.min(axis=1) <= box[1]) & (corner.max(axis=1) >= box[0])).all(axis=1)
+    meets = meets_box(points[triangles], box)
     found = np.unique(piece[meets]) if meets.any() else np.unique(piece)
     return joined(
         [crack_from_triangles(*compact(points, triangles[piece == k])[:2], fronts, box) for k in found]

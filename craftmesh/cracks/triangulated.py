@@ -16,7 +16,7 @@ from craftmesh.cracks.one_sheet import (
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, pieces, unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, meets_box
 from craftmesh.types import Crack
 
 ON_PLANE = 1e-7  # share of the box's diagonal within which a point counts as on a box plane
@@ -111,8 +111,7 @@ def _one_piece(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np
     if piece.max() == 0:
         return triangles
     corner = points[triangles]
-    meets = ((corner.min(axis=1) <= box[1]) & (corner.max(axis=1) >= box[0])).all(axis=1)
-    found = np.unique(piece[meets])
+    found = np.unique(piece[meets_box(corner, box)])
     if len(found) > 1:
         places = [told(corner[piece == k].mean(axis=(0, 1))) for k in found[:2].tolist()]
         raise CraftmeshError(

@@ -7,7 +7,7 @@ them, would add what the gradation leaves to what the insertion left.
 import numpy as np
 
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, meets_box
 from craftmesh.types import CRACK, Crack, Surface
 
 # Part of the box within which the crack counts as flat.
@@ -32,10 +32,9 @@ def crack_triangles(surface: Surface, given: Crack | None) -> dict[str, np.ndarr
 def _near(given: Crack, inserted: np.ndarray) -> np.ndarray:
     """Return the given triangles (t, 3) that are no farther from all the inserted ones than one is long."""
     longest = np.ptp(inserted, axis=1).max()
-    low, high = inserted.min(axis=(0, 1)) - longest, inserted.max(axis=(0, 1)) + longest
+    reach = np.stack([inserted.min(axis=(0, 1)) - longest, inserted.max(axis=(0, 1)) + longest])
     triangles = given.triangles.astype(np.int64)
-    corners = given.points[triangles]
-    return triangles[((corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)).all(axis=1)]
+    return triangles[meets_box(given.points[triangles], reach)]
 
 
 def _is_flat(points: np.ndarray, facets: np.ndarray) -> bool:

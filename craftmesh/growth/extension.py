@@ -10,6 +10,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.growth.crystal_kink import largest_near_stress
 from craftmesh.growth.kink_angle import driving_intensity, kink_angles
 from craftmesh.growth.options import GrowthOptions
+from craftmesh.surface.measure import meets_box
 from craftmesh.types import Crack
 
 NEAR_FIELD = "near_field"
@@ -108,9 +109,8 @@ def crack_radius(crack: Crack, box: np.ndarray) -> float:
         within = ((centre >= box[0]) & (centre <= box[1])).all(axis=1)
         farthest = max(farthest, off[within].max(initial=0.0))
         reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
-        meets = ((corners.min(axis=1) <= box[1]) & (corners.max(axis=1) >= box[0])).all(axis=1)
         further = (off + reach > farthest * (1 + TOLERANCE)) & (reach > TOLERANCE * step)
-        corners = _split(corners[meets & further])
+        corners = _split(corners[meets_box(corners, box) & further])
     return farthest
 
 

@@ -12,7 +12,7 @@ from craftmesh.insertion.kernels.planar_smoothing import move_in_plane
 from craftmesh.insertion.patch import circumcircles, is_among, refuse_full, triangles_around
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, meets_box
 
 OFF = 0.028  # of the least length: facets farther off the crack get a point; 0.03 is promised
 # No new point is nearer to those around it than the first share of the least length and the second of its
@@ -197,8 +197,7 @@ def _meeting(patch: Planar, bends: Bends, corners: np.ndarray, points_of: np.nda
     """Return the rows of triangles that meet a facet in more than corners and edges they share."""
     points = places(patch, bends)
     own = points[patch.triangles]
-    low, high = own.min(axis=(0, 1)), own.max(axis=(0, 1))
-    near = np.flatnonzero(((corners.min(axis=1) <= high) & (corners.max(axis=1) >= low)).all(axis=1))
+    near = np.flatnonzero(meets_box(corners, np.stack([own.min(axis=(0, 1)), own.max(axis=(0, 1))])))
     others = points_of[near]
     new = np.flatnonzero(others.ravel() < 0)
     others = others.ravel().copy()

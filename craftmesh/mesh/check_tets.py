@@ -103,10 +103,10 @@ def _check_conformity(mesh: TetMesh, groups: RowGroups) -> Iterator[str]:
 
 
 def _check_planes(mesh: TetMesh) -> Iterator[str]:
-    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    box = mesh.box
     for plane, name in enumerate(BOX_PLANES):
         if name in mesh.face_sets:
-            axis, limit = plane // 2, (low, high)[plane % 2]
+            axis, limit = plane // 2, box[plane % 2]
             off = face_nodes(mesh.tets, mesh.face_sets[name])
             off = np.unique(off[mesh.points[off, axis] != limit[axis]])
             if len(off):

@@ -26,7 +26,7 @@ def growth_pictures(
 ) -> list[tuple[str, bytes]]:
     """Return captions and .png pictures of a case: cracks and columns of sif.csv by increments' names."""
     points = last.mesh.points
-    box = np.stack([points.min(axis=0), points.max(axis=0)])
+    box = last.mesh.box
     crack = list(cracks.values())[-1]
     facing = np.abs(area_vectors(crack.points, crack.triangles).sum(axis=0))
     middle = np.concatenate([crack.points[front] for front in crack.fronts]).mean(axis=0)

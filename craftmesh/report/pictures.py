@@ -13,6 +13,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from craftmesh.report.plane_cut import cut_tets
 from craftmesh.surface.distances import distances_and_sides
+from craftmesh.surface.measure import meets_box
 from craftmesh.types import Crack
 
 DPI = 110
@@ -36,7 +37,7 @@ def crack_by_increment(cracks: Mapping[str, Crack], box: np.ndarray) -> bytes:
     before: Crack | None = None
     for (name, crack), colour in zip(cracks.items(), colours):
         corners = crack.points[crack.triangles]
-        shown = ((corners.max(axis=1) >= box[0]) & (corners.min(axis=1) <= box[1])).all(axis=1)
+        shown = meets_box(corners, box)
         if before is not None:
             off, _ = distances_and_sides(corners.mean(axis=1), before.points, before.triangles)
             shown &= off > SAME * np.linalg.norm(box[1] - box[0])

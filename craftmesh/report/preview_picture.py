@@ -11,6 +11,7 @@ from craftmesh.cracks.frame import best_fit_frame, frame_along
 from craftmesh.report.pictures import as_png, frame_box, new_figure
 from craftmesh.report.preview import Preview
 from craftmesh.surface.front import front_edges
+from craftmesh.surface.measure import meets_box
 from craftmesh.types import CRACK
 
 COLOURS = "tab20"  # grains, one after another
@@ -33,8 +34,11 @@ def _shown(preview: Preview) -> tuple[np.ndarray, np.ndarray | tuple, list[np.nd
     box, surface = preview.box, preview.inserted
     if surface is None:
         corners = preview.crack.points[preview.crack.triangles]
-        meets = ((corners.max(axis=1) >= box[0]) & (corners.min(axis=1) <= box[1])).all(axis=1)
-        return np.clip(corners[meets], *box), PLAIN, [preview.crack.points[f] for f in preview.crack.fronts]
+        return (
+            np.clip(corners[meets_box(corners, box)], *box),
+            PLAIN,
+            [preview.crack.points[f] for f in preview.crack.fronts],
+        )
     crack = surface.kind == CRACK
     grain = surface.sides[crack].max(axis=1)
     colours = matplotlib.colormaps[COLOURS](np.searchsorted(preview.grains, grain) % 20)

@@ -15,6 +15,17 @@ def area_vectors(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     return vectors
 
 
+def unit_normals(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Return the unit normals (m, 3) of facets (m, 3); zero for facets without area."""
+    vectors = area_vectors(points, facets)
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
+
+
+def meets_box(corners: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Return which triangles (m, 3, 3) have bounds that meet a box (2, 3): (m,) bool, none missed."""
+    return ((corners.min(axis=1) <= box[1]) & (corners.max(axis=1) >= box[0])).all(axis=1)
+
+
 def facet_angles(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     """Return the (m, 3) corner angles in degrees of facets (m, 3) on points (n, 3).
 
