@@ -16,7 +16,7 @@ from craftmesh.io.void_list import read_source_points
 from craftmesh.io.vtk import read_crack
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions
-from craftmesh.sizing.sources import Defects, sizing_around
+from craftmesh.sizing.sources import Defects, sizing_around, spheres_in_box, touches_box
 from craftmesh.sizing.stored import sizing_of
 from craftmesh.types import Surface
 
@@ -68,10 +68,18 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> S
     """
     lengths = _length_field(options)
     polylines, front_points = _front(front)
-    points, voids = np.zeros((0, 3)), np.zeros((0, 4))
-    if options.points:
-        points, voids = read_source_points(existing(Path(options.points)))
-    defects = Defects(polylines, np.concatenate([front_points, points]), voids)
+    if not options.points:
+        return sizing_around(Defects(polylines, front_points), surface, options, lengths)
+    given = read_source_points(existing(Path(options.points)))
+    spheres = given.spheres
+    if len(given.voids):
+        spheres = spheres_in_box(given.voids, surface)
+    elif len(spheres) and not touches_box(spheres, surface).any():
+        raise CraftmeshError(
+            f"{options.points}: none of its {len(spheres)} pores lies in the model's box; "
+            "expected the units and the origin of the microstructure, scale the table"
+        )
+    defects = Defects(polylines, np.concatenate([front_points, given.points]), spheres)
     return sizing_around(defects, surface, options, lengths)
 
 

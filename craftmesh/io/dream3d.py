@@ -1,7 +1,8 @@
-"""DREAM.3D volumes: the SIMPL layout (versions 6 and 7) and the DREAM.3D-NX layout (simplnx).
+"""DREAM.3D volumes: the SIMPL layout (versions 6 and 7), the older ones, and that of DREAM.3D-NX (simplnx).
 
-Cells are stored (z, y, x, component). SIMPL keeps its geometry in `_SIMPL_GEOMETRY` beside the cell data;
-NX keeps it in the attributes of an object of type ImageGeom, above the cell data.
+Cells are stored (z, y, x, component), in version 4 flat, x fastest. SIMPL keeps its geometry in
+`_SIMPL_GEOMETRY` beside the cell data, versions 4 and 5 in the container itself (`VoxelDataContainer`); NX
+keeps it in the attributes of an object of type ImageGeom, above the cell data.
 """
 
 import os
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.file_volume import EULERS, FileVolume, listed, pick
-from craftmesh.io.hdf5 import cells_xyz, opened, volume_paths
+from craftmesh.io.hdf5 import cells_xyz, is_by_cell, opened, volume_paths
 
 _IDS = ("FeatureIds", "GrainIds", "FeatureID", "GrainID")
 _FEATURE_ANGLES = ("AvgEulerAngles", "EulerAngles", "AvgEulers")
@@ -42,23 +43,25 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
             raise CraftmeshError(f"{path}: has no image geometry; expected a DREAM.3D volume of voxels")
         by_path = {name: image for image in images for name in volume_paths(image.group, image.dims)}
         name = pick(path, dataset, list(by_path), _preferred(path, by_path))
-        ids = cells_xyz(file[name])
         image, matrix = by_path[name], file[name].parent
+        ids = cells_xyz(file[name], image.dims)
         angles = _angles(image, matrix, ids)
         orientations = {} if angles is None else {EULERS: angles}
         return FileVolume(ids, image.spacing, image.origin, orientations, _phases(image, matrix))
 
 
 def _images(file: h5py.File) -> list[_Image]:
-    """Return the image geometries of either layout, in the file's order."""
+    """Return the image geometries of every layout, in the file's order."""
     found = []
 
     def visit(name: str, item: h5py.Group | h5py.Dataset) -> None:
         if not isinstance(item, h5py.Group):
             return
-        if name.endswith("_SIMPL_GEOMETRY") and "DIMENSIONS" in item and "SPACING" in item:
-            values = [item[key][()] for key in ("DIMENSIONS", "SPACING", "ORIGIN")]
-            found.append(_image(item.parent, *values))
+        if "DIMENSIONS" in item and "SPACING" in item:
+            dims, spacing = (item[key][()] for key in ("DIMENSIONS", "SPACING"))
+            origin = item["ORIGIN"][()] if "ORIGIN" in item else np.zeros(3)
+            within = item.parent if name.endswith("_SIMPL_GEOMETRY") else item
+            found.append(_image(within, dims, spacing, origin))
         elif _text(item.attrs.get("ObjectType", "")) == "ImageGeom" and "_DIMENSIONS" in item.attrs:
             values = [item.attrs[key] for key in ("_DIMENSIONS", "_SPACING", "_ORIGIN")]
             found.append(_image(item, *values))
@@ -103,8 +106,8 @@ def _feature_table(
     for group in _matrices(image, matrix):
         for name in names:
             data = group.get(name)
-            if isinstance(data, h5py.Dataset) and data.ndim == 2 and data.shape[1] == width:
-                return data[()]
+            if isinstance(data, h5py.Dataset) and data.shape[1:] in ((width,), () if width == 1 else None):
+                return data[()].reshape(-1, width)
     return None
 
 
@@ -116,9 +119,9 @@ def _angles(image: _Image, matrix: h5py.Group, ids: np.ndarray) -> np.ndarray | 
         angles[:1] = np.nan
         return angles
     cells = matrix.get("EulerAngles")
-    if not isinstance(cells, h5py.Dataset) or cells.shape != (*image.dims[::-1], 3) or ids.min() < 0:
+    if not isinstance(cells, h5py.Dataset) or not is_by_cell(cells, image.dims, 3) or ids.min() < 0:
         return None
-    angles = cells_xyz(cells).astype(float)
+    angles = cells_xyz(cells, image.dims).astype(float)
     angles[ids == 0] = np.nan
     return angles
 

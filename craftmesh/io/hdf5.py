@@ -37,18 +37,27 @@ def datasets(group: h5py.Group) -> dict[str, h5py.Dataset]:
 
 
 def volume_paths(group: h5py.Group, dims: Sequence[int] | np.ndarray) -> list[str]:
-    """Return the paths of integer datasets below `group` whose shape is `dims`[::-1], or that and 1."""
-    shape = tuple(int(n) for n in dims[::-1])
+    """Return the paths of integer datasets below `group` with one number a cell of `dims` (x, y, z)."""
     return [
         path
         for path, data in datasets(group).items()
-        if data.dtype.kind in "iu" and data.shape in (shape, (*shape, 1))
+        if data.dtype.kind in "iu" and is_by_cell(data, dims, 1)
     ]
 
 
-def cells_xyz(data: h5py.Dataset) -> np.ndarray:
-    """Return a dataset (z, y, x), (z, y, x, 1) or (z, y, x, c) with its axes in the order x, y, z[, c]."""
-    values = data[()]
-    if values.ndim == 4 and values.shape[3] == 1:
+def is_by_cell(data: h5py.Dataset, dims: Sequence[int] | np.ndarray, width: int) -> bool:
+    """Return whether a dataset has `width` numbers a cell: (z, y, x, width), or flat as (n, width).
+
+    With a width of 1 that axis may be missing.
+    """
+    shape = tuple(int(n) for n in dims[::-1])
+    shapes = [shape, (int(np.prod(dims)),)]
+    return data.shape in [(*s, width) for s in shapes] + (shapes if width == 1 else [])
+
+
+def cells_xyz(data: h5py.Dataset, dims: Sequence[int] | np.ndarray) -> np.ndarray:
+    """Return a dataset by cell, flat or not, as (nx, ny, nz) or (nx, ny, nz, c)."""
+    values = data[()].reshape(*(int(n) for n in dims[::-1]), -1)
+    if values.shape[3] == 1:
         values = values[..., 0]
     return values.transpose([2, 1, 0, 3][: values.ndim])

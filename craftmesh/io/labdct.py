@@ -26,7 +26,7 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
         ids = data.get("GrainId")
         present = volume_paths(data, ids.shape[::-1]) if ids is not None else []
         name = pick(path, dataset, present, (f"{_DATA}/GrainId",))
-        labels = cells_xyz(file[name])
+        labels = cells_xyz(file[name], ids.shape[::-1])
         vectors = phases = None
         if labels.min(initial=0) >= 0:
             rows = table_rows(path, labels)
@@ -41,7 +41,7 @@ def _vectors(data: h5py.Group, labels: np.ndarray) -> np.ndarray | None:
     """Return the Rodrigues vectors (nx, ny, nz, 3) of the voxels, NaN where unindexed."""
     if "Rodrigues" not in data or data["Rodrigues"].shape != (*labels.shape[::-1], 3):
         return None
-    vectors = cells_xyz(data["Rodrigues"]).astype(float)
+    vectors = cells_xyz(data["Rodrigues"], labels.shape).astype(float)
     vectors[labels == 0] = np.nan
     return vectors
 
@@ -51,6 +51,6 @@ def _phases(data: h5py.Group, labels: np.ndarray, rows: int) -> np.ndarray | Non
     if "PhaseId" not in data or data["PhaseId"].shape != labels.shape[::-1]:
         return None
     phases = np.zeros(rows, np.int32)
-    np.maximum.at(phases, labels.ravel(), cells_xyz(data["PhaseId"]).ravel().astype(np.int32))
+    np.maximum.at(phases, labels.ravel(), cells_xyz(data["PhaseId"], labels.shape).ravel().astype(np.int32))
     phases[0] = 0
     return phases

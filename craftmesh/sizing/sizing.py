@@ -50,7 +50,7 @@ class SizingOptions(Options):
         None, "largest turn of the surface over one edge; default no such term", "degrees", above=0
     )
     points: str | None = option(
-        None, "csv of points to refine around as well: x, y, z, or a void list id,x,y,z,r (craftmesher)"
+        None, "csv of points to refine around as well: x, y, z, a void list id,x,y,z,r, or pores of Avizo"
     )
     field: str | None = option(
         None, "file (.vtp or .vti) with largest target lengths at its points or cells"

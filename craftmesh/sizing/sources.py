@@ -15,15 +15,14 @@ def _none(columns: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Defects:
-    """What edges are refined around, beside the voids of the surface itself; in model units but for voids.
+    """What edges are refined around, beside the voids of the surface itself; in model units.
 
-    fronts: polylines (n, 3), such as crack fronts; points (k, 3); voids (v, 4): x, y, z, r in fractions of
-    the surface's box, r of the cube root of its volume.
+    fronts: polylines (n, 3), such as crack fronts; points (k, 3); spheres (s, 4): x, y, z, r.
     """
 
     fronts: tuple[np.ndarray, ...] = ()
     points: np.ndarray = _none(3)
-    voids: np.ndarray = _none(4)
+    spheres: np.ndarray = _none(4)
 
 
 def sizing_around(
@@ -31,8 +30,8 @@ def sizing_around(
 ) -> Sizing:
     """Return the sizing function around all `defects` of a model; the least of all lengths counts.
 
-    Sources on fronts and on the spheres of voids are l_min / 2 apart. `surface` gives the default of l0,
-    the box of the voids, the curvature and, with options.around_voids, the points of its own voids;
+    Sources on fronts and on spheres are l_min / 2 apart. `surface` gives the default of l0, the curvature
+    and, with options.around_voids, the points of its own voids;
     lengths: a field of largest lengths. Raises CraftmeshError as `sizing_for`.
     """
     plain = sizing_for(surface, options, np.zeros((0, 3)), () if lengths is None else (lengths,))
@@ -41,8 +40,7 @@ def sizing_around(
     if options.around_voids:
         sources.append(void_points(surface))
     sources.append(defects.points)
-    if len(defects.voids):
-        sources.append(points_on_voids(defects.voids, surface, step))
+    sources += [_on_sphere(sphere[:3], sphere[3], step) for sphere in defects.spheres]
     return replace(plain, sources=np.concatenate([plain.sources, *sources]))
 
 
@@ -51,17 +49,27 @@ def void_points(surface: Surface) -> np.ndarray:
     return surface.points[np.unique(surface.facets[(surface.sides < 0).any(axis=1)])]
 
 
-def points_on_voids(voids: np.ndarray, surface: Surface, step: float) -> np.ndarray:
-    """Return points (k, 3) about `step` apart on the spheres of `voids` (v, 4), in fractions of the box."""
-    used = surface.points[np.unique(surface.facets)]
-    low = used.min(axis=0)
-    extent = used.max(axis=0) - low
+def spheres_in_box(voids: np.ndarray, surface: Surface) -> np.ndarray:
+    """Return voids (v, 4), in fractions of the surface's box, as spheres (v, 4) in model units."""
+    low, high = _box(surface)
+    extent = high - low
     centres = low + voids[:, :3] * extent
-    radii = voids[:, 3] * np.cbrt(extent.prod())
-    return np.concatenate([_sphere(c, r, step) for c, r in zip(centres, radii)])
+    return np.column_stack([centres, voids[:, 3] * np.cbrt(extent.prod())])
 
 
-def _sphere(centre: np.ndarray, radius: float, step: float) -> np.ndarray:
+def touches_box(spheres: np.ndarray, surface: Surface) -> np.ndarray:
+    """Return which spheres (s, 4) have points within the surface's box."""
+    low, high = _box(surface)
+    nearest = np.clip(spheres[:, :3], low, high)
+    return np.linalg.norm(nearest - spheres[:, :3], axis=1) <= spheres[:, 3]
+
+
+def _box(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    used = surface.points[np.unique(surface.facets)]
+    return used.min(axis=0), used.max(axis=0)
+
+
+def _on_sphere(centre: np.ndarray, radius: float, step: float) -> np.ndarray:
     """Return points on a sphere, about `step` apart, along a Fibonacci spiral."""
     count = int(np.clip(np.ceil(4 * np.pi * (radius / step) ** 2), 12, 100_000))
     place = np.arange(count) + 0.5

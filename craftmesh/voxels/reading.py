@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io import dream3d, labdct, npy, npz, tiff, vti
+from craftmesh.io import dream3d, labdct, metaimage, npy, npz, nrrd_volume, tesr, tiff, vti
 from craftmesh.io.file_volume import GRAIN, UNINDEXED, VOID, FileVolume, listed
-from craftmesh.io.hdf5 import opened
+from craftmesh.io.volume_format import SUFFIXES, format_of
 from craftmesh.options import Options, option
 from craftmesh.types import Voxels
 from craftmesh.voxels.file_orientations import orientation_table
@@ -17,10 +17,7 @@ from craftmesh.voxels.raw_volume import RawVolume
 from craftmesh.voxels.remapping import Meaning, by_grain, integer_labels, rename
 
 AUTO = "auto"
-FORMATS = (AUTO, "npz", "npy", "dream3d", "vti", "labdct", "tiff")
-_BY_SUFFIX = {".npz": "npz", ".npy": "npy", ".dream3d": "dream3d", ".vti": "vti"}
-_BY_SUFFIX |= {suffix: "tiff" for suffix in tiff.SUFFIXES}
-_ORIENTATION_MAPS = (".ang", ".ctf", ".h5oina", ".crc", ".osc")
+FORMATS = (AUTO, *SUFFIXES)
 
 
 @dataclass(frozen=True)
@@ -53,7 +50,7 @@ class ReadOptions(Options):
 
 
 def read_voxels(path: str | os.PathLike, options: ReadOptions = ReadOptions()) -> RawVolume:  # noqa: B008
-    """Read a labelled volume: npz, npy, DREAM.3D, vti, LabDCT .h5, or a TIFF stack (file or folder).
+    """Read a labelled volume in one of FORMATS; a TIFF stack is a file or a folder.
 
     Ids in the file are kept as grain ids; only where 0 is a grain every id goes up by 1 (in `remap` and
     `notes`). Raises CraftmeshError for what cannot be read or meshed: missing files or datasets, fewer than
@@ -106,7 +103,7 @@ def read_marked(
 
 
 def _read_file(path: Path, options: ReadOptions) -> FileVolume:
-    kind = _format(path) if options.format == AUTO else options.format
+    kind = format_of(path) if options.format == AUTO else options.format
     if path.is_dir() and kind != "tiff":
         raise CraftmeshError(
             f"{path}: is a folder; expected a {kind} file, or format tiff for a folder of slices"
@@ -117,34 +114,9 @@ def _read_file(path: Path, options: ReadOptions) -> FileVolume:
         return npy.read(path, options.axes)
     if kind == "tiff":
         return tiff.read(path)
+    if kind in ("tesr", "metaimage", "nrrd"):
+        return {"tesr": tesr, "metaimage": metaimage, "nrrd": nrrd_volume}[kind].read(path)
     return {"dream3d": dream3d, "labdct": labdct, "vti": vti}[kind].read(path, options.dataset)
-
-
-def _format(path: Path) -> str:
-    suffix = path.suffix.lower()
-    if path.is_dir():
-        return "tiff"
-    if suffix in _BY_SUFFIX:
-        return _BY_SUFFIX[suffix]
-    if suffix in _ORIENTATION_MAPS:
-        raise CraftmeshError(
-            f"{path}: is an orientation map without grain ids; segment it first (DREAM.3D, MTEX, orix)"
-        )
-    if suffix in (".h5", ".hdf5"):
-        with opened(path) as file:
-            for group, kind in (
-                ("LabDCT", "labdct"),
-                ("DataContainers", "dream3d"),
-                ("DataStructure", "dream3d"),
-            ):
-                if group in file:
-                    return kind
-            raise CraftmeshError(
-                f"{path}: has groups {listed(file)}; expected LabDCT, DataContainers or DataStructure"
-            )
-    raise CraftmeshError(
-        f"{path}: format not known by its name; give format as one of {', '.join(FORMATS[1:])}"
-    )
 
 
 def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarray:

@@ -12,7 +12,8 @@ from craftmesh.io.size_field import read_length_field
 from craftmesh.io.void_list import read_source_points
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.sizing.length_field import LengthField
-from craftmesh.sizing.sources import points_on_voids
+from craftmesh.sizing.sizing import SizingOptions
+from craftmesh.sizing.sources import Defects, sizing_around, spheres_in_box
 from craftmesh.types import Surface
 from craftmesh.voxels.generate import GenerateOptions, generate
 
@@ -27,11 +28,17 @@ def arguments_of(text: str, *paths) -> argparse.Namespace:
     return parser.parse_args([*text.split(), *map(str, paths)])
 
 
+def points_around(spheres: np.ndarray, step: float) -> np.ndarray:
+    """Return the sources of a sizing function around spheres, at most `step` apart."""
+    options = SizingOptions(l_min=2 * step, l0=2 * step, l_max=9 * step, r0=step, r1=2 * step)
+    return sizing_around(Defects(spheres=spheres), IN_BOX, options).sources
+
+
 @pytest.mark.parametrize("header", ["", "id,x,y,z,r\n"])
 def test_void_list_is_in_fractions_of_the_box(tmp_path, header):
     path = tmp_path / "voids.csv"
     path.write_text(header + "0,0.5,0.5,0.5,0.2\n1,0.1,0.2,0.3,0.05\n")
-    points = points_on_voids(read_source_points(path)[1], IN_BOX, 0.3)
+    points = points_around(spheres_in_box(read_source_points(path).voids, IN_BOX), 0.3)
     distance = [np.linalg.norm(points - c, axis=1) for c in ([6, 5, 5], [2, 2, 3])]
     first = distance[0] < 2.5
     assert np.allclose(distance[0][first], 2.0) and np.allclose(distance[1][~first], 0.5)
@@ -44,8 +51,46 @@ def test_void_list_is_in_fractions_of_the_box(tmp_path, header):
 def test_points_are_taken_as_they_are(tmp_path):
     path = tmp_path / "points.csv"
     path.write_text("x,y,z\n1,2,3\n4,5,6\n")
-    points, voids = read_source_points(path)
-    assert np.array_equal(points, [[1, 2, 3], [4, 5, 6]]) and len(voids) == 0
+    given = read_source_points(path)
+    assert np.array_equal(given.points, [[1, 2, 3], [4, 5, 6]])
+    assert len(given.voids) == len(given.spheres) == 0
+
+
+AVIZO = {
+    "commas": '"Volume3d (\u00b5m^3) ","BaryCenterX (\u00b5m) ",BaryCenterY,BaryCenterZ,index\n'
+    "{v},2.5,3,4,1\n",
+    "title, semicolons": "Label Analysis;;;;\n\nindex;EqDiameter (mm);BaryCenterX (mm);BaryCenterY (mm);"
+    "BaryCenterZ (mm)\n1;3,0;2,5;3;4\n",
+    "tabs": "EqDiameter [um]\tBaryCenterX\tBaryCenterY\tBaryCenterZ\n3.0\t2.5\t3\t4\n",
+}
+
+
+@pytest.mark.parametrize("text", AVIZO.values(), ids=AVIZO)
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "latin-1"])
+def test_pores_of_avizo_are_spheres_in_model_units(tmp_path, text, encoding):
+    path = tmp_path / "pores.csv"
+    path.write_text(text.format(v=4 / 3 * np.pi * 1.5**3), encoding)
+    given = read_source_points(path)
+    np.testing.assert_allclose(given.spheres, [[2.5, 3, 4, 1.5]], rtol=1e-15)  # a cube and its root
+    assert len(given.points) == len(given.voids) == 0
+
+
+def test_pores_outside_the_box_are_refused(tmp_path):
+    path = tmp_path / "pores.csv"
+    path.write_text("EqDiameter,BaryCenterX,BaryCenterY,BaryCenterZ\n1,0.6,5,5\n")
+    flags = f"--points {path} --l-min 0.5 --l0 1 --l-max 3 --r0 1 --r1 2"
+    assert len(sizing_from(arguments_of(flags), IN_BOX, None).sources) >= 12  # half of it is outside
+    path.write_text("EqDiameter,BaryCenterX,BaryCenterY,BaryCenterZ\n1,400,5000,5000\n")
+    with pytest.raises(CraftmeshError, match="none of its 1 pores .* units"):
+        sizing_from(arguments_of(flags), IN_BOX, None)
+
+
+@pytest.mark.parametrize("row, words", [("1,2,3", "barycenterx"), ("0,1,2,3", "void 1 .*r > 0")])
+def test_pores_without_numbers_are_refused(tmp_path, row, words):
+    path = tmp_path / "pores.csv"
+    path.write_text(f"EqDiameter,BaryCenterX,BaryCenterY,BaryCenterZ\n{row}\n")
+    with pytest.raises(CraftmeshError, match=words):
+        read_source_points(path)
 
 
 def test_void_list_with_a_bad_radius_is_refused(tmp_path):
@@ -56,9 +101,9 @@ def test_void_list_with_a_bad_radius_is_refused(tmp_path):
 
 
 def test_published_void_list(shared_data):
-    points, voids = read_source_points(shared_data / "defects" / "craftmesher_VoidList.csv")
-    assert len(points) == 0
-    points = points_on_voids(voids, IN_BOX, 0.1)
+    given = read_source_points(shared_data / "defects" / "craftmesher_VoidList.csv")
+    assert len(given.points) == len(given.spheres) == 0
+    points = points_around(spheres_in_box(given.voids, IN_BOX), 0.1)
     assert len(points) > 250 * 12 and np.isfinite(points).all()
 
 

@@ -1,6 +1,7 @@
 """Bad microstructure files end in one line that says what is wrong and what to do."""
 
 import h5py
+import nrrd
 import numpy as np
 import pytest
 import tifffile
@@ -34,7 +35,7 @@ def test_missing_file(tmp_path):
 
 def test_unknown_suffix_names_the_formats(tmp_path):
     (tmp_path / "v.xyz").write_text("1 2 3")
-    refuse(tmp_path / "v.xyz", "format.*npz, npy, dream3d, vti, labdct, tiff")
+    refuse(tmp_path / "v.xyz", "format.*npz, npy, dream3d, vti, labdct, tiff, tesr, metaimage, nrrd")
 
 
 @pytest.mark.parametrize("suffix", [".ang", ".ctf", ".h5oina"])
@@ -43,7 +44,129 @@ def test_orientation_maps_point_to_segmentation(tmp_path, suffix):
     refuse(tmp_path / f"v{suffix}", "segment it first")
 
 
-@pytest.mark.parametrize("name", ["v.npz", "v.npy", "v.dream3d", "v.h5", "v.vti", "v.tif"])
+@pytest.mark.parametrize(
+    "suffix, way",
+    [
+        (".stl", "craftmesh stitch"),
+        (".inp", "library.md"),
+        (".tess", "-format tesr"),
+        (".vtk", r"\.vti"),
+        (".am", r"\.nrrd"),
+        (".raw", r"\.mhd"),
+        (".xdmf", r"\.dream3d"),
+        (".png", r"\.tif"),
+        (".csv", r"\.npz"),
+    ],
+)
+def test_files_without_grains_point_to_the_way_from_there(tmp_path, suffix, way):
+    (tmp_path / f"v{suffix}").write_text("#")
+    refuse(tmp_path / f"v{suffix}", way)
+
+
+def test_orientation_maps_in_hdf5_point_to_segmentation(tmp_path):
+    with h5py.File(tmp_path / "v.h5", "w") as file:
+        file["1/EBSD/Data/Phase"] = np.ones(4)
+    refuse(tmp_path / "v.h5", "segment it first")
+
+
+def tesr(folder, **changed):
+    """Return a .tesr of 2 x 2 x 2 voxels with some of its fields changed."""
+    fields = {
+        "**general": "3\n2 2 2\n1 1 1",
+        "**cell": "2",
+        "*id": "7 8",
+        "*ori": "rodrigues\n0 0 0\n0 0 1",
+        "**data": "ascii\n1 1 1 1 2 2 2 0",
+    }
+    fields |= {name: changed[name.strip("*")] for name in fields if name.strip("*") in changed}
+    text = "".join(f" {name}\n{value}\n" for name, value in fields.items())
+    (folder / "v.tesr").write_text(f"***tesr\n{text}***end\n")
+    return folder / "v.tesr"
+
+
+@pytest.mark.parametrize(
+    "changed, words",
+    [
+        ({"general": "2\n2 2\n1 1"}, "expected 3, three sizes"),
+        ({"data": "ascii\n1 1 1"}, "3 of 8"),
+        ({"data": "ascii\n1 1 1 1 2 2 2 -1"}, "of 8 whole labels"),
+        ({"data": "ascii\n1 1 1 1 2 2 2 3"}, "labels run from 1 to 3"),
+        ({"data": "binary9\n11111111"}, "binary8"),
+        ({"data": "binary8\n*file gone.raw"}, "gone.raw is missing"),
+        ({"id": "7"}, r"\*id has 1"),
+        ({"ori": "euler-kocks\n0 0 0\n0 0 1"}, "-oridescriptor rodrigues"),
+        ({"ori": "rodrigues:left\n0 0 0\n0 0 1"}, "expected rodrigues"),
+        ({"ori": "rodrigues\n0 0 0"}, r"\*ori has 3 numbers"),
+        ({"ori": "rodrigues\n0 0 x\n0 0 1"}, "expected numbers"),
+    ],
+)
+def test_broken_tesr(tmp_path, changed, words):
+    assert read_voxels(tesr(tmp_path)).voxels.labels.max() == 8
+    refuse(tesr(tmp_path, **changed), words)
+
+
+def metaimage(folder, **changed):
+    values = {
+        "DimSize": "2 2 2",
+        "ElementSpacing": "1 1 1",
+        "ElementType": "MET_UCHAR",
+        "TransformMatrix": "1 0 0 0 1 0 0 0 1",
+    }
+    values |= {"ElementDataFile": "LOCAL"} | changed
+    values["ElementDataFile"] = values.pop("ElementDataFile")
+    text = "".join(f"{key} = {value}\n" for key, value in values.items())
+    (folder / "v.mha").write_bytes(text.encode() + bytes([1, 1, 1, 1, 2, 2, 2, 2]))
+    return folder / "v.mha"
+
+
+@pytest.mark.parametrize(
+    "changed, words",
+    [
+        ({"DimSize": "2 2"}, "DimSize is 2 2"),
+        ({"DimSize": "2 2 a"}, "DimSize is '2 2 a'"),
+        ({"DimSize": "2 2 3"}, "8 of 12"),
+        ({"ElementSpacing": "1 1"}, "ElementSpacing is '1 1'; expected 3"),
+        ({"ElementType": "MET_OTHER"}, "MET_UCHAR"),
+        ({"ElementNumberOfChannels": "3"}, "one label a voxel"),
+        ({"ElementDataFile": "gone.raw"}, "gone.raw is missing"),
+        ({"ElementDataFile": "LIST"}, "one .mha"),
+        ({"CompressedData": "True"}, "cannot be unpacked"),
+        ({"TransformMatrix": "0.8 0.6 0 -0.6 0.8 0 0 0 1"}, "axes are turned"),
+        ({"TransformMatrix": "1 0 0 1 0 0 0 0 1"}, "axes are turned"),
+    ],
+)
+def test_broken_metaimage(tmp_path, changed, words):
+    np.testing.assert_array_equal(read_voxels(metaimage(tmp_path)).voxels.labels[1, 1], [1, 2])
+    refuse(metaimage(tmp_path, **changed), words)
+
+
+def test_nrrd_of_turned_axes_or_several_numbers(tmp_path):
+    path = tmp_path / "v.nrrd"
+    header = {"space": "RAS", "space directions": [[1, 1, 0], [-1, 1, 0], [0, 0, 1]]}
+    nrrd.write(str(path), labels(), header, index_order="F")
+    refuse(path, "axes are turned")
+    nrrd.write(str(path), np.stack([labels()] * 2), {}, index_order="F")
+    refuse(path, "4 axes")
+    nrrd.write(str(path), labels(), {}, index_order="F")
+    refuse(path, "give spacing")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "v.npz",
+        "v.npy",
+        "v.dream3d",
+        "v.h5",
+        "v.vti",
+        "v.tif",
+        "v.tesr",
+        "v.mha",
+        "v.mhd",
+        "v.nrrd",
+        "v.nhdr",
+    ],
+)
 def test_damaged_files(tmp_path, name):
     (tmp_path / name).write_bytes(b"not what the name says" * 20)
     refuse(tmp_path / name, "v\\.", ReadOptions(axes="xyz"))

@@ -1,6 +1,10 @@
 """Every format is written by the test itself and read back: shape, axes, spacing, ids, orientations."""
 
+import gzip
+import zlib
+
 import h5py
+import nrrd
 import numpy as np
 import pytest
 import tifffile
@@ -20,6 +24,7 @@ SHAPE = (4, 5, 7)
 MARKER = (1, 3, 5)
 SPACING = (0.5, 0.25, 2.0)
 ORIGIN = (-1.0, 2.0, 3.5)
+FIRST = (-0.75, 2.125, 4.5)  # the centre of the first voxel
 ANGLES = np.array([[0.0, 0.0, 0.0], [0.3, 0.7, 1.1], [2.0, 1.0, 4.0], [5.0, 2.5, 0.2]])
 
 
@@ -65,6 +70,111 @@ def write_simplnx(folder):
     return folder / "v.dream3d", ReadOptions()
 
 
+def write_version_4(folder):
+    """DREAM.3D 4: no geometry beside the cells, and every array flat, x fastest."""
+    with h5py.File(folder / "v.dream3d", "w") as file:
+        image = file.create_group("VoxelDataContainer")
+        image["DIMENSIONS"] = np.array(SHAPE, np.int64)
+        image["SPACING"] = np.array(SPACING, np.float32)
+        image["ORIGIN"] = np.array(ORIGIN, np.float32)
+        image["CELL_DATA/GrainIds"] = volume().ravel(order="F")
+        image["CELL_DATA/Phases"] = np.ones(volume().size, np.int32)
+        image["CELL_DATA/EulerAngles"] = ANGLES[volume().ravel(order="F")].astype(np.float32)
+        image["FIELD_DATA/Phases"] = np.array([0, 1, 1, 2], np.int32)
+    return folder / "v.dream3d", ReadOptions()
+
+
+def write_version_5(folder):
+    with h5py.File(folder / "v.h5", "w") as file:
+        image = file.create_group("VoxelDataContainer")
+        image["DIMENSIONS"] = np.array(SHAPE, np.int64)
+        image["SPACING"] = np.array(SPACING, np.float32)
+        image["ORIGIN"] = np.array(ORIGIN, np.float32)
+        image["CellData/GrainIds"] = volume().ravel(order="F")[:, None]
+        image["CellData/Phases"] = np.ones((volume().size, 1), np.int32)
+        image["CellFeatureData/AvgEulerAngles"] = ANGLES.astype(np.float32)
+    return folder / "v.h5", ReadOptions(dataset="/VoxelDataContainer/CellData/GrainIds")
+
+
+def tesr_text(data: str, orientations: str = "") -> str:
+    sizes, lengths, origin = (" ".join(map(str, values)) for values in (SHAPE, SPACING, ORIGIN))
+    return (
+        f"***tesr\n **format\n   2.1\n **general\n   3\n   {sizes}\n   {lengths}\n  *origin\n   {origin}\n"
+        f" **cell\n   3\n{orientations}  *crysym\n   cubic\n **data\n   {data}"
+    )
+
+
+def rows_of(table: np.ndarray) -> str:
+    return "\n".join(" ".join(map(repr, row)) for row in table.tolist())
+
+
+def write_tesr(folder):
+    w, *xyz = np.moveaxis(bunge_to_quaternion(ANGLES[1:]), -1, 0)
+    rodrigues = np.stack(xyz, axis=-1) / w[:, None]
+    orientations = f"  *ori\n   rodrigues:passive\n{rows_of(-rodrigues)}\n"
+    labels = " ".join(map(str, volume().ravel(order="F")))
+    (folder / "v.tesr").write_text(tesr_text(f"ascii\n{labels}\n***end\n", orientations))
+    return folder / "v.tesr", ReadOptions()
+
+
+def write_tesr_binary(folder):
+    """Cells go by their ids: here the file counts them the other way round."""
+    orientations = f"  *id\n   3 2 1\n  *ori\n   euler-bunge\n{rows_of(np.degrees(ANGLES[3:0:-1]))}\n"
+    labels = (4 - volume()).astype(">i2").ravel(order="F").tobytes()
+    text = tesr_text("binary16_big\n", orientations).encode()
+    (folder / "v.tesr").write_bytes(text + labels + b"\n***end\n")
+    return folder / "v.tesr", ReadOptions()
+
+
+def write_tesr_beside(folder):
+    (folder / "v.raw").write_bytes(volume(np.uint8).ravel(order="F").tobytes())
+    (folder / "v.tesr").write_text(tesr_text("binary8\n  *file v.raw\n***end\n"))
+    return folder / "v.tesr", ReadOptions()
+
+
+def mha_header(kind: str, file: str = "LOCAL", **others) -> bytes:
+    values = {"NDims": 3, "BinaryData": True, "ElementSpacing": SPACING, "Offset": FIRST} | others
+    values |= {"DimSize": SHAPE, "ElementType": kind, "ElementDataFile": file}
+    texts = {key: " ".join(map(str, v)) if isinstance(v, tuple) else v for key, v in values.items()}
+    return "".join(f"{key} = {text}\n" for key, text in texts.items()).encode()
+
+
+def write_mha(folder):
+    data = zlib.compress(volume(np.uint16).ravel(order="F").tobytes())
+    header = mha_header("MET_USHORT", CompressedData=True, CompressedDataSize=len(data))
+    (folder / "v.mha").write_bytes(header + data)
+    return folder / "v.mha", ReadOptions()
+
+
+def write_mhd(folder):
+    """The file's first axis is y, run backwards."""
+    turned = volume(np.dtype(">i8")).transpose(1, 0, 2)[::-1]
+    values = {"DimSize": turned.shape, "ElementSpacing": (SPACING[1], SPACING[0], SPACING[2])}
+    values |= {"Offset": (FIRST[0], FIRST[1] + 4 * SPACING[1], FIRST[2]), "BinaryDataByteOrderMSB": True}
+    header = mha_header("MET_LONG_LONG", "v.raw", TransformMatrix=(0, -1, 0, 1, 0, 0, 0, 0, 1))
+    lines = [line for line in header.decode().splitlines() if line.split(" = ")[0] not in values]
+    text = {key: " ".join(map(str, v)) if isinstance(v, tuple) else v for key, v in values.items()}
+    (folder / "v.mhd").write_text("\n".join([f"{k} = {v}" for k, v in text.items()] + lines))
+    (folder / "v.raw").write_bytes(turned.ravel(order="F").tobytes())
+    return folder / "v.mhd", ReadOptions()
+
+
+def write_nrrd(folder):
+    header = {"space": "left-posterior-superior", "space directions": np.diag(SPACING)}
+    nrrd.write(str(folder / "v.nrrd"), volume(), header | {"space origin": FIRST}, index_order="F")
+    return folder / "v.nrrd", ReadOptions()
+
+
+def write_nhdr(folder):
+    (folder / "v.raw.gz").write_bytes(gzip.compress(volume(np.uint8).ravel(order="F").tobytes()))
+    sizes, lengths = (" ".join(map(str, values)) for values in (SHAPE, SPACING))
+    (folder / "v.nhdr").write_text(
+        f"NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: {sizes}\nspacings: {lengths}\n"
+        "encoding: gzip\ndata file: v.raw.gz\n"
+    )
+    return folder / "v.nhdr", ReadOptions(origin=ORIGIN)
+
+
 def write_damask(folder):
     text = " ".join(map(str, (volume() - 1).ravel(order="F")))
     extent = f"0 {SHAPE[0]} 0 {SHAPE[1]} 0 {SHAPE[2]}"
@@ -107,12 +217,30 @@ WRITERS = [
     write_npy,
     write_simpl,
     write_simplnx,
+    write_version_4,
+    write_version_5,
     write_damask,
+    write_tesr,
+    write_tesr_binary,
+    write_tesr_beside,
+    write_mha,
+    write_mhd,
+    write_nrrd,
+    write_nhdr,
     write_labdct,
     write_tiff,
     write_tiff_folder,
 ]
-WITH_ORIENTATIONS = [write_npz, write_simpl, write_simplnx, write_labdct]
+WITH_ORIENTATIONS = [
+    write_npz,
+    write_simpl,
+    write_simplnx,
+    write_version_4,
+    write_version_5,
+    write_tesr,
+    write_tesr_binary,
+    write_labdct,
+]
 
 
 @pytest.mark.parametrize("write", WRITERS)
@@ -137,8 +265,30 @@ def test_orientations_come_back_by_grain_id(tmp_path, write):
         assert np.isnan(orientations[0]).all()
 
 
-def test_phases_of_features(tmp_path):
-    assert read_voxels(*write_simpl(tmp_path)).voxels.phases.tolist() == [0, 1, 1, 2]
+@pytest.mark.parametrize("write", [write_simpl, write_version_4])
+def test_phases_of_features(tmp_path, write):
+    assert read_voxels(*write(tmp_path)).voxels.phases.tolist() == [0, 1, 1, 2]
+
+
+QUATERNIONS = bunge_to_quaternion(ANGLES[1:])
+HALF = np.arccos(QUATERNIONS[:, :1])
+
+
+@pytest.mark.parametrize(
+    "descriptor, table",
+    [
+        ("quaternion:active", QUATERNIONS),
+        ("quaternion:passive", QUATERNIONS * [1, -1, -1, -1]),
+        ("euler-bunge:passive", -np.degrees(ANGLES[1:, ::-1])),
+        ("axis-angle", np.hstack([QUATERNIONS[:, 1:] / np.sin(HALF), np.degrees(2 * HALF)])),
+    ],
+)
+def test_descriptors_of_neper_give_one_rotation(tmp_path, descriptor, table):
+    labels = " ".join(map(str, volume().ravel(order="F")))
+    orientations = f"  *ori\n   {descriptor}\n{rows_of(table)}\n"
+    (tmp_path / "v.tesr").write_text(tesr_text(f"ascii\n{labels}\n***end\n", orientations))
+    read = read_voxels(tmp_path / "v.tesr").voxels.orientations[1:]
+    assert angle_between(read, QUATERNIONS).max() < 1e-5  # sixteen digits, through an arc cosine
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.uint16, np.int64, np.uint64, np.float32])
