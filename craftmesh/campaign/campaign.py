@@ -19,16 +19,17 @@ from craftmesh.campaign.cases import (
     check_case,
     check_exists,
     located,
-    read_cases,
 )
 from craftmesh.campaign.configuration import completed, load_schema
 from craftmesh.campaign.digest import digest
+from craftmesh.campaign.sheet import Rules, read_cases
 from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.options import GrowthOptions, SmoothingOptions
 from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.mechanics.model import ModelOptions
+from craftmesh.voxels.clean_options import CleanOptions
 
 SCHEMAS = Path(__file__).with_name("schemas")
 SIZE_FILES = ("points", "field")
@@ -96,16 +97,17 @@ class Campaign:
         if self.cases[case].grows and int(inc):
             grown = f"{self.results}/{case}/{int(inc) - 1:03d}/grown.vtp"
             return [{"shape": "surface", "file": grown}]
-        return [self.config["cracks"][name] for name in self.cases[case].cracks]
+        return [self.cases[case].settings["cracks"][name] for name in self.cases[case].cracks]
 
     def crack_files(self, case: str, inc: str) -> list[str]:
         """Return the files that describe the cracks of an increment; none for prescribed shapes."""
         named = [crack_files(CrackOptions(**keys), int(inc)) for keys in self.crack_options(case, inc)]
         return [path for files in named for path in files.values()]
 
-    def size_files(self) -> list[str]:
-        """Return the files that the sizing function reads."""
-        return [self.config["sizing"][key] for key in SIZE_FILES if self.config["sizing"][key]]
+    def size_files(self, case: str) -> list[str]:
+        """Return the files that a case's sizing function reads."""
+        sizing = self.cases[case].settings["sizing"]
+        return [sizing[key] for key in SIZE_FILES if sizing[key]]
 
     def deck_files(self, model: str) -> list[str]:
         """Return the files of the deck `model`: itself, and its mesh where the deck includes it."""
@@ -120,9 +122,9 @@ class Campaign:
         """The formats of an export, as the pattern of a wildcard."""
         return "|".join(MESH_FORMATS)
 
-    def flags(self, section: str) -> str:
-        """Return the command-line flags of one section of the configuration."""
-        return command_flags(self.config[section])
+    def flags(self, section: str, case: str) -> str:
+        """Return the command-line flags of one section of a case's configuration."""
+        return command_flags(self.cases[case].settings[section])
 
     def deck_flags(self, case: str) -> str:
         """Return the flags of a case's deck."""
@@ -135,19 +137,15 @@ class Campaign:
 
     def model_flags(self, case: str) -> str:
         """Return the flags of `inp` that make the deck's model, which is solved and integrated."""
-        deck = self._deck(case)
-        return command_flags({field.name: deck[field.name] for field in fields(ModelOptions)})
+        return command_flags(_fields_of(ModelOptions, self._deck(case)))
 
-    def growth_flags(self) -> str:
+    def growth_flags(self, case: str) -> str:
         """Return the flags of the kink angles and extensions that `craftmesh fracture` finds."""
-        return self._flags_of("grow", GrowthOptions)
+        return command_flags(_fields_of(GrowthOptions, self.cases[case].settings["grow"]))
 
-    def smoothing_flags(self) -> str:
+    def smoothing_flags(self, case: str) -> str:
         """Return the flags of `craftmesh grow`, which moves the fronts by them."""
-        return self._flags_of("grow", SmoothingOptions)
-
-    def _flags_of(self, section: str, cls: type) -> str:
-        return command_flags({field.name: self.config[section][field.name] for field in fields(cls)})
+        return command_flags(_fields_of(SmoothingOptions, self.cases[case].settings["grow"]))
 
     def until_flag(self, case: str) -> str:
         """Return the flag of `craftmesh grow` for a crack that may stop."""
@@ -155,24 +153,32 @@ class Campaign:
 
     def _deck(self, case: str) -> dict[str, Any]:
         """Return the keys of a case's deck: the elements of a crack that grows have quarter points."""
-        deck = dict(self.config["inp"])
+        deck = dict(self.cases[case].settings["inp"])
         if deck["quarter_points"] is None:
             deck["quarter_points"] = self.cases[case].grows
         return deck
 
     def import_flags(self, case: str) -> str:
-        """Return the flags of `craftmesh import`; a synthetic volume is clean and needs none."""
-        return "" if self.cases[case].microstructure == SYNTHETIC else self.flags("import")
+        """Return the flags of `craftmesh import`; of a synthetic volume those of cleaning alone."""
+        if self.cases[case].microstructure == SYNTHETIC:
+            return command_flags(_fields_of(CleanOptions, self.cases[case].settings["import"]))
+        return self.flags("import", case)
 
     def crack_flags(self, case: str, inc: str) -> str:
         """Return the flags of an increment's cracks, and of the lengths that they are held against."""
-        lengths = {key: self.config["sizing"][key] for key in CRACK_LENGTHS}
+        sizing = self.cases[case].settings["sizing"]
+        lengths = {key: sizing[key] for key in CRACK_LENGTHS}
         first, *others = map(command_flags, self.crack_options(case, inc))
         return " --and ".join([" ".join([command_flags(lengths), first]).strip(), *others])
 
     def code(self, verb: str) -> str:
         """Return the digest of the modules that a verb of the command line runs."""
         return digest(f"craftmesh.commands.{verb}")
+
+
+def _fields_of(options: type, keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those of a section's keys that are fields of one of its option classes."""
+    return {field.name: keys[field.name] for field in fields(options)}
 
 
 def _reached(case: Case, growth: GrowthReport) -> Iterator[str]:
@@ -194,24 +200,42 @@ def read_campaign(config: Mapping[str, Any]) -> Campaign:
     Raises CraftmeshError with one line that names the key, case or file, the value found and what is
     expected.
     """
-    config = completed(config, load_schema(SCHEMAS / "config.schema.yaml"))
-    check_sizes(config["sizing"])
-    for key in SIZE_FILES:
-        check_exists(f"sizing.{key}", config["sizing"][key])
-    cases = read_cases(Path(config["cases"]), load_schema(SCHEMAS / "cases.schema.yaml"))
+    schema = load_schema(SCHEMAS / "config.schema.yaml")
+    config = completed(config, schema)
+    rules = Rules(load_schema(SCHEMAS / "cases.schema.yaml"), schema, config)
+    cases = read_cases(Path(config["cases"]), rules)
     for case in cases.values():
-        check_case(case, config)
-        if case.grows and config["inp"]["element"] != "C3D10":
-            raise CraftmeshError(
-                f"inp.element is {config['inp']['element']}, and the crack of case {case.name!r} grows; "
-                "expected C3D10, whose displacements give its stress intensities"
-            )
+        _check_settings(case, config)
     data = Path(config["data"])
     cases = {
         name: replace(case, microstructure=located(case.microstructure, data))
         for name, case in cases.items()
     }
     return Campaign(config, cases)
+
+
+def _check_settings(case: Case, config: Mapping[str, Any]) -> None:
+    """Raise CraftmeshError unless the keys of a case fit each other and its files are there.
+
+    config: the campaign's; a fault of what the case has from it is told as its own.
+    """
+    about = {
+        section: "" if case.settings[section] == config[section] else f"{case.place}: "
+        for section in ("sizing", "cracks")
+    }
+    try:
+        check_sizes(case.settings["sizing"])
+        for key in SIZE_FILES:
+            check_exists(f"sizing.{key}", case.settings["sizing"][key])
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{about['sizing']}{error}") from None
+    check_case(case, about["cracks"])
+    element = case.settings["inp"]["element"]
+    if case.grows and element != "C3D10":
+        raise CraftmeshError(
+            f"{case.place}: inp.element is {element}, and the crack grows; expected C3D10, whose "
+            "displacements give its stress intensities"
+        )
 
 
 def check_sizes(sizing: Mapping[str, Any]) -> None:

@@ -20,7 +20,7 @@ SECTIONS = {
     "generate": ("the synthetic microstructure", ["voxels.generate.GenerateOptions"]),
     "import": (
         "reading and cleaning of microstructure files",
-        ["voxels.reading.ReadOptions", "voxels.clean.CleanOptions"],
+        ["voxels.reading.ReadOptions", "voxels.clean_options.CleanOptions"],
     ),
     "remesh": ("surface from labelled voxels", ["remeshing.remesh.RemeshOptions"]),
     "sizing": ("the sizing function, Eq. 2-3", ["sizing.sizing.SizingOptions"]),
@@ -47,7 +47,13 @@ def config_schema() -> dict:
     properties: dict[str, Any] = {
         "cases": {
             "type": "string",
-            "description": "tab-separated sheet: case, microstructure, crack, increments, perhaps growth",
+            "description": "tab-separated sheet: case, microstructure, crack, increments, growth, keys",
+        },
+        "sweep": {
+            "type": "object",
+            "default": {},
+            "description": "values by section.key; each case of the sheet becomes one for each of them",
+            "additionalProperties": {"type": "array", "minItems": 1},
         },
         "results": _text("results", "folder of all that the campaign writes"),
         "data": _text(".", "folder from which the sheet's microstructures are named"),

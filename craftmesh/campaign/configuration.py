@@ -29,6 +29,11 @@ def completed(config: Mapping[str, Any], schema: dict) -> dict:
     return filled
 
 
+def is_valid(value: Any, schema: Mapping[str, Any]) -> bool:
+    """True where `value` fits `schema`."""
+    return _validator()(schema).is_valid(value)
+
+
 @cache
 def _validator() -> Any:
     """Return the JSON schema's validator with the numbers of the option classes.
@@ -97,7 +102,8 @@ def _expectation(schema: dict) -> str:
     kinds = [kinds] if isinstance(kinds, str) else kinds
     text = " or ".join(names[kind] for kind in kinds if kind != "null")
     if "minItems" in schema:
-        text += f" of {schema['minItems']} values"
+        least = "" if schema.get("maxItems") == schema["minItems"] else "at least "
+        text += f" of {least}{schema['minItems']} values"
     limits = [(bound.sign, schema.get(bound.schema_key)) for bound in BOUNDS.values()]
     text += " and".join(f" {sign} {limit}" for sign, limit in limits if limit is not None)
     if "pattern" in schema:

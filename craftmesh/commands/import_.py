@@ -9,7 +9,8 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_voxels
 from craftmesh.progress import ProgressLine
-from craftmesh.voxels.clean import CleanOptions, clean
+from craftmesh.voxels.clean import clean
+from craftmesh.voxels.clean_options import CleanOptions
 from craftmesh.voxels.islands import find_islands, islands_as_json
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 

@@ -5,16 +5,15 @@ boundaries smoothed, grains in several pieces split.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.types import Voxels
 from craftmesh.voxels.absorb import absorb_small_pieces
+from craftmesh.voxels.clean_options import CleanOptions
 from craftmesh.voxels.raw_volume import RawVolume, as_raw
 from craftmesh.voxels.smoothing import smooth_boundaries
 from craftmesh.voxels.voxel_graph import Pieces, find_pieces, pieces_per_grain
@@ -24,25 +23,6 @@ _SMALLEST_LISTED = 10
 # anisotropic voxels 0.03, grains of four voxels across 0.04; one voxel in ten shuffled 0.06, two 0.11;
 # measured aluminium (LabDCT) 0.10, steel 0.02.
 ROUGH = 0.06
-
-
-@dataclass(frozen=True)
-class CleanOptions(Options):
-    """What to do with unindexed voxels, islands of few voxels, rough boundaries, and grains in pieces."""
-
-    fill_unindexed: bool = option(False, "give voxels without a grain to the grains around them")
-    min_island_voxels: int = option(
-        0,
-        "absorb connected pieces of fewer voxels, small grains and voids included, into a neighbour",
-        at_least=0,
-    )
-    smoothing_rounds: int = option(
-        0, "rounds of curvature flow that smooth noisy grain boundaries, volumes kept", at_least=0
-    )
-    split_pieces: bool = option(
-        False, "make each disconnected piece of a grain a grain of its own, with ids after the largest"
-    )
-    allow_single_grain: bool = option(False, "accept a volume that is one grain throughout")
 
 
 def clean(

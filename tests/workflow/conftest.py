@@ -35,10 +35,12 @@ class Run:
         return {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", table, re.M)}
 
 
-def snakemake(folder: Path, *flags: str, env: dict[str, str] | None = None) -> Run:
+def snakemake(
+    folder: Path, *flags: str, env: dict[str, str] | None = None, python: str = sys.executable
+) -> Run:
     """Run Snakemake in `folder`; `env` is added to the environment."""
     done = subprocess.run(
-        [str(Path(sys.executable).parent / "snakemake"), *flags],
+        [python, "-m", "snakemake", *flags],
         cwd=folder,
         env=os.environ | (env or {}),
         stdout=subprocess.PIPE,
@@ -51,14 +53,16 @@ def snakemake(folder: Path, *flags: str, env: dict[str, str] | None = None) -> R
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder with a configuration and a sheet that Snakemake runs in."""
+    """A folder with a configuration and a sheet that Snakemake runs in, and the Python that it runs by."""
 
     path: Path
+    python: str = sys.executable
 
     def snakemake(self, *flags: str, configfile="config.yaml", project: Path = ROOT) -> Run:
         """Run the Snakefile of `project` here; the library beside that Snakefile is the one it sees."""
         snakefile = str(project / "Snakefile")
-        return snakemake(self.path, "-s", snakefile, *flags, "--configfile", str(configfile))
+        flags = ("-s", snakefile, *flags, "--configfile", str(configfile))
+        return snakemake(self.path, *flags, python=self.python)
 
 
 @pytest.fixture(scope="session")
@@ -71,10 +75,43 @@ def run_snakemake():
 def new_folder(tmp_path_factory):
     """Return a function that makes a campaign's folder with lines added to its configuration."""
 
-    def make(cases: str = CASES, config: str = CONFIG) -> Folder:
+    def make(cases: str = CASES, config: str = CONFIG, python: str = sys.executable) -> Folder:
         path = tmp_path_factory.mktemp("campaign")
         (path / "config.yaml").write_text(config)
         (path / "cases.tsv").write_text(cases)
-        return Folder(path)
+        return Folder(path, python)
 
     return make
+
+
+# stands for the command craftmesh where only plans matter: writes its flags into each file asked of it
+IDLE = """
+import json, sys
+named = {
+    "import": ["--image", "--labels", "--islands", "--report"],
+    "assemble": ["-o", "--front-csv", "--report"],
+    "check": ["--quality"],
+    "solve": ["-o", "--vtu"],
+    "fracture": ["-o", "--json"],
+    "grow": ["-o", "--report"],
+}
+words = sys.argv[1:]
+for flag in named.get(words[0], ["-o"]):
+    with open(words[words.index(flag) + 1], "w") as stream:
+        json.dump({"ended": "", "flags": words}, stream)
+"""
+
+
+@pytest.fixture(scope="session")
+def idle_python(tmp_path_factory):
+    """The path of a Python with the same packages beside which `craftmesh` ends at once."""
+    folder = tmp_path_factory.mktemp("idle")
+    real = Path(sys.executable)
+    (folder / "bin").mkdir()
+    (folder / "bin" / "python").symlink_to(real)
+    for name in ("lib", "pyvenv.cfg"):
+        (folder / name).symlink_to(real.parents[1] / name)
+    command = folder / "bin" / "craftmesh"
+    command.write_text(f"#!{real} -IS\n{IDLE}")
+    command.chmod(0o755)
+    return str(folder / "bin" / "python")

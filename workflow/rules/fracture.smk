@@ -18,8 +18,8 @@ rule fracture:
         runtime=120,
     params:
         model=lambda wildcards: CAMPAIGN.model_flags(wildcards.case),
-        options=CAMPAIGN.flags("fracture"),
-        growth=CAMPAIGN.growth_flags(),
+        options=lambda wildcards: CAMPAIGN.flags("fracture", wildcards.case),
+        growth=lambda wildcards: CAMPAIGN.growth_flags(wildcards.case),
         code=CAMPAIGN.code("fracture"),
     shell:
         "craftmesh fracture {input.volume} {input.solution} --crack {input.crack}"

@@ -16,7 +16,7 @@ checkpoint grow:
     conda:
         "../envs/craftmesh.yaml"
     params:
-        options=CAMPAIGN.smoothing_flags(),
+        options=lambda wildcards: CAMPAIGN.smoothing_flags(wildcards.case),
         until=lambda wildcards: CAMPAIGN.until_flag(wildcards.case),
         code=CAMPAIGN.code("grow"),
     shell:

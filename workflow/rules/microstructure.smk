@@ -11,7 +11,7 @@ rule generate:
         mem_mb=lambda wildcards, attempt: 2000 * attempt,
         runtime=10,
     params:
-        options=CAMPAIGN.flags("generate"),
+        options=lambda wildcards: CAMPAIGN.flags("generate", wildcards.case),
         code=CAMPAIGN.code("generate"),
     shell:
         "craftmesh generate {params.options} -o {output} > {log} 2>&1"

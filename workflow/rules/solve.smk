@@ -16,7 +16,7 @@ rule solve:
         runtime=1440,
     params:
         model=lambda wildcards: CAMPAIGN.model_flags(wildcards.case),
-        options=CAMPAIGN.flags("solve"),
+        options=lambda wildcards: CAMPAIGN.flags("solve", wildcards.case),
         code=CAMPAIGN.code("solve"),
     shell:
         "craftmesh solve {input.volume} --microstructure {input.labels} {params.model} {params.options}"

@@ -13,7 +13,7 @@ rule remesh:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=60,
     params:
-        options=CAMPAIGN.flags("remesh"),
+        options=lambda wildcards: CAMPAIGN.flags("remesh", wildcards.case),
         code=CAMPAIGN.code("remesh"),
     shell:
         "craftmesh remesh {input} {params.options} -o {output} > {log} 2>&1"
@@ -24,7 +24,7 @@ rule size:
         unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{CASE}/remeshed.vtp",
         labels=f"{CASE}/labels.npz",
-        files=CAMPAIGN.size_files(),
+        files=lambda wildcards: CAMPAIGN.size_files(wildcards.case),
     output:
         f"{INC}/sizing.npz",
     log:
@@ -39,7 +39,7 @@ rule size:
         mem_mb=lambda wildcards, attempt: 4000 * attempt,
         runtime=30,
     params:
-        options=CAMPAIGN.flags("sizing"),
+        options=lambda wildcards: CAMPAIGN.flags("sizing", wildcards.case),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("size"),
     shell:
@@ -66,7 +66,7 @@ rule stitch:
         mem_mb=lambda wildcards, attempt: 4000 * attempt,
         runtime=30,
     params:
-        options=CAMPAIGN.flags("stitch"),
+        options=lambda wildcards: CAMPAIGN.flags("stitch", wildcards.case),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("stitch"),
     shell:
@@ -93,7 +93,7 @@ rule gradate:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=60,
     params:
-        options=CAMPAIGN.flags("gradate"),
+        options=lambda wildcards: CAMPAIGN.flags("gradate", wildcards.case),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("gradate"),
     shell:

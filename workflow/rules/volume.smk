@@ -16,7 +16,7 @@ rule tetrahedralize:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=120,
     params:
-        options=CAMPAIGN.flags("tetrahedralize"),
+        options=lambda wildcards: CAMPAIGN.flags("tetrahedralize", wildcards.case),
         code=CAMPAIGN.code("tetrahedralize"),
     shell:
         "craftmesh tetrahedralize {input.surface} --islands {input.islands} --sizing {input.sizing}"
@@ -49,7 +49,7 @@ rule assemble:
         mem_mb=lambda wildcards, attempt: 8000 * attempt,
         runtime=lambda wildcards, attempt: 30 * 5 ** (attempt - 1),
     params:
-        options=CAMPAIGN.flags("tetrahedralize"),
+        options=lambda wildcards: CAMPAIGN.flags("tetrahedralize", wildcards.case),
         code=CAMPAIGN.code("assemble"),
     shell:
         "craftmesh assemble {input.surface} {input.chunks} --sizing {input.sizing} {params.options}"

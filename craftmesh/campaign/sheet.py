@@ -1,0 +1,138 @@
+"""The sheet of cases: rows, columns, and the cases that come of them."""
+
+import csv
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from craftmesh.campaign.cases import Case
+from craftmesh.campaign.configuration import completed, listed
+from craftmesh.campaign.overrides import (
+    Choice,
+    case_keys,
+    cell_value,
+    check_key,
+    choice,
+    laid_over,
+    variants,
+)
+from craftmesh.errors import CraftmeshError
+
+COLUMNS = ("case", "microstructure", "crack", "increments")
+OPTIONAL = ("growth",)  # a column that a sheet may have besides those
+RESERVED = ("logs", "benchmarks")
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What rows are held against: the schemas of a row and of the configuration, and that, checked."""
+
+    row: dict
+    schema: dict
+    config: Mapping[str, Any]
+
+    @cached_property
+    def keys(self) -> dict[str, dict]:
+        """The schemas of the keys that a case may have to itself."""
+        return case_keys(self.schema, self.config)
+
+
+def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
+    """Read the tab-separated sheet of cases; lines that start with # are left out.
+
+    A column `section.key` has the key's value for each case; where the cell is empty, the configuration's
+    holds. A list of values, there or under the configuration's `sweep`, makes a case of each.
+    Raises CraftmeshError that names the file, and the line and the case where they matter.
+    """
+    if not path.is_file():
+        raise CraftmeshError(
+            f"cases: {path} is not there; expected a tab-separated sheet with {listed(COLUMNS)}"
+        )
+    swept = _sweep(rules)
+    lines = path.read_text(encoding="utf-8-sig").splitlines()
+    numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+    rows = list(csv.reader((line for _, line in numbered), delimiter="\t"))
+    columns = tuple(name.strip() for name in rows[0]) if rows else ()
+    _check_columns(columns, rules.keys, str(path))
+    cases: dict[str, Case] = {}
+    for (number, _), row in zip(numbered[1:], rows[1:]):
+        place = f"{path}, line {number}"
+        if len(row) != len(columns):
+            raise CraftmeshError(f"{place}, case {row[0]!r}: {len(row)} columns; expected {len(columns)}")
+        for case in _cases(dict(zip(columns, map(str.strip, row))), swept, rules, place):
+            if case.name in cases:
+                raise CraftmeshError(f"{place}: case {case.name!r} is there twice; names must differ")
+            cases[case.name] = case
+    if not cases:
+        raise CraftmeshError(f"{path}: no case; expected at least one row under the header")
+    return cases
+
+
+def _sweep(rules: Rules) -> dict[str, Choice]:
+    """Return the values of the configuration's sweep, each checked as the key itself."""
+    for key, values in rules.config["sweep"].items():
+        check_key(key, rules.keys, "sweep")
+        for value in values:
+            _checked(laid_over(rules.config, {key: value}), rules.schema, "sweep")
+    return {key: Choice(values, swept=True) for key, values in rules.config["sweep"].items()}
+
+
+def _check_columns(columns: tuple[str, ...], known: Mapping[str, Any], place: str) -> None:
+    if not set(COLUMNS) <= set(columns) or len(set(columns)) < len(columns):
+        raise CraftmeshError(
+            f"{place}: columns {listed(columns) or 'nothing'}; expected {listed(COLUMNS)} and perhaps "
+            f"{listed(OPTIONAL)} and section.key, each once, separated by tabs"
+        )
+    for column in columns:
+        if column not in COLUMNS + OPTIONAL:
+            check_key(column, known, f"{place}, column {column}")
+
+
+def _cases(
+    cells: Mapping[str, str], swept: Mapping[str, Choice], rules: Rules, place: str
+) -> Iterator[Case]:
+    """Yield the cases of one row; a column's cell takes the place of a sweep of the same key."""
+    row = cells["case"]
+    choices = {**swept, **_choices(cells, rules.keys, f"{place}, case {row!r}")}
+    for name, values in variants(row, choices):
+        at = f"{place}, case {name!r}"
+        changes = {key: value for key, value in values.items() if key in rules.keys}
+        columns = {key: _counted(value) for key, value in values.items() if key not in rules.keys}
+        columns = _checked({"case": name} | columns, rules.row, at)
+        if name in RESERVED:
+            raise CraftmeshError(f"{place}: case {name!r} is a folder of the results; choose another name")
+        yield Case(
+            columns.pop("case"),
+            **columns,
+            row=row,
+            place=at,
+            swept={key: value for key, value in values.items() if choices[key].swept},
+            settings=_checked(laid_over(rules.config, changes), rules.schema, at),
+        )
+
+
+def _choices(cells: Mapping[str, str], known: Mapping[str, dict], place: str) -> dict[str, Choice]:
+    """Return what a row's cells say, but for its name and empty cells of keys."""
+    found = {}
+    for column, text in cells.items():
+        at = f"{place}, column {column}"
+        if column in known and text:
+            found[column] = choice(cell_value(text, at), known[column], at)
+        elif column not in known and column != "case":
+            is_list = text.startswith("[")
+            found[column] = choice(cell_value(text, at), {}, at) if is_list else Choice([text])
+    return found
+
+
+def _counted(value: Any) -> Any:
+    """Return a text of digits as a whole number."""
+    return int(value) if isinstance(value, str) and value.isdecimal() else value
+
+
+def _checked(values: Mapping[str, Any], schema: dict, place: str) -> dict:
+    try:
+        return completed(values, schema)
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{place}: {error}") from None
