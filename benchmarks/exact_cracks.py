@@ -95,22 +95,46 @@ def newman_raju(angle, radius: float, thickness: float, half_width: float):
     return np.sqrt(np.pi * radius / q) * m * g * width
 
 
-def displacements_of_opening(points, places, jumps, normals, tensor, count: int = 32):
+def displacements_of_opening(points, places, jumps, normals, tensor):
     """Return displacements (n, 3) of points far from a crack whose facets open.
 
     places, jumps, normals (f, 3): centres of the facets, their openings times area, their unit normals
-    towards the side that moves by the jump; tensor (3, 3, 3, 3). The derivative of Green's function is
-    Barnett's integral over the directions square to the line of sight (Phys. Stat. Sol. B 49, 1972).
+    towards the side that moves by the jump; tensor (3, 3, 3, 3).
     """
     double = np.einsum("jkpq,fj,fk->fpq", tensor, jumps, normals, optimize=True)
+    slope = kelvin_slope if _is_isotropic(tensor) else green_slope
     found = np.zeros((len(points), 3))
     for row, point in enumerate(points):
-        found[row] = -np.einsum("fipq,fpq->i", _green_slope(tensor, point - places, count), double)
+        found[row] = -np.einsum("fipq,fpq->i", slope(tensor, point - places), double)
     return found
 
 
-def _green_slope(tensor, offset, count):
-    """Return the derivatives (f, 3, 3, 3), the last index that of the place, of Green's function."""
+def _is_isotropic(tensor) -> bool:
+    lame, shear, unit = tensor[0, 0, 1, 1], tensor[0, 1, 0, 1], np.eye(3)
+    volume, forth, back = (
+        np.einsum(pair, unit, unit) for pair in ("ij,kl->ijkl", "ik,jl->ijkl", "il,jk->ijkl")
+    )
+    return bool(np.abs(tensor - lame * volume - shear * (forth + back)).max() < 1e-9 * shear)
+
+
+def kelvin_slope(tensor, offset):
+    """Return what `green_slope` does, of an isotropic stiffness, in closed form."""
+    lame, shear = tensor[0, 0, 1, 1], tensor[0, 1, 0, 1]
+    poisson = lame / (2 * (lame + shear))
+    distance = np.linalg.norm(offset, axis=1)
+    n = offset / distance[:, None]
+    unit = np.eye(3)
+    total = 3 * n[:, :, None, None] * n[:, None, :, None] * n[:, None, None, :]
+    total += (3 - 4 * poisson) * unit[:, :, None] * n[:, None, None, :]
+    total -= unit[:, None, :] * n[:, None, :, None] + unit[None, :, :] * n[:, :, None, None]
+    return -total / (16 * np.pi * shear * (1 - poisson) * distance**2)[:, None, None, None]
+
+
+def green_slope(tensor, offset, count: int = 32):
+    """Return the derivatives (f, 3, 3, 3), the last index that of the place, of Green's function.
+
+    Barnett's integral over the directions square to the line of sight (Phys. Stat. Sol. B 49, 1972).
+    """
     distance = np.linalg.norm(offset, axis=1)
     sight = offset / distance[:, None]
     helper = np.where(np.abs(sight[:, :1]) < 0.7, [[1.0, 0, 0]], [[0, 1.0, 0]])

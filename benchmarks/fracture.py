@@ -15,6 +15,7 @@ import exact_cracks
 import numpy as np
 from exact_cracks import COPPER, POISSON, YOUNG
 from measure import ChildFailed, in_child, print_table, write_json
+from opened import opened_mesh
 
 EDGE, CENTRE, RADIUS = 60, np.array([30.2, 29.8, 30.1]), 6.0
 TENSION = np.diag([0.0, 0, 1])
@@ -144,35 +145,16 @@ CASES = {
 
 def meshed(case: Case, length: float):
     """Return the mesh of a generated cube of 8 grains with the crack opened, its front's edges `length`."""
-    from craftmesh.commands.whole_model_step import complete_mesh
     from craftmesh.cracks.options import CrackOptions
     from craftmesh.cracks.series import GivenSurface, crack_of_increment
-    from craftmesh.gradation.gradate import gradate
-    from craftmesh.insertion.insert import insert_crack
-    from craftmesh.remeshing.remesh import remesh
     from craftmesh.sizing.sizing import SizingOptions
-    from craftmesh.sizing.sources import Defects, sizing_around
-    from craftmesh.tetrahedra.mending import mended
-    from craftmesh.tetrahedra.options import TetrahedralizeOptions
-    from craftmesh.tetrahedra.record import record_of
-    from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
     from craftmesh.voxels.generate import GenerateOptions, generate
-    from craftmesh.voxels.islands import find_islands
 
     voxels = generate(GenerateOptions(shape=case.voxels, grains=8, seed=1))
-    surface, _ = remesh(voxels)
     given = GivenSurface(*_cap(length)) if case.cap else None
     crack = crack_of_increment(CrackOptions(**case.crack), 0, voxels.box, given)
     sizes = SizingOptions(l_min=length, l0=max(1.0, 1.25 * length), l_max=6.0, r0=6.0, r1=20.0)
-    defects = Defects(tuple(crack.points[front] for front in crack.fronts))
-    inserted, _ = insert_crack(surface, crack, sizing_around(defects, surface, sizes))
-    sizing = sizing_around(defects, inserted, sizes)
-    gradated, _ = gradate(inserted, sizing, crack=crack)
-    found = mended(gradated)
-    options = TetrahedralizeOptions()
-    tets, report = tetrahedralize(found.surface, sizing, find_islands(voxels), options)
-    record = record_of(options.mesher, report, [], found.report)
-    return complete_mesh(found.surface, tets, record, lambda: sizing, options)[0]
+    return opened_mesh(voxels, crack, sizes)
 
 
 def _cap(length: float):

@@ -14,12 +14,15 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.growth.grow import grow
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
-from craftmesh.io.front_csv import read_front
+from craftmesh.io.front_csv import read_front, read_words
 from craftmesh.io.vtk import read_crack, write_crack
 from craftmesh.types import Crack, Voxels
 
 GOES = ("kink_angle", "extension")
 FRAMES = tuple(f"{name}_{axis}" for name in ("normal", "binormal") for axis in "xyz")
+# Flags of rows that do not turn a front: their K is a mean of two grains' limits, or of a segment too short
+# for it, or of lips that overlap, where the kink angle is the 70 degrees of pure mode II.
+DOUBTFUL = frozenset(("limit", "short", "closed"))
 LEFT = "every front has left the body: the crack severs it"
 STANDS = "no point of the front extends: Delta K is nowhere over grow.threshold"
 
@@ -75,6 +78,7 @@ def severed(voxels: Voxels | None, crack: Crack) -> str:
 def front_extensions(intensities: Path, front: Path) -> FrontExtensions:
     """Read where the points of a front go, by the nodes that sif.csv and front.csv both name.
 
+    Rows whose `flags` hold one of DOUBTFUL are not trusted; without that column all are.
     Raises CraftmeshError for missing columns, bad numbers, and files of different meshes.
     """
     goes = _columns(intensities, ("node", *GOES), "made by `craftmesh fracture --crack`")
@@ -87,7 +91,10 @@ def front_extensions(intensities: Path, front: Path) -> FrontExtensions:
         np.stack([frames[f"{name}{axis}"] for axis in "xyz"], axis=1)
         for name in ("", "normal_", "binormal_")
     )
-    return FrontExtensions(points, normal, binormal, np.radians(goes["kink_angle"]), goes["extension"])
+    flags = read_words(intensities, "flags") or [""] * len(points)
+    trusted = np.array([DOUBTFUL.isdisjoint(words.split("+")) for words in flags])
+    angle = np.radians(goes["kink_angle"])
+    return FrontExtensions(points, normal, binormal, angle, goes["extension"], trusted)
 
 
 def _columns(path: Path, names: tuple[str, ...], made: str) -> dict[str, np.ndarray]:

@@ -33,6 +33,7 @@ class FrontExtensions:
 
     points, normal, binormal (n, 3): the crack plane's normal, and the direction out of the crack, square to
     it and to the front. kink_angle (n,) radians from the binormal towards the normal; extension (n,).
+    trusted (n,) bool: whether its way says something; others go as the trusted ones beside them.
     """
 
     points: np.ndarray
@@ -40,6 +41,7 @@ class FrontExtensions:
     binormal: np.ndarray
     kink_angle: np.ndarray
     extension: np.ndarray
+    trusted: np.ndarray
 
     def rows(self, chosen: np.ndarray) -> "FrontExtensions":
         """Return the chosen rows, in their order."""
@@ -54,7 +56,7 @@ def moves_along(
     The parts ahead and aside are made smooth, and laid along the directions there.
     """
     parts = along.extension[:, None] * np.column_stack([np.cos(along.kink_angle), np.sin(along.kink_angle)])
-    ahead, aside = smoothed(s, parts, line.length, line.closed, line.arc, options).T
+    ahead, aside = smoothed(s, parts, line.length, line.closed, line.arc, options, along.trusted).T
     tangent = line.tangents()
     normal, binormal = (
         interpolated(s, directions, line.length, line.closed, line.arc)
@@ -71,20 +73,24 @@ def smoothed(
     closed: bool,
     at: np.ndarray,
     options: SmoothingOptions,
+    trusted: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return values (k, m) at arc lengths (k,) of a front, from those (n, m) of its rows at s (n,).
 
-    `length` is the front's. fit: least squares on cubic B-splines with knots KNOTS row spacings apart, END
-    off a front's ends; savitzky_golay: a parabola in a window of rows (the paper, section 2); none:
-    straight between the rows.
+    `length` is the front's; trusted (n,) bool: the rows that count, all where there are none. fit: least
+    squares on cubic B-splines with knots KNOTS row spacings apart, END off a front's ends; savitzky_golay:
+    a parabola in a window of rows (the paper, section 2); none: straight between the rows.
     """
+    counts = np.ones(len(s), bool) if trusted is None or not trusted.any() else trusted
     if options.smoothing == "fit":
         spacing = np.median(np.diff(s)) if len(s) > 1 else length
-        inside = _off_ends(s, length, closed, spacing)
-        if inside.sum() > LEAST_ROWS:
-            s, values = s[inside], values[inside]
+        inside = counts & _off_ends(s, length, closed, spacing)
+        if inside.sum() <= LEAST_ROWS:
+            inside = counts
+        s, values = s[inside], values[inside]
         basis = even_basis(length, closed, KNOTS * spacing)
         return basis.design(at) @ basis.solve(basis.design(s), values, np.ones(len(s)), STIFFNESS)
+    values = interpolated(s[counts], values[counts], length, closed, s)
     if options.smoothing == "savitzky_golay" and len(s) >= options.window:
         width = options.window // 2 * 2 + 1
         values = savgol_filter(values, width, 2, axis=0, mode="wrap" if closed else "interp")

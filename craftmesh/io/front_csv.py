@@ -83,6 +83,13 @@ def read_fronts(path: str | os.PathLike) -> list[np.ndarray]:
     return fronts
 
 
+def read_words(path: str | os.PathLike, name: str) -> list[str] | None:
+    """Return a column of text of a file with a header, row by row; None where it has no such column."""
+    names, *rows = _rows(path)
+    names = [own.strip() for own in names]
+    return [row[names.index(name)] for row in rows] if name in names else None
+
+
 def _rows(path: str | os.PathLike) -> list[list[str]]:
     if not Path(path).is_file():
         raise CraftmeshError(f"{path}: no such file; give a csv with columns x, y, z")

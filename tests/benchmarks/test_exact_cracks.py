@@ -12,7 +12,17 @@ from craftmesh.mechanics.near_field import as_tensor
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 
-from exact_cracks import COPPER, POISSON, YOUNG, crystal_penny, ellipse, lens, penny  # noqa: E402
+from exact_cracks import (  # noqa: E402
+    COPPER,
+    POISSON,
+    YOUNG,
+    crystal_penny,
+    ellipse,
+    green_slope,
+    kelvin_slope,
+    lens,
+    penny,
+)
 from spherical_cap import cap_intensities, solutions  # noqa: E402
 
 PENNY_UNIT = 2 / np.sqrt(np.pi)
@@ -105,3 +115,10 @@ def test_a_penny_in_copper_has_other_k_round_its_front():
     )
     # along the cube's axes and between them: the mean opening is one, so K_I must differ
     assert k[0, 0] == pytest.approx(k[2, 0]) and abs(k[1, 0] / k[0, 0] - 1) > 0.03
+
+
+def test_the_closed_form_of_greens_function_is_barnetts_integral():
+    tensor = as_tensor(Material("isotropic", (YOUNG, POISSON)).stiffness()[None])[0]
+    offset = np.random.default_rng(3).normal(size=(50, 3))
+    wanted = green_slope(tensor, offset)
+    assert np.abs(kelvin_slope(tensor, offset) - wanted).max() < 1e-12 * np.abs(wanted).max()

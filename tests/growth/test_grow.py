@@ -39,7 +39,10 @@ def along(crack, options, k=opened):
     normal = np.tile(faces / np.linalg.norm(faces), (len(s), 1))
     points = line.at(s)
     growth = kinks_and_extensions(k(points), crack_radius(crack, BOX), options)
-    return FrontExtensions(points, normal, np.cross(tangent, normal), growth.kink_angle, growth.extension)
+    trusted = np.ones(len(s), bool)
+    return FrontExtensions(
+        points, normal, np.cross(tangent, normal), growth.kink_angle, growth.extension, trusted
+    )
 
 
 def grown_by(crack, options, k=opened, smoothing="fit"):

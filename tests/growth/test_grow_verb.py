@@ -27,7 +27,7 @@ def grow(tmp_path):
     crack = prescribed_crack(EDGE, 0, voxels.box)
     write_crack(tmp_path / "crack.vtp", crack)
 
-    def run(extension, *flags):
+    def run(extension, *flags, **columns):
         y = np.linspace(0, 10, 11)
         places = {"x": 6 + 0 * y, "y": y, "z": 6 + 0 * y, "node": np.arange(1, 12)}
         tail = crack.points[crack.fronts[0][0]]
@@ -36,7 +36,8 @@ def grow(tmp_path):
         frames = {"normal_x": 0 * y, "normal_y": 0 * y, "normal_z": sign + 0 * y}
         frames |= {"binormal_x": 1 + 0 * y, "binormal_y": 0 * y, "binormal_z": 0 * y}
         write_front(tmp_path / "front.csv", places | frames)
-        write_front(tmp_path / "sif.csv", places | {"kink_angle": 0 * y, "extension": extension + 0 * y})
+        goes = {"kink_angle": 0 * y, "extension": extension + 0 * y} | columns
+        write_front(tmp_path / "sif.csv", places | goes)
         files = [str(tmp_path / name) for name in ("crack.vtp", "sif.csv", "front.csv")]
         outputs = ["-o", str(tmp_path / "grown.vtp"), "--report", str(tmp_path / "growth.json")]
         status = main(["grow", *files, "--volume", str(tmp_path / "labels.npz"), *outputs, *flags])
@@ -58,6 +59,15 @@ def test_a_crack_goes_on(grow, tmp_path):
     # the mouth of the crack reaches out of the body
     assert after - before == pytest.approx(2.0 * 10, rel=1e-6)
     assert area(tmp_path / "grown.vtp") == pytest.approx(after)
+
+
+@pytest.mark.parametrize("word", ["limit", "short", "pierce+closed", "pierce"])
+def test_rows_of_doubtful_intensities_do_not_turn_the_front(grow, tmp_path, word):
+    flags = np.full(11, "", object)
+    flags[5] = word
+    grow(2.0, kink_angle=np.where(np.arange(11) == 5, 70.0, 0.0), flags=flags)
+    height = np.abs(read_crack(tmp_path / "grown.vtp").points[:, 2] - 6).max()
+    assert height > 0.1 if word == "pierce" else height < 1e-9
 
 
 @pytest.mark.parametrize(

@@ -122,3 +122,17 @@ def test_the_fit_bridges_a_gap_between_rows():
     s = np.concatenate([np.arange(0, 15.0), np.arange(30, 60.0)])
     smooth = smoothed(s, np.ones((len(s), 3)), 60.0, False, np.linspace(0, 60, 61), SmoothingOptions())
     assert np.abs(smooth - 1).max() < 1e-6
+
+
+@pytest.mark.parametrize("smoothing", ["fit", "savitzky_golay", "none"])
+@pytest.mark.parametrize("closed", [True, False])
+def test_rows_that_are_not_trusted_go_as_their_neighbours(smoothing, closed):
+    s, options = np.arange(40.0), SmoothingOptions(smoothing=smoothing)
+    moves, trusted = np.ones((40, 3)), np.ones(40, bool)
+    trusted[[10, 21, 22, 23, 24]] = False
+    moves[~trusted] = -5.0
+    length, at = (40.0 if closed else 39.0), np.linspace(0, 39, 79)
+    assert np.abs(smoothed(s, moves, length, closed, at, options, trusted) - 1).max() < 1e-6
+    # where none is, all count
+    none = smoothed(s, moves, length, closed, at, options, 0 * s > 0)
+    assert (none == smoothed(s, moves, length, closed, at, options)).all()
