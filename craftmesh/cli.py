@@ -12,6 +12,7 @@ from craftmesh.errors import CraftmeshError
 
 # In the order of the way. The first words of the docstring of a verb's module are its help.
 VERBS = (
+    "init",
     "generate",
     "import",
     "remesh",

@@ -1,0 +1,122 @@
+"""A first configuration for a microstructure: sizes from its voxels and grains, a crack in a face."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from craftmesh.types import Voxels
+
+# A piece of a grain under so many voxels, three across, is a speck to a mesh; but grains stay: at most
+# SPECK_SHARE of the median grain. The median grain of AL1050 has 2,000 voxels, that of the copper 90.
+SPECK, SPECK_SHARE = 27, 0.1
+# Eq. 3's default l_min, l0 / 2, makes three times the elements round the front; examples take 0.75 to 0.8.
+L_MIN, L_MAX, R0 = 0.8, 3.0, 8.0  # over l0
+ACROSS = 4.0  # elements across a grain at least: fewer leave the boundaries' curvature to chance
+RADIUS = 0.25  # of the box's shortest edge across the crack; as much again is left beside its front
+GROWTH = 0.25  # of the radius
+OFF_CENTRE = 0.2  # of a voxel: planes between voxels are those in which flat grain boundaries lie
+
+
+@dataclass(frozen=True)
+class FirstCampaign:
+    """The values of a first configuration, in model units, and what was seen of the microstructure.
+
+    imported: the keys of the section import; sizing: l0, l_min, l_max, r0, r1; crack: centre, radius and
+    growth; materials: the texts of inp.material; grains: how many; across: median diameter of a grain.
+    """
+
+    imported: Mapping[str, Any]
+    sizing: Mapping[str, float]
+    crack: Mapping[str, Any]
+    materials: tuple[str, ...]
+    grains: int
+    across: float
+
+
+def median_grain(labels: np.ndarray) -> float:
+    """Return the median count of voxels of the grains, labels > 0; 0 without a grain."""
+    counts = np.bincount(labels[labels > 0])
+    return float(np.median(counts[counts > 0])) if counts.any() else 0.0
+
+
+def specks(labels: np.ndarray) -> int:
+    """Return the size in voxels under which pieces of grains are absorbed in a first campaign."""
+    return int(min(SPECK, SPECK_SHARE * median_grain(labels)))
+
+
+def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign:
+    """Return the first campaign for cleaned voxels; imported: how they were read and cleaned."""
+    edge = float(np.cbrt(voxels.spacing.prod()))
+    across = edge * float(np.cbrt(6 / np.pi * median_grain(voxels.labels)))
+    low, high = voxels.origin, voxels.origin + voxels.spacing * voxels.labels.shape
+    extent = high - low
+    l0 = min(edge, across / ACROSS)
+    l_max = min(L_MAX * l0, max(l0, across / ACROSS))
+    r0 = min(R0 * l0, extent.min() / 4)
+    sizing = {"l0": l0, "l_min": L_MIN * l0, "l_max": l_max, "r0": r0, "r1": 2 * r0}
+    radius = RADIUS * float(extent.min())
+    centre = (low + high) / 2 + OFF_CENTRE * voxels.spacing
+    centre[1] = low[1]
+    crack = {"centre": centre.tolist(), "radius": radius, "growth": GROWTH * radius}
+    grains = len(np.unique(voxels.labels[voxels.labels > 0]))
+    return FirstCampaign(imported, sizing, crack, _materials(voxels), grains, across)
+
+
+def _materials(voxels: Voxels) -> tuple[str, ...]:
+    """Return a material for each phase: crystals where orientations are known, else isotropic."""
+    grains = np.unique(voxels.labels[voxels.labels > 0])
+    known = voxels.orientations is not None and np.isfinite(voxels.orientations[grains]).all()
+    kind = "cubic:168400,121400,75400" if known else "isotropic:200000,0.3"
+    phases = np.unique(voxels.phases[grains]) if voxels.phases is not None else np.zeros(1)
+    return (kind,) if len(phases) < 2 else tuple(f"{phase}={kind}" for phase in phases.tolist())
+
+
+def configuration_text(first: FirstCampaign, name: str, sheet: str, data: str) -> str:
+    """Return the commented configuration of a first campaign, YAML for `snakemake --configfile`."""
+    numbers = {key: f"{value:.4g}" for key, value in ({**first.sizing, "across": first.across}).items()}
+    imported = "".join(f"  {key}: {_yaml(value)}\n" for key, value in first.imported.items())
+    section = f"import:  # how the file is read and cleaned\n{imported}\n" if imported else ""
+    centre = ", ".join(f"{x:.6g}" for x in first.crack["centre"])
+    cubic = first.materials[0].split("=")[-1].startswith("cubic")
+    about = (
+        "constants of copper: put those of your crystal"
+        if cubic
+        else "no orientations in the file, so isotropic: E, Poisson's ratio"
+    )
+    return f"""\
+# A first campaign for {name}: {first.grains} grains, the median one {numbers["across"]} across.
+# Lengths are in the file's units. Only what differs from the defaults is named; `craftmesh VERB --help`
+# and config/config.yaml explain every key.
+cases: {_yaml(sheet)}  # the sheet: case, microstructure, crack, increments
+data: {_yaml(data)}  # folder in which the sheet's microstructures lie
+
+{section}sizing:  # edge lengths: l_min at the crack front, l0 at the distance r0, l_max from r1 on
+  l_min: {numbers["l_min"]}  # {L_MIN:g} l0; halve it for K, and the front has eight times the elements
+  l0: {numbers["l0"]}  # the voxel's edge, or a quarter of a grain where that is less
+  l_max: {numbers["l_max"]}  # at most 3 l0, and {ACROSS:g} elements across the median grain
+  r0: {numbers["r0"]}
+  r1: {numbers["r1"]}
+
+cracks:
+  notch:  # semicircular: the centre of the penny lies on the face y = min
+    shape: penny
+    centre: [{centre}]
+    normal: [0, 0, 1]  # the tension is along z: inp.axis
+    radius: {first.crack["radius"]:.4g}  # a quarter of the shortest edge of the box
+    growth: {first.crack["growth"]:.4g}  # added at each increment that the sheet asks for
+
+inp:
+  material: {_yaml(list(first.materials))}  # {about}
+"""
+
+
+def sheet_text(name: str, microstructure: str) -> str:
+    """Return the sheet of a first campaign: one case of one increment."""
+    return f"case\tmicrostructure\tcrack\tincrements\n{name}\t{microstructure}\tnotch\t1\n"
+
+
+def _yaml(value: Any) -> str:
+    return json.dumps(list(value) if isinstance(value, tuple) else value)  # JSON is YAML on one line

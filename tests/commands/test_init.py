@@ -1,0 +1,83 @@
+"""What `craftmesh init` writes is a campaign that is accepted, fits the microstructure, and runs."""
+
+import numpy as np
+import pytest
+import yaml
+
+from craftmesh.campaign.campaign import read_campaign
+from craftmesh.cli import main
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.voxels.generate import GenerateOptions, generate
+
+
+def volume(folder, name="scan 1.npz", scale=1.0, **others):
+    voxels = generate(
+        GenerateOptions(shape=(16, 15, 14), grains=5, voids=0, embedded_grains=0, embedded_pairs=0)
+    )
+    spacing = np.array([1.0, 1.0, 1.25]) * scale
+    arrays = {"labels": voxels.labels, "spacing": spacing, "origin": [5.0, 6, 7]} | others
+    np.savez(folder / name, **arrays)
+    return folder / name
+
+
+def init(folder, monkeypatch, *words) -> dict:
+    monkeypatch.chdir(folder)
+    assert main(["init", *map(str, words)]) == 0
+    (path,) = folder.glob("*.yaml")
+    return yaml.safe_load(path.read_text())
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.5e-3])
+def test_sizes_and_crack_fit_the_microstructure(tmp_path, monkeypatch, scale):
+    config = init(tmp_path, monkeypatch, volume(tmp_path, scale=scale, origin=np.zeros(3)))
+    campaign = read_campaign(config)
+    assert [case.name for case in campaign.cases.values()] == ["scan_1"]
+    sizing = config["sizing"]
+    assert 0 < sizing["l_min"] < sizing["l0"] <= sizing["l_max"] <= 3 * sizing["l0"]
+    assert sizing["l0"] == pytest.approx(1.25 ** (1 / 3) * scale, rel=1e-3)  # written in four digits
+    box = np.array([[0, 0, 0], [16 * scale, 15 * scale, 14 * 1.25 * scale]])
+    (options,) = campaign.crack_options("scan_1", "000")
+    crack = prescribed_crack(CrackOptions(**options), 0, box)
+    (front,) = crack.fronts
+    assert (np.abs(crack.points[front][[0, -1], 1]) < 1e-9 * scale).all()  # it begins and ends on the face
+    inner = crack.points[front][1:-1]
+    assert (inner > box[0]).all() and (inner < box[1]).all()
+
+
+def test_flags_of_the_reader_go_into_the_configuration(tmp_path, monkeypatch):
+    labels = generate(GenerateOptions(shape=(16, 15, 14), grains=5)).labels
+    np.save(tmp_path / "v.npy", labels.transpose(2, 1, 0))
+    config = init(tmp_path, monkeypatch, "v.npy", "--axes", "zyx", "--spacing", "2", "2", "2")
+    assert config["import"]["axes"] == "zyx" and config["import"]["spacing"] == [2, 2, 2]
+    assert config["inp"]["material"][0].startswith("isotropic")
+    read_campaign(config)
+
+
+def test_unindexed_voxels_and_specks_are_cleaned_away(tmp_path, monkeypatch, capsys):
+    noisy = generate(GenerateOptions(shape=(20, 20, 20), grains=4, shuffled=0.3)).labels.copy()
+    noisy[3:5, 3:5, 3:5] = 0
+    noisy[10, 10, 10] = 77
+    config = init(tmp_path, monkeypatch, volume(tmp_path, labels=noisy))
+    assert config["import"]["fill_unindexed"] and config["import"]["smoothing_rounds"] == 2
+    assert config["import"]["min_island_voxels"] == 27
+    assert "grains 77 are specks" in capsys.readouterr().out
+
+
+def test_each_phase_has_a_material(tmp_path, monkeypatch):
+    quaternions = np.tile([1.0, 0, 0, 0], (6, 1))
+    path = volume(tmp_path, orientations=quaternions, phases=np.array([0, 1, 1, 2, 2, 2]))
+    materials = init(tmp_path, monkeypatch, path)["inp"]["material"]
+    assert [text.split(":")[0] for text in materials] == ["1=cubic", "2=cubic"]
+
+
+def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):
+    path = volume(tmp_path)
+    init(tmp_path, monkeypatch, path)
+    (tmp_path / "scan_1.yaml").write_text("mine")
+    assert main(["init", str(path)]) == 1
+    assert "scan_1.yaml: is there already" in capsys.readouterr().err
+    (tmp_path / "scan_1.yaml").unlink()
+    assert main(["init", str(path)]) == 1
+    assert "scan_1.tsv: is there already" in capsys.readouterr().err
+    assert not (tmp_path / "scan_1.yaml").exists()
