@@ -9,15 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.atomic import atomic_path
-from craftmesh.campaign.cases import RESERVED
 from craftmesh.campaign.first_campaign import configuration_text, first_campaign, sheet_text, specks
+from craftmesh.campaign.sheet import RESERVED
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import existing
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.file_volume import listed
 from craftmesh.progress import ProgressLine
 from craftmesh.types import Voxels
-from craftmesh.voxels.clean import ROUGH, CleanOptions, clean
+from craftmesh.voxels.clean import ROUGH, clean
+from craftmesh.voxels.clean_options import CleanOptions
 from craftmesh.voxels.raw_volume import RawVolume
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 
