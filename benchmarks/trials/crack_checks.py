@@ -22,14 +22,20 @@ VOID_ROOM = 1.75  # voxels from voids and the outside within which voxels do not
 
 
 def front_edges(deck: DeckFile) -> np.ndarray:
-    """Return the edges (k, 2) where the two lips meet: each lip has them once, with the same nodes."""
+    """Return the edges (k, 2) where two lips meet: each lip has them once, with the same nodes.
+
+    Where cracks cross, the lips of both meet on edges too, but several of these lie in one place.
+    """
     once = []
-    for lip in ("CRACK_LIP_A", "CRACK_LIP_B"):
-        triangles = deck.triangles(lip)
-        rows, count = np.unique(_edges(triangles), axis=0, return_counts=True)
+    for side in "AB":
+        rows, count = np.unique(_edges(deck.lip(side)), axis=0, return_counts=True)
         once.append(rows[count == 1])
     both, count = np.unique(np.concatenate(once), axis=0, return_counts=True)
-    return both[count == 2]
+    _, place = np.unique(deck.points, axis=0, return_inverse=True)
+    lips = np.unique(np.concatenate([_edges(deck.lip(side)) for side in "AB"]), axis=0)
+    places, copies = np.unique(np.sort(place.ravel()[lips], axis=1), axis=0, return_counts=True)
+    alone = places[copies == 1] @ (len(deck.points), 1)
+    return both[(count == 2) & np.isin(np.sort(place.ravel()[both], axis=1) @ (len(deck.points), 1), alone)]
 
 
 def check_crack(case: Drawn, deck: DeckFile, l_min: float) -> dict:
@@ -51,7 +57,7 @@ def check_crack(case: Drawn, deck: DeckFile, l_min: float) -> dict:
         "front_middle": float(at_middles.max() / l_min),
         "front_set_off": len(np.setxor1d(nodes, np.intersect1d(named, np.unique(deck.corners)))),
         "front_missing": _missing(case, ends, l_min),
-        **facets_off(case.sheet, deck.points, deck.triangles("CRACK_LIP_A"), l_min),
+        **facets_off(case.sheet, deck.points, deck.lip("A"), l_min),
         **_area(case, deck, ends, at_middles),
     }
 
@@ -136,7 +142,7 @@ def _area(case: Drawn, deck: DeckFile, ends: np.ndarray, at_middles: np.ndarray)
 
     The segments between the front and its chords are taken off the given area.
     """
-    triangles = deck.triangles("CRACK_LIP_A")
+    triangles = deck.lip("A")
     if material_depth(case.voxels, deck.points[np.unique(triangles)]).min() < VOID_ROOM:
         return {"area_off_pct": None}
     corners = deck.points[triangles]

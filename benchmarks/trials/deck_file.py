@@ -23,6 +23,13 @@ class DeckFile:
     def corners(self) -> np.ndarray:
         return self.tets[:, :4]
 
+    def lip(self, side: str) -> np.ndarray:
+        """Return the triangles (k, 3) of the lips A or B of all cracks."""
+        names = [
+            name for name in self.surfaces if name.startswith("CRACK_") and name.endswith(f"LIP_{side}")
+        ]
+        return np.concatenate([np.zeros((0, 3), np.int64), *map(self.triangles, sorted(names))])
+
     def triangles(self, surface: str) -> np.ndarray:
         """Return the corner nodes (k, 3) of a surface's faces."""
         tet, face = self.surfaces.get(surface, np.zeros((0, 2), np.int64)).T

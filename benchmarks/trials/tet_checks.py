@@ -130,7 +130,7 @@ def _conformity(deck: DeckFile) -> dict:
     named = np.zeros(len(faces), bool)
     for rows in deck.surfaces.values():
         named[4 * rows[:, 0] + rows[:, 1]] = True
-    pairs = [_places(deck, lip) for lip in ("CRACK_LIP_A", "CRACK_LIP_B")]
+    pairs = [_places(deck, side) for side in "AB"]
     both, times = np.unique(np.concatenate(pairs), axis=0, return_counts=True)
     return {
         "faces_over_two": int((count > 2).sum()),
@@ -141,8 +141,8 @@ def _conformity(deck: DeckFile) -> dict:
     }
 
 
-def _places(deck: DeckFile, lip: str) -> np.ndarray:
-    corners = deck.points[deck.triangles(lip)]
+def _places(deck: DeckFile, side: str) -> np.ndarray:
+    corners = deck.points[deck.lip(side)]
     order = np.lexsort((corners[..., 2], corners[..., 1], corners[..., 0]))
     return np.take_along_axis(corners, order[..., None], axis=1).reshape(-1, 9)
 

@@ -99,8 +99,6 @@ def _front(path: Path | None) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
     if path.suffix != ".vtp":
         return (), read_front_points(path)
     crack = read_crack(path)
-    if not crack.fronts:
-        raise CraftmeshError(f"{path}: the crack has no front inside the box; expected at least one")
     return tuple(crack.points[front] for front in crack.fronts), np.zeros((0, 3))
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.commands.stage_io import warn
+from craftmesh.mesh.bodies import severed_sentence
 from craftmesh.mesh.flat_tets import flat_sentence, flat_tets
 from craftmesh.progress import ProgressLine
 from craftmesh.sizing.lengths import Lengths
@@ -31,7 +32,8 @@ def complete_mesh(
         warn(opened.warning)
     mesh, report = assemble(opened.surface, opened.grain_tets)
     flat = flat_sentence(flat_tets(mesh))
-    if flat:
-        warn(flat)
+    for sentence in (flat, severed_sentence(mesh)):
+        if sentence:
+            warn(sentence)
     meshing = with_counts(record, whole.whole_model, opened.report, opened.poor)
     return mesh, report | {"meshing": meshing}

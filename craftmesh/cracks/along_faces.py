@@ -128,7 +128,7 @@ def _within(crack: Crack, rows: np.ndarray, slab: np.ndarray, face: tuple[int, i
     near = (low <= slab[1]).all(axis=1) & (high >= slab[0]).all(axis=1)
     kept, area, least, most = [], [], [], []
     for row, triangle in zip(rows[near].tolist(), corners[near]):
-        polygon = _clipped(triangle, slab)
+        polygon = clipped(triangle, slab)
         if len(polygon) < 3:
             continue
         distance = np.abs(polygon[:, axis] - slab[upper, axis])
@@ -139,7 +139,7 @@ def _within(crack: Crack, rows: np.ndarray, slab: np.ndarray, face: tuple[int, i
     return _Part(np.array(kept, np.int64), np.array(area), np.array(least), np.array(most))
 
 
-def _clipped(polygon: np.ndarray, slab: np.ndarray) -> np.ndarray:
+def clipped(polygon: np.ndarray, slab: np.ndarray) -> np.ndarray:
     """Return the convex polygon (k, 3) cut off at the six planes of the slab (2, 3)."""
     for axis in range(3):
         for inward, plane in ((1.0, slab[0, axis]), (-1.0, slab[1, axis])):

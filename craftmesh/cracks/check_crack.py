@@ -22,8 +22,6 @@ def check_crack(crack: Crack) -> list[str]:
         loops = boundary_loops(crack.triangles)
     except CraftmeshError as error:
         return [*breaches, str(error)]
-    if not crack.fronts:
-        breaches.append("the crack has no front")
     boundary = {frozenset(edge) for loop in loops for edge in _edges(loop)}
     for number, front in enumerate(crack.fronts, 1):
         off = sum(frozenset(edge) not in boundary for edge in _edges(front))

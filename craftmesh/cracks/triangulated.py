@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from craftmesh.cracks.along_faces import clipped
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.height_parts import height_parts
 from craftmesh.cracks.one_sheet import (
@@ -33,7 +34,8 @@ def crack_from_triangles(
     """Return the crack of a disc- or annulus-like triangulated surface.
 
     points (n, 3); triangles (m, 3); fronts: polylines (k, 3) along the surface's boundary, or None:
-    every boundary edge within the box (2, 3) is front. frame (3, 3): rows u, v, normal of a planar
+    every boundary edge within the box (2, 3) is front; without any the crack parts the body.
+    frame (3, 3): rows u, v, normal of a planar
     crack; None finds planes over which the surface, parted along its kinks where one will not do, is a
     height, at least near the box. Front ends lie exactly on the box. Raises CraftmeshError for bad numbers,
     for surfaces that are non-manifold, folded, through themselves or in pieces, and for cracks outside the
@@ -57,10 +59,7 @@ def crack_from_triangles(
     points, triangles, loops = _split_at_box(points, triangles, loops, box)
     polylines = _fronts_within(points, loops, box, wanted)
     if not polylines:
-        raise CraftmeshError(
-            f"the crack has no front within the box {told(box)}; expected a crack that ends inside, "
-            "not in a face: move it or make it smaller"
-        )
+        _refuse_no_crack(points[triangles], wanted is not None, box)
     return Crack(points, triangles, tuple(polylines))
 
 
@@ -136,6 +135,21 @@ def _check_simple(uv: np.ndarray, loops: list[np.ndarray]) -> None:
     for loop in loops:
         if not shapely.LinearRing(uv[loop]).is_simple:
             raise CraftmeshError("the crack front crosses itself; expected a front without crossings")
+
+
+def _refuse_no_crack(corners: np.ndarray, front_given: bool, box: np.ndarray) -> None:
+    """Raise CraftmeshError for a crack (m, 3, 3) without a front that has no part in the box (2, 3)."""
+    if front_given:
+        raise CraftmeshError(
+            f"the crack has no front within the box {told(box)} along the given one; expected a front on "
+            "the surface's boundary, or none for a crack that parts the body"
+        )
+    near = corners[meets_box(corners, box)]
+    if not any(len(clipped(triangle, box)) > 2 for triangle in near):
+        raise CraftmeshError(
+            f"the crack lies outside the box {told(box)}: it has no front within it, nor any other part; "
+            "move it"
+        )
 
 
 def _split_at_box(

@@ -218,7 +218,9 @@ def _target(surface: Surface, sizing: Lengths | None) -> SizeAt:
 
 
 def _least_length(crack: Crack, target: SizeAt) -> float:
-    """Return the least target length on the crack's fronts, l_min."""
+    """Return the least target length on the crack's fronts, l_min, or on all of it where it has none."""
+    if not crack.fronts:
+        return float(target(crack.points).min())
     return float(target(crack.points[np.concatenate(crack.fronts)]).min())
 
 

@@ -38,7 +38,12 @@ class Rim:
         return np.where(shapely.contains_xy(self.domain, uv[:, 0], uv[:, 1]), distance, -distance)
 
     def nearest_front(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return foot (n, 2), front number (n,) and arc length (n,) of the nearest front point."""
+        """Return foot (n, 2), front number (n,) and arc length (n,) of the nearest front point.
+
+        Without a front the feet are infinitely far.
+        """
+        if not self.curves:
+            return np.full(uv.shape, np.inf), np.full(len(uv), -1), np.full(len(uv), np.nan)
         segment, foot, along = feet_on_segments(self.segments, self.front_tree, uv)
         return foot, self.front_number[segment], self.front_start[segment] + along
 
@@ -149,4 +154,5 @@ def _segments(
             if frozenset(map(tuple, segment)) not in known:
                 mouth.append(segment)
     segments = np.concatenate([segments, np.array(mouth).reshape(-1, 2, 2)])
-    return segments, np.concatenate(number), np.concatenate(arc)
+    none = np.zeros(0)
+    return segments, np.concatenate([none.astype(np.int64), *number]), np.concatenate([none, *arc])

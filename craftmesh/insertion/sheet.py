@@ -6,7 +6,6 @@ import numpy as np
 import shapely
 
 from craftmesh.cracks.frame import best_fit_frame
-from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.kernels.holding import bins_of, holding
 from craftmesh.insertion.rim import Rim, rim_of
 from craftmesh.surface.kernels.bins import Bins
@@ -141,13 +140,8 @@ class Sheet:
 
 
 def sheet_of(crack: Crack, box: np.ndarray) -> Sheet:
-    """Return the evaluator of `crack` in the box (2, 3); planar cracks are exact.
-
-    Raises CraftmeshError for a crack without a front.
-    """
+    """Return the evaluator of `crack` in the box (2, 3); planar cracks are exact."""
     box = np.asarray(box, float)
-    if not crack.fronts:
-        raise CraftmeshError("the crack has no front; expected one: make it with craftmesh crack")
     points, triangles = crack.points, crack.triangles.astype(np.int64)
     frame = best_fit_frame(points, triangles)
     origin = points[np.unique(triangles)].mean(axis=0)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.holding import lacking
 from craftmesh.types import TetMesh
 
 
@@ -44,8 +45,9 @@ def tension(mesh: TetMesh, axis: int, magnitude: float, by_stress: bool, rollers
 
     magnitude: the strain between both planes, or with by_stress the stress on the far one. With rollers the
     near planes of the other axes are held along their normals, as planes of symmetry; without, the body is
-    held against turning and sliding at two nodes of the near plane. Raises CraftmeshError for a plane
-    without nodes.
+    held against turning and sliding at two nodes of the near plane. Bodies that a crack has severed get as
+    few more supports as keep them from moving as a whole. Raises CraftmeshError for a plane without nodes,
+    and for a stress that would pull off what nothing holds.
     """
     near, far = (f"{'XYZ'[axis]}{end}" for end in ("MIN", "MAX"))
     planes = [(k, f"{'XYZ'[k]}MIN") for k in range(3) if rollers or k == axis]
@@ -59,10 +61,21 @@ def tension(mesh: TetMesh, axis: int, magnitude: float, by_stress: bool, rollers
         held += _against_turning(mesh, axis, mesh.node_sets[near])
     if by_stress:
         faces = mesh.face_sets.get(far, np.zeros((0, 2), np.int64))
+        if _other_bodies(mesh, held):
+            raise CraftmeshError(
+                f"load: a part of the body that nothing holds would be pulled off by a stress on {far}, as "
+                "where the crack severs it; give a strain, which moves it"
+            )
         return Load(tuple(held), pulled=(Traction(faces, float(magnitude), far),))
     low, high = (mesh.points[mesh.node_sets[name][0], axis] for name in (near, far))
     moved = Fixed(mesh.node_sets[far], axis, float(magnitude * (high - low)), far)
-    return Load(tuple(held), moved=(moved,))
+    return Load((*held, *_other_bodies(mesh, [*held, moved])), moved=(moved,))
+
+
+def _other_bodies(mesh: TetMesh, supports: list[Fixed]) -> list[Fixed]:
+    """Return what holds bodies that a crack has severed from the rest, as far as the supports do not."""
+    held = [(fixed.nodes, fixed.axis) for fixed in supports]
+    return [Fixed(np.array([node]), axis) for node, axis in lacking(mesh, held)]
 
 
 def _against_turning(mesh: TetMesh, axis: int, nodes: np.ndarray) -> list[Fixed]:

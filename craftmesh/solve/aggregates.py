@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from craftmesh.mechanics.holding import rigid_motions
 from craftmesh.solve.elements import Elements
 from craftmesh.solve.kernels.blocks import all_blocks
 from craftmesh.solve.stiffness_matrix import StiffnessMatrix
@@ -47,14 +48,3 @@ class Aggregates:
         """Fill `out` (n, 3) with the aggregates' answer to what is left (n, 3)."""
         answer = self.cycle.matvec(self.restriction @ left.ravel())
         np.copyto(out, (self.prolongation @ answer).reshape(-1, 3))
-
-
-def rigid_motions(points: np.ndarray) -> np.ndarray:
-    """Return the displacements (n, 3, 6) of three shifts and of three small turns about the middle."""
-    x, y, z = (points - points.mean(axis=0)).T
-    motions = np.zeros((len(points), 3, 6))
-    motions[:, [0, 1, 2], [0, 1, 2]] = 1
-    motions[:, 1, 3], motions[:, 2, 3] = -z, y
-    motions[:, 0, 4], motions[:, 2, 4] = z, -x
-    motions[:, 0, 5], motions[:, 1, 5] = -y, x
-    return motions

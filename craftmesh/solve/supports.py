@@ -3,17 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.holding import LOOSE, rigid_motions
 from craftmesh.mechanics.load import Load
-from craftmesh.solve.aggregates import rigid_motions
+from craftmesh.mesh.bodies import bodies
 from craftmesh.types import TetMesh
-
-# Condition of the rigid motions at the supports. A plane of a hundred thousand nodes and one node more, a
-# thousandth of the box away, give some 1e6; a body that is not held gives 1e15 or more.
-_LOOSE = 1e9
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,16 +46,17 @@ def supports_of(load: Load, mesh: TetMesh) -> Supports:
 
 def _check_held(mesh: TetMesh, fixed: np.ndarray) -> None:
     """Refuse a piece of the body (elements joined by nodes) that the supports leave a rigid motion."""
-    piece = _pieces(mesh)
+    in_piece = bodies(mesh)
+    piece = np.full(len(mesh.points), -1)
+    piece[mesh.tets] = in_piece[:, None]
     motions = rigid_motions(mesh.points / max(np.ptp(mesh.points, axis=0).max(initial=0.0), 1e-300))
     node, axis = np.nonzero(fixed)
     order = np.argsort(piece[node], kind="stable")
     node, axis = node[order], axis[order]
-    in_piece = piece[mesh.tets[:, 0]]
     for number in np.unique(in_piece):
         low, high = np.searchsorted(piece[node], [number, number + 1])
         rows = motions[node[low:high], axis[low:high]]
-        if len(rows) < 6 or np.linalg.cond(rows) > _LOOSE:
+        if len(rows) < 6 or np.linalg.cond(rows) > LOOSE:
             elements = np.flatnonzero(in_piece == number)
             place = ", ".join(f"{x:.4g}" for x in mesh.points[mesh.tets[elements[0], 0]])
             raise CraftmeshError(
@@ -68,12 +64,3 @@ def _check_held(mesh: TetMesh, fixed: np.ndarray) -> None:
                 "is not held against moving as a whole; hold it (sides, axis), or end the growth before "
                 "the crack severs the body"
             )
-
-
-def _pieces(mesh: TetMesh) -> np.ndarray:
-    """Return the number (n,) of the piece that each node is in."""
-    n = len(mesh.points)
-    tails = np.repeat(mesh.tets[:, 0], mesh.tets.shape[1] - 1)
-    heads = mesh.tets[:, 1:].ravel()
-    links = coo_array((np.ones(len(heads), np.int8), (tails, heads)), shape=(n, n))
-    return connected_components(links, directed=False)[1]

@@ -101,7 +101,6 @@ def test_growth_adds_to_the_sizes_and_lists_replace_it():
         {"radius": 1.0, "axis": (0, 0, 2)},
         {"radius": 1.0, "centre": (100, 0, 0)},
         {"radius": 1.0, "centre": (6, 4, 14.0)},
-        {"radius": 100.0, "centre": CENTRE},
         {"radius": 1.0, "shape": "square"},
     ],
 )
@@ -216,17 +215,22 @@ def test_each_breach_of_a_crack_is_told():
         "4 triangles have no area": Crack(square * 0, fan, (rim,)),
         "1 triangles have no area": Crack(square, [*fan.tolist(), [0, 1, 1]], (rim,)),
         "not a manifold": Crack(square, [*fan.tolist(), [0, 4, 2], [4, 0, 2]], (rim,)),
-        "no front": Crack(square, fan, ()),
         "front 2 has 1 edges": Crack(square, fan, (rim[:3], np.array([3, 0, 4]))),
     }
     for sentence, crack in breaches.items():
         assert any(sentence in breach for breach in check_crack(crack)), sentence
 
 
-def test_a_crack_without_a_front_has_no_sheet():
-    points, triangles = wavy_disc(3.0, 0.0)
-    with pytest.raises(CraftmeshError, match="no front"):
-        sheet_of(Crack(points, triangles, ()), BOX)
+def test_a_crack_past_the_box_on_all_sides_has_no_front_and_one_beside_it_is_refused():
+    square = np.array([[-9, -9, 4], [99, -9, 4], [99, 99, 4], [-9, 99, 4]], float)
+    crack = crack_from_triangles(square, [[0, 1, 2], [0, 2, 3]], None, BOX)
+    assert crack.fronts == () and check_crack(crack) == []
+    foot, number, _ = sheet_of(crack, BOX).rim.nearest_front(np.zeros((2, 2)))
+    assert np.isinf(foot).all() and (number == -1).all()
+    with pytest.raises(CraftmeshError, match="outside the box"):
+        crack_from_triangles(square + [0, 0, 999], [[0, 1, 2], [0, 2, 3]], None, BOX)
+    with pytest.raises(CraftmeshError, match="no front within the box .* along the given one"):
+        crack_from_triangles(square, [[0, 1, 2], [0, 2, 3]], [square[:2]], BOX)
 
 
 def test_a_mouth_on_the_box_is_pushed_out_so_that_the_box_is_inside():

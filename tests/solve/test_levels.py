@@ -5,10 +5,11 @@ import pytest
 from structured_box import structured_box
 
 from craftmesh.assembly.assemble import assemble
+from craftmesh.mechanics.holding import rigid_motions
 from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
 from craftmesh.mechanics.orientation import random_orientations
 from craftmesh.mesh.integration import shape_slopes, tet_rule
-from craftmesh.solve.aggregates import Aggregates, rigid_motions
+from craftmesh.solve.aggregates import Aggregates
 from craftmesh.solve.corners import Corners, step_of
 from craftmesh.solve.elements import Elements, elements_of
 from craftmesh.solve.kernels.blocks import (

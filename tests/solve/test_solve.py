@@ -15,6 +15,7 @@ from craftmesh.mesh.mesh_sets import LIPS
 from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.problem import problem_of
 from craftmesh.solve.solve import memory_of, solve
+from craftmesh.solve.supports import supports_of
 from craftmesh.types import TetMesh
 
 COPPER = ("cubic:168.4e3,121.4e3,75.4e3",)
@@ -180,12 +181,23 @@ def test_a_field_that_is_no_number_is_refused():
         solve(replace(model, load=replace(model.load, moved=(nan,))))
 
 
-def test_a_severed_body_is_refused():
+def test_both_parts_of_a_severed_body_are_held_and_a_stress_that_parts_them_is_refused():
     severed = plane_crack(2, 2, lambda centres: np.ones(len(centres), bool))
     mesh, _ = assemble(*structured_box((3, 3, 4), two_grains, severed))
-    for load in ("strain", "stress"):
-        with pytest.raises(CraftmeshError, match="a piece of 108 elements .*is not held"):
-            solve(copper(mesh, load=load))
+    for sides, count in (("free", 3 + 3), ("rollers", 0)):
+        model = copper(mesh, sides=sides)
+        supports_of(model.load, model.mesh)  # raises where a part can move as a whole
+        assert sum(len(fixed.nodes) == 1 for fixed in model.load.held) == count
+    with pytest.raises(CraftmeshError, match="nothing holds would be pulled off by a stress on ZMAX"):
+        solve(copper(mesh, load="stress"))
+
+
+def test_a_piece_that_the_supports_leave_free_is_named():
+    severed = plane_crack(2, 2, lambda centres: np.ones(len(centres), bool))
+    model = copper(assemble(*structured_box((3, 3, 4), two_grains, severed))[0])
+    loose = replace(model, load=replace(model.load, held=model.load.held[:3]))
+    with pytest.raises(CraftmeshError, match="a piece of 108 elements .*is not held"):
+        solve(loose)
 
 
 def test_models_without_a_load_with_two_loads_or_turned_elements_are_refused():
