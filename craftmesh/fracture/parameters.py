@@ -170,7 +170,8 @@ def _line_and_segments(
     s, total = arc_lengths(points, front.closed)
     edges = len(s) if front.closed else len(s) - 1
     grain = grain_of_edges(mesh, front.corners[:edges], np.roll(front.corners, -1)[:edges])
-    line = FrontLine(s, local_sizes(points, front.closed), total, front.closed)
+    sizes = local_sizes(points, front.closed)
+    line = FrontLine(s, sizes, front.curve.bend_radius(s), total, front.closed)
     return line, segments_of(s, total, front.closed, stiffness[np.searchsorted(grains, grain)])
 
 

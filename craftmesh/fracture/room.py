@@ -24,7 +24,7 @@ def radii(
     points = fronts[number]
     s, total = arc_lengths(points, closed)
     room = np.minimum(_to_others(fronts, number), _to_itself(points, s, total, closed)) - sizes
-    room = np.minimum(room, OF_CURVATURE * _bend_radius(curve, s))
+    room = np.minimum(room, OF_CURVATURE * curve.bend_radius(s))
     return np.clip(room, LEAST_RADIUS * sizes, radius * sizes)
 
 
@@ -43,12 +43,3 @@ def _to_itself(points: np.ndarray, s: np.ndarray, total: float, closed: bool) ->
         distance = np.linalg.norm(points - point, axis=1)
         result[k] = distance[way > STRANGERS * distance].min(initial=np.inf)
     return result
-
-
-def _bend_radius(curve: FrontCurve, s: np.ndarray) -> np.ndarray:
-    step = 1e-3 * curve.length
-    low, high = s - step, s + step
-    if not curve.closed:
-        low, high = low.clip(0), high.clip(None, curve.length)
-    turn = np.linalg.norm(curve.frames(high)[1] - curve.frames(low)[1], axis=1)
-    return (high - low) / np.maximum(turn, 1e-12)

@@ -59,6 +59,24 @@ def test_curves_follow_a_circle_of_uneven_nodes(closed):
         assert np.allclose(place[[0, -1]], points[[0, -1]], atol=1e-4)
 
 
+def test_curves_follow_the_sharp_ends_of_an_ellipse():
+    """Ellipse 25:6 with nodes about a third of its least radius apart, as fine as where it is blunt."""
+    rng = np.random.default_rng(3)
+    fine = np.linspace(0, 2 * np.pi, 20001)
+    line = np.stack([12.5 * np.cos(fine), 3 * np.sin(fine), 0 * fine], axis=1)
+    arc = np.append(0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
+    steps = rng.uniform(0.8, 1.2, 220)
+    angle = np.interp(np.cumsum(steps) / steps.sum() * arc[-1], arc, fine)
+    points = np.stack([12.5 * np.cos(angle), 3 * np.sin(angle), 0 * angle], axis=1)
+    curve = front_curve(points, np.tile([0.0, 0.0, 1.0], (220, 1)), True)
+    place, tangent, _, _ = curve.frames(np.linspace(0, curve.length, 2000))
+    turn = np.arctan2(place[:, 1] / 3, place[:, 0] / 12.5)
+    exact = np.stack([-12.5 * np.sin(turn), 3 * np.cos(turn), 0 * turn], axis=1)
+    exact /= np.linalg.norm(exact, axis=1)[:, None]
+    # 1.6 degrees; 2.4 with pieces as long as where the front is blunt
+    assert angles(tangent, exact).max() < 2.0
+
+
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_short_fronts_have_curves(count):
     points = np.stack([np.arange(count), np.zeros(count), np.zeros(count)], axis=1).astype(float)
