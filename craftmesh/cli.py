@@ -13,6 +13,7 @@ from craftmesh.errors import CraftmeshError
 # In the order of the way. The first words of the docstring of a verb's module are its help.
 VERBS = (
     "init",
+    "plan",
     "generate",
     "import",
     "remesh",
@@ -29,10 +30,12 @@ VERBS = (
     "grow",
     "export",
     "check",
+    "view",
     "report",
     "import-config",
     "snakefile",
     "compile",
+    "completion",
 )
 COMMANDS = "craftmesh.commands"
 

@@ -36,8 +36,8 @@ def or_default(config: Mapping[str, Any]) -> dict[str, Any]:
     if not RUN_KEYS.issuperset(config):
         return dict(config)
     if DEFAULT.is_file():
-        return _read(DEFAULT) | dict(config)
-    demo = _read(home() / DEFAULT)
+        return read_config(DEFAULT) | dict(config)
+    demo = read_config(home() / DEFAULT)
     return demo | {"cases": str(home() / demo["cases"])} | dict(config)
 
 
@@ -55,7 +55,8 @@ def command_on_path() -> None:
         )
 
 
-def _read(path: Path) -> dict[str, Any]:
+def read_config(path: Path) -> dict[str, Any]:
+    """Return what a configuration file holds; raises CraftmeshError for what is not YAML with keys."""
     import yaml
 
     try:

@@ -1,0 +1,193 @@
+"""Tell what a campaign will run before it runs: jobs, elements, about how long and how much memory."""
+
+import argparse
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from craftmesh.campaign.campaign import Campaign, read_campaign
+from craftmesh.campaign.cases import SYNTHETIC, UNTIL, Case
+from craftmesh.campaign.dry_run import Job, planned_jobs
+from craftmesh.campaign.effort import Effort, Sizes, effort, expected_elements, expected_facets
+from craftmesh.campaign.home import or_default, read_config
+from craftmesh.commands.crack_sources import given_surface
+from craftmesh.commands.stage_io import add_report, existing, write_json
+from craftmesh.cracks.options import BY_NUMBERS, CrackOptions
+from craftmesh.cracks.series import crack_of_increment
+from craftmesh.io.npz import read_labels
+from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for, voxel_edge
+from craftmesh.types import Voxels
+from craftmesh.voxels.clean import clean
+from craftmesh.voxels.clean_options import CleanOptions
+from craftmesh.voxels.generate import GenerateOptions, generate
+from craftmesh.voxels.raw_volume import as_raw
+from craftmesh.voxels.reading import ReadOptions, read_voxels
+
+UNCOUNTED = ("points", "field", "curvature", "around_voids")  # keys of sizing that add elements
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "config",
+        type=Path,
+        nargs="?",
+        help="configuration .yaml; left out: the one that snakemake would take",
+    )
+    parser.add_argument(
+        "--cores", type=int, default=2, metavar="N", help="cores of the machine (default 2)"
+    )
+    add_report(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    path = arguments.config
+    campaign = read_campaign(or_default(read_config(existing(path)) if path else {}))
+    jobs = planned_jobs(["--configfile", str(path)] if path else [])
+    report: dict[str, Any] = {"jobs": len(jobs), "by_rule": _by_rule(jobs), "cases": {}}
+    efforts: list[tuple[Job, Effort]] = [
+        (job, effort(job.rule, Sizes(0, 0, 0))) for job in jobs if not job.case
+    ]
+    for case in campaign.cases.values():
+        own = [job for job in jobs if job.case == case.name]
+        if own:
+            sizes = dict(sizes_of(campaign, case))
+            first = next(iter(sizes.values()))
+            mine = [
+                (job, effort(job.rule, sizes.get(job.increment, first), campaign.chunks)) for job in own
+            ]
+            efforts += mine
+            elements = {inc: int(one.elements) for inc, one in sizes.items()}
+            report["cases"][case.name] = _figures(mine) | {"by_rule": _by_rule(own), "elements": elements}
+        else:
+            report["cases"][case.name] = {"jobs": 0}
+    report |= _figures(efforts)
+    report["minutes"] = round(wall_seconds(efforts, campaign, arguments.cores) / 60, 2)
+    report["notes"] = list(notes(campaign))
+    for line in sentences(report, arguments.cores):
+        print(line)
+    if arguments.report:
+        write_json(arguments.report, report)
+
+
+def _by_rule(jobs: list[Job]) -> dict[str, int]:
+    return dict(Counter(job.rule for job in jobs))
+
+
+def _figures(efforts: list[tuple[Job, Effort]]) -> dict[str, Any]:
+    return {
+        "jobs": len(efforts),
+        "cpu_minutes": round(sum(one.seconds for _, one in efforts) / 60, 2),
+        "largest_job_gb": round(max((one.megabytes for _, one in efforts), default=0.0) / 1000, 2),
+    }
+
+
+def sentences(report: dict[str, Any], cores: int) -> Iterator[str]:
+    """Yield what a plan tells, one line each."""
+    if not report["jobs"]:
+        yield "nothing to run: all is there"
+        return
+    yield f"{report['jobs']} jobs: " + ", ".join(f"{n} {rule}" for rule, n in report["by_rule"].items())
+    for name, case in report["cases"].items():
+        if not case["jobs"]:
+            yield f"case {name}: nothing to run"
+            continue
+        sizes = sorted(case["elements"].values())
+        span = f"{sizes[0]:,.0f}" if len(sizes) == 1 else f"{sizes[0]:,.0f} to {sizes[-1]:,.0f}"
+        yield (
+            f"case {name}: {case['jobs']} jobs, {len(sizes)} increments of about {span} elements, "
+            f"{case['cpu_minutes']:.1f} min of CPU, largest job {case['largest_job_gb']:.1f} GB"
+        )
+    yield (
+        f"all: about {report['cpu_minutes']:.1f} min of CPU, {report['minutes']:.1f} min on {cores} cores, "
+        f"largest job {report['largest_job_gb']:.1f} GB"
+    )
+    for note in report["notes"]:
+        yield f"note: {note}"
+
+
+def sizes_of(campaign: Campaign, case: Case) -> Iterator[tuple[str, Sizes]]:
+    """Yield the sizes of each increment of a case, of which the sheet knows the last at most."""
+    voxels = voxels_of(campaign, case)
+    facets = expected_facets(voxels)
+    for inc in case.increment_names:
+        elements = expected_elements(voxels, sizing_of_increment(case, voxels, int(inc)))
+        yield inc, Sizes(voxels.labels.size, facets, elements)
+
+
+def voxels_of(campaign: Campaign, case: Case) -> Voxels:
+    """Return the cleaned volume of a case: as imported, where it is, else read and cleaned again."""
+    made = Path(campaign.results) / case.name / "labels.npz"
+    if made.is_file():
+        return read_labels(made)
+    settings = case.settings
+    if case.microstructure == SYNTHETIC:
+        volume = as_raw(generate(GenerateOptions(**settings["generate"])))
+    else:
+        volume = read_voxels(case.microstructure, _options(ReadOptions, settings["import"]))
+    return clean(volume, _options(CleanOptions, settings["import"]))[0]
+
+
+def _options(cls: type, section: dict[str, Any]) -> Any:
+    return cls(**{field.name: section[field.name] for field in fields(cls)})
+
+
+def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
+    """Return the sizing round the fronts of an increment, as far as they are known before it is solved.
+
+    A crack that grows is taken as larger by grow.share at each increment; of a shape from files that grows,
+    the first is taken.
+    """
+    options = SizingOptions(**{**case.settings["sizing"], "field": None, "points": None, "curvature": None})
+    if options.l0 is None:
+        options = replace(options, l0=voxel_edge(voxels))
+    sizing = sizing_for(None, options, np.zeros((0, 3)))
+    sources = []
+    for name in case.cracks:
+        crack_options = CrackOptions(**case.settings["cracks"][name])
+        which = 0 if case.grows else increment
+        if case.grows and crack_options.shape in BY_NUMBERS:
+            crack_options = _grown(crack_options, (1 + case.settings["grow"]["share"]) ** increment)
+        surface, _ = given_surface(crack_options, which, voxels.box, voxels)
+        crack = crack_of_increment(crack_options, which, voxels.box, surface)
+        sources += [densify(crack.points[front], sizing.l_min / 2) for front in crack.fronts]
+    return replace(sizing, sources=np.concatenate(sources)) if sources else sizing
+
+
+def _grown(options: CrackOptions, factor: float) -> CrackOptions:
+    if options.semi_axes is not None:
+        a, b = options.semi_axes
+        return replace(options, semi_axes=(factor * a, factor * b))
+    return replace(options, radius=None if options.radius is None else factor * options.radius)
+
+
+def wall_seconds(efforts: list[tuple[Job, Effort]], campaign: Campaign, cores: int) -> float:
+    """Return the time that the jobs take on `cores` cores: shared out, but those of a growing case in turn.
+
+    The chunks of an increment's tetrahedra run side by side; the increments of a case that grows do not.
+    """
+    shared = sum(one.seconds for _, one in efforts) / cores
+    chains = [0.0]
+    for case in campaign.cases.values():
+        own: dict[str, float] = {}
+        for job, one in efforts:
+            if job.case == case.name:
+                side = min(cores, campaign.chunks) if job.rule == "tetrahedralize" else 1
+                own[job.increment] = own.get(job.increment, 0.0) + one.seconds / side
+        first = own.pop("", 0.0)
+        chains.append(first + (sum(own.values()) if case.grows else max(own.values(), default=0.0)))
+    return max(shared, *chains)
+
+
+def notes(campaign: Campaign) -> Iterator[str]:
+    """Yield what the figures leave out."""
+    yield "times are without the compilation of kernels, some four minutes once per machine"
+    for case in campaign.cases.values():
+        if case.growth == UNTIL:
+            yield f"case {case.name}: jobs after the first increment are planned as the crack grows"
+        left_out = [key for key in UNCOUNTED if case.settings["sizing"][key]]
+        if left_out:
+            yield f"case {case.name}: elements for sizing.{', sizing.'.join(left_out)} are not counted"

@@ -1,0 +1,151 @@
+"""Show a stage file as a picture, without a screen: labels, surface, crack, sizes, mesh or solution."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from craftmesh.atomic import atomic_path
+from craftmesh.commands.stage_io import existing
+from craftmesh.errors import CraftmeshError
+
+if TYPE_CHECKING:
+    from craftmesh.types import Voxels
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", type=Path, help=f"a stage file: {', '.join(VIEWS)}")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="picture .png (default: the file's name and .png)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    file = existing(arguments.file)
+    if file.suffix not in VIEWS:
+        raise CraftmeshError(
+            f"{file}: suffix {file.suffix!r} is not a stage file's; expected {', '.join(VIEWS)}"
+        )
+    output = arguments.output or file.with_name(f"{file.name}.png")
+    picture = VIEWS[file.suffix](file)
+    with atomic_path(output) as temporary:
+        temporary.write_bytes(picture)
+    print(f"wrote {output}")
+
+
+def view_arrays(file: Path) -> bytes:
+    """Show labels, or the sizes of a sizing.npz; chunks of grains and solutions lack what they refer to."""
+    from craftmesh.io.npz import load
+    from craftmesh.io.sizing_npz import is_sizing
+    from craftmesh.report.views import labels_picture, lengths_picture
+
+    if is_sizing(file):
+        from craftmesh.commands.sizing_flags import stored_sizing
+
+        sizing = stored_sizing(file)
+        if not len(sizing.sources):
+            raise CraftmeshError(
+                f"{file}: has no sources, all lengths are {sizing.l_max:g}: nothing to show"
+            )
+        reach = np.full(3, sizing.r1)
+        box = np.stack([sizing.sources.min(axis=0) - reach, sizing.sources.max(axis=0) + reach])
+        return lengths_picture(sizing, sizing.sources, box)
+    arrays = load(file)
+    if "labels" not in arrays:
+        other = "solution.vtu" if "displacement" in arrays else "volume.vtu"
+        raise CraftmeshError(f"{file}: refers to a mesh that it does not hold; view {other} beside it")
+    return labels_picture(_voxels(file))
+
+
+def view_image(file: Path) -> bytes:
+    from craftmesh.report.views import labels_picture
+
+    return labels_picture(_voxels(file))
+
+
+def _voxels(file: Path) -> "Voxels":
+    from craftmesh.voxels.reading import read_voxels
+
+    return read_voxels(file).voxels
+
+
+def view_polygons(file: Path) -> bytes:
+    """Show a surface or, where the file has no `sides`, a crack."""
+    from craftmesh.io import vtk, vtk_xml
+    from craftmesh.report.views import crack_picture, surface_picture
+
+    if vtk_xml.read_dataset(file, "PolyData").GetCellData().HasArray("sides"):
+        return surface_picture(vtk.read_surface(file))
+    return crack_picture(vtk.read_crack(file))
+
+
+def view_mesh(file: Path) -> bytes:
+    """Show tetrahedra or, where the file has displacements, the deformed body."""
+    from craftmesh.io import vtk, vtk_xml
+
+    grid = vtk_xml.read_dataset(file, "UnstructuredGrid")
+    if grid.GetPointData().HasArray("displacement"):
+        from craftmesh.mesh.tet_connectivity import half_faces
+        from craftmesh.report.pictures import deformed_body
+
+        points = vtk_xml.points_of(grid)
+        connectivity, offsets = vtk_xml.cells_of(grid.GetCells())
+        tets = connectivity.reshape(len(offsets) - 1, -1)[:, :4]
+        faces = half_faces(_one_point_a_place(points)[tets])
+        _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+        moved = vtk_xml.named_array(file, grid.GetPointData(), ["displacement"], "point data")
+        return deformed_body(points, half_faces(tets)[first[count == 1]], moved)
+    from craftmesh.report.views import tets_picture
+
+    mesh = vtk.read_tets(file)
+    lips = [nodes for name, nodes in mesh.node_sets.items() if "_LIP_" in name]
+    return tets_picture(mesh.points, mesh.tets, mesh.grain, np.concatenate([np.zeros(0, np.int64), *lips]))
+
+
+def view_deck(file: Path) -> bytes:
+    import meshio
+
+    from craftmesh.report.views import tets_picture
+
+    try:
+        deck = meshio.read(file, file_format="abaqus")
+    except (meshio.ReadError, ValueError, KeyError, OSError) as error:
+        raise CraftmeshError(f"{file}: cannot be read as a deck ({error}); run craftmesh check") from None
+    blocks = [block.data for block in deck.cells if block.type in ("tetra", "tetra10")]
+    if not blocks:
+        raise CraftmeshError(f"{file}: has no C3D4 or C3D10 elements; expected a deck of craftmesh")
+    grain = np.repeat(np.arange(1, len(blocks) + 1), [len(data) for data in blocks])
+    lips = [np.asarray(nodes) for name, nodes in deck.point_sets.items() if "_LIP_" in name]
+    tets = np.concatenate([data[:, :4] for data in blocks])
+    return tets_picture(deck.points, tets, grain, np.concatenate([np.zeros(0, np.int64), *lips]))
+
+
+def view_front(file: Path) -> bytes:
+    """Show K along the fronts of a sif.csv, or the fronts alone."""
+    from craftmesh.io.front_csv import read_front, read_fronts
+
+    columns = read_front(file)
+    if "K_I" in columns and "kink_angle" in columns:
+        from craftmesh.report.pictures import along_front
+
+        return along_front({file.parent.name: columns})
+    from craftmesh.report.views import fronts_picture
+
+    return fronts_picture(read_fronts(file))
+
+
+def _one_point_a_place(points: np.ndarray) -> np.ndarray:
+    """Return for each point the first at the same place: a solution has one for each grain there."""
+    _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    return first[inverse.ravel()]
+
+
+VIEWS = {
+    ".npz": view_arrays,
+    ".vti": view_image,
+    ".vtp": view_polygons,
+    ".vtu": view_mesh,
+    ".inp": view_deck,
+    ".csv": view_front,
+}

@@ -1,0 +1,138 @@
+"""Elements, time and memory that a plan tells are within a factor of 1.5 of what was measured."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from craftmesh.campaign.campaign import read_campaign
+from craftmesh.campaign.dry_run import Job, jobs_of
+from craftmesh.campaign.effort import (
+    TETS_PER_CUBE,
+    Sizes,
+    effort,
+    expected_elements,
+    expected_facets,
+)
+from craftmesh.commands.plan import sizes_of
+from craftmesh.types import Voxels
+
+ROOT = Path(__file__).resolve().parents[2]
+FACTOR = 1.5
+
+
+@dataclass(frozen=True)
+class Uniform:
+    length: float
+
+    def at(self, points):
+        return np.full(len(points), self.length)
+
+
+def test_uniform_lengths_fill_the_grains_alone():
+    labels = np.ones((20, 10, 30), int)
+    labels[:, :5] = 0
+    voxels = Voxels(labels, (0.5, 2.0, 1.0), (0, 0, 0))
+    # half of 20 x 10 x 30 voxels of volume 1; a slice of samples at the boundary counts whole: 1 in 60
+    assert expected_elements(voxels, Uniform(0.25)) == pytest.approx(
+        TETS_PER_CUBE * 3000 / 0.25**3, rel=0.02
+    )
+
+
+def test_lengths_that_vary_are_summed_where_they_are():
+    @dataclass(frozen=True)
+    class Linear:
+        def at(self, points):
+            return 1 + points[:, 0] / 10
+
+    voxels = Voxels(np.ones((10, 10, 10), int), (1, 1, 1), (0, 0, 0))
+    exact = 100 * 5 * (1 - 1 / 4)  # the integral of (1 + x / 10)^-3 over 0 to 10, times the section
+    assert expected_elements(voxels, Linear()) == pytest.approx(TETS_PER_CUBE * exact, rel=1e-3)
+
+
+def test_facets_follow_the_boundaries():
+    labels = np.ones((10, 10, 10), int)
+    one = expected_facets(Voxels(labels, (1, 1, 1), (0, 0, 0)))
+    labels[5:] = 2
+    assert expected_facets(Voxels(labels, (1, 1, 1), (0, 0, 0))) == pytest.approx(one * 7 / 6)
+
+
+# last increments as the README has them; al6xn's first, and both ends of cracks that grow
+MEASURED = [
+    ("al6xn/config.yaml", {"000": 279_379}),
+    ("al1050/config.yaml", {"002": 646_000}),
+    ("copper/config.yaml", {"002": 1_407_000}),
+    ("al1050/growth.yaml", {"000": 68_535, "004": 95_915}),
+    ("copper/growth.yaml", {"000": 136_121, "004": 155_105}),
+]
+
+
+@pytest.mark.parametrize("example, elements", MEASURED, ids=[name for name, _ in MEASURED])
+def test_elements_of_the_examples(example, elements, shared_data, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    config = yaml.safe_load((ROOT / "examples" / example).read_text()) | {"data": str(shared_data)}
+    campaign = read_campaign(config | {"results": "no-results-there"})
+    (case,) = campaign.cases.values()
+    sizes = dict(sizes_of(campaign, case))
+    for inc, count in elements.items():
+        assert count / FACTOR < sizes[inc].elements < count * FACTOR
+
+
+# CPU seconds and MB of single jobs with compiled kernels: voxels, facets and elements of the increment
+COPPER, AL1050 = Sizes(32_768, 103_175, 155_105), Sizes(718_528, 332_611, 95_915)
+JOBS = [
+    ("remesh", COPPER, 5.2, 246),
+    ("remesh", AL1050, 13.6, 388),
+    ("stitch", COPPER, 5.4, 295),
+    ("stitch", AL1050, 6.5, 395),
+    ("gradate", COPPER, 7.2, 323),
+    ("gradate", AL1050, 10.9, 387),
+    ("tetrahedralize", COPPER, 7.7, 430),
+    ("tetrahedralize", AL1050, 5.8, 430),
+    ("assemble", COPPER, 4.5, 383),
+    ("assemble", AL1050, 2.4, 314),
+    ("inp", COPPER, 2.1, 324),
+    ("inp", AL1050, 2.1, 292),
+    ("solve", COPPER, 15.3, 709),
+    ("fracture", COPPER, 9.8, 451),
+    ("fracture", AL1050, 6.7, 334),
+    ("solve", Sizes(0, 0, 513_205), 39.9, 1_623),
+]
+
+
+@pytest.mark.parametrize("rule, sizes, seconds, megabytes", JOBS)
+def test_time_and_memory_of_a_job(rule, sizes, seconds, megabytes):
+    told = effort(rule, sizes)
+    assert seconds / FACTOR < told.seconds < seconds * FACTOR
+    assert megabytes / FACTOR < told.megabytes < megabytes * FACTOR
+
+
+def test_more_chunks_share_the_tetrahedra():
+    two, four = (effort("tetrahedralize", AL1050, chunks) for chunks in (2, 4))
+    least = effort("tetrahedralize", Sizes(0, 0, 0)).seconds
+    assert four.seconds - least == pytest.approx((two.seconds - least) / 2)
+
+
+def test_jobs_are_read_from_a_dry_run():
+    text = """
+[date]
+localrule crack:
+    input: a
+    wildcards: case=one, inc=000
+Group job surface (jobs in lexicogr. order):
+    [date]
+    rule gradate:
+        input: b
+        wildcards: case=one, inc=001
+        resources: tmpdir=/tmp
+[date]
+localcheckpoint grow:
+    wildcards: case=two, inc=002
+[date]
+rule all:
+    input: c
+"""
+    wanted = [Job("crack", "one", "000"), Job("gradate", "one", "001"), Job("grow", "two", "002")]
+    assert jobs_of(text) == wanted
