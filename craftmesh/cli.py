@@ -1,43 +1,11 @@
 """The command line: `craftmesh VERB ...`, one verb a stage."""
 
-import ast
 import importlib
 import importlib.metadata
-import keyword
-import re
 import sys
-from pathlib import Path
 
+from craftmesh.commands.verbs import COMMANDS, VERBS, module_name, summary
 from craftmesh.errors import CraftmeshError
-
-# In the order of the way. The first words of the docstring of a verb's module are its help.
-VERBS = (
-    "init",
-    "plan",
-    "generate",
-    "import",
-    "remesh",
-    "crack",
-    "size",
-    "preview",
-    "stitch",
-    "gradate",
-    "tetrahedralize",
-    "assemble",
-    "inp",
-    "solve",
-    "fracture",
-    "grow",
-    "export",
-    "check",
-    "view",
-    "report",
-    "import-config",
-    "snakefile",
-    "compile",
-    "completion",
-)
-COMMANDS = "craftmesh.commands"
 
 INTERRUPTED = 130
 
@@ -77,19 +45,6 @@ def run(argv: list[str]) -> int:
     parser = Parser(prog=f"craftmesh {verb}", description=module.__doc__)
     module.add_arguments(parser)
     return module.run(parser.parse_args(rest)) or 0
-
-
-def module_name(verb: str) -> str:
-    """Return the name of a verb's module among the commands."""
-    return verb.replace("-", "_") + "_" * keyword.iskeyword(verb)
-
-
-def summary(verb: str) -> str:
-    """Return what a verb does: its module's docstring to the first colon or semicolon, not imported."""
-    source = Path(__file__).with_name("commands") / f"{module_name(verb)}.py"
-    first, *_ = (ast.get_docstring(ast.parse(source.read_bytes())) or "").splitlines()
-    text = re.split("[:;]", first)[0].rstrip(".")
-    return text[:1].lower() + text[1:]
 
 
 def overview() -> str:

@@ -5,6 +5,7 @@ import importlib
 from pathlib import Path
 
 from craftmesh.commands.flags import Parser
+from craftmesh.commands.verbs import COMMANDS, VERBS, module_name, summary
 
 SHELLS = ("bash", "zsh", "tcsh")
 
@@ -22,8 +23,6 @@ def run(arguments: argparse.Namespace) -> None:
 def whole_parser() -> argparse.ArgumentParser:
     """Return a parser with every verb of the command line; files are completed where a path is expected."""
     import shtab
-
-    from craftmesh.cli import COMMANDS, VERBS, module_name, summary
 
     parser = Parser(prog="craftmesh")
     parser.add_argument("--version", action="store_true", help="print the version")

@@ -103,7 +103,7 @@ def test_every_verb_has_help(verb, capsys):
 @pytest.mark.parametrize(
     ("words", "line"),
     [
-        ("unknown", "'unknown' is not a verb; expected one of init, generate, import"),
+        ("unknown", "'unknown' is not a verb; expected one of init, plan, generate"),
         ("remesh", "the following arguments are required"),
         ("remesh gone.npz -o s.vtp", "gone.npz: no such file"),
         ("gradate gone.vtp -o s.vtp", "gone.vtp"),

@@ -5,8 +5,9 @@ import subprocess
 
 import pytest
 
-from craftmesh.cli import VERBS, main
+from craftmesh.cli import main
 from craftmesh.commands.completion import SHELLS
+from craftmesh.commands.verbs import VERBS
 
 
 @pytest.mark.parametrize("shell", SHELLS)
