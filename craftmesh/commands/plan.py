@@ -98,7 +98,8 @@ def sentences(report: dict[str, Any], cores: int) -> Iterator[str]:
         sizes = sorted(case["elements"].values())
         span = f"{sizes[0]:,.0f}" if len(sizes) == 1 else f"{sizes[0]:,.0f} to {sizes[-1]:,.0f}"
         yield (
-            f"case {name}: {case['jobs']} jobs, {len(sizes)} increments of about {span} elements, "
+            f"case {name}: {case['jobs']} jobs, {len(sizes)} increment{'s' * (len(sizes) > 1)} "
+            f"of about {span} elements, "
             f"{case['cpu_minutes']:.1f} min of CPU, largest job {case['largest_job_gb']:.1f} GB"
         )
     yield (
