@@ -12,7 +12,7 @@ FAST_TESTS := $(addprefix tests/,assembly campaign commands cracks deck io mecha
 UNCOMPILED_TESTS := $(addprefix tests/gradation/test_,\
     gradation_kernels.py guards.py narrow_places.py preprocess.py refusals.py refused_moves.py)
 
-.PHONY: setup demo test test-fast test-slow test-bounds test-branches lint bench
+.PHONY: setup docs demo test test-fast test-slow test-bounds test-branches lint bench
 
 setup: $(READY)
 
@@ -50,6 +50,11 @@ test-branches: setup
 
 test-slow: setup
 	$(BIN)/python -m pytest -m slow
+
+# the site in site/; a link that leads nowhere or a docstring that cannot be read stops it
+docs: setup
+	$(PYTHON) -m pip --python .venv/bin/python install -q -c constraints.txt -e '.[docs]'
+	$(BIN)/python -m mkdocs build --strict --quiet
 
 lint: setup
 	$(BIN)/ruff check .

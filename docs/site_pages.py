@@ -1,0 +1,151 @@
+"""Pages of the documentation's site that are made of the tree: called by mkdocs, see mkdocs.yml.
+
+The README is the first page, each stage of the guide has a page of its own, every parameter stands in a
+table of the configuration's schema, and each room of the package has a page of its docstrings.
+"""
+
+import posixpath
+import re
+from pathlib import Path
+from typing import Any
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+
+from craftmesh.campaign.config_schema import config_schema
+
+ROOT = Path(__file__).resolve().parents[1]
+# files of the tree that are pages of the site, by their places in the tree and on the site
+PAGES = {
+    "README.md": "index.md",
+    "config/README.md": "configuration.md",
+    "benchmarks/README.md": "how-to-benchmark.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "CHANGELOG.md": "changelog.md",
+    **{f"examples/{name}/README.md": f"example-{name}.md" for name in ("al1050", "al6xn", "copper")},
+}
+LINK = re.compile(r"(\]\()([^)#\s]+)((?:#[^)]*)?\))")
+STAGE = re.compile(r"^## (\d+)\. ([^:\n]+): (.*)$", re.M)
+ROOMS = (
+    *("types", "options", "errors", "voxels", "cracks", "surface", "mesh", "sizing", "mechanics"),
+    *("remeshing", "stitching", "insertion", "gradation", "tetrahedra", "assembly", "deck", "solve"),
+    *("fracture", "growth", "io", "campaign", "report"),
+)
+SIGNS = {
+    "minimum": "at least",
+    "exclusiveMinimum": "above",
+    "maximum": "at most",
+    "exclusiveMaximum": "below",
+}
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Put the pages of stages and rooms, which are made, into the navigation."""
+    stages = stage_pages((ROOT / "docs/guide.md").read_text())
+    made = {"STAGES": list(stages), "API": [f"api/{room}.md" for room in ROOMS]}
+    for entry in config.nav or []:
+        if isinstance(entry, dict):
+            for name, place in entry.items():
+                entry[name] = made.get(place, place) if isinstance(place, str) else place
+    return config
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pages that are made of the tree, and take away the guide, whose sections are pages."""
+    made = {place: moved((ROOT / source).read_text(), source, place) for source, place in PAGES.items()}
+    made |= stage_pages((ROOT / "docs/guide.md").read_text())
+    made["parameters.md"] = parameters_page(config_schema())
+    made |= {f"api/{room}.md": room_page(room) for room in ROOMS}
+    guide = files.get_file_from_path("guide.md")
+    if guide is not None:
+        files.remove(guide)
+    for place, text in made.items():
+        files.append(File.generated(config, place, content=text))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
+    """Turn links of pages in docs/ that leave it into links on the site."""
+    source = page.file.src_uri
+    return markdown if page.file.generated_by else moved(markdown, f"docs/{source}", source)
+
+
+def moved(text: str, source: str, place: str) -> str:
+    """Return a page's text with its links as they are on the site: from the tree's `source` to `place`."""
+
+    def link(match: re.Match) -> str:
+        before, target, after = match.groups()
+        if re.match(r"\w+:", target):
+            return match.group()
+        path = posixpath.normpath(posixpath.join(posixpath.dirname(source), target))
+        if (ROOT / path).is_dir():
+            path = f"{path}/README.md"
+        on_site = PAGES.get(path, path.removeprefix("docs/"))
+        return before + posixpath.relpath(on_site, posixpath.dirname(place) or ".") + after
+
+    return LINK.sub(link, text)
+
+
+def stage_pages(guide: str) -> dict[str, str]:
+    """Return the guide as a page a stage, and the first one with what goes before and links to them."""
+    heads = list(STAGE.finditer(guide))
+    ends = [*(head.start() for head in heads[1:]), len(guide)]
+    pages, links = {}, []
+    for head, end in zip(heads, ends):
+        number, verb, title = head.groups()
+        place = f"stages/{int(number):02d}-{verb.split(' ')[0]}.md"
+        text = f"# {verb}: {title}\n{guide[head.end() : end]}"
+        pages[place] = moved(text, "docs/guide.md", place)
+        links.append(f"{number}. [{verb}](stages/{posixpath.basename(place)}): {title}")
+    first = moved(guide[: heads[0].start()], "docs/guide.md", "guide.md")
+    return {"guide.md": first + "\n" + "\n".join(links) + "\n"} | pages
+
+
+def parameters_page(schema: dict) -> str:
+    """Return the tables of all keys of the configuration: default, what is allowed, effect."""
+    lines = [
+        "# Every parameter",
+        "",
+        "The keys of the configuration; `l_min` there is `--l-min` of the verb.",
+        "",
+    ]
+    plain = {key: value for key, value in schema["properties"].items() if not _keys(value)}
+    lines += ["## The campaign", "", *_table(plain)]
+    for name, section in schema["properties"].items():
+        if _keys(section):
+            lines += ["", f"## {name}", "", f"{section['description']}.", "", *_table(_keys(section))]
+    return "\n".join(lines) + "\n"
+
+
+def _keys(schema: dict) -> dict:
+    return schema.get("properties") or (schema.get("additionalProperties") or {}).get("properties") or {}
+
+
+def _table(properties: dict) -> list[str]:
+    rows = ["| key | default | values | effect |", "|---|---|---|---|"]
+    for key, schema in properties.items():
+        default = schema.get("default", "none: must be given")
+        cells = [f"`{key}`", f"`{default}`", _allowed(schema), schema.get("description", "")]
+        rows.append("| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |")
+    return rows
+
+
+def _allowed(schema: dict) -> str:
+    if "enum" in schema:
+        return ", ".join(f"`{value}`" for value in schema["enum"] if value is not None)
+    kinds = schema.get("type", "")
+    kinds = kinds if isinstance(kinds, list) else [kinds]
+    limits = [f"{sign} {schema[key]}" for key, sign in SIGNS.items() if key in schema]
+    return ", ".join([" or ".join(kind for kind in kinds if kind != "null"), *limits])
+
+
+def room_page(room: str) -> str:
+    """Return the page of a room, or module of the ground: the docstrings of its public modules."""
+    folder = ROOT / "craftmesh" / room
+    if not folder.is_dir():
+        return f"# {room}\n\n::: craftmesh.{room}\n"
+    modules = sorted(
+        path for path in folder.rglob("*.py") if "kernels" not in path.parts and path.name != "__init__.py"
+    )
+    names = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in modules]
+    return f"# {room}\n\n" + "\n".join(f"::: {name}\n" for name in names)

@@ -1,0 +1,49 @@
+"""The documentation's site is made without a warning, and has a page for every stage, key and room."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("mkdocs", reason="the extra `docs` is not installed")
+
+from mkdocs.commands.build import build
+from mkdocs.config import load_config
+
+from craftmesh.campaign.config_schema import config_schema
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("site")
+    config = load_config(str(ROOT / "mkdocs.yml"), site_dir=str(folder), strict=True)
+    config.plugins.on_startup(command="build", dirty=False)
+    build(config)  # a warning ends it
+    return folder
+
+
+def test_links_and_pictures_lead_to_files(site):
+    for page in site.rglob("*.html"):
+        for target in re.findall(r'(?:href|src)="([^"#]+)', page.read_text()):
+            if not re.match(r"\w+:|//", target) and page.name != "404.html":
+                assert (page.parent / target).exists(), f"{page.relative_to(site)} leads to {target}"
+
+
+def test_every_stage_has_a_page(site):
+    verbs = re.findall(r"^## \d+\. (\w+)", (ROOT / "docs/guide.md").read_text(), flags=re.M)
+    assert len(verbs) > 10
+    assert [path.stem[3:] for path in sorted((site / "stages").glob("*.html"))] == verbs
+
+
+def test_every_key_of_the_configuration_has_its_effect(site):
+    text = (site / "parameters.html").read_text()
+    for section in config_schema()["properties"].values():
+        for key in section.get("properties", {}):
+            assert f"<code>{key}</code>" in text, key
+
+
+def test_the_reference_has_the_docstrings(site):
+    assert "Gradate" in (site / "api/gradation.html").read_text()
+    assert "craftmesh.sizing.sizing.sizing_for" in (site / "api/sizing.html").read_text()
