@@ -42,3 +42,9 @@ def ears(crack: np.ndarray, on_front: np.ndarray) -> np.ndarray:
     """
     edges, _, count = unique_edges(crack)
     return edges[(count > 1) & on_front[edges].all(axis=1)]
+
+
+def median_front_edge(surface: Surface) -> float:
+    """Return the median length of the front's edges, 0 without a front."""
+    ends = surface.points[front_edges(surface)]
+    return float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))) if len(ends) else 0.0

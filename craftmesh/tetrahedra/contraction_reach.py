@@ -8,12 +8,10 @@ from craftmesh.surface.kernels.facet_shape import facet_distance2
 from craftmesh.surface.measure import area_vectors
 from craftmesh.tetrahedra.contraction_rules import Cells, merged
 from craftmesh.tetrahedra.stars import Corners, Stars
+from craftmesh.tetrahedra.surface_freedom import CRACK_REACH
 
 # Of the mean edge at a node: how far the surface may go from where the node was.
 REACH = 0.2
-# Of the median front edge, the same on the crack. Of the 0.05 that are allowed the gradation leaves 0.005;
-# few facets are that far off.
-CRACK_REACH = 0.01
 # Degrees: no facet turns by more than the first, but those of less height over their longest edge than the
 # sine of the second.
 TURN, THIN = 60.0, 15.0

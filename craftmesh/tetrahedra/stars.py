@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from craftmesh.surface.front import front_edges
+from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.surface.patches import feature_edges, patches
 from craftmesh.tetrahedra.grain_surface import lowest_equal_point
 from craftmesh.tetrahedra.whole_mesh import Model
@@ -40,7 +40,6 @@ def classes_of(surface: Surface) -> Classes:
     front = front_edges(surface)
     held[front, CRACK] = True
     lines = np.bincount(feature_edges(surface).lines.ravel(), minlength=count)
-    length = np.linalg.norm(surface.points[front[:, 0]] - surface.points[front[:, 1]], axis=1)
     return Classes(
         held=held,
         rank=np.where(lines == 0, 0, np.where(lines == 2, 1, 2)),
@@ -48,7 +47,7 @@ def classes_of(surface: Surface) -> Classes:
         patch=patches(surface).of_facet,
         crack=surface.kind == CRACK,
         free=np.any(surface.sides <= 0, axis=1),
-        front_length=float(np.median(length)) if len(front) else 0.0,
+        front_length=median_front_edge(surface),
     )
 
 

@@ -1,4 +1,4 @@
-"""Where the surface leaves no room for sound tets, its nodes give way; a bent crack and box stay."""
+"""Where the surface leaves no room for sound tets, its nodes give way; the box stays."""
 
 from dataclasses import replace
 
@@ -10,8 +10,12 @@ from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.flat_tets import flat_tets
 from craftmesh.mesh.tet_connectivity import tet_volumes
+from craftmesh.surface.distances import distances_and_sides
+from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.tetrahedra import flat_places
 from craftmesh.tetrahedra.flat_places import STAGES, given_way
+from craftmesh.tetrahedra.surface_freedom import CRACK_REACH
+from craftmesh.types import CRACK
 
 CELLS = 4
 # A node on the boundary between two halves of the box, and how far it is pushed towards the next one.
@@ -66,15 +70,18 @@ def test_points_of_box_planes_stay_on_them():
         assert (after[before == limit] == limit).all()
 
 
-def test_points_of_the_crack_stay():
+def test_points_of_the_crack_stay_on_it():
     crack_at = plane_crack(0, 2, lambda c: np.maximum(abs(c[:, 1] - 2), abs(c[:, 2] - 2)) < 1)
     surface, tets = pushed_box(crack_at=None)
     cracked, _ = structured_box((CELLS,) * 3, lambda c: np.where(c[:, 0] < 2, 1, 2), crack_at)
     surface = replace(surface, kind=cracked.kind)
     opened = given_way(surface, tets)
-    on_crack = np.unique(surface.facets[surface.kind == cracked.kind.max()])
+    crack, points = surface.facets[surface.kind == CRACK], opened.surface.points
+    on_crack, front = np.unique(crack), np.unique(front_edges(surface))
     assert (on_crack == np.flatnonzero((surface.points == PUSHED + PUSH).all(axis=1))).any()
-    assert (opened.surface.points[on_crack] == surface.points[on_crack]).all()
+    assert (points[front] == surface.points[front]).all()
+    off, _ = distances_and_sides(points[on_crack], surface.points, crack)
+    assert off.max() <= CRACK_REACH * median_front_edge(surface)
 
 
 def test_poor_tets_are_opened_by_less_than_flat_ones():
@@ -88,8 +95,18 @@ def test_poor_tets_are_opened_by_less_than_flat_ones():
     assert check_tets(assemble(opened.surface, opened.grain_tets)[0]) == []
 
 
+def test_stretched_tets_are_opened_as_poor_ones_and_nobody_is_warned():
+    surface, tets = pushed_box(push=np.array([0.65, 0.0, 0.0]))
+    opened = given_way(surface, tets)
+    assert opened.report["poor_before"] == 0 < opened.report["stretched_before"]
+    assert opened.report["stretched_left"] == 0 and opened.warning is None
+    moves = np.linalg.norm(opened.surface.points - surface.points, axis=1)
+    assert 0 < moves.max() < STAGES[2].reaches[-1] * 2
+    assert check_tets(assemble(opened.surface, opened.grain_tets)[0]) == []
+
+
 def test_what_makes_it_worse_is_not_done(monkeypatch):
-    def spoilt(now, reach, bad):
+    def spoilt(now, reach, bad, measure):
         points = now.model.points.copy()
         points[(points == [2.0, 1.0, 1.0]).all(axis=1)] += PUSH
         return points, np.array([1, 2])
