@@ -12,7 +12,7 @@ from craftmesh.sizing.surface_sizing import LocalSizing
 from craftmesh.surface.measure import side_volumes, volume_drift
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
-from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, SOUND, Aim, all_qualities
+from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, WHOLE, Aim, all_qualities
 from craftmesh.tetrahedra.kernels.tet_surface_moves import move_nodes
 from craftmesh.tetrahedra.optimise_tets import new_state, repaired_tets
 from craftmesh.tetrahedra.poor_tets import poor_tets
@@ -27,14 +27,14 @@ class Stage:
     """Which tets the surface gives way to, by `shape_measures`, and how far.
 
     reaches: nodes of the surface move by at most these parts of the mean edge at them, round by round, as
-    long as there are such tets: what a small move opens is not opened by a large one. measure: what moves
-    raise (`tet_quality`). score: what tets have after a contraction, 0 at the limits of flat ones and 1 at
-    those of poor ones; None contracts nothing.
+    long as there are such tets: what a small move opens is not opened by a large one. aim: what moves
+    raise, and how far (`tet_quality`). score: what tets have after a contraction, 0 at the limits of flat
+    ones and 1 at those of poor ones; None contracts nothing.
     """
 
     is_bad: Callable[[np.ndarray], np.ndarray]
     reaches: tuple[float, ...]
-    measure: int
+    aim: Aim
     score: float | None
 
 
@@ -51,9 +51,9 @@ def is_stretched(measures: np.ndarray) -> np.ndarray:
 # Where edges grow from 0.5 to 15 in grains 8 across, .67 % of 29,000 tets were stretched; .01 % after
 # 266 of 3,060 points had moved.
 STAGES = (
-    Stage(is_flat, (0.025, 0.05, 0.1, 0.2, 0.3, 0.4), FORM, 0.0),
-    Stage(is_poor, (0.025, 0.05, 0.1, 0.15), FORM, 1.0),
-    Stage(is_stretched, (0.025, 0.05, 0.1, 0.15), SOUND, None),
+    Stage(is_flat, (0.025, 0.05, 0.1, 0.2, 0.3, 0.4), Aim(FORM, POOR), 0.0),
+    Stage(is_poor, (0.025, 0.05, 0.1, 0.15), Aim(FORM, POOR), 1.0),
+    Stage(is_stretched, (0.025, 0.05, 0.1, 0.15), Aim(WHOLE, 2 * POOR), None),
 )
 # Rounds of contractions: what one leaves may be contracted in the next.
 CONTRACTIONS = 3
@@ -155,8 +155,8 @@ def _with_moves(now: Opening, stage: Stage) -> Opening:
         bad = now.bad(stage.is_bad)
         if not bad.any():
             break
-        points, grains = _moved_points(now, reach, bad, stage.measure)
-        now = now.replaced(_repaired(now.model.moved(points), grains), grains)
+        points, grains = _moved_points(now, reach, bad, stage.aim)
+        now = now.replaced(_repaired(now.model.moved(points), grains, stage.aim.measure), grains)
         best = min(best, now, key=Opening.faults)
     return best
 
@@ -171,7 +171,7 @@ def _contracted(now: Opening, stage: Stage, score: float) -> Opening:
         model, grains, count = contracted(now.model, bad, score)
         if not count:
             break
-        now = _with_moves(now.replaced(_repaired(model, grains), grains, count), stage)
+        now = _with_moves(now.replaced(_repaired(model, grains, stage.aim.measure), grains, count), stage)
         best = min(best, now, key=Opening.faults)
     return best
 
@@ -219,9 +219,7 @@ def _poor(model: Model, grains: np.ndarray) -> dict[str, list[dict]]:
     return result
 
 
-def _moved_points(
-    now: Opening, reach: float, bad: np.ndarray, measure: int
-) -> tuple[np.ndarray, np.ndarray]:
+def _moved_points(now: Opening, reach: float, bad: np.ndarray, aim: Aim) -> tuple[np.ndarray, np.ndarray]:
     """Return all nodes, those near bad tets moved, and the grains that see a move.
 
     reach: the largest move of a surface point from its home, in mean edges.
@@ -233,7 +231,7 @@ def _moved_points(
     rows = np.flatnonzero(near[tets].any(axis=1))
     used, local = np.unique(tets[rows], return_inverse=True)
     state = new_state(points[used], local.reshape(-1, 4))
-    all_qualities(state.points, state.tets, state.counts[TETS], state.quality, measure)
+    all_qualities(state.points, state.tets, state.counts[TETS], state.quality, aim.measure)
     outer = nodes < len(homes)
     home, steps, part = points[nodes], np.repeat(np.eye(3)[None], len(nodes), axis=0), np.ones(len(nodes))
     home[outer], steps[outer], part[outer] = homes[nodes[outer]], now.free.steps[nodes[outer]], reach
@@ -242,7 +240,7 @@ def _moved_points(
     valence = np.bincount(tets[rows].ravel(), minlength=len(points))[nodes]
     work, place = new_scratch(), np.searchsorted(used, nodes)
     for _ in range(SWEEPS):
-        if not move_nodes(state, place, home, furthest, steps, valence, Aim(measure, POOR), work):
+        if not move_nodes(state, place, home, furthest, steps, valence, aim, work):
             break
     moved = points.copy()
     moved[used] = state.points[: len(used)]
@@ -267,8 +265,8 @@ def _mean_edges(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
     return np.bincount(ends.ravel(), np.repeat(length, 2), len(points)) / np.maximum(times, 1)
 
 
-def _repaired(model: Model, grains: np.ndarray) -> Model:
-    """Return the model with the poor tets of `grains` repaired, the surface as it is."""
+def _repaired(model: Model, grains: np.ndarray, measure: int) -> Model:
+    """Return the model with the worst tets of `grains` by a measure repaired, the surface as it is."""
     result = list(model.grain_tets)
     surfaces = {one.grain: one for one in grain_surfaces(model.surface, grains)}
     for i, one in enumerate(model.grain_tets):
@@ -278,6 +276,6 @@ def _repaired(model: Model, grains: np.ndarray) -> Model:
         points = np.concatenate([model.surface.points[one.nodes], one.interior])
         size = LocalSizing(surface.points, surface.facets).at(points)
         internal = np.searchsorted(one.nodes, surface.nodes[surface.facets[surface.internal]])
-        points, tets = repaired_tets(points, one.tets, len(one.nodes), internal, size)
+        points, tets = repaired_tets(points, one.tets, len(one.nodes), internal, size, measure)
         result[i] = GrainTets(one.grain, one.nodes, points[len(one.nodes) :], tets)
     return Model(model.surface, result)

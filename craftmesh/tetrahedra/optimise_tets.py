@@ -25,6 +25,7 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     INVERTED,
     SOUND,
     VOLUME_LENGTH,
+    WHOLE,
     Aim,
     all_aspect_ratios,
     all_qualities,
@@ -77,6 +78,9 @@ SCHEDULE = (
     Step("repair", 0.20, SOUND, rounds=4, inserts=True),
     Step("repair", 0.26, FORM, rounds=4, inserts=True),
 )
+# Where surface points have moved: the worst tets by FORM, or by WHOLE a little over its limit. More rounds
+# by WHOLE take longer and leave as many stretched tets.
+AFTER_MOVES = {FORM: SCHEDULE[-1], WHOLE: Step("repair", 0.355, WHOLE, rounds=2, inserts=True)}
 
 
 def optimise_tets(
@@ -105,11 +109,11 @@ def optimise_tets(
 
 
 def repaired_tets(
-    points: np.ndarray, tets: np.ndarray, frozen: int, blocked: np.ndarray, size: np.ndarray
+    points: np.ndarray, tets: np.ndarray, frozen: int, blocked: np.ndarray, size: np.ndarray, measure: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (points, tets) with the worst tets repaired: the last step of `optimise_tets` alone."""
+    """Return (points, tets) with the worst tets repaired, by FORM or WHOLE; all as `optimise_tets`."""
     state = new_state(points, tets, frozen, blocked, size)
-    step = SCHEDULE[-1]
+    step = AFTER_MOVES[measure]
     all_qualities(state.points, state.tets, state.counts[TETS], state.quality, step.measure)
     _repair(state, step, new_scratch())
     return _result(state, frozen)

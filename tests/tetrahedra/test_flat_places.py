@@ -106,13 +106,13 @@ def test_stretched_tets_are_opened_as_poor_ones_and_nobody_is_warned():
 
 
 def test_what_makes_it_worse_is_not_done(monkeypatch):
-    def spoilt(now, reach, bad, measure):
+    def spoilt(now, reach, bad, aim):
         points = now.model.points.copy()
         points[(points == [2.0, 1.0, 1.0]).all(axis=1)] += PUSH
         return points, np.array([1, 2])
 
     monkeypatch.setattr(flat_places, "_moved_points", spoilt)
-    monkeypatch.setattr(flat_places, "_repaired", lambda model, grains: model)
+    monkeypatch.setattr(flat_places, "_repaired", lambda model, grains, measure: model)
     monkeypatch.setattr(flat_places, "CONTRACTIONS", 0)
     surface, tets = pushed_box()
     opened = given_way(surface, tets)

@@ -20,6 +20,7 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     POOR,
     SOUND,
     VOLUME_LENGTH,
+    WHOLE,
     Aim,
     all_qualities,
     aspect_ratio_at,
@@ -65,6 +66,9 @@ def test_kernels_agree_with_plain_measures(seed, flatness):
     form = min(*sines, FACTOR_SCALE * shape_factor(corners))
     assert quality_of(corners, 0, 1, 2, 3, FORM) == pytest.approx(form, rel=1e-6)
     assert quality_of(corners, 0, 1, 2, 3, SOUND) == pytest.approx(min(*sines, 0.87 / ratio), rel=1e-6)
+    assume(abs(form - POOR) > 1e-6)
+    whole = form if form < POOR else POOR + min(form, 0.87 / ratio)
+    assert quality_of(corners, 0, 1, 2, 3, WHOLE) == pytest.approx(whole, rel=1e-6)
     assert aspect_ratio_at(corners, 0, 1, 2, *corners[3]) == pytest.approx(ratio, rel=1e-9)
     assert quality_of(corners, 0, 2, 1, 3, SOUND) < 0
 
@@ -75,11 +79,15 @@ def test_no_tet_is_poor_at_a_quality_of_poor(seed, flatness):
     corners = np.random.default_rng(seed).random((4, 3)) * [1, 1, flatness]
     if tet_volumes(corners, np.array([[0, 1, 2, 3]]))[0] < 0:
         corners = corners[[0, 2, 1, 3]]
-    assume(quality_of(corners, 0, 1, 2, 3, FORM) >= POOR)
+    form, whole = (quality_of(corners, 0, 1, 2, 3, measure) for measure in (FORM, WHOLE))
+    assert (form < POOR) == (whole < POOR)
+    assume(form >= POOR)
     _, angles, ratio = plain_measures(corners)
     assert LEAST_DIHEDRAL < angles.min() and angles.max() < LARGEST_DIHEDRAL
     assert shape_factor(corners) >= LEAST_SHAPE_FACTOR
     if quality_of(corners, 0, 1, 2, 3, SOUND) >= POOR:
+        assert ratio < 5 + 1e-6 and whole >= 2 * POOR - 1e-9
+    elif whole >= 2 * POOR:
         assert ratio < 5 + 1e-6
 
 

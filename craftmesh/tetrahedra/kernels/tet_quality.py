@@ -11,7 +11,7 @@ import numpy as np
 from craftmesh.jit import kernel
 
 # Measures of quality: see `quality_at`.
-VOLUME_LENGTH, SOUND, FORM = range(3)
+VOLUME_LENGTH, SOUND, FORM, WHOLE = range(4)
 INVERTED = 1e300
 # Below this volume-length quality a tet counts as flat.
 FLAT = 1e-9
@@ -52,7 +52,9 @@ def quality_at(points, a, b, c, x, y, z, measure):
     VOLUME_LENGTH: 6 sqrt2 V / l_rms^3. Angles: the least of the sines of acute dihedral angles and half
     the sines of obtuse ones; at .174 and over, all lie in 10..160 degrees. SOUND: that or
     .87 h_min / l_max, whichever is less; at .174 and over, the aspect ratio is below 5 as well. FORM:
-    angles or 8.7 times the shape factor (volume over the regular tet's with the same circumsphere).
+    angles or 8.7 times the shape factor (volume over the regular tet's with the same circumsphere). WHOLE:
+    FORM where that is under POOR, and .174 more than SOUND or FORM elsewhere: no poor tet is as good as
+    any other, and at .348 and over a tet is neither poor nor of an aspect ratio over 5.
     """
     ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
     vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
@@ -84,10 +86,14 @@ def quality_at(points, a, b, c, x, y, z, measure):
         _sine(volume6, bd, area_a, area_c, ax * cx + ay * cy + az * cz),
         _sine(volume6, cd, area_a, area_b, ax * bx + ay * by + az * bz),
     )
-    if measure == FORM:
-        return min(angles, FACTOR_SCALE * _shape_factor(volume6, (ab * cd, ac * bd, ad * bc)))
+    worst = angles
+    if measure != SOUND:
+        worst = min(angles, FACTOR_SCALE * _shape_factor(volume6, (ab * cd, ac * bd, ad * bc)))
+    if measure == FORM or (measure == WHOLE and worst < POOR):
+        return worst
     longest = max(ab, ac, ad, bc, bd, cd)
-    return min(angles, RATIO_SCALE * volume6 / (max(area_a, area_b, area_c, area_d) * np.sqrt(longest)))
+    ratio = RATIO_SCALE * volume6 / (max(area_a, area_b, area_c, area_d) * np.sqrt(longest))
+    return min(worst, ratio) + (POOR if measure == WHOLE else 0.0)
 
 
 @kernel
