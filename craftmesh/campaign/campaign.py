@@ -23,7 +23,7 @@ from craftmesh.campaign.cases import (
 from craftmesh.campaign.configuration import completed, load_schema
 from craftmesh.campaign.digest import digest
 from craftmesh.campaign.sheet import Rules, read_cases
-from craftmesh.cracks.options import CrackOptions, crack_files
+from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.options import GrowthOptions, SmoothingOptions
@@ -98,6 +98,11 @@ class Campaign:
             grown = f"{self.results}/{case}/{int(inc) - 1:03d}/grown.vtp"
             return [{"shape": "surface", "file": grown}]
         return [self.cases[case].settings["cracks"][name] for name in self.cases[case].cracks]
+
+    def crack_surface(self, case: str, inc: str) -> dict[str, str]:
+        """Return as the input `surface` that of an increment whose boundaries crack; else nothing."""
+        shapes = [keys.get("shape") for keys in self.crack_options(case, inc)]
+        return {"surface": f"{self.results}/{case}/remeshed.vtp"} if IN_BOUNDARIES in shapes else {}
 
     def crack_files(self, case: str, inc: str) -> list[str]:
         """Return the files that describe the cracks of an increment; none for prescribed shapes."""

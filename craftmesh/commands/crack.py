@@ -1,4 +1,4 @@
-"""Make the crack surface of one increment: by its shape, or from triangles, points, fronts or voxels."""
+"""Make the crack of one increment: by its shape, from files, or along boundaries of grains."""
 
 import argparse
 from dataclasses import fields, replace
@@ -10,13 +10,16 @@ from craftmesh.commands.crack_sources import given_surface
 from craftmesh.commands.flags import Parser, add_options, options_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.cracks.along_faces import refuse_along_faces
-from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.in_boundaries import crack_in_boundaries
+from craftmesh.cracks.measured import Numbers
+from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.series import crack_of_increment, refuse_shrunk
 from craftmesh.cracks.sheets import joined, sheets
+from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import read_crack, read_surface, read_voxels, write_crack
 from craftmesh.sizing.sizing import SizingOptions, median_edge, sizing_for, voxel_edge
-from craftmesh.types import Voxels
+from craftmesh.types import Surface, Voxels
 
 LENGTHS = ("l_min", "l0")  # of the sizing: those that l_min depends on
 
@@ -27,6 +30,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_output(parser, "crack surface .vtp with its fronts as lines")
     parser.add_argument("--increment", type=int, default=0, metavar="K", help="0, 1, ... (default 0)")
+    parser.add_argument(
+        "--surface",
+        type=Path,
+        metavar="FILE",
+        help="surface .vtp before any crack, whose boundaries shape boundaries takes; default: the volume",
+    )
     parser.add_argument(
         "--previous",
         type=Path,
@@ -52,8 +61,12 @@ def run(arguments: argparse.Namespace) -> None:
     box, edge, grid = body_of(arguments.volume)
     l_min, cracks, reports = l_min_of(options_from(arguments, SizingOptions), edge), [], {}
     for number, options in enumerate(options_of(arguments), 1):
-        surface, report = given_surface(options, increment, box, grid)
-        cracks.append(crack_of_increment(options, increment, box, surface))
+        if options.shape == IN_BOUNDARIES:
+            cracks.append(crack_in_boundaries(_whole_surface(arguments), options, increment))
+            report: Numbers = {}
+        else:
+            surface, report = given_surface(options, increment, box, grid)
+            cracks.append(crack_of_increment(options, increment, box, surface))
         for sheet in sheets(cracks[-1]):
             refuse_along_faces(sheet, box, l_min)
         reports[f"crack_{number}"] = report
@@ -62,6 +75,17 @@ def run(arguments: argparse.Namespace) -> None:
         refuse_shrunk(crack, read_crack(arguments.previous), increment)
     write_crack(arguments.output, crack)
     tell(reports if len(reports) > 1 else reports["crack_1"], arguments.report)
+
+
+def _whole_surface(arguments: argparse.Namespace) -> Surface:
+    """Return the surface whose boundaries a crack takes."""
+    path = arguments.surface or arguments.volume
+    if path.suffix != ".vtp":
+        raise CraftmeshError(
+            f"shape boundaries with {path}: its boundaries are those of a surface; give --surface, a .vtp "
+            "of craftmesh remesh"
+        )
+    return read_surface(existing(path))
 
 
 def options_of(arguments: argparse.Namespace) -> list[CrackOptions]:

@@ -5,9 +5,10 @@ import numpy as np
 from craftmesh.cracks.measured import Numbers, crack_through_fronts, crack_through_points
 from craftmesh.cracks.options import CrackOptions, crack_files, given_file
 from craftmesh.cracks.series import GivenSurface
+from craftmesh.cracks.swept_path import crack_along_path
 from craftmesh.cracks.voxel_crack import crack_through_voxels
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.front_csv import read_fronts
+from craftmesh.io.front_csv import read_fronts, read_path
 from craftmesh.io.point_cloud import read_points
 from craftmesh.io.surface_files import listed_suffixes, read_triangles
 from craftmesh.io.vtk import read_crack
@@ -34,6 +35,8 @@ def given_surface(
             raise CraftmeshError("crack.front is not given; expected the csv of the front of a point cloud")
         cloud, fronts = read_points(given_file(options, increment)), read_fronts(options.front)
         return crack_through_points(cloud, fronts, box, options.spacing)
+    if options.shape == "path":
+        return crack_along_path(read_path(given_file(options, increment)), options, increment, box)
     if options.shape == "voxels":
         marked = read_marked(given_file(options, increment), options.label, grid)
         return crack_through_voxels(*marked, box, options.spacing)

@@ -5,8 +5,7 @@ import numpy as np
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.height_parts import height_parts
 from craftmesh.cracks.sheets import sheets
-from craftmesh.cracks.triangulated import boundary_loops
-from craftmesh.errors import CraftmeshError
+from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
 
@@ -18,11 +17,8 @@ def check_crack(crack: Crack) -> list[str]:
     if not np.isfinite(crack.points).all():
         return ["the crack has points that are not finite"]
     breaches = _facet_breaches(crack)
-    try:
-        loops = boundary_loops(crack.triangles)
-    except CraftmeshError as error:
-        return [*breaches, str(error)]
-    boundary = {frozenset(edge) for loop in loops for edge in _edges(loop)}
+    edges, _, count = unique_edges(crack.triangles)
+    boundary = {frozenset(edge) for edge in edges[count == 1].tolist()}
     for number, front in enumerate(crack.fronts, 1):
         off = sum(frozenset(edge) not in boundary for edge in _edges(front))
         if off:
@@ -39,6 +35,8 @@ def _facet_breaches(crack: Crack) -> list[str]:
         return breaches
     turned = 0
     for sheet in sheets(crack):
+        if (unique_edges(sheet.triangles)[2] > 2).any():  # it branches: no plane is that of all of it
+            continue
         for rows in height_parts(sheet.points, sheet.triangles)[0]:
             normal = best_fit_frame(sheet.points, sheet.triangles[rows])[2]
             turned += int((area_vectors(sheet.points, sheet.triangles[rows]) @ normal < 0).sum())

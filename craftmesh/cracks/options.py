@@ -12,9 +12,11 @@ BY_FILES = {
     "surface": "triangles in .vtp, .stl, .ply, .obj, .off, .3mf or another format that trimesh reads",
     "points": "measured points in .csv, .xyz, .vtp, .ply or the like",
     "fronts": "the front in .csv",
+    "path": "the columns x and y of a path measured in a plane in .csv",
     "voxels": "labels in .npz, .npy, .vti, .dream3d or .tif",
 }
-SHAPES = (*BY_NUMBERS, *BY_FILES)
+IN_BOUNDARIES = "boundaries"
+SHAPES = (*BY_NUMBERS, *BY_FILES, IN_BOUNDARIES)
 
 
 @dataclass(frozen=True)
@@ -34,14 +36,14 @@ class CrackOptions(Options):
         (1.0, 0.0, 0.0), "direction of the first semi-axis, or of the depth (through_edge)"
     )
     radius: float | None = option(
-        None, "radius of a penny, or depth of a through edge crack", "model units", above=0
+        None, "radius of a penny, or depth of a through edge crack or of a path", "model units", above=0
     )
     semi_axes: tuple[float, float] | None = option(
         None, "semi-axes a, b of an ellipse", "model units", above=0
     )
     file: str | None = option(
         None,
-        "shape surface: triangles (.vtp, .stl, .ply, ...); points: a cloud; fronts: csv; voxels: labels",
+        "shape surface: triangles (.vtp, .stl, ...); points: a cloud; fronts, path: csv; voxels: labels",
     )
     front: str | None = option(
         None, "csv of the front's points in order; surface without one: the boundary within the box"
@@ -57,6 +59,20 @@ class CrackOptions(Options):
         None,
         "shape fronts: a point on the cracked side of an open first front; none: the smaller side",
         "model units",
+    )
+    scale: float = option(1.0, "shape path: model units to one of its file", above=0)
+    start: float = option(0.0, "shape path: x in its file of the place that lies at centre")
+    slant: float = option(
+        0.0,
+        "shape path: angle about the axis between the crack's lines and the square to axis and normal",
+        "degrees",
+        at_least=-80,
+        at_most=80,
+    )
+    boundaries: tuple[str, ...] | None = option(
+        None,
+        "shape boundaries: pairs of grains, such as 3-7, whose boundaries crack; with a radius those "
+        "within it of centre",
     )
     growth: float = option(
         0.0, "added to radius, semi-axes or depth at each increment", "model units", at_least=0

@@ -12,9 +12,10 @@ from craftmesh.insertion.creases import creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.hidden import split_hidden, split_near
+from craftmesh.insertion.inlay import inlaid
 from craftmesh.insertion.kinks import kink_traces
 from craftmesh.insertion.loose_ends import without_loose_ends
-from craftmesh.insertion.moved import moved
+from craftmesh.insertion.moved import moved, unmoved
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import FrontChain, chain, conflicts, pierce
@@ -68,6 +69,11 @@ def insert_crack(
     reports = []
     box = surface.box
     for sheet in sheets(crack):
+        inlay = inlaid(surface, sheet)
+        if inlay is not None:
+            surface = inlay
+            reports.append(_numbers(surface, 0) | unmoved(len(sheet.triangles)))
+            continue
         least = _least_length(sheet, target)
         refuse_along_faces(sheet, box, least)
         for part in heights_of(sheet, box):

@@ -38,6 +38,17 @@ def moved(before: CutSurface, after: Surface, sheet: Sheet, least: float) -> dic
     }
 
 
+def unmoved(facets: int) -> dict[str, int | float]:
+    """Return the same numbers of a crack of so many facets that are those of grain boundaries as given."""
+    return {
+        "boundary_points_moved": 0,
+        "boundary_facets_moved": 0,
+        "boundary_moved_most": 0.0,
+        "crack_facets_on_grain_boundaries": facets,
+        "crack_moved_most": 0.0,
+    }
+
+
 def _among(before: CutSurface, after: Surface, least: float) -> np.ndarray:
     """Tell which facets (m,) of `after` lie on crack facets that were there before."""
     known = before.facets[before.kind == CRACK]

@@ -32,8 +32,14 @@ def write_front(path: str | os.PathLike, columns: Mapping[str, np.ndarray]) -> N
         writer.writerows(zip(*(values.tolist() for values in flat.values())))
 
 
-def read_front(path: str | os.PathLike) -> dict[str, np.ndarray]:
-    """Read a front: its columns (k,) by their names in the header, at least x, y and z.
+def read_path(path: str | os.PathLike) -> np.ndarray:
+    """Return the points (k, 2) of a path in a plane: the columns x and y; errors as `read_front`."""
+    columns = read_front(path, "xy")
+    return np.stack([columns["x"], columns["y"]], axis=1)
+
+
+def read_front(path: str | os.PathLike, axes: str = "xyz") -> dict[str, np.ndarray]:
+    """Read a front: its columns (k,) by their names in the header, at least x, y and z, or those of `axes`.
 
     A file without a header is taken as craftmesher's, with x, y, z in columns 7, 8, 9 counted from 0,
     or as bare x,y,z when it has three columns. Columns with text are left out. Raises CraftmeshError
@@ -50,10 +56,11 @@ def read_front(path: str | os.PathLike) -> dict[str, np.ndarray]:
                 f"{path}: row {number} has {len(row)} columns; expected {len(names)} as in the first"
             )
     columns = {name: _numbers([row[i] for row in rows]) for i, name in enumerate(names) if name}
-    for axis in "xyz":
+    for axis in axes:
         if axis not in columns:
             raise CraftmeshError(
-                f"{path}: no column {axis!r} (found: {', '.join(names)}); the header must name x, y, z"
+                f"{path}: no column {axis!r} (found: {', '.join(names)}); the header must name "
+                f"{', '.join(axes)}"
             )
         values = columns[axis]
         if values is None or not len(values) or not np.isfinite(values).all():

@@ -11,8 +11,11 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["al1050", "al6xn", "copper"])
-def test_example_gives_decks_without_fault(name, shared_data, tmp_path):
+@pytest.mark.parametrize(
+    ("name", "increments"),
+    [("al1050", 3), ("al6xn", 3), ("copper", 3), ("measured_crack", 5), ("intergranular", 2)],
+)
+def test_example_gives_decks_without_fault(name, increments, shared_data, tmp_path):
     judge = load_judge(ROOT)
     snakemake = str(Path(sys.executable).parent / "snakemake")
     flags = [
@@ -24,7 +27,7 @@ def test_example_gives_decks_without_fault(name, shared_data, tmp_path):
         f"results={tmp_path}",
     ]
     subprocess.run([snakemake, *flags], cwd=ROOT, check=True, timeout=1800)
-    for inc in ("000", "001", "002"):
+    for inc in (f"{number:03d}" for number in range(increments)):
         verdict = judge.judge(tmp_path / name / inc / "model.inp", tmp_path / name / "labels.npz")
         assert verdict["faults"] == [] and verdict["labels_without_set"] == 0
         assert verdict["front_nodes_missed_by_set"] == verdict["front_set_extra"] == 0

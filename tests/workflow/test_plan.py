@@ -138,15 +138,17 @@ def test_default_configuration_names_and_explains_every_key():
     assert not bare, f"keys without a comment: {bare}"
 
 
-@pytest.mark.parametrize("name", ["al1050", "al6xn", "copper"])
-def test_examples_are_complete(name, shared_data, new_folder):
+@pytest.mark.parametrize(
+    ("name", "increments"), [("al1050", 3), ("al6xn", 3), ("copper", 3), ("intergranular", 2)]
+)
+def test_examples_are_complete(name, increments, shared_data, new_folder):
     folder = new_folder()
     for part in ("config", f"examples/{name}"):
         shutil.copytree(ROOT / part, folder.path / part)
     example = f"examples/{name}/config.yaml"
     run = folder.snakemake("--dry-run", "--config", f"data={shared_data}", configfile=example)
     assert run.status == 0, run.text
-    assert run.jobs["inp"] == 3 and "generate" not in run.jobs
+    assert run.jobs["inp"] == increments and "generate" not in run.jobs
 
 
 @pytest.mark.parametrize("name", ["al1050", "copper"])

@@ -1,6 +1,7 @@
 rule crack:
     input:
         unpack(lambda wildcards: CAMPAIGN.previous_crack(wildcards.case, wildcards.inc)),
+        unpack(lambda wildcards: CAMPAIGN.crack_surface(wildcards.case, wildcards.inc)),
         labels=f"{CASE}/labels.npz",
         files=lambda wildcards: CAMPAIGN.crack_files(wildcards.case, wildcards.inc),
     output:
@@ -15,8 +16,8 @@ rule crack:
     params:
         options=lambda wildcards: CAMPAIGN.crack_flags(wildcards.case, wildcards.inc),
         increment=lambda wildcards: int(wildcards.inc),
-        previous=lambda wildcards, input: command_flags({"previous": input.get("previous")}),
+        others=lambda wildcards, input: command_flags({key: input.get(key) for key in ("previous", "surface")}),
         code=CAMPAIGN.code("crack"),
     shell:
-        "craftmesh crack {input.labels} --increment {params.increment} {params.previous} -o {output}"
+        "craftmesh crack {input.labels} --increment {params.increment} {params.others} -o {output}"
         " {params.options} > {log} 2>&1"

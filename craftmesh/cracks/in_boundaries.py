@@ -1,0 +1,153 @@
+"""Intergranular cracks: boundaries between grains as a surface has them, as far as a sphere reaches."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from craftmesh.cracks.one_sheet import turned_alike
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.shapes import semi_axes
+from craftmesh.errors import CraftmeshError
+from craftmesh.surface.connectivity import compact, facet_edges, unique_edges
+from craftmesh.types import INTERFACE, Crack, Surface
+
+
+class _Clipped(NamedTuple):
+    """Points (n, 3), the surface's first; triangles (m, 3); ends (k, 2) of the edges with a new point."""
+
+    points: np.ndarray
+    triangles: np.ndarray
+    ends: np.ndarray
+
+
+def crack_in_boundaries(surface: Surface, options: CrackOptions, increment: int) -> Crack:
+    """Return the crack that is options.boundaries of the surface, within the sphere of an increment.
+
+    Where the sphere crosses the edge of a facet the crack gets a point exactly there; without a radius the
+    boundaries crack as far as they reach. The crack may branch at triple lines. Each boundary's facets are
+    turned as their neighbours across its borders where that can be, else from the lower grain to the
+    higher. Fronts are where one facet ends within the material, parted where more than two meet. Raises
+    CraftmeshError for grains that do not touch and a sphere that holds nothing of their boundaries.
+    """
+    facets, sides = _chosen(surface, _pairs(options))
+    turned = sides[:, 0] > sides[:, 1]
+    facets = np.where(turned[:, None], facets[:, ::-1], facets)
+    if options.radius is None and not options.increments:
+        clipped = _Clipped(surface.points, facets, np.zeros((0, 2), np.int64))
+    else:
+        clipped = _within(surface.points, facets, options.centre, semi_axes(options, increment)[0])
+    if not len(clipped.triangles):
+        raise CraftmeshError(
+            f"crack.centre {list(options.centre)} and radius hold nothing of the boundaries "
+            f"{' '.join(options.boundaries or ())}; expected a sphere that meets them"
+        )
+    try:
+        triangles = turned_alike(clipped.points, clipped.triangles)
+    except CraftmeshError:  # a ring of boundaries with one side only
+        triangles = clipped.triangles
+    fronts = _fronts(triangles, surface, clipped.ends)
+    points, triangles, kept = compact(clipped.points, triangles)
+    new = np.full(len(clipped.points), -1)
+    new[kept] = np.arange(len(kept))
+    return Crack(points, triangles, tuple(new[front] for front in fronts))
+
+
+def _pairs(options: CrackOptions) -> np.ndarray:
+    """Return the pairs of grains (k, 2) that options.boundaries names, the lower first."""
+    pairs = []
+    for text in options.boundaries or ():
+        words = text.split("-")
+        if len(words) != 2 or not all(word.strip().isdecimal() for word in words):
+            raise CraftmeshError(f"crack.boundaries has {text!r}; expected two grains, such as 3-7")
+        pairs.append(sorted(map(int, words)))
+    if not pairs:
+        raise CraftmeshError("crack.boundaries is not given; expected pairs of grains, such as 3-7")
+    return np.array(pairs)
+
+
+def _chosen(surface: Surface, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the facets (m, 3) between the pairs of grains, and their sides (m, 2)."""
+    known = np.sort(surface.sides, axis=1)
+    inner = (surface.kind == INTERFACE) & (known[:, 0] > 0)
+    chosen = np.zeros(len(known), bool)
+    for low, high in pairs.tolist():
+        own = inner & (known == [low, high]).all(axis=1)
+        if not own.any():
+            others = np.unique(known[inner & (known == low).any(axis=1)])
+            told = ", ".join(map(str, others[others != low].tolist())) or "no other"
+            raise CraftmeshError(
+                f"crack.boundaries has {low}-{high}, which do not touch; grain {low} touches {told}"
+            )
+        chosen |= own
+    return surface.facets[chosen].astype(np.int64), surface.sides[chosen]
+
+
+def _within(points: np.ndarray, facets: np.ndarray, centre: tuple, radius: float) -> _Clipped:
+    """Return what of the facets (m, 3) lies within a sphere, edges parted where the sphere crosses them.
+
+    Of a facet with two corners inside the shorter diagonal parts what is left, as where a surface is cut.
+    """
+    depth = radius - np.linalg.norm(points - np.asarray(centre, float), axis=1)
+    inside = depth > 0
+    edges, of_corner, _ = unique_edges(facets)
+    crossed = np.flatnonzero(inside[edges[:, 0]] != inside[edges[:, 1]])
+    new = np.full(len(edges), -1)
+    new[crossed] = len(points) + np.arange(len(crossed))
+    start, step = points[edges[crossed, 0]], np.diff(points[edges[crossed]], axis=1)[:, 0]
+    share = _crossing(start - np.asarray(centre, float), step, radius)
+    everything = np.concatenate([points, start + share[:, None] * step])
+    count = inside[facets].sum(axis=1)
+    kept = [facets[count == 3]]
+    for row in np.flatnonzero((count > 0) & (count < 3)).tolist():
+        odd = int(np.flatnonzero(inside[facets[row]] == (count[row] == 1))[0])
+        c, a, b = np.roll(facets[row], -odd).tolist()
+        ca, _, bc = new[np.roll(of_corner[row], -odd)].tolist()
+        if count[row] == 1:
+            kept.append(np.array([[c, ca, bc]]))
+            continue
+        to_a = np.linalg.norm(everything[a] - everything[bc]) <= np.linalg.norm(
+            everything[b] - everything[ca]
+        )
+        kept.append(np.array([[a, b, bc], [a, bc, ca]] if to_a else [[a, b, ca], [b, bc, ca]]))
+    return _Clipped(everything, np.concatenate(kept), edges[crossed])
+
+
+def _crossing(start: np.ndarray, step: np.ndarray, radius: float) -> np.ndarray:
+    """Return where (k,), from 0 to 1, segments with one end in a sphere about 0 cross it."""
+    a, b = (step**2).sum(axis=1), (start * step).sum(axis=1)
+    c = (start**2).sum(axis=1) - radius**2
+    root = np.sqrt(np.maximum(b**2 - a * c, 0))
+    return np.clip(np.where(c < 0, root - b, -root - b) / a, 0, 1)
+
+
+def _fronts(triangles: np.ndarray, surface: Surface, ends: np.ndarray) -> list[np.ndarray]:
+    """Return the fronts as lines of points: edges of one triangle, but for those on free facets."""
+    edges, _, count = unique_edges(triangles)
+    rim = edges[count == 1]
+    free = np.sort(facet_edges(surface.facets[(surface.sides <= 0).any(axis=1)]), axis=1)
+    known, width = len(surface.points), len(surface.points) + len(ends)
+    whole = rim.copy()  # where an edge of the surface was parted, that edge
+    parted = (rim[:, 1] >= known) & (rim[:, 0] < known)
+    whole[parted] = ends[rim[parted, 1] - known]
+    new = (rim >= known).all(axis=1)
+    on_free = np.isin(np.sort(whole, axis=1) @ (width, 1), free.astype(np.int64) @ (width, 1)) & ~new
+    return _chains(rim[~on_free])
+
+
+def _chains(edges: np.ndarray) -> list[np.ndarray]:
+    """Return edges (k, 2) as lines of points, ended where other than two meet; rings repeat their first."""
+    beside: dict[int, list[int]] = {}
+    for a, b in edges.tolist():
+        beside.setdefault(a, []).append(b)
+        beside.setdefault(b, []).append(a)
+    joints = [node for node in sorted(beside) if len(beside[node]) != 2]
+    lines = []
+    for start in [*joints, *sorted(set(beside) - set(joints))]:
+        while beside[start]:
+            line = [start]
+            while len(line) == 1 or (line[-1] not in joints and line[-1] != start):
+                following = beside[line[-1]].pop(0)
+                beside[following].remove(line[-1])
+                line.append(following)
+            lines.append(np.array(line))
+    return lines

@@ -1,0 +1,81 @@
+"""Cracks that lie in grain boundaries, made of their facets: these are parted at the front and named."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from craftmesh.errors import CraftmeshError, told
+from craftmesh.insertion.cut import CutSurface, split_edges
+from craftmesh.surface.connectivity import compact, unique_edges
+from craftmesh.surface.measure import meets_box
+from craftmesh.types import CRACK, INTERFACE, Crack, Surface
+
+ON_EDGE = 1e-9  # of an edge: a point of the crack this near to it lies on it
+
+
+def inlaid(surface: Surface, crack: Crack) -> Surface | None:
+    """Return the surface with a crack in it that consists of its own facets; None where it does not.
+
+    That is a crack with a triangle whose corners are points of the surface, and every other point exactly
+    on an edge, no two on one: `crack_in_boundaries` makes it. Edges are parted at these points, and nothing
+    is moved. Raises CraftmeshError where triangles of it are no facets then: it is another surface's.
+    """
+    points, triangles, _ = compact(crack.points, crack.triangles)
+    reach = np.stack([points.min(axis=0), points.max(axis=0)])
+    rows = np.flatnonzero((surface.kind == INTERFACE) & meets_box(surface.points[surface.facets], reach))
+    ids = _known(points, surface.points, np.unique(surface.facets[rows]))
+    new = np.flatnonzero(ids < 0)
+    if not (ids[triangles] >= 0).all(axis=1).any():
+        return None
+    edges, _, _ = unique_edges(surface.facets[rows])
+    edge = _edges_of(points[new], surface.points, edges)
+    if (edge < 0).any() or len(np.unique(edge)) < len(edge):
+        return None
+    nothing = np.full(len(surface.points), np.nan)
+    cut = CutSurface(
+        surface.points, surface.facets, surface.sides, surface.kind, nothing, nothing, nothing,
+        np.full(len(surface.points), -1), nothing,
+    )  # fmt: skip
+    if len(new):
+        cut = split_edges(cut, edges[edge], points[new], np.full(len(new), np.nan))
+    ids[new] = len(surface.points) + np.arange(len(new))
+    return _named(cut, ids[triangles])
+
+
+def _known(places: np.ndarray, points: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return which of the points `rows` each of the places (k, 3) is, to the last bit; -1 for none."""
+    ids = {tuple(place): row for row, place in zip(rows.tolist(), points[rows].tolist())}
+    return np.array([ids.get(tuple(place), -1) for place in places.tolist()], np.int64)
+
+
+def _edges_of(places: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return the edge (k,) that each of the places (k, 3) lies on; -1 for none."""
+    start, step = points[edges[:, 0]], points[edges[:, 1]] - points[edges[:, 0]]
+    length = np.linalg.norm(step, axis=1)
+    near = cKDTree(start + step / 2).query_ball_point(places, length.max() / 2 * (1 + ON_EDGE))
+    found = np.full(len(places), -1)
+    for number, rows in enumerate(near):
+        along = ((places[number] - start[rows]) * step[rows]).sum(axis=1) / length[rows] ** 2
+        foot = start[rows] + np.clip(along, 0, 1)[:, None] * step[rows]
+        off = np.linalg.norm(foot - places[number], axis=1) / length[rows]
+        if len(rows) and off.min() <= ON_EDGE:
+            found[number] = rows[int(off.argmin())]
+    return found
+
+
+def _named(cut: CutSurface, triangles: np.ndarray) -> Surface:
+    """Return the surface whose facets that are one of `triangles` (m, 3) are the crack's, turned alike."""
+    facets, sides, kind = cut.facets.astype(np.int64), cut.sides.copy(), cut.kind.copy()
+    row_of = {tuple(corners): row for row, corners in enumerate(np.sort(facets, axis=1).tolist())}
+    rows = np.array([row_of.get(tuple(corners), -1) for corners in np.sort(triangles, axis=1).tolist()])
+    if (rows < 0).any():
+        place = told(cut.points[triangles[rows < 0][0]].mean(axis=0))
+        raise CraftmeshError(
+            f"the crack's facet near {place} is none of the surface's; expected a crack in the boundaries "
+            "of this surface: make it again from it"
+        )
+    first = (facets[rows] == triangles[:, :1]).argmax(axis=1)
+    second = facets[rows, (first + 1) % 3]
+    turned = rows[second != triangles[:, 1]]
+    facets[turned], sides[turned] = facets[turned][:, ::-1], sides[turned][:, ::-1]
+    kind[rows] = CRACK
+    return Surface(cut.points, facets.astype(np.int32), sides, kind)
