@@ -51,7 +51,7 @@ def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign
     """Return the first campaign for cleaned voxels; imported: how they were read and cleaned."""
     edge = float(np.cbrt(voxels.spacing.prod()))
     across = edge * float(np.cbrt(6 / np.pi * median_grain(voxels.labels)))
-    low, high = voxels.origin, voxels.origin + voxels.spacing * voxels.labels.shape
+    low, high = _material_box(voxels)
     extent = high - low
     l0 = min(edge, across / ACROSS)
     l_max = min(L_MAX * l0, max(l0, across / ACROSS))
@@ -63,6 +63,13 @@ def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign
     crack = {"centre": centre.tolist(), "radius": radius, "growth": GROWTH * radius}
     grains = len(np.unique(voxels.labels[voxels.labels > 0]))
     return FirstCampaign(imported, sizing, crack, _materials(voxels), grains, across)
+
+
+def _material_box(voxels: Voxels) -> np.ndarray:
+    """Return the lower and the upper corner (2, 3) of what is not empty."""
+    filled = np.nonzero(voxels.labels)
+    cells = np.array([[axis.min() for axis in filled], [axis.max() + 1 for axis in filled]])
+    return voxels.origin + voxels.spacing * cells
 
 
 def _materials(voxels: Voxels) -> tuple[str, ...]:

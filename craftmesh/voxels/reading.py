@@ -122,7 +122,9 @@ def _read_file(path: Path, options: ReadOptions) -> FileVolume:
 def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarray:
     spacing = content.spacing if options.spacing is None else options.spacing
     if spacing is None:
-        raise CraftmeshError(f"{path}: the format has no voxel spacing; give spacing as three lengths")
+        raise CraftmeshError(
+            f"{path}: the format has no voxel spacing; give spacing as three lengths, --spacing DX DY DZ"
+        )
     spacing = np.asarray(spacing, float)
     if spacing.shape != (3,) or not (np.isfinite(spacing).all() and (spacing > 0).all()):
         raise CraftmeshError(f"{path}: spacing is {spacing.tolist()}; expected three lengths > 0")

@@ -81,3 +81,12 @@ def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):
     assert main(["init", str(path)]) == 1
     assert "scan_1.tsv: is there already" in capsys.readouterr().err
     assert not (tmp_path / "scan_1.yaml").exists()
+
+
+def test_much_without_a_grain_is_the_space_round_a_sample(tmp_path, monkeypatch, capsys):
+    grains = generate(GenerateOptions(shape=(16, 15, 14), grains=5, voids=0)).labels
+    config = init(tmp_path, monkeypatch, volume(tmp_path, labels=np.pad(grains, 4), origin=np.zeros(3)))
+    assert config["import"]["background"] == "void" and "fill_unindexed" not in config["import"]
+    assert "taken as empty space" in capsys.readouterr().out
+    assert config["cracks"]["notch"]["centre"][1] == 4  # on the sample's face, not on the volume's
+    assert config["cracks"]["notch"]["radius"] == pytest.approx(15 / 4)
