@@ -22,8 +22,12 @@ PAGES = {
     "benchmarks/README.md": "how-to-benchmark.md",
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
-    **{f"examples/{name}/README.md": f"example-{name}.md" for name in ("al1050", "al6xn", "copper")},
 }
+EXAMPLES = {
+    f"examples/{path.parent.name}/README.md": f"example-{path.parent.name}.md"
+    for path in sorted(ROOT.glob("examples/*/README.md"))
+}
+PAGES |= EXAMPLES
 LINK = re.compile(r"(\]\()([^)#\s]+)((?:#[^)]*)?\))")
 STAGE = re.compile(r"^## (\d+)\. ([^:\n]+): (.*)$", re.M)
 ROOMS = (
@@ -42,7 +46,11 @@ SIGNS = {
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
     """Put the pages of stages and rooms, which are made, into the navigation."""
     stages = stage_pages((ROOT / "docs/guide.md").read_text())
-    made = {"STAGES": list(stages), "API": [f"api/{room}.md" for room in ROOMS]}
+    made = {
+        "STAGES": list(stages),
+        "EXAMPLES": list(EXAMPLES.values()),
+        "API": [f"api/{room}.md" for room in ROOMS],
+    }
     for entry in config.nav or []:
         if isinstance(entry, dict):
             for name, place in entry.items():

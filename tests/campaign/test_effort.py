@@ -16,7 +16,7 @@ from craftmesh.campaign.effort import (
     expected_elements,
     expected_facets,
 )
-from craftmesh.commands.plan import sizes_of
+from craftmesh.commands.expected_sizes import sizes_of
 from craftmesh.types import Voxels
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -66,6 +66,7 @@ MEASURED = [
     ("copper/config.yaml", {"002": 1_407_000}),
     ("al1050/growth.yaml", {"000": 68_535, "004": 95_915}),
     ("copper/growth.yaml", {"000": 136_121, "004": 155_105}),
+    ("measured_crack/config.yaml", {"000": 83_935}),
 ]
 
 

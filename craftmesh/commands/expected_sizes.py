@@ -1,0 +1,87 @@
+"""The sizes of a campaign's increments before they are made: voxels, facets, elements."""
+
+from collections.abc import Iterator
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from craftmesh.campaign.campaign import Campaign
+from craftmesh.campaign.cases import SYNTHETIC, Case
+from craftmesh.campaign.effort import Sizes, expected_elements, expected_facets
+from craftmesh.commands.crack_sources import given_surface
+from craftmesh.cracks.options import BY_NUMBERS, IN_BOUNDARIES, CrackOptions
+from craftmesh.cracks.series import crack_of_increment
+from craftmesh.cracks.shapes import semi_axes
+from craftmesh.io.npz import read_labels
+from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for, voxel_edge
+from craftmesh.types import Voxels
+from craftmesh.voxels.clean import clean
+from craftmesh.voxels.clean_options import CleanOptions
+from craftmesh.voxels.generate import GenerateOptions, generate
+from craftmesh.voxels.raw_volume import as_raw
+from craftmesh.voxels.reading import ReadOptions, read_voxels
+
+
+def sizes_of(campaign: Campaign, case: Case) -> Iterator[tuple[str, Sizes]]:
+    """Yield the sizes of each increment of a case, of which the sheet knows the last at most."""
+    voxels = voxels_of(campaign, case)
+    facets = expected_facets(voxels)
+    for inc in case.increment_names:
+        elements = expected_elements(voxels, sizing_of_increment(case, voxels, int(inc)))
+        yield inc, Sizes(voxels.labels.size, facets, elements)
+
+
+def voxels_of(campaign: Campaign, case: Case) -> Voxels:
+    """Return the cleaned volume of a case: as imported, where it is, else read and cleaned again."""
+    made = Path(campaign.results) / case.name / "labels.npz"
+    if made.is_file():
+        return read_labels(made)
+    settings = case.settings
+    if case.microstructure == SYNTHETIC:
+        volume = as_raw(generate(GenerateOptions(**settings["generate"])))
+    else:
+        volume = read_voxels(case.microstructure, _options(ReadOptions, settings["import"]))
+    return clean(volume, _options(CleanOptions, settings["import"]))[0]
+
+
+def _options(cls: type, section: dict[str, Any]) -> Any:
+    return cls(**{field.name: section[field.name] for field in fields(cls)})
+
+
+def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
+    """Return the sizing round the fronts of an increment, as far as they are known before it is solved.
+
+    A crack that grows is taken as larger by grow.share at each increment; of a shape from files that grows,
+    the first is taken; one along grain boundaries, which are not there yet, as a penny of its radius.
+    """
+    options = SizingOptions(**{**case.settings["sizing"], "field": None, "points": None, "curvature": None})
+    if options.l0 is None:
+        options = replace(options, l0=voxel_edge(voxels))
+    sizing = sizing_for(None, options, np.zeros((0, 3)))
+    sources = []
+    for name in case.cracks:
+        crack_options = CrackOptions(**case.settings["cracks"][name])
+        if crack_options.shape == IN_BOUNDARIES:
+            crack_options = _round(crack_options, increment)
+        which = 0 if case.grows else increment
+        if case.grows and crack_options.shape in BY_NUMBERS:
+            crack_options = _grown(crack_options, (1 + case.settings["grow"]["share"]) ** increment)
+        surface, _ = given_surface(crack_options, which, voxels.box, voxels)
+        crack = crack_of_increment(crack_options, which, voxels.box, surface)
+        sources += [densify(crack.points[front], sizing.l_min / 2) for front in crack.fronts]
+    return replace(sizing, sources=np.concatenate(sources)) if sources else sizing
+
+
+def _grown(options: CrackOptions, factor: float) -> CrackOptions:
+    if options.semi_axes is not None:
+        a, b = options.semi_axes
+        return replace(options, semi_axes=(factor * a, factor * b))
+    return replace(options, radius=None if options.radius is None else factor * options.radius)
+
+
+def _round(options: CrackOptions, increment: int) -> CrackOptions:
+    """Return a penny in place of a crack along grain boundaries."""
+    radius, _ = semi_axes(options, increment)
+    return CrackOptions(centre=options.centre, radius=radius, normal=options.normal, axis=options.axis)
