@@ -64,7 +64,8 @@ def cracks_from_triangles(
 ) -> Crack:
     """Return the crack of a triangulated surface of one or several sheets, those outside the box left out.
 
-    All as crack_from_triangles, sheet by sheet.
+    All as crack_from_triangles, sheet by sheet: fronts whose points are a sheet's are its own, and where
+    some sheet has such fronts another without any ends where its boundary lies within the box.
     """
     points, triangles = clean_triangles(points, triangles)
     piece = pieces(triangles)
@@ -72,6 +73,13 @@ def cracks_from_triangles(
         return crack_from_triangles(points, triangles, fronts, box)
     meets = meets_box(points[triangles], box)
     found = np.unique(piece[meets]) if meets.any() else np.unique(piece)
-    return joined(
-        [crack_from_triangles(*compact(points, triangles[piece == k])[:2], fronts, box) for k in found]
-    )
+    parts = [compact(points, triangles[piece == k])[:2] for k in found]
+    own = [[front for front in fronts or () if _is_of(front, part[0])] for part in parts]
+    named = [mine or None for mine in own] if any(own) else [fronts] * len(parts)
+    return joined([crack_from_triangles(*part, mine, box) for part, mine in zip(parts, named)])
+
+
+def _is_of(front: np.ndarray, points: np.ndarray) -> bool:
+    """Tell whether all points of a front (k, 3) are among the points (n, 3)."""
+    known = {tuple(point) for point in points.tolist()}
+    return all(tuple(point) in known for point in np.asarray(front, float).tolist())

@@ -16,6 +16,7 @@ from craftmesh.types import Crack
 # Points of the new front to a spacing of the rows: its chords are then within 0.001 spacings of a front of
 # radius ten, and the next mesh's tangents follow the curve, not the chords.
 FINENESS = 4
+LEAST_ROWS = 3  # of a sheet among several: fewer give no spacing; its front is about to vanish, and stays
 
 
 def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: SmoothingOptions) -> Crack | None:
@@ -24,30 +25,37 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: Smoothi
     The moves are made smooth along each front (the paper, section 2), its ends stay in the box's planes,
     and a strip joins the old front to the new one. Raises CraftmeshError for rows that are on no front of
     the crack, and where the grown surface is no crack (folded, torn). Of a crack of several sheets each
-    grows by the rows of its own fronts, and it counts as none where one of them has no front left.
+    grows by the rows of its own fronts. Where sheets have grown together, what of a front lies in another
+    sheet has no rows: it goes on as the rest of it does, and a front without any stays.
     """
     parts = sheets(crack)
     if len(parts) == 1:
-        return _grown(crack, along, box, options)
-    owner = _nearest_sheet(parts, along.points)
-    grown = [_grown(part, along.rows(owner == k), box, options) for k, part in enumerate(parts)]
-    left = [part for part in grown if part is not None]
-    return joined(left) if len(left) == len(parts) else None
+        grown = _grown(crack, along, box, options)
+    else:
+        owner = _nearest_sheet(parts, along.points)
+        rows = [along.rows(owner == k) for k in range(len(parts))]
+        grown = joined(
+            [
+                _grown(part, own, box, options) if len(own.points) >= LEAST_ROWS else part
+                for part, own in zip(parts, rows)
+            ]
+        )
+    return grown if any(_meets(grown.points[front], box) for front in grown.fronts) else None
 
 
 def _nearest_sheet(parts: list[Crack], places: np.ndarray) -> np.ndarray:
     """Return on whose fronts each of the places (n, 3) lies: the number (n,) of the part."""
     distance = [
         np.min([feet(polyline(part.points[front]), places)[1] for front in part.fronts], axis=0)
+        if part.fronts
+        else np.full(len(places), np.inf)
         for part in parts
     ]
     return np.argmin(distance, axis=0)
 
 
-def _grown(
-    crack: Crack, along: FrontExtensions, box: np.ndarray, options: SmoothingOptions
-) -> Crack | None:
-    """Return one sheet with its fronts moved, None where none of them is left in the box."""
+def _grown(crack: Crack, along: FrontExtensions, box: np.ndarray, options: SmoothingOptions) -> Crack:
+    """Return one sheet with its fronts moved; without fronts where none of them is left in the box."""
     spacing = _row_spacing(along.points) / FINENESS
     box = np.asarray(box, float)
     frame = best_fit_frame(crack.points, crack.triangles)
@@ -62,7 +70,7 @@ def _grown(
         points, triangles = _joined(points, triangles, ids, old, moved)
         fronts.append(moved.points)
     if not any(_meets(front, box) for front in fronts):
-        return None
+        return Crack(points, triangles, ())
     return crack_from_triangles(points, triangles, fronts, box)
 
 

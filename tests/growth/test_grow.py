@@ -1,5 +1,7 @@
 """Whole cracks after growth: where the theory says, and still cracks."""
 
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.polyline import polyline
 from craftmesh.cracks.series import crack_area
 from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.sheets import cracks_from_triangles, joined, sheets
 from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.extension import crack_radius, extensions, kinks_and_extensions, load_cycles
@@ -132,6 +135,60 @@ def test_five_increments_make_one_sheet():
 
 def test_a_front_beyond_the_box_leaves_no_crack():
     assert grown_by(prescribed_crack(EDGE, 0, BOX), GrowthOptions(extension=50.0)) is None
+
+
+def discs(*middles):
+    return joined([prescribed_crack(replace(PENNY, centre=(x, 20.0, 20.0)), 0, BOX) for x in middles])
+
+
+def rows_of(crack, kept):
+    """Rows along all fronts of cracks in a plane, of which the mesh has those at points for which kept."""
+    parts = [along(part, GrowthOptions(extension=1.5)) for part in sheets(crack)]
+    rows = FrontExtensions(
+        *(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(FrontExtensions))
+    )
+    return rows.rows(kept(rows.points))
+
+
+def test_discs_that_have_grown_together_grow_on_where_their_fronts_are_left():
+    """Each disc's front inside the other has no rows; the rest goes on as a disc of its own."""
+    crack = discs(16.0, 24.0)
+
+    def in_neither(p):  # chords of the fronts are 1e-4 inside their discs
+        return np.all([np.linalg.norm(p - [x, 20, 20], axis=1) > 5.99 for x in (16.0, 24.0)], axis=0)
+
+    grown = grow(crack, rows_of(crack, in_neither), BOX, SmoothingOptions())
+    for part, x in zip(sheets(grown), (16.0, 24.0)):
+        away = np.linalg.norm(part.points[part.fronts[0]] - [x, 20, 20], axis=1)
+        outside = np.sign(part.points[part.fronts[0], 0] - 20) == np.sign(x - 20)
+        assert np.abs(away[outside] - 7.5).max() < 0.01
+        assert np.abs(away - 7.5).max() < 0.1
+
+
+def test_a_front_that_has_vanished_in_another_crack_stays_and_is_read_again():
+    crack = discs(20.0, 21.0)
+    small = prescribed_crack(replace(PENNY, centre=(20.5, 20.0, 20.0), radius=2.0), 0, BOX)
+    both = joined([sheets(crack)[0], small])
+    rows = rows_of(both, lambda p: np.linalg.norm(p - [20, 20, 20], axis=1) > 5.9)
+    grown = grow(both, rows, BOX, SmoothingOptions())
+    first, second = sheets(grown)
+    assert np.abs(np.linalg.norm(first.points[first.fronts[0]] - [20, 20, 20], axis=1) - 7.5).max() < 2e-3
+    assert np.array_equal(second.points, small.points) and len(second.fronts) == 1
+    again = cracks_from_triangles(
+        grown.points, grown.triangles, [grown.points[front] for front in grown.fronts], BOX
+    )
+    assert len(again.fronts) == 2 and crack_area(again) == pytest.approx(crack_area(grown))
+
+
+def test_a_sheet_that_has_left_the_box_ends_no_other():
+    far = prescribed_crack(replace(EDGE, radius=39.5, centre=(0.0, 20.0, 5.0)), 0, BOX)
+    both = joined([far, prescribed_crack(PENNY, 0, BOX)])
+    grown = grow(both, rows_of(both, lambda p: np.ones(len(p), bool)), BOX, SmoothingOptions())
+    assert [len(sheet.fronts) for sheet in sheets(grown)] == [0, 1]
+    again = cracks_from_triangles(
+        grown.points, grown.triangles, [grown.points[front] for front in grown.fronts], BOX
+    )
+    assert [len(sheet.fronts) for sheet in sheets(again)] == [0, 1]
 
 
 def test_nothing_goes_under_the_threshold():
