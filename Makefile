@@ -53,7 +53,6 @@ test-slow: setup
 
 # the site in site/; a link that leads nowhere or a docstring that cannot be read stops it
 docs: setup
-	$(PYTHON) -m pip --python .venv/bin/python install -q -c constraints.txt -e '.[docs]'
 	$(BIN)/python -m mkdocs build --strict --quiet
 
 lint: setup

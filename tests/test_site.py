@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("mkdocs", reason="the extra `docs` is not installed")
+pytest.importorskip("mkdocs", reason="the extra `test` is not installed")
 
 from mkdocs.commands.build import build
 from mkdocs.config import load_config

@@ -83,10 +83,10 @@ def _materials(voxels: Voxels) -> tuple[str, ...]:
 
 def configuration_text(first: FirstCampaign, name: str, sheet: str, data: str) -> str:
     """Return the commented configuration of a first campaign, YAML for `snakemake --configfile`."""
-    numbers = {key: f"{value:.4g}" for key, value in ({**first.sizing, "across": first.across}).items()}
+    numbers = {key: _number(value) for key, value in ({**first.sizing, "across": first.across}).items()}
     imported = "".join(f"  {key}: {_yaml(value)}\n" for key, value in first.imported.items())
     section = f"import:  # how the file is read and cleaned\n{imported}\n" if imported else ""
-    centre = ", ".join(f"{x:.6g}" for x in first.crack["centre"])
+    centre = ", ".join(_number(x, 6) for x in first.crack["centre"])
     cubic = first.materials[0].split("=")[-1].startswith("cubic")
     about = (
         "constants of copper: put those of your crystal"
@@ -112,8 +112,8 @@ cracks:
     shape: penny
     centre: [{centre}]
     normal: [0, 0, 1]  # the tension is along z: inp.axis
-    radius: {first.crack["radius"]:.4g}  # a quarter of the shortest edge of the box
-    growth: {first.crack["growth"]:.4g}  # added at each increment that the sheet asks for
+    radius: {_number(first.crack["radius"])}  # a quarter of the shortest edge of the box
+    growth: {_number(first.crack["growth"])}  # added at each increment that the sheet asks for
 
 inp:
   material: {_yaml(list(first.materials))}  # {about}
@@ -123,6 +123,12 @@ inp:
 def sheet_text(name: str, microstructure: str) -> str:
     """Return the sheet of a first campaign: one case of one increment."""
     return f"case\tmicrostructure\tcrack\tincrements\n{name}\t{microstructure}\tnotch\t1\n"
+
+
+def _number(value: float, digits: int = 4) -> str:
+    """Return a number as YAML 1.1 has it, to which 1e-06 is text and 1.0e-06 a number."""
+    mantissa, exponent, power = f"{value:.{digits}g}".partition("e")
+    return f"{mantissa}{'' if '.' in mantissa else '.0'}e{power}" if exponent else mantissa
 
 
 def _yaml(value: Any) -> str:

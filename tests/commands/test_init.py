@@ -28,7 +28,7 @@ def init(folder, monkeypatch, *words) -> dict:
     return yaml.safe_load(path.read_text())
 
 
-@pytest.mark.parametrize("scale", [1.0, 2.5e-3])
+@pytest.mark.parametrize("scale", [1.0, 2.5e-3, 1e-6, 1e9])
 def test_sizes_and_crack_fit_the_microstructure(tmp_path, monkeypatch, scale):
     config = init(tmp_path, monkeypatch, volume(tmp_path, scale=scale, origin=np.zeros(3)))
     campaign = read_campaign(config)
@@ -90,3 +90,9 @@ def test_much_without_a_grain_is_the_space_round_a_sample(tmp_path, monkeypatch,
     assert "taken as empty space" in capsys.readouterr().out
     assert config["cracks"]["notch"]["centre"][1] == 4  # on the sample's face, not on the volume's
     assert config["cracks"]["notch"]["radius"] == pytest.approx(15 / 4)
+
+
+def test_lengths_in_metres_are_numbers(tmp_path, monkeypatch):
+    config = init(tmp_path, monkeypatch, volume(tmp_path, spacing=np.full(3, 1e-6), origin=np.zeros(3)))
+    assert config["sizing"]["l0"] == 1e-6  # 1e-06 without a point is text to YAML 1.1
+    read_campaign(config)

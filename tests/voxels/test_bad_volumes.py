@@ -1,7 +1,6 @@
 """Bad microstructure files end in one line that says what is wrong and what to do."""
 
 import h5py
-import nrrd
 import numpy as np
 import pytest
 import tifffile
@@ -141,6 +140,8 @@ def test_broken_metaimage(tmp_path, changed, words):
 
 
 def test_nrrd_of_turned_axes_or_several_numbers(tmp_path):
+    import nrrd
+
     path = tmp_path / "v.nrrd"
     header = {"space": "RAS", "space directions": [[1, 1, 0], [-1, 1, 0], [0, 0, 1]]}
     nrrd.write(str(path), labels(), header, index_order="F")

@@ -4,7 +4,6 @@ import gzip
 import zlib
 
 import h5py
-import nrrd
 import numpy as np
 import pytest
 import tifffile
@@ -160,6 +159,8 @@ def write_mhd(folder):
 
 
 def write_nrrd(folder):
+    import nrrd
+
     header = {"space": "left-posterior-superior", "space directions": np.diag(SPACING)}
     nrrd.write(str(folder / "v.nrrd"), volume(), header | {"space origin": FIRST}, index_order="F")
     return folder / "v.nrrd", ReadOptions()
