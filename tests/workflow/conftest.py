@@ -19,6 +19,17 @@ cracks:
   tiny: {centre: [8.0, 0.0, 7.3], radius: 3.5, growth: 1.0}
 """
 CASES = "case\tmicrostructure\tcrack\tincrements\ntiny\tsynthetic\ttiny\t2\n"
+# the smallest closed loop: a tilted penny that turns, two increments of seconds each
+GROWING_CONFIG = """
+cases: cases.tsv
+chunks: 2
+generate: {shape: [14, 14, 14], grains: 3}
+sizing: {l0: 1.0, l_min: 0.8, l_max: 3.0, r0: 3.0, r1: 6.0}
+cracks:
+  tilted: {centre: [7.0, 7.0, 7.2], normal: [0.0, 0.4, 1.0], radius: 2.6}
+grow: {extension: 0.8}
+"""
+GROWING_CASES = "case\tmicrostructure\tcrack\tincrements\tgrowth\ntiny\tsynthetic\ttilted\t2\tgrow\n"
 
 
 @dataclass(frozen=True)
@@ -58,6 +69,34 @@ class Folder:
     path: Path
     python: str = sys.executable
 
+    @property
+    def made(self) -> dict[str, bytes]:
+        """The bytes of all results by path, without logs and times."""
+        results = self.path / "results"
+        files = [path for path in sorted(results.rglob("*")) if path.is_file()]
+        names = {str(path.relative_to(results)): path for path in files}
+        return {
+            name: path.read_bytes()
+            for name, path in names.items()
+            if not name.startswith(("logs/", "benchmarks/"))
+        }
+
+    def start(self, *flags: str) -> subprocess.Popen:
+        """Start Snakemake in a process group of its own; what it says is added to said.txt."""
+        command = [self.python, "-m", "snakemake", "-s", str(ROOT / "Snakefile"), *flags]
+        with open(self.path / "said.txt", "a") as stream:
+            return subprocess.Popen(
+                [*command, "--configfile", "config.yaml"],
+                cwd=self.path,
+                stdout=stream,
+                stderr=stream,
+                start_new_session=True,
+            )
+
+    def said(self) -> str:
+        """Return the end of what the runs that were started said."""
+        return (self.path / "said.txt").read_text()[-3000:]
+
     def snakemake(self, *flags: str, configfile="config.yaml", project: Path = ROOT) -> Run:
         """Run the Snakefile of `project` here; the library beside that Snakefile is the one it sees."""
         snakefile = str(project / "Snakefile")
@@ -82,6 +121,12 @@ def new_folder(tmp_path_factory):
         return Folder(path, python)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def growing_folder(new_folder):
+    """Return a function that makes the folder of a campaign whose crack grows."""
+    return lambda cases=GROWING_CASES: new_folder(cases, GROWING_CONFIG)
 
 
 # stands for the command craftmesh where only plans matter: writes its flags into each file asked of it

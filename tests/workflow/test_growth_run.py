@@ -16,22 +16,12 @@ from craftmesh.io.vtk import read_crack
 
 ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.xdist_group("growing campaign")
-CONFIG = """
-cases: cases.tsv
-chunks: 1
-generate: {shape: [14, 14, 14], grains: 3}
-sizing: {l0: 1.0, l_min: 0.8, l_max: 3.0, r0: 3.0, r1: 6.0}
-cracks:
-  tilted: {centre: [7.0, 7.0, 7.2], normal: [0.0, 0.4, 1.0], radius: 2.6}
-grow: {extension: 0.8}
-"""
-CASES = "case\tmicrostructure\tcrack\tincrements\tgrowth\ntiny\tsynthetic\ttilted\t2\tgrow\n"
 GROWN = ("grown.vtp", "growth.json", "sif.csv", "solution.npz", "solution.vtu", "fracture.json")
 
 
 @pytest.fixture(scope="module")
-def finished(new_folder):
-    folder = new_folder(CASES, CONFIG)
+def finished(growing_folder):
+    folder = growing_folder()
     run = folder.snakemake("--cores", "2")
     assert run.status == 0, run.text
     return folder
