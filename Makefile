@@ -12,7 +12,7 @@ FAST_TESTS := $(addprefix tests/,assembly campaign commands cracks deck io mecha
 UNCOMPILED_TESTS := $(addprefix tests/gradation/test_,\
     gradation_kernels.py guards.py narrow_places.py preprocess.py refusals.py refused_moves.py)
 
-.PHONY: setup docs demo test test-fast test-slow test-bounds test-branches lint bench
+.PHONY: setup docs demo test test-fast test-slow test-slurm test-bounds test-branches lint bench
 
 setup: $(READY)
 
@@ -50,6 +50,11 @@ test-branches: setup
 
 test-slow: setup
 	$(BIN)/python -m pytest -m slow
+
+# as root, with Debian's slurm-wlm, which is installed where it is missing: a Slurm of one node on loopback, ten
+# minutes; where that cannot be it says why
+test-slurm: setup
+	CRAFTMESH_TEST_SLURM=1 $(BIN)/python -m pytest -rs tests/workflow/test_slurm.py
 
 # the site in site/; a link that leads nowhere or a docstring that cannot be read stops it
 docs: setup

@@ -37,6 +37,7 @@ SECTIONS = {
         "which way and how far cracks grow",
         ["growth.options.GrowthOptions", "growth.options.SmoothingOptions"],
     ),
+    "node": ("a node of the cluster, where jobs are not run here", ["campaign.node.NodeOptions"]),
 }
 CRACK = "cracks.options.CrackOptions"
 KINDS = {float: "number", int: "integer", bool: "boolean", str: "string", NoneType: "null"}

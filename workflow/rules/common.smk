@@ -1,3 +1,16 @@
+NODE = cluster_node(CAMPAIGN.config["node"])
+
+
+def job_memory(stage, file):
+    """Return the function of the memory of a stage's job by the size of a file of its case or increment."""
+    return lambda wildcards, attempt: memory_mb(stage, count_of(file.format(**wildcards)), attempt, NODE)
+
+
+def job_minutes(stage, file):
+    """Return the function of the minutes of a stage's job by the size of a file of its case or increment."""
+    return lambda wildcards, attempt: minutes(stage, count_of(file.format(**wildcards)), attempt)
+
+
 def every_increment(pattern, growing=False):
     """Return the input function of `pattern` for every increment of every case, or of those that grow."""
 

@@ -14,8 +14,8 @@ rule inp:
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=30,
+        mem_mb=job_memory("inp", f"{INC}/gradated.vtp"),
+        runtime=job_minutes("inp", f"{INC}/gradated.vtp"),
     params:
         options=lambda wildcards: CAMPAIGN.deck_flags(wildcards.case),
         code=CAMPAIGN.code("inp"),
@@ -34,13 +34,11 @@ rule export:
         f"{BENCHMARK}/{{inc}}/model.{{kind}}.tsv"
     wildcard_constraints:
         kind=CAMPAIGN.export_kinds,
-    group:
-        "deck_{case}_{inc}"
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=30,
+        mem_mb=job_memory("export", f"{INC}/gradated.vtp"),
+        runtime=job_minutes("export", f"{INC}/gradated.vtp"),
     params:
         options=lambda wildcards: CAMPAIGN.mesh_flags(wildcards.case),
         code=CAMPAIGN.code("export"),
@@ -64,8 +62,8 @@ rule check:
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=30,
+        mem_mb=job_memory("check", f"{INC}/gradated.vtp"),
+        runtime=job_minutes("check", f"{INC}/gradated.vtp"),
     params:
         code=CAMPAIGN.code("check"),
     shell:

@@ -11,11 +11,13 @@ rule fracture:
         f"{LOG}/{{inc}}/fracture.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/fracture.tsv"
+    group:
+        "field_{case}_{inc}"
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=120,
+        mem_mb=job_memory("fracture", f"{INC}/gradated.vtp"),
+        runtime=job_minutes("fracture", f"{INC}/gradated.vtp"),
     params:
         model=lambda wildcards: CAMPAIGN.model_flags(wildcards.case),
         options=lambda wildcards: CAMPAIGN.flags("fracture", wildcards.case),

@@ -5,11 +5,13 @@ rule generate:
         f"{LOG}/generated.log",
     benchmark:
         f"{BENCHMARK}/generated.tsv"
+    group:
+        "volume_{case}"
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=lambda wildcards, attempt: 2000 * attempt,
-        runtime=10,
+        mem_mb=job_memory("generate", f"{CASE}/labels.npz"),
+        runtime=job_minutes("generate", f"{CASE}/labels.npz"),
     params:
         options=lambda wildcards: CAMPAIGN.flags("generate", wildcards.case),
         code=CAMPAIGN.code("generate"),
@@ -29,11 +31,13 @@ rule import_microstructure:
         f"{LOG}/microstructure.log",
     benchmark:
         f"{BENCHMARK}/microstructure.tsv"
+    group:
+        "volume_{case}"
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=lambda wildcards, attempt: 4000 * attempt,
-        runtime=30,
+        mem_mb=job_memory("import_microstructure", f"{CASE}/labels.npz"),
+        runtime=job_minutes("import_microstructure", f"{CASE}/labels.npz"),
     params:
         options=lambda wildcards: CAMPAIGN.import_flags(wildcards.case),
         code=CAMPAIGN.code("import_"),

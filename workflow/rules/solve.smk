@@ -9,11 +9,13 @@ rule solve:
         f"{LOG}/{{inc}}/solution.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/solution.tsv"
+    group:
+        "field_{case}_{inc}"
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=lambda wildcards, attempt: 16000 * attempt,
-        runtime=1440,
+        mem_mb=job_memory("solve", f"{INC}/gradated.vtp"),
+        runtime=job_minutes("solve", f"{INC}/gradated.vtp"),
     params:
         model=lambda wildcards: CAMPAIGN.model_flags(wildcards.case),
         options=lambda wildcards: CAMPAIGN.flags("solve", wildcards.case),

@@ -10,8 +10,8 @@ rule remesh:
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=60,
+        mem_mb=job_memory("remesh", f"{CASE}/labels.npz"),
+        runtime=job_minutes("remesh", f"{CASE}/labels.npz"),
     params:
         options=lambda wildcards: CAMPAIGN.flags("remesh", wildcards.case),
         code=CAMPAIGN.code("remesh"),
@@ -36,8 +36,8 @@ rule size:
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=lambda wildcards, attempt: 4000 * attempt,
-        runtime=30,
+        mem_mb=job_memory("size", f"{CASE}/remeshed.vtp"),
+        runtime=job_minutes("size", f"{CASE}/remeshed.vtp"),
     params:
         options=lambda wildcards: CAMPAIGN.flags("sizing", wildcards.case),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
@@ -63,8 +63,8 @@ rule stitch:
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=lambda wildcards, attempt: 4000 * attempt,
-        runtime=30,
+        mem_mb=job_memory("stitch", f"{CASE}/remeshed.vtp"),
+        runtime=job_minutes("stitch", f"{CASE}/remeshed.vtp"),
     params:
         options=lambda wildcards: CAMPAIGN.flags("stitch", wildcards.case),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
@@ -90,8 +90,8 @@ rule gradate:
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=60,
+        mem_mb=job_memory("gradate", f"{CASE}/remeshed.vtp"),
+        runtime=job_minutes("gradate", f"{CASE}/remeshed.vtp"),
     params:
         options=lambda wildcards: CAMPAIGN.flags("gradate", wildcards.case),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),

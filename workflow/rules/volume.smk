@@ -11,10 +11,10 @@ rule tetrahedralize:
         f"{BENCHMARK}/{{inc}}/tets/{{part}}-of-{{parts}}.tsv"
     conda:
         "../envs/craftmesh.yaml"
-    threads: 1
+    threads: NODE.workers
     resources:
-        mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=120,
+        mem_mb=job_memory("tetrahedralize", f"{INC}/gradated.vtp"),
+        runtime=job_minutes("tetrahedralize", f"{INC}/gradated.vtp"),
     params:
         options=lambda wildcards: CAMPAIGN.flags("tetrahedralize", wildcards.case),
         code=CAMPAIGN.code("tetrahedralize"),
@@ -46,8 +46,8 @@ rule assemble:
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=lambda wildcards, attempt: 8000 * attempt,
-        runtime=lambda wildcards, attempt: 30 * 5 ** (attempt - 1),
+        mem_mb=job_memory("assemble", f"{INC}/gradated.vtp"),
+        runtime=job_minutes("assemble", f"{INC}/gradated.vtp"),
     params:
         options=lambda wildcards: CAMPAIGN.flags("tetrahedralize", wildcards.case),
         code=CAMPAIGN.code("assemble"),

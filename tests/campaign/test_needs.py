@@ -1,0 +1,86 @@
+"""What jobs ask of a cluster: by the sizes of files, and never more than a node has."""
+
+import os
+from pathlib import Path
+
+import pytest
+from few_facets import double_cone
+
+from craftmesh.campaign.needs import UNKNOWN, count_of, memory_mb, minutes
+from craftmesh.campaign.node import VARIABLE, WORKERS, Node, cluster_node
+from craftmesh.io.npz import write_labels
+from craftmesh.io.vtk import write_surface
+from craftmesh.voxels.generate import GenerateOptions, generate
+
+NOTHING = {"cpus": None, "mem_mb": None}
+AT_WILL = Node(None, None)
+
+
+@pytest.fixture
+def sinfo(tmp_path, monkeypatch):
+    """Return a function that puts a `sinfo` on the path which says so much."""
+
+    def make(text: str):
+        command = tmp_path / "sinfo"
+        command.write_text(f"#!/bin/sh\ncat <<END\n{text}\nEND\n")
+        command.chmod(0o755)
+
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setenv(VARIABLE, "")  # so that it is restored
+    monkeypatch.delenv(VARIABLE)
+    return make
+
+
+def test_the_smallest_node_of_the_default_partition_counts(sinfo):
+    sinfo("work* 32 128000\nwork* 16 64000+\nold 2 4000")
+    assert cluster_node(NOTHING) == Node(16, 64000)
+
+
+def test_without_a_default_partition_all_nodes_count(sinfo):
+    sinfo("work 32 128000\nold 2 4000")
+    assert cluster_node(NOTHING) == Node(2, 4000)
+
+
+def test_jobs_inherit_the_node_and_do_not_ask_again(sinfo):
+    sinfo("work* 16 64000")
+    assert cluster_node(NOTHING) == Node(16, 64000)
+    sinfo("work* 1 100")
+    assert cluster_node(NOTHING) == Node(16, 64000)
+
+
+def test_keys_take_the_place_of_what_sinfo_says(sinfo):
+    sinfo("work* 16 64000")
+    assert cluster_node({"cpus": 2, "mem_mb": None}) == Node(2, 64000)
+    assert cluster_node({"cpus": 2, "mem_mb": 300}) == Node(2, 300)
+
+
+def test_where_nothing_is_known_a_job_takes_one_processor(sinfo):
+    sinfo("")
+    assert cluster_node(NOTHING) == AT_WILL and AT_WILL.workers == 1
+    assert Node(2, None).workers == 2 and Node(64, None).workers == WORKERS
+
+
+@pytest.mark.parametrize("stage", ["import_microstructure", "remesh", "gradate", "tetrahedralize", "solve"])
+def test_needs_grow_with_size_and_attempt_up_to_the_node(stage):
+    first, bigger = (memory_mb(stage, count, 1, AT_WILL) for count in (10**5, 10**6))
+    assert bigger > first > 800 and memory_mb(stage, 10**5, 2, AT_WILL) == 2 * first
+    assert memory_mb(stage, 10**6, 3, Node(4, 800)) == 800
+    assert minutes(stage, 10**5, 2) >= 2 * minutes(stage, 10**5, 1) > 0
+
+
+def test_each_worker_process_has_its_memory():
+    one, four = (memory_mb("tetrahedralize", 10**5, 1, node) for node in (AT_WILL, Node(4, None)))
+    assert four > one
+
+
+def test_sizes_are_told_by_the_heads_of_files(tmp_path):
+    write_labels(tmp_path / "labels.npz", generate(GenerateOptions(shape=(6, 5, 4), grains=2, voids=0)))
+    assert count_of(tmp_path / "labels.npz") == 120
+    surface = double_cone(5)
+    write_surface(tmp_path / "gradated.vtp", surface)
+    assert count_of(tmp_path / "gradated.vtp") == len(surface.facets)
+    for name in ("other.npz", "other.vtp"):
+        unknown = UNKNOWN[Path(name).suffix]
+        assert count_of(tmp_path / name) == unknown
+        (tmp_path / name).write_text("no such thing")
+        assert count_of(tmp_path / name) == unknown
