@@ -48,6 +48,9 @@ def _touch(surface: CutSurface, sheet: Sheet) -> CutSurface:
     """Count trace points that nearly touch the front as on it."""
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero((surface.front < 0) & (np.abs(surface.phi) <= TOUCHING * surface.size))
+    at = sheet.uv(surface.points[rows])  # the rim there may be the crack's mouth
+    foot, _, _ = sheet.rim.nearest_front(at)
+    rows = rows[np.linalg.norm(foot - at, axis=1) <= TOUCHING * surface.size[rows]]
     return with_front_points(surface, sheet, rows) if len(rows) else surface
 
 

@@ -112,7 +112,11 @@ def _polygon(rings: list[np.ndarray], nodes: np.ndarray) -> shapely.Polygon:
 def _push_out_mouth(
     domain: shapely.Polygon, crack: Crack, nodes: np.ndarray, frame: np.ndarray, box: np.ndarray
 ) -> shapely.Polygon:
-    """Extend the domain past mouth edges that lie on a box plane, so that the mouth is outside the box."""
+    """Extend the domain past mouth edges on or beyond a box plane, so that the mouth is outside the box.
+
+    Those beyond leave no gap beside those on it, as where an edge of a strip that has grown in the plane
+    meets the old crack, which reaches out of the box.
+    """
     diagonal = np.linalg.norm(box[1] - box[0])
     fronts = {
         frozenset(pair) for front in crack.fronts for pair in zip(front[:-1].tolist(), front[1:].tolist())
@@ -121,10 +125,10 @@ def _push_out_mouth(
     for loop in boundary_loops(crack.triangles):
         for a, b in zip(loop[:-1].tolist(), loop[1:].tolist()):
             ends = crack.points[[a, b]]
-            near = np.abs(ends[:, None] - box[None]).max(axis=0) <= ON_PLANE * diagonal
-            if frozenset((a, b)) in fronts or not near.any():
+            beyond = np.stack([ends - box[0], box[1] - ends]).max(axis=1) <= ON_PLANE * diagonal
+            if frozenset((a, b)) in fronts or not beyond.any():
                 continue
-            side, axis = np.argwhere(near)[0]
+            side, axis = np.argwhere(beyond)[0]
             outward = frame[:2, axis] * (2 * side - 1)
             outward = MOUTH * diagonal * outward / np.linalg.norm(outward)
             strips.append(shapely.Polygon([nodes[a], nodes[b], nodes[b] + outward, nodes[a] + outward]))
