@@ -32,6 +32,8 @@ COLUMNS = {
     "grown": "grown by",
     "off": "off the fine path, l_min: mean/max",
     "turned": "direction off, degrees: mean/max",
+    "halved": "of steps with half the next kink",
+    "way": "of the way from the first front",
     "mode_ii": "largest |K_II| / K_I",
     "fine_mode_ii": "the fine path's",
     "kink": "kink angle, degrees: least/largest",
@@ -98,6 +100,9 @@ def compared(coarse: Path, fine: Path) -> list[dict]:
     # one step more, for a point at the path's end may be ahead of it
     theirs = np.stack([meridians(fine, k) for k in range(2 * GROWN + 1)])
     last = theirs[-1] + (theirs[-1] - theirs[-2])
+    steps, fine_steps = (direction(np.diff(path, axis=0)) for path in (ours, theirs))
+    # a straight step goes on where the crack has turned already: half of the turn was missing in its middle
+    halved, fine_halved = ((turn[:-1] + turn[1:]) / 2 for turn in (steps, fine_steps))
     rows = []
     for k in range(GROWN + 1):
         near, far = columns(coarse, k), columns(fine, 2 * k)
@@ -111,14 +116,22 @@ def compared(coarse: Path, fine: Path) -> list[dict]:
             off = distance_to_path(ours[k], np.concatenate([theirs, last[None]])) / LENGTH
             row["off"] = [float(off.mean()), float(off.max())]
             turn = direction(ours[k] - ours[k - 1]) - direction(theirs[2 * k] - theirs[2 * k - 2])
-            row["turned"] = [float(np.abs(turn).mean()), float(np.abs(turn).max())]
+            row["turned"] = mean_and_most(turn)
+            row["way"] = mean_and_most(direction(ours[k] - ours[0]) - direction(theirs[2 * k] - theirs[0]))
+        if 0 < k < GROWN:
+            row["halved"] = mean_and_most(halved[k - 1] - fine_halved[2 * k - 2 : 2 * k].mean(axis=0))
         rows.append(row)
     return rows
 
 
+def mean_and_most(angles: np.ndarray) -> list[float]:
+    """Return the mean and the largest size of angles (k,)."""
+    return [float(np.abs(angles).mean()), float(np.abs(angles).max())]
+
+
 def direction(steps: np.ndarray) -> np.ndarray:
-    """Return the angles (k,) of steps (k, 2) to the first crack's plane, degrees."""
-    return np.degrees(np.arctan2(steps[:, 1], steps[:, 0]))
+    """Return the angles (..., k) of steps (..., k, 2) to the first crack's plane, degrees."""
+    return np.degrees(np.arctan2(steps[..., 1], steps[..., 0]))
 
 
 def main() -> None:

@@ -24,3 +24,12 @@ def test_distances_are_to_the_nearest_place_of_each_ones_own_path(growth):
 
 def test_directions_are_to_the_first_plane(growth):
     assert growth.direction(np.array([[1.0, 0], [1, 1], [0, -2]])) == pytest.approx([0, 45, -90])
+
+
+def test_a_circle_in_straight_steps_has_the_direction_of_its_chords_with_half_the_next_kink(growth):
+    """Each step goes along the tangent where it starts, as a growing crack's does."""
+    angle = np.radians(np.arange(0, 60, 10.0))
+    steps = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    turn = growth.direction(steps)
+    assert (turn[:-1] + turn[1:]) / 2 == pytest.approx(np.arange(5, 55, 10.0))
+    assert growth.mean_and_most(np.array([-3.0, 1.0])) == pytest.approx([2.0, 3.0])
