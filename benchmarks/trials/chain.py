@@ -9,8 +9,10 @@ import numpy as np
 
 from craftmesh.commands.whole_model_step import complete_mesh
 from craftmesh.cracks.along_faces import refuse_along_faces
-from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.in_boundaries import crack_in_boundaries
+from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.series import GivenSurface, crack_of_increment
+from craftmesh.cracks.sheets import sheets
 from craftmesh.deck.write_deck import DeckOptions, write_deck
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.gradation.gradate import gradate
@@ -55,9 +57,13 @@ def _run(case: Drawn, folder: Path, made: Made) -> None:
     made.stage = "crack"
     options = case.prescribed or CrackOptions(shape="surface")
     fronts = case.sheet.fronts if case.with_front else ()
-    given = None if case.prescribed else GivenSurface(case.sheet.points, case.sheet.triangles, fronts)
-    crack = crack_of_increment(options, 0, case.voxels.box, given)
-    refuse_along_faces(crack, case.voxels.box, float(case.sizes.l_min or 0))
+    if options.shape == IN_BOUNDARIES:
+        crack = crack_in_boundaries(surface, options, 0)
+    else:
+        given = None if case.prescribed else GivenSurface(case.sheet.points, case.sheet.triangles, fronts)
+        crack = crack_of_increment(options, 0, case.voxels.box, given)
+    for sheet in sheets(crack):
+        refuse_along_faces(sheet, case.voxels.box, float(case.sizes.l_min or 0))
     write_crack(folder / "crack.vtp", crack)
     made.stage = "stitch"
     defects = Defects(tuple(crack.points[front] for front in crack.fronts))
@@ -140,6 +146,8 @@ def write_inputs(case: Drawn, folder: Path) -> list[str]:
 
 def _flags_of(options: CrackOptions) -> str:
     words = [f"--shape {options.shape}"]
+    if options.boundaries:
+        words.append("--surface remeshed.vtp --boundaries " + " ".join(options.boundaries))
     for name in ("centre", "normal", "axis"):
         words.append(f"--{name} " + " ".join(repr(float(x)) for x in getattr(options, name)))
     if options.semi_axes:

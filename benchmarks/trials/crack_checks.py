@@ -1,5 +1,7 @@
 """Checks of a deck's crack against the sheet that was given: front, facets, area."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import ndimage
 
@@ -8,6 +10,7 @@ from trials.deck_file import DeckFile
 from trials.distances import area_within, to_polylines, to_segments, to_sheet, told
 from trials.drawing import Drawn
 from trials.sheets import Sheet, samples
+from trials.verdict import NO_FRONT
 
 FACE_BAND = 0.2  # l_min: a crack this near a face over a part of its area may be refused
 FACE_TILT = 3.0  # degrees between crack and face at the mouth, below which it may be refused
@@ -156,14 +159,19 @@ def _area(case: Drawn, deck: DeckFile, ends: np.ndarray, at_middles: np.ndarray)
 
 
 def may_be_refused(case: Drawn, l_min: float) -> str | None:
-    """Return why the crack may be refused: it lies outside the material, or in or almost in a face."""
+    """Return why a crack of the case may be refused: it is outside the material, or along a face."""
+    parts = [replace(case, sheet=part) for part in case.parts or (case.sheet,)]
+    return next((why for why in (_may_be_refused(part, l_min) for part in parts) if why), None)
+
+
+def _may_be_refused(case: Drawn, l_min: float) -> str | None:
     points, normals = samples(case.sheet)
     box, reach = case.voxels.box, FACE_BAND * l_min
     if not (material_depth(case.voxels, points) > 0).any():
         return "outside the material"
     front = np.concatenate([_dense(line, FRONT_STEP * l_min) for line in case.sheet.fronts])
     if not (material_depth(case.voxels, front) > 0).any():
-        return "no front in the material"
+        return NO_FRONT
     inside = front[((front >= box[0]) & (front <= box[1])).all(axis=1)]
     to_faces = np.minimum(inside - box[0], box[1] - inside)
     if (to_faces < LIGAMENT * l_min).sum(axis=0).max() > LIGAMENT_RUN / FRONT_STEP:

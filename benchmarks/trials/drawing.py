@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify
 from craftmesh.types import Voxels
+from trials import more_cracks
 from trials.placing import draw_place
 from trials.sheets import RELIEF_SHARES, RELIEFS, Sheet, disc, draw_relief, placed, strip
 from trials.volumes import draw_volume
@@ -22,7 +23,9 @@ LARGEST_L_MIN = 4.0  # voxels: with MOST_TETS never reached in 48^3 voxels, it e
 
 @dataclass(frozen=True)
 class Drawn:
-    """All of one case. `prescribed`: options of a planar shape; else the sheet is given as it is."""
+    """All of one case. `prescribed`: options of a planar shape, or of a crack along grain boundaries; else
+    the sheet is given as it is. parts: the cracks of the sheet where it is several.
+    """
 
     seed: int
     voxels: Voxels
@@ -33,6 +36,7 @@ class Drawn:
     element: str
     quarter_points: bool
     kinds: dict[str, str]
+    parts: tuple[Sheet, ...] = ()
 
     @property
     def words(self) -> str:
@@ -42,6 +46,45 @@ class Drawn:
 
 def draw(seed: int, sides: tuple[int, int] = (30, 48)) -> Drawn:
     """Return the case of `seed`; the same seed gives the same case."""
+    case = draw_one(seed, sides)
+    rng = np.random.default_rng([seed, more_cracks.STREAM])
+    kind = more_cracks.draw_kind(rng)
+    if kind == "one":
+        return case
+    l_min = float(case.sizes.l_min or 0)
+    prescribed, parts = None, ()
+    if kind == "boundaries":
+        found = more_cracks.boundaries(rng, case.voxels)
+        if found is None:
+            return case
+        sheet, prescribed = found
+    elif kind == "pair":
+        parts = more_cracks.pair(rng, case.voxels, case.sheet, l_min)
+        sheet = more_cracks.together(parts)
+    else:
+        sheet = more_cracks.hook(rng, case.voxels, l_min)
+    return replace(
+        case,
+        sheet=sheet,
+        prescribed=prescribed,
+        parts=parts,
+        with_front=case.with_front and kind == "pair",
+        sizes=_small_enough(case.voxels, sheet, case.sizes),
+        kinds=case.kinds | {"crack": kind},
+    )
+
+
+def _small_enough(voxels: Voxels, sheet: Sheet, sizes: SizingOptions) -> SizingOptions:
+    """Return sizes that give the mesh around a sheet no more than MOST_TETS."""
+    longest = LARGEST_L_MIN * float(voxels.spacing.mean())
+    while estimated_tets(voxels, sheet, sizes) > MOST_TETS and sizes.l_min <= longest:
+        l_min, l0 = RAISED * sizes.l_min, RAISED * sizes.l0
+        sizes = replace(sizes, l_min=l_min, l0=l0, l_max=max(sizes.l_max, l0))
+    return sizes
+
+
+def draw_one(seed: int, sides: tuple[int, int]) -> Drawn:
+    """Return the case of `seed` with one crack, a height over a plane."""
     rng = np.random.default_rng(seed)
     voxels, volume = draw_volume(rng, sides)
     sizes = _sizes(rng, voxels)

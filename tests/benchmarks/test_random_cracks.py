@@ -27,6 +27,9 @@ from trials import (  # noqa: E402
     wedges,
 )
 
+from craftmesh.cracks.height_parts import height_parts  # noqa: E402
+from craftmesh.cracks.series import crack_area  # noqa: E402
+from craftmesh.cracks.sheets import cracks_from_triangles  # noqa: E402
 from craftmesh.mesh.kernels.shape_measures import shape_measures  # noqa: E402
 from craftmesh.sizing.sizing import Sizing, SizingOptions  # noqa: E402
 from craftmesh.types import Surface, Voxels  # noqa: E402
@@ -154,7 +157,7 @@ def penny_case(centre, normal, radius: float = 3.0) -> drawing.Drawn:
     """A plain case: two grains and a penny."""
     labels = np.ones((12, 12, 12), np.int32)
     labels[:, :, 7:] = 2
-    frame = drawing.draw(0, SMALL)  # only its other fields
+    frame = drawing.draw_one(0, SMALL)  # only its other fields
     normal = np.array(normal, float) / np.linalg.norm(normal)
     axis = np.cross(normal, [0.3, 0.5, 0.8])
     axis /= np.linalg.norm(axis)
@@ -286,3 +289,27 @@ def test_a_hang_is_a_row_and_the_run_resumes(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "| crash | any | 1 | 3 |" in done.stdout
     assert len(target.read_text().splitlines()) == 1
+
+
+@pytest.mark.parametrize("kind", ["pair", "overhang", "boundaries"])
+def test_further_kinds_of_cracks_are_cracks_for_the_chain(kind, monkeypatch):
+    monkeypatch.setattr(drawing.more_cracks, "draw_kind", lambda _: kind)
+    case, again = drawing.draw(3, SMALL), drawing.draw(3, SMALL)
+    assert case.kinds["crack"] == kind and np.array_equal(case.sheet.points, again.sheet.points)
+    assert drawing.estimated_tets(case.voxels, case.sheet, case.sizes) <= drawing.MOST_TETS
+    assert len(case.parts) == (2 if kind == "pair" else 0)
+    if kind == "overhang":
+        assert len(height_parts(case.sheet.points, case.sheet.triangles)[0]) > 1
+    if kind == "boundaries":
+        assert case.prescribed.boundaries and len(case.sheet.fronts)
+    else:
+        crack = cracks_from_triangles(case.sheet.points, case.sheet.triangles, None, case.voxels.box)
+        assert crack_area(crack) > 0 and case.prescribed is None
+
+
+def test_a_pair_may_be_refused_where_one_of_it_may():
+    case = penny_case((6, 6, 5), (0.2, 0, 1))
+    beside = sheets.placed(case.sheet, np.array([0.0, 0.0, 99.0]), np.eye(3))
+    assert crack_checks.may_be_refused(case, case.sizes.l_min) is None
+    both = replace(case, parts=(case.sheet, beside))
+    assert crack_checks.may_be_refused(both, case.sizes.l_min) == "outside the material"

@@ -13,7 +13,14 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "increments"),
-    [("al1050", 3), ("al6xn", 3), ("copper", 3), ("measured_crack", 5), ("intergranular", 2)],
+    [
+        ("al1050", 3),
+        ("al6xn", 3),
+        ("copper", 3),
+        ("measured_crack", 5),
+        ("intergranular", 2),
+        ("overhang", 1),
+    ],
 )
 def test_example_gives_decks_without_fault(name, increments, shared_data, tmp_path):
     judge = load_judge(ROOT)
