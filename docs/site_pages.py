@@ -91,7 +91,17 @@ def moved(text: str, source: str, place: str) -> str:
         on_site = PAGES.get(path, path.removeprefix("docs/"))
         return before + posixpath.relpath(on_site, posixpath.dirname(place) or ".") + after
 
-    return LINK.sub(link, text)
+    return _deeper_lists(LINK.sub(link, text))
+
+
+def _deeper_lists(text: str) -> str:
+    """Return a page in which what belongs to an item of a numbered list stands four deep, for mkdocs."""
+    lines, is_fenced = [], False
+    for line in text.splitlines(keepends=True):
+        if line.startswith("```"):
+            is_fenced = not is_fenced
+        lines.append(f" {line}" if line.startswith("   ") and not is_fenced else line)
+    return "".join(lines)
 
 
 def stage_pages(guide: str) -> dict[str, str]:
@@ -130,10 +140,10 @@ def _keys(schema: dict) -> dict:
 
 
 def _table(properties: dict) -> list[str]:
-    rows = ["| key | default | values | effect |", "|---|---|---|---|"]
+    rows = ["| key | effect | default | values |", "|---|---|---|---|"]
     for key, schema in properties.items():
-        default = schema.get("default", "none: must be given")
-        cells = [f"`{key}`", f"`{default}`", _allowed(schema), schema.get("description", "")]
+        default = schema.get("default", "has to be given")
+        cells = [f"`{key}`", schema.get("description", ""), f"`{default}`", _allowed(schema)]
         rows.append("| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |")
     return rows
 

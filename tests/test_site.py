@@ -31,6 +31,13 @@ def test_links_and_pictures_lead_to_files(site):
                 assert (page.parent / target).exists(), f"{page.relative_to(site)} leads to {target}"
 
 
+def test_code_within_a_list_stays_code(site):
+    text = (site / "index.html").read_text()
+    listed = text[text.index("Name the microstructure in a sheet") :]
+    assert "mine" in listed[listed.index("<code") : listed.index("</code>")]
+    assert listed.index("</ol>") > listed.index("--configfile mine.yaml")  # three items of one list
+
+
 def test_every_stage_has_a_page(site):
     verbs = re.findall(r"^## \d+\. (\w+)", (ROOT / "docs/guide.md").read_text(), flags=re.M)
     assert len(verbs) > 10
