@@ -16,6 +16,7 @@ from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.series import crack_of_increment, refuse_shrunk
 from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.errors import CraftmeshError
+from craftmesh.insertion.options import WayOptions
 from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import read_crack, read_surface, read_voxels, write_crack
 from craftmesh.sizing.sizing import SizingOptions, median_edge, sizing_for, voxel_edge
@@ -54,11 +55,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     others = (item.name for item in fields(SizingOptions) if item.name not in LENGTHS)
     add_options(parser, SizingOptions, skip=others)
+    add_options(parser, WayOptions)
 
 
 def run(arguments: argparse.Namespace) -> None:
     increment = arguments.increment
     box, edge, grid = body_of(arguments.volume)
+    heights = options_from(arguments, WayOptions).insertion == "cut"
     l_min, cracks, reports = l_min_of(options_from(arguments, SizingOptions), edge), [], {}
     for number, options in enumerate(options_of(arguments), 1):
         if options.shape == IN_BOUNDARIES:
@@ -66,7 +69,7 @@ def run(arguments: argparse.Namespace) -> None:
             report: Numbers = {}
         else:
             surface, report = given_surface(options, increment, box, grid)
-            cracks.append(crack_of_increment(options, increment, box, surface))
+            cracks.append(crack_of_increment(options, increment, box, surface, heights))
         for sheet in sheets(cracks[-1]):
             refuse_along_faces(sheet, box, l_min)
         reports[f"crack_{number}"] = report

@@ -69,7 +69,8 @@ def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
         if case.grows and crack_options.shape in BY_NUMBERS:
             crack_options = _grown(crack_options, (1 + case.settings["grow"]["share"]) ** increment)
         surface, _ = given_surface(crack_options, which, voxels.box, voxels)
-        crack = crack_of_increment(crack_options, which, voxels.box, surface)
+        heights = case.settings["stitch"]["insertion"] == "cut"
+        crack = crack_of_increment(crack_options, which, voxels.box, surface, heights)
         sources += [densify(crack.points[front], sizing.l_min / 2) for front in crack.fronts]
     return replace(sizing, sources=np.concatenate(sources)) if sources else sizing
 

@@ -6,12 +6,20 @@ from pathlib import Path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_sizing, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
+from craftmesh.cracks.split_voxels import split_along
+from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.options import InsertOptions
+from craftmesh.insertion.insert_split import insert_split
+from craftmesh.insertion.options import InsertOptions, WayOptions
+from craftmesh.io.npz import read_labels
 from craftmesh.io.surface_files import listed_suffixes, read_grain_folder
 from craftmesh.io.vtk import read_crack, read_surface, write_surface
 from craftmesh.progress import ProgressLine
+from craftmesh.remeshing.remesh import RemeshOptions
+from craftmesh.remeshing.split import remesh_split
+from craftmesh.sizing.sizing import Sizing
 from craftmesh.stitching.stitch import StitchOptions, stitch_grains
+from craftmesh.types import Surface
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +30,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--crack", type=Path, metavar="FILE", help="crack .vtp to insert")
     add_report(parser)
     add_sizing(parser)
-    add_options(parser, StitchOptions, InsertOptions)
+    parser.add_argument(
+        "--labels",
+        type=Path,
+        metavar="FILE",
+        help="labels .npz that --insertion voxel splits along the crack",
+    )
+    add_options(parser, StitchOptions, WayOptions, InsertOptions, RemeshOptions)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -35,12 +49,23 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         surface = read_surface(arguments.surface)
     if arguments.crack:
-        crack = read_crack(arguments.crack)
         sizing = sizing_from(arguments, surface, arguments.crack)
-        with ProgressLine("stitch") as progress:
-            surface, inserted = insert_crack(
-                surface, crack, sizing, options_from(arguments, InsertOptions), progress
-            )
+        surface, inserted = _with_crack(arguments, surface, sizing)
         report = report | inserted
     write_surface(arguments.output, surface)
     tell(report, arguments.report)
+
+
+def _with_crack(arguments: argparse.Namespace, surface: Surface, sizing: Sizing) -> tuple[Surface, dict]:
+    """Return the surface with the crack of the arguments in it, by the way they name, and the report."""
+    crack, options = read_crack(arguments.crack), options_from(arguments, InsertOptions)
+    with ProgressLine("stitch") as progress:
+        if options_from(arguments, WayOptions).insertion == "cut":
+            return insert_crack(surface, crack, sizing, options, progress)
+        if arguments.labels is None:
+            raise CraftmeshError(
+                "--labels is not given; expected the labels .npz that --insertion voxel splits"
+            )
+        split = split_along(read_labels(existing(arguments.labels)), crack)
+        split_surface, bits, _ = remesh_split(split, options_from(arguments, RemeshOptions), progress)
+        return insert_split(split_surface, bits, split, sizing, options)

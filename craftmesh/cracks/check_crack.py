@@ -3,10 +3,10 @@
 import numpy as np
 
 from craftmesh.cracks.frame import best_fit_frame
-from craftmesh.cracks.height_parts import height_parts
+from craftmesh.cracks.height_parts import SHARPEST, height_parts
 from craftmesh.cracks.sheets import sheets
-from craftmesh.surface.connectivity import unique_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.connectivity import edge_sides, unique_edges
+from craftmesh.surface.measure import area_vectors, unit_normals
 from craftmesh.types import Crack
 
 
@@ -27,7 +27,10 @@ def check_crack(crack: Crack) -> list[str]:
 
 
 def _facet_breaches(crack: Crack) -> list[str]:
-    """Return the breaches of single triangles: no area, or a normal against that of their part's plane."""
+    """Return the breaches of single triangles: no area, or a normal against that of their part's plane.
+
+    A sheet that is a height over no plane has no such normal; its triangles' neighbours tell how they turn.
+    """
     vectors = area_vectors(crack.points, crack.triangles)
     flat = np.linalg.norm(vectors, axis=1) == 0
     breaches = [f"{int(flat.sum())} triangles have no area"] if flat.any() else []
@@ -37,12 +40,27 @@ def _facet_breaches(crack: Crack) -> list[str]:
     for sheet in sheets(crack):
         if (unique_edges(sheet.triangles)[2] > 2).any():  # it branches: no plane is that of all of it
             continue
-        for rows in height_parts(sheet.points, sheet.triangles)[0]:
+        parts, fault = height_parts(sheet.points, sheet.triangles)
+        if fault:
+            turned += _turned_back(sheet.points, sheet.triangles)
+        for rows in [] if fault else parts:
             normal = best_fit_frame(sheet.points, sheet.triangles[rows])[2]
             turned += int((area_vectors(sheet.points, sheet.triangles[rows]) @ normal < 0).sum())
     if turned:
-        breaches.append(f"{turned} triangles are turned over against their part's best-fit plane")
+        breaches.append(f"{turned} triangles are turned over against their part or neighbours")
     return breaches
+
+
+def _turned_back(points: np.ndarray, triangles: np.ndarray) -> int:
+    """Return how many triangles turn back by more than SHARPEST from all their neighbours."""
+    _, of_corner, count = unique_edges(triangles)
+    f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
+    normal = unit_normals(points, triangles)
+    back = (normal[f] * normal[g]).sum(axis=1) < np.cos(np.radians(SHARPEST))
+    every, sharp = (
+        np.bincount(np.concatenate([f[x], g[x]]), minlength=len(triangles)) for x in (..., back)
+    )
+    return int(((every > 0) & (sharp == every)).sum())
 
 
 def _edges(polyline: np.ndarray) -> list[tuple[int, int]]:

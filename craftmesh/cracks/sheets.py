@@ -60,7 +60,11 @@ def joined(cracks: Sequence[Crack]) -> Crack:
 
 
 def cracks_from_triangles(
-    points: np.ndarray, triangles: np.ndarray, fronts: Sequence[np.ndarray] | None, box: np.ndarray
+    points: np.ndarray,
+    triangles: np.ndarray,
+    fronts: Sequence[np.ndarray] | None,
+    box: np.ndarray,
+    heights: bool = True,
 ) -> Crack:
     """Return the crack of a triangulated surface of one or several sheets, those outside the box left out.
 
@@ -70,13 +74,15 @@ def cracks_from_triangles(
     points, triangles = clean_triangles(points, triangles)
     piece = pieces(triangles)
     if piece.max() == 0:
-        return crack_from_triangles(points, triangles, fronts, box)
+        return crack_from_triangles(points, triangles, fronts, box, heights=heights)
     meets = meets_box(points[triangles], box)
     found = np.unique(piece[meets]) if meets.any() else np.unique(piece)
     parts = [compact(points, triangles[piece == k])[:2] for k in found]
     own = [[front for front in fronts or () if _is_of(front, part[0])] for part in parts]
     named = [mine or None for mine in own] if any(own) else [fronts] * len(parts)
-    return joined([crack_from_triangles(*part, mine, box) for part, mine in zip(parts, named)])
+    return joined(
+        [crack_from_triangles(*part, mine, box, heights=heights) for part, mine in zip(parts, named)]
+    )
 
 
 def _is_of(front: np.ndarray, points: np.ndarray) -> bool:

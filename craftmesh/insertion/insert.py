@@ -65,14 +65,14 @@ def insert_crack(
     would meet others, as where a curved crack runs along a plane of the box.
     """
     options = options or InsertOptions()
-    target = _target(surface, sizing)
+    target = target_of(surface, sizing)
     reports = []
     box = surface.box
     for sheet in sheets(crack):
         inlay = inlaid(surface, sheet)
         if inlay is not None:
             surface = inlay
-            reports.append(_numbers(surface, 0) | unmoved(len(sheet.triangles)))
+            reports.append(numbers_of(surface, 0) | unmoved(len(sheet.triangles)))
             continue
         least = _least_length(sheet, target)
         refuse_along_faces(sheet, box, least)
@@ -168,7 +168,7 @@ def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:
     """Return the surface with psi near the crack, exactly 0 where a point counts as on it."""
     count = len(surface.points)
     uv = sheet.uv(surface.points)
-    size, longest = _sizes(surface)
+    size, longest = local_sizes(surface)
     reach = NEAR * longest
     u0, v0, u1, v1 = sheet.rim.domain.bounds
     height = (surface.points - sheet.origin) @ sheet.frame[2]
@@ -185,7 +185,7 @@ def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:
     )  # fmt: skip
 
 
-def _sizes(surface: Surface) -> tuple[np.ndarray, float]:
+def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:
     """Return the mean length (n,) of the edges at each point, and the longest edge's."""
     edges, _, _ = unique_edges(surface.facets)
     length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
@@ -216,9 +216,10 @@ def _mean_at_points(edges: np.ndarray, values: np.ndarray, count: int) -> np.nda
     return total / np.maximum(number, 1)
 
 
-def _target(surface: Surface, sizing: Lengths | None) -> SizeAt:
+def target_of(surface: Surface, sizing: Lengths | None) -> SizeAt:
+    """Return the wished lengths: those of a sizing, or else the surface's median edge length."""
     if sizing is None:
-        uniform = float(np.median(_sizes(surface)[0]))
+        uniform = float(np.median(local_sizes(surface)[0]))
         return lambda points: np.full(len(points), uniform)
     return sizing.at
 
@@ -277,7 +278,7 @@ def _assembled(
     kind = np.concatenate([kind, np.full(int(keep.sum()), CRACK)])
     points, facets, kept = compact(cut.points, facets)
     result = Surface(points, facets, sides, kind)
-    return result, _numbers(result, int(((label <= 0) & ~covered).sum()) + free)
+    return result, numbers_of(result, int(((label <= 0) & ~covered).sum()) + free)
 
 
 def _same_triangles(
@@ -292,7 +293,8 @@ def _same_triangles(
     return np.array([row for row, _ in found], np.int64), covered
 
 
-def _numbers(surface: Surface, dropped: int) -> dict[str, int | float]:
+def numbers_of(surface: Surface, dropped: int) -> dict[str, int | float]:
+    """Return the numbers of the report; dropped: crack facets outside the material."""
     crack = surface.kind == CRACK
     area = np.linalg.norm(area_vectors(surface.points, surface.facets[crack]), axis=1).sum()
     return {

@@ -50,6 +50,7 @@ rule size:
 rule stitch:
     input:
         unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
+        unpack(lambda wildcards: CAMPAIGN.split_labels(wildcards.case)),
         surface=f"{CASE}/remeshed.vtp",
         sizing=f"{INC}/sizing.npz",
     output:
@@ -66,8 +67,10 @@ rule stitch:
         mem_mb=job_memory("stitch", f"{CASE}/remeshed.vtp"),
         runtime=job_minutes("stitch", f"{CASE}/remeshed.vtp"),
     params:
-        options=lambda wildcards: CAMPAIGN.flags("stitch", wildcards.case),
-        crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
+        options=lambda wildcards: CAMPAIGN.stitch_flags(wildcards.case),
+        crack=lambda wildcards, input: command_flags(
+            {"crack": input.get("crack"), "labels": input.get("labels")}
+        ),
         code=CAMPAIGN.code("stitch"),
     shell:
         "craftmesh stitch {input.surface} {params.crack} --sizing {input.sizing} {params.options}"

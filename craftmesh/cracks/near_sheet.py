@@ -1,0 +1,132 @@
+"""The places of a sheet nearest to others, whatever its shape: no plane and no parameters are asked for."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.kernels.distances import ROUNDING, nearest_facets, nearest_on_edges
+from craftmesh.surface.measure import facet_angles, unit_normals
+from craftmesh.types import Crack
+
+ON = 1e-7  # of a triangle's weights: a foot this near an edge or a corner of it counts as there
+CORNER = np.cos(np.radians(20.0))  # fronts that turn by more at a point have a corner there
+ON_PLANE = 1e-7  # share of the box's diagonal within which a point counts as on a plane of the box
+
+
+class Near(NamedTuple):
+    """What a sheet is to places (n, 3).
+
+    foot (n, 3): its nearest point; normal (n, 3): the unit normal there, of an edge or a corner the mean of
+    those around it, by angle (Baerentzen & Aanaes 2005), so that its side is the sheet's. psi (n,): offset
+    from the sheet, or from its continuation along its own slope past its boundary. phi (n,): distance
+    inside the fronts, < 0 past the sheet's boundary; a mouth in the box's planes is none.
+    """
+
+    foot: np.ndarray
+    normal: np.ndarray
+    psi: np.ndarray
+    phi: np.ndarray
+
+
+class NearSheet:
+    """A sheet that is looked at from places near it in a box (2, 3)."""
+
+    def __init__(self, sheet: Crack, box: np.ndarray) -> None:
+        self.points = np.array(sheet.points, float, order="C")
+        self.triangles = sheet.triangles.astype(np.int64)
+        fronts = [np.column_stack([front[:-1], front[1:]]) for front in sheet.fronts]
+        self.fronts = np.concatenate([np.zeros((0, 2)), *fronts]).astype(np.int64)
+        sharp = [_corners(self.points[front]) for front in sheet.fronts]
+        self.corners = np.concatenate([np.zeros((0, 3)), *sharp])
+        corners = self.points[self.triangles]
+        self.centres = corners.mean(axis=1)
+        far = np.linalg.norm(corners - self.centres[:, None], axis=2).max(axis=1)
+        self.reach = far * (1 + ROUNDING)
+        self.tree = cKDTree(self.centres)
+        edges, self.of_corner, count = unique_edges(self.triangles)
+        self.ends = (count == 1) & ~self._on_box(edges, box)
+        self.ends_at = np.zeros(len(self.points), bool)
+        self.ends_at[edges[self.ends]] = True
+        self.of_facet = unit_normals(self.points, self.triangles)
+        self.of_edge = np.zeros((len(edges), 3))
+        self.of_point = np.zeros((len(self.points), 3))
+        angle = np.radians(facet_angles(self.points, self.triangles))
+        for k in range(3):
+            np.add.at(self.of_edge, self.of_corner[:, k], self.of_facet)
+            np.add.at(self.of_point, self.triangles[:, k], angle[:, k, None] * self.of_facet)
+
+    def _on_box(self, edges: np.ndarray, box: np.ndarray) -> np.ndarray:
+        """Tell which edges (e, 2) lie in a plane of the box: there the crack goes on, out of it."""
+        near = ON_PLANE * np.linalg.norm(box[1] - box[0])
+        planes = np.concatenate([np.abs(self.points - corner) <= near for corner in box], axis=1)
+        on_box: np.ndarray = planes[edges].all(axis=1).any(axis=1)
+        return on_box
+
+    def look(self, places: np.ndarray) -> Near:
+        """Return what the sheet is to places (n, 3), at least one."""
+        places = np.ascontiguousarray(places)
+        some = self.tree.query(places)[1]
+        facet, _, _ = nearest_facets(places, self.points, self.triangles, some, self.centres, self.reach)
+        foot, weight = feet_in_triangles(places, self.points[self.triangles[facet]])
+        gone = weight < ON
+        number = gone.sum(axis=1)
+        normal, past = self.of_facet[facet].copy(), np.zeros(len(places), bool)
+        rows = np.flatnonzero(number == 1)
+        edge = self.of_corner[facet[rows], (gone[rows].argmax(axis=1) + 1) % 3]
+        normal[rows], past[rows] = self.of_edge[edge], self.ends[edge]
+        rows = np.flatnonzero(number == 2)
+        point = self.triangles[facet[rows], weight[rows].argmax(axis=1)]
+        normal[rows], past[rows] = self.of_point[point], self.ends_at[point]
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        psi = np.einsum("ij,ij->i", places - foot, normal)
+        inside = np.linalg.norm(self.nearest_on_front(foot) - foot, axis=1)
+        along = np.linalg.norm(places - foot - psi[:, None] * normal, axis=1)
+        return Near(foot, normal, psi, np.where(past, -along, inside))
+
+    def nearest_on_front(self, places: np.ndarray) -> np.ndarray:
+        """Return the points (n, 3) of the fronts nearest to places (n, 3); infinity where there is none."""
+        if not len(self.fronts):
+            return np.full(places.shape, np.inf)
+        return nearest_on_edges(np.ascontiguousarray(places), self.points, self.fronts)
+
+    def at_corners(self, places: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        """Return places (n, 3) on fronts moved onto corners of these that are within reach (n,)."""
+        if not len(self.corners):
+            return places
+        distance, corner = cKDTree(self.corners).query(places)
+        return np.where((distance < reach)[:, None], self.corners[corner], places)
+
+
+def _corners(line: np.ndarray) -> np.ndarray:
+    """Return the points (k, 3) of a front (n, 3) between its ends at which it turns by more than CORNER."""
+    if (line[0] == line[-1]).all():
+        line = np.concatenate([line, line[1:2]])
+    step = np.diff(line, axis=0)
+    step /= np.linalg.norm(step, axis=1)[:, None]
+    return line[1:-1][np.einsum("ij,ij->i", step[1:], step[:-1]) < CORNER]
+
+
+def feet_in_triangles(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the point (n, 3) of each triangle (n, 3, 3) nearest to its place, and its weights (n, 3)."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    w = places - a
+    uu, uv, vv = (np.einsum("ij,ij->i", x, y) for x, y in ((u, u), (u, v), (v, v)))
+    wu, wv = np.einsum("ij,ij->i", w, u), np.einsum("ij,ij->i", w, v)
+    area = np.maximum(uu * vv - uv**2, 1e-300)
+    s, t = (vv * wu - uv * wv) / area, (uu * wv - uv * wu) / area
+    weight = np.stack([1 - s - t, s, t], axis=1)
+    least = np.full(len(places), np.inf)
+    outside = (weight < 0).any(axis=1)
+    for k in range(3):
+        p, q = corners[:, k], corners[:, (k + 1) % 3]
+        step = q - p
+        share = np.einsum("ij,ij->i", places - p, step) / np.einsum("ij,ij->i", step, step)
+        share = np.clip(share, 0, 1)
+        distance = np.linalg.norm(p + share[:, None] * step - places, axis=1)
+        nearer = outside & (distance < least)
+        least[nearer] = distance[nearer]
+        weight[nearer] = 0.0
+        weight[nearer, k], weight[nearer, (k + 1) % 3] = 1 - share[nearer], share[nearer]
+    return np.einsum("nk,nkd->nd", weight, corners), weight

@@ -1,0 +1,112 @@
+"""Short edges of crack facets contracted: narrow strips where the crack changes grain close."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from craftmesh.insertion.cut import CutSurface
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.measure import area_vectors, facet_angles
+from craftmesh.surface.patches import is_on_box
+from craftmesh.types import CRACK
+
+SHORT = 0.35  # of the local size: edges of crack facets below are contracted
+LONG = 0.8  # of the local size: the same at points that are off the crack
+SLIVER = 12.0  # degrees: a facet with a smaller angle may turn in any way, for its normal says little
+TURN = np.cos(np.radians(60.0))  # other facets turn by less
+LEAST_ANGLE = 2.0  # degrees: a contraction leaves no facet below this, unless one was worse
+
+
+def contracted(surface: CutSurface, off: np.ndarray) -> CutSurface:
+    """Return the surface without its short edges of crack facets, as far as it stays sound.
+
+    off (k,): points whose edges count as short up to LONG, for they could not be moved onto the crack.
+
+    An edge goes to one of its ends: where both boundaries keep to their planes of the box, the one on more
+    patches first. Closed grains stay closed.
+    """
+    star = _Stars(surface)
+    edges, _, _ = unique_edges(surface.facets[surface.kind >= CRACK])
+    length = np.linalg.norm(np.diff(surface.points[edges], axis=1)[:, 0], axis=1)
+    limit = np.where(np.isin(edges, off).any(axis=1), LONG, SHORT)
+    short = length < limit * surface.size[edges].min(axis=1)
+    for v, w in edges[short][np.argsort(length[short], kind="stable")].tolist():
+        ends = sorted(((v, w), (w, v)), key=lambda pair: (star.rank(pair[1]), -pair[1]), reverse=True)
+        any(star.contract(gone, kept) for gone, kept in ends)
+    alive = star.alive
+    return replace(surface, facets=star.facets[alive], sides=surface.sides[alive], kind=surface.kind[alive])
+
+
+class _Stars:
+    """A surface's facets while edges are contracted, and those around each point near the crack."""
+
+    def __init__(self, surface: CutSurface) -> None:
+        self.surface, self.facets = surface, surface.facets.copy()
+        self.alive = np.ones(len(self.facets), bool)
+        near = np.zeros(len(surface.points), bool)
+        near[surface.facets[surface.kind >= CRACK]] = True
+        self.around: dict[int, set[int]] = {point: set() for point in np.flatnonzero(near).tolist()}
+        for row, corner in zip(*np.nonzero(near[self.facets])):
+            self.around[int(self.facets[row, corner])].add(int(row))
+        self.band = np.flatnonzero(near[self.facets].any(axis=1))
+
+    def patches(self, point: int) -> set[tuple[int, ...]]:
+        """Return the patches at a point: kind and sides of its facets."""
+        rows = sorted(self.around[point])
+        sides = np.sort(self.surface.sides[rows], axis=1)
+        return {(int(k), *map(int, s)) for k, s in zip(self.surface.kind[rows], sides)}
+
+    def rank(self, point: int) -> int:
+        return len(self.patches(point))
+
+    def contract(self, gone: int, kept: int) -> bool:
+        """Contract an edge to its end `kept` where that is sound; say if it was."""
+        both = self.around[gone] & self.around[kept]
+        planes = {patch[0] for patch in self.patches(gone) if is_on_box(np.array(patch[0]))} - {
+            patch[0] for patch in self.patches(kept)
+        }
+        if not both or planes or not self._linked(gone, kept, both):
+            return False
+        rows = np.array(sorted(self.around[gone] - both))
+        before = self.facets[rows]
+        after = np.where(before == gone, kept, before)
+        if not self._sound(before, after, rows, both):
+            return False
+        self.facets[rows] = after
+        self.alive[sorted(both)] = False
+        for row in both:
+            for point in self.facets[row].tolist():
+                if point in self.around:
+                    self.around[point].discard(row)
+        self.around[kept] |= set(rows.tolist())
+        self.around[gone] = set()
+        return True
+
+    def _linked(self, gone: int, kept: int, both: set[int]) -> bool:
+        """Tell whether the link condition holds: the ends share what the edge's facets share, no more."""
+        corners = [set(self.facets[sorted(self.around[end])].ravel().tolist()) for end in (gone, kept)]
+        opposite = set(self.facets[sorted(both)].ravel().tolist())
+        if corners[0] & corners[1] != opposite:
+            return False
+        links = [
+            {frozenset(row) - {end} for row in self.facets[sorted(self.around[end] - both)].tolist()}
+            for end in (gone, kept)
+        ]
+        return not links[0] & links[1]
+
+    def _sound(self, before: np.ndarray, after: np.ndarray, rows: np.ndarray, both: set[int]) -> bool:
+        """Tell whether facets may become `after`: none flat, turned over or through others."""
+        points = self.surface.points
+        old, new = area_vectors(points, before), area_vectors(points, after)
+        was, now = facet_angles(points, before).min(axis=1), facet_angles(points, after).min(axis=1)
+        length = np.linalg.norm(old, axis=1) * np.linalg.norm(new, axis=1)
+        turned = (np.einsum("ij,ij->i", old, new) < TURN * length) & (was > SLIVER)
+        if turned.any() or (now < np.minimum(LEAST_ANGLE, was)).any():
+            return False
+        corner = points[after]
+        low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
+        others = self.band[self.alive[self.band] & ~np.isin(self.band, [*rows.tolist(), *both])]
+        found = points[self.facets[others]]
+        others = others[((found.min(axis=1) <= high) & (found.max(axis=1) >= low)).all(axis=1)]
+        return not len(intersecting_pairs(points, np.concatenate([after, self.facets[others]])))

@@ -1,0 +1,77 @@
+"""The voxel way: a crack's facets are those of marching cubes between labels split on either side of it."""
+
+import numpy as np
+
+from craftmesh.cracks.split_voxels import SplitVoxels
+from craftmesh.errors import CraftmeshError
+from craftmesh.insertion.clip import clipped, halved_facets, halved_fronts
+from craftmesh.insertion.contract import contracted
+from craftmesh.insertion.cut import CutSurface
+from craftmesh.insertion.insert import local_sizes, numbers_of, target_of
+from craftmesh.insertion.onto_sheets import onto_sheets
+from craftmesh.insertion.options import InsertOptions
+from craftmesh.sizing.lengths import Lengths
+from craftmesh.surface.connectivity import compact
+from craftmesh.surface.measure import side_volumes
+from craftmesh.surface.volumes import RestoringLimits, restore_volumes
+from craftmesh.types import CRACK, Surface
+
+ROUNDS = 3  # of moving points onto the crack and closing what is in their way
+LEAST_QUALITY = 0.05  # of facets that the restored volumes may leave; the clip makes some of 0.1
+
+
+def insert_split(
+    surface: Surface,
+    bits: np.ndarray,
+    split: SplitVoxels,
+    sizing: Lengths | None = None,
+    options: InsertOptions | None = None,
+) -> tuple[Surface, dict]:
+    """Return the surface of a split volume with its crack facets on the crack and clipped at its fronts.
+
+    surface, bits (m,): from `remesh_split` for the volume `split`. sizing.at(points) gives the lengths of
+    front edges; None: the surface's median edge length. The grains' volumes stay those of `surface`.
+    Raises CraftmeshError where nothing of the crack lies in a grain.
+    """
+    options = options or InsertOptions()
+    target = target_of(surface, sizing)
+    ends = [look.points[look.fronts.ravel()] if len(look.fronts) else look.points for look in split.sheets]
+    least = float(target(np.concatenate(ends)).min())
+    cut = _with_bits(surface, bits)
+    off = np.zeros(0, np.int64)
+    for _ in range(ROUNDS):
+        cut, off = onto_sheets(contracted(cut, off), split.sheets, options)
+        if not len(off):
+            break
+    for number, look in enumerate(split.sheets):
+        cut = clipped(cut, number, look, options)
+        cut = halved_fronts(cut, look, target, options)
+        cut = halved_facets(cut, number, look, least, options)
+    if not (cut.kind >= CRACK).any():
+        raise CraftmeshError("the crack lies in no grain; expected a crack within the material: move it")
+    points, facets, _ = compact(cut.points, cut.facets)
+    result = Surface(points, facets, cut.sides, np.minimum(cut.kind, CRACK))
+    volumes = side_volumes(surface.points, surface.facets, surface.sides)
+    volumes = {label: volume for label, volume in volumes.items() if label > 0}
+    result, report = restore_volumes(result, volumes, RestoringLimits(min_quality=LEAST_QUALITY))
+    return result, numbers_of(result, 0) | {"volumes": report} | _off(result, split)
+
+
+def _with_bits(surface: Surface, bits: np.ndarray) -> CutSurface:
+    """Return the surface with kinds CRACK - 1 + bits for the crack's facets, psi 0 at their points."""
+    kind = np.where(bits > 0, CRACK - 1 + bits, surface.kind).astype(np.uint8)
+    nothing = np.full(len(surface.points), np.nan)
+    psi = nothing.copy()
+    psi[surface.facets[bits > 0]] = 0.0
+    size, _ = local_sizes(surface)
+    return CutSurface(
+        surface.points, surface.facets, surface.sides, kind, psi, nothing, size,
+        np.full(len(surface.points), -1), nothing.copy(),
+    )  # fmt: skip
+
+
+def _off(surface: Surface, split: SplitVoxels) -> dict[str, float]:
+    """Return how far the crack's points are off its sheets at most, in model units."""
+    points = surface.points[np.unique(surface.facets[surface.kind == CRACK])]
+    off = np.min([np.abs(look.look(points).psi) for look in split.sheets], axis=0)
+    return {"crack_moved_most": float(off.max(initial=0.0))}
