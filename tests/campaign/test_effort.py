@@ -127,7 +127,7 @@ Group job surface (jobs in lexicogr. order):
     rule gradate:
         input: b
         wildcards: case=one, inc=001
-        resources: tmpdir=/tmp
+        resources: mem_mb=4000
 [date]
 localcheckpoint grow:
     wildcards: case=two, inc=002
