@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -20,6 +21,31 @@ def atomic_path(path: str | os.PathLike) -> Iterator[Path]:
     """
     with atomic_paths([path]) as (temporary,):
         yield temporary
+
+
+@contextmanager
+def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
+    """Yield a new folder that becomes `path`, in place of an old one there, when the block ends well.
+
+    When the block fails, the new folder is removed and what was at `path` before stays as it was. Raises
+    CraftmeshError where the system refuses to write.
+    """
+    target = Path(path)
+    temporary = target.with_name(f".tmp-{uuid4().hex[:12]}-{target.name}")
+    try:
+        temporary.mkdir(parents=True)
+        yield temporary
+        if target.exists():
+            os.replace(target, temporary.with_name(f"{temporary.name}-old"))
+        os.replace(temporary, target)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise CraftmeshError(
+            f"{target}: cannot be written ({reason}); check the folder and its space"
+        ) from error
+    finally:
+        for left in (temporary, temporary.with_name(f"{temporary.name}-old")):
+            shutil.rmtree(left, ignore_errors=True)
 
 
 @contextmanager

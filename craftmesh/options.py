@@ -113,6 +113,8 @@ def _is_one(value: Any, hint: Any, metadata: Mapping[str, Any]) -> bool:
         )
     if hint is bool:
         return isinstance(value, (bool, np.bool_))
+    if value is None:
+        return hint is types.NoneType
     return isinstance(value, hint) and (not metadata.get("choices") or value in metadata["choices"])
 
 

@@ -6,7 +6,7 @@ files exist; the Snakefile only calls them.
 
 import json
 import shlex
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -52,16 +52,19 @@ class Campaign:
     def chunks(self) -> int:
         return self.config["chunks"]
 
-    def increments(self, pattern: str, growth: GrowthReport, growing: bool = False) -> list[str]:
+    def increments(
+        self, pattern: str, growth: GrowthReport, growing: bool = False, others: Collection[str] = ()
+    ) -> list[str]:
         """Return `pattern` with {case} and {inc} filled in for every increment of every case.
 
         growth: returns the report of the growth after an increment. It is asked for cases that grow until
-        they stop, whose increments are not known before. growing: leave the other cases out.
+        they stop, whose increments are not known before. growing: leave the other cases out, but for
+        `others`.
         """
         return [
             pattern.format(case=case.name, inc=inc)
             for case in self.cases.values()
-            if case.grows or not growing
+            if case.grows or not growing or case.name in others
             for inc in _reached(case, growth)
         ]
 
@@ -87,6 +90,11 @@ class Campaign:
         """Return the crack of an increment as the input `crack`; nothing for a case without a crack."""
         has_crack = self.cases[case].crack != NO_CRACK
         return {"crack": f"{self.results}/{case}/{inc}/crack.vtp"} if has_crack else {}
+
+    def solution(self, case: str, inc: str) -> dict[str, str]:
+        """Return the solution of an increment as the input `solution`, where its crack grows."""
+        grows = self.cases[case].grows
+        return {"solution": f"{self.results}/{case}/{inc}/solution.npz"} if grows else {}
 
     def previous_crack(self, case: str, inc: str) -> dict[str, str]:
         """Return the crack of the increment before as the input `previous`; nothing for the first."""

@@ -42,6 +42,7 @@ SECTIONS = {
         ["growth.options.GrowthOptions", "growth.options.SmoothingOptions"],
     ),
     "node": ("a node of the cluster, where jobs are not run here", ["campaign.node.NodeOptions"]),
+    "report": ("the page of all campaigns", ["report.options.ReportOptions"]),
 }
 CRACK = "cracks.options.CrackOptions"
 KINDS = {float: "number", int: "integer", bool: "boolean", str: "string", NoneType: "null"}
@@ -120,7 +121,7 @@ def _property(field: dataclasses.Field, hint: Any) -> dict:
     if field.default is not dataclasses.MISSING:
         made["default"] = list(field.default) if isinstance(field.default, tuple) else field.default
     if field.metadata.get("choices"):
-        made["enum"] = list(field.metadata["choices"])
+        made["enum"] = list(field.metadata["choices"]) + [None] * ("null" in made["type"])
     return made
 
 

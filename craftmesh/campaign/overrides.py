@@ -11,8 +11,9 @@ from typing import Any
 from craftmesh.campaign.configuration import is_valid
 from craftmesh.errors import CraftmeshError
 
-# which files a deck consists of is asked before the cases are known, and all run on one cluster
-WHOLE_CAMPAIGN = {"inp.includes", "node.cpus", "node.mem_mb"}
+# which files a deck consists of is asked before the cases are known; all run on one cluster, and one page
+# shows all
+WHOLE_CAMPAIGN = {"inp.includes", "node.cpus", "node.mem_mb", "report.quantity", "report.tolerance"}
 LONGEST_VALUE = 24  # letters that a value may add to a case's name; longer ones are counted
 
 

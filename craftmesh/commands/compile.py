@@ -45,6 +45,7 @@ SURFACE = (
     f"inp volume.vtu {MODEL} -o model.inp",
     f"solve volume.vtu {MODEL} -o solution.npz --vtu solution.vtu",
     f"fracture volume.vtu solution.npz {MODEL} --crack crack.vtp -o sif.csv",
+    "depict volume.vtu -o pictures",
     "grow crack.vtp sif.csv front.csv --volume labels.npz --until -o grown.vtp",
 )
 

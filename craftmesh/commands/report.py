@@ -1,60 +1,51 @@
-"""Put tables, histograms and pictures of all increments on one self-contained html page."""
+"""Put the cases of all campaigns in a folder of results on one page: tables, pictures, a view to turn."""
 
 import argparse
+import json
 from pathlib import Path
 
-from craftmesh.commands.stage_io import add_output, existing, read_json
-from craftmesh.io.front_csv import read_front
-from craftmesh.io.solution import read_solution, read_solution_vtu
-from craftmesh.io.vtk import read_crack, read_tets
-from craftmesh.report.growth import SolvedMesh, growth_pictures
-from craftmesh.report.outcome import increment_numbers, outcome
-from craftmesh.report.page import GrowingCase, write_report
+from craftmesh.atomic import atomic_path
+from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.stage_io import add_output, existing, write_json
+from craftmesh.errors import CraftmeshError
+from craftmesh.report.case_files import RECORD, read_cases
+from craftmesh.report.options import ReportOptions
+from craftmesh.report.page import page
+from craftmesh.report.versions import versions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("results", type=Path, help=f"folder of results, with cases that have a {RECORD}")
     parser.add_argument(
-        "quality", type=Path, nargs="+", metavar="QUALITY", help="files case/increment/quality.json"
+        "--campaign",
+        metavar="JSON",
+        help=f"what a campaign asked for, as the workflow says it: goes to the {RECORD} of its cases first",
     )
-    parser.add_argument(
-        "--sif",
-        type=Path,
-        nargs="*",
-        default=[],
-        metavar="FILE",
-        help="files case/increment/sif.csv, beside the increments' others, of cases to show pictures of",
-    )
-    parser.add_argument(
-        "--growth",
-        type=Path,
-        nargs="*",
-        default=[],
-        metavar="FILE",
-        help="files case/increment/growth.json of the increments after which those cracks grow or stop",
-    )
+    add_options(parser, ReportOptions)
     add_output(parser, "page .html")
 
 
 def run(arguments: argparse.Namespace) -> None:
-    rows = [(path.parent.parent.name, path.parent.name, read_json(path)) for path in arguments.quality]
-    folders: dict[str, list[Path]] = {}
-    for path in arguments.sif:
-        folders.setdefault(path.parent.parent.name, []).append(existing(path).parent)
-    growths = {path.parent: read_json(path) for path in arguments.growth}
-    write_report(
-        arguments.output, rows, {case: _growing(found, growths) for case, found in folders.items()}
-    )
+    if arguments.campaign:
+        write_records(existing(arguments.results), arguments.campaign)
+    cases = read_cases(existing(arguments.results))
+    if not cases:
+        raise CraftmeshError(
+            f"{arguments.results}: no case with a {RECORD} and an increment; run the workflow"
+        )
+    text = page(cases, options_from(arguments, ReportOptions))
+    with atomic_path(arguments.output) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
-def _growing(increments: list[Path], growths: dict[Path, dict]) -> GrowingCase:
-    """Return what is shown of a case from the folders of its increments, in order, and its growth.json."""
-    cracks = {folder.name: read_crack(existing(folder / "crack.vtp")) for folder in increments}
-    rows = {folder.name: read_front(folder / "sif.csv") for folder in increments}
-    last = increments[-1]
-    points, elements, stress = read_solution_vtu(existing(last / "solution.vtu"))
-    mesh = read_tets(existing(last / "volume.vtu"))
-    solution = read_solution(existing(last / "solution.npz"))
-    known = {folder.name: growths[folder] for folder in increments if folder in growths}
-    numbers = {name: increment_numbers(rows[name], known.get(name)) for name in cracks}
-    pictures = growth_pictures(cracks, rows, SolvedMesh(mesh, solution, points, elements[:, :4], stress))
-    return GrowingCase(outcome(known, len(increments)), numbers, pictures)
+def write_records(results: Path, campaign: str) -> None:
+    """Write the record of each case of a campaign into its folder."""
+    try:
+        asked = json.loads(campaign)
+    except ValueError as error:
+        raise CraftmeshError(f"--campaign is not JSON ({error}); take what the workflow gives") from None
+    for name, case in asked["cases"].items():
+        config = asked["config"] | case.pop("settings")
+        config["cracks"] = {crack: config["cracks"][crack] for crack in case["cracks"]}
+        record = {"campaign": asked["campaign"], **case, "config": config, "versions": versions()}
+        write_json(results / name / RECORD, record)

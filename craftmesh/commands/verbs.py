@@ -26,6 +26,7 @@ VERBS = (
     "export",
     "check",
     "view",
+    "depict",
     "report",
     "import-config",
     "snakefile",

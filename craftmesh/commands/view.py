@@ -87,7 +87,7 @@ def view_mesh(file: Path) -> bytes:
     grid = vtk_xml.read_dataset(file, "UnstructuredGrid")
     if grid.GetPointData().HasArray("displacement"):
         from craftmesh.mesh.tet_connectivity import half_faces
-        from craftmesh.report.pictures import deformed_body
+        from craftmesh.report.pictures import as_png, deformed_body
 
         points = vtk_xml.points_of(grid)
         connectivity, offsets = vtk_xml.cells_of(grid.GetCells())
@@ -95,7 +95,7 @@ def view_mesh(file: Path) -> bytes:
         faces = half_faces(_one_point_a_place(points)[tets])
         _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
         moved = vtk_xml.named_array(file, grid.GetPointData(), ["displacement"], "point data")
-        return deformed_body(points, half_faces(tets)[first[count == 1]], moved)
+        return as_png(deformed_body(points, half_faces(tets)[first[count == 1]], moved))
     from craftmesh.report.views import tets_picture
 
     mesh = vtk.read_tets(file)
@@ -127,9 +127,9 @@ def view_front(file: Path) -> bytes:
 
     columns = read_front(file)
     if "K_I" in columns and "kink_angle" in columns:
-        from craftmesh.report.pictures import along_front
+        from craftmesh.report.pictures import along_front, as_png
 
-        return along_front({file.parent.name: columns})
+        return as_png(along_front({file.parent.name: columns}))
     from craftmesh.report.views import fronts_picture
 
     return fronts_picture(read_fronts(file))

@@ -1,123 +1,183 @@
-"""One self-contained html page with the measures of every case and increment."""
+"""The page of all campaigns in a folder of results: one self-contained html."""
 
 import base64
-import html
-import os
+import json
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from types import MappingProxyType
-from typing import NamedTuple
+from functools import cache
+from typing import Any
 
-from craftmesh.atomic import atomic_path
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
-STYLE = """body{font:14px sans-serif;margin:2em;color:#222}table{border-collapse:collapse}
-th,td{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right}
-th:first-child,td:first-child{text-align:left}
-figure{display:inline-block;margin:.5em 1em .5em 0}figcaption{font-size:12px}
-img{max-width:100%}rect{fill:#3b6ea5}"""
-WIDTH, HEIGHT = 260, 90
+from craftmesh.report.case_files import Case, Increment
+from craftmesh.report.charts import against_size, histograms
+from craftmesh.report.convergence import compared
+from craftmesh.report.measures import UNIFORM_TETS, grown_rows, outcome, table_row, totals
+from craftmesh.report.options import QUANTITIES, ReportOptions
+from craftmesh.report.pictures import along_front, as_webp, crack_by_increment
+from craftmesh.report.sweeps import sweeps
+
+# Pictures of an increment are some 180 kB of text: a page of more bytes than this is slow to open. Then
+# increments between a case's first and last one are left out, evenly.
+MOST_PICTURES = 24_000_000
+CAPTIONS = {
+    "grains": "The body by grain, whole and cut open along the crack. Light: the crack; red: its front.",
+    "sizes": "Element size: mean length of the edges at each node. Fine at the front, coarse far from it.",
+    "crack": "The crack's face seen along its normal, by grain and by element size. Red: its front.",
+    "deformed": "The loaded body, its displacement magnified.",
+    "stress": "Largest principal stress on a plane through the middle of the front.",
+}
 
 
-class GrowingCase(NamedTuple):
-    """What is shown of a crack that grows.
+def page(cases: Sequence[Case], options: ReportOptions) -> str:
+    """Return the page of cases; the same cases give the same text.
 
-    outcome: a sentence on how far it came; rows: numbers by increment; pictures: captions and .png images.
+    What the jobs took is between `<!--times-->` and `<!--/times-->`: it differs from run to run.
     """
-
-    outcome: str
-    rows: Mapping[str, dict]
-    pictures: Sequence[tuple[str, bytes]]
-
-
-def write_report(
-    path: str | os.PathLike,
-    rows: Sequence[tuple[str, str, dict]],
-    growing: Mapping[str, GrowingCase] = MappingProxyType({}),
-) -> None:
-    """Write the page for `rows` of (case, increment, quality): a table of the numbers, and histograms.
-
-    `histograms` of a quality holds dicts of `edges` (n + 1), null for infinite, and `counts` (n). Rows are
-    taken in the order given. growing: cases whose cracks grow, by name, shown after the table.
-    """
-    title = "craftmesh: measures of every case and increment"
-    body = [f"<h1>{title}</h1>", _table(rows)]
-    body += [_growth(case, shown) for case, shown in growing.items()]
-    body += [_figures(*row) for row in rows]
-    page = (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title>'
-        f"<style>{STYLE}</style>\n" + "\n".join(body) + "\n</html>\n"
+    rows = {case.name: [table_row(increment) for increment in case.increments] for case in cases}
+    shown = _shown(cases)
+    return (
+        _environment()
+        .get_template("page.html")
+        .render(
+            cases=[_case(case, rows[case.name], shown[case.name]) for case in cases],
+            campaigns=list(dict.fromkeys(case.record["campaign"] for case in cases)),
+            totals=totals([row for own in rows.values() for row in own]),
+            increments=sum(len(case.increments) for case in cases),
+            seconds=sum(cost.cpu_seconds for case in cases for cost in case.costs),
+            memory=max((cost.memory for case in cases for cost in case.costs), default=0),
+            sweeps=_sweeps({case.name: case for case in cases}, options),
+            tolerance=options.tolerance,
+            uniform_tets=UNIFORM_TETS,
+        )
     )
-    with atomic_path(Path(path)) as temporary:
-        temporary.write_text(page, encoding="utf-8")
 
 
-def _growth(case: str, shown: GrowingCase) -> str:
-    rows = [(case, increment, numbers) for increment, numbers in shown.rows.items()]
-    heading = f"<h2>{html.escape(case)}</h2>\n<p>{html.escape(shown.outcome)}</p>\n"
-    return heading + _table(rows) + _gallery(shown.pictures)
+def _case(case: Case, rows: list, shown: list[str]) -> dict[str, Any]:
+    """Return what the template of a case shows."""
+    last = case.increments[-1]
+    return {
+        "name": case.name,
+        "record": case.record,
+        "imported": case.imported,
+        "outcome": outcome(case),
+        "rows": rows,
+        "grown": grown_rows(case),
+        "charts": _charts(case),
+        "increments": [
+            {"name": increment.name, "pictures": _pictures(increment)}
+            for increment in case.increments
+            if increment.name in shown and increment.pictures
+        ],
+        "left_out": [increment.name for increment in case.increments if increment.name not in shown],
+        "scene": _scene(case),
+        "lengths": last.lengths,
+        "costs": case.costs,
+        "digests": dict(case.digests)
+        | {f"{inc.name}/{name}": found for inc in case.increments for name, found in inc.digests.items()},
+    }
 
 
-def _gallery(images: Sequence[tuple[str, bytes]]) -> str:
-    figures = [
-        f'<figure><img alt="{html.escape(caption)}" src="data:image/png;base64,'
-        f'{base64.b64encode(image).decode("ascii")}"><figcaption>{html.escape(caption)}</figcaption></figure>'
-        for caption, image in images
+def _charts(case: Case) -> list[tuple[str, str]]:
+    """Return captions and pictures of a whole case: how its crack grew, and its elements' shapes."""
+    charts = []
+    last = case.increments[-1]
+    solved = {inc.name: inc.front for inc in case.increments if inc.front is not None}
+    cracks = {inc.name: inc.crack for inc in case.increments if inc.crack is not None}
+    if solved:
+        text = "Stress intensities and kink angle along the front by increment; dashed: its second front."
+        charts.append((text, along_front(solved)))
+    if solved and len(cracks) > 1 and last.scene is not None:
+        text = "The crack in the body, and along its normal: what each increment added, and its fronts."
+        box, towards = np.array(last.scene["box"]), np.array(last.scene["towards"])
+        charts.append((text, crack_by_increment(cracks, box, towards)))
+    text = f"Shapes of the elements in increment {last.name}: percent of the elements in each interval."
+    charts.append((text, histograms({increment.name: increment.quality for increment in case.increments})))
+    return [(caption, _embedded(as_webp(figure))) for caption, figure in charts]
+
+
+def _pictures(increment: Increment) -> list[tuple[str, str]]:
+    return [(CAPTIONS[name], _embedded(picture)) for name, picture in increment.pictures.items()]
+
+
+def _shown(cases: Sequence[Case]) -> dict[str, list[str]]:
+    """Return the increments whose pictures are on the page: all, or as many as MOST_PICTURES admits."""
+    sizes = [len(picture) for case in cases for inc in case.increments for picture in inc.pictures.values()]
+    share = min(1.0, MOST_PICTURES / max(sum(sizes) * 4 / 3, 1))
+    shown = {}
+    for case in cases:
+        names = [increment.name for increment in case.increments]
+        count = max(min(2, len(names)), int(share * len(names)))
+        places = [round(k * (len(names) - 1) / max(count - 1, 1)) for k in range(count)]
+        shown[case.name] = [names[place] for place in (places if count > 1 else [len(names) - 1])]
+    return shown
+
+
+def _scene(case: Case) -> str | None:
+    """Return what the view in three dimensions shows: the last body, and the crack of each increment."""
+    scenes = {inc.name: inc.scene for inc in case.increments if inc.scene is not None}
+    if not scenes:
+        return None
+    last = list(scenes.values())[-1]
+    cracks = [
+        {"name": name, **{key: one[key] for key in ("lip", "fronts", "box", "lengths")}}
+        for name, one in scenes.items()
     ]
-    return "".join(figures)
+    whole = {key: last[key] for key in ("box", "lengths", "normal", "towards", "skin")}
+    # in a script, `</` would end it
+    return Markup(json.dumps(whole | {"cracks": cracks}, separators=(",", ":")).replace("</", "<\\/"))
 
 
-def _table(rows: Sequence[tuple[str, str, dict]]) -> str:
-    numbers = [_numbers(quality) for _, _, quality in rows]
-    keys = list(dict.fromkeys(key for row in numbers for key in row))
-    head = "".join(f"<th>{html.escape(key)}</th>" for key in ("case", "increment", *keys))
-    lines = []
-    for (case, increment, _), row in zip(rows, numbers):
-        cells = [html.escape(case), html.escape(increment), *(_number(row.get(key)) for key in keys)]
-        lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    return f"<table><tr>{head}</tr>\n" + "\n".join(lines) + "</table>"
+def _sweeps(cases: Mapping[str, Case], options: ReportOptions) -> list[dict[str, Any]]:
+    found = []
+    for sweep in sweeps({name: case.record for name, case in cases.items()}):
+        increment, quantities = compared(sweep, cases, options.quantity, options.tolerance)
+        if quantities:
+            picture = against_size(sweep, quantities, options.tolerance)
+            found.append(
+                {
+                    "sweep": sweep,
+                    "increment": increment,
+                    "quantities": quantities,
+                    "words": QUANTITIES,
+                    "picture": _embedded(as_webp(picture)),
+                }
+            )
+    return found
 
 
-def _numbers(quality: dict) -> dict[str, float]:
-    """Return the plain numbers of a quality.json and of its dicts, but for those of single grains."""
-    found = {key: value for key, value in quality.items() if _is_number(value)}
-    for name, inner in quality.items():
-        if isinstance(inner, dict):
-            found |= {f"{name} {key}": value for key, value in inner.items() if _is_number(value)}
-    return {key.replace("_", " "): value for key, value in found.items()}
+def _embedded(picture: bytes) -> str:
+    return "data:image/webp;base64," + base64.b64encode(picture).decode("ascii")
 
 
-def _figures(case: str, increment: str, quality: dict) -> str:
-    figures = [
-        f"<figure>{_histogram(value['edges'], value['counts'])}"
-        f"<figcaption>{html.escape(key.replace('_', ' '))}</figcaption></figure>"
-        for key, value in quality.get("histograms", {}).items()
-    ]
-    heading = f"<h2>{html.escape(case)} {html.escape(increment)}</h2>"
-    return heading + "".join(figures) if figures else ""
-
-
-def _histogram(edges: Sequence[float | None], counts: Sequence[int]) -> str:
-    """Return an inline picture of bars with the first and the last edge written under them."""
-    top = max([*counts, 1])
-    wide = WIDTH / max(len(counts), 1)
-    bars = "".join(
-        f'<rect x="{i * wide:.1f}" y="{HEIGHT * (1 - n / top):.1f}" width="{wide * 0.9:.1f}" '
-        f'height="{HEIGHT * n / top:.1f}"/>'
-        for i, n in enumerate(counts)
-    )
-    first, last = ("∞" if edge is None else f"{edge:g}" for edge in (edges[0], edges[-1]))
-    ends = (
-        f'<text x="0" y="{HEIGHT + 14}" font-size="11">{first}</text>'
-        f'<text x="{WIDTH}" y="{HEIGHT + 14}" font-size="11" text-anchor="end">{last}</text>'
-    )
-    return f'<svg width="{WIDTH}" height="{HEIGHT + 18}">{bars}{ends}</svg>'
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
-def _number(value: float | None) -> str:
+def _number(value: float | None, digits: int = 4) -> str:
+    """Return a number for readers: counts with thin spaces, others with so many digits, none as a dash."""
     if value is None:
         return "–"
-    return f"{value:,}" if isinstance(value, int) else f"{value:.5g}"
+    if isinstance(value, int) or abs(value) >= 10**digits:
+        return f"{value:,.0f}".replace(",", "\u202f")
+    return f"{value:.{digits}g}"
+
+
+def _span(values: tuple[float, float] | None, digits: int = 3) -> str:
+    return "–" if values is None else f"{_number(values[0], digits)} … {_number(values[1], digits)}"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 100:
+        return f"{seconds:.3g} s"
+    return f"{seconds / 60:.3g} min" if seconds < 6000 else f"{seconds / 3600:.3g} h"
+
+
+@cache
+def _environment() -> Environment:
+    loader = PackageLoader("craftmesh.report")
+    environment = Environment(
+        loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {"number": _number, "span": _span, "duration": _duration}
+    for name in ("style.css", "view.js"):
+        text = loader.get_source(environment, name)[0]
+        environment.globals[name.split(".")[0]] = Markup(text)
+    return environment

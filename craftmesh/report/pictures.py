@@ -5,19 +5,29 @@ from collections.abc import Mapping
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from mpl_toolkits.mplot3d import Axes3D
-from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+from PIL import Image
 
 from craftmesh.report.plane_cut import cut_tets
+from craftmesh.report.shaded import View, shaded, view_from
 from craftmesh.surface.distances import distances_and_sides
-from craftmesh.surface.measure import meets_box
+from craftmesh.surface.measure import area_vectors, meets_box
 from craftmesh.types import Crack
 
+STYLES = ("-", "--", ":", "-.")  # of the fronts of one crack
 DPI = 110
 COLOURS = "viridis"
+BELOW = 0.14  # of a crack's width: room under it for the directions of the axes
+TOWARDS = np.array([0.75, -0.55, 0.6])  # from where a body is looked at that nothing is known of
+PIXELS = 560  # of a body's width
+WEBP = 82  # of 100: a lined mesh takes 40 kB and looks like its .png of 330
 # Of the body's diagonal: how far the point that moves most is shown from where it was.
 SHOWN_MOVE = 0.08
 # Of the box's diagonal: a triangle this near to the crack before is part of it.
@@ -26,33 +36,69 @@ SAME = 1e-6
 SCALE_PERCENT = 99.0
 
 
-def crack_by_increment(cracks: Mapping[str, Crack], box: np.ndarray) -> bytes:
-    """Return a .png of the crack's surface in the box (2, 3), what each increment added in a colour.
+def crack_by_increment(cracks: Mapping[str, Crack], box: np.ndarray, towards: np.ndarray) -> Figure:
+    """Return the crack's surface in the box (2, 3), what each increment added in a colour, and its fronts.
 
-    cracks: by the increments' names, each crack holding the one before.
+    cracks: by the increments' names, each crack holding the one before; seen from `towards` (3,), and along
+    the normal of the last.
     """
-    figure = new_figure(6.0, 5.0)
-    axes = figure.add_subplot(projection="3d")
     colours = matplotlib.colormaps[COLOURS](np.linspace(0.1, 0.95, len(cracks)))
+    last = list(cracks.values())[-1]
+    corners, added = _added(cracks, box)
+    corner = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    normal = area_vectors(last.points, last.triangles).sum(axis=0)
+    views = (
+        view_from(towards, corner),
+        view_from(normal * np.sign(normal @ towards), corners.reshape(-1, 3), BELOW),
+    )
+    figure = new_figure(10.4, 4.4)
+    for axes, view in zip(figure.subplots(1, 2), views):
+        triangles = np.arange(3 * len(corners)).reshape(-1, 3)
+        shade = np.repeat(colours[added][:, None, :3], 3, axis=1)
+        picture = shaded(corners.reshape(-1, 3), triangles, shade, view, PIXELS, lined=False)
+        axes.imshow(picture, extent=view.extent)
+        for crack in cracks.values():
+            for front in crack.fronts:
+                axes.plot(*view.flat(crack.points[front]).T, color="black", linewidth=0.8)
+        axes.set_axis_off()
+        draw_directions(axes, view)
+    for edge in (corner[[i, i | bit]] for bit in (1, 2, 4) for i in range(8) if not i & bit):
+        figure.axes[0].plot(*views[0].flat(edge).T, color="grey", linewidth=0.6)
+    marks = [Patch(color=colour, label=name) for name, colour in zip(cracks, colours)]
+    figure.legend(handles=marks, title="increment", fontsize=8, loc="center right")
+    figure.subplots_adjust(left=0.01, right=0.91, bottom=0.01, top=0.99, wspace=0.04)
+    return figure
+
+
+def _added(cracks: Mapping[str, Crack], box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles (m, 3, 3) in the box that each crack added, and which crack's they are (m,)."""
+    found, whose = [], []
     before: Crack | None = None
-    for (name, crack), colour in zip(cracks.items(), colours):
+    for number, crack in enumerate(cracks.values()):
         corners = crack.points[crack.triangles]
         shown = meets_box(corners, box)
         if before is not None:
             off, _ = distances_and_sides(corners.mean(axis=1), before.points, before.triangles)
             shown &= off > SAME * np.linalg.norm(box[1] - box[0])
         before = crack
-        axes.add_collection3d(Poly3DCollection(np.clip(corners[shown], *box), facecolor=colour))
-        fronts = [crack.points[front] for front in crack.fronts]
-        axes.add_collection3d(Line3DCollection(fronts, colors="black", linewidths=0.8))
-        axes.plot([], [], color=colour, linewidth=5, label=name)
-    frame_box(axes, box)
-    axes.legend(title="increment", fontsize=8, loc="upper left")
-    return as_png(figure)
+        found.append(np.clip(corners[shown], *box))
+        whose.append(np.full(int(shown.sum()), number))
+    return np.concatenate(found), np.concatenate(whose)
 
 
-def along_front(rows: Mapping[str, Mapping[str, np.ndarray]]) -> bytes:
-    """Return a .png of K_I, K_II, K_III and the kink angle along the fronts, a line for each increment.
+def draw_directions(axes: Axes, view: View) -> None:
+    """Draw the directions of x, y and z into the lower left corner, those that are seen from aside."""
+    reach = 0.06 * (view.high - view.low).max()
+    arrows = reach * view.frame[:2].T
+    root = view.low + 1.5 * (reach - np.minimum(arrows.min(axis=0), 0))
+    for name, arrow in zip("xyz", arrows):
+        if np.linalg.norm(arrow) > 0.25 * reach:
+            axes.annotate("", root + arrow, root, arrowprops={"arrowstyle": "->", "lw": 1.0})
+            axes.annotate(name, root + 1.4 * arrow, fontsize=9, ha="center", va="center")
+
+
+def along_front(rows: Mapping[str, Mapping[str, np.ndarray]]) -> Figure:
+    """Return K_I, K_II, K_III and the kink angle along the fronts, a line for each increment.
 
     rows: columns of sif.csv by the increments' names; s is shown over its largest value, front by front.
     """
@@ -65,42 +111,45 @@ def along_front(rows: Mapping[str, Mapping[str, np.ndarray]]) -> bytes:
             row = np.flatnonzero(columns["front"] == front)
             s = columns["s"][row] / max(columns["s"][row].max(), 1e-300)
             for place, (key, label) in zip(axes, shown):
-                place.plot(s, columns[key][row], color=colour, label=name if front == 1 else None)
+                style = STYLES[int(front - 1) % len(STYLES)]
+                place.plot(s, columns[key][row], style, color=colour, label=name if front == 1 else None)
                 place.set_ylabel(label)
                 place.grid(alpha=0.3)
     for place in axes[2:]:
         place.set_xlabel("along the front, share of its length")
     axes[0].legend(title="increment", fontsize=8)
     figure.tight_layout()
-    return as_png(figure)
+    return figure
 
 
-def deformed_body(points: np.ndarray, facets: np.ndarray, displacement: np.ndarray) -> bytes:
-    """Return a .png of the free facets (m, 3) moved by the displacement (n, 3), which colours them.
+def deformed_body(
+    points: np.ndarray, facets: np.ndarray, displacement: np.ndarray, towards: np.ndarray = TOWARDS
+) -> Figure:
+    """Return the free facets (m, 3) moved by the displacement (n, 3), coloured by it, from `towards`.
 
     points (n, 3). The largest displacement is shown as SHOWN_MOVE of the body's diagonal.
     """
     size = np.linalg.norm(displacement, axis=1)
     factor = SHOWN_MOVE * np.linalg.norm(np.ptp(points, axis=0)) / max(size.max(), 1e-300)
     moved = points + factor * displacement
-    figure = new_figure(6.0, 5.0)
-    axes = figure.add_subplot(projection="3d")
-    shade = matplotlib.cm.ScalarMappable(cmap=COLOURS)
-    values = size[facets].mean(axis=1)
-    shade.set_array(values)
-    axes.add_collection3d(Poly3DCollection(moved[facets], facecolor=shade.to_rgba(values)))
-    figure.colorbar(shade, ax=axes, shrink=0.6, label=f"displacement (shown {factor:.3g} times)")
-    frame_box(axes, np.stack([moved.min(axis=0), moved.max(axis=0)]))
-    return as_png(figure)
+    shade = ScalarMappable(Normalize(0, size.max()), COLOURS)
+    view = view_from(towards, moved)
+    figure = new_figure(6.0, 4.4)
+    axes = figure.add_subplot()
+    colours = shade.to_rgba(size[facets])[..., :3]
+    axes.imshow(shaded(moved, facets, colours, view, PIXELS, lined=False), extent=view.extent)
+    axes.set_axis_off()
+    figure.colorbar(shade, ax=axes, shrink=0.8, label=f"displacement (shown {factor:.3g} times)")
+    return figure
 
 
 def stress_on_plane(
     points: np.ndarray, tets: np.ndarray, stress: np.ndarray, origin: np.ndarray, axis: int
-) -> bytes:
-    """Return a .png of a stress (m,) of tets (m, 4) on the plane through `origin` square to axis 0..2."""
+) -> Figure:
+    """Return a stress (m,) of tets (m, 4) on the plane through `origin` square to axis 0..2."""
     polygons, rows = cut_tets(points, tets, origin, np.eye(3)[axis])
     first, second = (k for k in range(3) if k != axis)
-    figure = new_figure(6.0, 5.0)
+    figure = new_figure(6.0, 4.4)
     axes = figure.add_subplot()
     low, high = np.percentile(stress[rows], [100 - SCALE_PERCENT, SCALE_PERCENT]) if len(rows) else (0, 1)
     cells = PolyCollection(
@@ -114,7 +163,7 @@ def stress_on_plane(
     axes.set_ylabel("xyz"[second])
     axes.set_title(f"{'xyz'[axis]} = {origin[axis]:.4g}", fontsize=10)
     figure.colorbar(cells, ax=axes, label="largest principal stress")
-    return as_png(figure)
+    return figure
 
 
 def frame_box(axes: Axes3D, box: np.ndarray) -> None:
@@ -138,4 +187,12 @@ def as_png(figure: Figure) -> bytes:
     """Return the figure as .png, the same bytes for the same figure."""
     stream = io.BytesIO()
     figure.savefig(stream, format="png", metadata={"Software": None})
+    return stream.getvalue()
+
+
+def as_webp(figure: Figure) -> bytes:
+    """Return the figure as .webp, the same bytes for the same figure."""
+    canvas, stream = FigureCanvasAgg(figure), io.BytesIO()
+    canvas.draw()
+    Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]).save(stream, "webp", quality=WEBP)
     return stream.getvalue()

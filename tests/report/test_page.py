@@ -1,20 +1,70 @@
-"""The page holds a table, histograms and pictures in itself."""
+"""The page: all in itself, the same bytes each time, names of users kept from being read as html."""
 
-from craftmesh.report.page import GrowingCase, write_report
+import json
+import re
+import shutil
 
-QUALITY = {"elements": 12, "histograms": {"angles": {"edges": [0, 1, None], "counts": [2, 3]}}}
+import pytest
+from shown_models import asked, write_front, write_increment
+
+from craftmesh.cli import main
+from craftmesh.report import page as page_module
+from craftmesh.report.case_files import read_cases
+from craftmesh.report.options import ReportOptions
+from craftmesh.report.page import page
 
 
-def test_pictures_are_in_the_page_under_their_case(tmp_path):
-    shown = GrowingCase("It stops.", {"000": {"crack_area": 12.5}}, [("crack <by> increment", b"PNG")])
-    write_report(tmp_path / "r.html", [("one", "000", QUALITY)], {"one": shown})
-    page = (tmp_path / "r.html").read_text()
-    assert "data:image/png;base64,UE5H" in page and "crack &lt;by&gt; increment" in page
-    assert page.index("<h2>one</h2>") > page.index("<table>")
-    assert page.index("<p>It stops.</p>") < page.index("crack area") < page.index("12.5")
-    assert 'src="http' not in page
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("results")
+    write_increment(folder / "one" / "000")
+    write_front(folder / "one" / "000", [1.0, 2.0, 3.0])
+    shutil.copytree(folder / "one" / "000", folder / "one" / "001")
+    shutil.copytree(folder / "one" / "000", folder / "one" / "002")
+    flags = ["--campaign", asked(["one"], "a <b>.tsv", increments=3), "-o", str(folder / "report.html")]
+    assert main(["report", str(folder), *flags]) == 0
+    return folder
 
 
-def test_a_page_without_pictures_has_none(tmp_path):
-    write_report(tmp_path / "r.html", [("one", "000", QUALITY)])
-    assert "<img" not in (tmp_path / "r.html").read_text()
+def test_nothing_is_fetched_from_elsewhere(results):
+    text = (results / "report.html").read_text()
+    assert not re.search(r'(src|href)="(?!data:|#|one/)', text)
+    assert not re.search(r"@import|url\(|https?://", text)
+    assert text.count("data:image/webp;base64,") == 3 * 3 + 2
+
+
+def test_names_are_not_html(results):
+    text = (results / "report.html").read_text()
+    assert "a &lt;b&gt;.tsv" in text and "<b>.tsv" not in text
+
+
+def test_the_same_cases_give_the_same_text(results):
+    assert page(read_cases(results), ReportOptions()) == page(read_cases(results), ReportOptions())
+
+
+def test_times_alone_stand_between_their_marks(results):
+    before = (results / "report.html").read_text()
+    benchmark = results / "benchmarks" / "one" / "remeshed.tsv"
+    benchmark.parent.mkdir(parents=True)
+    benchmark.write_text("s\tmax_rss\tcpu_time\n77.7\t123\t66.6\n")
+    after = page(read_cases(results), ReportOptions())
+    assert "77.7 s" in after and "66.6 s" in after
+    assert re.sub("<!--times-->.*?<!--/times-->", "", after, flags=re.DOTALL) == (
+        re.sub("<!--times-->.*?<!--/times-->", "", before, flags=re.DOTALL)
+    )
+    benchmark.unlink()
+
+
+def test_a_page_of_too_many_pictures_keeps_the_first_and_the_last(results, monkeypatch):
+    monkeypatch.setattr(page_module, "MOST_PICTURES", 1)
+    text = page(read_cases(results), ReportOptions())
+    assert re.findall(r"<summary>Increment (\d+)", text) == ["002", "000"]
+    assert "increments 001" in text
+
+
+def test_the_view_has_the_last_body_and_every_crack(results):
+    text = (results / "report.html").read_text()
+    found = re.search(r'<script type="application/json" id="scene-one">(.*?)</script>', text, re.DOTALL)
+    scene = json.loads(found[1])
+    assert [crack["name"] for crack in scene["cracks"]] == ["000", "001", "002"]
+    assert len(found[1]) < 5_000_000 and scene["skin"]["triangles"]

@@ -71,12 +71,12 @@ class Folder:
 
     @property
     def made(self) -> dict[str, bytes]:
-        """The bytes of all results by path, without logs and times."""
+        """The bytes of all results by path, without logs, and of the report without times."""
         results = self.path / "results"
         files = [path for path in sorted(results.rglob("*")) if path.is_file()]
         names = {str(path.relative_to(results)): path for path in files}
         return {
-            name: path.read_bytes()
+            name: re.sub(b"<!--times-->.*?<!--/times-->", b"", path.read_bytes(), flags=re.DOTALL)
             for name, path in names.items()
             if not name.startswith(("logs/", "benchmarks/"))
         }
@@ -131,7 +131,7 @@ def growing_folder(new_folder):
 
 # stands for the command craftmesh where only plans matter: writes its flags into each file asked of it
 IDLE = """
-import json, sys
+import json, os, sys
 named = {
     "import": ["--image", "--labels", "--islands", "--report"],
     "assemble": ["-o", "--front-csv", "--report"],
@@ -141,6 +141,12 @@ named = {
     "grow": ["-o", "--report"],
 }
 words = sys.argv[1:]
+if words[0] == "depict":
+    os.mkdir(words[words.index("-o") + 1])
+    sys.exit()
+if words[0] == "report":
+    for name in json.loads(words[words.index("--campaign") + 1])["cases"]:
+        open(os.path.join(words[1], name, "case.json"), "w").close()
 for flag in named.get(words[0], ["-o"]):
     with open(words[words.index(flag) + 1], "w") as stream:
         json.dump({"ended": "", "flags": words}, stream)

@@ -26,7 +26,8 @@ FILES_OF_INCREMENT = {
     "model.inp",
     "quality.json",
 }
-AFTER_ASSEMBLE = {"inp", "check", "report", "all"}
+PICTURES = {f"pictures/{name}" for name in ("grains.webp", "sizes.webp", "crack.webp", "scene.json")}
+AFTER_ASSEMBLE = {"inp", "check", "depict", "report", "all"}
 AFTER_GRADATE = {"tetrahedralize", "assemble"} | AFTER_ASSEMBLE
 AFTER_SIZE = {"stitch", "gradate"} | AFTER_GRADATE
 
@@ -42,10 +43,14 @@ def finished(new_folder):
 def test_all_files_are_there(finished):
     results = finished.path / "results"
     for inc in ("000", "001"):
-        assert FILES_OF_INCREMENT <= {path.name for path in (results / "tiny" / inc).iterdir()}
+        folder = results / "tiny" / inc
+        assert FILES_OF_INCREMENT | PICTURES <= {
+            str(path.relative_to(folder)) for path in folder.rglob("*")
+        }
         assert (results / "logs" / "tiny" / inc / "gradated.log").is_file()
         assert (results / "benchmarks" / "tiny" / inc / "gradated.tsv").is_file()
-    assert "tiny" in (results / "report.html").read_text()
+    assert "Case tiny" in (results / "report.html").read_text()
+    assert (results / "tiny" / "case.json").is_file()
     assert not list(results.rglob(".tmp-*"))
 
 
@@ -127,7 +132,9 @@ def test_includes_and_exports_make_their_files_and_rerun_nothing_else(finished, 
     with open(folder.path / "config.yaml", "a") as stream:
         stream.write("exports: [msh, e]\ninp: {includes: true, quarter_points: true}\n")
     run = folder.snakemake("--cores", "2")
-    assert run.status == 0 and run.jobs == {"inp": 2, "export": 4, "all": 1, "total": 7}, run.text
+    assert run.status == 0 and run.jobs == {"inp": 2, "export": 4, "report": 1, "all": 1, "total": 8}, (
+        run.text
+    )
     for inc in ("000", "001"):
         files = {name: folder.path / "results" / "tiny" / inc / name for name in ("model.inp", "model.msh")}
         assert files["model.inp"].with_name("model_mesh.inp").is_file()
@@ -152,6 +159,6 @@ def test_second_run_gives_the_same_bytes(finished, new_folder):
     run = again.snakemake("--cores", "2", "--config", "chunks=3")
     assert run.status == 0, run.text
     for inc in ("000", "001"):
-        for name in sorted(FILES_OF_INCREMENT):
+        for name in sorted(FILES_OF_INCREMENT | PICTURES):
             file = Path("results") / "tiny" / inc / name
             assert (again.path / file).read_bytes() == (finished.path / file).read_bytes(), file

@@ -20,6 +20,7 @@ PER_INCREMENT = {
     "assemble": 1,
     "inp": 1,
     "check": 1,
+    "depict": 1,
 }
 HEADER = "case\tmicrostructure\tcrack\tincrements\n"
 GROWING = "case\tmicrostructure\tcrack\tincrements\tgrowth\n"

@@ -14,6 +14,7 @@ grown\tsynthetic\ttiny\t2\tgrow\t
 """
 # stages of an increment from sizes to the deck, by their jobs
 STAGES = {"size": 1, "stitch": 1, "gradate": 1, "tetrahedralize": 2, "assemble": 1, "inp": 1, "check": 1}
+STAGES |= {"depict": 1}
 LAST = {"report": 1, "all": 1}
 
 

@@ -17,6 +17,12 @@ def every_increment(pattern, growing=False):
     return lambda wildcards: CAMPAIGN.increments(pattern, growth_report, growing)
 
 
+def every_solved(pattern):
+    """Return the input function of `pattern` for the increments of cases that grow or are solved for a sweep."""
+    others = solved_for_report(CAMPAIGN)
+    return lambda wildcards: CAMPAIGN.increments(pattern, growth_report, True, others)
+
+
 def every_growth(pattern):
     """Return the input function of `pattern` for every increment after which a crack grows or stops."""
     return lambda wildcards: CAMPAIGN.growth_reports(pattern, growth_report)

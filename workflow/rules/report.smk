@@ -1,10 +1,34 @@
+rule depict:
+    input:
+        unpack(lambda wildcards: CAMPAIGN.solution(wildcards.case, wildcards.inc)),
+        volume=f"{INC}/volume.vtu",
+    output:
+        directory(f"{INC}/pictures"),
+    log:
+        f"{LOG}/{{inc}}/pictures.log",
+    benchmark:
+        f"{BENCHMARK}/{{inc}}/pictures.tsv"
+    conda:
+        "../envs/craftmesh.yaml"
+    resources:
+        mem_mb=job_memory("depict", f"{INC}/gradated.vtp"),
+        runtime=job_minutes("depict", f"{INC}/gradated.vtp"),
+    params:
+        solution=lambda wildcards, input: command_flags({"solution": input.get("solution")}),
+        code=CAMPAIGN.code("depict"),
+    shell:
+        "craftmesh depict {input.volume} {params.solution} -o {output} > {log} 2>&1"
+
+
 rule report:
     input:
         quality=every_increment(f"{INC}/quality.json"),
-        sif=every_increment(f"{INC}/sif.csv", growing=True),
+        pictures=every_increment(f"{INC}/pictures"),
+        sif=every_solved(f"{INC}/sif.csv"),
         growth=every_growth(f"{INC}/growth.json"),
     output:
-        f"{CAMPAIGN.results}/report.html",
+        page=f"{CAMPAIGN.results}/report.html",
+        records=[f"{CAMPAIGN.results}/{case}/case.json" for case in CAMPAIGN.cases],
     log:
         f"{CAMPAIGN.results}/logs/report.log",
     benchmark:
@@ -13,9 +37,10 @@ rule report:
     conda:
         "../envs/craftmesh.yaml"
     params:
-        growing=lambda wildcards, input: command_flags(
-            {"sif": list(input.sif), "growth": list(input.growth)}
-        ),
+        results=subpath(output.page, parent=True),
+        campaign=campaign_record(CAMPAIGN),
+        options=command_flags(CAMPAIGN.config["report"]),
         code=CAMPAIGN.code("report"),
     shell:
-        "craftmesh report {input.quality} {params.growing} -o {output} > {log} 2>&1"
+        "craftmesh report {params.results} --campaign {params.campaign:q} {params.options}"
+        " -o {output.page} > {log} 2>&1"

@@ -1,0 +1,46 @@
+"""What a campaign asked for: as text, which its report keeps, and what the report asks of its cases."""
+
+import json
+from typing import Any
+
+from craftmesh.campaign.campaign import Campaign
+from craftmesh.report.options import SOLVED
+from craftmesh.report.sweeps import sweeps
+
+# Keys of the configuration that say where files are and how jobs are shared, not what is made.
+PLACES = ("cases", "results", "data", "chunks", "exports", "sweep", "node", "report")
+
+
+def campaign_record(campaign: Campaign) -> str:
+    """Return as JSON a campaign's configuration and cases, each with the sections that it changes."""
+    config = {key: value for key, value in campaign.config.items() if key not in PLACES}
+    cases = _cases(campaign)
+    for name, case in cases.items():
+        settings = campaign.cases[name].settings
+        case["settings"] = {key: settings[key] for key in config if settings[key] != config[key]}
+    record = {"campaign": campaign.config["cases"], "config": config, "cases": cases}
+    return json.dumps(record, separators=(",", ":"))
+
+
+def solved_for_report(campaign: Campaign) -> set[str]:
+    """Return the cases that are solved for their sweep's sake, as `report.quantity` asks for."""
+    if campaign.config["report"]["quantity"] not in SOLVED:
+        return set()
+    asked = _cases(campaign)
+    for name, case in asked.items():
+        settings = campaign.cases[name].settings
+        case["config"] = {key: value for key, value in settings.items() if key not in PLACES}
+        case["config"]["cracks"] = {crack: settings["cracks"][crack] for crack in case["cracks"]}
+    return {name for sweep in sweeps(asked) for name in sweep.cases}
+
+
+def _cases(campaign: Campaign) -> dict[str, dict[str, Any]]:
+    return {
+        name: {
+            "microstructure": case.microstructure,
+            "cracks": list(case.cracks),
+            "increments": case.increments,
+            "growth": case.growth,
+        }
+        for name, case in campaign.cases.items()
+    }

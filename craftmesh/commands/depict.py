@@ -1,0 +1,41 @@
+"""Draw an increment for the report: its grains, element sizes and crack, and what the 3-D view shows."""
+
+import argparse
+import json
+from pathlib import Path
+
+from craftmesh.atomic import atomic_folder
+from craftmesh.commands.stage_io import existing
+from craftmesh.io.solution import read_solution, read_solution_vtu
+from craftmesh.io.vtk import read_tets
+from craftmesh.report.mesh_pictures import mesh_pictures
+from craftmesh.report.pictures import as_webp
+from craftmesh.report.scene import scene
+from craftmesh.report.shown_mesh import shown_mesh
+from craftmesh.report.solved_pictures import SolvedMesh, solved_pictures
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("volume", type=Path, help="mesh .vtu of an increment")
+    parser.add_argument(
+        "--solution", type=Path, metavar="FILE", help="solution.npz, beside its .vtu: draw it deformed too"
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="FOLDER", help="folder for the pictures"
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    mesh = read_tets(existing(arguments.volume))
+    shown = shown_mesh(mesh)
+    pictures = mesh_pictures(shown)
+    if arguments.solution:
+        solution = read_solution(existing(arguments.solution))
+        points, elements, stress = read_solution_vtu(existing(arguments.solution.with_suffix(".vtu")))
+        solved = SolvedMesh(mesh, solution, points, elements[:, :4], stress)
+        pictures |= solved_pictures(solved, shown)
+    with atomic_folder(arguments.output) as folder:
+        for name, picture in pictures.items():
+            (folder / f"{name}.webp").write_bytes(as_webp(picture))
+        text = json.dumps(scene(shown), separators=(",", ":"))
+        (folder / "scene.json").write_text(text, encoding="utf-8")

@@ -1,0 +1,95 @@
+"""Pictures of a mesh: its grains, the size of its elements, its crack."""
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from craftmesh.report.pictures import BELOW, COLOURS, PIXELS, draw_directions, new_figure
+from craftmesh.report.shaded import View, shaded, view_from
+from craftmesh.report.shown_mesh import Facets, ShownMesh
+
+GRAINS = "tab20"  # one grain after another
+LIP = (0.93, 0.90, 0.84)  # the crack where grains are coloured
+FRONT = "crimson"
+# Of the nodes' lengths: the scale holds all but so many per cent at either end.
+LEFT_OUT = 0.5
+
+
+def mesh_pictures(shown: ShownMesh) -> dict[str, Figure]:
+    """Return pictures by name: `grains`, `sizes`, and of a crack `crack`."""
+    whole = view_from(shown.towards, shown.points)
+    scale = Normalize(*np.percentile(shown.lengths, [LEFT_OUT, 100 - LEFT_OUT]))
+    pictures = {"grains": _grains(shown, whole), "sizes": _sizes(shown, whole, scale)}
+    if len(shown.lip.triangles):
+        pictures["crack"] = _crack(shown, scale)
+    return pictures
+
+
+def _grains(shown: ShownMesh, view: View) -> Figure:
+    figure, axes = _pair()
+    for place, facets in zip(axes, (shown.skin, shown.opened)):
+        _show(place, shown, facets, _by_grain(facets), view)
+    _draw_fronts(axes[1], shown, view)
+    return figure
+
+
+def _sizes(shown: ShownMesh, view: View, scale: Normalize) -> Figure:
+    figure, axes = _pair()
+    for place, facets in zip(axes, (shown.skin, shown.opened)):
+        _show(place, shown, facets, _by_length(shown, facets, scale), view)
+    _draw_fronts(axes[1], shown, view)
+    _add_scale(figure, scale)
+    return figure
+
+
+def _crack(shown: ShownMesh, scale: Normalize) -> Figure:
+    corners = shown.points[np.unique(shown.lip.triangles)]
+    view = view_from(shown.normal, corners, BELOW)
+    figure, axes = _pair()
+    _show(axes[0], shown, shown.lip, _by_grain(shown.lip._replace(is_lip=~shown.lip.is_lip)), view)
+    _show(axes[1], shown, shown.lip, _by_length(shown, shown.lip, scale), view)
+    for place in axes:
+        _draw_fronts(place, shown, view)
+    _add_scale(figure, scale)
+    return figure
+
+
+def _pair() -> tuple[Figure, list[Axes]]:
+    figure = new_figure(10.4, 4.4)
+    axes = figure.subplots(1, 2)
+    figure.subplots_adjust(left=0.01, right=0.91, bottom=0.01, top=0.99, wspace=0.04)
+    return figure, list(axes)
+
+
+def _show(axes: Axes, shown: ShownMesh, facets: Facets, colours: np.ndarray, view: View) -> None:
+    picture = shaded(shown.points, facets.triangles, colours, view, PIXELS, lined=True)
+    axes.imshow(picture, extent=view.extent, interpolation="bilinear")
+    axes.set_axis_off()
+    draw_directions(axes, view)
+
+
+def _by_grain(facets: Facets) -> np.ndarray:
+    """Return colours (m, 3, 3) by grain, and a plain one on lips."""
+    colours = matplotlib.colormaps[GRAINS](facets.grain % 20)[:, :3]
+    colours[facets.is_lip] = LIP
+    return np.repeat(colours[:, None], 3, axis=1)
+
+
+def _by_length(shown: ShownMesh, facets: Facets, scale: Normalize) -> np.ndarray:
+    """Return colours (m, 3, 3) by the lengths at the corners."""
+    return matplotlib.colormaps[COLOURS](scale(shown.lengths[facets.triangles]))[..., :3]
+
+
+def _draw_fronts(axes: Axes, shown: ShownMesh, view: View) -> None:
+    for front in shown.fronts:
+        axes.plot(*view.flat(shown.points[front]).T, color=FRONT, linewidth=1.8)
+
+
+def _add_scale(figure: Figure, scale: Normalize) -> None:
+    bar = figure.add_axes((0.925, 0.12, 0.012, 0.76))
+    figure.colorbar(
+        ScalarMappable(norm=scale, cmap=COLOURS), cax=bar, label="mean length of edges at a node"
+    )

@@ -1,0 +1,96 @@
+"""Shaded pictures of triangles, seen from afar."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from craftmesh.report.kernels.raster import draw
+from craftmesh.surface.measure import unit_normals
+
+# Pixels are drawn so many times finer and then averaged, against steps along edges.
+FINER = 2
+LIGHT = np.array([0.35, 0.5, 0.8])  # to the right, up, towards who looks
+DARKEST = 0.5  # of a facet that the light grazes
+MARGIN = 0.02  # round what is seen, of its width or height
+AHEAD = 0.8  # cosine of the view's direction and z from which z is ahead rather than up
+LINES = np.array([0.1, 0.1, 0.12])
+LINE_WIDTH = 0.45  # pixels
+# Lines of facets with shorter edges would hide their colours; they fade in over a factor of 2 above that.
+SHORTEST_LINED = 5.0  # pixels
+
+
+class View(NamedTuple):
+    """Who looks from where: frame (3, 3), rows to the right, up, and towards who looks; what fits in.
+
+    low, high (2,): the picture's lower left and upper right corner along the first two rows.
+    """
+
+    frame: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    def flat(self, points: np.ndarray) -> np.ndarray:
+        """Return points (n, 3) in the picture's plane (n, 2)."""
+        return points @ self.frame[:2].T
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """Left, right, bottom and top, as matplotlib has them."""
+        return self.low[0], self.high[0], self.low[1], self.high[1]
+
+
+def view_from(towards: np.ndarray, points: np.ndarray, below: float = 0.0) -> View:
+    """Return the view of points (n, 3) from `towards` (3,): z is up, or y where z is ahead.
+
+    below: room under them, as a share of their width.
+    """
+    towards = np.asarray(towards, float) / np.linalg.norm(towards)
+    up = np.eye(3)[1 if abs(towards[2]) > AHEAD else 2]
+    right = np.cross(up, towards)
+    right /= np.linalg.norm(right)
+    frame = np.stack([right, np.cross(towards, right), towards])
+    flat = points @ frame[:2].T
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    rim = MARGIN * max(float((high - low).max()), 1e-300)
+    return View(frame, low - rim - [0, below * (high - low)[0]], high + rim)
+
+
+def shaded(
+    points: np.ndarray, triangles: np.ndarray, colours: np.ndarray, view: View, width: int, lined: bool
+) -> np.ndarray:
+    """Return a picture (h, w, 4), 0 to 1, of triangles (m, 3) with colours (m, 3, 3) of their corners.
+
+    points (n, 3). Pixels without a triangle are transparent. lined: show the triangles' edges where they
+    are long enough.
+    """
+    wide = FINER * width
+    size = view.high - view.low
+    scale = wide / size[0]
+    tall = FINER * max(1, round(scale * size[1] / FINER))
+    seen = points @ view.frame.T
+    pixels = np.stack(
+        [(seen[:, 0] - view.low[0]) * scale, (view.high[1] - seen[:, 1]) * scale, seen[:, 2]], axis=1
+    )[triangles]
+    picture, depth = np.zeros((tall, wide, 3), np.float32), np.full((tall, wide), -np.inf, np.float32)
+    lines = _lines(pixels) if lined else np.zeros(len(pixels))
+    lit = colours * _light(points, triangles, view)[:, None, None]
+    draw(pixels, lit, lines, LINES, picture, depth)
+    covered = np.isfinite(depth)[..., None].astype(np.float32)
+    together = np.concatenate([picture, covered], axis=2)
+    mean = together.reshape(tall // FINER, FINER, wide // FINER, FINER, 4).mean(axis=(1, 3))
+    mean[..., :3] /= np.maximum(mean[..., 3:], 1e-9)
+    return np.clip(mean, 0, 1)
+
+
+def _light(points: np.ndarray, triangles: np.ndarray, view: View) -> np.ndarray:
+    """Return how bright each triangle is (m,), seen from whatever side."""
+    normals = unit_normals(points, triangles) @ view.frame.T
+    normals *= np.where(normals[:, 2:] < 0, -1.0, 1.0)
+    light = LIGHT / np.linalg.norm(LIGHT)
+    return DARKEST + (1 - DARKEST) * np.clip(normals @ light, 0, 1)
+
+
+def _lines(pixels: np.ndarray) -> np.ndarray:
+    """Return the width of the lines (m,) of triangles (m, 3, 3), all in fine pixels."""
+    edges = np.linalg.norm(np.diff(pixels[:, [0, 1, 2, 0], :2], axis=1), axis=2).mean(axis=1) / FINER
+    return LINE_WIDTH * FINER * np.clip(edges / SHORTEST_LINED - 1, 0, 1)

@@ -1,0 +1,85 @@
+"""Cases that differ in an element size alone."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+SIZES = ("l_min", "l0", "l_max", "r0", "r1")
+FEWEST = 2  # sizes that can be compared
+
+
+class Sweep(NamedTuple):
+    """Cases that differ in a size alone: its name (`sizing.l_min`), the sizes, coarse first, the cases."""
+
+    key: str
+    sizes: tuple[float, ...]
+    cases: tuple[str, ...]
+
+
+def sweeps(records: Mapping[str, Mapping[str, Any]]) -> list[Sweep]:
+    """Return the sweeps among cases (case.json by name), those over more sizes first.
+
+    Where lengths of `sizing` rise together, and none alone, the sweep is named by the first of them.
+    """
+    found = []
+    families: dict[str, list[str]] = {}
+    for name, record in records.items():
+        families.setdefault(_all_but_sizes(record), []).append(name)
+    for family in families.values():
+        lengths = {name: _lengths(records[name]) for name in family}
+        alone = [sweep for key in SIZES for sweep in _over(key, lengths)]
+        found += alone or _together(lengths)
+    return sorted(found, key=lambda sweep: (-len(sweep.cases), sweep.key, sweep.cases))
+
+
+def _all_but_sizes(record: Mapping[str, Any]) -> str:
+    sections = {
+        name: {key: value for key, value in section.items() if name != "sizing" or key not in SIZES}
+        if isinstance(section, dict)
+        else section
+        for name, section in record["config"].items()
+    }
+    asked = {key: record[key] for key in ("microstructure", "cracks", "growth")}
+    return repr(_sorted([asked, sections]))
+
+
+def _sorted(value: Any) -> Any:
+    if isinstance(value, dict):
+        return [(key, _sorted(value[key])) for key in sorted(value)]
+    return [_sorted(item) for item in value] if isinstance(value, list) else value
+
+
+def _lengths(record: Mapping[str, Any]) -> tuple[float | None, ...]:
+    return tuple(record["config"]["sizing"].get(key) for key in SIZES)
+
+
+def _over(key: str, lengths: Mapping[str, tuple]) -> list[Sweep]:
+    """Return the sweeps over one length, the others being equal."""
+    place = SIZES.index(key)
+    groups: dict[tuple, dict[float, str]] = {}
+    for name, row in lengths.items():
+        if row[place] is not None:
+            groups.setdefault((*row[:place], *row[place + 1 :]), {}).setdefault(row[place], name)
+    return [_sweep(key, group) for group in groups.values() if len(group) >= FEWEST]
+
+
+def _together(lengths: Mapping[str, tuple]) -> list[Sweep]:
+    """Return the sweep of cases whose lengths all rise together, if they do."""
+    if len(set(lengths.values())) < FEWEST or any(None in row for row in lengths.values()):
+        return []
+    rows = np.array(list(lengths.values()))
+    order = np.lexsort(rows.T[::-1])
+    steps = np.diff(rows[order], axis=0)
+    if (steps < 0).any() or not (steps > 0).any(axis=1).all():
+        return []
+    names = list(lengths)
+    place = int((np.ptp(rows, axis=0) > 0).argmax())
+    if not (steps[:, place] > 0).all():
+        return []
+    return [_sweep(SIZES[place], {rows[k, place]: names[k] for k in order.tolist()})]
+
+
+def _sweep(key: str, by_size: Mapping[float, str]) -> Sweep:
+    sizes = sorted(by_size, reverse=True)
+    return Sweep(f"sizing.{key}", tuple(map(float, sizes)), tuple(by_size[size] for size in sizes))
