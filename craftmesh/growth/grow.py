@@ -1,6 +1,7 @@
 """Growth of a crack by one increment: every front moved, and the strip of new surface up to it."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.polyline import Polyline, feet, polyline
@@ -16,6 +17,10 @@ from craftmesh.types import Crack
 # Points of the new front to a spacing of the rows: its chords are then within 0.001 spacings of a front of
 # radius ten, and the next mesh's tangents follow the curve, not the chords.
 FINENESS = 4
+MET = 0.5  # of the rows' spacing: fronts of two sheets that come nearer than that have met
+# Spacings from there within which rows do not count: the front turns into the other sheet's at a corner,
+# and its directions there belong to neither.
+CORNER = 3.0
 LEAST_ROWS = 3  # of a sheet among several: fewer give no spacing; its front is about to vanish, and stays
 
 
@@ -33,7 +38,8 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: Smoothi
         grown = _grown(crack, along, box, options)
     else:
         owner = _nearest_sheet(parts, along.points)
-        rows = [along.rows(owner == k) for k in range(len(parts))]
+        clear = _clear_of_meetings(parts, along.points)
+        rows = [along.rows((owner == k) & clear) for k in range(len(parts))]
         grown = joined(
             [
                 _grown(part, own, box, options) if len(own.points) >= LEAST_ROWS else part
@@ -52,6 +58,21 @@ def _nearest_sheet(parts: list[Crack], places: np.ndarray) -> np.ndarray:
         for part in parts
     ]
     return np.argmin(distance, axis=0)
+
+
+def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
+    """Tell which places (n, 3) are farther than CORNER spacings from where fronts of two parts meet."""
+    spacing = _row_spacing(places)
+    lines = [[polyline(part.points[front]) for front in part.fronts] for part in parts]
+    met = [np.zeros((0, 3))]
+    for k, own in enumerate(lines):
+        points = [line.at(np.arange(0, line.length, MET * spacing)) for line in own]
+        for other in (line for j, group in enumerate(lines) if j != k for line in group):
+            met += [place[feet(other, place)[1] < MET * spacing] for place in points]
+    corners = np.concatenate(met)
+    if not len(corners):
+        return np.ones(len(places), bool)
+    return cKDTree(corners).query(places)[0] > CORNER * spacing
 
 
 def _grown(crack: Crack, along: FrontExtensions, box: np.ndarray, options: SmoothingOptions) -> Crack:

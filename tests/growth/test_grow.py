@@ -157,7 +157,12 @@ def test_discs_that_have_grown_together_grow_on_where_their_fronts_are_left():
     def in_neither(p):  # chords of the fronts are 1e-4 inside their discs
         return np.all([np.linalg.norm(p - [x, 20, 20], axis=1) > 5.99 for x in (16.0, 24.0)], axis=0)
 
-    grown = grow(crack, rows_of(crack, in_neither), BOX, SmoothingOptions())
+    rows = rows_of(crack, in_neither)
+    corners = np.array([[20, 20 - 20**0.5, 20], [20, 20 + 20**0.5, 20]])
+    turned = np.linalg.norm(rows.points[:, None] - corners, axis=2).min(axis=1) < 1.5
+    assert turned.any()  # as a curve through the corner there would have them
+    rows = replace(rows, binormal=np.where(turned[:, None], -rows.binormal, rows.binormal))
+    grown = grow(crack, rows, BOX, SmoothingOptions())
     for part, x in zip(sheets(grown), (16.0, 24.0)):
         away = np.linalg.norm(part.points[part.fronts[0]] - [x, 20, 20], axis=1)
         outside = np.sign(part.points[part.fronts[0], 0] - 20) == np.sign(x - 20)

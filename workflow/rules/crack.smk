@@ -16,7 +16,9 @@ rule crack:
     params:
         options=lambda wildcards: CAMPAIGN.crack_flags(wildcards.case, wildcards.inc),
         increment=lambda wildcards: int(wildcards.inc),
-        others=lambda wildcards, input: command_flags({key: input.get(key) for key in ("previous", "surface")}),
+        others=lambda wildcards, input: command_flags(
+            {key: input.get(key) for key in ("previous", "surface")}
+        ),
         code=CAMPAIGN.code("crack"),
     shell:
         "craftmesh crack {input.labels} --increment {params.increment} {params.others} -o {output}"
