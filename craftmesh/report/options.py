@@ -8,7 +8,7 @@ from craftmesh.options import Options, option
 QUANTITIES = {
     "K_I": "mean K_I along the fronts",
     "J": "mean J along the fronts",
-    "kink_angle": "mean size of the kink angle along the fronts [degrees]",
+    "kink_angle": "mean kink angle, its sign left out [degrees]",
     "largest_K_I": "largest K_I along the fronts, their ends left out",
     "reaction": "force that the supports carry",
     "crack_area": "area of the crack",
