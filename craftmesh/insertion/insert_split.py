@@ -3,7 +3,7 @@
 import numpy as np
 
 from craftmesh.cracks.split_voxels import SplitVoxels
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.clip import clipped, halved_facets, halved_fronts
 from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import CutSurface
@@ -12,10 +12,12 @@ from craftmesh.insertion.onto_sheets import onto_sheets
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.connectivity import compact
+from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.volumes import RestoringLimits, restore_volumes
 from craftmesh.types import CRACK, Surface
 
+OFF_FRONT = 0.25  # of the least length: notches were 0.77 off, corners between two discs 0.1
 ROUNDS = 3  # of moving points onto the crack and closing what is in their way
 LEAST_QUALITY = 0.05  # of facets that the restored volumes may leave; the clip makes some of 0.1
 
@@ -31,7 +33,8 @@ def insert_split(
 
     surface, bits (m,): from `remesh_split` for the volume `split`. sizing.at(points) gives the lengths of
     front edges; None: the surface's median edge length. The grains' volumes stay those of `surface`.
-    Raises CraftmeshError where nothing of the crack lies in a grain.
+    Raises CraftmeshError where nothing of the crack lies in a grain, and where it ends off its fronts, as
+    where voxels leave a notch in its mouth.
     """
     options = options or InsertOptions()
     target = target_of(surface, sizing)
@@ -54,6 +57,7 @@ def insert_split(
     volumes = side_volumes(surface.points, surface.facets, surface.sides)
     volumes = {label: volume for label, volume in volumes.items() if label > 0}
     result, report = restore_volumes(result, volumes, RestoringLimits(min_quality=LEAST_QUALITY))
+    _refuse_off_front(result, split, least)
     return result, numbers_of(result, 0) | {"volumes": report} | _off(result, split)
 
 
@@ -68,6 +72,21 @@ def _with_bits(surface: Surface, bits: np.ndarray) -> CutSurface:
         surface.points, surface.facets, surface.sides, kind, psi, nothing, size,
         np.full(len(surface.points), -1), nothing.copy(),
     )  # fmt: skip
+
+
+def _refuse_off_front(surface: Surface, split: SplitVoxels, least: float) -> None:
+    """Raise where a front edge of the crack is farther than OFF_FRONT off the given fronts."""
+    middles = surface.points[front_edges(surface)].mean(axis=1)
+    if not len(middles):
+        return
+    away = [np.linalg.norm(look.nearest_on_front(middles) - middles, axis=1) for look in split.sheets]
+    off = np.min(away, axis=0)
+    worst = int(off.argmax())
+    if off[worst] > OFF_FRONT * least:
+        raise CraftmeshError(
+            f"the crack ends near {told(middles[worst])} off its given front: voxels are too coarse for it "
+            "there; move it a little, give finer voxels or insertion cut"
+        )
 
 
 def _off(surface: Surface, split: SplitVoxels) -> dict[str, float]:

@@ -227,6 +227,22 @@ def test_a_branch_ends_on_the_crack_that_it_leaves():
     assert front_length(surface) == pytest.approx(2 * 18, rel=5e-3)
 
 
+def test_a_notch_that_voxels_leave_in_a_mouth_is_refused():
+    """Found among random ellipses: a corner of the mouth came out 0.8 l_min off, a false front with it."""
+    voxels, generator = voronoi(8, 8, (16, 16, 16)), np.random.default_rng(8)
+    centre, normal = 16 * generator.random(3), generator.normal(size=3)
+    options = CrackOptions(
+        shape="ellipse",
+        centre=tuple(centre),
+        normal=tuple(normal),
+        semi_axes=tuple(3 + 4 * generator.random(2)),
+    )
+    split = split_along(voxels, prescribed_crack(options, 0, voxels.box))
+    surface, bits, _ = remesh_split(split)
+    with pytest.raises(CraftmeshError, match="ends near .* off its given front: voxels are too coarse"):
+        insert_split(surface, bits, split, Uniform())
+
+
 def test_more_sheets_than_fit_are_refused():
     eight = [penny(centre=(9, 9, 2 + 2 * k), radius=3.0) for k in range(8)]
     with pytest.raises(CraftmeshError, match="8 sheets; expected at most 7"):
