@@ -17,7 +17,7 @@ from craftmesh.commands.flags import Parser, add_options, options_from
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import BOUNDS, Options, alternatives, hints_of, items_of
 
-UNITS = {"", "model units", "degrees", "voxels", "s", "GB"}
+UNITS = {"", "model units", "degrees", "voxels", "s", "GB", "MB"}
 PATHS = [*(path for _, classes in SECTIONS.values() for path in classes), CRACK]
 CLASSES = {path: option_class(path) for path in PATHS}
 SCHEMA = config_schema()
