@@ -20,6 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
         ("measured_crack", 5),
         ("intergranular", 2),
         ("overhang", 1),
+        ("coalescing", 4),
     ],
 )
 def test_example_gives_decks_without_fault(name, increments, shared_data, tmp_path):
