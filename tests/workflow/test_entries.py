@@ -14,7 +14,7 @@ use rule * from craftmesh
 OWN = "cases: mine.tsv\nresults: mine\nsizing: {l0: 1.5}\n"
 OWN_CASES = "case\tmicrostructure\tcrack\tincrements\nbare\tsynthetic\tnone\t1\n"
 DEMO_JOBS = {"generate": 1, "crack": 3, "size": 3, "tetrahedralize": 6, "inp": 3, "all": 1}
-DEMO_JOBS |= {"solve": 3, "fracture": 3, "grow": 2, "total": 40}
+DEMO_JOBS |= {"solve": 3, "fracture": 3, "grow": 2, "depict": 3, "total": 43}
 
 
 @pytest.fixture(params=["root", "workflow", "module"])
