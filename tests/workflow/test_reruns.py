@@ -66,6 +66,7 @@ def flags(cell: str) -> list[str]:
     return words
 
 
+@pytest.mark.slow  # 7 s each; the commonest changes are in test_campaign_run as well
 @pytest.mark.parametrize(("command", "wanted"), [row[1:] for row in rows("By hand")])
 def test_commands_of_the_cookbook_plan_the_jobs_that_it_names(original, command, wanted):
     assert planned(original, *flags(command)) == jobs(wanted)
@@ -114,6 +115,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.slow  # 7 s each; the commonest changes are in test_campaign_run as well
 @pytest.mark.parametrize(("change", "wanted"), rows("After a change"))
 def test_changes_of_the_cookbook_plan_the_jobs_that_it_names(finished, change, wanted):
     CHANGES[change](finished)
