@@ -31,20 +31,17 @@ def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
     CraftmeshError where the system refuses to write.
     """
     target = Path(path)
-    temporary = target.with_name(f".tmp-{uuid4().hex[:12]}-{target.name}")
+    temporary = _beside(target)
+    old = temporary.with_name(f"{temporary.name}-old")
     try:
-        temporary.mkdir(parents=True)
-        yield temporary
-        if target.exists():
-            os.replace(target, temporary.with_name(f"{temporary.name}-old"))
-        os.replace(temporary, target)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise CraftmeshError(
-            f"{target}: cannot be written ({reason}); check the folder and its space"
-        ) from error
+        with _told(target):
+            temporary.mkdir(parents=True)
+            yield temporary
+            if target.exists():
+                os.replace(target, old)
+            os.replace(temporary, target)
     finally:
-        for left in (temporary, temporary.with_name(f"{temporary.name}-old")):
+        for left in (temporary, old):
             shutil.rmtree(left, ignore_errors=True)
 
 
@@ -56,23 +53,36 @@ def atomic_paths(paths: Sequence[str | os.PathLike]) -> Iterator[list[Path]]:
     comes last, so it is never there beside files of another time.
     """
     targets = [Path(path) for path in paths]
-    temporaries = [target.with_name(f".tmp-{uuid4().hex[:12]}-{target.name}") for target in targets]
+    temporaries = [_beside(target) for target in targets]
     try:
-        for target in targets:
-            target.parent.mkdir(parents=True, exist_ok=True)
-        yield temporaries
-        if any(target.is_dir() for target in targets):
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        if len(targets) > 1:
-            targets[0].unlink(missing_ok=True)
-        for temporary, target in reversed(list(zip(temporaries, targets))):
-            os.replace(temporary, target)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise CraftmeshError(
-            f"{targets[0]}: cannot be written ({reason}); check the folder and its space"
-        ) from error
+        with _told(targets[0]):
+            for target in targets:
+                target.parent.mkdir(parents=True, exist_ok=True)
+            yield temporaries
+            if any(target.is_dir() for target in targets):
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+            if len(targets) > 1:
+                targets[0].unlink(missing_ok=True)
+            for temporary, target in reversed(list(zip(temporaries, targets))):
+                os.replace(temporary, target)
     finally:
         for temporary in temporaries:
             with suppress(OSError):
                 temporary.unlink()
+
+
+def _beside(target: Path) -> Path:
+    """Return a name beside `target` that nothing else has, with the same suffix."""
+    return target.with_name(f".tmp-{uuid4().hex[:12]}-{target.name}")
+
+
+@contextmanager
+def _told(target: Path) -> Iterator[None]:
+    """Raise CraftmeshError that names `target` where the system refuses to write."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise CraftmeshError(
+            f"{target}: cannot be written ({reason}); check the folder and its space"
+        ) from error

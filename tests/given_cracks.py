@@ -25,3 +25,25 @@ def wavy_disc(radius, amplitude, rings=8) -> tuple[np.ndarray, np.ndarray]:
     uv = np.array(points)
     height = amplitude * np.sin(2 * uv[:, 0] / radius) * np.cos(1.5 * uv[:, 1] / radius)
     return np.column_stack([uv, height]), np.array(triangles)
+
+
+def bowl(centre, radius, opening, around=96, rings=40) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) and triangles (m, 3) of a sphere up to `opening` degrees from its lower pole."""
+    polar = np.radians(opening) * (np.arange(rings) + 1) / rings
+    turn = 2 * np.pi * np.arange(around) / around
+    out = np.stack(
+        [
+            np.sin(polar)[:, None] * np.cos(turn),
+            np.sin(polar)[:, None] * np.sin(turn),
+            -np.cos(polar)[:, None] + 0 * turn,
+        ],
+        axis=-1,
+    )
+    points = np.asarray(centre) + radius * np.concatenate([[[0, 0, -1.0]], out.reshape(-1, 3)])
+    j = np.arange(around)
+    k = (j + 1) % around
+    triangles = [np.column_stack([0 * j, 1 + k, 1 + j])]
+    for ring in range(rings - 1):
+        a, b = 1 + ring * around + j, 1 + ring * around + k
+        triangles += [np.column_stack([a, b, a + around]), np.column_stack([b, b + around, a + around])]
+    return points, np.concatenate(triangles)

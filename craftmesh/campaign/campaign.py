@@ -150,15 +150,15 @@ class Campaign:
 
     def model_flags(self, case: str) -> str:
         """Return the flags of `inp` that make the deck's model, which is solved and integrated."""
-        return command_flags(_fields_of(ModelOptions, self._deck(case)))
+        return command_flags(fields_of(ModelOptions, self._deck(case)))
 
     def growth_flags(self, case: str) -> str:
         """Return the flags of the kink angles and extensions that `craftmesh fracture` finds."""
-        return command_flags(_fields_of(GrowthOptions, self.cases[case].settings["grow"]))
+        return command_flags(fields_of(GrowthOptions, self.cases[case].settings["grow"]))
 
     def smoothing_flags(self, case: str) -> str:
         """Return the flags of `craftmesh grow`, which moves the fronts by them."""
-        return command_flags(_fields_of(SmoothingOptions, self.cases[case].settings["grow"]))
+        return command_flags(fields_of(SmoothingOptions, self.cases[case].settings["grow"]))
 
     def until_flag(self, case: str) -> str:
         """Return the flag of `craftmesh grow` for a crack that may stop."""
@@ -174,7 +174,7 @@ class Campaign:
     def import_flags(self, case: str) -> str:
         """Return the flags of `craftmesh import`; of a synthetic volume those of cleaning alone."""
         if self.cases[case].microstructure == SYNTHETIC:
-            return command_flags(_fields_of(CleanOptions, self.cases[case].settings["import"]))
+            return command_flags(fields_of(CleanOptions, self.cases[case].settings["import"]))
         return self.flags("import", case)
 
     def crack_flags(self, case: str, inc: str) -> str:
@@ -203,7 +203,7 @@ class Campaign:
         return digest(f"craftmesh.commands.{verb}")
 
 
-def _fields_of(options: type, keys: Mapping[str, Any]) -> dict[str, Any]:
+def fields_of(options: type, keys: Mapping[str, Any]) -> dict[str, Any]:
     """Return those of a section's keys that are fields of one of its option classes."""
     return {field.name: keys[field.name] for field in fields(options)}
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from craftmesh.sizing.sizing import voxel_edge
 from craftmesh.types import Voxels
 
 # A piece of a grain under so many voxels, three across, is a speck to a mesh; but grains stay: at most
@@ -49,7 +50,7 @@ def specks(labels: np.ndarray) -> int:
 
 def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign:
     """Return the first campaign for cleaned voxels; imported: how they were read and cleaned."""
-    edge = float(np.cbrt(voxels.spacing.prod()))
+    edge = voxel_edge(voxels)
     across = edge * float(np.cbrt(6 / np.pi * median_grain(voxels.labels)))
     low, high = _material_box(voxels)
     extent = high - low

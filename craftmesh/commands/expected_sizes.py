@@ -1,13 +1,12 @@
 """The sizes of a campaign's increments before they are made: voxels, facets, elements."""
 
 from collections.abc import Iterator
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from craftmesh.campaign.campaign import Campaign
+from craftmesh.campaign.campaign import Campaign, fields_of
 from craftmesh.campaign.cases import SYNTHETIC, Case
 from craftmesh.campaign.effort import Sizes, expected_elements, expected_facets
 from craftmesh.commands.crack_sources import given_surface
@@ -42,12 +41,8 @@ def voxels_of(campaign: Campaign, case: Case) -> Voxels:
     if case.microstructure == SYNTHETIC:
         volume = as_raw(generate(GenerateOptions(**settings["generate"])))
     else:
-        volume = read_voxels(case.microstructure, _options(ReadOptions, settings["import"]))
-    return clean(volume, _options(CleanOptions, settings["import"]))[0]
-
-
-def _options(cls: type, section: dict[str, Any]) -> Any:
-    return cls(**{field.name: section[field.name] for field in fields(cls)})
+        volume = read_voxels(case.microstructure, ReadOptions(**fields_of(ReadOptions, settings["import"])))
+    return clean(volume, CleanOptions(**fields_of(CleanOptions, settings["import"])))[0]
 
 
 def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:

@@ -14,7 +14,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.growth.grow import grow
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
-from craftmesh.io.front_csv import read_front, read_words
+from craftmesh.io.front_csv import has_word, read_front, read_words
 from craftmesh.io.vtk import read_crack, write_crack
 from craftmesh.types import Crack, Voxels
 
@@ -92,7 +92,7 @@ def front_extensions(intensities: Path, front: Path) -> FrontExtensions:
         for name in ("", "normal_", "binormal_")
     )
     flags = read_words(intensities, "flags") or [""] * len(points)
-    trusted = np.array([DOUBTFUL.isdisjoint(words.split("+")) for words in flags])
+    trusted = ~has_word(flags, DOUBTFUL)
     angle = np.radians(goes["kink_angle"])
     return FrontExtensions(points, normal, binormal, angle, goes["extension"], trusted)
 

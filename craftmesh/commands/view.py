@@ -9,6 +9,7 @@ import numpy as np
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.stage_io import existing
 from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.mesh_sets import is_lip
 
 if TYPE_CHECKING:
     from craftmesh.types import Voxels
@@ -86,20 +87,19 @@ def view_mesh(file: Path) -> bytes:
 
     grid = vtk_xml.read_dataset(file, "UnstructuredGrid")
     if grid.GetPointData().HasArray("displacement"):
-        from craftmesh.mesh.tet_connectivity import half_faces
+        from craftmesh.mesh.tet_connectivity import free_half_faces, half_face_corners
         from craftmesh.report.pictures import as_png, deformed_body
 
         points = vtk_xml.points_of(grid)
         connectivity, offsets = vtk_xml.cells_of(grid.GetCells())
         tets = connectivity.reshape(len(offsets) - 1, -1)[:, :4]
-        faces = half_faces(_one_point_a_place(points)[tets])
-        _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+        free = free_half_faces(_one_point_a_place(points)[tets])
         moved = vtk_xml.named_array(file, grid.GetPointData(), ["displacement"], "point data")
-        return as_png(deformed_body(points, half_faces(tets)[first[count == 1]], moved))
+        return as_png(deformed_body(points, half_face_corners(tets, free), moved))
     from craftmesh.report.views import tets_picture
 
     mesh = vtk.read_tets(file)
-    lips = [nodes for name, nodes in mesh.node_sets.items() if "_LIP_" in name]
+    lips = [nodes for name, nodes in mesh.node_sets.items() if is_lip(name)]
     return tets_picture(mesh.points, mesh.tets, mesh.grain, np.concatenate([np.zeros(0, np.int64), *lips]))
 
 
@@ -116,7 +116,7 @@ def view_deck(file: Path) -> bytes:
     if not blocks:
         raise CraftmeshError(f"{file}: has no C3D4 or C3D10 elements; expected a deck of craftmesh")
     grain = np.repeat(np.arange(1, len(blocks) + 1), [len(data) for data in blocks])
-    lips = [np.asarray(nodes) for name, nodes in deck.point_sets.items() if "_LIP_" in name]
+    lips = [np.asarray(nodes) for name, nodes in deck.point_sets.items() if is_lip(name)]
     tets = np.concatenate([data[:, :4] for data in blocks])
     return tets_picture(deck.points, tets, grain, np.concatenate([np.zeros(0, np.int64), *lips]))
 

@@ -7,7 +7,7 @@ import numpy as np
 from craftmesh.insertion.cut import CutSurface
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, facet_angles
+from craftmesh.surface.measure import area_vectors, facet_angles, meets_box
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import CRACK
 
@@ -105,8 +105,7 @@ class _Stars:
         if turned.any() or (now < np.minimum(LEAST_ANGLE, was)).any():
             return False
         corner = points[after]
-        low, high = corner.min(axis=(0, 1)), corner.max(axis=(0, 1))
+        reach = np.stack([corner.min(axis=(0, 1)), corner.max(axis=(0, 1))])
         others = self.band[self.alive[self.band] & ~np.isin(self.band, [*rows.tolist(), *both])]
-        found = points[self.facets[others]]
-        others = others[((found.min(axis=1) <= high) & (found.max(axis=1) >= low)).all(axis=1)]
+        others = others[meets_box(points[self.facets[others]], reach)]
         return not len(intersecting_pairs(points, np.concatenate([after, self.facets[others]])))

@@ -7,6 +7,7 @@ import numpy as np
 
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
+from craftmesh.types import Surface
 
 SizeAt = Callable[[np.ndarray], np.ndarray]  # target edge lengths (n,) at points (n, 3)
 
@@ -37,6 +38,15 @@ class CutSurface:
         """Return the points of one front in the order of their arc lengths."""
         ids = np.flatnonzero(self.front == number)
         return ids[np.argsort(self.arc[ids], kind="stable")]
+
+
+def uncut(surface: Surface) -> CutSurface:
+    """Return a surface of which neither offsets from a crack nor sizes are known."""
+    count = len(surface.points)
+    psi, phi, size, arc = (np.full(count, np.nan) for _ in range(4))
+    return CutSurface(
+        surface.points, surface.facets, surface.sides, surface.kind, psi, phi, size, np.full(count, -1), arc
+    )
 
 
 def split_edges(

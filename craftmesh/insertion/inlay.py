@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError, told
-from craftmesh.insertion.cut import CutSurface, split_edges
+from craftmesh.insertion.cut import CutSurface, split_edges, uncut
 from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.measure import meets_box
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
@@ -30,11 +30,7 @@ def inlaid(surface: Surface, crack: Crack) -> Surface | None:
     edge = _edges_of(points[new], surface.points, edges)
     if (edge < 0).any() or len(np.unique(edge)) < len(edge):
         return None
-    nothing = np.full(len(surface.points), np.nan)
-    cut = CutSurface(
-        surface.points, surface.facets, surface.sides, surface.kind, nothing, nothing, nothing,
-        np.full(len(surface.points), -1), nothing,
-    )  # fmt: skip
+    cut = uncut(surface)
     if len(new):
         cut = split_edges(cut, edges[edge], points[new], np.full(len(new), np.nan))
     ids[new] = len(surface.points) + np.arange(len(new))

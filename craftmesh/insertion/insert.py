@@ -1,6 +1,7 @@
 """Insert a crack into a conformal surface: cut along the crack, triangulate it, name its grains."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from craftmesh.cracks.sheets import heights_of, sheets
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.creases import creases_of
-from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
+from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, uncut, with_phi
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.hidden import split_hidden, split_near
 from craftmesh.insertion.inlay import inlaid
@@ -166,7 +167,6 @@ def crack_intersections(surface: Surface) -> np.ndarray:
 
 def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:
     """Return the surface with psi near the crack, exactly 0 where a point counts as on it."""
-    count = len(surface.points)
     uv = sheet.uv(surface.points)
     size, longest = local_sizes(surface)
     reach = NEAR * longest
@@ -175,14 +175,10 @@ def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:
     lowest, highest = sheet.height.min() - 2 * reach, sheet.height.max() + 2 * reach
     near = (uv >= [u0 - reach, v0 - reach]).all(axis=1) & (uv <= [u1 + reach, v1 + reach]).all(axis=1)
     rows = np.flatnonzero(near & (height >= lowest) & (height <= highest))
-    psi = np.full(count, np.nan)
+    psi = np.full(len(surface.points), np.nan)
     psi[rows] = sheet.offset(surface.points[rows])
     psi[rows[np.abs(psi[rows]) <= ON * size[rows]]] = 0.0
-    nothing = np.full(count, np.nan)
-    return CutSurface(
-        surface.points, surface.facets, surface.sides, surface.kind, psi, nothing, size,
-        np.full(count, -1), nothing.copy(),
-    )  # fmt: skip
+    return replace(uncut(surface), psi=psi, size=size)
 
 
 def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:

@@ -1,12 +1,14 @@
 """The voxel way: a crack's facets are those of marching cubes between labels split on either side of it."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from craftmesh.cracks.split_voxels import SplitVoxels
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.clip import clipped, halved_facets, halved_fronts
 from craftmesh.insertion.contract import contracted
-from craftmesh.insertion.cut import CutSurface
+from craftmesh.insertion.cut import CutSurface, uncut
 from craftmesh.insertion.insert import local_sizes, numbers_of, target_of
 from craftmesh.insertion.onto_sheets import onto_sheets
 from craftmesh.insertion.options import InsertOptions
@@ -64,14 +66,9 @@ def insert_split(
 def _with_bits(surface: Surface, bits: np.ndarray) -> CutSurface:
     """Return the surface with kinds CRACK - 1 + bits for the crack's facets, psi 0 at their points."""
     kind = np.where(bits > 0, CRACK - 1 + bits, surface.kind).astype(np.uint8)
-    nothing = np.full(len(surface.points), np.nan)
-    psi = nothing.copy()
+    psi = np.full(len(surface.points), np.nan)
     psi[surface.facets[bits > 0]] = 0.0
-    size, _ = local_sizes(surface)
-    return CutSurface(
-        surface.points, surface.facets, surface.sides, kind, psi, nothing, size,
-        np.full(len(surface.points), -1), nothing.copy(),
-    )  # fmt: skip
+    return replace(uncut(surface), kind=kind, psi=psi, size=local_sizes(surface)[0])
 
 
 def _refuse_off_front(surface: Surface, split: SplitVoxels, least: float) -> None:

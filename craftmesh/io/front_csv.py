@@ -2,7 +2,7 @@
 
 import csv
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +95,11 @@ def read_words(path: str | os.PathLike, name: str) -> list[str] | None:
     names, *rows = _rows(path)
     names = [own.strip() for own in names]
     return [row[names.index(name)] for row in rows] if name in names else None
+
+
+def has_word(cells: Iterable[str], words: Collection[str]) -> np.ndarray:
+    """Return which cells (k,), words joined by + as in the column `flags`, hold one of `words`."""
+    return np.array([not set(words).isdisjoint(str(cell).split("+")) for cell in cells], bool)
 
 
 def _rows(path: str | os.PathLike) -> list[list[str]]:

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.types import TetMesh
 
 
@@ -23,14 +24,13 @@ def severed_sentence(mesh: TetMesh) -> str:
     body = bodies(mesh)
     if not body.any():
         return ""
-    corners = mesh.points[mesh.tets[:, :4]]
-    edges = corners[:, 1:] - corners[:, :1]
-    volume = np.einsum("ij,ij->i", np.cross(edges[:, 0], edges[:, 1]), edges[:, 2]) / 6
+    volume = tet_volumes(mesh.points, mesh.tets)
     size = np.bincount(body, volume)
     told = []
     for number in np.argsort(-size, kind="stable")[1:].tolist():
         own = body == number
-        middle = np.average(corners[own].mean(axis=1), axis=0, weights=volume[own])
+        places = mesh.points[mesh.tets[own, :4]].mean(axis=1)
+        middle = np.average(places, axis=0, weights=volume[own])
         told.append(f"volume {size[number]:.4g} round ({', '.join(f'{x:.4g}' for x in middle)})")
     return (
         f"the mesh is {len(size)} bodies, which nothing joins, as where the crack severs it; beside the "

@@ -57,6 +57,13 @@ def half_face_corners(tets: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return tets[(rows // 4)[..., None], FACE_CORNERS[rows % 4]]
 
 
+def free_half_faces(tets: np.ndarray) -> np.ndarray:
+    """Return the half faces (k,), rows 4 * tet + face, that no two tets (m, 4) share, ascending."""
+    groups = group_triples(half_faces(tets))
+    rows: np.ndarray = np.sort(groups.lead[groups.count == 1])
+    return rows
+
+
 def tet_edges(tets: np.ndarray) -> np.ndarray:
     """Return the end nodes (6m, 2) of all edges: row 6 * tet + edge."""
     return np.take(tets, EDGE_CORNERS.ravel(), axis=1).reshape(-1, 2)

@@ -15,10 +15,10 @@ from craftmesh.io.sizing_npz import read_sizing
 from craftmesh.io.solution import read_solution
 from craftmesh.io.vtk import read_crack
 from craftmesh.report.costs import Cost, stage_costs
+from craftmesh.report.sweeps import SIZES
 from craftmesh.types import Crack
 
 RECORD = "case.json"
-LENGTHS = ("l_min", "l0", "l_max", "r0", "r1")
 PICTURES = ("grains", "sizes", "crack", "deformed", "stress")
 
 
@@ -97,7 +97,7 @@ def _increment(folder: Path) -> Increment:
     return Increment(
         name=folder.name,
         quality=_json(folder / "quality.json"),
-        lengths={name: float(lengths[name]) for name in LENGTHS if lengths},
+        lengths={name: float(lengths[name]) for name in SIZES if lengths},
         front=_front(front) if front.is_file() else None,
         growth=_json(growth) if growth.is_file() else None,
         crack=read_crack(crack) if crack.is_file() else None,

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from craftmesh.io.front_csv import has_word
 from craftmesh.report.case_files import Case, Increment
 from craftmesh.report.options import QUANTITIES, SOLVED
 from craftmesh.report.sweeps import FEWEST, Sweep
@@ -76,8 +77,7 @@ def _mean(column: str, size: bool = False) -> Callable[[Increment], float | None
 def _largest(increment: Increment) -> float | None:
     if increment.front is None:
         return None
-    flags = increment.front["flags"]
-    sure = np.array([not set(UNSURE) & set(str(flag).split("+")) for flag in flags], bool)
+    sure = ~has_word(increment.front["flags"], UNSURE)
     values = increment.front["K_I"][sure & np.isfinite(increment.front["K_I"])]
     return float(values.max()) if len(values) else None
 

@@ -8,13 +8,7 @@ from scipy.spatial import cKDTree
 from craftmesh.cracks.frame import best_fit_frame, frame_along
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.mesh_sets import is_lip, lip_faces
-from craftmesh.mesh.tet_connectivity import (
-    group_edges,
-    group_triples,
-    half_face_corners,
-    half_faces,
-    tet_edges,
-)
+from craftmesh.mesh.tet_connectivity import free_half_faces, group_edges, half_face_corners, tet_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import TetMesh
 
@@ -128,8 +122,7 @@ def _slopes(points: np.ndarray, lip: np.ndarray, normal: np.ndarray, across: np.
 def _boundary(mesh: TetMesh, tets: np.ndarray, kept: np.ndarray) -> Facets:
     """Return the facets of the elements `kept` (m,) that no two of them share."""
     own = np.flatnonzero(kept)
-    groups = group_triples(half_faces(tets[own]))
-    rows = np.sort(groups.lead[groups.count == 1])
+    rows = free_half_faces(tets[own])
     rows = 4 * own[rows // 4] + rows % 4
     lips = np.concatenate(lip_faces(mesh.face_sets))
     is_lip_face = np.zeros(4 * len(tets), bool)

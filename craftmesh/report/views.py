@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-from craftmesh.mesh.tet_connectivity import half_faces
+from craftmesh.mesh.tet_connectivity import free_half_faces, half_face_corners
 from craftmesh.report.pictures import COLOURS, as_png, frame_box, new_figure
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.types import CRACK, Crack, Surface, Voxels
@@ -77,15 +77,14 @@ def tets_picture(points: np.ndarray, tets: np.ndarray, grain: np.ndarray, lips: 
     box = np.stack([points.min(axis=0), points.max(axis=0)])
     origin, normal = _cut_plane(box, points[lips])
     below = (points[corners].mean(axis=1) - origin) @ normal < 0
-    faces = half_faces(corners[below])
-    _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
-    free = np.sort(first[count == 1])
+    free = free_half_faces(corners[below])
+    faces = half_face_corners(corners[below], free)
     is_lip = np.zeros(len(points), bool)
     is_lip[lips] = True
-    colours = _grain_colours(np.repeat(grain[below], 4)[free])
-    colours[is_lip[faces[free]].all(axis=1)] = RED
+    colours = _grain_colours(grain[below][free // 4])
+    colours[is_lip[faces].all(axis=1)] = RED
     title = f"{len(tets):,} elements, {len(np.unique(grain)):,} grains"
-    return _body(points[faces[free]], colours, box, normal, title)
+    return _body(points[faces], colours, box, normal, title)
 
 
 def crack_picture(crack: Crack) -> bytes:

@@ -51,7 +51,7 @@ def void_points(surface: Surface) -> np.ndarray:
 
 def spheres_in_box(voids: np.ndarray, surface: Surface) -> np.ndarray:
     """Return voids (v, 4), in fractions of the surface's box, as spheres (v, 4) in model units."""
-    low, high = _box(surface)
+    low, high = surface.box
     extent = high - low
     centres = low + voids[:, :3] * extent
     return np.column_stack([centres, voids[:, 3] * np.cbrt(extent.prod())])
@@ -59,14 +59,9 @@ def spheres_in_box(voids: np.ndarray, surface: Surface) -> np.ndarray:
 
 def touches_box(spheres: np.ndarray, surface: Surface) -> np.ndarray:
     """Return which spheres (s, 4) have points within the surface's box."""
-    low, high = _box(surface)
+    low, high = surface.box
     nearest = np.clip(spheres[:, :3], low, high)
     return np.linalg.norm(nearest - spheres[:, :3], axis=1) <= spheres[:, 3]
-
-
-def _box(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
-    used = surface.points[np.unique(surface.facets)]
-    return used.min(axis=0), used.max(axis=0)
 
 
 def _on_sphere(centre: np.ndarray, radius: float, step: float) -> np.ndarray:

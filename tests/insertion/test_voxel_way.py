@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from given_cracks import wavy_disc
+from given_cracks import bowl, wavy_disc
 from models import voronoi
 
 from craftmesh.cracks.check_crack import check_crack
@@ -52,28 +52,6 @@ def grid(place, count=40) -> tuple[np.ndarray, np.ndarray]:
     a = (np.arange(count - 1)[:, None] * count + np.arange(count - 1)).ravel()
     triangles = [np.column_stack([a, a + count, a + 1]), np.column_stack([a + 1, a + count, a + count + 1])]
     return np.column_stack(place(u, v)), np.concatenate(triangles)
-
-
-def bowl(opening=120.0, radius=5.5, around=96, rings=40) -> tuple[np.ndarray, np.ndarray]:
-    """A sphere about (9, 9, 9) up to `opening` degrees from its lower pole."""
-    polar = np.radians(opening) * (np.arange(rings) + 1) / rings
-    turn = 2 * np.pi * np.arange(around) / around
-    out = np.stack(
-        [
-            np.sin(polar)[:, None] * np.cos(turn),
-            np.sin(polar)[:, None] * np.sin(turn),
-            -np.cos(polar)[:, None] + 0 * turn,
-        ],
-        axis=-1,
-    )
-    points = 9 + radius * np.concatenate([[[0, 0, -1.0]], out.reshape(-1, 3)])
-    j = np.arange(around)
-    k = (j + 1) % around
-    triangles = [np.column_stack([0 * j, 1 + k, 1 + j])]
-    for ring in range(rings - 1):
-        a, b = 1 + ring * around + j, 1 + ring * around + k
-        triangles += [np.column_stack([a, b, a + around]), np.column_stack([b, b + around, a + around])]
-    return points, np.concatenate(triangles)
 
 
 def roll(u, v):
@@ -175,7 +153,7 @@ def test_boundaries_away_from_the_crack_stay(remeshed):
 
 
 OPEN = {
-    "bowl of 120 degrees": bowl(),
+    "bowl of 120 degrees": bowl((9, 9, 9), 5.5, 120.0),
     "roll of 300 degrees": grid(roll),
     "sheet twisted by 190": grid(twisted),
 }

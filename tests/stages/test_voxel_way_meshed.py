@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from given_cracks import bowl
 from models import voronoi
 
 from craftmesh.assembly.assemble import assemble
@@ -19,28 +20,17 @@ from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 
 VOXELS = voronoi(3, 5, (14, 14, 14))
-CENTRE, RADIUS, OPENING = np.array([7.1, 6.9, 7.2]), 4.0, np.radians(110.0)
+CENTRE, RADIUS, DEGREES = np.array([7.1, 6.9, 7.2]), 4.0, 110.0
+OPENING = np.radians(DEGREES)
 LENGTHS = {"l_min": 0.8, "l0": 1.0, "l_max": 2.5, "r0": 2.0, "r1": 5.0}
 FLAGS = [word for key, value in LENGTHS.items() for word in (f"--{key.replace('_', '-')}", str(value))]
 
 
-def write_bowl(path, around=72, rings=30):
+def write_bowl(path):
     """A sphere's part up to 110 degrees from its lower pole, as text .off."""
-    polar = OPENING * (np.arange(rings) + 1) / rings
-    turn = 2 * np.pi * np.arange(around) / around
-    points = [CENTRE - [0, 0, RADIUS]]
-    for angle in polar:
-        ring = np.column_stack([np.sin(angle) * np.cos(turn), np.sin(angle) * np.sin(turn)])
-        points += (CENTRE + RADIUS * np.column_stack([ring, np.full(around, -np.cos(angle))])).tolist()
-    j = np.arange(around)
-    k = (j + 1) % around
-    triangles = [np.column_stack([0 * j, 1 + k, 1 + j])]
-    for ring in range(rings - 1):
-        a, b = 1 + ring * around + j, 1 + ring * around + k
-        triangles += [np.column_stack([a, b, a + around]), np.column_stack([b, b + around, a + around])]
-    triangles = np.concatenate(triangles)
+    points, triangles = bowl(CENTRE, RADIUS, DEGREES, around=72, rings=30)
     lines = ["OFF", f"{len(points)} {len(triangles)} 0"]
-    lines += [" ".join(map(repr, map(float, point))) for point in points]
+    lines += [" ".join(map(repr, map(float, point))) for point in points.tolist()]
     lines += [" ".join(map(str, [3, *row])) for row in triangles.tolist()]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
