@@ -5,10 +5,15 @@ but a change of the callee, in another file, goes unseen, and old machine code r
 
 Numba compiles a kernel once more for each integer constant that another kernel gives it. That took a third
 of the time to compile the marching cubes, and the calls are no slower without.
+
+Processes that start together need the same kernels: one compiles a kernel, the others wait and read it.
 """
 
+import fcntl
 import hashlib
+import os
 import re
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
@@ -23,6 +28,11 @@ from numba.core.errors import TypingError
 
 # Kernels take names from modules, never modules from packages, so this finds all that they import.
 IMPORT = re.compile(r"^(?:from|import)\s+(craftmesh(?:\.\w+)+)", re.MULTILINE)
+TURN = ".turn"  # the ending of the file that the process locks which compiles a kernel
+ENDINGS = (".nbi", ".nbc", TURN)
+# s: longer than any kernel takes to compile on a busy machine; who has waited so long compiles it too
+LONGEST_WAIT = 120.0
+WAIT_STEP = 0.05  # s
 
 
 def kernel(function: Callable) -> Callable:
@@ -96,6 +106,16 @@ class _KernelCache(FunctionCache):
         # Two processes number the data of two signatures alike, and the index would name the wrong one.
         own = f"{self._impl.filename_base}.{{number:d}}-{uuid4().hex[:8]}.nbc"
         self._cache_file._data_name_pattern = own
+        self._turn: int | None = None
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return a compiled signature, or None when it is this process' turn to compile and to save it."""
+        found = super().load_overload(sig, target_context)
+        if found is None and self._turn is None and self._waited_for_turn():
+            found = super().load_overload(sig, target_context)
+        if found is not None:
+            self._end_turn()
+        return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Save a compiled signature and remove the files of older sources; a full disk is no error."""
@@ -103,10 +123,39 @@ class _KernelCache(FunctionCache):
             super().save_overload(sig, data)
             for file in self._old_files():
                 file.unlink(missing_ok=True)
+        self._end_turn()
+
+    def _waited_for_turn(self) -> bool:
+        """Take this kernel's turn among processes; True if another had it, who may have saved it.
+
+        Turns of callees are taken within their caller's: no two processes wait for each other. A turn ends
+        with its process; where none can be had (no folder, no locks on its file system) nobody waits.
+        """
+        with suppress(OSError):
+            Path(self.cache_path).mkdir(parents=True, exist_ok=True)
+            self._turn = os.open(
+                Path(self.cache_path) / f"{self._impl.filename_base}{TURN}", os.O_CREAT | os.O_RDWR
+            )
+            until = time.monotonic() + LONGEST_WAIT
+            waited = False
+            while time.monotonic() < until:
+                with suppress(BlockingIOError):
+                    fcntl.flock(self._turn, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    return waited
+                waited = True
+                time.sleep(WAIT_STEP)
+            return waited
+        return False
+
+    def _end_turn(self) -> None:
+        if self._turn is not None:
+            os.close(self._turn)
+            self._turn = None
 
     def _old_files(self) -> list[Path]:
         """Return this kernel's files of the same Python that older sources left, at whatever line."""
         name, _, place = self._impl.stem.rpartition("-")
         python = place.partition(".")[2]
-        files = Path(self.cache_path).glob(f"{name}-*.{python}[-.]*.nb[ic]")
-        return [file for file in files if not file.name.startswith(self._impl.filename_base)]
+        kept = self._impl.filename_base
+        found = Path(self.cache_path).glob(f"{name}-*.{python}[-.]*")
+        return [file for file in found if file.suffix in ENDINGS and not file.name.startswith(kept)]

@@ -117,6 +117,25 @@ def test_processes_that_compile_at_once_leave_a_sound_cache(package):
     assert [package.run(call)[0] for call in calls] == list(calls.values())
 
 
+# three processes that call the kernel at the same moment
+TOGETHER = """
+import os, time
+from pathlib import Path
+from craftmesh.kernels.caller import scaled_sum
+Path(f"ready-{{os.getpid()}}").touch()
+while len(list(Path().glob("ready-*"))) < 3:
+    time.sleep(0.01)
+print(scaled_sum({arguments}), sum(scaled_sum.stats.cache_hits.values()))
+"""
+
+
+def test_processes_that_start_together_compile_a_kernel_once(package):
+    with ThreadPoolExecutor(3) as pool:
+        said = list(pool.map(lambda call: package.run(call, TOGETHER), ["1, 2"] * 3))
+    assert sorted(said) == [[9, 0], [9, 1], [9, 1]]
+    assert len(package.files()) == 4, "one index and one compilation of each of two kernels"
+
+
 CONSTANTS = """
 from craftmesh.jit import kernel
 from craftmesh.kernels.callee import scaled
