@@ -12,6 +12,9 @@ FAST_TESTS := $(addprefix tests/,assembly campaign commands cracks deck io mecha
 UNCOMPILED_TESTS := $(addprefix tests/gradation/test_,\
     gradation_kernels.py guards.py narrow_places.py preprocess.py refusals.py refused_moves.py)
 
+# where this is set, as in many containers, each process would compile all that it imports: jobs of 2 s took 6
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: setup docs demo test test-fast test-slow test-slurm test-bounds test-branches lint bench
 
 setup: $(READY)
