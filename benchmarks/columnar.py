@@ -105,7 +105,8 @@ def intensities_of(mesh, orientations) -> tuple:
     """Return K_I, K_II, K_III (n, 3) along the front of a mesh pulled along z, and its model."""
     from craftmesh.commands.fracture import intensities, loaded_planes
     from craftmesh.fracture.parameters import fracture_parameters
-    from craftmesh.mechanics.model import ModelOptions, elastic_model
+    from craftmesh.mechanics.model import elastic_model
+    from craftmesh.mechanics.model_options import ModelOptions
     from craftmesh.solve.solve import solve
 
     options = ModelOptions(material=(MATERIAL,), load="strain", magnitude=STRAIN, quarter_points=True)

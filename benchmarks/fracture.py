@@ -178,7 +178,8 @@ def _cap(length: float):
 def model_of(mesh, material_name: str, poisson: float):
     """Return the model of a mesh, quarter points at the front, without a load."""
     crystal = material_name != "isotropic"
-    from craftmesh.mechanics.model import ModelOptions, elastic_model
+    from craftmesh.mechanics.model import elastic_model
+    from craftmesh.mechanics.model_options import ModelOptions
     from craftmesh.mechanics.orientation import normalized, random_orientations
 
     material = f"cubic:{','.join(map(repr, COPPER))}" if crystal else f"isotropic:{YOUNG!r},{poisson!r}"

@@ -68,7 +68,8 @@ def prepare(case: Case, path: str) -> int:
 
 def model_of(path: str, changes: dict):
     """Read a prepared case and make its model."""
-    from craftmesh.mechanics.model import ModelOptions, elastic_model
+    from craftmesh.mechanics.model import elastic_model
+    from craftmesh.mechanics.model_options import ModelOptions
     from craftmesh.types import TetMesh
 
     *parts, turned = load(path)

@@ -28,7 +28,7 @@ from craftmesh.deck.includes import mesh_file
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.options import GrowthOptions, SmoothingOptions
 from craftmesh.io.mesh_formats import MESH_FORMATS
-from craftmesh.mechanics.model import ModelOptions
+from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.voxels.clean_options import CleanOptions
 
 SCHEMAS = Path(__file__).with_name("schemas")

@@ -11,6 +11,9 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = "craftmesh"
+# a dry run asks for 334 modules; their syntax trees took 0.9 of its 2.9 s, these expressions 0.02
+FROM = re.compile(r"^[ \t]*from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n(]*)", re.M)
+IMPORT = re.compile(rf"^[ \t]*import[ \t]+({PACKAGE}[\w.]*)", re.M)
 # names of modules in texts, as for importlib or a worker process: "craftmesh.processes.worker:serve"
 NAMED = re.compile(rf"\b{PACKAGE}(?:\.\w+)+")
 
@@ -32,7 +35,7 @@ def digest(module: str, root: Path | None = None) -> str:
             waiting.extend(imports_of(name, root))
     total = hashlib.sha256()
     for name in sorted(found):
-        total.update(name.encode() + b"\0" + _existing(name, root).read_bytes() + b"\0")
+        total.update(name.encode() + b"\0" + _source(name, root) + b"\0")
     return total.hexdigest()[:16]
 
 
@@ -46,31 +49,42 @@ def source_file(module: str, root: Path) -> Path | None:
     return None
 
 
-def _existing(module: str, root: Path) -> Path:
+@cache
+def _source(module: str, root: Path) -> bytes:
     file = source_file(module, root)
     if file is None:
         raise FileNotFoundError(f"module {module} is not in {root}")
-    return file
+    return file.read_bytes()
 
 
 @cache
 def imports_of(module: str, root: Path) -> tuple[str, ...]:
     """Return the craftmesh modules that `module` imports; parent packages are not followed."""
-    file = _existing(module, root)
-    package = module if file.name == "__init__.py" else module.rpartition(".")[0]
-    names: list[str] = []
-    nodes = list(ast.walk(ast.parse(file.read_bytes())))
+    text = _source(module, root).decode()
+    names = IMPORT.findall(text)
+    for start, members in FROM.findall(text):
+        base = _absolute(start, module, root)
+        found = [f"{base}.{member}" for member in re.findall(r"\w+", members)]
+        names += [name if source_file(name, root) else base for name in found]
+    if NAMED.search(IMPORT.sub("", FROM.sub("", text))):
+        names += _named_in_texts(text)
+    return tuple(name for name in dict.fromkeys(names) if source_file(name, root))
+
+
+def _absolute(start: str, module: str, root: Path) -> str:
+    """Return the dotted name from which `module` imports, for one that starts with points as well."""
+    name = start.lstrip(".")
+    points = len(start) - len(name)
+    if not points:
+        return name
+    file = source_file(module, root)
+    up = points - 1 if file and file.name == "__init__.py" else points
+    return ".".join([*module.split(".")[: -up or None], *([name] if name else [])])
+
+
+def _named_in_texts(text: str) -> list[str]:
+    """Return what looks like a module in the texts of a source that are no docstrings."""
+    nodes = list(ast.walk(ast.parse(text)))
     docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
-    for node in nodes:
-        if isinstance(node, ast.Import):
-            names += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            base = node.module or ""
-            if node.level:
-                parent = package.rsplit(".", node.level - 1)[0] if node.level > 1 else package
-                base = f"{parent}.{base}" if base else parent
-            members = [f"{base}.{alias.name}" for alias in node.names]
-            names += [name if source_file(name, root) else base for name in members]
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
-            names += NAMED.findall(node.value)
-    return tuple(name for name in names if source_file(name, root))
+    values = [node.value for node in nodes if isinstance(node, ast.Constant) and id(node) not in docstrings]
+    return [name for value in values if isinstance(value, str) for name in NAMED.findall(value)]

@@ -21,7 +21,8 @@ from craftmesh.io.front_csv import write_front
 from craftmesh.io.solution import read_solution
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.load import Load
-from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
+from craftmesh.mechanics.model import ElasticModel, elastic_model
+from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.near_field import in_axes
 from craftmesh.mesh.front_frames import front_frames
 from craftmesh.solve.foreign import foreign_solution

@@ -11,7 +11,8 @@ from craftmesh.commands.microstructure import add_microstructure, orientations_a
 from craftmesh.commands.stage_io import add_output, add_report, tell
 from craftmesh.io.solution import write_solution, write_solution_vtu
 from craftmesh.io.vtk import read_tets
-from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
+from craftmesh.mechanics.model import ElasticModel, elastic_model
+from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.progress import ProgressLine
 from craftmesh.solve.foreign import foreign_solution
 from craftmesh.solve.options import BUILTIN, EXTERNAL, SolveOptions

@@ -15,7 +15,8 @@ from craftmesh.deck.mesh_lines import mesh_lines, set_lines
 from craftmesh.deck.section_lines import section_lines
 from craftmesh.deck.step_lines import step_lines
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
+from craftmesh.mechanics.model import ElasticModel, elastic_model
+from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.options import option
 from craftmesh.types import TetMesh
 

@@ -11,36 +11,10 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.load import Load, tension
 from craftmesh.mechanics.materials import Material, parse_materials, phases_of_grains, turned
+from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
 from craftmesh.mesh.second_order import as_elements
-from craftmesh.options import Options, option
 from craftmesh.types import TetMesh
-
-
-@dataclass(frozen=True)
-class ModelOptions(Options):
-    """What makes a model of a mesh: element type, materials and one tension step."""
-
-    element: str = option("C3D10", "element type", choices=("C3D4", "C3D10"))
-    material: tuple[str, ...] = option(
-        ("isotropic:70000,0.33",),
-        "KIND:CONSTANTS for all phases or PHASE=KIND:CONSTANTS each; kinds and constants: isotropic E,nu; "
-        "cubic c11,c12,c44; anisotropic 21 constants D1111,D1122,D2222,... in Abaqus' order",
-    )
-    load: str = option("strain", "what the step prescribes", choices=("strain", "stress", "none"))
-    magnitude: float = option(1e-3, "the strain, or the stress in the materials' unit; tension is positive")
-    axis: str = option("z", "axis of the tension", choices=("x", "y", "z"))
-    sides: str = option(
-        "free",
-        "the minimum planes of the other two axes: free, with the body held against turning and sliding "
-        "at two nodes, or on rollers (planes of symmetry, in which a crack is mirrored)",
-        choices=("free", "rollers"),
-    )
-    quarter_points: bool | None = option(
-        None,
-        "move the mid nodes of C3D10 next to the crack front to a quarter of their edges; none: only for "
-        "cases whose cracks grow",
-    )
 
 
 @dataclass(frozen=True, eq=False)

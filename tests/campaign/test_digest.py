@@ -1,12 +1,13 @@
 """Digests follow imports and the modules that texts name, and nothing else."""
 
+import ast
 import shutil
 from pathlib import Path
 
 import pytest
 
 import craftmesh
-from craftmesh.campaign.digest import digest
+from craftmesh.campaign.digest import NAMED, digest, imports_of, source_file
 
 
 @pytest.fixture
@@ -65,3 +66,30 @@ def test_stages_of_the_real_package_have_their_own_digests():
     verbs = [path.stem for path in (root / "commands").glob("*.py") if "add_arguments" in path.read_text()]
     digests = {digest(f"craftmesh.commands.{verb}") for verb in verbs}
     assert len(digests) == len(verbs) > 8
+
+
+def imports_by_syntax(module: str, root: Path) -> set[str]:
+    """Return what a module imports or names in a text, by its syntax tree; all imports are absolute."""
+    file = source_file(module, root)
+    assert file is not None
+    nodes = list(ast.walk(ast.parse(file.read_text())))
+    docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    names: set[str] = set()
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level
+            members = {f"{node.module}.{alias.name}" for alias in node.names}
+            names |= {name if source_file(name, root) else str(node.module) for name in members}
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
+            names |= set(NAMED.findall(node.value))
+    return {name for name in names if source_file(name, root)}
+
+
+def test_every_module_of_the_real_package_imports_what_its_syntax_says():
+    root = Path(craftmesh.__file__).parent
+    parts = [path.relative_to(root).with_suffix("").parts for path in root.rglob("*.py")]
+    modules = [".".join(["craftmesh", *names]).removesuffix(".__init__") for names in parts]
+    assert len(modules) > 300
+    assert [name for name in modules if set(imports_of(name, root)) != imports_by_syntax(name, root)] == []

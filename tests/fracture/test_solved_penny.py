@@ -8,7 +8,8 @@ from warped_cracks import disc_crack
 
 from craftmesh.fracture.parameters import fracture_parameters
 from craftmesh.mechanics.load import Fixed, Load
-from craftmesh.mechanics.model import ModelOptions, elastic_model
+from craftmesh.mechanics.model import elastic_model
+from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.solve.solve import SolveOptions, solve
 from craftmesh.types import BOX_PLANES
 

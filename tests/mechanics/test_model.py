@@ -7,7 +7,8 @@ from structured_box import structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.materials import Material, turned
-from craftmesh.mechanics.model import ModelOptions, elastic_model
+from craftmesh.mechanics.model import elastic_model
+from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
 
 PAIRS = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]

@@ -6,7 +6,8 @@ from structured_box import structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.mechanics.holding import rigid_motions
-from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
+from craftmesh.mechanics.model import ElasticModel, elastic_model
+from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations
 from craftmesh.mesh.integration import shape_slopes, tet_rule
 from craftmesh.solve.aggregates import Aggregates

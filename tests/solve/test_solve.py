@@ -9,7 +9,8 @@ from structured_box import hexagon, plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.load import Fixed, Load, Traction
-from craftmesh.mechanics.model import ElasticModel, ModelOptions, elastic_model
+from craftmesh.mechanics.model import ElasticModel, elastic_model
+from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations
 from craftmesh.mesh.mesh_sets import LIPS
 from craftmesh.solve.options import SolveOptions
