@@ -15,7 +15,7 @@ def opened_mesh(voxels, crack, sizes):
     from craftmesh.voxels.islands import find_islands
 
     surface, _ = remesh(voxels)
-    defects = Defects(tuple(crack.points[front] for front in crack.fronts))
+    defects = Defects(crack)
     inserted, _ = insert_crack(surface, crack, sizing_around(defects, surface, sizes))
     sizing = sizing_around(defects, inserted, sizes)
     gradated, _ = gradate(inserted, sizing, crack=crack)

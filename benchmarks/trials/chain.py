@@ -66,7 +66,7 @@ def _run(case: Drawn, folder: Path, made: Made) -> None:
         refuse_along_faces(sheet, case.voxels.box, float(case.sizes.l_min or 0))
     write_crack(folder / "crack.vtp", crack)
     made.stage = "stitch"
-    defects = Defects(tuple(crack.points[front] for front in crack.fronts))
+    defects = Defects(crack)
     made.inserted, report = insert_crack(surface, crack, sizing_around(defects, surface, case.sizes))
     write_surface(folder / "surface.vtp", made.inserted)
     (folder / "stitch.json").write_text(json.dumps(report, default=_plain))

@@ -18,7 +18,7 @@ from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around, spheres_in_box, touches_box
 from craftmesh.sizing.stored import sizing_of
-from craftmesh.types import Surface
+from craftmesh.types import Crack, Surface
 
 
 def add_front(parser: argparse.ArgumentParser) -> None:
@@ -67,9 +67,9 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> S
     That is the voids of the surface, points or voids in a csv, and a field of lengths: the least counts.
     """
     lengths = _length_field(options)
-    polylines, front_points = _front(front)
+    crack, front_points = _front(front)
     if not options.points:
-        return sizing_around(Defects(polylines, front_points), surface, options, lengths)
+        return sizing_around(Defects(crack, front_points), surface, options, lengths)
     given = read_source_points(existing(Path(options.points)))
     spheres = given.spheres
     if len(given.voids):
@@ -79,7 +79,7 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> S
             f"{options.points}: none of its {len(spheres)} pores lies in the model's box; "
             "expected the units and the origin of the microstructure, scale the table"
         )
-    defects = Defects(polylines, np.concatenate([front_points, given.points]), spheres)
+    defects = Defects(crack, np.concatenate([front_points, given.points]), spheres)
     return sizing_around(defects, surface, options, lengths)
 
 
@@ -92,14 +92,13 @@ def stored_sizing(path: Path) -> Sizing:
         raise CraftmeshError(f"{path}: {error}") from None
 
 
-def _front(path: Path | None) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-    """Return the fronts of a crack .vtp as polylines, or the points (k, 3) of a front .csv as they are."""
+def _front(path: Path | None) -> tuple[Crack | None, np.ndarray]:
+    """Return the crack in a .vtp, or the points (k, 3) of a front .csv as they are."""
     if path is None:
-        return (), np.zeros((0, 3))
+        return None, np.zeros((0, 3))
     if path.suffix != ".vtp":
-        return (), read_front_points(path)
-    crack = read_crack(path)
-    return tuple(crack.points[front] for front in crack.fronts), np.zeros((0, 3))
+        return None, read_front_points(path)
+    return read_crack(path), np.zeros((0, 3))
 
 
 def _length_field(options: SizingOptions) -> LengthField | None:

@@ -6,7 +6,8 @@ import numpy as np
 
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
-from craftmesh.types import Surface
+from craftmesh.sizing.strips import strip_lengths
+from craftmesh.types import Crack, Surface
 
 
 def _none(columns: int) -> np.ndarray:
@@ -17,10 +18,11 @@ def _none(columns: int) -> np.ndarray:
 class Defects:
     """What edges are refined around, beside the voids of the surface itself; in model units.
 
-    fronts: polylines (n, 3), such as crack fronts; points (k, 3); spheres (s, 4): x, y, z, r.
+    crack: its fronts, and what strips it leaves to faces of the box; points (k, 3), such as a front's;
+    spheres (s, 4): x, y, z, r.
     """
 
-    fronts: tuple[np.ndarray, ...] = ()
+    crack: Crack | None = None
     points: np.ndarray = _none(3)
     spheres: np.ndarray = _none(4)
 
@@ -30,18 +32,21 @@ def sizing_around(
 ) -> Sizing:
     """Return the sizing function around all `defects` of a model; the least of all lengths counts.
 
-    Sources on fronts and on spheres are l_min / 2 apart. `surface` gives the default of l0, the curvature
-    and, with options.around_voids, the points of its own voids;
+    Sources on fronts and on spheres are l_min / 2 apart. `surface` gives the default of l0, the curvature,
+    the box and, with options.around_voids, the points of its own voids;
     lengths: a field of largest lengths. Raises CraftmeshError as `sizing_for`.
     """
+    crack = defects.crack
     plain = sizing_for(surface, options, np.zeros((0, 3)), () if lengths is None else (lengths,))
     step = plain.l_min / 2
-    sources = [densify(front, step) for front in defects.fronts]
+    sources = [densify(crack.points[front], step) for front in crack.fronts] if crack else []
     if options.around_voids:
         sources.append(void_points(surface))
     sources.append(defects.points)
     sources += [_on_sphere(sphere[:3], sphere[3], step) for sphere in defects.spheres]
-    return replace(plain, sources=np.concatenate([plain.sources, *sources]))
+    sizing = replace(plain, sources=np.concatenate([plain.sources, *sources]))
+    strips = strip_lengths(crack, surface.box, sizing) if crack else None
+    return sizing if strips is None else replace(sizing, others=(*sizing.others, strips))
 
 
 def void_points(surface: Surface) -> np.ndarray:

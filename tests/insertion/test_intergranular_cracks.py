@@ -68,7 +68,7 @@ def test_an_intergranular_crack_is_facets_of_its_boundaries_and_opens(name):
     crack, fronts = CASES[name]
     assert check_crack(crack) == []
     sizing = sizing_around(
-        Defects(tuple(crack.points[front] for front in crack.fronts)),
+        Defects(crack),
         SURFACE,
         SizingOptions(l_min=L_MIN, l0=1.0, l_max=2.5, r0=2.0, r1=6.0),
     )

@@ -1,0 +1,77 @@
+"""Edges in narrow strips between a crack and a face of the box; wedges and wide places are left alone."""
+
+import numpy as np
+import pytest
+
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.sizing.sizing import Sizing
+from craftmesh.sizing.strips import PER_WIDTH, strip_lengths
+
+BOX = np.array([[0.0, 0, 0], [40, 40, 20]])
+
+
+def penny(height: float, degrees: float = 0.0, centre: tuple = (20.0, 20.0), radius: float = 12.0):
+    normal = (0.0, np.sin(np.radians(degrees)), np.cos(np.radians(degrees)))
+    options = CrackOptions(centre=(*centre, height), normal=normal, radius=radius)
+    return prescribed_crack(options, 0, BOX)
+
+
+def sizing_around(crack, growth=None) -> Sizing:
+    fronts = np.concatenate([crack.points[front] for front in crack.fronts])
+    return Sizing(0.5, 2.0, 6.0, 4.0, 8.0, 1.0, fronts, growth)
+
+
+def found(crack, growth=None):
+    return strip_lengths(crack, BOX, sizing_around(crack, growth))
+
+
+@pytest.mark.parametrize("width", [0.3, 0.8, 1.5])
+@pytest.mark.parametrize("top", [False, True])
+def test_edges_over_a_strip_are_a_share_of_its_width(width, top):
+    crack = penny(20 - width if top else width)
+    strips = found(crack)
+    middle = np.array([[20.0, 20.0, 20 - width if top else width]])
+    assert np.allclose(strips.lengths, max(PER_WIDTH * width, 0.5), rtol=1e-9)
+    # no place is farther than l_min from the next sample, and lengths grow by half the distance
+    assert strips.lengths[0] <= strips.at(middle)[0] < strips.lengths[0] + 0.25
+    # far from the crack the strip is wide: the growth brings the lengths back to those of Eq. 3
+    assert strips.at(np.array([[20.0, 20.0, 10.0]]))[0] > 5.0
+
+
+def test_no_edge_is_shorter_than_l_min():
+    assert found(penny(0.05)).lengths.min() == 0.5
+
+
+def test_lengths_grow_by_the_limit_that_is_given():
+    strips = found(penny(0.8), growth=0.2)
+    assert strips.growth == 0.2
+    above = np.array([[20.0, 20.0, 0.8], [20.0, 20.0, 5.8]])
+    assert np.diff(strips.at(above))[0] == pytest.approx(0.2 * 5.0, rel=0.05)
+
+
+@pytest.mark.parametrize("degrees", [8.0, 20.0, 45.0, 90.0])
+def test_a_wedge_at_a_mouth_is_no_strip(degrees):
+    crack = penny(0.0, degrees, radius=12.0)
+    assert found(crack) is None
+
+
+def test_a_crack_across_the_box_and_one_far_from_its_faces_have_no_strips():
+    across = CrackOptions(shape="through_edge", centre=(0, 20, 10), normal=(0, 0, 1), radius=15.0)
+    assert found(prescribed_crack(across, 0, BOX)) is None
+    assert found(penny(10.0, radius=6.0)) is None
+
+
+def test_beside_its_mouth_a_kinked_crack_leaves_a_strip():
+    """A square that is level .8 over the face, and beyond a kink goes down to it at 45 degrees."""
+    x, y = (one.ravel() for one in np.meshgrid(np.linspace(8, 32, 25), np.linspace(8, 32, 25)))
+    points = np.stack([x, y, 0.8 - np.maximum(x - 25.0, 0.0)], axis=1)
+    corner = (np.arange(24)[:, None] * 25 + np.arange(24)).ravel()
+    lower = np.stack([corner, corner + 1, corner + 26], axis=1)
+    triangles = np.concatenate([lower, np.stack([corner, corner + 26, corner + 25], axis=1)])
+    strips = found(crack_from_triangles(points, triangles, None, BOX))
+    level = strips.points[:, 0] < 25
+    assert np.allclose(strips.lengths[level], PER_WIDTH * 0.8) and level.any()
+    # where it goes down to the face it makes a wedge
+    assert strips.points[:, 0].max() < 25.5
