@@ -54,7 +54,7 @@ def _along_face(
 
 
 def _divided(corners: np.ndarray, slab: np.ndarray, longest: float) -> np.ndarray:
-    """Return triangles (k, 3, 3) halved until no edge is over `longest`; those off the slab are left out."""
+    """Return triangles (k, 3, 3) halved until no edge is over `longest`, but those off the slab."""
     done = [np.zeros((0, 3, 3))]
     while True:
         corners = corners[meets_box(corners, slab)]
