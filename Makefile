@@ -32,10 +32,11 @@ $(READY): pyproject.toml constraints.txt
 demo: setup
 	nice $(BIN)/craftmesh compile volume & $(BIN)/snakemake --cores all; status=$$?; wait; exit $$status
 
-# the kernels first, a half on each core: campaigns would wait for each other's
+# the kernels first, a half on each core: campaigns would wait for each other's. The campaigns of a file are made
+# once for all its tests; a test that hangs fails after a quarter of an hour.
 test: setup
 	$(BIN)/craftmesh compile volume & $(BIN)/craftmesh compile; status=$$?; wait; exit $$status
-	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadgroup
+	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile --no-loadscope-reorder --timeout 900
 
 # under a minute with compiled kernels
 test-fast: setup

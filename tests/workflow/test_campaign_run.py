@@ -14,7 +14,6 @@ from craftmesh.deck.check_deck import check_deck
 from craftmesh.io.vtk import read_tets
 
 ROOT = Path(__file__).resolve().parents[2]
-pytestmark = pytest.mark.xdist_group("tiny campaign")
 FILES_OF_INCREMENT = {
     "crack.vtp",
     "sizing.npz",

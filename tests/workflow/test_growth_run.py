@@ -15,7 +15,6 @@ from craftmesh.cracks.series import crack_area
 from craftmesh.io.vtk import read_crack
 
 ROOT = Path(__file__).resolve().parents[2]
-pytestmark = pytest.mark.xdist_group("growing campaign")
 GROWN = ("grown.vtp", "growth.json", "sif.csv", "solution.npz", "solution.vtu", "fracture.json")
 
 

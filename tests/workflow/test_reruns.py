@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-pytestmark = pytest.mark.xdist_group("reruns")
 CASES = """case\tmicrostructure\tcrack\tincrements\tgrowth\tsizing.l_min
 notch\tsynthetic\ttiny\t3\tprescribed\t
 grown\tsynthetic\ttiny\t2\tgrow\t
