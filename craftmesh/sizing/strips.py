@@ -1,4 +1,10 @@
-"""Shorter edges where a crack leaves a narrow strip to a face of the box: its tets would be stretched."""
+"""Shorter edges in narrow strips beside the faces of the box, where long ones would make stretched tets.
+
+Such strips lie between a crack and a face, and on a crack that cuts off an edge of the box, between its two
+mouths.
+"""
+
+from itertools import combinations
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -16,14 +22,25 @@ PER_WIDTH = 2.5
 # place of 205 in a wedge of 8 degrees.
 IN_WEDGE = 1.5
 
+Face = tuple[int, int]
+FACES: list[Face] = [(axis, upper) for axis in range(3) for upper in (0, 1)]
+
 
 def strip_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField | None:
-    """Return the lengths in strips between the crack and faces of the box (2, 3); None without strips.
+    """Return the lengths in narrow strips beside faces of the box (2, 3); None without strips.
 
     A length is PER_WIDTH of the strip's width, l_min at least, at places on the crack, and grows away from
     them by sizing.growth, or half the distance. In model units.
     """
-    found = [_along_face(crack, box, sizing, axis, upper) for axis in range(3) for upper in (0, 1)]
+    box = np.asarray(box, float)
+    near = {face: _near_face(crack, box, sizing, face) for face in FACES}
+    mouths = {face: _mouth(near[face], box, face) for face in FACES}
+    found = [_over_face(near[face], mouths[face], box, sizing, face) for face in FACES]
+    found += [
+        _between_mouths(near[one], mouths, (one, other), box, sizing)
+        for one, other in combinations(FACES, 2)
+        if one[0] != other[0]
+    ]
     points, lengths = (np.concatenate(parts) for parts in zip(*found))
     if not len(points):
         return None
@@ -31,26 +48,12 @@ def strip_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField 
     return LengthField(points, lengths).limited(growth)
 
 
-def _along_face(
-    crack: Crack, box: np.ndarray, sizing: Sizing, axis: int, upper: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return places (k, 3) on the crack in narrow strips to a face, and the lengths (k,) there."""
-    plane = box[upper, axis]
-    slab = np.array(box, float)
-    slab[1 - upper, axis] = plane + (1 - 2 * upper) * sizing.l_max / PER_WIDTH
-    corners = _divided(crack.points[crack.triangles], slab, sizing.l_min)
-    centres = corners.mean(axis=1)
-    within = ((centres >= slab[0]) & (centres <= slab[1])).all(axis=1)
-    places, mouth = centres[within], _on_plane(corners, axis, plane)
-    width = np.abs(places[:, axis] - plane)
-    lengths = np.maximum(PER_WIDTH * width, sizing.l_min)
-    narrow = lengths < sizing.at(places)
-    if len(mouth):
-        facets = np.arange(3 * within.sum()).reshape(-1, 3)
-        across = unit_normals(corners[within].reshape(-1, 3), facets)[:, axis]
-        steepness = np.sqrt(np.maximum(1 - across**2, 0.0))
-        narrow &= width > IN_WEDGE * steepness * cKDTree(mouth).query(places)[0]
-    return places[narrow], lengths[narrow]
+def _near_face(crack: Crack, box: np.ndarray, sizing: Sizing, face: Face) -> np.ndarray:
+    """Return the crack as triangles (k, 3, 3) of edges up to l_min, where strips may be narrow."""
+    axis, upper = face
+    slab = box.copy()
+    slab[1 - upper, axis] = box[upper, axis] + (1 - 2 * upper) * sizing.l_max / PER_WIDTH
+    return _divided(crack.points[crack.triangles], slab, sizing.l_min)
 
 
 def _divided(corners: np.ndarray, slab: np.ndarray, longest: float) -> np.ndarray:
@@ -69,11 +72,68 @@ def _divided(corners: np.ndarray, slab: np.ndarray, longest: float) -> np.ndarra
         corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
 
 
-def _on_plane(corners: np.ndarray, axis: int, plane: float) -> np.ndarray:
-    """Return where edges of the triangles (k, 3, 3) meet a plane across an axis."""
-    a, b = corners.reshape(-1, 3), np.roll(corners, -1, axis=1).reshape(-1, 3)
-    at_a, at_b = a[:, axis] - plane, b[:, axis] - plane
-    meets = at_a * at_b <= 0
-    a, b, at_a, at_b = a[meets], b[meets], at_a[meets], at_b[meets]
-    share = at_a / np.where(at_a == at_b, 1.0, at_a - at_b)
-    return a + share[:, None] * (b - a)
+def _mouth(corners: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
+    """Return the segments (k, 2, 3) in which triangles (n, 3, 3) cut a face of the box."""
+    axis, upper = face
+    a, b = corners, np.roll(corners, -1, axis=1)
+    share, meets = _crossing(a[..., axis] - box[upper, axis], b[..., axis] - box[upper, axis])
+    places = np.where(meets[..., None], a + share[..., None] * (b - a), np.nan)
+    ends = np.stack([places, np.roll(places, -1, axis=1)], axis=2)
+    length = np.nan_to_num(np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2), nan=-1.0)
+    segments = ends[np.arange(len(ends)), length.argmax(axis=1)][length.max(axis=1, initial=-1.0) >= 0]
+    return segments[((segments.max(axis=1) >= box[0]) & (segments.min(axis=1) <= box[1])).all(axis=1)]
+
+
+def _crossing(at_a: np.ndarray, at_b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the shares of the way from a to b at which signed distances vanish, and where they do."""
+    return at_a / np.where(at_a == at_b, 1.0, at_a - at_b), at_a * at_b <= 0
+
+
+def _over_face(
+    corners: np.ndarray, mouth: np.ndarray, box: np.ndarray, sizing: Sizing, face: Face
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return places (k, 3) on the crack in narrow strips to a face, and the lengths (k,) there."""
+    axis, upper = face
+    places, steepness = _places(corners, box, axis)
+    width = np.abs(places[:, axis] - box[upper, axis])
+    lengths = np.maximum(PER_WIDTH * width, sizing.l_min)
+    narrow = lengths < sizing.at(places)
+    narrow &= width > IN_WEDGE * steepness * np.nan_to_num(_distance(places, mouth), posinf=0.0)
+    return places[narrow], lengths[narrow]
+
+
+def _between_mouths(
+    corners: np.ndarray,
+    mouths: dict[Face, np.ndarray],
+    pair: tuple[Face, Face],
+    box: np.ndarray,
+    sizing: Sizing,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return places (k, 3) on the crack in narrow strips between two mouths, and the lengths (k,) there.
+
+    Where the mouths meet, at an edge of the box, they make a corner of the crack, which is no strip.
+    """
+    places, _ = _places(corners, box, pair[0][0])
+    first, second = (mouths[face] for face in pair)
+    width = _distance(places, first) + _distance(places, second)
+    (axis, upper), a, b = pair[1], first[:, 0], first[:, 1]
+    share, meets = _crossing(a[:, axis] - box[upper, axis], b[:, axis] - box[upper, axis])
+    met = (a + share[:, None] * (b - a))[meets]
+    lengths = np.maximum(PER_WIDTH * width, sizing.l_min)
+    narrow = (lengths < sizing.at(places)) & (PER_WIDTH * width < _distance(places, met[:, None]))
+    return places[narrow], lengths[narrow]
+
+
+def _places(corners: np.ndarray, box: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles' centres (k, 3) in the box, and the sines (k,) of their tilts to a face."""
+    centres = corners.mean(axis=1)
+    within = ((centres >= box[0]) & (centres <= box[1])).all(axis=1)
+    across = unit_normals(corners[within].reshape(-1, 3), np.arange(3 * within.sum()).reshape(-1, 3))
+    return centres[within], np.sqrt(np.maximum(1 - across[:, axis] ** 2, 0.0))
+
+
+def _distance(places: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Return distances (k,) from the ends of the nearest part (n, e, 3); infinite without any."""
+    if not len(parts):
+        return np.full(len(places), np.inf)
+    return cKDTree(parts.reshape(-1, 3)).query(places)[0]

@@ -18,6 +18,19 @@ def penny(height: float, degrees: float = 0.0, centre: tuple = (20.0, 20.0), rad
     return prescribed_crack(options, 0, BOX)
 
 
+def plate(corners, rows: int, columns: int):
+    """A crack on a grid over the quadrilateral of four corners."""
+    u, v = (
+        one.ravel()[:, None] for one in np.meshgrid(np.linspace(0, 1, columns), np.linspace(0, 1, rows))
+    )
+    a, b, c, d = np.array(corners, float)
+    points = (1 - u) * (1 - v) * a + u * (1 - v) * b + u * v * c + (1 - u) * v * d
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    lower = np.stack([corner, corner + 1, corner + columns + 1], axis=1)
+    triangles = np.concatenate([lower, np.stack([corner, corner + columns + 1, corner + columns], axis=1)])
+    return crack_from_triangles(points, triangles, None, BOX)
+
+
 def sizing_around(crack, growth=None) -> Sizing:
     fronts = np.concatenate([crack.points[front] for front in crack.fronts])
     return Sizing(0.5, 2.0, 6.0, 4.0, 8.0, 1.0, fronts, growth)
@@ -65,13 +78,25 @@ def test_a_crack_across_the_box_and_one_far_from_its_faces_have_no_strips():
 
 def test_beside_its_mouth_a_kinked_crack_leaves_a_strip():
     """A square that is level .8 over the face, and beyond a kink goes down to it at 45 degrees."""
-    x, y = (one.ravel() for one in np.meshgrid(np.linspace(8, 32, 25), np.linspace(8, 32, 25)))
-    points = np.stack([x, y, 0.8 - np.maximum(x - 25.0, 0.0)], axis=1)
-    corner = (np.arange(24)[:, None] * 25 + np.arange(24)).ravel()
-    lower = np.stack([corner, corner + 1, corner + 26], axis=1)
-    triangles = np.concatenate([lower, np.stack([corner, corner + 26, corner + 25], axis=1)])
-    strips = found(crack_from_triangles(points, triangles, None, BOX))
+    crack = plate([(8, 8, 0.8), (32, 8, 0.8), (32, 32, 0.8), (8, 32, 0.8)], 25, 25)
+    points = crack.points - np.maximum(crack.points[:, :1] - 25.0, 0.0) * (0, 0, 1)
+    strips = found(crack_from_triangles(points, crack.triangles, None, BOX))
     level = strips.points[:, 0] < 25
     assert np.allclose(strips.lengths[level], PER_WIDTH * 0.8) and level.any()
     # where it goes down to the face it makes a wedge
     assert strips.points[:, 0].max() < 25.5
+
+
+def test_a_crack_that_cuts_off_an_edge_of_the_box_is_a_strip_between_its_mouths():
+    """It runs up from z = 0 to a front at z = 12; its mouths are .8 apart."""
+    a, b = 0.8 / np.sqrt(2) + 1.0, -1.0
+    crack = plate([(a, b, -1), (b, a, -1), (b, a, 12), (a, b, 12)], 40, 12)
+    strips = found(crack)
+    low = strips.points[:, 2] < 6
+    assert low.any() and np.allclose(strips.lengths[low], PER_WIDTH * 0.8, rtol=0.3)
+    assert strips.lengths[low].min() >= PER_WIDTH * 0.8 * (1 - 1e-9)
+
+
+def test_a_corner_of_a_crack_is_no_strip():
+    """A plate square to two faces: its mouths meet at an edge of the box at a right angle."""
+    assert found(plate([(-1, -1, 9), (14, -1, 9), (14, 14, 9), (-1, 14, 9)], 12, 12)) is None
