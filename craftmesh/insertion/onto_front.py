@@ -9,7 +9,7 @@ from craftmesh.insertion.guarded_move import guarded_move, settled
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import with_front_points
 from craftmesh.insertion.sheet import Sheet
-from craftmesh.insertion.snap import classes
+from craftmesh.insertion.snap import classes, leaves_crack
 
 LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
 LEAST_GAP = 0.55  # of the target size: pierce points nearer than this are pushed apart along the front
@@ -18,7 +18,10 @@ IN_PLANE = 1e-6  # of the model: the end of a front this near a point's box plan
 
 
 def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions) -> CutSurface:
-    """Move trace points near the front onto it, along the crack; box points to the front's end."""
+    """Move trace points near the front onto it, along the crack; box points to the front's end.
+
+    Points of a crack that was inserted before stay where they would leave that.
+    """
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero(
             (np.abs(surface.phi) < options.snap_front * surface.size) & (surface.front < 0)
@@ -36,6 +39,7 @@ def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: In
     reach[on_box] *= 2
     with np.errstate(invalid="ignore"):
         chosen = np.linalg.norm(targets - surface.points[rows], axis=1) < reach
+        chosen &= ~leaves_crack(surface, rows, targets)
     return moved_onto_front(surface, sheet, rows[chosen], targets[chosen], options)
 
 
@@ -63,6 +67,8 @@ def spread_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: Ins
     for front in np.unique(surface.front[rows]).tolist():
         mine = surface.front[rows] == front
         targets[mine] = sheet.lift(sheet.rim.on_front(front, surface.arc[rows[mine]] + shift[mine]))
+    stays = leaves_crack(surface, rows, targets)
+    rows, targets = rows[~stays], targets[~stays]
     return moved_onto_front(surface, sheet, rows, targets, options)
 
 

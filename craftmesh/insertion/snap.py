@@ -9,19 +9,22 @@ from craftmesh.insertion.cut import CutSurface
 from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import ON_CRACK, Sheet
+from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import feature_edges, held_by_box
-from craftmesh.types import Surface
+from craftmesh.types import CRACK, Surface
 
 NEAR = 10.0  # of the local size: an offset from the steepest crack that may be a distance worth a look
 FARTHEST = 0.5  # of the local size: points slide along their line by at most this much
 GRAZING = 0.5  # points on lines that graze the crack move straight from this share of the distance
+OFF_CRACK = 0.005  # of the local size: points of a crack there is may go this far off it
 STEEP = 0.1  # least squared cosine between a box plane and the crack's normal for moves in that plane
 
 
 def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
     """Move points near the crack onto it: free points straight, box points in their plane, lines along.
 
-    Points of lines that graze the crack, so that the way along is too far, move straight from nearer by.
+    Points of a crack that was inserted before move along that. Those of lines that graze the crack, so that
+    the way along is too far, move straight from nearer by, but those of a crack before.
     Quadruple points and box corners stay. A move that turns, flattens or pierces a facet is left out.
     """
     distance = _distances(surface, sheet)
@@ -34,14 +37,15 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
     reach = FARTHEST * surface.size
     junctions, planes = classes(surface)
     targets = np.full((len(surface.points), 3), np.nan)
+    normals = _crack_normals(surface)
     free = rows[junctions.degree[rows] == 0]
-    targets[free] = onto_crack(surface.points[free], planes[free], sheet, reach[free])
+    targets[free] = onto_crack(surface.points[free], planes[free], sheet, reach[free], normals[free])
     on_line = np.zeros(len(surface.points), bool)
     on_line[rows[junctions.degree[rows] == 2]] = True
     _along_lines(surface, sheet, junctions.edges, on_line, targets)
     step = np.linalg.norm(targets - surface.points, axis=1)
     with np.errstate(invalid="ignore"):
-        grazing = on_line & ~(step < reach)
+        grazing = on_line & ~(step < reach) & ~normals.any(axis=1)
         grazing &= distance < GRAZING * options.snap * surface.size
     targets[grazing] = onto_crack(surface.points[grazing], planes[grazing], sheet, reach[grazing])
     step = np.linalg.norm(targets - surface.points, axis=1)
@@ -78,14 +82,40 @@ def classes(surface: CutSurface) -> tuple[_Junctions, np.ndarray]:
     return _Junctions(lines, degree), held_by_box(near)
 
 
-def onto_crack(points: np.ndarray, planes: np.ndarray, sheet: Sheet, reach: np.ndarray) -> np.ndarray:
+def _crack_normals(surface: CutSurface) -> np.ndarray:
+    """Return the unit normals (n, 3) of the crack there is at the points, zero where there is none."""
+    facets = surface.facets[surface.kind == CRACK]
+    vectors = np.zeros((len(surface.points), 3))
+    for corner in facets.T:
+        np.add.at(vectors, corner, area_vectors(surface.points, facets))
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.maximum(length, np.finfo(float).tiny)
+
+
+def leaves_crack(surface: CutSurface, rows: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Tell which points `rows` (k,) of the crack there is would leave it at their targets (k, 3)."""
+    step = targets - surface.points[rows]
+    return (
+        np.abs(np.einsum("ij,ij->i", step, _crack_normals(surface)[rows])) > OFF_CRACK * surface.size[rows]
+    )
+
+
+def onto_crack(
+    points: np.ndarray,
+    planes: np.ndarray,
+    sheet: Sheet,
+    reach: np.ndarray,
+    normals: np.ndarray | None = None,
+) -> np.ndarray:
     """Return the points (n, 3) moved onto the crack, in their box planes (n, 3), by at most reach (n,).
 
-    They move along the crack's normal as far as the planes leave it; NaN where it is too steep to them, or
-    where no place on the crack is found.
+    They move along the crack's normal as far as the planes, and the normals (n, 3) of another crack that
+    they are on, leave it; NaN where it is too steep to them, or where no place on the crack is found.
     """
     gradient = sheet.gradient(points)
     direction = np.where(planes, 0.0, gradient)
+    if normals is not None:
+        direction -= np.einsum("ij,ij->i", direction, normals)[:, None] * normals
     square = np.einsum("ij,ij->i", direction, direction)
     result = np.full(points.shape, np.nan)
     rows = np.flatnonzero(square > STEEP * np.einsum("ij,ij->i", gradient, gradient))

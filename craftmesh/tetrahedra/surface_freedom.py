@@ -10,8 +10,9 @@ from craftmesh.surface.patches import held_by_box
 from craftmesh.types import CRACK, Surface
 
 # Of the median front edge: how far the crack may go from where it was. Of the 0.05 that are allowed the
-# gradation leaves 0.005; few facets are that far off.
-CRACK_REACH = 0.01
+# gradation leaves 0.005: with 0.01 a kinked crack ended 0.0515 off. Wider reaches gain nothing: of five
+# random cracks with 98 to 246 tets over an aspect ratio of 5 none had over a twentieth fewer with 0.05.
+CRACK_REACH = 0.005
 # Singular values of the normals that hold a point, over which they count as another direction.
 INDEPENDENT = 1e-3
 
