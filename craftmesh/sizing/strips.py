@@ -17,10 +17,12 @@ from craftmesh.types import Crack
 # Of a strip's width: its edges. A kinked disc .6 l_min from a face, with edges of 4.5 l_min, had 1.06 %
 # of its tets over an aspect ratio of 5; with 3 of the width .12 %, with 2.5 .06 %, for 9 % more tets.
 PER_WIDTH = 2.5
-# Of the height that its tilt gives a crack at the distance from its mouth on the face: lower places are in
-# the wedge at the mouth, whose tets are as flat as it is. Shorter edges would make more of them: 512 in
+# Of the height that its tilt gives a crack at the distance from its mouth on the face: places between are
+# in the wedge at the mouth, whose tets are as flat as it is. Shorter edges would make more of them: 512 in
 # place of 205 in a wedge of 8 degrees.
-IN_WEDGE = 1.5
+IN_WEDGE = (0.5, 1.5)
+# To l_min: cells of which one place gives a length, the least there.
+CELLS = 2
 
 Face = tuple[int, int]
 FACES: list[Face] = [(axis, upper) for axis in range(3) for upper in (0, 1)]
@@ -35,17 +37,23 @@ def strip_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField 
     box = np.asarray(box, float)
     near = {face: _near_face(crack, box, sizing, face) for face in FACES}
     mouths = {face: _mouth(near[face], box, face) for face in FACES}
-    found = [_over_face(near[face], mouths[face], box, sizing, face) for face in FACES]
+    found = [_over_face(near[face], mouths[face], box, face, sizing.l_min) for face in FACES]
     found += [
-        _between_mouths(near[one], mouths, (one, other), box, sizing)
+        _between_mouths(near[one], (mouths[one], mouths[other]), box, (one, other))
         for one, other in combinations(FACES, 2)
         if one[0] != other[0]
     ]
-    points, lengths = (np.concatenate(parts) for parts in zip(*found))
-    if not len(points):
+    points, widths = (np.concatenate(parts) for parts in zip(*found))
+    lengths = np.maximum(PER_WIDTH * widths, sizing.l_min)
+    narrow = np.flatnonzero(lengths < sizing.l_max)
+    narrow = narrow[lengths[narrow] < sizing.at(points[narrow])]
+    narrow = narrow[np.argsort(lengths[narrow], kind="stable")]
+    cells = np.floor((points[narrow] - box[0]) * (CELLS / sizing.l_min))
+    narrow = narrow[np.unique(cells, axis=0, return_index=True)[1]]
+    if not len(narrow):
         return None
     growth = FREE_GROWTH if sizing.growth is None else sizing.growth
-    return LengthField(points, lengths).limited(growth)
+    return LengthField(points[narrow], lengths[narrow]).limited(growth)
 
 
 def _near_face(crack: Crack, box: np.ndarray, sizing: Sizing, face: Face) -> np.ndarray:
@@ -90,38 +98,45 @@ def _crossing(at_a: np.ndarray, at_b: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _over_face(
-    corners: np.ndarray, mouth: np.ndarray, box: np.ndarray, sizing: Sizing, face: Face
+    corners: np.ndarray, mouth: np.ndarray, box: np.ndarray, face: Face, least: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return places (k, 3) on the crack in narrow strips to a face, and the lengths (k,) there."""
+    """Return places (k, 3) on the crack over a face, but those in a wedge at its mouth, and widths (k,).
+
+    least: l_min.
+    """
     axis, upper = face
     places, steepness = _places(corners, box, axis)
     width = np.abs(places[:, axis] - box[upper, axis])
-    lengths = np.maximum(PER_WIDTH * width, sizing.l_min)
-    narrow = lengths < sizing.at(places)
-    narrow &= width > IN_WEDGE * steepness * np.nan_to_num(_distance(places, mouth), posinf=0.0)
-    return places[narrow], lengths[narrow]
+    if not len(mouth):
+        return places, width
+    straight = steepness * _distance(places, mouth)
+    # distances are from points up to l_min apart
+    out = (width + least < IN_WEDGE[0] * straight) | (width > IN_WEDGE[1] * straight)
+    return places[out], width[out]
 
 
 def _between_mouths(
     corners: np.ndarray,
-    mouths: dict[Face, np.ndarray],
-    pair: tuple[Face, Face],
+    mouths: tuple[np.ndarray, np.ndarray],
     box: np.ndarray,
-    sizing: Sizing,
+    pair: tuple[Face, Face],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return places (k, 3) on the crack in narrow strips between two mouths, and the lengths (k,) there.
+    """Return places (k, 3) on the crack between its mouths on two faces, and how close these are (k,).
 
     Where the mouths meet, at an edge of the box, they make a corner of the crack, which is no strip.
     """
+    first, second = mouths
+    if not len(first) or not len(second):
+        return np.zeros((0, 3)), np.zeros(0)
     places, _ = _places(corners, box, pair[0][0])
-    first, second = (mouths[face] for face in pair)
     width = _distance(places, first) + _distance(places, second)
     (axis, upper), a, b = pair[1], first[:, 0], first[:, 1]
     share, meets = _crossing(a[:, axis] - box[upper, axis], b[:, axis] - box[upper, axis])
     met = (a + share[:, None] * (b - a))[meets]
-    lengths = np.maximum(PER_WIDTH * width, sizing.l_min)
-    narrow = (lengths < sizing.at(places)) & (PER_WIDTH * width < _distance(places, met[:, None]))
-    return places[narrow], lengths[narrow]
+    if len(met):
+        out = PER_WIDTH * width < _distance(places, met)
+        places, width = places[out], width[out]
+    return places, width
 
 
 def _places(corners: np.ndarray, box: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
@@ -133,7 +148,5 @@ def _places(corners: np.ndarray, box: np.ndarray, axis: int) -> tuple[np.ndarray
 
 
 def _distance(places: np.ndarray, parts: np.ndarray) -> np.ndarray:
-    """Return distances (k,) from the ends of the nearest part (n, e, 3); infinite without any."""
-    if not len(parts):
-        return np.full(len(places), np.inf)
-    return cKDTree(parts.reshape(-1, 3)).query(places)[0]
+    """Return the distances (k,) from places to the nearest of points, or ends of segments (..., 3)."""
+    return cKDTree(np.unique(parts.reshape(-1, 3), axis=0)).query(places)[0]
