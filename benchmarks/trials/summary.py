@@ -18,6 +18,7 @@ FIGURES = {
     "ar_mean": ("mean AR", 1),
     "ar_under_5_pct": ("AR<5, %", -1),
     "poor_pct": ("poor, %", 1),
+    "flat": ("flat tets", 1),
     "drift_mean_pct": ("grain volume drift, mean, %", 1),
     "tets": ("tets", 1),
     "cpu_s": ("CPU s", 1),
@@ -84,6 +85,8 @@ def _figures(rows: list[dict]) -> str:
             share = 100 * np.mean([sign * row[key] <= sign * goal for row in decks])
             bound = "at most" if sign > 0 else "at least"
             lines.append((f"decks with {FIGURES[key][0]} {bound} {goal:g}", f"{share:.1f} %", "", "", ""))
+        with_flat = sum(row["flat"] > 0 for row in decks)
+        lines.append(("decks with flat tets", f"{with_flat} of {len(decks)}", "", "", ""))
     return _table(("figure", "median", "95 % worse", "worst", "worst seeds"), lines)
 
 
