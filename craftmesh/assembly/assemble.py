@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from craftmesh.assembly.opening import drop_unused, is_closed, opened_tets, same_turn
+from craftmesh.cracks.crack_numbers import crack_numbers
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import front_polylines
 from craftmesh.mesh.mesh_sets import crack_sets, is_lip, lip_faces, node_sets_of
@@ -15,24 +16,25 @@ from craftmesh.mesh.tet_connectivity import (
     half_face_corners,
     half_faces,
 )
-from craftmesh.surface.connectivity import pieces
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import is_on_box
-from craftmesh.types import BOX_PLANES, CRACK, GrainTets, Surface, TetMesh
+from craftmesh.types import BOX_PLANES, CRACK, Crack, GrainTets, Surface, TetMesh
 
 _NO_FACET = -1
 
 
-def assemble(surface: Surface, grain_tets: Sequence[GrainTets]) -> tuple[TetMesh, dict]:
+def assemble(
+    surface: Surface, grain_tets: Sequence[GrainTets], crack: Crack | None = None
+) -> tuple[TetMesh, dict]:
     """Merge grains by surface point, open the crack and name the sets; return the mesh and a report.
 
     Surface points in use come first, then the interior points of each grain by id, then the nodes
     that opening adds. A node is a connected component of (tet, corner) pairs over shared faces that
     are not crack facets: crack fronts stay single by themselves, and bodies that touch only in a
     point or an edge come apart. Lip A is ahead of the crack facets' normals, lip B behind. Face sets:
-    XMIN..ZMAX, CRACK_LIP_A/B (several cracks are numbered in the order of their facets: CRACK_1_LIP_A),
-    VOID_<k>, EXTERIOR; node sets: see `node_sets_of`. Raises CraftmeshError
-    when the grains do not fit the surface or each other.
+    XMIN..ZMAX, CRACK_LIP_A/B (several cracks are numbered: CRACK_1_LIP_A), VOID_<k>, EXTERIOR; node sets:
+    see `node_sets_of`. crack: the given one, which tells what is one crack, see `crack_numbers`. Raises
+    CraftmeshError when the grains do not fit the surface or each other.
     """
     points, tets, grain = _merge(surface, sorted(grain_tets, key=lambda g: g.grain))
     groups, facet = _match(surface, tets, grain)
@@ -46,7 +48,7 @@ def assemble(surface: Surface, grain_tets: Sequence[GrainTets]) -> tuple[TetMesh
     opened, parent = opened_tets(tets, pairs[~across_crack], bounding, len(points))
     points, opened, parent = drop_unused(points[parent], opened, parent)
     closed = is_closed(opened, pairs[across_crack])
-    face_sets = _face_sets(surface, tets, facet, free, pairs[across_crack][~closed].ravel())
+    face_sets = _face_sets(surface, tets, facet, free, pairs[across_crack][~closed].ravel(), crack)
     fronts = front_polylines(points, opened, face_sets)
     mesh = TetMesh(points, opened, grain, node_sets_of(opened, face_sets, fronts), face_sets)
     added = parent[len(np.unique(parent)) :]
@@ -139,7 +141,12 @@ def _refuse_unmatched(
 
 
 def _face_sets(
-    surface: Surface, tets: np.ndarray, facet: np.ndarray, free: np.ndarray, lips: np.ndarray
+    surface: Surface,
+    tets: np.ndarray,
+    facet: np.ndarray,
+    free: np.ndarray,
+    lips: np.ndarray,
+    crack: Crack | None,
 ) -> dict[str, np.ndarray]:
     """Return the named faces as rows (tet, face), sorted; empty sets are left out."""
     kind, sides = surface.kind[facet[free]], surface.sides[facet[free]].min(axis=1)
@@ -147,7 +154,7 @@ def _face_sets(
     chosen = {name: free[kind == plane] for plane, name in enumerate(BOX_PLANES, 1)}
     all_lips = np.concatenate([lips, free[on_crack]])
     ahead = same_turn(half_face_corners(tets, all_lips), surface.facets[facet[all_lips]])
-    number = _crack_numbers(surface)[facet[all_lips]]
+    number = _crack_numbers(surface, crack)[facet[all_lips]]
     chosen |= crack_sets([(all_lips[own & ahead], all_lips[own & ~ahead]) for own in _each(number)])
     rest = ~is_on_box(kind) & ~on_crack
     for label in np.unique(sides[rest & (sides < 0)])[::-1]:
@@ -157,11 +164,11 @@ def _face_sets(
     return {name: np.stack([rows // 4, rows % 4], axis=1) for name, rows in ordered.items()}
 
 
-def _crack_numbers(surface: Surface) -> np.ndarray:
-    """Return the number (m,) of the crack that each facet belongs to, -1 for none: what hangs together."""
-    crack = np.flatnonzero(surface.kind == CRACK)
+def _crack_numbers(surface: Surface, crack: Crack | None) -> np.ndarray:
+    """Return the number (m,) of the crack that each facet belongs to, -1 for none."""
+    rows = np.flatnonzero(surface.kind == CRACK)
     number = np.full(len(surface.facets), -1)
-    number[crack] = pieces(surface.facets[crack])
+    number[rows] = crack_numbers(surface.points, surface.facets[rows], crack)
     return number
 
 

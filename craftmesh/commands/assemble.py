@@ -7,6 +7,7 @@ same sizes and options as to tetrahedralize.
 import argparse
 from pathlib import Path
 
+from craftmesh.commands.crack_flag import NAMED, add_crack, given_crack
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, tell
@@ -31,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_report(parser)
     add_front(parser)
+    add_crack(parser, NAMED)
     add_sizing(parser)
     add_options(parser, TetrahedralizeOptions)
 
@@ -47,7 +49,12 @@ def run(arguments: argparse.Namespace) -> None:
         return sizing_from(arguments, surface, arguments.front) if is_sized(arguments) else None
 
     mesh, report = complete_mesh(
-        surface, grain_tets, record, sizing, options_from(arguments, TetrahedralizeOptions)
+        surface,
+        grain_tets,
+        record,
+        sizing,
+        options_from(arguments, TetrahedralizeOptions),
+        given_crack(arguments),
     )
     if arguments.front_csv:
         write_front(arguments.front_csv, front_frames(raise_order(mesh)).columns())

@@ -3,13 +3,13 @@
 import argparse
 from pathlib import Path
 
+from craftmesh.commands.crack_flag import add_crack, given_crack
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_front, add_sizing, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, tell
 from craftmesh.gradation.gradate import GradateOptions, gradate
-from craftmesh.io.vtk import read_crack, read_surface, write_surface
+from craftmesh.io.vtk import read_surface, write_surface
 from craftmesh.progress import ProgressLine
-from craftmesh.types import Crack
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,12 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "gradated surface .vtp")
     add_report(parser)
     add_front(parser)
-    parser.add_argument(
-        "--crack",
-        type=Path,
-        metavar="FILE",
-        help="crack .vtp that crack facets and fronts keep to; default the --front where that is a .vtp",
-    )
+    add_crack(parser, "that crack facets and fronts keep to")
     add_sizing(parser)
     add_options(parser, GradateOptions)
 
@@ -31,15 +26,9 @@ def run(arguments: argparse.Namespace) -> None:
     refuse_two_sizings(arguments)
     surface = read_surface(arguments.surface)
     sizing = sizing_from(arguments, surface, arguments.front)
-    crack = _given_crack(arguments)
+    crack = given_crack(arguments)
     options = options_from(arguments, GradateOptions)
     with ProgressLine("gradate") as progress:
         surface, report = gradate(surface, sizing, options, progress, crack=crack)
     write_surface(arguments.output, surface)
     tell(report, arguments.report)
-
-
-def _given_crack(arguments: argparse.Namespace) -> Crack | None:
-    """Return the crack of --crack, or else that of --front where it is one."""
-    file = arguments.crack or arguments.front
-    return read_crack(file) if file is not None and (arguments.crack or file.suffix == ".vtp") else None

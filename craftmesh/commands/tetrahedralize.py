@@ -7,6 +7,7 @@ import argparse
 from collections.abc import Iterable
 from pathlib import Path
 
+from craftmesh.commands.crack_flag import NAMED, add_crack, given_crack
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, read_json, tell, warn
@@ -37,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_report(parser)
     add_front(parser)
+    add_crack(parser, NAMED)
     add_sizing(parser)
     add_options(parser, TetrahedralizeOptions)
 
@@ -65,7 +67,9 @@ def run(arguments: argparse.Namespace) -> None:
         return
     from craftmesh.commands.whole_model_step import complete_mesh
 
-    mesh, opened = complete_mesh(surface, grain_tets, record, lambda: sizing, options)
+    mesh, opened = complete_mesh(
+        surface, grain_tets, record, lambda: sizing, options, given_crack(arguments)
+    )
     write_tets(arguments.output, mesh)
     tell(report | opened, arguments.report)
 

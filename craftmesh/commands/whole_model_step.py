@@ -12,7 +12,7 @@ from craftmesh.tetrahedra.fallback import Completion, completed
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import with_counts
-from craftmesh.types import GrainTets, Surface, TetMesh
+from craftmesh.types import Crack, GrainTets, Surface, TetMesh
 
 
 def complete_mesh(
@@ -21,8 +21,12 @@ def complete_mesh(
     record: dict,
     sizing_of: Callable[[], Lengths | None],
     options: TetrahedralizeOptions,
+    crack: Crack | None = None,
 ) -> tuple[TetMesh, dict]:
-    """Return the assembled mesh and its report, with the record under `meshing`."""
+    """Return the assembled mesh and its report, with the record under `meshing`.
+
+    crack: the given one, which tells what is one crack, see assemble.
+    """
     with ProgressLine("whole model") as progress:
         whole = completed(Completion(surface, grain_tets), record, sizing_of, options, progress)
     if whole.warning:
@@ -30,7 +34,7 @@ def complete_mesh(
     opened = given_way(whole.surface, whole.grain_tets)
     if opened.warning:
         warn(opened.warning)
-    mesh, report = assemble(opened.surface, opened.grain_tets)
+    mesh, report = assemble(opened.surface, opened.grain_tets, crack)
     flat = flat_sentence(flat_tets(mesh))
     for sentence in (flat, severed_sentence(mesh)):
         if sentence:

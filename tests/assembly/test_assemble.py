@@ -6,11 +6,12 @@ from plain_opening import slow_opening
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
+from craftmesh.cracks.sheets import joined
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import front_polylines
 from craftmesh.mesh.front_frames import front_frames
 from craftmesh.mesh.tet_connectivity import FACE_CORNERS, face_nodes, tet_volumes
-from craftmesh.types import CRACK, Surface
+from craftmesh.types import CRACK, Crack, Surface
 
 
 def one_grain(centres):
@@ -92,10 +93,48 @@ def test_edge_crack_opens_at_its_mouths_and_its_front_is_ordered():
     assert report["nodes_opened_by_crack"] == 2 * 5
 
 
-def test_two_cracks_give_two_ordered_fronts():
-    def both(centres):
-        return (centres[:, 0] < 2) | (centres[:, 0] > 4)
+def both(centres):
+    return (centres[:, 0] < 2) | (centres[:, 0] > 4)
 
+
+def given_plate(low, high):
+    """Return a given crack in the plane z = 1 from x = low to x = high, without a front."""
+    corners = [[low, -1, 1], [high, -1, 1], [high, 4, 1], [low, 4, 1]]
+    return Crack(np.array(corners, float), np.array([[0, 1, 2], [0, 2, 3]]), ())
+
+
+LEFT, RIGHT = given_plate(-1, 2), given_plate(4, 7)
+
+
+@pytest.mark.parametrize(
+    ("crack", "least"),
+    [
+        (None, {"CRACK_1_LIP_A": 0.0, "CRACK_2_LIP_A": 4.0}),
+        (given_plate(-1, 7), {"CRACK_LIP_A": 0.0}),
+        (joined([LEFT, RIGHT]), {"CRACK_1_LIP_A": 0.0, "CRACK_2_LIP_A": 4.0}),
+        (joined([RIGHT, LEFT]), {"CRACK_1_LIP_A": 4.0, "CRACK_2_LIP_A": 0.0}),
+    ],
+    ids=["none given", "one in two pieces", "two", "two the other way"],
+)
+def test_a_given_crack_has_plain_sets_in_however_many_pieces(crack, least):
+    mesh, report = assemble(*structured_box((6, 3, 2), one_grain, plane_crack(2, 1, both)), crack)
+    lips = {name: faces for name, faces in mesh.face_sets.items() if name.endswith("LIP_A")}
+    assert {
+        name: mesh.points[face_nodes(mesh.tets, faces)][..., 0].min() for name, faces in lips.items()
+    } == (least)
+    assert report["cracks"] == len(least) and report["fronts"] == 2
+
+
+def test_given_cracks_that_have_grown_together_are_one():
+    surface, grains = structured_box(
+        (6, 3, 2), one_grain, plane_crack(2, 1, lambda centres: centres[:, 0] < 4)
+    )
+    mesh, report = assemble(surface, grains, joined([given_plate(1, 4), given_plate(-1, 2)]))
+    assert report["cracks"] == 1 and "CRACK_LIP_A" in mesh.face_sets
+    assert len(mesh.face_sets["CRACK_LIP_A"]) == report["crack_facets"]
+
+
+def test_two_cracks_give_two_ordered_fronts():
     mesh, report = assemble(*structured_box((6, 3, 2), one_grain, plane_crack(2, 1, both)))
     assert report["fronts"] == 2
     parts = [mesh.node_sets[f"CRACK_FRONT_{k}"] for k in (1, 2)]

@@ -26,6 +26,7 @@ rule tetrahedralize:
 
 rule assemble:
     input:
+        unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{INC}/gradated.vtp",
         sizing=f"{INC}/sizing.npz",
         chunks=expand(
@@ -50,7 +51,8 @@ rule assemble:
         runtime=job_minutes("assemble", f"{INC}/gradated.vtp"),
     params:
         options=lambda wildcards: CAMPAIGN.flags("tetrahedralize", wildcards.case),
+        crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("assemble"),
     shell:
-        "craftmesh assemble {input.surface} {input.chunks} --sizing {input.sizing} {params.options}"
+        "craftmesh assemble {input.surface} {input.chunks} {params.crack} --sizing {input.sizing} {params.options}"
         " -o {output.volume} --front-csv {output.front} --report {output.meshing} > {log} 2>&1"
