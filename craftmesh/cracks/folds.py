@@ -8,6 +8,7 @@ from craftmesh.errors import told
 from craftmesh.surface.measure import area_vectors
 
 STEEPEST = 0.15  # least cosine between a triangle's normal and the plane's: lengths stretch by 7 at most
+LEAST_AREA = 1e-12  # share of the sheet's: the normal of a smaller triangle is rounding
 COVERED = 1e-6  # share of the projected area that may be covered twice, by rounding, before it is a fold
 
 
@@ -17,7 +18,7 @@ def fold_of(points: np.ndarray, triangles: np.ndarray) -> str:
     vectors = area_vectors(points, triangles)
     true = np.linalg.norm(vectors, axis=1)
     seen = vectors @ frame[2]
-    proper = true > 1e-12 * true.sum()
+    proper = proper_triangles(points, triangles)
     cosine = np.where(proper, seen / np.maximum(true, 1e-300), 1.0)
     steep = cosine < STEEPEST
     if steep.any():
@@ -40,6 +41,12 @@ def fold_of(points: np.ndarray, triangles: np.ndarray) -> str:
         f"the crack surface is folded near {place}: seen along its mean normal, {100 * missing:.2g} % of "
         "it lies over other parts; expected a sheet that is a height over some plane: cut it off there"
     )
+
+
+def proper_triangles(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Tell which triangles (m, 3) have an area, and so a normal."""
+    area = np.linalg.norm(area_vectors(points, triangles), axis=1)
+    return area > LEAST_AREA * area.sum()
 
 
 def _overlap(points: np.ndarray, triangles: np.ndarray, polygons: np.ndarray) -> np.ndarray:

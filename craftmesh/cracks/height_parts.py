@@ -1,16 +1,20 @@
-"""A sheet that is a height over no plane, parted along its kinks into parts that are."""
+"""A sheet that is a height over no plane, or sharply kinked, parted along its kinks into parts that are."""
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from craftmesh.cracks.folds import fold_of
+from craftmesh.cracks.folds import fold_of, proper_triangles
 from craftmesh.surface.connectivity import edge_sides, unique_edges
-from craftmesh.surface.measure import unit_normals
+from craftmesh.surface.measure import area_vectors, unit_normals
 
 # Degrees between neighbours from which a folded sheet is parted. Two strips at a right angle in one part
 # were 0.15 l_min off at their kink and left flat tetrahedra there; parted they are exact.
 KINK = 30.0
+# Degrees: a sheet with such a kink is parted though it is a height. In one part, short edges of ragged
+# boundaries cut kinks of 80 to 110 off by 0.07 and 0.13 l_min.
+SHARP = 65.0
+LEAST_PART = 1e-3  # of the area of a sheet that is a height: a smaller part is a sliver with a wild normal
 SHARPEST = 150.0  # degrees: what turns back by more leaves a wedge under 30 between its own parts
 MOST_PARTS = 50  # chosen by hand: a sheet with more is rough, not kinked
 
@@ -18,19 +22,24 @@ MOST_PARTS = 50  # chosen by hand: a sheet with more is rough, not kinked
 def height_parts(points: np.ndarray, triangles: np.ndarray) -> tuple[list[np.ndarray], str]:
     """Return rows of the triangles (m, 3) by parts, each a height over its own plane, and what is folded.
 
-    A sheet that is a height is one part; any other is parted along kinks sharper than KINK and up to
-    SHARPEST, in the order of first triangles. The text says where it is folded all the same, '' if not.
+    A sheet that is a height without a kink of SHARP is one part; any other is parted along kinks sharper
+    than KINK and up to SHARPEST, in the order of first triangles, if its parts are heights. The text says
+    where it is folded all the same, '' if not.
     """
     every = [np.arange(len(triangles))]
     fault = fold_of(points, triangles)
-    if not fault:
-        return every, ""
     piece, sharpest = _between_kinks(points, triangles)
+    if not fault and sharpest < SHARP:
+        return every, ""
     if not 0 < piece.max() < MOST_PARTS or sharpest > SHARPEST:
         return every, fault
     parts = [np.flatnonzero(piece == number) for number in range(piece.max() + 1)]
     faults = [text for text in (fold_of(points, triangles[rows]) for rows in parts) if text]
-    return (every, faults[0]) if faults else (parts, "")
+    if fault:
+        return (every, faults[0]) if faults else (parts, "")
+    area = np.linalg.norm(area_vectors(points, triangles), axis=1)
+    small = min(area[rows].sum() for rows in parts) < LEAST_PART * area.sum()
+    return every if faults or small else parts, ""
 
 
 def _between_kinks(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, float]:
@@ -38,7 +47,9 @@ def _between_kinks(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
     _, of_corner, count = unique_edges(triangles)
     f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
     normal = unit_normals(points, triangles)
+    proper = proper_triangles(points, triangles)
     turn = np.degrees(np.arccos(np.clip((normal[f] * normal[g]).sum(axis=1), -1, 1)))
+    turn[~(proper[f] & proper[g])] = 0.0
     smooth = turn < KINK
     shape = (len(triangles),) * 2
     graph = coo_array((np.ones(int(smooth.sum()), np.int8), (f[smooth], g[smooth])), shape=shape)

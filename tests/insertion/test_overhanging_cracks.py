@@ -61,6 +61,7 @@ HOOKS = {
     "hook of 180 degrees": strips([0, 0, 90, 90]),
     "hook of bowed lines": strips([0, 0, 90, 90], bow=1.0),
     "hook of three kinks": strips([0, 0, 70, 70, 70]),
+    "right angle, a height all the same": strips([0, 0, 90]),
     "overhang of 20 degrees": half_penny(110),
     "overhang of 40 degrees": half_penny(130),
 }
