@@ -10,7 +10,8 @@ import sys
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
-from trials.one_seed import JUDGE, TIME_LIMIT, run_apart, run_inside
+from trials.more_cracks import KINDS
+from trials.one_seed import JUDGE, TIME_LIMIT, Trial, run_apart, run_inside
 from trials.summary import markdown
 
 
@@ -24,6 +25,10 @@ def parser() -> argparse.ArgumentParser:
     flags.add_argument("--markdown", type=Path, metavar="FILE", help="write the summary's tables to FILE")
     flags.add_argument("--judge", action="store_true", help="ask the judge in ../shared/judge as well")
     flags.add_argument("--only", type=int, nargs="+", metavar="SEED", help="only these seeds of the range")
+    flags.add_argument("--kind", choices=KINDS, help="draw this kind of crack alone")
+    flags.add_argument(
+        "--insertion", choices=("cut", "voxel"), default="cut", help="the way the cracks come in"
+    )
     flags.add_argument(
         "--keep", type=Path, metavar="FOLDER", help="keep the one seed's inputs and every stage's file"
     )
@@ -36,8 +41,9 @@ def main() -> None:
     arguments = parser().parse_args()
     seeds = arguments.only or list(range(arguments.first, arguments.last + 1))
     judged = arguments.judge and JUDGE.exists()
+    trial = Trial(judged, arguments.keep, arguments.kind, arguments.insertion)
     if arguments.inside:
-        run_inside(seeds[0], arguments.inside, judged, arguments.keep)
+        run_inside(seeds[0], arguments.inside, trial)
         return
     if arguments.judge and not judged:
         print(f"judge: skipped, {JUDGE.name} is not in ../shared/judge")
@@ -47,9 +53,7 @@ def main() -> None:
     done = {row["seed"] for row in rows}
     with ThreadPoolExecutor(arguments.workers) as pool:
         started = [
-            pool.submit(run_apart, seed, judged, arguments.keep, arguments.time_limit)
-            for seed in seeds
-            if seed not in done
+            pool.submit(run_apart, seed, trial, arguments.time_limit) for seed in seeds if seed not in done
         ]
         for future in as_completed(started):
             row = future.result()

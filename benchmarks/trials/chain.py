@@ -9,22 +9,27 @@ import numpy as np
 
 from craftmesh.commands.whole_model_step import complete_mesh
 from craftmesh.cracks.along_faces import refuse_along_faces
+from craftmesh.cracks.along_sheets import refuse_along_sheets
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
+from craftmesh.cracks.merged_sheets import MERGED, merged_sheets
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.series import GivenSurface, crack_of_increment
 from craftmesh.cracks.sheets import sheets
+from craftmesh.cracks.split_voxels import split_along
 from craftmesh.deck.write_deck import DeckOptions, write_deck
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.gradation.gradate import gradate
 from craftmesh.insertion.insert import insert_crack
+from craftmesh.insertion.insert_split import insert_split
 from craftmesh.io.vtk import write_crack, write_surface, write_tets
 from craftmesh.remeshing.remesh import remesh
+from craftmesh.remeshing.split import remesh_split
 from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.tetrahedra.mending import mended
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
-from craftmesh.types import Surface
+from craftmesh.types import Crack, Surface
 from craftmesh.voxels.islands import find_islands
 from trials.drawing import Drawn
 
@@ -42,17 +47,17 @@ class Made:
     warnings: tuple[str, ...] = ()
 
 
-def run_chain(case: Drawn, folder: Path) -> Made:
+def run_chain(case: Drawn, folder: Path, insertion: str = "cut") -> Made:
     """Run all stages; the deck and each stage's file go to `folder`. A refusal ends it and is kept."""
     made = Made()
     try:
-        _run(case, folder, made)
+        _run(case, folder, made, insertion)
     except CraftmeshError as error:
         made.refusal = " ".join(str(error).split())
     return made
 
 
-def _run(case: Drawn, folder: Path, made: Made) -> None:
+def _run(case: Drawn, folder: Path, made: Made, insertion: str) -> None:
     surface, _ = remesh(case.voxels)
     made.stage = "crack"
     options = case.prescribed or CrackOptions(shape="surface")
@@ -61,13 +66,22 @@ def _run(case: Drawn, folder: Path, made: Made) -> None:
         crack = crack_in_boundaries(surface, options, 0)
     else:
         given = None if case.prescribed else GivenSurface(case.sheet.points, case.sheet.triangles, fronts)
-        crack = crack_of_increment(options, 0, case.voxels.box, given)
+        crack = crack_of_increment(options, 0, case.voxels.box, given, insertion == "cut")
+    l_min = float(case.sizes.l_min or 0)
     for sheet in sheets(crack):
-        refuse_along_faces(sheet, case.voxels.box, float(case.sizes.l_min or 0))
+        refuse_along_faces(sheet, case.voxels.box, l_min)
+    crack = merged_sheets(crack, case.voxels.box, l_min, MERGED * l_min)
+    refuse_along_sheets(crack, case.voxels.box, l_min)
     write_crack(folder / "crack.vtp", crack)
     made.stage = "stitch"
     defects = Defects(crack)
-    made.inserted, report = insert_crack(surface, crack, sizing_around(defects, surface, case.sizes))
+    sizing = sizing_around(defects, surface, case.sizes)
+    if insertion == "cut":
+        made.inserted, report = insert_crack(surface, crack, sizing)
+    else:
+        split = split_along(case.voxels, crack)
+        halves, bits, _ = remesh_split(split)
+        made.inserted, report = insert_split(halves, bits, split, sizing)
     write_surface(folder / "surface.vtp", made.inserted)
     (folder / "stitch.json").write_text(json.dumps(report, default=_plain))
     made.stage = "gradate"
@@ -76,7 +90,7 @@ def _run(case: Drawn, folder: Path, made: Made) -> None:
     write_surface(folder / "gradated.vtp", made.gradated)
     (folder / "gradate.json").write_text(json.dumps(report, default=_plain))
     made.stage = "tetrahedralize"
-    mesh, report = _meshed(case, made)
+    mesh, report = _meshed(case, made, crack)
     write_tets(folder / "volume.vtu", mesh)
     (folder / "meshing.json").write_text(json.dumps(report, default=_plain))
     made.stage = "inp"
@@ -85,7 +99,7 @@ def _run(case: Drawn, folder: Path, made: Made) -> None:
     made.deck = folder / "model.inp"
 
 
-def _meshed(case: Drawn, made: Made):
+def _meshed(case: Drawn, made: Made, crack: Crack):
     """Return the assembled mesh and the report, with the whole model meshed anew where a grain fails."""
     options = TetrahedralizeOptions()
     found = mended(made.gradated)
@@ -99,14 +113,14 @@ def _meshed(case: Drawn, made: Made):
         grain_tets, report = list(error.done), error.report
         left = [failure.grain for failure in error.failures]
     record = record_of(options.mesher, report, left, found.report)
-    return complete_mesh(surface, grain_tets, record, lambda: made.sizing, options)
+    return complete_mesh(surface, grain_tets, record, lambda: made.sizing, options, crack)
 
 
 def _plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else str(value)
 
 
-def write_inputs(case: Drawn, folder: Path) -> list[str]:
+def write_inputs(case: Drawn, folder: Path, insertion: str = "cut") -> list[str]:
     """Write the case's inputs to `folder`; return the commands that redo it by hand."""
     from craftmesh.io.front_csv import write_front
     from craftmesh.io.npz import write_labels
@@ -132,11 +146,12 @@ def write_inputs(case: Drawn, folder: Path) -> list[str]:
     front = f"--front crack.vtp {sizes}"
     lengths = f"--l-min {case.sizes.l_min!r} --l0 {case.sizes.l0!r}"
     deck = f"--element {case.element}{quarter}"
+    way = " --insertion voxel" if insertion == "voxel" else ""
     return [
         f"cd {folder}",
         "craftmesh remesh labels.npz -o remeshed.vtp",
-        f"craftmesh crack labels.npz {crack} {lengths} -o crack.vtp",
-        f"craftmesh stitch remeshed.vtp --crack crack.vtp {sizes} -o surface.vtp",
+        f"craftmesh crack labels.npz {crack} {lengths}{way} -o crack.vtp",
+        f"craftmesh stitch remeshed.vtp --crack crack.vtp --labels labels.npz {sizes}{way} -o surface.vtp",
         f"craftmesh gradate surface.vtp {front} -o gradated.vtp",
         f"craftmesh tetrahedralize gradated.vtp --islands islands.json {front} -o volume.vtu",
         f"craftmesh inp volume.vtu --microstructure labels.npz {deck} -o model.inp",

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from craftmesh.types import CRACK, Surface, Voxels
 from trials.deck_file import DeckFile
@@ -20,6 +21,7 @@ LIGAMENT_RUN = 2.0  # l_min: fronts that only end at a face are nearer than LIGA
 ALONG_FACE = (
     6.0  # degrees: what is steeper to a face is 2 l_min from its mouth at 0.2 l_min, and only ends there
 )
+ALONG_CRACK = 15.0  # degrees between two cracks that run along each other
 NEAR_SHARE = 0.01  # of the crack's area in the box that counts as a part of it
 VOID_ROOM = 1.75  # voxels from voids and the outside within which voxels do not tell where material is
 
@@ -159,9 +161,29 @@ def _area(case: Drawn, deck: DeckFile, ends: np.ndarray, at_middles: np.ndarray)
 
 
 def may_be_refused(case: Drawn, l_min: float) -> str | None:
-    """Return why a crack of the case may be refused: it is outside the material, or along a face."""
+    """Return why a crack of the case may be refused: outside the material, along a face or another one."""
     parts = [replace(case, sheet=part) for part in case.parts or (case.sheet,)]
-    return next((why for why in (_may_be_refused(part, l_min) for part in parts) if why), None)
+    found = next((why for why in (_may_be_refused(part, l_min) for part in parts) if why), None)
+    if found is None and _along_each_other(case, l_min):
+        return "cracks along each other"
+    return found
+
+
+def _along_each_other(case: Drawn, l_min: float) -> bool:
+    """Tell whether the second of two cracks runs along the first over more than two facets' area."""
+    if len(case.parts) < 2:
+        return False
+    first, second = case.parts
+    given, its_normals = samples(first)
+    points, normals = samples(second)
+    box = case.voxels.box
+    near = np.flatnonzero(((points > box[0]) & (points < box[1])).all(axis=1))
+    near = near[to_sheet(points[near], first.points[first.triangles], 0.02 * l_min) < FACE_BAND * l_min]
+    beside = cKDTree(given).query(points[near])[1]
+    cosine = np.abs((normals[near] * its_normals[beside]).sum(axis=1))
+    area = area_within(second.points[second.triangles], np.array([[-np.inf] * 3, [np.inf] * 3]))
+    along = (cosine > np.cos(np.radians(ALONG_CRACK))).sum()
+    return bool(along * area / len(points) > l_min**2)
 
 
 def _may_be_refused(case: Drawn, l_min: float) -> str | None:

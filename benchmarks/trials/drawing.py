@@ -44,11 +44,11 @@ class Drawn:
         return ", ".join([f"{shape} {self.kinds['volume']}", *list(self.kinds.values())[1:]])
 
 
-def draw(seed: int, sides: tuple[int, int] = (30, 48)) -> Drawn:
-    """Return the case of `seed`; the same seed gives the same case."""
+def draw(seed: int, sides: tuple[int, int] = (30, 48), kind: str | None = None) -> Drawn:
+    """Return the case of `seed`; the same seed gives the same case. kind: of the crack, else drawn too."""
     case = draw_one(seed, sides)
     rng = np.random.default_rng([seed, more_cracks.STREAM])
-    kind = more_cracks.draw_kind(rng)
+    kind = kind or more_cracks.draw_kind(rng)
     if kind == "one":
         return case
     l_min = float(case.sizes.l_min or 0)

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 from cases import DATA
 
@@ -18,13 +19,28 @@ TIME_LIMIT = 400.0  # s; a case takes 5 to 60
 MEMORY_LIMIT = 10.0  # GB of address space; the libraries alone take 4
 
 
-def run_apart(seed: int, judged: bool, keep: Path | None, time_limit: float) -> dict:
+class Trial(NamedTuple):
+    """What is done with a seed: judged, files kept where, one kind of crack alone, by which way in."""
+
+    judged: bool = False
+    keep: Path | None = None
+    kind: str | None = None
+    insertion: str = "cut"
+
+    @property
+    def flags(self) -> list[str]:
+        """The flags of random_cracks.py that say the same."""
+        flags = ["--insertion", self.insertion, *(["--judge"] if self.judged else [])]
+        flags += ["--keep", str(self.keep)] if self.keep else []
+        return flags + (["--kind", self.kind] if self.kind else [])
+
+
+def run_apart(seed: int, trial: Trial, time_limit: float) -> dict:
     """Return the row of a seed, made by a process of its own; a crash or a hang is a row too."""
     with tempfile.TemporaryDirectory() as scratch:
         target = Path(scratch) / "row.json"
         command = [sys.executable, str(SCRIPT), str(seed), str(seed), "--inside", str(target)]
-        command += ["--judge"] if judged else []
-        command += ["--keep", str(keep)] if keep else []
+        command += trial.flags
         started = time.monotonic()
         environment = os.environ | {"TMPDIR": scratch}
         process = subprocess.Popen(
@@ -41,7 +57,7 @@ def run_apart(seed: int, judged: bool, keep: Path | None, time_limit: float) -> 
             os.killpg(process.pid, signal.SIGKILL)
             output, _ = process.communicate()
             end = f"no end within {time_limit:g} s"
-        if keep is not None:
+        if trial.keep is not None:
             print(output.decode(errors="replace"))
         row = json.loads(target.read_text()) if target.exists() else {"seed": seed}
         if "outcome" not in row:
@@ -59,23 +75,23 @@ def commit() -> str | None:
         return None
 
 
-def run_inside(seed: int, target: Path, judged: bool, keep: Path | None) -> None:
+def run_inside(seed: int, target: Path, trial: Trial) -> None:
     """Draw, mesh and check one seed in this process; write its row to `target`, what is drawn first."""
     soft = int(MEMORY_LIMIT * 1e9)
     resource.setrlimit(resource.RLIMIT_AS, (soft, resource.getrlimit(resource.RLIMIT_AS)[1]))
     from trials.chain import run_chain, write_inputs
     from trials.drawing import draw
 
-    case = draw(seed)
+    case = draw(seed, kind=trial.kind)
     row: dict = {"seed": seed, "words": case.words, **case.kinds, "l_min": case.sizes.l_min}
     row["sizes"] = [getattr(case.sizes, key) for key in ("l_min", "l0", "l_max", "r0", "r1", "gradation")]
     target.write_text(json.dumps(row))
-    if keep is not None:
-        print("\n".join(write_inputs(case, keep)), flush=True)
+    if trial.keep is not None:
+        print("\n".join(write_inputs(case, trial.keep, trial.insertion)), flush=True)
     with tempfile.TemporaryDirectory() as scratch:
-        made = run_chain(case, keep or Path(scratch))
+        made = run_chain(case, trial.keep or Path(scratch), trial.insertion)
         row |= _checked(case, made)
-        if made.deck is not None and judged:
+        if made.deck is not None and trial.judged:
             row |= judge(made.deck)
     from trials.verdict import faults_of
 

@@ -10,8 +10,10 @@ from craftmesh.commands.crack_sources import given_surface
 from craftmesh.commands.flags import Parser, add_options, options_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.cracks.along_faces import refuse_along_faces
+from craftmesh.cracks.along_sheets import refuse_along_sheets
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
 from craftmesh.cracks.measured import Numbers
+from craftmesh.cracks.merged_sheets import MERGED, merged_sheets
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.series import crack_of_increment, refuse_shrunk
 from craftmesh.cracks.sheets import joined, sheets
@@ -73,7 +75,8 @@ def run(arguments: argparse.Namespace) -> None:
         for sheet in sheets(cracks[-1]):
             refuse_along_faces(sheet, box, l_min)
         reports[f"crack_{number}"] = report
-    crack = joined(cracks)
+    crack = merged_sheets(joined(cracks), box, l_min, MERGED * l_min)
+    refuse_along_sheets(crack, box, l_min)
     if arguments.previous:
         refuse_shrunk(crack, read_crack(arguments.previous), increment)
     write_crack(arguments.output, crack)

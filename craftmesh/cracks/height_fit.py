@@ -39,11 +39,14 @@ def fitted_heights(
 
 
 def interpolation(
-    points: np.ndarray, triangles: np.ndarray, places: np.ndarray
+    points: np.ndarray, triangles: np.ndarray, places: np.ndarray, within: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, csr_array]:
-    """Return which places (k, 2) lie on triangles (m, 3), on which, and what interpolates there."""
+    """Return which places (k, 2) lie on triangles (m, 3), on which, and what interpolates there.
+
+    within: places this near a triangle lie on it too.
+    """
     tree = shapely.STRtree(shapely.polygons(points[triangles]))
-    row, triangle = tree.query(shapely.points(places), predicate="intersects")
+    row, triangle = tree.query(shapely.points(places), predicate="dwithin", distance=within)
     row, first = np.unique(row, return_index=True)
     triangle = triangle[first]
     corners = triangles[triangle]

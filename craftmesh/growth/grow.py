@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.merged_sheets import merged_sheets
 from craftmesh.cracks.polyline import Polyline, feet, polyline
 from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
@@ -21,6 +22,10 @@ MET = 0.5  # of the rows' spacing: fronts of two sheets that come nearer than th
 # Spacings from there within which rows do not count: the front turns into the other sheet's at a corner,
 # and its directions there belong to neither.
 CORNER = 3.0
+LENGTH = 2.0  # spacings of rows: edges of the front, where the mesh has nodes in their middles
+# Of that: sheets this near each other, one over the other, become one. Parallel ones 0.1 l_min apart
+# left flat tetrahedra and facets 0.1 l_min off, 0.3 l_min apart none.
+MERGED = 0.3
 LEAST_ROWS = 3  # of a sheet among several: fewer give no spacing; its front is about to vanish, and stays
 
 
@@ -30,8 +35,9 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: Smoothi
     The moves are made smooth along each front (the paper, section 2), its ends stay in the box's planes,
     and a strip joins the old front to the new one. Raises CraftmeshError for rows that are on no front of
     the crack, and where the grown surface is no crack (folded, torn). Of a crack of several sheets each
-    grows by the rows of its own fronts. Where sheets have grown together, what of a front lies in another
-    sheet has no rows: it goes on as the rest of it does, and a front without any stays.
+    grows by the rows of its own fronts. Sheets that come to lie over each other almost in one surface
+    become one sheet. Where they lie in one surface exactly they stay two: what of a front lies in the other
+    has no rows, it goes on as the rest of it does, and a front without any stays.
     """
     parts = sheets(crack)
     if len(parts) == 1:
@@ -46,6 +52,8 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: Smoothi
                 for part, own in zip(parts, rows)
             ]
         )
+        length = LENGTH * _row_spacing(along.points)
+        grown = merged_sheets(grown, np.asarray(box, float), length, MERGED * length)
     return grown if any(_meets(grown.points[front], box) for front in grown.fronts) else None
 
 

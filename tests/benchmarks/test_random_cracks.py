@@ -272,7 +272,7 @@ def test_the_summary_counts_outcomes_and_names_faults():
 
 
 def test_a_hang_is_a_row_and_the_run_resumes(tmp_path):
-    row = one_seed.run_apart(3, False, None, 0.05)
+    row = one_seed.run_apart(3, one_seed.Trial(), 0.05)
     assert row["outcome"] == "crash" and "0.05 s" in row["faults"]["crash"]
     target = tmp_path / "rows.json"
     target.write_text(json.dumps(row) + "\n")
@@ -292,9 +292,8 @@ def test_a_hang_is_a_row_and_the_run_resumes(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["pair", "overhang", "boundaries"])
-def test_further_kinds_of_cracks_are_cracks_for_the_chain(kind, monkeypatch):
-    monkeypatch.setattr(drawing.more_cracks, "draw_kind", lambda _: kind)
-    case, again = drawing.draw(3, SMALL), drawing.draw(3, SMALL)
+def test_further_kinds_of_cracks_are_cracks_for_the_chain(kind):
+    case, again = drawing.draw(3, SMALL, kind), drawing.draw(3, SMALL, kind)
     assert case.kinds["crack"] == kind and np.array_equal(case.sheet.points, again.sheet.points)
     assert drawing.estimated_tets(case.voxels, case.sheet, case.sizes) <= drawing.MOST_TETS
     assert len(case.parts) == (2 if kind == "pair" else 0)
@@ -313,3 +312,8 @@ def test_a_pair_may_be_refused_where_one_of_it_may():
     assert crack_checks.may_be_refused(case, case.sizes.l_min) is None
     both = replace(case, parts=(case.sheet, beside))
     assert crack_checks.may_be_refused(both, case.sizes.l_min) == "outside the material"
+    over = sheets.placed(case.sheet, np.array([0.0, 0.0, 0.1 * case.sizes.l_min]), np.eye(3))
+    along = replace(case, parts=(case.sheet, over))
+    assert crack_checks.may_be_refused(along, case.sizes.l_min) == "cracks along each other"
+    higher = sheets.placed(case.sheet, np.array([0.0, 0.0, 0.5 * case.sizes.l_min]), np.eye(3))
+    assert crack_checks.may_be_refused(replace(case, parts=(case.sheet, higher)), case.sizes.l_min) is None

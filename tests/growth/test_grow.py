@@ -170,6 +170,23 @@ def test_discs_that_have_grown_together_grow_on_where_their_fronts_are_left():
         assert np.abs(away - 7.5).max() < 0.1
 
 
+def test_discs_that_grow_over_each_other_almost_in_one_plane_become_one_sheet():
+    first = prescribed_crack(replace(PENNY, centre=(13.0, 20.0, 20.0)), 0, BOX)
+    tilted = replace(PENNY, centre=(26.0, 20.0, 20.3), normal=(-0.02, 0.0, 1.0), axis=(0.0, 1.0, 0.0))
+    both = joined([first, prescribed_crack(tilted, 0, BOX)])
+    grown = grow(both, rows_of(both, lambda p: np.ones(len(p), bool)), BOX, SmoothingOptions())
+    assert len(sheets(both)) == 2 and len(sheets(grown)) == 1 and len(grown.fronts) == 1
+    middles = np.array([tilted.centre, (13.0, 20.0, 20.0)])
+    front = grown.points[grown.fronts[0]]
+    away = np.linalg.norm(front[:, None] - middles, axis=2).min(axis=1)
+    # chords of the fronts at 0.4 from corners, which the outline has where the discs meet
+    assert np.abs(away - 7.5).max() < 0.05
+    # the lens that both discs cover counts once
+    half = np.arccos(6.5 / 7.5)
+    lens = 2 * 7.5**2 * (half - np.sin(half) * np.cos(half))
+    assert crack_area(grown) == pytest.approx(2 * np.pi * 7.5**2 - lens, rel=5e-3)
+
+
 def test_a_front_that_has_vanished_in_another_crack_stays_and_is_read_again():
     crack = discs(20.0, 21.0)
     small = prescribed_crack(replace(PENNY, centre=(20.5, 20.0, 20.0), radius=2.0), 0, BOX)

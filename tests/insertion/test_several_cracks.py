@@ -58,6 +58,28 @@ def test_both_cracks_are_in_the_surface_whole(name):
     assert off_fronts(cracks, front).max() < 0.05  # half a chord of the given front
 
 
+def test_the_second_crack_moves_nothing_of_the_first_where_they_cross_obliquely():
+    tilt = np.radians(9.0)
+    other = {
+        **DISC,
+        "centre": (14.1, 11.3, 10.4),
+        "normal": (-np.sin(tilt), 0, np.cos(tilt)),
+        "axis": (0, 1, 0),
+    }
+    cracks = [prescribed_crack(CrackOptions(**options), 0, SURFACE.box) for options in (DISC, other)]
+    result, report = insert_crack(SURFACE, joined(cracks))
+    assert check_surface(result) == []
+    corners = result.points[result.facets[result.kind == CRACK]]
+    off = [
+        np.abs((corners.mean(axis=1) - options["centre"]) @ np.array(options.get("normal", (0, 0, 1))))
+        for options in (DISC, other)
+    ]
+    # of the local edge, a voxel: points of the first went 0.13 off it, and 6 % of the area was gone
+    assert np.min(off, axis=0).max() < 0.02
+    areas = [insert_crack(SURFACE, crack)[1]["crack_area"] for crack in cracks]
+    assert report["crack_area"] == pytest.approx(sum(areas), rel=5e-3)
+
+
 def test_a_crack_of_several_sheets_comes_apart_and_together_again():
     cracks = pair("apart")
     whole = joined(cracks)
