@@ -47,7 +47,8 @@ class Case:
     """A crack, its loads by name, exact(stress, tensor): K as a function of points and frames.
 
     material: "isotropic", "crystal", one of copper, or "polycrystal" of it; cap: the crack is a cap of a
-    sphere; pulled: by a stress on planes of the box, whose other planes are free.
+    sphere; pulled: by a stress on planes of the box, whose other planes are free; layered: of two grains
+    whose boundary is in the middle of the box, across z.
     """
 
     crack: dict
@@ -60,6 +61,7 @@ class Case:
     pulled: bool = False
     voxels: tuple[int, int, int] = (EDGE, EDGE, EDGE)
     printed: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    layered: bool = False
 
 
 def _normal(degrees: float) -> tuple:
@@ -75,6 +77,12 @@ def _penny(degrees: float, loads: dict) -> Case:
 def _ellipse(a: float, b: float) -> Case:
     crack = {"shape": "ellipse", "centre": tuple(CENTRE), "semi_axes": (a, b)}
     return Case(crack, {"tension": TENSION}, lambda *_: exact_cracks.ellipse(a, b, CENTRE, 1.0), size=b)
+
+
+def _in_boundary(case: Case) -> Case:
+    """The flat penny of a case, moved into the boundary of two layers."""
+    middle = (CENTRE[0], CENTRE[1], EDGE / 2)
+    return replace(case, crack=case.crack | {"centre": middle}, layered=True)
 
 
 def _crystal() -> Case:
@@ -137,6 +145,11 @@ CASES = {
         (2.944522, 2.967609, 2.990697, 3.013785, 3.036873),
         (42.0497, 42.4776, 42.9209, 43.3793, 43.8488),
     ),
+    "boundary": _in_boundary(_penny(0, {"tension": TENSION, "shear": SHEAR})),
+    "boundary, crystal": _in_boundary(_crystal()),
+    "boundary, two crystals": replace(
+        _in_boundary(_penny(0, {"tension": TENSION})), exact=None, material="polycrystal", pulled=True
+    ),
     "polycrystal": replace(
         _penny(45, {"tension": TENSION}), exact=None, material="polycrystal", pulled=True
     ),
@@ -144,13 +157,17 @@ CASES = {
 
 
 def meshed(case: Case, length: float):
-    """Return the mesh of a generated cube of 8 grains with the crack opened, its front's edges `length`."""
+    """Return the mesh of a cube of 8 grains or 2 layers, the crack opened, its front's edges `length`."""
     from craftmesh.cracks.options import CrackOptions
     from craftmesh.cracks.series import GivenSurface, crack_of_increment
     from craftmesh.sizing.sizing import SizingOptions
+    from craftmesh.types import Voxels
     from craftmesh.voxels.generate import GenerateOptions, generate
 
     voxels = generate(GenerateOptions(shape=case.voxels, grains=8, seed=1))
+    if case.layered:
+        labels = 1 + (np.indices(case.voxels)[2] >= case.voxels[2] // 2)
+        voxels = Voxels(labels.astype(np.int32), voxels.spacing, voxels.origin)
     given = GivenSurface(*_cap(length)) if case.cap else None
     crack = crack_of_increment(CrackOptions(**case.crack), 0, voxels.box, given)
     sizes = SizingOptions(l_min=length, l0=max(1.0, 1.25 * length), l_max=6.0, r0=6.0, r1=20.0)
