@@ -30,8 +30,8 @@ def config(l_min=1.0, **sizing):
     return {"sizing": lengths | sizing, "cracks": {"edge": {"shape": "through_edge"}}}
 
 
-def asked(names, sheet="cases.tsv", increments=1, growth="prescribed", settings=None):
-    """What the workflow hands to the report for cases of these names."""
+def asked(folder, names, sheet="cases.tsv", increments=1, growth="prescribed", settings=None):
+    """Write what the workflow hands to the report for cases of these names, and return the file's name."""
     cases = {
         name: {
             "microstructure": "synthetic",
@@ -42,7 +42,8 @@ def asked(names, sheet="cases.tsv", increments=1, growth="prescribed", settings=
         }
         for name in names
     }
-    return json.dumps({"campaign": sheet, "config": config(), "cases": cases})
+    (folder / "asked.json").write_text(json.dumps({"campaign": sheet, "config": config(), "cases": cases}))
+    return str(folder / "asked.json")
 
 
 def write_increment(folder, l_min=1.0):

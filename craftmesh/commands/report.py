@@ -1,12 +1,13 @@
 """Put the cases of all campaigns in a folder of results on one page: tables, pictures, a view to turn."""
 
 import argparse
-import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_output, existing, write_json
+from craftmesh.commands.stage_io import add_output, existing, read_json, write_json
 from craftmesh.errors import CraftmeshError
 from craftmesh.report.case_files import RECORD, read_cases
 from craftmesh.report.options import ReportOptions
@@ -18,8 +19,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("results", type=Path, help=f"folder of results, with cases that have a {RECORD}")
     parser.add_argument(
         "--campaign",
-        metavar="JSON",
-        help=f"what a campaign asked for, as the workflow says it: goes to the {RECORD} of its cases first",
+        type=Path,
+        metavar="FILE",
+        help=f"what a campaign asked for, .json from the workflow: for the {RECORD} of its cases",
     )
     add_options(parser, ReportOptions)
     add_output(parser, "page .html")
@@ -27,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     if arguments.campaign:
-        write_records(existing(arguments.results), arguments.campaign)
+        write_records(existing(arguments.results), read_asked(arguments.campaign))
     cases = read_cases(existing(arguments.results))
     if not cases:
         raise CraftmeshError(
@@ -38,14 +40,22 @@ def run(arguments: argparse.Namespace) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def write_records(results: Path, campaign: str) -> None:
+def read_asked(path: Path) -> dict:
+    """Return what a campaign asked for: its sheet, the configuration, and what each case changes."""
+    asked = read_json(path)
+    if not {"campaign", "config", "cases"} <= asked.keys():
+        raise CraftmeshError(
+            f"{path}: keys {', '.join(asked) or 'none'}; expected campaign, config and cases, as the"
+            " workflow says them; leave --campaign out for cases that have been reported before"
+        )
+    return asked
+
+
+def write_records(results: Path, asked: Mapping[str, Any]) -> None:
     """Write the record of each case of a campaign into its folder."""
-    try:
-        asked = json.loads(campaign)
-    except ValueError as error:
-        raise CraftmeshError(f"--campaign is not JSON ({error}); take what the workflow gives") from None
     for name, case in asked["cases"].items():
-        config = asked["config"] | case.pop("settings")
+        config = asked["config"] | case["settings"]
         config["cracks"] = {crack: config["cracks"][crack] for crack in case["cracks"]}
-        record = {"campaign": asked["campaign"], **case, "config": config, "versions": versions()}
+        told = {key: value for key, value in case.items() if key != "settings"}
+        record = {"campaign": asked["campaign"], **told, "config": config, "versions": versions()}
         write_json(results / name / RECORD, record)

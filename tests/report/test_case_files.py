@@ -23,8 +23,8 @@ def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("results")
     for place in ("a/000", "a/001", "a/002", "b/000"):
         write_increment(folder / place)
-    assert report(folder, asked(["a"], "first.tsv", increments=2)) == 0
-    assert report(folder, asked(["b"], "second.tsv")) == 0
+    assert report(folder, asked(folder, ["a"], "first.tsv", increments=2)) == 0
+    assert report(folder, asked(folder, ["b"], "second.tsv")) == 0
     return folder
 
 

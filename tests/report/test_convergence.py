@@ -67,7 +67,14 @@ def test_the_page_names_the_size(tmp_path):
         write_increment(tmp_path / name / "000", sizes[name])
         write_front(tmp_path / name / "000", k_1, ("end", "", "end"))
     page = tmp_path / "report.html"
-    flags = ["--campaign", asked(sizes, settings=settings), "-o", str(page), "--quantity", "largest_K_I"]
+    flags = [
+        "--campaign",
+        asked(tmp_path, sizes, settings=settings),
+        "-o",
+        str(page),
+        "--quantity",
+        "largest_K_I",
+    ]
     assert main(["report", str(tmp_path), *flags]) == 0
     text = page.read_text()
     assert "converged at 0.7" in text and "sizing.l_min, increment 000" in text

@@ -21,7 +21,8 @@ def results(tmp_path_factory):
     write_front(folder / "one" / "000", [1.0, 2.0, 3.0])
     shutil.copytree(folder / "one" / "000", folder / "one" / "001")
     shutil.copytree(folder / "one" / "000", folder / "one" / "002")
-    flags = ["--campaign", asked(["one"], "a <b>.tsv", increments=3), "-o", str(folder / "report.html")]
+    campaign = asked(folder, ["one"], "a <b>.tsv", increments=3)
+    flags = ["--campaign", campaign, "-o", str(folder / "report.html")]
     assert main(["report", str(folder), *flags]) == 0
     return folder
 

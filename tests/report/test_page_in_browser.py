@@ -36,7 +36,7 @@ def path(tmp_path_factory):
     write_increment(folder / "one" / "000")
     write_front(folder / "one" / "000", [1.0, 2.0, 3.0])
     page = folder / "report.html"
-    assert main(["report", str(folder), "--campaign", asked(["one"]), "-o", str(page)]) == 0
+    assert main(["report", str(folder), "--campaign", asked(folder, ["one"]), "-o", str(page)]) == 0
     page.write_text(page.read_text().replace("<style>", LOOK + "<style>", 1))
     return page
 

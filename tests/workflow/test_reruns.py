@@ -15,12 +15,16 @@ grown\tsynthetic\ttiny\t2\tgrow\t
 STAGES = {"size": 1, "stitch": 1, "gradate": 1, "tetrahedralize": 2, "assemble": 1, "inp": 1, "check": 1}
 STAGES |= {"depict": 1}
 LAST = {"report": 1, "all": 1}
+# a crack that no case has, whose file's name alone is more than a command line holds
+UNUSED = f"  long: {{shape: surface, file: {'x' * 140_000}}}\n"
 
 
 @pytest.fixture(scope="module")
 def original(new_folder, idle_python):
-    """A finished campaign of two cases, whose files hold no meshes."""
+    """A finished campaign of two cases, whose files hold no meshes; its report is told of 140 kB."""
     folder = new_folder(CASES, python=idle_python)
+    with open(folder.path / "config.yaml", "a") as stream:
+        stream.write(UNUSED)
     run = folder.snakemake("--cores", "2")
     assert run.status == 0, run.text
     return folder

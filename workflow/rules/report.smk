@@ -41,6 +41,5 @@ rule report:
         campaign=campaign_record(CAMPAIGN),
         options=command_flags(CAMPAIGN.config["report"]),
         code=CAMPAIGN.code("report"),
-    shell:
-        "craftmesh report {params.results} --campaign {params.campaign:q} {params.options}"
-        " -o {output.page} > {log} 2>&1"
+    script:
+        "../scripts/report.py"
