@@ -29,7 +29,7 @@ def test_few_triangles_stay_as_they_are(shown):
     assert rows.tolist() == list(range(len(triangles)))
 
 
-@pytest.mark.parametrize("most", [200, 100, 40])
+@pytest.mark.parametrize("most", [200, 100, 48])
 def test_a_coarser_box_is_still_the_box(shown, most):
     points, triangles, rows = decimated(shown.points, shown.skin.triangles, BOX, most)
     assert 12 <= len(triangles) <= most and len(rows) == len(triangles)
@@ -37,6 +37,12 @@ def test_a_coarser_box_is_still_the_box(shown, most):
     corners = np.stack(np.meshgrid(*BOX.T, indexing="ij"), axis=-1).reshape(-1, 3)
     assert all((points == corner).all(axis=1).any() for corner in corners)
     assert (areas(points, triangles) > 0).all()
+
+
+def test_where_the_box_takes_more_triangles_than_asked_for_they_are_as_few_as_can_be(shown):
+    _, fewest, _ = decimated(shown.points, shown.skin.triangles, BOX, 1)
+    _, few, _ = decimated(shown.points, shown.skin.triangles, BOX, 48)
+    assert len(fewest) == len(few) == 48
 
 
 def test_places_survive_to_a_step_of_the_box(shown):
