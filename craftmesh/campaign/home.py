@@ -64,6 +64,8 @@ def read_config(path: Path) -> dict[str, Any]:
     except yaml.YAMLError as error:
         line = " ".join(str(error).split())
         raise CraftmeshError(f"{path}: {line}; expected YAML") from None
+    except UnicodeDecodeError as error:
+        raise CraftmeshError(f"{path}: {error}; expected YAML in UTF-8: save it anew") from None
     if not isinstance(found, dict):
         raise CraftmeshError(f"{path}: found {type(found).__name__}; expected keys with values")
     return found

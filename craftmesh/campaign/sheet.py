@@ -51,7 +51,7 @@ def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
             f"cases: {path} is not there; expected a tab-separated sheet with {listed(COLUMNS)}"
         )
     swept = _sweep(rules)
-    lines = path.read_text(encoding="utf-8-sig").splitlines()
+    lines = _text(path).splitlines()
     numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     rows = list(csv.reader((line for _, line in numbered), delimiter="\t"))
     columns = tuple(name.strip() for name in rows[0]) if rows else ()
@@ -68,6 +68,15 @@ def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
     if not cases:
         raise CraftmeshError(f"{path}: no case; expected at least one row under the header")
     return cases
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise CraftmeshError(
+            f"cases: {path}: {error}; expected text with tabs between columns, saved as UTF-8"
+        ) from None
 
 
 def _sweep(rules: Rules) -> dict[str, Choice]:

@@ -40,10 +40,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     refuse_two_sizings(arguments)
     surface = read_surface(arguments.surface)
+    grain_tets = [grain for chunk in arguments.chunks for grain in read_grain_tets(chunk)]
     record = merged([read_record(chunk) for chunk in arguments.chunks])
     if record.get("repair"):
         surface, _ = repair_surface(surface)
-    grain_tets = [grain for chunk in arguments.chunks for grain in read_grain_tets(chunk)]
 
     def sizing() -> Lengths | None:
         return sizing_from(arguments, surface, arguments.front) if is_sized(arguments) else None

@@ -93,7 +93,7 @@ def check_arrays(file: Path, arguments: argparse.Namespace) -> list[str]:
 def check_islands(file: Path, _: argparse.Namespace) -> list[str]:
     from craftmesh.voxels.islands import islands_from_json
 
-    islands_from_json(read_json(file))
+    islands_from_json(read_json(file), str(file))
     return []
 
 

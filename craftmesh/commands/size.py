@@ -39,7 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    options, l0_is = with_l0(options_from(arguments, SizingOptions), arguments.labels)
+    labels = arguments.labels and existing(arguments.labels)
+    options, l0_is = with_l0(options_from(arguments, SizingOptions), labels)
     sizing = sizing_by(options, read_surface(arguments.surface), arguments.front)
     arrays = arrays_of(sizing)
     write_sizing(arguments.output, arrays)
@@ -54,5 +55,5 @@ def with_l0(options: SizingOptions, labels: Path | None) -> tuple[SizingOptions,
         return options, "given"
     if labels is None:
         return options, "the surface's median edge"
-    edge = voxel_edge(read_labels(existing(labels)))
+    edge = voxel_edge(read_labels(labels))
     return replace(options, l0=edge), "the voxel's edge, the cube root of its volume"

@@ -41,10 +41,10 @@ def add_sizing(parser: argparse.ArgumentParser) -> None:
 
 
 def refuse_two_sizings(arguments: argparse.Namespace) -> None:
-    """Raise CraftmeshError where both --sizing and flags that make a sizing were given."""
+    """Raise CraftmeshError where --sizing is not there, or flags that make a sizing were given as well."""
     names = ["front", *(item.name for item in fields(SizingOptions))]
     given = [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name, None) is not None]
-    if arguments.sizing and given:
+    if arguments.sizing and existing(arguments.sizing) and given:
         raise CraftmeshError(f"--sizing {arguments.sizing} holds all sizes; leave out {', '.join(given)}")
 
 

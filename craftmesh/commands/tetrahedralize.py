@@ -98,7 +98,8 @@ def mesh_grains(
 
     Raises CraftmeshError when grains fail, `fallback` is none and there is no chunk to keep the others in.
     """
-    islands = islands_from_json(read_json(arguments.islands)) if arguments.islands else ()
+    file = arguments.islands
+    islands = islands_from_json(read_json(file), str(file)) if file else ()
     try:
         with ProgressLine("tetrahedralize") as progress:
             return *tetrahedralize(

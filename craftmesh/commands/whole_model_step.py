@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from craftmesh.assembly.assemble import assemble
+from craftmesh.assembly.fit import refuse_other_surface
 from craftmesh.commands.stage_io import warn
 from craftmesh.mesh.bodies import severed_sentence
 from craftmesh.mesh.flat_tets import flat_sentence, flat_tets
@@ -27,6 +28,7 @@ def complete_mesh(
 
     crack: the given one, which tells what is one crack, see assemble.
     """
+    refuse_other_surface(surface, grain_tets)
     with ProgressLine("whole model") as progress:
         whole = completed(Completion(surface, grain_tets), record, sizing_of, options, progress)
     if whole.warning:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.deck.includes import DeckText, read_deck_text
+from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
 from craftmesh.mesh.tet_connectivity import tet_volumes
 
@@ -31,9 +32,15 @@ def check_deck(path: str | os.PathLike) -> list[str]:
     Included files are read in their places. Checked: ASCII, length of lines, names and rows of sets, ids
     that occur twice, that elements, sets, surfaces and sections name nodes, elements, sets and materials
     that are there, and that Jacobians of C3D10 at the integration points, and volumes of C3D4, are
-    positive.
+    positive. Raises CraftmeshError for a deck in which numbers are missing.
     """
-    deck = read_deck_text(path)
+    try:
+        return _breaches(read_deck_text(path))
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{path}: {error}") from None
+
+
+def _breaches(deck: DeckText) -> list[str]:
     breaches = list(deck.breaches)
     if not deck.text.isascii():
         breaches.append("the deck holds bytes that are not ASCII; expected 7-bit text")
@@ -156,6 +163,11 @@ def _table(block: Block) -> np.ndarray:
         return np.zeros((0, 1))
     width = joined.partition("\n")[0].rstrip(", ").count(",") + 1
     numbers = np.fromstring(joined.replace("\n", ","), sep=",")
+    if len(numbers) % width:
+        raise CraftmeshError(
+            f"{block.place}: {len(numbers)} numbers in rows of {width}, as the first has; expected whole "
+            "rows: the deck is cut short or was changed, write it again"
+        )
     return numbers.reshape(-1, width)
 
 

@@ -68,6 +68,9 @@ def pick(path: str | os.PathLike, dataset: str, present: list[str], wanted: tupl
 
     Raises CraftmeshError that lists those present.
     """
+    if not present:
+        asked = dataset or wanted[0]
+        raise CraftmeshError(f"{path}: holds no volume of numbers; expected a dataset such as {asked}")
     if dataset:
         if dataset in present:
             return dataset

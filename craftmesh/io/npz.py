@@ -96,7 +96,16 @@ def load(path: str | os.PathLike) -> dict[str, np.ndarray]:
     except FileNotFoundError:
         raise CraftmeshError(f"{path}: no such file; check the path") from None
     except _BROKEN as error:
-        raise CraftmeshError(f"{path}: is not an .npz of plain arrays ({error}); write it anew") from None
+        raise CraftmeshError(
+            f"{path}: is not an .npz of plain arrays ({_fault(path, error)}); write it anew"
+        ) from None
+
+
+def _fault(path: str | os.PathLike, error: Exception) -> str:
+    """Return what is wrong with a file; numpy takes all that is no archive for Python objects."""
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    return str(error) if zipfile.is_zipfile(path) else "no zip archive, or one that was cut short"
 
 
 def _orientations(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

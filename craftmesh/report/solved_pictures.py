@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
+from craftmesh.errors import CraftmeshError
 from craftmesh.report.pictures import deformed_body, stress_on_plane
 from craftmesh.report.shown_mesh import ShownMesh
 from craftmesh.types import Solution, TetMesh
@@ -25,6 +26,11 @@ def solved_pictures(solved: SolvedMesh, shown: ShownMesh) -> dict[str, Figure]:
 
     The plane is square to the axis that is most nearly along the crack, so that it shows the crack's trace.
     """
+    found, needed = len(solved.solution.displacement), len(shown.points)
+    if found < needed:
+        raise CraftmeshError(
+            f"the solution has {found} nodes and the mesh {needed}; give the solution of this mesh"
+        )
     box = solved.mesh.box
     front = np.concatenate([*shown.fronts, np.zeros(0, np.int64)])
     middle = shown.points[front].mean(axis=0) if len(front) else box.mean(axis=0)

@@ -88,14 +88,16 @@ def islands_as_json(islands: tuple[Island, ...]) -> dict:
     }
 
 
-def islands_from_json(content: dict) -> tuple[Island, ...]:
-    """Return the islands that `islands_as_json` wrote; raises CraftmeshError that names what is wrong."""
+def islands_from_json(content: dict, place: str) -> tuple[Island, ...]:
+    """Return the islands that `islands_as_json` wrote; raises CraftmeshError that names what is wrong.
+
+    place: the file, for that message.
+    """
     try:
         return tuple(_island(entry) for entry in content["islands"])
     except (KeyError, TypeError, ValueError) as error:
-        raise CraftmeshError(
-            f"islands: {type(error).__name__} {error}; expected a file made by craftmesh import"
-        ) from None
+        fault = f"no entry {error}" if isinstance(error, KeyError) else str(error)
+        raise CraftmeshError(f"{place}: {fault}; expected the islands .json of craftmesh import") from None
 
 
 def _island(entry: dict) -> Island:

@@ -178,6 +178,12 @@ def test_growth_without_a_crack_is_refused(campaign):
         campaign("one\tsynthetic\tnone\t1\tgrow\n", GROWING)
 
 
+def test_a_sheet_in_another_encoding_is_refused(campaign, tmp_path):
+    (tmp_path / "excel.tsv").write_text("case\tmicrostructure\n", encoding="utf-16")
+    with pytest.raises(CraftmeshError, match=r"excel.tsv: 'utf-8' .*saved as UTF-8"):
+        read_campaign({"cases": str(tmp_path / "excel.tsv")})
+
+
 def test_wrong_columns_are_named(campaign):
     with pytest.raises(CraftmeshError, match="columns case, crack; expected case, microstructure"):
         campaign(header="case\tcrack\n")

@@ -157,7 +157,7 @@ def test_json_comes_back():
     labels[8:10, 4:6, 4:6] = -1
     labels[2:4, 4:7, 4:6] = 9
     written = islands_as_json(find_islands(voxels(labels, (0.1, 0.2, 0.3))))
-    assert islands_as_json(islands_from_json(json.loads(json.dumps(written)))) == written
+    assert islands_as_json(islands_from_json(json.loads(json.dumps(written)), "i.json")) == written
 
 
 @pytest.mark.parametrize(
@@ -165,8 +165,8 @@ def test_json_comes_back():
     [{}, {"islands": [{"host": 1}]}, {"islands": [{"host": 1, "members": []}]}, {"islands": 3}],
 )
 def test_other_json_is_refused(content):
-    with pytest.raises(CraftmeshError, match="^islands: .*craftmesh import"):
-        islands_from_json(content)
+    with pytest.raises(CraftmeshError, match="^i.json: .*craftmesh import"):
+        islands_from_json(content, "i.json")
 
 
 def test_copper_has_fourteen_embedded_grains(shared_data):
