@@ -24,7 +24,8 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
     """Move points near the crack onto it: free points straight, box points in their plane, lines along.
 
     Points of a crack that was inserted before move along that. Those of lines that graze the crack, so that
-    the way along is too far, move straight from nearer by, but those of a crack before.
+    the way along is too far or a neighbour goes there, move straight from nearer by, but those of a crack
+    before.
     Quadruple points and box corners stay. A move that turns, flattens or pierces a facet is left out.
     """
     distance = _distances(surface, sheet)
@@ -43,14 +44,24 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
     on_line = np.zeros(len(surface.points), bool)
     on_line[rows[junctions.degree[rows] == 2]] = True
     _along_lines(surface, sheet, junctions.edges, on_line, targets)
-    step = np.linalg.norm(targets - surface.points, axis=1)
     with np.errstate(invalid="ignore"):
-        grazing = on_line & ~(step < reach) & ~normals.any(axis=1)
-        grazing &= distance < GRAZING * options.snap * surface.size
-    targets[grazing] = onto_crack(surface.points[grazing], planes[grazing], sheet, reach[grazing])
-    step = np.linalg.norm(targets - surface.points, axis=1)
+        grazes = on_line & ~normals.any(axis=1) & (distance < GRAZING * options.snap * surface.size)
+        straight = grazes & ~(np.linalg.norm(targets - surface.points, axis=1) < reach)
+    targets[straight] = onto_crack(surface.points[straight], planes[straight], sheet, reach[straight])
+    surface = _moved(surface, targets, reach, options)
+    # of two neighbours on a line that the crack crosses between them only one can go to the crossing
+    left = np.flatnonzero(grazes & (surface.psi != 0))
+    targets[:] = np.nan
+    targets[left] = onto_crack(surface.points[left], planes[left], sheet, reach[left])
+    return _moved(surface, targets, reach, options) if len(left) else surface
+
+
+def _moved(
+    surface: CutSurface, targets: np.ndarray, reach: np.ndarray, options: InsertOptions
+) -> CutSurface:
+    """Return the surface with the points at their targets (n, 3) on the crack, nearer than reach (n,)."""
     with np.errstate(invalid="ignore"):
-        rows = np.flatnonzero(step < reach)
+        rows = np.flatnonzero(np.linalg.norm(targets - surface.points, axis=1) < reach)
     points, moved = guarded_move(surface, rows, targets[rows], options)
     psi = surface.psi.copy()
     psi[moved] = 0.0

@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 from given_cracks import wavy_disc
+from structured_box import structured_box
 
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.sheet import ON_CRACK, Sheet, sheet_of
 from craftmesh.insertion.snap import onto_crack
 
@@ -46,3 +50,14 @@ def test_the_gradient_is_that_of_the_offset():
     off = np.linalg.norm(np.stack(numeric, axis=1) - sheet.gradient(points), axis=1)
     # a few points are within the step of an edge of the crack's triangles, where the gradient jumps
     assert (off < 1e-6).mean() > 0.98
+
+
+def test_neighbours_on_a_line_that_the_crack_crosses_at_a_small_angle_both_go_onto_it():
+    """Only one can go to the crossing between them; the other was left 0.02 edges off."""
+    surface, _ = structured_box((8, 8, 8), lambda places: 1 + (places[:, 0] > 4))
+    normal = np.array([1.0, 0.04, 1.0]) / np.linalg.norm([1.0, 0.04, 1.0])
+    options = CrackOptions(centre=(4.0, 3.5, 0.0), normal=tuple(normal), radius=2.6)
+    result, _ = insert_crack(surface, prescribed_crack(options, 0, surface.box))
+    off = np.abs((result.points - options.centre) @ normal)
+    near = np.linalg.norm(result.points - options.centre, axis=1) < 2.0
+    assert near.sum() > 10 and not ((off[near] > 1e-9) & (off[near] < 0.1)).any()
