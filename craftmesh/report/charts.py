@@ -61,9 +61,10 @@ def _bars(axes: Axes, share: np.ndarray, edges: Sequence[float | None]) -> None:
 
 def against_size(sweep: Sweep, found: Sequence[Converged], tolerance: float) -> Figure:
     """Return quantities against a sweep's sizes, in logarithmic steps, with the band of the tolerance."""
-    rows = -(-len(found) // PER_ROW)
-    figure = new_figure(11.0, 2.9 * rows)
-    places = figure.subplots(rows, PER_ROW, squeeze=False).ravel()
+    columns = min(PER_ROW, len(found))
+    rows = -(-len(found) // columns)
+    figure = new_figure(11.0 * columns / PER_ROW, 2.9 * rows)
+    places = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, one in zip(places, found):
         known = [(size, value) for size, value in zip(sweep.sizes, one.values) if value is not None]
         sizes, values = zip(*known)

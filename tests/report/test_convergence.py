@@ -4,8 +4,9 @@ import pytest
 from shown_models import asked, config, write_front, write_increment
 
 from craftmesh.cli import main
+from craftmesh.report.charts import against_size
 from craftmesh.report.convergence import converged
-from craftmesh.report.sweeps import sweeps
+from craftmesh.report.sweeps import Sweep, sweeps
 
 
 def record(l_min=1.0, **others):
@@ -81,3 +82,9 @@ def test_the_page_names_the_size(tmp_path):
     assert "within 5 %" in text
     assert main(["report", str(tmp_path), *flags, "--tolerance", "0.01"]) == 0
     assert "not converged" in page.read_text()
+
+
+def test_the_chart_of_one_quantity_fills_its_picture():
+    sweep = Sweep("sizing.l_min", (0.9, 0.7), ("a", "b"))
+    figure = against_size(sweep, [converged("K_I", sweep.sizes, [1.0, 2.0], 0.05)], 0.05)
+    assert [axes.get_position().width > 0.5 for axes in figure.axes] == [True]
