@@ -26,6 +26,8 @@ LENGTH = 2.0  # spacings of rows: edges of the front, where the mesh has nodes i
 # Of that: sheets this near each other, one over the other, become one. Parallel ones 0.1 l_min apart
 # left flat tetrahedra and facets 0.1 l_min off, 0.3 l_min apart none.
 MERGED = 0.3
+# Times the usual spacing of the fit's knots, one after the other, until the grown surface is a crack.
+COARSER = (1.0, 2.0, 4.0, 8.0)
 LEAST_ROWS = 3  # of a sheet among several: fewer give no spacing; its front is about to vanish, and stays
 
 
@@ -84,23 +86,46 @@ def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
 
 
 def _grown(crack: Crack, along: FrontExtensions, box: np.ndarray, options: SmoothingOptions) -> Crack:
-    """Return one sheet with its fronts moved; without fronts where none of them is left in the box."""
-    spacing = _row_spacing(along.points) / FINENESS
+    """Return one sheet with its fronts moved; without fronts where none of them is left in the box.
+
+    Where the strip folds, its moves are made smoother (COARSER) until it does not.
+    """
     box = np.asarray(box, float)
+    rows = _rows_by_front(crack, along.points)
+    folded: CraftmeshError | None = None
+    for coarser in COARSER if options.smoothing == "fit" else COARSER[:1]:
+        points, triangles, fronts = _with_strips(crack, along, rows, box, options, coarser)
+        if not any(_meets(front, box) for front in fronts):
+            return Crack(points, triangles, ())
+        try:
+            return crack_from_triangles(points, triangles, fronts, box)
+        except CraftmeshError as error:
+            folded = folded or error
+    assert folded is not None
+    raise folded
+
+
+def _with_strips(
+    crack: Crack,
+    along: FrontExtensions,
+    rows: list[tuple[np.ndarray, np.ndarray]],
+    box: np.ndarray,
+    options: SmoothingOptions,
+    coarser: float,
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """Return points, triangles and new fronts (k, 3) of a sheet with a strip before each front."""
+    spacing = _row_spacing(along.points) / FINENESS
     frame = best_fit_frame(crack.points, crack.triangles)
     points, triangles = crack.points, crack.triangles.astype(np.int64)
-    rows = _rows_by_front(crack, along.points)
     fronts = []
     for front, (row, s) in zip(crack.fronts, rows):
         points, triangles, ids = with_front_points(points, triangles, front, spacing)
         old = polyline(points[ids])
-        moves = moves_along(old, s, along.rows(row), options)
+        moves = moves_along(old, s, along.rows(row), options, coarser)
         moved = new_front(old, moves, box, frame, spacing)
         points, triangles = _joined(points, triangles, ids, old, moved)
         fronts.append(moved.points)
-    if not any(_meets(front, box) for front in fronts):
-        return Crack(points, triangles, ())
-    return crack_from_triangles(points, triangles, fronts, box)
+    return points, triangles, fronts
 
 
 def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -11,6 +11,11 @@ from craftmesh.cracks.polyline import Polyline, polyline
 ON_PLANE = 1e-7
 # Of the spacing: points of the new front nearer than that say nothing about its course.
 CLOSE = 0.1
+# Least share of an end's move that lies in its box plane, for it to be turned into that plane. One that
+# leaves the box more steeply is let go where the front meets the plane at under SHALLOW: turned, it stood
+# off the front beside it as a fin. A front that meets it squarely does not leave it, but for noise.
+WITHIN = 0.8
+SHALLOW = np.sin(np.radians(45.0))
 
 
 class NewFront(NamedTuple):
@@ -29,8 +34,8 @@ def new_front(
     """Return the front to which the points of `old` go by `moves` (k, 3), sampled about every `spacing`.
 
     box (2, 3); frame (3, 3): rows u, v, normal of a plane over which the new front has no loops. An open
-    front's ends stay in the planes of the box that they lie on. Where the front is concave and goes farther
-    than its radius it would form loops; those are cut off.
+    front's ends stay in the planes of the box that they lie on, or leave the box. Where the front is
+    concave and goes farther than its radius it would form loops; those are cut off.
     """
     moves = moves.copy()
     if old.closed:
@@ -45,16 +50,29 @@ def new_front(
 
 
 def _carry_ends(old: Polyline, moves: np.ndarray, box: np.ndarray) -> None:
-    """Turn the moves of both ends into the box planes they lie on; the turn fades over one such move."""
+    """Turn the moves of both ends into the box planes they lie on; the turn fades over one such move.
+
+    An end that leaves the box steeply goes its way: there the front has its end where it crosses the plane.
+    """
     near = ON_PLANE * np.linalg.norm(box[1] - box[0])
+    tangent = old.tangents()
     for end, along in ((0, old.arc), (-1, old.length - old.arc)):
-        on_plane = (np.abs(old.points[end] - box) <= near).any(axis=0)
+        on_planes = np.abs(old.points[end] - box) <= near
+        on_plane = on_planes.any(axis=0)
         size = np.linalg.norm(moves[end])
         within = np.where(on_plane, 0.0, moves[end])
         if not on_plane.any() or not np.linalg.norm(within) > 0:
             continue
+        if np.linalg.norm(within) < WITHIN * size and _leaves(tangent[end], moves[end], on_planes):
+            continue
         turn = within / np.linalg.norm(within) * size - moves[end]
         moves += np.clip(1 - along / size, 0, 1)[:, None] * turn
+
+
+def _leaves(tangent: np.ndarray, move: np.ndarray, on_planes: np.ndarray) -> bool:
+    """Tell whether a move (3,) goes out of one of on_planes (2, 3) that a front meets at under SHALLOW."""
+    out = (move < 0) & on_planes[0] | (move > 0) & on_planes[1]
+    return bool((out & (np.abs(tangent) < SHALLOW)).any())
 
 
 def _without_overrun(

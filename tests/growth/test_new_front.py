@@ -73,6 +73,17 @@ def test_ends_stay_in_their_planes_and_nothing_runs_past_them():
     assert moved.points[0, 0] == pytest.approx(15.5) and moved.points[-1, 0] == pytest.approx(4.5)
 
 
+def test_a_front_that_meets_a_plane_at_a_low_angle_leaves_it():
+    """All of a circle of radius 8 but a cap 1 high below the plane y = 0 grows by 1.5, in its plane."""
+    middle, cut = np.array([10.0, 7.0, 10.0]), np.arccos(7 / 8)
+    turn = np.linspace(cut - np.pi / 2, 1.5 * np.pi - cut, 400)
+    out = np.stack([np.cos(turn), np.sin(turn), np.zeros(400)], axis=1)
+    points = middle + 8 * out
+    points[[0, -1], 1] = 0.0
+    moved = new_front(polyline(points), 1.5 * out, BOX, FRAME, 0.25)
+    assert np.linalg.norm(moved.points - middle, axis=1) == pytest.approx(9.5, abs=0.01)
+
+
 @pytest.mark.parametrize("smoothing", ["fit", "savitzky_golay", "none"])
 @pytest.mark.parametrize("closed", [True, False])
 def test_smoothing_keeps_what_is_smooth(smoothing, closed):
