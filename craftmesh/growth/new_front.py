@@ -11,11 +11,8 @@ from craftmesh.cracks.polyline import Polyline, polyline
 ON_PLANE = 1e-7
 # Of the spacing: points of the new front nearer than that say nothing about its course.
 CLOSE = 0.1
-# Least share of an end's move that lies in its box plane, for it to be turned into that plane. One that
-# leaves the box more steeply is let go where the front meets the plane at under SHALLOW: turned, it stood
-# off the front beside it as a fin. A front that meets it squarely does not leave it, but for noise.
-WITHIN = 0.8
-SHALLOW = np.sin(np.radians(45.0))
+# Of an end's move: how far its front goes on straight at most, to reach the end's box plane from there.
+REACH = 1.0
 
 
 class NewFront(NamedTuple):
@@ -46,33 +43,52 @@ def new_front(
     if not old.closed:
         points, origin = _without_overrun(points, origin, box)
     points, origin = without_loops(points, origin, frame[:2], old.closed)
-    return _sampled(points, origin, old.closed, spacing)
+    moved = _sampled(points, origin, old.closed, spacing)
+    # the curve through the points may swing a little beyond the planes that they lie in
+    return moved if old.closed else NewFront(*_without_overrun(*moved, box))
 
 
 def _carry_ends(old: Polyline, moves: np.ndarray, box: np.ndarray) -> None:
-    """Turn the moves of both ends into the box planes they lie on; the turn fades over one such move.
+    """Change the moves of both ends so that they stay in the box planes they lie on.
 
-    An end that leaves the box steeply goes its way: there the front has its end where it crosses the plane.
+    A front that meets its plane at a low angle has its next end far from the last. Where it leaves the box,
+    its end goes its way, and the front ends where it crosses the plane; else the end's move is turned into
+    the plane, and the turn fades over one such move.
     """
     near = ON_PLANE * np.linalg.norm(box[1] - box[0])
     tangent = old.tangents()
     for end, along in ((0, old.arc), (-1, old.length - old.arc)):
         on_planes = np.abs(old.points[end] - box) <= near
-        on_plane = on_planes.any(axis=0)
+        axes = np.flatnonzero(on_planes.any(axis=0))
         size = np.linalg.norm(moves[end])
-        within = np.where(on_plane, 0.0, moves[end])
-        if not on_plane.any() or not np.linalg.norm(within) > 0:
+        within = moves[end].copy()
+        within[axes] = 0.0
+        if not len(axes) or not np.linalg.norm(within) > 0:
             continue
-        if np.linalg.norm(within) < WITHIN * size and _leaves(tangent[end], moves[end], on_planes):
-            continue
-        turn = within / np.linalg.norm(within) * size - moves[end]
-        moves += np.clip(1 - along / size, 0, 1)[:, None] * turn
+        reached = _along_plane(moves[end], tangent[end], axes[0]) if len(axes) == 1 else None
+        if reached is not None:
+            moves[end] = reached
+        elif not ((moves[end] < 0) & on_planes[0] | (moves[end] > 0) & on_planes[1]).any():
+            turn = within / np.linalg.norm(within) * size - moves[end]
+            moves += np.clip(1 - along / size, 0, 1)[:, None] * turn
 
 
-def _leaves(tangent: np.ndarray, move: np.ndarray, on_planes: np.ndarray) -> bool:
-    """Tell whether a move (3,) goes out of one of on_planes (2, 3) that a front meets at under SHALLOW."""
-    out = (move < 0) & on_planes[0] | (move > 0) & on_planes[1]
-    return bool((out & (np.abs(tangent) < SHALLOW)).any())
+def _along_plane(move: np.ndarray, tangent: np.ndarray, axis: int) -> np.ndarray | None:
+    """Return where an end goes in the plane square to `axis`, None where the front does not reach it.
+
+    move (3,), taken square to the front, and tangent (3,) there: a straight front that goes by the move
+    meets the plane in that place.
+    """
+    square = move - (move @ tangent) * tangent
+    length = np.linalg.norm(square)
+    if not length > 0:
+        return None
+    square *= np.linalg.norm(move) / length
+    if abs(square[axis]) > REACH * np.linalg.norm(move) * abs(tangent[axis]):
+        return None
+    reached = square - square[axis] / tangent[axis] * tangent
+    reached[axis] = 0.0
+    return reached
 
 
 def _without_overrun(

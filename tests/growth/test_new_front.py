@@ -70,7 +70,18 @@ def test_ends_stay_in_their_planes_and_nothing_runs_past_them():
     assert (moved.points[[0, -1], 1] == 0).all()
     assert (moved.points[1:-1, 1] > 0).all()
     # the ends go as far as the moves say, in the plane
-    assert moved.points[0, 0] == pytest.approx(15.5) and moved.points[-1, 0] == pytest.approx(4.5)
+    assert moved.points[[0, -1], 0] == pytest.approx([15.5, 4.5], abs=1e-3)  # of 200 chords
+
+
+def test_an_oblique_front_goes_on_parallel_to_itself():
+    """A straight front at 50 degrees to the planes y = 0 and y = 20 goes by 1.5 square to itself."""
+    slope = np.tan(np.radians(40))
+    y = np.linspace(0, 20, 100)
+    points = np.stack([2 + slope * y, y, np.full(100, 10.0)], axis=1)
+    square = np.array([1.0, -slope, 0.0]) / np.hypot(1, slope)
+    moved = new_front(polyline(points), np.tile(1.5 * square, (100, 1)), BOX, FRAME, 0.25)
+    assert moved.points[[0, -1], 1] == pytest.approx([0, 20], abs=1e-9)
+    assert (moved.points - points[0]) @ square == pytest.approx(1.5, abs=1e-6)
 
 
 def test_a_front_that_meets_a_plane_at_a_low_angle_leaves_it():
