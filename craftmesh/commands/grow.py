@@ -11,7 +11,7 @@ from craftmesh.commands.stage_io import add_output, add_report, existing, tell, 
 from craftmesh.cracks.series import crack_area
 from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.grow import grow
+from craftmesh.growth.grow import ROWS_PER_EDGE, grow, row_spacing
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.io.front_csv import has_word, read_front, read_words
@@ -71,8 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def warn_of_short_steps(along: FrontExtensions, intensities: Path) -> None:
     """Print a warning where the median extension is under LEAST_STEP of the front's edges."""
-    step = float(np.median(along.extension)) if len(along.extension) else 0.0
-    edge = float(np.median(np.linalg.norm(np.diff(along.points, axis=0), axis=1))) if step > 0 else 0.0
+    step, edge = float(np.median(along.extension)), ROWS_PER_EDGE * row_spacing(along.points)
     if 0 < step < LEAST_STEP * edge:
         warn(
             f"{intensities}: the front goes on by {step:.4g}, and its edges are {edge:.4g} long; the next "

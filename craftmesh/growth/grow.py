@@ -22,8 +22,8 @@ MET = 0.5  # of the rows' spacing: fronts of two sheets that come nearer than th
 # Spacings from there within which rows do not count: the front turns into the other sheet's at a corner,
 # and its directions there belong to neither.
 CORNER = 3.0
-LENGTH = 2.0  # spacings of rows: edges of the front, where the mesh has nodes in their middles
-# Of that: sheets this near each other, one over the other, become one. Parallel ones 0.1 l_min apart
+ROWS_PER_EDGE = 2.0  # of the front: the mesh has nodes in the middles, too
+# Of an edge: sheets this near each other, one over the other, become one. Parallel ones 0.1 l_min apart
 # left flat tetrahedra and facets 0.1 l_min off, 0.3 l_min apart none.
 MERGED = 0.3
 # Times the usual spacing of the fit's knots, one after the other, until the grown surface is a crack.
@@ -54,7 +54,7 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: Smoothi
                 for part, own in zip(parts, rows)
             ]
         )
-        length = LENGTH * _row_spacing(along.points)
+        length = ROWS_PER_EDGE * row_spacing(along.points)
         grown = merged_sheets(grown, np.asarray(box, float), length, MERGED * length)
     return grown if any(_meets(grown.points[front], box) for front in grown.fronts) else None
 
@@ -72,7 +72,7 @@ def _nearest_sheet(parts: list[Crack], places: np.ndarray) -> np.ndarray:
 
 def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
     """Tell which places (n, 3) are farther than CORNER spacings from where fronts of two parts meet."""
-    spacing = _row_spacing(places)
+    spacing = row_spacing(places)
     lines = [[polyline(part.points[front]) for front in part.fronts] for part in parts]
     met = [np.zeros((0, 3))]
     for k, own in enumerate(lines):
@@ -114,7 +114,7 @@ def _with_strips(
     coarser: float,
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
     """Return points, triangles and new fronts (k, 3) of a sheet with a strip before each front."""
-    spacing = _row_spacing(along.points) / FINENESS
+    spacing = row_spacing(along.points) / FINENESS
     frame = best_fit_frame(crack.points, crack.triangles)
     points, triangles = crack.points, crack.triangles.astype(np.int64)
     fronts = []
@@ -133,7 +133,7 @@ def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, n
     lines = [polyline(crack.points[front]) for front in crack.fronts]
     arcs, distances = map(np.array, zip(*(feet(line, places) for line in lines)))
     nearest = distances.argmin(axis=0)
-    spacing = _row_spacing(places)
+    spacing = row_spacing(places)
     off = distances.min(axis=0)
     if (off > spacing).any():
         worst = int(off.argmax())
@@ -153,7 +153,8 @@ def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, n
     return result
 
 
-def _row_spacing(places: np.ndarray) -> float:
+def row_spacing(places: np.ndarray) -> float:
+    """Return the median distance of successive places (n, 3) of fronts."""
     return float(np.median(np.linalg.norm(np.diff(places, axis=0), axis=1)))
 
 
