@@ -41,11 +41,13 @@ def add_sizing(parser: argparse.ArgumentParser) -> None:
 
 
 def refuse_two_sizings(arguments: argparse.Namespace) -> None:
-    """Raise CraftmeshError where --sizing is not there, or flags that make a sizing were given as well."""
+    """Raise CraftmeshError where flags that make a sizing were given beside --sizing, or it is not there."""
     names = ["front", *(item.name for item in fields(SizingOptions))]
     given = [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name, None) is not None]
-    if arguments.sizing and existing(arguments.sizing) and given:
+    if arguments.sizing and given:
         raise CraftmeshError(f"--sizing {arguments.sizing} holds all sizes; leave out {', '.join(given)}")
+    if arguments.sizing:
+        existing(arguments.sizing)
 
 
 def is_sized(arguments: argparse.Namespace) -> bool:

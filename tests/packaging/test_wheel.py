@@ -76,7 +76,7 @@ def test_wheel_holds_every_module_and_file_of_the_package(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
     for folder, place in CARRIED.items():
         files = [path for path in (ROOT / folder).rglob("*") if path.is_file()]
-        files = [path for path in files if path.suffix not in (".pyc", ".nbi", ".nbc")]
+        files = [path for path in files if path.parent.name != "__pycache__"]
         assert files
         missing = {f"{place}/{path.relative_to(ROOT / folder)}" for path in files} - names
         assert not missing, f"the wheel lacks {sorted(missing)}"
