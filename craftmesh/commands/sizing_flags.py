@@ -41,7 +41,7 @@ def add_sizing(parser: argparse.ArgumentParser) -> None:
 
 
 def refuse_two_sizings(arguments: argparse.Namespace) -> None:
-    """Raise CraftmeshError where flags that make a sizing were given beside --sizing, or it is not there."""
+    """Raise CraftmeshError where flags that make a sizing stand beside --sizing, or it is not there."""
     names = ["front", *(item.name for item in fields(SizingOptions))]
     given = [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name, None) is not None]
     if arguments.sizing and given:
