@@ -11,7 +11,8 @@ from craftmesh.cracks.polyline import Polyline, polyline
 ON_PLANE = 1e-7
 # Of the spacing: points of the new front nearer than that say nothing about its course.
 CLOSE = 0.1
-# Of an end's move: how far its front goes on straight at most, to reach the end's box plane from there.
+# Of an end's move: how far its front goes on straight at most, to reach the end's box plane from there, and
+# the length of it that says which way that is.
 REACH = 1.0
 
 
@@ -31,16 +32,16 @@ def new_front(
     """Return the front to which the points of `old` go by `moves` (k, 3), sampled about every `spacing`.
 
     box (2, 3); frame (3, 3): rows u, v, normal of a plane over which the new front has no loops. An open
-    front's ends stay in the planes of the box that they lie on, or leave the box. Where the front is
-    concave and goes farther than its radius it would form loops; those are cut off.
+    front's ends stay in the planes of the box that they lie on. Where the front is concave and goes farther
+    than its radius it would form loops; those are cut off.
     """
-    moves = moves.copy()
-    if old.closed:
-        moves[-1] = moves[0]
-    else:
-        _carry_ends(old, moves, box)
     points, origin = old.points + moves, old.arc
-    if not old.closed:
+    if old.closed:
+        points[-1] = points[0]
+    else:
+        for order, end in ((slice(None), old.points[0]), (slice(None, None, -1), old.points[-1])):
+            found = _with_end(points[order], origin[order], end, box)
+            points, origin = (part[order] for part in found)
         points, origin = _without_overrun(points, origin, box)
     points, origin = without_loops(points, origin, frame[:2], old.closed)
     moved = _sampled(points, origin, old.closed, spacing)
@@ -48,47 +49,51 @@ def new_front(
     return moved if old.closed else NewFront(*_without_overrun(*moved, box))
 
 
-def _carry_ends(old: Polyline, moves: np.ndarray, box: np.ndarray) -> None:
-    """Change the moves of both ends so that they stay in the box planes they lie on.
+def _with_end(
+    points: np.ndarray, origin: np.ndarray, end: np.ndarray, box: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return a moved front, from one end on, that begins in the box planes in which its old end (3,) lies.
 
-    A front that meets its plane at a low angle has its next end far from the last. Where it leaves the box,
-    its end goes its way, and the front ends where it crosses the plane; else the end's move is turned into
-    the plane, and the turn fades over one such move.
+    Its end is where the front crosses the plane, or, short of it, where it would, going on straight. Where
+    that is too far, or in several planes, the end's move is turned into them, and the turn fades over one.
     """
-    near = ON_PLANE * np.linalg.norm(box[1] - box[0])
-    tangent = old.tangents()
-    for end, along in ((0, old.arc), (-1, old.length - old.arc)):
-        on_planes = np.abs(old.points[end] - box) <= near
-        axes = np.flatnonzero(on_planes.any(axis=0))
-        size = np.linalg.norm(moves[end])
-        within = moves[end].copy()
-        within[axes] = 0.0
-        if not len(axes) or not np.linalg.norm(within) > 0:
-            continue
-        reached = _along_plane(moves[end], tangent[end], axes[0]) if len(axes) == 1 else None
-        if reached is not None:
-            moves[end] = reached
-        elif not ((moves[end] < 0) & on_planes[0] | (moves[end] > 0) & on_planes[1]).any():
-            turn = within / np.linalg.norm(within) * size - moves[end]
-            moves += np.clip(1 - along / size, 0, 1)[:, None] * turn
+    sides, axes = np.nonzero(np.abs(end - box) <= ON_PLANE * np.linalg.norm(box[1] - box[0]))
+    move = points[0] - end
+    size = float(np.linalg.norm(move))
+    within = move.copy()
+    within[axes] = 0.0
+    if not len(axes) or not within.any():
+        return points, origin
+    if len(axes) == 1:
+        level = box[sides[0], axes[0]]
+        depth = (points[:, axes[0]] - level) * (-1 if sides[0] else 1)
+        kept, place = _meeting(points, depth, REACH * size)
+        if place is not None:
+            place[axes[0]] = level
+            return np.concatenate([place[None], points[kept:]]), np.append(origin[0], origin[kept:])
+    turn = within / np.linalg.norm(within) * size - move
+    fading = np.clip(1 - np.abs(origin - origin[0]) / size, 0, 1)
+    return points + fading[:, None] * turn, origin
 
 
-def _along_plane(move: np.ndarray, tangent: np.ndarray, axis: int) -> np.ndarray | None:
-    """Return where an end goes in the plane square to `axis`, None where the front does not reach it.
+def _meeting(points: np.ndarray, depth: np.ndarray, reach: float) -> tuple[int, np.ndarray | None]:
+    """Return where a front (k, 3) meets the plane under which its points are so deep, and the first behind.
 
-    move (3,), taken square to the front, and tangent (3,) there: a straight front that goes by the move
-    meets the plane in that place.
+    reach: how far it goes on straight at most; None where it does not meet the plane.
     """
-    square = move - (move @ tangent) * tangent
-    length = np.linalg.norm(square)
-    if not length > 0:
-        return None
-    square *= np.linalg.norm(move) / length
-    if abs(square[axis]) > REACH * np.linalg.norm(move) * abs(tangent[axis]):
-        return None
-    reached = square - square[axis] / tangent[axis] * tangent
-    reached[axis] = 0.0
-    return reached
+    inside = np.flatnonzero(depth > 0)
+    if not len(inside):
+        return 0, None
+    first = int(inside[0])
+    if first:
+        share = depth[first] / (depth[first] - depth[first - 1])
+        return first, points[first] + share * (points[first - 1] - points[first])
+    away = np.linalg.norm(points - points[0], axis=1)
+    far = int(np.argmax(away >= reach)) or len(points) - 1
+    rise = depth[far] - depth[0]
+    if not depth[0] * away[far] <= reach * rise:
+        return 0, None
+    return 0, points[0] + (points[0] - points[far]) * (depth[0] / rise)
 
 
 def _without_overrun(
