@@ -7,7 +7,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from craftmesh.cracks.along_faces import GENTLE, NEAR
+from craftmesh.cracks.along_faces import GENTLE, LEAST_AREA, NEAR
 from craftmesh.cracks.merged_sheets import EXACT, SPACING
 from craftmesh.cracks.sheet_pair import SheetPair, places_in, sheet_pair
 from craftmesh.cracks.sheets import sheets
@@ -18,8 +18,6 @@ from craftmesh.types import Crack
 # Degrees: cracks that cross make wedges of this angle at least. Two discs at 5 degrees left 18 flat
 # tetrahedra, none at 8.
 FLATTEST = 6.0
-
-LEAST_AREA = 1.0  # of l_min squared, about two facets: as for faces of the box
 
 
 def refuse_along_sheets(crack: Crack, box: np.ndarray, l_min: float) -> None:

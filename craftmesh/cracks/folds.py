@@ -18,7 +18,7 @@ def fold_of(points: np.ndarray, triangles: np.ndarray) -> str:
     vectors = area_vectors(points, triangles)
     true = np.linalg.norm(vectors, axis=1)
     seen = vectors @ frame[2]
-    proper = proper_triangles(points, triangles)
+    proper = are_proper(true)
     cosine = np.where(proper, seen / np.maximum(true, 1e-300), 1.0)
     steep = cosine < STEEPEST
     if steep.any():
@@ -43,10 +43,9 @@ def fold_of(points: np.ndarray, triangles: np.ndarray) -> str:
     )
 
 
-def proper_triangles(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Tell which triangles (m, 3) have an area, and so a normal."""
-    area = np.linalg.norm(area_vectors(points, triangles), axis=1)
-    return area > LEAST_AREA * area.sum()
+def are_proper(areas: np.ndarray) -> np.ndarray:
+    """Tell which triangles of a sheet, of these areas (m,), have a normal."""
+    return areas > LEAST_AREA * areas.sum()
 
 
 def _overlap(points: np.ndarray, triangles: np.ndarray, polygons: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from craftmesh.cracks.folds import fold_of, proper_triangles
+from craftmesh.cracks.folds import are_proper, fold_of
 from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.measure import area_vectors, unit_normals
 
@@ -47,7 +47,7 @@ def _between_kinks(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
     _, of_corner, count = unique_edges(triangles)
     f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
     normal = unit_normals(points, triangles)
-    proper = proper_triangles(points, triangles)
+    proper = are_proper(np.linalg.norm(area_vectors(points, triangles), axis=1))
     turn = np.degrees(np.arccos(np.clip((normal[f] * normal[g]).sum(axis=1), -1, 1)))
     turn[~(proper[f] & proper[g])] = 0.0
     smooth = turn < KINK

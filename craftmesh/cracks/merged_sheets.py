@@ -25,7 +25,7 @@ def merged_sheets(crack: Crack, box: np.ndarray, l_min: float, reach: float) -> 
     height to its own within BLEND l_min. Sheets in one surface to rounding stay as they are, and so do
     those that are farther than `reach` from each other somewhere.
     """
-    parts, apart = sheets(crack), 0
+    given = parts = sheets(crack)
     pairs = list(combinations(range(len(parts)), 2))
     while pairs:
         low, high = pairs.pop(0)
@@ -33,8 +33,7 @@ def merged_sheets(crack: Crack, box: np.ndarray, l_min: float, reach: float) -> 
         if one is not None:
             parts = [one if k == low else part for k, part in enumerate(parts) if k != high]
             pairs = list(combinations(range(len(parts)), 2))
-            apart += 1
-    return joined(parts) if apart else crack
+    return crack if parts is given else joined(parts)
 
 
 def _merged(first: Crack, second: Crack, box: np.ndarray, l_min: float, reach: float) -> Crack | None:

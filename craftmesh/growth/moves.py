@@ -62,21 +62,25 @@ def moves_along(
     """
     turned = np.column_stack([np.cos(along.kink_angle), np.sin(along.kink_angle)])
     parts = along.extension[:, None] * turned
-    if coarser > 1:
-        parts = parts[:, :1] * along.binormal + parts[:, 1:] * along.normal
     least = PER_STEP * float(np.median(along.extension))
-    fitted = smoothed(s, parts, line.length, line.closed, line.arc, options, along.trusted, least, coarser)
-    if coarser > 1:
-        return _as_long(
-            fitted, interpolated(s, along.extension[:, None], line.length, line.closed, line.arc)
+
+    def fitted(values: np.ndarray) -> np.ndarray:
+        return smoothed(
+            s, values, line.length, line.closed, line.arc, options, along.trusted, least, coarser
         )
+
+    if coarser > 1:
+        moves = fitted(parts[:, :1] * along.binormal + parts[:, 1:] * along.normal)
+        lengths = interpolated(s, along.extension[:, None], line.length, line.closed, line.arc)
+        return _as_long(moves, lengths)
+    ahead, aside = fitted(parts).T
     tangent = line.tangents()
     normal, binormal = (
         interpolated(s, directions, line.length, line.closed, line.arc)
         for directions in (along.normal, along.binormal)
     )
     binormal -= (binormal * tangent).sum(axis=1, keepdims=True) * tangent
-    return fitted[:, :1] * _unit(binormal) + fitted[:, 1:] * _unit(normal)
+    return ahead[:, None] * _unit(binormal) + aside[:, None] * _unit(normal)
 
 
 def _as_long(moves: np.ndarray, lengths: np.ndarray) -> np.ndarray:

@@ -96,9 +96,10 @@ def classes(surface: CutSurface) -> tuple[_Junctions, np.ndarray]:
 def _crack_normals(surface: CutSurface) -> np.ndarray:
     """Return the unit normals (n, 3) of the crack there is at the points, zero where there is none."""
     facets = surface.facets[surface.kind == CRACK]
+    area = area_vectors(surface.points, facets)
     vectors = np.zeros((len(surface.points), 3))
     for corner in facets.T:
-        np.add.at(vectors, corner, area_vectors(surface.points, facets))
+        np.add.at(vectors, corner, area)
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return vectors / np.maximum(length, np.finfo(float).tiny)
 

@@ -89,7 +89,7 @@ def _mouth(corners: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
     ends = np.stack([places, np.roll(places, -1, axis=1)], axis=2)
     length = np.nan_to_num(np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2), nan=-1.0)
     segments = ends[np.arange(len(ends)), length.argmax(axis=1)][length.max(axis=1, initial=-1.0) >= 0]
-    return segments[((segments.max(axis=1) >= box[0]) & (segments.min(axis=1) <= box[1])).all(axis=1)]
+    return segments[meets_box(segments, box)]
 
 
 def _crossing(at_a: np.ndarray, at_b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
