@@ -11,7 +11,7 @@ from craftmesh.commands.stage_io import add_output, add_report, existing, tell, 
 from craftmesh.cracks.series import crack_area
 from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.grow import ROWS_PER_EDGE, grow, row_spacing
+from craftmesh.growth.grow import grow, row_spacing
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.io.front_csv import has_word, read_front, read_words
@@ -24,7 +24,7 @@ FRAMES = tuple(f"{name}_{axis}" for name in ("normal", "binormal") for axis in "
 # for it, or of lips that overlap, where the kink angle is the 70 degrees of pure mode II.
 DOUBTFUL = frozenset(("limit", "short", "closed"))
 # Of the front's edges: a shorter step is a kink within one element of the next mesh, and K there says
-# little. Steps of 0.4 edges kinked by 53 degrees, and by 58 the same way again, where one kink was due.
+# little. Steps of 0.8 edges kinked by 53 degrees, and by 58 the same way again, where one kink was due.
 LEAST_STEP = 1.0
 LEFT = "every front has left the body: the crack severs it"
 STANDS = "no point of the front extends: Delta K is nowhere over grow.threshold"
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def warn_of_short_steps(along: FrontExtensions, intensities: Path) -> None:
     """Print a warning where the median extension is under LEAST_STEP of the front's edges."""
-    step, edge = float(np.median(along.extension)), ROWS_PER_EDGE * row_spacing(along.points)
+    step, edge = float(np.median(along.extension)), row_spacing(along.points)
     if 0 < step < LEAST_STEP * edge:
         warn(
             f"{intensities}: the front goes on by {step:.4g}, and its edges are {edge:.4g} long; the next "

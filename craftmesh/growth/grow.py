@@ -22,7 +22,6 @@ MET = 0.5  # of the rows' spacing: fronts of two sheets that come nearer than th
 # Spacings from there within which rows do not count: the front turns into the other sheet's at a corner,
 # and its directions there belong to neither.
 CORNER = 3.0
-ROWS_PER_EDGE = 2.0  # of the front: the mesh has nodes in the middles, too
 # Of an edge: sheets this near each other, one over the other, become one. Parallel ones 0.1 l_min apart
 # left flat tetrahedra and facets 0.1 l_min off, 0.3 l_min apart none.
 MERGED = 0.3
@@ -54,7 +53,7 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: Smoothi
                 for part, own in zip(parts, rows)
             ]
         )
-        length = ROWS_PER_EDGE * row_spacing(along.points)
+        length = row_spacing(along.points)
         grown = merged_sheets(grown, np.asarray(box, float), length, MERGED * length)
     return grown if any(_meets(grown.points[front], box) for front in grown.fronts) else None
 
@@ -154,7 +153,7 @@ def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, n
 
 
 def row_spacing(places: np.ndarray) -> float:
-    """Return the median distance of successive places (n, 3) of fronts."""
+    """Return the median distance of successive places (n, 3) of fronts: an edge of the mesh."""
     return float(np.median(np.linalg.norm(np.diff(places, axis=0), axis=1)))
 
 
