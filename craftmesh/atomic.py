@@ -35,7 +35,8 @@ def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
     old = temporary.with_name(f"{temporary.name}-old")
     try:
         with _told(target):
-            temporary.mkdir(parents=True)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            temporary.mkdir()
             yield temporary
             if target.exists():
                 os.replace(target, old)
@@ -82,7 +83,8 @@ def _told(target: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        reason = error.strerror or str(error)
+        is_file = isinstance(error, FileExistsError | NotADirectoryError)
+        reason = f"{error.filename} is no folder" if is_file else error.strerror or str(error)
         raise CraftmeshError(
             f"{target}: cannot be written ({reason}); check the folder and its space"
         ) from error

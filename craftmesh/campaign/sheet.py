@@ -1,7 +1,7 @@
 """The sheet of cases: rows, columns, and the cases that come of them."""
 
 import csv
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -42,8 +42,9 @@ class Rules:
 def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
     """Read the tab-separated sheet of cases; lines that start with # are left out.
 
-    A column `section.key` has the key's value for each case; where the cell is empty, the configuration's
-    holds. A list of values, there or under the configuration's `sweep`, makes a case of each.
+    A column `section.key` has the key's value for each case; where the cell is empty, or missing at the end
+    of a line, the configuration's holds. A list of values, there or under the configuration's `sweep`,
+    makes a case of each.
     Raises CraftmeshError that names the file, and the line and the case where they matter.
     """
     if not path.is_file():
@@ -53,21 +54,32 @@ def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
     swept = _sweep(rules)
     lines = _text(path).splitlines()
     numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
-    rows = list(csv.reader((line for _, line in numbered), delimiter="\t"))
-    columns = tuple(name.strip() for name in rows[0]) if rows else ()
+    columns = _cells(numbered[0][1]) if numbered else []
     _check_columns(columns, rules.keys, str(path))
     cases: dict[str, Case] = {}
-    for (number, _), row in zip(numbered[1:], rows[1:]):
+    for number, line in numbered[1:]:
         place = f"{path}, line {number}"
-        if len(row) != len(columns):
-            raise CraftmeshError(f"{place}, case {row[0]!r}: {len(row)} columns; expected {len(columns)}")
-        for case in _cases(dict(zip(columns, map(str.strip, row))), swept, rules, place):
+        row = _cells(line)
+        lacking = columns[len(row) :]
+        if len(row) > len(columns) or set(lacking) & set(COLUMNS):
+            raise CraftmeshError(
+                f"{place}, case {row[0]!r}: {len(row)} columns; expected {len(columns)}, {listed(columns)}"
+            )
+        for case in _cases(dict(zip(columns, row + [""] * len(lacking))), swept, rules, place):
             if case.name in cases:
                 raise CraftmeshError(f"{place}: case {case.name!r} is there twice; names must differ")
             cases[case.name] = case
     if not cases:
         raise CraftmeshError(f"{path}: no case; expected at least one row under the header")
     return cases
+
+
+def _cells(line: str) -> list[str]:
+    """Return the cells of a line, without the empty ones that spreadsheets leave at its end."""
+    cells = [cell.strip() for cell in next(csv.reader([line], delimiter="\t"))]
+    while len(cells) > 1 and not cells[-1]:
+        cells.pop()
+    return cells
 
 
 def _text(path: Path) -> str:
@@ -88,7 +100,12 @@ def _sweep(rules: Rules) -> dict[str, Choice]:
     return {key: Choice(values, swept=True) for key, values in rules.config["sweep"].items()}
 
 
-def _check_columns(columns: tuple[str, ...], known: Mapping[str, Any], place: str) -> None:
+def _check_columns(columns: Sequence[str], known: Mapping[str, Any], place: str) -> None:
+    if len(columns) == 1 and columns[0] not in COLUMNS:
+        raise CraftmeshError(
+            f"{place}: no tab in the header {columns[0]!r}; expected text with tabs between the columns "
+            f"{listed(COLUMNS)}, save the sheet so"
+        )
     if not set(COLUMNS) <= set(columns) or len(set(columns)) < len(columns):
         raise CraftmeshError(
             f"{place}: columns {listed(columns) or 'nothing'}; expected {listed(COLUMNS)} and perhaps "
@@ -129,7 +146,7 @@ def _choices(cells: Mapping[str, str], known: Mapping[str, dict], place: str) ->
         at = f"{place}, column {column}"
         if column in known and text:
             found[column] = choice(cell_value(text, at), known[column], at)
-        elif column not in known and column != "case":
+        elif column in COLUMNS[1:] or (column in OPTIONAL and text):
             is_list = text.startswith("[")
             found[column] = choice(cell_value(text, at), {}, at) if is_list else Choice([text])
     return found

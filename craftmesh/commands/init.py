@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from craftmesh.atomic import atomic_path
+from craftmesh.atomic import atomic_paths
 from craftmesh.campaign.first_campaign import configuration_text, first_campaign, sheet_text, specks
 from craftmesh.campaign.sheet import RESERVED
 from craftmesh.commands.flags import add_options, options_from
@@ -58,11 +58,12 @@ def run(arguments: argparse.Namespace) -> None:
     imported = read | {key: value for key, value in cleaned.items() if value != defaults[key]}
     first = first_campaign(voxels, imported)
     text = configuration_text(first, source.name, str(sheet), str(source.parent))
-    for path, content in ((sheet, sheet_text(name, source.name)), (config, text)):
-        with atomic_path(path) as temporary:
+    with atomic_paths([config, sheet]) as temporaries:
+        for temporary, content in zip(temporaries, (text, sheet_text(name, source.name))):
             temporary.write_text(content, "utf-8")
     shape = " x ".join(map(str, voxels.labels.shape))
-    print(f"{source}: {shape} voxels, grains: {first.grains}, the median one {first.across:.4g} across")
+    across = f"{first.across:.4g} across in the file's unit of length"
+    print(f"{source}: {shape} voxels, grains: {first.grains}, the median one {across}")
     if background:
         print("note: label 0 fills so much that it is taken as empty space: import.background in the file")
     if report["absorbed_grains"]:

@@ -41,7 +41,10 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
         images = _images(file)
         if not images:
             raise CraftmeshError(f"{path}: has no image geometry; expected a DREAM.3D volume of voxels")
-        by_path = {name: image for image in images for name in volume_paths(image.group, image.dims)}
+        ids_by_name = (dataset, *_IDS)
+        by_path = {
+            name: image for image in images for name in volume_paths(image.group, image.dims, ids_by_name)
+        }
         name = pick(path, dataset, list(by_path), _preferred(path, by_path))
         image, matrix = by_path[name], file[name].parent
         ids = cells_xyz(file[name], image.dims)

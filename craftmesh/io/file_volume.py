@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from craftmesh.errors import CraftmeshError
 
@@ -45,6 +46,14 @@ def to_xyz(labels: np.ndarray, axes: str, where: str) -> np.ndarray:
     return labels.transpose([axes.index(axis) for axis in "xyz"])
 
 
+def as_numbers(name: str, values: ArrayLike) -> np.ndarray:
+    """Return values of a file as float64; raises CraftmeshError, with their name, for text and objects."""
+    found = np.asarray(values)
+    if found.dtype.kind not in "iufb":
+        raise CraftmeshError(f"{name} is of type {found.dtype}; expected real numbers")
+    return found.astype(float)
+
+
 def table_rows(path: str | os.PathLike, labels: np.ndarray) -> int:
     """Return the rows of a table by label, its largest + 1; CraftmeshError where too many."""
     rows = max(int(labels.max(initial=0)), 0) + 1
@@ -70,7 +79,9 @@ def pick(path: str | os.PathLike, dataset: str, present: list[str], wanted: tupl
     """
     if not present:
         asked = dataset or wanted[0]
-        raise CraftmeshError(f"{path}: holds no volume of numbers; expected a dataset such as {asked}")
+        raise CraftmeshError(
+            f"{path}: holds no volume of whole numbers; expected a dataset such as {asked}"
+        )
     if dataset:
         if dataset in present:
             return dataset

@@ -1,7 +1,7 @@
 """HDF5 files: opened, searched and read with errors of one line."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 
 import h5py
@@ -36,12 +36,18 @@ def datasets(group: h5py.Group) -> dict[str, h5py.Dataset]:
     return found
 
 
-def volume_paths(group: h5py.Group, dims: Sequence[int] | np.ndarray) -> list[str]:
-    """Return the paths of integer datasets below `group` with one number a cell of `dims` (x, y, z)."""
+def volume_paths(
+    group: h5py.Group, dims: Sequence[int] | np.ndarray, ids: Collection[str] = ()
+) -> list[str]:
+    """Return the paths of integer datasets below `group` with one number a cell of `dims` (x, y, z).
+
+    ids: paths and names of datasets that hold ids whatever their type of number.
+    """
     return [
         path
         for path, data in datasets(group).items()
-        if data.dtype.kind in "iu" and is_by_cell(data, dims, 1)
+        if (data.dtype.kind in "iu" or (data.dtype.kind == "f" and {path, path.rsplit("/", 1)[1]} & {*ids}))
+        and is_by_cell(data, dims, 1)
     ]
 
 

@@ -17,6 +17,7 @@ from craftmesh.io.file_volume import (
     UNINDEXED,
     VOID,
     FileVolume,
+    as_numbers,
     pick,
     to_xyz,
 )
@@ -109,7 +110,8 @@ def _fault(path: str | os.PathLike, error: Exception) -> str:
 
 
 def _orientations(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    largest = np.nanmax(np.abs(arrays.get(EULERS, np.zeros(1))), initial=0.0)
+    angles = as_numbers(f"{path}: {EULERS}", arrays.get(EULERS, ()))
+    largest = np.abs(angles, where=np.isfinite(angles), out=np.zeros_like(angles)).max(initial=0.0)
     if largest > 4 * np.pi:
         raise CraftmeshError(f"{path}: {EULERS} reach {largest:.0f}; expected Bunge angles in radians")
     return {kind: arrays[kind] for kind in (QUATERNIONS, RODRIGUES, EULERS) if kind in arrays}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import EULERS, QUATERNIONS, RODRIGUES, table_rows
+from craftmesh.io.file_volume import EULERS, QUATERNIONS, RODRIGUES, as_numbers, table_rows
 from craftmesh.mechanics.orientation import (
     angle_between,
     bunge_to_quaternion,
@@ -58,12 +58,12 @@ def _spread_notes(spread: float) -> tuple[str, ...]:
 
 
 def _checked(name: str, table: np.ndarray, width: int) -> np.ndarray:
-    table = np.asarray(table, float)
+    table = as_numbers(name, table)
     if table.ndim != 2 or table.shape[1] != width:
         raise CraftmeshError(
             f"{name} has shape {table.shape}; expected one row of {width} numbers per grain id"
         )
-    return table
+    return np.where(np.isfinite(table), table, np.nan)
 
 
 def _refuse_disagreement(path: str | os.PathLike, tables: Mapping[str, np.ndarray]) -> None:

@@ -8,13 +8,13 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import dream3d, labdct, metaimage, npy, npz, nrrd_volume, tesr, tiff, vti
-from craftmesh.io.file_volume import GRAIN, UNINDEXED, VOID, FileVolume, listed
+from craftmesh.io.file_volume import GRAIN, UNINDEXED, VOID, FileVolume, as_numbers, listed
 from craftmesh.io.volume_format import SUFFIXES, format_of
 from craftmesh.options import Options, option
 from craftmesh.types import Voxels
 from craftmesh.voxels.file_orientations import orientation_table
 from craftmesh.voxels.raw_volume import RawVolume
-from craftmesh.voxels.remapping import Meaning, by_grain, integer_labels, rename
+from craftmesh.voxels.remapping import Meaning, by_grain, integer_labels, phase_table, rename
 
 AUTO = "auto"
 FORMATS = (AUTO, *SUFFIXES)
@@ -68,7 +68,7 @@ def read_voxels(path: str | os.PathLike, options: ReadOptions = ReadOptions()) -
     orientations = by_grain(path, table, renaming.remap)
     if orientations is not None and not options.ignore_unknown_orientations:
         _refuse_unknown(path, orientations, renaming.remap)
-    phases = by_grain(path, content.phases, renaming.remap)
+    phases = by_grain(path, phase_table(path, content.phases, renaming.remap), renaming.remap)
     voxels = Voxels(renaming.renamed(labels), spacing, origin, orientations, phases)
     notes = content.notes + more_notes + renaming.notes
     return RawVolume(voxels, renaming.is_unindexed(labels), renaming.remap, notes)
@@ -125,7 +125,7 @@ def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarra
         raise CraftmeshError(
             f"{path}: the format has no voxel spacing; give spacing as three lengths, --spacing DX DY DZ"
         )
-    spacing = np.asarray(spacing, float)
+    spacing = as_numbers(f"{path}: spacing", spacing)
     if spacing.shape != (3,) or not (np.isfinite(spacing).all() and (spacing > 0).all()):
         raise CraftmeshError(f"{path}: spacing is {spacing.tolist()}; expected three lengths > 0")
     return spacing
@@ -139,10 +139,11 @@ def _meaning(content: FileVolume, options: ReadOptions) -> Meaning:
 
 
 def _origin(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarray:
-    origin = next((v for v in (options.origin, content.origin) if v is not None), (0.0, 0.0, 0.0))
-    if np.shape(origin) != (3,) or not np.isfinite(origin).all():
-        raise CraftmeshError(f"{path}: origin is {np.asarray(origin).tolist()}; expected three numbers")
-    return np.asarray(origin, float)
+    given = next((v for v in (options.origin, content.origin) if v is not None), (0.0, 0.0, 0.0))
+    origin = as_numbers(f"{path}: origin", given)
+    if origin.shape != (3,) or not np.isfinite(origin).all():
+        raise CraftmeshError(f"{path}: origin is {origin.tolist()}; expected three numbers")
+    return origin
 
 
 def _refuse_unknown(path: Path, orientations: np.ndarray, remap: dict[int, int]) -> None:

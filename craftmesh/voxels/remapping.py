@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import GRAIN, UNINDEXED, listed, table_rows
+from craftmesh.io.file_volume import GRAIN, UNINDEXED, as_numbers, listed, table_rows
 
 _LARGEST = np.iinfo(np.int32).max
 
@@ -61,7 +61,7 @@ def integer_labels(path: str | os.PathLike, labels: np.ndarray) -> np.ndarray:
             raise CraftmeshError(f"{path}: label {labels[wrong][0]} is not an integer; expected grain ids")
     elif labels.dtype.kind not in "iub":
         raise CraftmeshError(f"{path}: labels are of type {labels.dtype}; expected integers")
-    low, high = labels.min(), labels.max()
+    low, high = labels.min().item(), labels.max().item()
     if high >= _LARGEST or low < -_LARGEST:
         raise CraftmeshError(
             f"{path}: labels run from {low} to {high}; expected ids below {_LARGEST} (int32), renumber them"
@@ -93,6 +93,34 @@ def rename(path: str | os.PathLike, ids: np.ndarray, meaning: Meaning) -> Renami
     is_unindexed = meaning.background == UNINDEXED and value not in meaning.void_labels
     notes = ("label 0 is a grain: every id is the file's id + 1",) if shift else ()
     return Renaming({v: named.get(v, 0) for v in present}, (value,) if is_unindexed else (), notes)
+
+
+def phase_table(
+    path: str | os.PathLike, phases: np.ndarray | None, remap: dict[int, int]
+) -> np.ndarray | None:
+    """Return a file's phases (g,) by its ids as int64; None where it has none.
+
+    Raises CraftmeshError for phases that are no whole numbers >= 0, and for grains without one.
+    """
+    if phases is None:
+        return None
+    numbers = as_numbers(f"{path}: phases", phases)
+    if numbers.ndim != 1:
+        raise CraftmeshError(f"{path}: phases has shape {numbers.shape}; expected one number per grain id")
+    grains = np.array([old for old, new in remap.items() if new > 0], np.int64)
+    lacking = grains[grains >= len(numbers)]
+    if len(lacking):
+        raise CraftmeshError(
+            f"{path}: no phase for grains {listed(lacking)}; expected one row per grain id, "
+            f"row 0 for id 0, found {len(numbers)}"
+        )
+    is_phase = (numbers >= 0) & (numbers == np.round(numbers)) & (numbers < _LARGEST)
+    wrong = grains[~is_phase[grains]]
+    if len(wrong):
+        raise CraftmeshError(
+            f"{path}: phase of grain {wrong[0]} is {numbers[wrong[0]]:g}; expected a whole number >= 0"
+        )
+    return np.where(is_phase, numbers, 0).astype(np.int64)
 
 
 def by_grain(path: str | os.PathLike, table: np.ndarray | None, remap: dict[int, int]) -> np.ndarray | None:

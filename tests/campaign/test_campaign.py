@@ -158,7 +158,7 @@ def test_mistakes_in_the_configuration(campaign, keys, said):
             "line 2, case 'one': increments is 'x'; expected a whole number >= 1",
         ),
         ("one\tsynthetic\tpenny\t0\n", "case 'one': increments is 0"),
-        ("one\tsynthetic\tpenny\n", "case 'one': 3 columns; expected 4"),
+        ("one\tsynthetic\tpenny\n", "case 'one': 3 columns; expected 4, case, mic"),
         ("a/b\tsynthetic\tpenny\t1\n", "case is 'a/b'"),
         ("logs\tsynthetic\tpenny\t1\n", "case 'logs' is a folder of the results"),
         ("one\tsynthetic\tpeny\t1\n", "case 'one': crack is 'peny'; expected one of penny, none"),
@@ -171,6 +171,47 @@ def test_mistakes_in_the_sheet(campaign, rows, said):
     with pytest.raises(CraftmeshError, match=said) as caught:
         campaign(rows)
     assert "cases.tsv" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"\xef\xbb\xbf" + (HEADER + "one\tsynthetic\tpenny\t2\n").encode(),
+        (HEADER + "one\tsynthetic\tpenny\t2\n").replace("\n", "\r\n").encode(),
+        b" case \tmicrostructure\tcrack \tincrements  \n\n one\t synthetic \tpenny\t2 \n  \n",
+        b"case\tmicrostructure\tcrack\tincrements\t\t\none\tsynthetic\tpenny\t2\t\t\n\t\t\t\t\t\n",
+        b'"case"\t"microstructure"\t"crack"\t"increments"\n"one"\t"synthetic"\t"penny"\t"2"\n',
+        b"case\tmicrostructure\tcrack\tincrements\tgrowth\tinp.load\none\tsynthetic\tpenny\t2\n",
+        b"case\tgrowth\tmicrostructure\tcrack\tincrements\none\t\tsynthetic\tpenny\t2\n",
+    ],
+    ids=["BOM", "CRLF", "blanks", "empty columns", "quotes", "missing cells", "no growth"],
+)
+def test_what_spreadsheets_write_is_the_same_sheet(tmp_path, content):
+    (tmp_path / "cases.tsv").write_bytes(content)
+    keys = {"cases": str(tmp_path / "cases.tsv"), "cracks": {"penny": {"radius": 5.0}}}
+    (case,) = read_campaign(keys).cases.values()
+    assert (case.name, case.microstructure, case.crack) == ("one", "synthetic", "penny")
+    assert (case.increments, case.growth) == (2, "prescribed")
+
+
+@pytest.mark.parametrize("between", [",", ";", "  "])
+def test_a_sheet_without_tabs_is_told_so(campaign, between):
+    with pytest.raises(CraftmeshError, match="no tab in the header 'case.*expected text with tabs"):
+        campaign(header=HEADER.replace("\t", between))
+
+
+@pytest.mark.parametrize(
+    ("column", "said"),
+    [
+        ("sizing.lmin", "column sizing.lmin: unknown key 'sizing.lmin'; did you mean 'sizing.l_min'?"),
+        ("comment", "column comment: unknown key 'comment'; expected section.key"),
+        ("case", "columns case, microstructure, crack, increments, case; expected .* each once"),
+        ("node.cpus", "node.cpus holds for all cases"),
+    ],
+)
+def test_columns_that_are_no_keys_or_there_twice(campaign, column, said):
+    with pytest.raises(CraftmeshError, match=said):
+        campaign("one\tsynthetic\tpenny\t3\t1\n", f"{HEADER.strip()}\t{column}\n")
 
 
 def test_growth_without_a_crack_is_refused(campaign):
