@@ -37,6 +37,8 @@ def test_each_entry_plans_the_demo_in_an_empty_folder(entry, run_snakemake):
     assert run.status == 0, run.text
     assert DEMO_JOBS.items() <= run.jobs.items()
     assert "--l-min 0.9" in flags_of(run.text, "size") and " -o elsewhere/demo/" in run.text
+    if flags:  # a module's Snakefile has its own, or none
+        assert "workflow specific profile" in run.text  # by which a failed job's log is shown
 
 
 def test_each_entry_plans_a_campaign_of_ones_own_without_values_of_the_demo(entry, run_snakemake):
