@@ -105,7 +105,8 @@ def _add_missing(patch: Planar, segments: np.ndarray, loose: np.ndarray) -> None
             t = _holding(patch, patch.uv[point])
         if t < 0 or planar.insert_point(patch, t, point) == planar.BLOCKED:
             raise CraftmeshError(
-                f"a trace point at (u, v) = {told(patch.uv[point])} lies outside the crack"
+                f"a trace point at (u, v) = {told(patch.uv[point])} lies outside the crack; move the "
+                "crack a little"
             )
     for a, b in missing:
         if not planar.recover_edge(patch, a, b):

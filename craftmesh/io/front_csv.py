@@ -64,7 +64,7 @@ def read_front(path: str | os.PathLike, axes: str = "xyz") -> dict[str, np.ndarr
             )
         values = columns[axis]
         if values is None or not len(values) or not np.isfinite(values).all():
-            raise CraftmeshError(f"{path}: column {axis!r} has to hold finite numbers, at least one row")
+            raise _not_numbers(path, axis, [row[names.index(axis)] for row in rows])
     return {name: values for name, values in columns.items() if values is not None}
 
 
@@ -120,6 +120,14 @@ def _headerless_names(path: str | os.PathLike, width: int) -> list[str]:
     names = [""] * width
     names[_CRAFTMESHER_XYZ] = "xyz"
     return names
+
+
+def _not_numbers(path: str | os.PathLike, name: str, cells: list[str]) -> CraftmeshError:
+    """Return what is said of a column whose cells are not all finite numbers, or that has none."""
+    for number, cell in enumerate(cells, 1):
+        if not (_is_number(cell) and np.isfinite(float(cell))):
+            return CraftmeshError(f"{path}: row {number}: {name} is {cell!r}; expected a finite number")
+    return CraftmeshError(f"{path}: no row under the header; expected at least one point")
 
 
 def _is_number(text: str) -> bool:

@@ -77,11 +77,15 @@ def _pores(path: Path, names: list[str], rows: list[list[str]], decimal: str) ->
     size = _DIAMETER if _DIAMETER in names else _VOLUME
     # tables with semicolons may have decimal commas
     columns = [names.index(name) for name in (*_CENTRE, size)]
-    try:
-        values = np.array([[float(row[c].replace(decimal, ".")) for c in columns] for row in rows])
-    except (ValueError, IndexError):
-        raise CraftmeshError(f"{path}: {', '.join(_CENTRE)} and {size} have to hold numbers") from None
-    values = values.reshape(-1, 4)
+    values = np.zeros((len(rows), 4))
+    for number, row in enumerate(rows):
+        try:
+            values[number] = [float(row[c].replace(decimal, ".")) for c in columns]
+        except (ValueError, IndexError):
+            found = [row[c] for c in columns if c < len(row)]
+            raise CraftmeshError(
+                f"{path}: pore {number + 1} has {found}; expected numbers for {', '.join((*_CENTRE, size))}"
+            ) from None
     if size == _DIAMETER:
         values[:, 3] /= 2
     else:
@@ -94,9 +98,7 @@ def _void_rows(path: Path) -> np.ndarray | None:
     with open(path, newline="", encoding="utf-8-sig", errors="replace") as stream:
         rows = [[cell.strip() for cell in row] for row in csv.reader(stream) if any(map(str.strip, row))]
     if rows and "r" in rows[0]:
-        columns = read_front(path)
-        if "r" not in columns:
-            raise CraftmeshError(f"{path}: column 'r' has to hold numbers, the voids' radii")
+        columns = read_front(path, "xyzr")
         return np.stack([columns[name] for name in "xyzr"], axis=1)
     if not rows or any(len(row) != _VOID_COLUMNS for row in rows):
         return None

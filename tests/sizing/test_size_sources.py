@@ -85,7 +85,14 @@ def test_pores_outside_the_box_are_refused(tmp_path):
         sizing_from(arguments_of(flags), IN_BOX, None)
 
 
-@pytest.mark.parametrize("row, words", [("1,2,3", "barycenterx"), ("0,1,2,3", "void 1 .*r > 0")])
+@pytest.mark.parametrize(
+    "row, words",
+    [
+        ("1,2,3", "pore 1 has .*'2', '3', '1'.; expected numbers for barycenterx"),
+        ("1,2,3,4\n1,2,-,4", "pore 2 has .*'-'"),
+        ("0,1,2,3", "void 1 .*r > 0"),
+    ],
+)
 def test_pores_without_numbers_are_refused(tmp_path, row, words):
     path = tmp_path / "pores.csv"
     path.write_text(f"EqDiameter,BaryCenterX,BaryCenterY,BaryCenterZ\n{row}\n")
@@ -97,6 +104,9 @@ def test_void_list_with_a_bad_radius_is_refused(tmp_path):
     path = tmp_path / "voids.csv"
     path.write_text("0,0.5,0.5,0.5,0.2\n1,0.1,0.2,0.3,-1\n")
     with pytest.raises(CraftmeshError, match="void 2 is .*r > 0"):
+        read_source_points(path)
+    path.write_text("id,x,y,z,r\n0,0.5,0.5,0.5,big\n")
+    with pytest.raises(CraftmeshError, match="row 1: r is 'big'; expected a finite number"):
         read_source_points(path)
 
 
