@@ -90,9 +90,9 @@ def configuration_text(first: FirstCampaign, name: str, sheet: str, data: str) -
     centre = ", ".join(_number(x, 6) for x in first.crack["centre"])
     cubic = first.materials[0].split("=")[-1].startswith("cubic")
     about = (
-        "constants of copper: put those of your crystal"
+        "c11, c12, c44 of copper in MPa: put those of your crystal"
         if cubic
-        else "no orientations in the file, so isotropic: E, Poisson's ratio"
+        else "no orientations in the file, so isotropic: E in MPa, Poisson's ratio"
     )
     return f"""\
 # A first campaign for {name}: {first.grains} grains, the median one {numbers["across"]} across.
@@ -116,7 +116,7 @@ cracks:
     radius: {_number(first.crack["radius"])}  # a quarter of the shortest edge of the box
     growth: {_number(first.crack["growth"])}  # added at each increment that the sheet asks for
 
-inp:
+inp:  # the deck; its load is a strain of 0.1 % along z, unless load, magnitude and axis say otherwise
   material: {_yaml(list(first.materials))}  # {about}
 """
 
