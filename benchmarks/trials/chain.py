@@ -29,49 +29,42 @@ from craftmesh.tetrahedra.mending import mended
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
-from craftmesh.types import Crack, Surface
+from craftmesh.types import Crack, Surface, TetMesh
 from craftmesh.voxels.islands import find_islands
 from trials.drawing import Drawn
 
 
 @dataclass
 class Made:
-    """What the chain made: surfaces after insertion and gradation, the sizing, the deck's path."""
+    """What the chain made: surfaces, the sizing, the mesh, and the deck's path."""
 
     inserted: Surface | None = None
     gradated: Surface | None = None
     sizing: Any = None
+    mesh: TetMesh | None = None
     deck: Path | None = None
     stage: str = "remesh"
     refusal: str | None = None
     warnings: tuple[str, ...] = ()
 
 
-def run_chain(case: Drawn, folder: Path, insertion: str = "cut") -> Made:
-    """Run all stages; the deck and each stage's file go to `folder`. A refusal ends it and is kept."""
+def run_chain(case: Drawn, folder: Path, insertion: str = "cut", crack: Crack | None = None) -> Made:
+    """Run all stages; the deck and each stage's file go to `folder`. A refusal ends it and is kept.
+
+    crack: in place of the case's sheet, as it is.
+    """
     made = Made()
     try:
-        _run(case, folder, made, insertion)
+        _run(case, folder, made, insertion, crack)
     except CraftmeshError as error:
         made.refusal = " ".join(str(error).split())
     return made
 
 
-def _run(case: Drawn, folder: Path, made: Made, insertion: str) -> None:
+def _run(case: Drawn, folder: Path, made: Made, insertion: str, crack: Crack | None) -> None:
     surface, _ = remesh(case.voxels)
     made.stage = "crack"
-    options = case.prescribed or CrackOptions(shape="surface")
-    fronts = case.sheet.fronts if case.with_front else ()
-    if options.shape == IN_BOUNDARIES:
-        crack = crack_in_boundaries(surface, options, 0)
-    else:
-        given = None if case.prescribed else GivenSurface(case.sheet.points, case.sheet.triangles, fronts)
-        crack = crack_of_increment(options, 0, case.voxels.box, given, insertion == "cut")
-    l_min = float(case.sizes.l_min or 0)
-    for sheet in sheets(crack):
-        refuse_along_faces(sheet, case.voxels.box, l_min)
-    crack = merged_sheets(crack, case.voxels.box, l_min, MERGED * l_min)
-    refuse_along_sheets(crack, case.voxels.box, l_min)
+    crack = crack or _crack(case, surface, insertion)
     write_crack(folder / "crack.vtp", crack)
     made.stage = "stitch"
     defects = Defects(crack)
@@ -91,12 +84,30 @@ def _run(case: Drawn, folder: Path, made: Made, insertion: str) -> None:
     (folder / "gradate.json").write_text(json.dumps(report, default=_plain))
     made.stage = "tetrahedralize"
     mesh, report = _meshed(case, made, crack)
+    made.mesh = mesh
     write_tets(folder / "volume.vtu", mesh)
     (folder / "meshing.json").write_text(json.dumps(report, default=_plain))
     made.stage = "inp"
     deck = DeckOptions(element=case.element, quarter_points=case.quarter_points, load="none")
     write_deck(folder / "model.inp", mesh, deck, case.voxels.orientations, case.voxels.phases)
     made.deck = folder / "model.inp"
+
+
+def _crack(case: Drawn, surface: Surface, insertion: str) -> Crack:
+    """Return the crack that `craftmesh crack` makes of the case's sheet."""
+    options = case.prescribed or CrackOptions(shape="surface")
+    fronts = case.sheet.fronts if case.with_front else ()
+    if options.shape == IN_BOUNDARIES:
+        crack = crack_in_boundaries(surface, options, 0)
+    else:
+        given = None if case.prescribed else GivenSurface(case.sheet.points, case.sheet.triangles, fronts)
+        crack = crack_of_increment(options, 0, case.voxels.box, given, insertion == "cut")
+    l_min = float(case.sizes.l_min or 0)
+    for sheet in sheets(crack):
+        refuse_along_faces(sheet, case.voxels.box, l_min)
+    crack = merged_sheets(crack, case.voxels.box, l_min, MERGED * l_min)
+    refuse_along_sheets(crack, case.voxels.box, l_min)
+    return crack
 
 
 def _meshed(case: Drawn, made: Made, crack: Crack):

@@ -37,10 +37,14 @@ class Trial(NamedTuple):
 
 def run_apart(seed: int, trial: Trial, time_limit: float) -> dict:
     """Return the row of a seed, made by a process of its own; a crash or a hang is a row too."""
+    return script_apart(SCRIPT, seed, trial.flags, time_limit, trial.keep is not None)
+
+
+def script_apart(script: Path, seed: int, flags: list[str], time_limit: float, loud: bool = False) -> dict:
+    """Return the row that `script SEED SEED --inside FILE` writes, run by a process of its own."""
     with tempfile.TemporaryDirectory() as scratch:
         target = Path(scratch) / "row.json"
-        command = [sys.executable, str(SCRIPT), str(seed), str(seed), "--inside", str(target)]
-        command += trial.flags
+        command = [sys.executable, str(script), str(seed), str(seed), "--inside", str(target), *flags]
         started = time.monotonic()
         environment = os.environ | {"TMPDIR": scratch}
         process = subprocess.Popen(
@@ -57,7 +61,7 @@ def run_apart(seed: int, trial: Trial, time_limit: float) -> dict:
             os.killpg(process.pid, signal.SIGKILL)
             output, _ = process.communicate()
             end = f"no end within {time_limit:g} s"
-        if trial.keep is not None:
+        if loud:
             print(output.decode(errors="replace"))
         row = json.loads(target.read_text()) if target.exists() else {"seed": seed}
         if "outcome" not in row:
@@ -90,7 +94,7 @@ def run_inside(seed: int, target: Path, trial: Trial) -> None:
         print("\n".join(write_inputs(case, trial.keep, trial.insertion)), flush=True)
     with tempfile.TemporaryDirectory() as scratch:
         made = run_chain(case, trial.keep or Path(scratch), trial.insertion)
-        row |= _checked(case, made)
+        row |= checked(case, made)
         if made.deck is not None and trial.judged:
             row |= judge(made.deck)
     from trials.verdict import faults_of
@@ -100,7 +104,8 @@ def run_inside(seed: int, target: Path, trial: Trial) -> None:
     target.write_text(json.dumps(row))
 
 
-def _checked(case, made) -> dict:
+def checked(case, made) -> dict:
+    """Return what came of the chain, and every check's figures where that is a deck."""
     from trials.crack_checks import check_crack, check_inserted, may_be_refused
     from trials.deck_file import read_deck
     from trials.tet_checks import check_sizes, check_tets

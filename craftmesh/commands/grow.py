@@ -8,7 +8,7 @@ import numpy as np
 from craftmesh.commands.crack import body_of
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell, warn
-from craftmesh.cracks.series import crack_area
+from craftmesh.cracks.along_faces import area_within
 from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.grow import grow, row_spacing
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> None:
         )
     left = crack if grown is None or ended else grown
     write_crack(arguments.output, left)
-    tell(growth_report(crack, left, along, ended), arguments.report)
+    tell(growth_report((crack, left), box, along, ended), arguments.report)
 
 
 def warn_of_short_steps(along: FrontExtensions, intensities: Path) -> None:
@@ -124,13 +124,13 @@ def _columns(path: Path, names: tuple[str, ...], made: str) -> dict[str, np.ndar
     return columns
 
 
-def growth_report(crack: Crack, grown: Crack, along: FrontExtensions, ended: str) -> dict:
-    """Return areas, the kink angles' range in degrees, the extensions' range, and why the growth ended."""
+def growth_report(cracks: tuple[Crack, Crack], box: np.ndarray, along: FrontExtensions, ended: str) -> dict:
+    """Return what of both cracks lies in the box, kink angles in degrees, extensions, and why it ended."""
     angle = np.degrees(along.kink_angle)
     return {
-        "area": [crack_area(crack), crack_area(grown)],
+        "area": [area_within(crack, box) for crack in cracks],
         "kink_angle": [float(angle.min()), float(angle.max())],
         "extension": [float(along.extension.min()), float(along.extension.max())],
-        "fronts": len(grown.fronts),
+        "fronts": len(cracks[1].fronts),
         "ended": ended,
     }

@@ -26,8 +26,10 @@ def prescribed_crack(options: CrackOptions, increment: int, box: np.ndarray) -> 
         )
     box = np.asarray(box, float)
     centre, normal, axis = (_vector(name, getattr(options, name)) for name in ("centre", "normal", "axis"))
-    frame = _frame(normal, axis)
     sizes = semi_axes(options, increment)
+    is_round = sizes[0] == sizes[1] and options.shape != "through_edge"
+    # any axis will do for a round crack, the default one of a crack square to x too
+    frame = _frame(normal, np.roll(axis, 1) if is_round and _is_along(axis, normal) else axis)
     outline = _edge_outline(centre, sizes[0], box) if options.shape == "through_edge" else _ellipse(sizes)
     points = centre + outline @ frame[:2]
     _check_reaches(points, frame, box)
@@ -65,12 +67,17 @@ def _vector(name: str, value: Any) -> np.ndarray:
 def _frame(normal: np.ndarray, axis: np.ndarray) -> np.ndarray:
     if not np.linalg.norm(normal) > 0:
         raise CraftmeshError(f"crack.normal is {normal.tolist()}; expected a vector that is not zero")
-    across = np.linalg.norm(np.cross(normal, axis))
-    if not across > 1e-6 * np.linalg.norm(normal) * np.linalg.norm(axis):
+    if not axis.any() or _is_along(axis, normal):
         raise CraftmeshError(
             f"crack.axis is {axis.tolist()}, normal {normal.tolist()}; expected an axis across the normal"
         )
     return frame_along(normal, axis)
+
+
+def _is_along(axis: np.ndarray, normal: np.ndarray) -> bool:
+    return bool(
+        np.linalg.norm(np.cross(normal, axis)) <= 1e-6 * np.linalg.norm(normal) * np.linalg.norm(axis)
+    )
 
 
 def _ellipse(sizes: tuple[float, float]) -> np.ndarray:

@@ -56,7 +56,8 @@ def moves_along(
 ) -> np.ndarray:
     """Return the moves (k, 3) of the points of a front `line` from its rows `along` at ascending s (n,).
 
-    The parts ahead and aside are made smooth, and laid along the directions there. Of a front whose own
+    The parts ahead and aside are made smooth, and laid along the directions there, which are made smooth
+    too: at an end the crack's normal may be that of one facet, turned by 40 degrees. Of a front whose own
     directions turn to and fro that is not enough: with coarser over 1 the moves themselves are made smooth,
     the fit's knots so many times farther apart.
     """
@@ -64,23 +65,18 @@ def moves_along(
     parts = along.extension[:, None] * turned
     least = PER_STEP * float(np.median(along.extension))
 
-    def fitted(values: np.ndarray) -> np.ndarray:
-        return smoothed(
-            s, values, line.length, line.closed, line.arc, options, along.trusted, least, coarser
-        )
+    def fitted(values: np.ndarray, trusted: np.ndarray | None) -> np.ndarray:
+        return smoothed(s, values, line.length, line.closed, line.arc, options, trusted, least, coarser)
 
+    lengths = fitted(along.extension[:, None], along.trusted)
     if coarser > 1:
-        moves = fitted(parts[:, :1] * along.binormal + parts[:, 1:] * along.normal)
-        lengths = interpolated(s, along.extension[:, None], line.length, line.closed, line.arc)
+        moves = fitted(parts[:, :1] * along.binormal + parts[:, 1:] * along.normal, along.trusted)
         return _as_long(moves, lengths)
-    ahead, aside = fitted(parts).T
+    ahead, aside = fitted(parts, along.trusted).T
     tangent = line.tangents()
-    normal, binormal = (
-        interpolated(s, directions, line.length, line.closed, line.arc)
-        for directions in (along.normal, along.binormal)
-    )
+    normal, binormal = (fitted(directions, None) for directions in (along.normal, along.binormal))
     binormal -= (binormal * tangent).sum(axis=1, keepdims=True) * tangent
-    return ahead[:, None] * _unit(binormal) + aside[:, None] * _unit(normal)
+    return _as_long(ahead[:, None] * _unit(binormal) + aside[:, None] * _unit(normal), lengths)
 
 
 def _as_long(moves: np.ndarray, lengths: np.ndarray) -> np.ndarray:

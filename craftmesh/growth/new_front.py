@@ -1,4 +1,4 @@
-"""The front after one extension: moved, carried to the box's faces, freed of loops, sampled anew."""
+"""The front after one extension: moved, carried out to the box's faces, freed of loops, sampled anew."""
 
 from typing import NamedTuple
 
@@ -14,6 +14,9 @@ CLOSE = 0.1
 # Of an end's move: how far its front goes on straight at most, to reach the end's box plane from there, and
 # the length of it that says which way that is.
 REACH = 1.0
+# Of the move of an end: how far beyond its box plane it goes at least. The strip's edge from old to new end
+# would else lie in that plane, and where it met an edge of the box traces on the two faces stayed apart.
+BEYOND = 0.25
 
 
 class NewFront(NamedTuple):
@@ -32,85 +35,64 @@ def new_front(
     """Return the front to which the points of `old` go by `moves` (k, 3), sampled about every `spacing`.
 
     box (2, 3); frame (3, 3): rows u, v, normal of a plane over which the new front has no loops. An open
-    front's ends stay in the planes of the box that they lie on. Where the front is concave and goes farther
-    than its radius it would form loops; those are cut off.
+    front's ends lie beyond the planes of the box that its old ends lie on. Where the front is concave
+    and goes farther than its radius it would form loops; those are cut off.
     """
     points, origin = old.points + moves, old.arc
     if old.closed:
         points[-1] = points[0]
     else:
         for order, end in ((slice(None), old.points[0]), (slice(None, None, -1), old.points[-1])):
-            found = _with_end(points[order], origin[order], end, box)
+            found = _carried_out(points[order], origin[order], end, box)
             points, origin = (part[order] for part in found)
-        points, origin = _without_overrun(points, origin, box)
     points, origin = without_loops(points, origin, frame[:2], old.closed)
-    moved = _sampled(points, origin, old.closed, spacing)
-    # the curve through the points may swing a little beyond the planes that they lie in
-    return moved if old.closed else NewFront(*_without_overrun(*moved, box))
+    return _sampled(points, origin, old.closed, spacing)
 
 
-def _with_end(
+def _carried_out(
     points: np.ndarray, origin: np.ndarray, end: np.ndarray, box: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return a moved front, from one end on, that begins in the box planes in which its old end (3,) lies.
+    """Return a moved front, from one end on, that begins beyond a box plane in which its old end (3,) lies.
 
-    Its end is where the front crosses the plane, or, short of it, where it would, going on straight. Where
-    that is too far, or in several planes, the end's move is turned into them, and the turn fades over one.
+    Where the end's move leads not so far the front goes on straight beyond the nearest of these planes; if
+    that is too far, the end's move is turned into them, and a little beyond. The turn fades over one move.
     """
     sides, axes = np.nonzero(np.abs(end - box) <= ON_PLANE * np.linalg.norm(box[1] - box[0]))
     move = points[0] - end
     size = float(np.linalg.norm(move))
+    outward = np.where(sides, 1.0, -1.0)
+    depths = (box[sides, axes] - points[:, axes]) * outward
+    if not size or (depths[0] < -BEYOND * size).any():
+        return points, origin
+    found = [_straight_on(points, depth, size) for depth in depths.T]
+    reached = [place for place in found if place is not None]
+    if reached:
+        nearest = min(reached, key=lambda place: float(np.linalg.norm(place - points[0])))
+        return np.concatenate([nearest[None], points]), np.append(origin[0], origin)
     within = move.copy()
     within[axes] = 0.0
-    if not len(axes) or not within.any():
+    if not within.any():
         return points, origin
-    if len(axes) == 1:
-        level = box[sides[0], axes[0]]
-        depth = (points[:, axes[0]] - level) * (-1 if sides[0] else 1)
-        kept, place = _meeting(points, depth, REACH * size)
-        if place is not None:
-            place[axes[0]] = level
-            return np.concatenate([place[None], points[kept:]]), np.append(origin[0], origin[kept:])
-    turn = within / np.linalg.norm(within) * size - move
+    within *= size / np.linalg.norm(within)
+    within[axes] = BEYOND * size * outward
     fading = np.clip(1 - np.abs(origin - origin[0]) / size, 0, 1)
-    return points + fading[:, None] * turn, origin
+    return points + fading[:, None] * (within - move), origin
 
 
-def _meeting(points: np.ndarray, depth: np.ndarray, reach: float) -> tuple[int, np.ndarray | None]:
-    """Return where a front (k, 3) meets the plane under which its points are so deep, and the first behind.
+def _straight_on(points: np.ndarray, depth: np.ndarray, size: float) -> np.ndarray | None:
+    """Return where a front (k, 3), so deep (k,) under a plane, has left it from its end on straight.
 
-    reach: how far it goes on straight at most; None where it does not meet the plane.
+    size: of the end's move; REACH of it is how far the plane may be, and the length of the front that says
+    which way that is; BEYOND of it comes after. None where the plane is farther.
     """
-    inside = np.flatnonzero(depth > 0)
-    if not len(inside):
-        return 0, None
-    first = int(inside[0])
-    if first:
-        share = depth[first] / (depth[first] - depth[first - 1])
-        return first, points[first] + share * (points[first - 1] - points[first])
+    reach = REACH * size
     away = np.linalg.norm(points - points[0], axis=1)
     far = int(np.argmax(away >= reach)) or len(points) - 1
-    rise = depth[far] - depth[0]
-    if not depth[0] * away[far] <= reach * rise:
-        return 0, None
-    return 0, points[0] + (points[0] - points[far]) * (depth[0] / rise)
-
-
-def _without_overrun(
-    points: np.ndarray, origin: np.ndarray, box: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the front without the points next to its ends that lie beyond the ends' box planes."""
-    near = ON_PLANE * np.linalg.norm(box[1] - box[0])
-    keep = np.ones(len(points), bool)
-    for order in (np.arange(len(points)), np.arange(len(points))[::-1]):
-        end = points[order[0]]
-        low, high = np.abs(end - box[0]) <= near, np.abs(end - box[1]) <= near
-        beyond = ((points < box[0] + near) & low).any(axis=1) | ((points > box[1] - near) & high).any(
-            axis=1
-        )
-        run = np.flatnonzero(~beyond[order][1:])
-        keep[order[1 : 1 + (run[0] if len(run) else len(points) - 2)]] = False
-    return points[keep], origin[keep]
+    rise = (depth[far] - depth[0]) / away[far]
+    if not max(depth[0], 0.0) <= reach * rise:
+        return None
+    way = (points[0] - points[far]) / away[far]
+    return points[0] + way * (max(depth[0] / rise, 0.0) + BEYOND * size)
 
 
 def without_loops(

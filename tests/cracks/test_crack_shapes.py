@@ -98,7 +98,8 @@ def test_growth_adds_to_the_sizes_and_lists_replace_it():
         {},
         {"radius": 1.0, "normal": (0, 0, 0)},
         {"radius": 1.0, "centre": (0, float("nan"), 1)},
-        {"radius": 1.0, "axis": (0, 0, 2)},
+        {"semi_axes": (2.0, 1.0), "axis": (0, 0, 2)},
+        {"radius": 1.0, "axis": (0, 0, 0)},
         {"radius": 1.0, "centre": (100, 0, 0)},
         {"radius": 1.0, "centre": (6, 4, 14.0)},
         {"radius": 1.0, "shape": "square"},
@@ -271,3 +272,10 @@ def test_the_sheet_of_a_curved_crack_passes_through_its_points_and_goes_on_past_
     # the slope's change over 5% of the radius, at most amplitude * (2 / radius)^2 * (0.15)^2
     assert np.abs(sheet.offset(past)).max() < 0.05
     assert (sheet.rim.inside(sheet.uv(past)) < 0).all()
+
+
+@pytest.mark.parametrize("normal", [(1, 0, 0), (-2, 0, 0), (0, 1, 0)])
+def test_a_round_crack_may_lie_square_to_its_axis(normal):
+    crack = prescribed_crack(CrackOptions(shape="penny", centre=CENTRE, normal=normal, radius=2.0), 0, BOX)
+    assert area(crack) == pytest.approx(np.pi * 4, rel=1e-3)
+    assert np.abs((crack.points - CENTRE) @ normal).max() < 1e-12

@@ -65,7 +65,7 @@ def test_a_penny_in_tension_grows_to_a_larger_penny():
 @pytest.mark.parametrize(
     "options, radius",
     [(PENNY, 6.0), (HALF_PENNY, 6.0), (EDGE, 6.0), (ELLIPSE, 5.0)],
-    ids=["penny", "half", "edge", "ellipse"] and None,
+    ids=["penny", "half", "edge", "ellipse"],
 )
 def test_the_radius_is_the_depth_behind_the_front(options, radius):
     assert crack_radius(prescribed_crack(options, 0, BOX), BOX) == pytest.approx(radius, rel=2e-3)
@@ -154,6 +154,61 @@ def test_five_increments_make_one_sheet():
     away = crack.points[crack.fronts[0]] - [20, 0, 20]
     # 0.1 % of the radius at each increment, its tolerance, and rows 0.8 apart
     assert np.linalg.norm(away, axis=1) == pytest.approx(6 * 1.1**5, rel=0.01)
+
+
+@given(
+    middle=st.tuples(*[st.floats(1.0, 39.0)] * 3),
+    near=st.sets(st.integers(0, 2), min_size=1),
+    normal=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda way: 0.3 < np.linalg.norm(way)),
+    sliding=st.floats(-0.3, 0.3),
+)
+@settings(deadline=None, max_examples=15)
+def test_a_crack_that_leaves_by_several_faces_ends_in_the_body_at_its_fronts_alone(
+    middle, near, normal, sliding
+):
+    """Discs of radius 6 at faces, edges and corners of the box, at any angle, over three increments."""
+    centre = tuple(1.0 if k in near else x for k, x in enumerate(middle))
+    crack = prescribed_crack(CrackOptions(shape="penny", centre=centre, normal=normal, radius=6.0), 0, BOX)
+
+    def mixed(points):
+        return np.stack(
+            [np.ones(len(points)), sliding * np.cos(points[:, 0] / 3), 0 * points[:, 0]], axis=1
+        )
+
+    for _ in range(3):
+        if len(crack.fronts) != 1 or polyline(crack.points[crack.fronts[0]]).length < 3.0:
+            return  # `along` takes one front, of several rows
+        grown = grown_by(crack, GrowthOptions(extension=1.5), mixed)
+        if grown is None:
+            return
+        crack = grown
+        fronts = {edge for front in crack.fronts for edge in _edges(front)}
+        for a, b in sorted(
+            {edge for loop in boundary_loops(crack.triangles) for edge in _edges(loop)} - fronts
+        ):
+            between = crack.points[a] + np.linspace(0, 1, 9)[:, None] * (crack.points[b] - crack.points[a])
+            inward = np.minimum(between - BOX[0], BOX[1] - between).min(axis=1)
+            assert inward.max() <= 1e-6
+
+
+def _edges(line):
+    return {(min(pair), max(pair)) for pair in zip(line[:-1].tolist(), line[1:].tolist())}
+
+
+def test_the_normal_of_an_end_does_not_turn_the_front():
+    """The last row of a half penny has the normal of one facet turned by 80 degrees."""
+    crack = prescribed_crack(HALF_PENNY, 0, BOX)
+    rows = along(crack, GrowthOptions(extension=1.5))
+    normal, binormal = rows.normal.copy(), rows.binormal.copy()
+    turn = np.radians(80)
+    normal[0], binormal[0] = (
+        np.cos(turn) * normal[0] + np.sin(turn) * binormal[0],
+        np.cos(turn) * binormal[0] - np.sin(turn) * normal[0],
+    )
+    grown = grow(crack, replace(rows, normal=normal, binormal=binormal), BOX, SmoothingOptions())
+    away = grown.points[grown.fronts[0]] - [20, 0, 20]
+    assert np.abs(away[:, 2]).max() < 1e-9
+    assert np.abs(np.linalg.norm(away, axis=1) - 7.5).max() < 5e-3
 
 
 def test_a_front_beyond_the_box_leaves_no_crack():

@@ -1,4 +1,4 @@
-"""Fronts after an extension: parallel curves, loops cut off, ends in their planes."""
+"""Fronts after an extension: parallel curves, loops cut off, ends beyond their planes."""
 
 import numpy as np
 import pytest
@@ -58,7 +58,7 @@ def test_a_concave_front_forms_no_loop():
     assert (np.diff(moved.origin) >= 0).all()
 
 
-def test_ends_stay_in_their_planes_and_nothing_runs_past_them():
+def test_a_front_whose_ends_leave_the_box_keeps_its_course_there():
     """Half a circle on the plane y = 0, whose moves near the ends point out of the box."""
     turn = np.linspace(0, np.pi, 200)
     points = np.stack([10 + 4 * np.cos(turn), 4 * np.sin(turn), np.full(200, 10.0)], axis=1)
@@ -67,11 +67,12 @@ def test_ends_stay_in_their_planes_and_nothing_runs_past_them():
     moves[:, 1] -= 3.0
     moves *= 1.5 / np.linalg.norm(moves, axis=1)[:, None]
     moved = new_front(polyline(points), moves, BOX, FRAME, 0.25)
-    assert (moved.points[[0, -1], 1] == 0).all()
-    assert (moved.points[1:-1, 1] > 0).all()
+    assert (moved.points[[0, -1], 1] < 0).all()
     gone = (points + moves)[:100]
     crossing = np.interp(0, gone[:, 1], gone[:, 0])
-    assert moved.points[[0, -1], 0] == pytest.approx([crossing, 20 - crossing])
+    half = moved.points[: len(moved.points) // 2]
+    # 0.01: chords of a quarter on a front of radius five
+    assert np.interp(0, half[:, 1], half[:, 0]) == pytest.approx(crossing, abs=0.01)
 
 
 def test_an_oblique_front_goes_on_parallel_to_itself():
@@ -81,7 +82,8 @@ def test_an_oblique_front_goes_on_parallel_to_itself():
     points = np.stack([2 + slope * y, y, np.full(100, 10.0)], axis=1)
     square = np.array([1.0, -slope, 0.0]) / np.hypot(1, slope)
     moved = new_front(polyline(points), np.tile(1.5 * square, (100, 1)), BOX, FRAME, 0.25)
-    assert moved.points[[0, -1], 1] == pytest.approx([0, 20], abs=1e-9)
+    assert moved.points[0, 1] == pytest.approx(points[0, 1] + 1.5 * square[1])  # this end leaves the box
+    assert moved.points[-1, 1] > 20
     assert (moved.points - points[0]) @ square == pytest.approx(1.5, abs=1e-6)
 
 

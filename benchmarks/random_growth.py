@@ -1,0 +1,97 @@
+"""Random cracks that grow in a closed loop: each increment's deck is checked as in `random_cracks.py`.
+
+A refusal to mesh or to grow is a fault, unless the crack has left the body or runs along a face.
+"""
+
+import argparse
+import json
+import resource
+import sys
+import tempfile
+from pathlib import Path
+
+from trials.one_seed import JUDGE, script_apart
+
+SIDES = (22, 34)  # voxels
+MOST_TETS = 50_000  # of the first increment
+INCREMENTS = 6
+TIME_LIMIT = 900.0  # s; a seed takes 30 to 120 of CPU
+
+
+def parser() -> argparse.ArgumentParser:
+    flags = argparse.ArgumentParser(description=__doc__)
+    flags.add_argument("first", type=int, help="first seed")
+    flags.add_argument("last", type=int, help="last seed")
+    flags.add_argument("--increments", type=int, default=INCREMENTS, metavar="N", help="decks at most")
+    flags.add_argument("--judge", action="store_true", help="ask the judge in ../shared/judge as well")
+    flags.add_argument("--json", type=Path, metavar="FILE", help="append a line for each seed as it ends")
+    flags.add_argument("--keep", type=Path, metavar="FOLDER", help="keep the files of the one seed here")
+    flags.add_argument("--time-limit", type=float, default=TIME_LIMIT, metavar="S", help="of one seed")
+    flags.add_argument("--inside", type=Path, help=argparse.SUPPRESS)
+    return flags
+
+
+def main() -> None:
+    arguments = parser().parse_args()
+    if arguments.inside:
+        run_inside(arguments)
+        return
+    if arguments.keep and arguments.first != arguments.last:
+        sys.exit("--keep takes one seed; give it as first and last")
+    flags = ["--increments", str(arguments.increments)]
+    flags += ["--judge"] if arguments.judge and JUDGE.exists() else []
+    flags += ["--keep", str(arguments.keep.resolve())] if arguments.keep else []
+    rows = []
+    for seed in range(arguments.first, arguments.last + 1):
+        row = script_apart(Path(__file__).resolve(), seed, flags, arguments.time_limit)
+        rows.append(row)
+        print(told(row), flush=True)
+        if arguments.json is not None:
+            with arguments.json.open("a") as stream:
+                stream.write(json.dumps(row) + "\n")
+    print(f"\n{summary(rows)}")
+
+
+def run_inside(arguments: argparse.Namespace) -> None:
+    """Draw one seed's case and let it grow in this process; write its row."""
+    from trials import drawing
+    from trials.closed_loop import closed_loop
+
+    drawing.MOST_TETS = MOST_TETS
+    case = drawing.draw_one(arguments.first, SIDES)
+    row = {"seed": arguments.first, "words": case.words, "l_min": case.sizes.l_min}
+    arguments.inside.write_text(json.dumps(row))
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = arguments.keep or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        row |= closed_loop(case, folder, arguments.increments, arguments.judge)
+    row["outcome"] = "grown"
+    row["cpu_s"] = round(sum(sum(resource.getrusage(who)[:2]) for who in (0, -1)), 1)
+    arguments.inside.write_text(json.dumps(row))
+
+
+def told(row: dict) -> str:
+    """Return a seed's line."""
+    decks = len(row.get("rows", []))
+    found = "; ".join(f"{name.upper()} {text}" for name, text in row["faults"].items())
+    said = found or row.get("ended") or "sound"
+    return f"{row['seed']:6d} {row['seconds']:5.0f} s {decks} decks  {row.get('words', '')}: {said}"
+
+
+def summary(rows: list[dict]) -> str:
+    """Return counts of seeds and decks, of faults among them, and the worst figures."""
+    decks = [deck for row in rows for deck in row.get("rows", [])]
+    lines = [
+        f"{len(rows)} seeds, {len(decks)} decks; without a fault: {sum(not row['faults'] for row in rows)} "
+        f"seeds, {sum(not deck['faults'] for deck in decks)} decks",
+        f"flat tets in {sum(deck['flat'] > 0 for deck in decks)} decks",
+    ]
+    for key, worst in (("front_node", max), ("facet", max), ("ar_under_5_pct", min), ("poor_pct", max)):
+        known = [deck[key] for deck in decks if deck.get(key) is not None]
+        if known:
+            lines.append(f"worst {key}: {worst(known):.4g}")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,114 @@
+"""The closed loop on a random crack: meshed, checked, solved, K found, grown, and again."""
+
+import contextlib
+import io
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.cli import main
+from craftmesh.io.front_csv import write_front
+from craftmesh.io.npz import write_labels
+from craftmesh.io.vtk import read_crack
+from craftmesh.mesh.front_frames import front_frames
+from craftmesh.surface.measure import area_vectors
+from craftmesh.types import Crack
+from trials.chain import run_chain
+from trials.drawing import Drawn
+from trials.one_seed import checked, judge
+from trials.sheets import Sheet
+from trials.verdict import faults_of
+
+STREAM = 77  # of the random numbers that say how far a seed's crack goes
+STEPS_IN_L_MIN = (1.5, 2.0, 3.0)  # by how much it grows at each increment
+KEPT = ("tets", "flat", "ar_under_5_pct", "poor_pct", "dihedral_min", "front_node", "facet", "faults")
+
+
+class Stopped(Exception):
+    """A verb of the loop that refused, and what it said."""
+
+
+def closed_loop(case: Drawn, folder: Path, increments: int, judged: bool) -> dict:
+    """Return a row for each increment that became a deck, and why the growth ended before its time.
+
+    The body is pulled along the axis nearest to the first crack's normal, K found with quarter points.
+    """
+    write_labels(folder / "labels.npz", case.voxels)
+    extension = _extension(case)
+    found: dict = {"extension": extension, "rows": [], "ended": "", "faults": {}}
+    crack, load = None, ""
+    for increment in range(increments):
+        own = folder / f"{increment:03d}"
+        own.mkdir()
+        made = run_chain(case, own, crack=crack)
+        row = checked(case, made)
+        if made.deck is not None and judged:
+            row |= judge(made.deck)
+        row["faults"] = faults_of(row)
+        if made.mesh is None:
+            found["ended"] = f"{increment:03d}: {made.stage}: {made.refusal}"
+            found["faults"] |= {f"{increment:03d} {k}": v for k, v in row["faults"].items()}
+            break
+        found["rows"].append({key: row[key] for key in KEPT if key in row})
+        found["faults"] |= {f"{increment:03d} {k}": v for k, v in row["faults"].items()}
+        crack = read_crack(own / "crack.vtp")
+        if not crack.fronts:
+            found["ended"] = f"{increment:03d}: the crack parts the body"
+            break
+        load = load or f"--load stress --magnitude 1 --quarter-points --axis {_axis(crack)}"
+        write_front(own / "front.csv", front_frames(made.mesh).columns())
+        try:
+            grown, why = _grown(folder, own, f"{load} --material isotropic:70000,0.3", extension)
+        except Stopped as stopped:
+            found["ended"] = f"{increment:03d}: {stopped}"
+            found["faults"][f"{increment:03d} growth"] = str(stopped)
+            break
+        if why:
+            found["ended"] = f"{increment:03d}: {why}"
+            break
+        crack, case = grown, _as_given(case, grown)
+    return found
+
+
+def _extension(case: Drawn) -> float:
+    rng = np.random.default_rng([case.seed, STREAM])
+    return float(rng.choice(STEPS_IN_L_MIN)) * float(case.sizes.l_min or 0)
+
+
+def _axis(crack: Crack) -> str:
+    """Return the axis nearest to the crack's mean normal."""
+    return "xyz"[int(np.abs(area_vectors(crack.points, crack.triangles).sum(axis=0)).argmax())]
+
+
+def _grown(folder: Path, own: Path, model: str, extension: float) -> tuple[Crack, str]:
+    """Return the crack grown by its own K, and why it goes no further."""
+    labels = folder / "labels.npz"
+    known = f"--microstructure {labels} {model}"
+    _verb(f"solve {own}/volume.vtu {known} -o {own}/solution.npz")
+    _verb(
+        f"fracture {own}/volume.vtu {own}/solution.npz {known} --crack {own}/crack.vtp "
+        f"--extension {extension!r} -o {own}/sif.csv"
+    )
+    _verb(
+        f"grow {own}/crack.vtp {own}/sif.csv {own}/front.csv --volume {labels} --until "
+        f"-o {own}/grown.vtp --report {own}/growth.json"
+    )
+    return read_crack(own / "grown.vtp"), json.loads((own / "growth.json").read_text())["ended"]
+
+
+def _verb(line: str) -> None:
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
+        status = main(line.split())
+    if status:
+        last = said.getvalue().strip().splitlines()[-1:]
+        raise Stopped(f"{line.split()[0]}: {' '.join(last)}")
+
+
+def _as_given(case: Drawn, crack: Crack) -> Drawn:
+    """Return the case whose given sheet is that crack."""
+    fronts = tuple(crack.points[front] for front in crack.fronts)
+    sheet = Sheet(crack.points, crack.triangles, fronts, flat=False)
+    return replace(case, sheet=sheet, prescribed=None, with_front=True, parts=())
