@@ -18,6 +18,8 @@ START_MINUTES = 15
 WORKER_MB = 400  # a worker process of tetrahedralize besides the first, on small grains
 # the next attempt's time over that before; where a grain failed, assemble meshes the whole model
 LONGER = {"assemble": 5}
+# jobs of one group that run at once on its node: Snakemake asks for the sum of their memory
+AT_ONCE = {"inp": 2, "check": 2}
 # Facets of the remeshed surface over voxels at most: copper, whose grains are four voxels across, has 0.9.
 FACETS_PER_VOXEL = 1.0
 # Tetrahedra over facets of the gradated surface: grains430 9.9, al1050 10.
@@ -27,12 +29,12 @@ UNKNOWN = {".npz": 20_000_000, ".vtp": 100_000}
 
 
 def memory_mb(stage: str, count: int, attempt: int, node: Node) -> int:
-    """Return the memory of a stage's job on `count` facets or voxels, no more than the node has."""
+    """Return the memory of a stage's job on `count` facets or voxels, up to its part of the node's."""
     megabytes = MEMORY_FACTOR * effort(stage, _sizes(count)).megabytes + COMPILER_MB
     if stage == "tetrahedralize":
         megabytes += WORKER_MB * (node.workers - 1)
     asked = round(megabytes) * 2 ** (attempt - 1)
-    return asked if node.mem_mb is None else min(asked, node.mem_mb)
+    return asked if node.mem_mb is None else min(asked, node.mem_mb // AT_ONCE.get(stage, 1))
 
 
 def minutes(stage: str, count: int, attempt: int) -> int:

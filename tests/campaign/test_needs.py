@@ -68,6 +68,11 @@ def test_needs_grow_with_size_and_attempt_up_to_the_node(stage):
     assert minutes(stage, 10**5, 2) >= 2 * minutes(stage, 10**5, 1) > 0
 
 
+def test_jobs_at_once_on_a_node_ask_for_no_more_than_it_has():
+    first, second = (memory_mb(stage, 10**6, 3, Node(4, 8001)) for stage in ("inp", "check"))
+    assert first == second == 4000
+
+
 def test_each_worker_process_has_its_memory():
     one, four = (memory_mb("tetrahedralize", 10**5, 1, node) for node in (AT_WILL, Node(4, None)))
     assert four > one

@@ -1,4 +1,6 @@
 NODE = cluster_node(CAMPAIGN.config["node"])
+# check runs beside inp in a job of two processors; where nodes have one it is a job of its own
+CHECKED = "deck" if NODE.cpus != 1 else "quality"
 
 
 def job_memory(stage, file):

@@ -58,7 +58,7 @@ rule check:
     benchmark:
         f"{BENCHMARK}/{{inc}}/quality.tsv"
     group:
-        "deck_{case}_{inc}"
+        f"{CHECKED}_{{case}}_{{inc}}"
     conda:
         "../envs/craftmesh.yaml"
     resources:
