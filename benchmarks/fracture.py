@@ -23,6 +23,8 @@ SHEAR = np.array([[0.0, 0, 1], [0, 0, 0], [1, 0, 0]])
 MIXED = np.array([[0, 0, 0.7], [0, 0, 0.3], [0.7, 0.3, 0.5]])
 # Residuals of the first solution, whose opening corrects K of a penny by 0.6 %, and of the second.
 ROUGH, FINE = 1e-3, 1e-7
+KINK = 40.0  # degrees, of the strip
+END = 2.0  # of the coarse edges: nodes this near to an end of a front count apart, as `ends`
 TURN = (0.8, 0.3, -0.4, 0.33)  # of the crystal, a general one
 COLUMNS = {
     "case": "case",
@@ -48,7 +50,8 @@ class Case:
 
     material: "isotropic", "crystal", one of copper, or "polycrystal" of it; cap: the crack is a cap of a
     sphere; pulled: by a stress on planes of the box, whose other planes are free; layered: of two grains
-    whose boundary is in the middle of the box, across z.
+    whose boundary is in the middle of the box, across z; kinked: the crack is a strip with a kink; halved:
+    errors are those against edges half as long.
     """
 
     crack: dict
@@ -62,6 +65,8 @@ class Case:
     voxels: tuple[int, int, int] = (EDGE, EDGE, EDGE)
     printed: tuple[tuple[float, ...], tuple[float, ...]] | None = None
     layered: bool = False
+    kinked: bool = False
+    halved: bool = False
 
 
 def _normal(degrees: float) -> tuple:
@@ -153,6 +158,15 @@ CASES = {
     "polycrystal": replace(
         _penny(45, {"tension": TENSION}), exact=None, material="polycrystal", pulled=True
     ),
+    "lens, halved": Case({"shape": "surface"}, {"tension": TENSION}, cap=True, pulled=True, halved=True),
+    "kinked strip, halved": Case(
+        {"shape": "surface"},
+        {"tension": TENSION},
+        kinked=True,
+        pulled=True,
+        voxels=(40, 24, 40),
+        halved=True,
+    ),
 }
 
 
@@ -168,7 +182,7 @@ def meshed(case: Case, length: float):
     if case.layered:
         labels = 1 + (np.indices(case.voxels)[2] >= case.voxels[2] // 2)
         voxels = Voxels(labels.astype(np.int32), voxels.spacing, voxels.origin)
-    given = GivenSurface(*_cap(length)) if case.cap else None
+    given = GivenSurface(*_cap(length)) if case.cap else GivenSurface(*_strip()) if case.kinked else None
     crack = crack_of_increment(CrackOptions(**case.crack), 0, voxels.box, given)
     sizes = SizingOptions(l_min=length, l0=max(1.0, 1.25 * length), l_max=6.0, r0=6.0, r1=20.0)
     return opened_mesh(voxels, crack, sizes)
@@ -190,6 +204,15 @@ def _cap(length: float):
     points = sphere * np.column_stack([along, np.cos(angle) - np.cos(tilt)]) + CENTRE
     triangles = Delaunay(uv).simplices
     return points, triangles
+
+
+def _strip():
+    """Return points and triangles of an edge crack of depth RADIUS whose last third is kinked by KINK."""
+    turn = np.radians(KINK)
+    tip = RADIUS / 3 * np.array([np.cos(turn), np.sin(turn)])
+    line = np.array([[-1.0, 20.1], [2 * RADIUS / 3, 20.1], [2 * RADIUS / 3 + tip[0], 20.1 + tip[1]]])
+    points = np.array([[x, y, z] for y in (-1.0, 25.0) for x, z in line])
+    return points, np.array([[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]])
 
 
 def model_of(mesh, material_name: str, poisson: float):
@@ -293,6 +316,8 @@ def run(name: str, edges: float) -> list[dict]:
     from craftmesh.mechanics.near_field import as_tensor
 
     case = CASES[name]
+    if case.halved:
+        return halved(name, edges)
     mesh = meshed(case, case.size / edges)
     model = model_of(mesh, case.material, case.poisson)
     tensor = as_tensor(model.stiffness()[:1])[0]
@@ -310,6 +335,37 @@ def run(name: str, edges: float) -> list[dict]:
             {"case": name, "load": load, "edges": edges, "tets": len(mesh.tets)} | figures | seconds
         )
     return rows
+
+
+def halved(name: str, edges: float) -> list[dict]:
+    """Return a row of how far K is off that with edges half as long, at the coarse front's nodes."""
+    from craftmesh.cracks.polyline import feet, polyline
+    from craftmesh.fracture.parameters import fracture_parameters
+
+    case, fronts = CASES[name], []
+    start = time.process_time()
+    for cut in (1, 2):
+        mesh = meshed(case, case.size / edges / cut)
+        model = model_of(mesh, case.material, case.poisson)
+        found, _ = fracture_parameters(model.mesh, pulled(model), model.grains, model.stiffness())
+        fronts.append((found.points, np.column_stack([found.K_I, found.K_II, found.K_III]), len(mesh.tets)))
+    (places, k, tets), (others, finer, _) = fronts
+    if case.cap:  # a closed front
+        others, finer = (np.concatenate([rows, rows[:1]]) for rows in (others, finer))
+    line = polyline(others)
+    s, _ = feet(line, places)
+    wanted = np.column_stack([np.interp(s, line.arc, column) for column in finer.T])
+    near = np.minimum(s, line.length - s) < END * case.size / edges
+    inner = np.ones(len(s), bool) if case.cap else ~near
+    largest = np.abs(wanted[inner]).max()
+    row = {"case": name, "load": "tension", "edges": edges, "tets": tets}
+    for column, mode in enumerate(("K_I", "K_II", "K_III")):
+        off = 100 * (k - wanted)[:, column] / largest
+        row[mode] = [float(f) for f in (off[inner].mean(), off[inner].std(), np.abs(off[inner]).max())]
+    if not case.cap:
+        row["ends"] = float(100 * np.abs(k - wanted)[near].max() / largest)
+    row["kink"] = _kink_error(k[inner], wanted[inner])
+    return [row | {"solve_s": time.process_time() - start}]
 
 
 def errors(mesh, found, exact: Callable | None, pulled: bool) -> dict:

@@ -8,13 +8,10 @@ from typing import Any
 import numpy as np
 
 from craftmesh.commands.whole_model_step import complete_mesh
-from craftmesh.cracks.along_faces import refuse_along_faces
-from craftmesh.cracks.along_sheets import refuse_along_sheets
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
-from craftmesh.cracks.merged_sheets import MERGED, merged_sheets
+from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.series import GivenSurface, crack_of_increment
-from craftmesh.cracks.sheets import sheets
 from craftmesh.cracks.split_voxels import split_along
 from craftmesh.deck.write_deck import DeckOptions, write_deck
 from craftmesh.errors import CraftmeshError, MeshingError
@@ -102,12 +99,7 @@ def _crack(case: Drawn, surface: Surface, insertion: str) -> Crack:
     else:
         given = None if case.prescribed else GivenSurface(case.sheet.points, case.sheet.triangles, fronts)
         crack = crack_of_increment(options, 0, case.voxels.box, given, insertion == "cut")
-    l_min = float(case.sizes.l_min or 0)
-    for sheet in sheets(crack):
-        refuse_along_faces(sheet, case.voxels.box, l_min)
-    crack = merged_sheets(crack, case.voxels.box, l_min, MERGED * l_min)
-    refuse_along_sheets(crack, case.voxels.box, l_min)
-    return crack
+    return meshable(crack, case.voxels.box, float(case.sizes.l_min or 0))
 
 
 def _meshed(case: Drawn, made: Made, crack: Crack):

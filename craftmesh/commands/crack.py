@@ -9,14 +9,12 @@ import numpy as np
 from craftmesh.commands.crack_sources import given_surface
 from craftmesh.commands.flags import Parser, add_options, options_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
-from craftmesh.cracks.along_faces import refuse_along_faces
-from craftmesh.cracks.along_sheets import refuse_along_sheets
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
 from craftmesh.cracks.measured import Numbers
-from craftmesh.cracks.merged_sheets import MERGED, merged_sheets
+from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.series import crack_of_increment, refuse_shrunk
-from craftmesh.cracks.sheets import joined, sheets
+from craftmesh.cracks.sheets import joined
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.options import WayOptions
 from craftmesh.io.npz import read_labels
@@ -72,11 +70,8 @@ def run(arguments: argparse.Namespace) -> None:
         else:
             surface, report = given_surface(options, increment, box, grid)
             cracks.append(crack_of_increment(options, increment, box, surface, heights))
-        for sheet in sheets(cracks[-1]):
-            refuse_along_faces(sheet, box, l_min)
         reports[f"crack_{number}"] = report
-    crack = merged_sheets(joined(cracks), box, l_min, MERGED * l_min)
-    refuse_along_sheets(crack, box, l_min)
+    crack = meshable(joined(cracks), box, l_min)
     if arguments.previous:
         refuse_shrunk(crack, read_crack(arguments.previous), increment)
     write_crack(arguments.output, crack)

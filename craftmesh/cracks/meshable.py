@@ -1,0 +1,22 @@
+"""A crack as it goes to the mesh: not along a face, and its sheets apart, across each other, or one."""
+
+import numpy as np
+
+from craftmesh.cracks.along_faces import refuse_along_faces
+from craftmesh.cracks.along_sheets import refuse_along_sheets
+from craftmesh.cracks.merged_sheets import MERGED, merged_sheets
+from craftmesh.cracks.sheets import sheets
+from craftmesh.types import Crack
+
+
+def meshable(crack: Crack, box: np.ndarray, l_min: float) -> Crack:
+    """Return a given crack with its sheets that overlap made one; box (2, 3), l_min in model units.
+
+    Raises CraftmeshError for sheets along a face of the box or along each other, between which there is no
+    room for tetrahedra.
+    """
+    for sheet in sheets(crack):
+        refuse_along_faces(sheet, box, l_min)
+    merged = merged_sheets(crack, box, l_min, MERGED * l_min)
+    refuse_along_sheets(merged, box, l_min)
+    return merged
