@@ -8,6 +8,7 @@ from craftmesh.gradation.kernels.collapse_rules import (
     NEITHER,
     ONTO_B,
     closes_thin_end,
+    end_on_box_edge,
     grains_touch,
     link_refusal,
     makes_ear,
@@ -90,6 +91,8 @@ def collapse_edge(state, grid, limits, a, b):
         feature or closing,
         limits.merge_points,
     )
+    if ends == NEITHER and closing:
+        ends = end_on_box_edge(state.flags[a], state.flags[b])
     if ends == NEITHER:
         return reason
     reason = link_refusal(state, a, b, closing, limits.merge_points)

@@ -8,6 +8,7 @@ from craftmesh.gradation.kernels.codes import (
     LINK,
     ON_CRACK,
     ON_FRONT,
+    ON_PLANES,
 )
 from craftmesh.gradation.kernels.rings import edge_facets, has_corner, is_feature, third_corner
 from craftmesh.jit import kernel
@@ -37,6 +38,19 @@ def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
     if onto_b:
         return ONTO_B, DONE
     return NEITHER, CONSTRAINT
+
+
+@kernel
+def end_on_box_edge(flags_a, flags_b):
+    """Return which end of an edge between a box edge and the crack's mouth beside it may give way.
+
+    The mouth's point leaves the crack for the box edge; how far is for the guards to allow.
+    """
+    for flags, other, ends in ((flags_a, flags_b, ONTO_A), (flags_b, flags_a, ONTO_B)):
+        mouth = other & ~ON_CRACK
+        if other & ON_CRACK and mouth & ON_PLANES and flags & mouth == mouth and flags & ~ON_CRACK > mouth:
+            return ends
+    return NEITHER
 
 
 @kernel

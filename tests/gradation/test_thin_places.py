@@ -1,0 +1,91 @@
+"""Long edges under flat apexes are parted at their feet; slivers between a mouth and a box edge close."""
+
+import numpy as np
+import pytest
+from few_facets import sheet
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from structured_box import structured_box
+from unchanged import OPEN
+
+from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.gradation.gradate import CRACK_FACETS, SOUND_ANGLE, gradate
+from craftmesh.gradation.passes import Gradation, filled_grid, split_all
+from craftmesh.gradation.state import make_state
+from craftmesh.insertion.insert import insert_crack
+from craftmesh.sizing.sizing import Sizing
+from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.kernels.facet_shape import angle_score, score_of_angle
+from craftmesh.types import CRACK
+
+LIMITS = OPEN._replace(split=1.4, floor=score_of_angle(SOUND_ANGLE))
+
+
+def parted(*apexes):
+    """Split the edge from x = 0 to 4 between two apexes; return the new points and scores before, after."""
+    facets = [[0, 1, 2], [1, 0, 3]]
+    surface = sheet(facets, points=[[0.0, 0, 0], [4.0, 0, 0], *apexes])
+    state = make_state(surface, np.ones(4))
+    gradation = Gradation(state, filled_grid(state.mesh), {})
+    split_all(gradation, "split", LIMITS, np.array([[0, 1]]), np.array([0]), 1.0)
+    mesh = gradation.mesh
+    living = mesh.facets[np.flatnonzero(mesh.alive)]
+    scores = [[angle_score(mesh.points, *facet) for facet in some] for some in (facets, living)]
+    return mesh.points[4 : mesh.used[0]], *scores
+
+
+@pytest.mark.parametrize("x", [0.5, 0.7, 3.3])
+def test_an_edge_is_parted_under_an_apex_that_its_middle_would_make_flatter(x):
+    new, _, _ = parted((x, 0.05, 0), (2, -2, 0))
+    assert new == pytest.approx(np.array([[x, 0, 0]]), abs=1e-12)
+
+
+def test_an_edge_under_high_apexes_is_parted_in_the_middle():
+    new, _, _ = parted((2.5, 1.8, 0), (1.6, -2, 0))
+    assert new == pytest.approx(np.array([[2, 0, 0]]), abs=1e-12)
+
+
+def test_an_edge_is_not_parted_at_a_foot_close_to_its_end():
+    assert not len(parted((0.3, 0.05, 0), (2, -2, 0))[0])
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 2**32 - 1))
+def test_no_split_leaves_a_facet_worse_than_the_worst_before_and_unsound(seed):
+    rng = np.random.default_rng(seed)
+    apexes = np.column_stack([rng.uniform(-1, 5, 2), [1, -1] * rng.uniform(0.01, 2, 2), np.zeros(2)])
+    _, before, after = parted(*apexes)
+    assert min(after) >= min(LIMITS.floor, min(before)) * (1 - 1e-12)
+
+
+def beside_an_edge(slope: float):
+    """A box of one grain with a crack to its edge x = y = 8, which it leaves by `slope` along z."""
+    surface, _ = structured_box((8, 8, 8), lambda centres: np.ones(len(centres), int))
+    # the plane x - y + slope * (z - 4) = 0, from 4 inside the edge to beyond it, past both ends in z
+    inner, outer = np.array([5.2, 5.2]), np.array([8.6, 8.6])
+    corners = np.array([[*at, z] for at in (inner, outer) for z in (-1.0, 9.0)])
+    corners[:, 0] -= slope * (corners[:, 2] - 4) / 2
+    corners[:, 1] += slope * (corners[:, 2] - 4) / 2
+    crack = crack_from_triangles(corners, np.array([[0, 2, 3], [0, 3, 1]]), None, surface.box)
+    sizing = Sizing(1.0, 1.0, 1.0, 8.0, 16.0, 1.0, crack.points[np.concatenate(crack.fronts)])
+    return insert_crack(surface, crack, sizing)[0], crack, sizing
+
+
+def test_a_mouth_that_hardly_leaves_an_edge_of_the_box_goes_onto_it():
+    inserted, crack, sizing = beside_an_edge(0.02)
+    thin = sliver_widths(inserted)
+    assert len(thin) > 3 and thin.max() < 0.081
+    gradated, _ = gradate(inserted, sizing, crack=crack)
+    assert not check_surface(gradated)
+    assert sliver_widths(gradated).min(initial=1.0) > 0.04
+    points = gradated.points[np.unique(gradated.facets[gradated.kind == CRACK])]
+    off = (points[:, 0] - points[:, 1] + 0.02 * (points[:, 2] - 4)) / np.sqrt(2)
+    assert np.abs(off).max() <= CRACK_FACETS
+
+
+def sliver_widths(surface) -> np.ndarray:
+    """Return how far (k,) the crack's points on the faces x = 8 or y = 8 are from the edge of both."""
+    points = surface.points[np.unique(surface.facets[surface.kind == CRACK])]
+    on = points[(points[:, 0] == 8) | (points[:, 1] == 8)]
+    widths = 8 - on[:, :2].min(axis=1)
+    return widths[widths > 0]
