@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.gradation.crack_triangles import crack_triangles
+from craftmesh.gradation.folds import folded_patches
 from craftmesh.gradation.front_curve import front_segments
 from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT, REFUSALS
 from craftmesh.gradation.kernels.reference_normals import reference_normals
@@ -17,7 +18,7 @@ from craftmesh.surface.connectivity import compact
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.corner_lists import link_all
 from craftmesh.surface.measure import area_vectors
-from craftmesh.surface.patches import oriented, patches
+from craftmesh.surface.patches import oriented
 from craftmesh.types import CRACK, Crack, Surface
 
 # Facets that one operation may change, and that may lie on one edge (each has two halves in a split): far
@@ -141,7 +142,7 @@ def _mesh(surface: Surface, size: np.ndarray) -> Mesh:
     n, m = len(surface.points), len(surface.facets)
     facets, sides = oriented(surface)
     facets = facets.astype(np.int64)
-    patch, patch_facet = patches(surface)
+    patch, patch_facet = folded_patches(surface)
     labels = np.unique(sides[sides != 0])
     slot = np.where(sides == 0, -1, np.searchsorted(labels, sides))
     mesh = Mesh(
@@ -228,7 +229,7 @@ def surface_of(state: State, surface: Surface) -> Surface:
     """Return the state's living facets as a surface; sides and kinds come from the input's patches."""
     mesh = state.mesh
     _, sides = oriented(surface)
-    patch_facet = patches(surface).first_facet
+    patch_facet = folded_patches(surface).first_facet
     n, m = mesh.used
     living = np.flatnonzero(mesh.alive[:m])
     points, facets, _ = compact(mesh.points[:n], mesh.facets[living])

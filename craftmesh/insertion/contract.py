@@ -66,7 +66,8 @@ class _Stars:
         planes = {patch[0] for patch in self.patches(gone) if is_on_box(np.array(patch[0]))} - {
             patch[0] for patch in self.patches(kept)
         }
-        if not both or planes or not self._linked(gone, kept, both):
+        alone = self.around[gone] == both  # a corner of the crack, which would get smaller
+        if not both or alone or planes or not self._linked(gone, kept, both):
             return False
         rows = np.array(sorted(self.around[gone] - both))
         before = self.facets[rows]

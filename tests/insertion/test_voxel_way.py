@@ -1,5 +1,7 @@
 """The voxel way against the cut where both apply, and cracks that are a height over no plane."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from given_cracks import bowl, wavy_disc
@@ -12,6 +14,8 @@ from craftmesh.cracks.sheets import joined
 from craftmesh.cracks.split_voxels import split_along
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
+from craftmesh.insertion.contract import contracted
+from craftmesh.insertion.cut import uncut
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.insert_split import insert_split
 from craftmesh.remeshing.remesh import remesh, voxel_volumes
@@ -225,3 +229,11 @@ def test_more_sheets_than_fit_are_refused():
     eight = [penny(centre=(9, 9, 2 + 2 * k), radius=3.0) for k in range(8)]
     with pytest.raises(CraftmeshError, match="8 sheets; expected at most 7"):
         split_along(VOXELS, joined(eight))
+
+
+def test_a_short_edge_at_a_corner_of_the_crack_goes_to_the_corner():
+    points = np.array([[0.1, 0, 0], [0, 0, 0], [1, 1, 0], [2, 0, 0]], float)
+    facets, kind = np.array([[1, 0, 2], [0, 3, 2]], np.int32), np.full(2, CRACK, np.uint8)
+    surface = uncut(Surface(points, facets, np.ones((2, 2), np.int32), kind))
+    cut = contracted(replace(surface, size=np.ones(4)), np.zeros(0, np.int64))
+    assert cut.facets.tolist() == [[1, 3, 2]]
