@@ -83,19 +83,23 @@ def test_elements_of_the_examples(example, elements, shared_data, monkeypatch):
 
 # CPU seconds and MB of single jobs with compiled kernels: voxels, facets and elements of the increment
 COPPER, AL1050 = Sizes(32_768, 103_175, 155_105), Sizes(718_528, 332_611, 95_915)
+COPPER_FINE, AL6XN = Sizes(32_768, 103_175, 1_488_678), Sizes(143_888, 153_938, 354_665)
 JOBS = [
     ("remesh", COPPER, 5.2, 246),
     ("remesh", AL1050, 13.6, 388),
     ("stitch", COPPER, 5.4, 295),
     ("stitch", AL1050, 6.5, 395),
-    ("gradate", COPPER, 7.2, 323),
-    ("gradate", AL1050, 10.9, 387),
+    ("gradate", COPPER, 5.0, 323),
+    ("gradate", AL1050, 7.9, 387),
+    ("gradate", COPPER_FINE, 9.1, 424),
     ("tetrahedralize", COPPER, 7.7, 430),
     ("tetrahedralize", AL1050, 5.8, 430),
     ("assemble", COPPER, 4.5, 383),
     ("assemble", AL1050, 2.4, 314),
     ("inp", COPPER, 2.1, 324),
     ("inp", AL1050, 2.1, 292),
+    ("depict", AL6XN, 3.8, 430),
+    ("depict", COPPER_FINE, 6.9, 720),
     ("solve", COPPER, 15.3, 709),
     ("fracture", COPPER, 9.8, 451),
     ("fracture", AL1050, 6.7, 334),
