@@ -170,6 +170,11 @@ def clipped(polygon: np.ndarray, slab: np.ndarray) -> np.ndarray:
     return polygon
 
 
+def is_in(corners: np.ndarray, box: np.ndarray) -> bool:
+    """Tell whether any part of the triangles (m, 3, 3) lies in the box (2, 3)."""
+    return any(len(clipped(triangle, box)) > 2 for triangle in corners[meets_box(corners, box)])
+
+
 def _area(polygon: np.ndarray) -> float:
     """Return the area of a convex polygon (k, 3)."""
     spokes = polygon[1:] - polygon[0]

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from craftmesh.cracks.along_faces import is_in
 from craftmesh.cracks.height_parts import height_parts
 from craftmesh.cracks.one_sheet import clean_triangles
 from craftmesh.cracks.triangulated import crack_from_triangles
@@ -42,7 +43,7 @@ def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
     found = []
     for own in rows:
         points, triangles, _ = compact(sheet.points, sheet.triangles[own])
-        if (points.min(axis=0) < box[1]).all() and (points.max(axis=0) > box[0]).all():
+        if is_in(points[triangles], box):
             found.append(crack_from_triangles(points, triangles, None, box))
     return found
 

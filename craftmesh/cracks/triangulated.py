@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from craftmesh.cracks.along_faces import clipped
+from craftmesh.cracks.along_faces import is_in
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.height_parts import height_parts
 from craftmesh.cracks.one_sheet import (
@@ -148,8 +148,7 @@ def _refuse_no_crack(corners: np.ndarray, front_given: bool, box: np.ndarray) ->
             f"the crack has no front within the box {told(box)} along the given one; expected a front on "
             "the surface's boundary, or none for a crack that parts the body"
         )
-    near = corners[meets_box(corners, box)]
-    if not any(len(clipped(triangle, box)) > 2 for triangle in near):
+    if not is_in(corners, box):
         raise CraftmeshError(
             f"the crack lies outside the box {told(box)}: it has no front within it, nor any other part; "
             "move it"

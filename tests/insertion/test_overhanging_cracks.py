@@ -115,3 +115,11 @@ def test_what_runs_through_itself_or_folds_without_a_kink_is_refused():
 def test_area_of_a_crack_in_parts_is_that_of_its_parts():
     crack = crack_from_triangles(*HOOKS["hook of 180 degrees"], None, BOX)
     assert crack_area(crack) == pytest.approx(sum(map(crack_area, heights_of(crack, BOX))))
+
+
+def test_a_part_that_passes_by_a_corner_of_the_box_is_left_out():
+    low, high = 10.0, 30.0
+    points = np.array([[-2, -2, low], [43, -2, low], [-2, 43, low], [-2, 43, high], [43, -2, high]])
+    crack = crack_from_triangles(points, np.array([[0, 1, 2], [1, 3, 2], [1, 4, 3]]), None, BOX)
+    (part,) = heights_of(crack, BOX)
+    assert (part.points[:, 2] == low).all()
