@@ -7,6 +7,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.cleaning import clean_facets, loosened, split_ears
+from craftmesh.gradation.folds import short_beside_folds
 from craftmesh.gradation.locality import spatially_sorted
 from craftmesh.gradation.narrow_places import open_narrow_places
 from craftmesh.gradation.passes import (
@@ -113,6 +114,7 @@ def gradate(
     progress(0.0, "preprocess")
     before = figures_before(surface)
     surface, done = _prepared(surface, options)
+    sizing = short_beside_folds(surface, sizing)
     gradation = _begun(surface, sizing, done, crack)
     limits = _limits(options, sizing, crack)
     for n in range(options.passes):
