@@ -23,7 +23,7 @@ chunks: 2
 generate: {{shape: [{edge}, {edge}, {edge}], grains: 8}}
 sizing: {{l0: {l0}, l_min: {length}, l_max: 8.0, r0: 3.0, r1: 12.0}}
 cracks: {{penny: {{centre: {centre}, normal: {normal}, radius: {radius}}}}}
-grow: {{extension: {step}, smoothing: {smoothing}}}
+grow: {{extension: {step}, smoothing: {smoothing}, correct: {correct}}}
 inp: {{material: ["isotropic:70000,0.3"], load: stress, magnitude: 1.0}}
 """
 CASES = "case\tmicrostructure\tcrack\tincrements\tgrowth\npath\tsynthetic\tpenny\t{count}\tgrow\n"
@@ -32,7 +32,6 @@ COLUMNS = {
     "grown": "grown by",
     "off": "off the fine path, l_min: mean/max",
     "turned": "direction off, degrees: mean/max",
-    "halved": "of steps with half the next kink",
     "way": "of the way from the first front",
     "mode_ii": "largest |K_II| / K_I",
     "fine_mode_ii": "the fine path's",
@@ -40,8 +39,11 @@ COLUMNS = {
 }
 
 
-def campaign(folder: Path, halved: int, smoothing: str) -> Path:
-    """Let the penny grow GROWN steps, each cut in `halved`, and return the folder of its increments."""
+def campaign(folder: Path, halved: int, smoothing: str, correct: bool) -> Path:
+    """Let the penny grow GROWN steps, each cut in `halved`, and return the folder of its increments.
+
+    The last crack is not grown from, but made as if it were: the step before it is then corrected too.
+    """
     normal = [float(np.sin(np.radians(DEGREES))), 0.0, float(np.cos(np.radians(DEGREES)))]
     length = LENGTH / halved
     text = CONFIG.format(
@@ -53,27 +55,28 @@ def campaign(folder: Path, halved: int, smoothing: str) -> Path:
         radius=RADIUS,
         step=STEP / halved,
         smoothing=smoothing,
+        correct=str(correct).lower(),
     )
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "config.yaml").write_text(text)
-    (folder / "cases.tsv").write_text(CASES.format(count=GROWN * halved + 1))
+    (folder / "cases.tsv").write_text(CASES.format(count=GROWN * halved + 2))
     snakefile = Path(__file__).resolve().parents[1] / "Snakefile"
     flags = ["-s", str(snakefile), "--cores", "2", "--configfile", "config.yaml", "--quiet", "all"]
-    wanted = f"results/path/{GROWN * halved:03d}/sif.csv"
+    wanted = f"results/path/{GROWN * halved:03d}/base.vtp"
     subprocess.run([str(Path(sys.executable).parent / "snakemake"), wanted, *flags], cwd=folder, check=True)
     return folder / "results" / "path"
 
 
 def meridians(case: Path, increment: int) -> np.ndarray:
-    """Return where the front of an increment meets the half planes AZIMUTHS round the penny's axis (k, 2).
+    """Return where the front that an increment grows from meets the half planes AZIMUTHS (k, 2).
 
-    Distances from the axis and heights along it.
+    Distances from the penny's axis, round which these are, and heights along it.
     """
     from craftmesh.io.vtk import read_crack
 
     tilt = np.radians(DEGREES)
     axes = np.array([[np.cos(tilt), 0, -np.sin(tilt)], [0, 1, 0], [np.sin(tilt), 0, np.cos(tilt)]])
-    crack = read_crack(case / f"{increment:03d}" / "crack.vtp")
+    crack = read_crack(case / f"{increment:03d}" / "base.vtp")
     places = (crack.points[crack.fronts[0][:-1]] - CENTRE) @ axes.T
     turn = np.arctan2(places[:, 1], places[:, 0])
     values = np.column_stack([np.hypot(places[:, 0], places[:, 1]), places[:, 2]])
@@ -100,9 +103,6 @@ def compared(coarse: Path, fine: Path) -> list[dict]:
     # one step more, for a point at the path's end may be ahead of it
     theirs = np.stack([meridians(fine, k) for k in range(2 * GROWN + 1)])
     last = theirs[-1] + (theirs[-1] - theirs[-2])
-    steps, fine_steps = (direction(np.diff(path, axis=0)) for path in (ours, theirs))
-    # a straight step goes on where the crack has turned already: half of the turn was missing in its middle
-    halved, fine_halved = ((turn[:-1] + turn[1:]) / 2 for turn in (steps, fine_steps))
     rows = []
     for k in range(GROWN + 1):
         near, far = columns(coarse, k), columns(fine, 2 * k)
@@ -118,8 +118,6 @@ def compared(coarse: Path, fine: Path) -> list[dict]:
             turn = direction(ours[k] - ours[k - 1]) - direction(theirs[2 * k] - theirs[2 * k - 2])
             row["turned"] = mean_and_most(turn)
             row["way"] = mean_and_most(direction(ours[k] - ours[0]) - direction(theirs[2 * k] - theirs[0]))
-        if 0 < k < GROWN:
-            row["halved"] = mean_and_most(halved[k - 1] - fine_halved[2 * k - 2 : 2 * k].mean(axis=0))
         rows.append(row)
     return rows
 
@@ -139,10 +137,15 @@ def main() -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures to this file")
     parser.add_argument("--folder", type=Path, help="keep the campaigns here, and go on where they stopped")
     parser.add_argument("--smoothing", default="fit", help="of the moves along the front (default fit)")
+    parser.add_argument(
+        "--correct", action=argparse.BooleanOptionalAction, default=True, help="grow.correct (default on)"
+    )
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = arguments.folder or Path(temporary)
-        coarse, fine = (campaign(folder / str(cut), cut, arguments.smoothing) for cut in (1, 2))
+        coarse, fine = (
+            campaign(folder / str(cut), cut, arguments.smoothing, arguments.correct) for cut in (1, 2)
+        )
         rows = compared(coarse, fine)
     print_table(rows, COLUMNS)
     write_json(arguments.json, {"growth": rows})

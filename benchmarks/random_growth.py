@@ -24,6 +24,9 @@ def parser() -> argparse.ArgumentParser:
     flags.add_argument("last", type=int, help="last seed")
     flags.add_argument("--increments", type=int, default=INCREMENTS, metavar="N", help="decks at most")
     flags.add_argument("--judge", action="store_true", help="ask the judge in ../shared/judge as well")
+    flags.add_argument(
+        "--correct", action=argparse.BooleanOptionalAction, default=True, help="grow.correct (default on)"
+    )
     flags.add_argument("--json", type=Path, metavar="FILE", help="append a line for each seed as it ends")
     flags.add_argument("--keep", type=Path, metavar="FOLDER", help="keep the files of the one seed here")
     flags.add_argument("--time-limit", type=float, default=TIME_LIMIT, metavar="S", help="of one seed")
@@ -39,6 +42,7 @@ def main() -> None:
     if arguments.keep and arguments.first != arguments.last:
         sys.exit("--keep takes one seed; give it as first and last")
     flags = ["--increments", str(arguments.increments)]
+    flags += [] if arguments.correct else ["--no-correct"]
     flags += ["--judge"] if arguments.judge and JUDGE.exists() else []
     flags += ["--keep", str(arguments.keep.resolve())] if arguments.keep else []
     rows = []
@@ -64,7 +68,7 @@ def run_inside(arguments: argparse.Namespace) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         folder = arguments.keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        row |= closed_loop(case, folder, arguments.increments, arguments.judge)
+        row |= closed_loop(case, folder, arguments.increments, arguments.judge, arguments.correct)
     row["outcome"] = "grown"
     row["cpu_s"] = round(sum(sum(resource.getrusage(who)[:2]) for who in (0, -1)), 1)
     arguments.inside.write_text(json.dumps(row))

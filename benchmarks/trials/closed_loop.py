@@ -30,10 +30,11 @@ class Stopped(Exception):
     """A verb of the loop that refused, and what it said."""
 
 
-def closed_loop(case: Drawn, folder: Path, increments: int, judged: bool) -> dict:
+def closed_loop(case: Drawn, folder: Path, increments: int, judged: bool, correct: bool = True) -> dict:
     """Return a row for each increment that became a deck, and why the growth ended before its time.
 
     The body is pulled along the axis nearest to the first crack's normal, K found with quarter points.
+    correct: lay each strip again, turned by the kinks at its end, as campaigns do.
     """
     write_labels(folder / "labels.npz", case.voxels)
     extension = _extension(case)
@@ -59,8 +60,9 @@ def closed_loop(case: Drawn, folder: Path, increments: int, judged: bool) -> dic
             break
         load = load or f"--load stress --magnitude 1 --quarter-points --axis {_axis(crack)}"
         write_front(own / "front.csv", front_frames(made.mesh).columns())
+        steps = _steps(folder, increment) if correct else ""
         try:
-            grown, why = _grown(folder, own, f"{load} --material isotropic:70000,0.3", extension)
+            grown, why = _grown(folder, own, f"{load} --material isotropic:70000,0.3", extension, steps)
         except Stopped as stopped:
             found["ended"] = f"{increment:03d}: {stopped}"
             found["faults"][f"{increment:03d} growth"] = str(stopped)
@@ -82,7 +84,14 @@ def _axis(crack: Crack) -> str:
     return "xyz"[int(np.abs(area_vectors(crack.points, crack.triangles).sum(axis=0)).argmax())]
 
 
-def _grown(folder: Path, own: Path, model: str, extension: float) -> tuple[Crack, str]:
+def _steps(folder: Path, increment: int) -> str:
+    """Return the flags of `grow` for the step of an increment and, but for the first, that before it."""
+    flags = f"--base {folder}/{increment:03d}/base.vtp --step {folder}/{increment:03d}/step.csv"
+    before = folder / f"{increment - 1:03d}"
+    return flags + (f" --last-base {before}/base.vtp --last-step {before}/step.csv" if increment else "")
+
+
+def _grown(folder: Path, own: Path, model: str, extension: float, steps: str) -> tuple[Crack, str]:
     """Return the crack grown by its own K, and why it goes no further."""
     labels = folder / "labels.npz"
     known = f"--microstructure {labels} {model}"
@@ -93,7 +102,7 @@ def _grown(folder: Path, own: Path, model: str, extension: float) -> tuple[Crack
     )
     _verb(
         f"grow {own}/crack.vtp {own}/sif.csv {own}/front.csv --volume {labels} --until "
-        f"-o {own}/grown.vtp --report {own}/growth.json"
+        f"-o {own}/grown.vtp --report {own}/growth.json {steps}"
     )
     return read_crack(own / "grown.vtp"), json.loads((own / "growth.json").read_text())["ended"]
 

@@ -26,7 +26,7 @@ from craftmesh.campaign.sheet import Rules, read_cases
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.options import GrowthOptions, SmoothingOptions
+from craftmesh.growth.options import CorrectionOptions, GrowthOptions, SmoothingOptions
 from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.voxels.clean_options import CleanOptions
@@ -100,6 +100,11 @@ class Campaign:
         """Return the crack of the increment before as the input `previous`; nothing for the first."""
         return {"previous": self.crack(case, f"{int(inc) - 1:03d}")["crack"]} if int(inc) else {}
 
+    def last_step(self, case: str, inc: str) -> dict[str, str]:
+        """Return what the increment before grew from as the inputs `base` and `step`; else nothing."""
+        before = f"{self.results}/{case}/{int(inc) - 1:03d}"
+        return {"base": f"{before}/base.vtp", "step": f"{before}/step.csv"} if int(inc) else {}
+
     def crack_options(self, case: str, inc: str) -> list[dict[str, Any]]:
         """Return the keys of each crack of an increment; those that have grown are surfaces in one file."""
         if self.cases[case].grows and int(inc):
@@ -156,9 +161,10 @@ class Campaign:
         """Return the flags of the kink angles and extensions that `craftmesh fracture` finds."""
         return command_flags(fields_of(GrowthOptions, self.cases[case].settings["grow"]))
 
-    def smoothing_flags(self, case: str) -> str:
+    def grow_flags(self, case: str) -> str:
         """Return the flags of `craftmesh grow`, which moves the fronts by them."""
-        return command_flags(fields_of(SmoothingOptions, self.cases[case].settings["grow"]))
+        keys = self.cases[case].settings["grow"]
+        return command_flags(fields_of(SmoothingOptions, keys) | fields_of(CorrectionOptions, keys))
 
     def until_flag(self, case: str) -> str:
         """Return the flag of `craftmesh grow` for a crack that may stop."""

@@ -39,7 +39,11 @@ SECTIONS = {
     "fracture": ("K, J and T along the crack's fronts", ["fracture.options.FractureOptions"]),
     "grow": (
         "which way and how far cracks grow",
-        ["growth.options.GrowthOptions", "growth.options.SmoothingOptions"],
+        [
+            "growth.options.GrowthOptions",
+            "growth.options.SmoothingOptions",
+            "growth.options.CorrectionOptions",
+        ],
     ),
     "node": ("a node of the cluster, where jobs are not run here", ["campaign.node.NodeOptions"]),
     "report": ("the page of all campaigns", ["report.options.ReportOptions"]),

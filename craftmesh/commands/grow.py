@@ -11,14 +11,16 @@ from craftmesh.commands.stage_io import add_output, add_report, existing, tell, 
 from craftmesh.cracks.along_faces import area_within
 from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.errors import CraftmeshError
+from craftmesh.growth.correct import Step, corrected
 from craftmesh.growth.grow import grow, row_spacing
 from craftmesh.growth.moves import FrontExtensions
-from craftmesh.growth.options import SmoothingOptions
-from craftmesh.io.front_csv import has_word, read_front, read_words
+from craftmesh.growth.options import CorrectionOptions, SmoothingOptions
+from craftmesh.io.front_csv import has_word, read_front, read_words, write_front
 from craftmesh.io.vtk import read_crack, write_crack
 from craftmesh.types import Crack, Voxels
 
 GOES = ("kink_angle", "extension")
+TRUSTED = "trusted"
 FRAMES = tuple(f"{name}_{axis}" for name in ("normal", "binormal") for axis in "xyz")
 # Flags of rows that do not turn a front: their K is a mean of two grains' limits, or of a segment too short
 # for it, or of lips that overlap, where the kink angle is the 70 degrees of pure mode II.
@@ -47,17 +49,37 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="a crack that stops is no error: write it as it is, and why into the report as `ended`",
     )
+    parser.add_argument(
+        "--base", type=Path, metavar="FILE", help="write the crack that the strip was joined to, a .vtp"
+    )
+    parser.add_argument(
+        "--step",
+        type=Path,
+        metavar="FILE",
+        help="write which way the strip went, node by node, a .csv",
+    )
+    parser.add_argument(
+        "--last-base", type=Path, metavar="FILE", help="the crack that the strip before was joined to"
+    )
+    parser.add_argument(
+        "--last-step", type=Path, metavar="FILE", help="which way it went: it is laid again, corrected"
+    )
     add_report(parser)
-    add_options(parser, SmoothingOptions)
+    add_options(parser, SmoothingOptions, CorrectionOptions)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    options = options_from(arguments, SmoothingOptions)
     crack = read_crack(existing(arguments.crack))
     box, _, voxels = body_of(arguments.volume)
     along = front_extensions(arguments.intensities, arguments.front)
     warn_of_short_steps(along, arguments.intensities)
-    grown = grow(crack, along, box, options) if (along.extension > 0).any() else crack
+    last = last_step(arguments) if options_from(arguments, CorrectionOptions).correct else None
+    step = Step(crack, along)
+    grown: Crack | None = crack
+    if (along.extension > 0).any():
+        step, grown = grown_step(
+            step, last, box, options_from(arguments, SmoothingOptions), arguments.crack
+        )
     ended = LEFT if grown is None else STANDS if grown is crack else severed(voxels, grown)
     if ended and not arguments.until:
         raise CraftmeshError(
@@ -66,7 +88,33 @@ def run(arguments: argparse.Namespace) -> None:
         )
     left = crack if grown is None or ended else grown
     write_crack(arguments.output, left)
-    tell(growth_report((crack, left), box, along, ended), arguments.report)
+    write_step(step, arguments)
+    report = growth_report((crack, left), box, along, ended)
+    tell(report | {"corrected": turned(step, along)}, arguments.report)
+
+
+def grown_step(
+    step: Step, last: Step | None, box: np.ndarray, options: SmoothingOptions, crack: Path
+) -> tuple[Step, Crack | None]:
+    """Return the step that a crack takes and the grown crack, from where the last step ends corrected.
+
+    Where that cannot be laid, or the crack cannot grow from there, a warning that names its file says so,
+    and the step is as given.
+    """
+    if last is not None:
+        try:
+            better = corrected(last, step, box, options)
+            return better, grow(*better, box, options)
+        except CraftmeshError as error:
+            warn(f"{crack}: its last strip stays as it is, not turned by the kinks at its end: {error}")
+    return step, grow(*step, box, options)
+
+
+def turned(step: Step, along: FrontExtensions) -> list[float]:
+    """Return the least and largest turn of the strip behind a step that was to go `along`, degrees."""
+    now = step.along.binormal
+    angle = np.degrees(np.arctan2((now * along.normal).sum(axis=1), (now * along.binormal).sum(axis=1)))
+    return [float(angle.min()), float(angle.max())]
 
 
 def warn_of_short_steps(along: FrontExtensions, intensities: Path) -> None:
@@ -102,14 +150,47 @@ def front_extensions(intensities: Path, front: Path) -> FrontExtensions:
         raise CraftmeshError(
             f"{intensities} and {front} name different nodes; expected the files of one mesh, row by row"
         )
+    flags = read_words(intensities, "flags") or [""] * len(goes["node"])
+    angle = np.radians(goes["kink_angle"])
+    return FrontExtensions(*_frames(frames), angle, goes["extension"], ~has_word(flags, DOUBTFUL))
+
+
+def last_step(arguments: argparse.Namespace) -> Step | None:
+    """Read what the crack grew from, None where the flags name no files.
+
+    Raises CraftmeshError for one flag without the other, and as front_extensions does.
+    """
+    base, step = arguments.last_base, arguments.last_step
+    if base is None and step is None:
+        return None
+    if base is None or step is None:
+        raise CraftmeshError(
+            "one of --last-base and --last-step is given alone; expected both, of the increment before"
+        )
+    rows = _columns(step, (*FRAMES, *GOES, TRUSTED), "made by `craftmesh grow --step`")
+    angle = np.radians(rows["kink_angle"])
+    along = FrontExtensions(*_frames(rows), angle, rows["extension"], rows[TRUSTED] > 0)
+    return Step(read_crack(existing(base)), along)
+
+
+def write_step(step: Step, arguments: argparse.Namespace) -> None:
+    """Write what a crack grows from, as `last_step` reads it, where the flags name files."""
+    if arguments.base:
+        write_crack(arguments.base, step.crack)
+    if arguments.step:
+        along = step.along
+        columns = {"points": along.points, "normal": along.normal, "binormal": along.binormal}
+        columns |= {"kink_angle": np.degrees(along.kink_angle), "extension": along.extension}
+        write_front(arguments.step, columns | {TRUSTED: along.trusted.astype(np.int64)})
+
+
+def _frames(columns: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points, normals and binormals (n, 3) of a front's columns."""
     points, normal, binormal = (
-        np.stack([frames[f"{name}{axis}"] for axis in "xyz"], axis=1)
+        np.stack([columns[f"{name}{axis}"] for axis in "xyz"], axis=1)
         for name in ("", "normal_", "binormal_")
     )
-    flags = read_words(intensities, "flags") or [""] * len(points)
-    trusted = ~has_word(flags, DOUBTFUL)
-    angle = np.radians(goes["kink_angle"])
-    return FrontExtensions(points, normal, binormal, angle, goes["extension"], trusted)
+    return points, normal, binormal
 
 
 def _columns(path: Path, names: tuple[str, ...], made: str) -> dict[str, np.ndarray]:

@@ -130,10 +130,8 @@ def _with_strips(
 def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return for each front the rows whose places (n, 3) lie on it, in order, and their arc lengths."""
     lines = [polyline(crack.points[front]) for front in crack.fronts]
-    arcs, distances = map(np.array, zip(*(feet(line, places) for line in lines)))
-    nearest = distances.argmin(axis=0)
+    nearest, arc, off = nearest_feet(lines, places)
     spacing = row_spacing(places)
-    off = distances.min(axis=0)
     if (off > spacing).any():
         worst = int(off.argmax())
         raise CraftmeshError(
@@ -147,9 +145,17 @@ def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, n
             raise CraftmeshError(
                 f"front {number + 1} of the crack has no row of stress intensities; expected some on each"
             )
-        row = row[np.argsort(arcs[number, row], kind="stable")]
-        result.append((row, arcs[number, row]))
+        row = row[np.argsort(arc[row], kind="stable")]
+        result.append((row, arc[row]))
     return result
+
+
+def nearest_feet(lines: list[Polyline], places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return which of the fronts is nearest to places (n, 3), and arc length and distance (n,) on it."""
+    arcs, distances = map(np.array, zip(*(feet(line, places) for line in lines)))
+    nearest = distances.argmin(axis=0)
+    row = np.arange(len(places))
+    return nearest, arcs[nearest, row], distances[nearest, row]
 
 
 def row_spacing(places: np.ndarray) -> float:

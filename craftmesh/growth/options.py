@@ -46,3 +46,12 @@ class SmoothingOptions(Options):
 
     smoothing: str = option("fit", "smoothing of the extension along the front", choices=SMOOTHING)
     window: int = option(7, "front nodes in the window of savitzky_golay, an odd number", at_least=5)
+
+
+@dataclass(frozen=True)
+class CorrectionOptions(Options):
+    """Whether a step counts as a chord of the path, not as its direction at the start."""
+
+    correct: bool = option(
+        True, "lay each strip again, turned by half of the kink found at its end, before the next one"
+    )

@@ -29,7 +29,7 @@ def test_a_crack_grows_and_every_deck_is_checked(monkeypatch, tmp_path):
     assert found["ended"] == "" and found["faults"] == {}
     assert [row["flat"] for row in found["rows"]] == [0, 0]
     assert found["extension"] / case.sizes.l_min in [pytest.approx(step) for step in (1.5, 2.0, 3.0)]
-    assert (tmp_path / "001" / "sif.csv").exists()
+    assert (tmp_path / "001" / "sif.csv").exists() and (tmp_path / "001" / "base.vtp").exists()
 
 
 def test_a_loop_that_stops_says_where():

@@ -77,6 +77,11 @@ def test_a_growing_case_takes_the_crack_that_the_increment_before_left(campaign)
     assert found.crack_files("one", "002") == ["results/one/001/grown.vtp"]
     assert "--shape surface --file results/one/001/grown.vtp" in found.crack_flags("one", "002")
     assert found.previous_crack("one", "002") == {"previous": "results/one/001/crack.vtp"}
+    assert found.last_step("one", "000") == {}
+    assert set(found.last_step("one", "002").values()) == {
+        "results/one/001/base.vtp",
+        "results/one/001/step.csv",
+    }
 
 
 def test_only_the_first_crack_of_a_growing_case_has_to_be_prescribed(campaign):

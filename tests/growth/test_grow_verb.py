@@ -9,7 +9,8 @@ from craftmesh.cli import main
 from craftmesh.cracks.along_faces import area_within
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
-from craftmesh.io.front_csv import write_front
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.front_csv import read_front, write_front
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import read_crack, write_crack
 from craftmesh.types import Voxels
@@ -19,7 +20,7 @@ EDGE = CrackOptions(shape="through_edge", centre=(0.0, 5.0, 6.0), radius=6.0)
 
 @pytest.fixture
 def grow(tmp_path):
-    """Return a function that grows an edge crack of depth 6 in a body of 12 x 10 x 12."""
+    """Return a function that grows an edge crack of depth 6, or a file's, in a body of 12 x 10 x 12."""
     labels = np.ones((12, 10, 12), int)
     labels[9:, :, 4:8] = 0  # a notch in the face x = 12, ahead of the crack
     voxels = Voxels(labels, np.ones(3), np.zeros(3))
@@ -27,9 +28,9 @@ def grow(tmp_path):
     crack = prescribed_crack(EDGE, 0, voxels.box)
     write_crack(tmp_path / "crack.vtp", crack)
 
-    def run(extension, *flags, **columns):
+    def run(extension, *flags, grown="", tip=6.0, **columns):
         y = np.linspace(0, 10, 11)
-        places = {"x": 6 + 0 * y, "y": y, "z": 6 + 0 * y, "node": np.arange(1, 12)}
+        places = {"x": tip + 0 * y, "y": y, "z": 6 + 0 * y, "node": np.arange(1, 12)}
         tail = crack.points[crack.fronts[0][0]]
         y[:] = y if tail[1] == 0 else y[::-1]
         sign = -1.0 if tail[1] == 0 else 1.0  # of the normal, for the crack is on the left of its front
@@ -38,7 +39,7 @@ def grow(tmp_path):
         write_front(tmp_path / "front.csv", places | frames)
         goes = {"kink_angle": 0 * y, "extension": extension + 0 * y} | columns
         write_front(tmp_path / "sif.csv", places | goes)
-        files = [str(tmp_path / name) for name in ("crack.vtp", "sif.csv", "front.csv")]
+        files = [str(tmp_path / name) for name in (grown or "crack.vtp", "sif.csv", "front.csv")]
         outputs = ["-o", str(tmp_path / "grown.vtp"), "--report", str(tmp_path / "growth.json")]
         status = main(["grow", *files, "--volume", str(tmp_path / "labels.npz"), *outputs, *flags])
         if status:
@@ -58,6 +59,68 @@ def test_a_crack_goes_on(grow, tmp_path):
     before, after = report["area"]
     assert after - before == pytest.approx(2.0 * 10, rel=1e-6)
     assert area(tmp_path / "grown.vtp") == pytest.approx(after)
+
+
+@pytest.fixture
+def second(grow, tmp_path):
+    """Return a function that takes a step of 1 straight on and another with the kinks found there."""
+
+    def run(kink, *flags):
+        ends = ["--base", str(tmp_path / "base.vtp"), "--step", str(tmp_path / "step.csv")]
+        grow(1.0, *ends)
+        (tmp_path / "grown.vtp").rename(tmp_path / "first.vtp")
+        last = [f"--last-{ends[0][2:]}", ends[1], f"--last-{ends[2][2:]}", ends[3]]
+        again = [ends[0], str(tmp_path / "base2.vtp"), ends[2], str(tmp_path / "step2.csv")]
+        return grow(1.0, *last, *again, *flags, grown="first.vtp", tip=7.0, kink_angle=np.full(11, kink))
+
+    return run
+
+
+def heights(path):
+    """Return how far the crack of a file stands out of its first plane at x of 6, 7, 8."""
+    places = read_crack(path).points
+    return [float(np.abs(places[np.abs(places[:, 0] - x) < 0.1, 2] - 6).max()) for x in (6, 7, 8)]
+
+
+def test_the_strip_of_the_step_before_is_turned_by_half_of_the_kinks_at_its_end(second, tmp_path):
+    report = second(20.0)
+    assert report["corrected"] == pytest.approx([10.0, 10.0])
+    first, then = np.sin(np.radians(10)), np.sin(np.radians(15))
+    assert heights(tmp_path / "grown.vtp") == pytest.approx([0, first, first + then], abs=1e-6)
+    base = read_crack(tmp_path / "base2.vtp")
+    assert np.abs(base.points[base.fronts[0]][:, 2] - 6) == pytest.approx(first, abs=1e-6)
+    # what is written is what the next one reads: the frames lie in the strip as it is now
+    columns = read_front(tmp_path / "step2.csv")
+    assert columns["kink_angle"] == pytest.approx(5.0) and columns["trusted"].all()
+    assert np.abs(columns["binormal_z"]) == pytest.approx(np.sin(np.radians(10)))
+    kept = (tmp_path / "grown.vtp").read_bytes()
+    second(20.0)
+    assert (tmp_path / "grown.vtp").read_bytes() == kept
+
+
+def test_without_correction_the_strip_of_the_step_before_stays(second, tmp_path):
+    assert second(20.0, "--no-correct")["corrected"] == [0.0, 0.0]
+    assert heights(tmp_path / "grown.vtp") == pytest.approx([0, 0, np.sin(np.radians(20))], abs=1e-6)
+    assert (tmp_path / "base2.vtp").read_bytes() == (tmp_path / "first.vtp").read_bytes()
+
+
+def test_a_strip_that_cannot_be_laid_again_stays_and_a_warning_says_so(
+    second, tmp_path, capsys, monkeypatch
+):
+    def folds(*_):
+        raise CraftmeshError("the crack surface folds")
+
+    monkeypatch.setattr("craftmesh.commands.grow.corrected", folds)
+    assert second(20.0)["corrected"] == [0.0, 0.0]
+    said = [line for line in capsys.readouterr().err.splitlines() if "its last strip stays" in line]
+    assert len(said) == 1 and "first.vtp" in said[0] and "surface folds" in said[0]
+    assert heights(tmp_path / "grown.vtp") == pytest.approx([0, 0, np.sin(np.radians(20))], abs=1e-6)
+
+
+def test_half_a_step_before_is_refused(grow, capsys):
+    assert grow(2.0, "--last-step", "step.csv") == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "--last-base and --last-step" in line
 
 
 @pytest.mark.parametrize(("extension", "warned"), [(0.9, True), (1.1, False)])

@@ -138,7 +138,7 @@ named = {
     "check": ["--quality"],
     "solve": ["-o", "--vtu"],
     "fracture": ["-o", "--json"],
-    "grow": ["-o", "--report"],
+    "grow": ["-o", "--report", "--base", "--step"],
 }
 words = sys.argv[1:]
 if words[0] == "depict":

@@ -86,6 +86,32 @@ def test_growth_keys_rerun_what_follows_the_field(finished):
     (finished.path / "smooth.yaml").write_text(text.replace("grow: {", "grow: {smoothing: none, "))
     jobs = finished.snakemake("--dry-run", configfile="smooth.yaml").jobs
     assert jobs["fracture"] == 1 and jobs["grow"] == 1 and jobs["solve"] == 1
+    (finished.path / "straight.yaml").write_text(text.replace("grow: {", "grow: {correct: false, "))
+    jobs = finished.snakemake("--dry-run", configfile="straight.yaml").jobs
+    assert jobs["grow"] == 1 and jobs["solve"] == 1
+
+
+def test_the_first_step_is_corrected_where_the_second_begins(finished, tmp_path):
+    folder = type(finished)(shutil.copytree(finished.path, tmp_path / "campaign"))
+    case = folder.path / "results" / "tiny"
+    made = [case / "001" / name for name in ("grown.vtp", "base.vtp", "step.csv", "growth.json")]
+    before = []
+    for _ in range(2):
+        run = folder.snakemake("--cores", "2", str(made[0].relative_to(folder.path)))
+        assert run.status == 0 and run.jobs == {"grow": 1, "total": 1}, run.text
+        before.append([path.read_bytes() for path in made])
+        for path in made:
+            path.unlink()
+    assert before[0] == before[1]
+    report = json.loads(before[0][-1])
+    assert report["corrected"] == pytest.approx([angle / 2 for angle in report["kink_angle"]], abs=1e-9)
+    (case / "001" / "base.vtp").write_bytes(before[0][1])
+    base, laid = (read_crack(case / "001" / name) for name in ("base.vtp", "crack.vtp"))
+    fronts = [polyline(crack.points[crack.fronts[0]]) for crack in (base, laid)]
+    off = feet(fronts[1], fronts[0].points)[1].max()
+    most = np.radians(np.abs(report["corrected"]).max())
+    # a step of 0.8 turned by that angle; a quarter for the fit along the front
+    assert off == pytest.approx(0.8 * 2 * np.sin(most / 2), rel=0.25)
 
 
 def test_the_papers_filter_takes_the_place_of_the_fit(finished, tmp_path):
