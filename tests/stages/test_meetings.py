@@ -153,7 +153,7 @@ PAIRS = {
 def judged_row(folder, voxels, sheet, options) -> tuple[dict, deck_file.DeckFile]:
     case = Drawn(0, voxels, sheet, options, False, SIZES, "C3D4", False, {"volume": "of a meeting"})
     made = chain.run_chain(case, folder)
-    row = {"seed": 0, **one_seed._checked(case, made)}
+    row = {"seed": 0, **one_seed.checked(case, made)}
     assert row["outcome"] == "deck", row["message"]
     if one_seed.JUDGE.exists():
         row |= one_seed.judge(made.deck)
