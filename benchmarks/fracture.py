@@ -359,9 +359,7 @@ def halved(name: str, edges: float) -> list[dict]:
     inner = np.ones(len(s), bool) if case.cap else ~near
     largest = np.abs(wanted[inner]).max()
     row = {"case": name, "load": "tension", "edges": edges, "tets": tets}
-    for column, mode in enumerate(("K_I", "K_II", "K_III")):
-        off = 100 * (k - wanted)[:, column] / largest
-        row[mode] = [float(f) for f in (off[inner].mean(), off[inner].std(), np.abs(off[inner]).max())]
+    row |= _modes(100 * (k - wanted)[inner] / largest)
     if not case.cap:
         row["ends"] = float(100 * np.abs(k - wanted)[near].max() / largest)
     row["kink"] = _kink_error(k[inner], wanted[inner])
@@ -386,13 +384,17 @@ def errors(mesh, found, exact: Callable | None, pulled: bool) -> dict:
     if exact:
         off = 100 * (k - wanted) / largest
         inner = frames.points[:, 1] > RADIUS * np.sin(np.radians(10)) if pulled else np.ones(len(k), bool)
-        for column, name in enumerate(("K_I", "K_II", "K_III")):
-            part = off[inner, column]
-            row[name] = [float(value) for value in (part.mean(), part.std(), np.abs(part).max())]
+        row |= _modes(off[inner])
         if pulled:
             row["ends"] = np.abs(off[~inner, 0]).max()
         row["kink"] = _kink_error(k, wanted)
     return {key: float(value) if isinstance(value, np.floating) else value for key, value in row.items()}
+
+
+def _modes(off) -> dict[str, list[float]]:
+    """Return mean, rms about it and largest size of errors (k, 3) of each mode."""
+    figures = (off.mean(axis=0), off.std(axis=0), np.abs(off).max(axis=0))
+    return dict(zip(("K_I", "K_II", "K_III"), np.transpose(figures).tolist()))
 
 
 def off_printed(found, case: Case) -> float:

@@ -5,12 +5,11 @@ A refusal to mesh or to grow is a fault, unless the crack has left the body or r
 
 import argparse
 import json
-import resource
 import sys
 import tempfile
 from pathlib import Path
 
-from trials.one_seed import JUDGE, script_apart
+from trials.one_seed import JUDGE, cpu_seconds, script_apart
 
 SIDES = (22, 34)  # voxels
 MOST_TETS = 50_000  # of the first increment
@@ -70,7 +69,7 @@ def run_inside(arguments: argparse.Namespace) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         row |= closed_loop(case, folder, arguments.increments, arguments.judge, arguments.correct)
     row["outcome"] = "grown"
-    row["cpu_s"] = round(sum(sum(resource.getrusage(who)[:2]) for who in (0, -1)), 1)
+    row["cpu_s"] = cpu_seconds()
     arguments.inside.write_text(json.dumps(row))
 
 

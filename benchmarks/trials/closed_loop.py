@@ -48,12 +48,11 @@ def closed_loop(case: Drawn, folder: Path, increments: int, judged: bool, correc
         if made.deck is not None and judged:
             row |= judge(made.deck)
         row["faults"] = faults_of(row)
+        found["faults"] |= {f"{increment:03d} {k}": v for k, v in row["faults"].items()}
         if made.mesh is None:
             found["ended"] = f"{increment:03d}: {made.stage}: {made.refusal}"
-            found["faults"] |= {f"{increment:03d} {k}": v for k, v in row["faults"].items()}
             break
         found["rows"].append({key: row[key] for key in KEPT if key in row})
-        found["faults"] |= {f"{increment:03d} {k}": v for k, v in row["faults"].items()}
         crack = read_crack(own / "crack.vtp")
         if not crack.fronts:
             found["ended"] = f"{increment:03d}: the crack parts the body"

@@ -100,8 +100,13 @@ def run_inside(seed: int, target: Path, trial: Trial) -> None:
     from trials.verdict import faults_of
 
     row["faults"] = faults_of(row)
-    row["cpu_s"] = round(sum(sum(resource.getrusage(who)[:2]) for who in (0, -1)), 1)
+    row["cpu_s"] = cpu_seconds()
     target.write_text(json.dumps(row))
+
+
+def cpu_seconds() -> float:
+    """Return the CPU time of this process and of those that it has waited for."""
+    return round(sum(sum(resource.getrusage(who)[:2]) for who in (0, -1)), 1)
 
 
 def checked(case, made) -> dict:

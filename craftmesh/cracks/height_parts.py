@@ -1,11 +1,9 @@
 """A sheet that is a height over no plane, or sharply kinked, parted along its kinks into parts that are."""
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from craftmesh.cracks.folds import are_proper, fold_of
-from craftmesh.surface.connectivity import edge_sides, unique_edges
+from craftmesh.surface.connectivity import edge_sides, joined, unique_edges
 from craftmesh.surface.measure import area_vectors, unit_normals
 
 # Degrees between neighbours from which a folded sheet is parted. Two strips at a right angle in one part
@@ -51,8 +49,4 @@ def _between_kinks(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
     turn = np.degrees(np.arccos(np.clip((normal[f] * normal[g]).sum(axis=1), -1, 1)))
     turn[~(proper[f] & proper[g])] = 0.0
     smooth = turn < KINK
-    shape = (len(triangles),) * 2
-    graph = coo_array((np.ones(int(smooth.sum()), np.int8), (f[smooth], g[smooth])), shape=shape)
-    found = connected_components(graph, directed=False)[1]
-    _, first, piece = np.unique(found, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(first))[piece.ravel()], float(turn.max(initial=0.0))
+    return joined(len(triangles), f[smooth], g[smooth]), float(turn.max(initial=0.0))

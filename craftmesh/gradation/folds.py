@@ -3,12 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import FREE_GROWTH, Sizing
-from craftmesh.surface.connectivity import edge_sides, unique_edges
+from craftmesh.surface.connectivity import edge_sides, joined, unique_edges
 from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.patches import Patches, feature_edges, patches
 from craftmesh.types import CRACK, Surface
@@ -37,18 +35,18 @@ def folded_patches(surface: Surface) -> Patches:
     if not len(crack):
         return plain
     piece = _between_folds(surface, crack, plain.of_facet[crack])
-    _, first, piece = np.unique(piece, return_index=True, return_inverse=True)
+    _, first = np.unique(piece, return_index=True)
     # of each patch the piece that comes first keeps its number
     heads = np.isin(crack[first], plain.first_facet)
     number = np.where(heads, plain.of_facet[crack[first]], 0)
-    number[~heads] = len(plain.first_facet) + np.argsort(np.argsort(first[~heads], kind="stable"))
+    number[~heads] = len(plain.first_facet) + np.arange(int((~heads).sum()))
     of_facet = plain.of_facet.copy()
-    of_facet[crack] = number[piece.ravel()]
-    return Patches(of_facet, np.concatenate([plain.first_facet, np.sort(crack[first[~heads]])]))
+    of_facet[crack] = number[piece]
+    return Patches(of_facet, np.concatenate([plain.first_facet, crack[first[~heads]]]))
 
 
 def _between_folds(surface: Surface, crack: np.ndarray, patch: np.ndarray) -> np.ndarray:
-    """Return the piece (k,) that each crack facet is of: what hangs together in a patch without folds."""
+    """Return each crack facet's piece (k,), by first ones: what hangs together in a patch without folds."""
     facets = surface.facets[crack].astype(np.int64)
     edges, of_corner, count = unique_edges(facets)
     f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
@@ -57,9 +55,8 @@ def _between_folds(surface: Surface, crack: np.ndarray, patch: np.ndarray) -> np
     cosine = -np.einsum("ij,ij->i", *across)
     flat = facet_angles(surface.points, facets).min(axis=1) < FLATTEST
     smooth = (cosine > np.cos(np.radians(FOLD))) | flat[f] | flat[g]
-    joined = smooth & (patch[f] == patch[g])
-    graph = coo_array((np.ones(int(joined.sum()), np.int8), (f[joined], g[joined])), (len(crack),) * 2)
-    return connected_components(graph, directed=False)[1]
+    together = smooth & (patch[f] == patch[g])
+    return joined(len(crack), f[together], g[together])
 
 
 def _across(points: np.ndarray, edges: np.ndarray, apex: np.ndarray) -> np.ndarray:
@@ -76,11 +73,11 @@ def short_beside_folds(surface: Surface, sizing: Sizing) -> Sizing:
 
     They are l_min at least, and grow away from there by sizing.growth, or half the distance.
     """
-    patch = folded_patches(surface).of_facet
-    edges, of_corner, _, is_line = feature_edges(surface, patch)
-    is_fold = is_line & ~feature_edges(surface).is_feature
-    if not is_fold.any():
+    plain, parted = patches(surface), folded_patches(surface)
+    if len(parted.first_facet) == len(plain.first_facet):
         return sizing
+    edges, of_corner, _, is_line = feature_edges(surface, parted.of_facet)
+    is_fold = is_line & ~feature_edges(surface, plain.of_facet).is_feature
     is_line &= ~is_fold
     on_fold, on_line = np.zeros((2, len(surface.points)), bool)
     on_fold[edges[is_fold]], on_line[edges[is_line]] = True, True

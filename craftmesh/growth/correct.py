@@ -40,7 +40,7 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
     what those do. Raises CraftmeshError as grow does, and where the crack has other sheets or fronts then,
     or a front farther off than it goes.
     """
-    ends = last.along.points + _moves(last.along)
+    ends = last.along.points + last.along.moves
     angle = last.along.kink_angle + SHARE * _kinks_at(reached.along, ends)
     crack = grow(last.crack, replace(last.along, kink_angle=angle), box, options)
     parts = [len(sheets(each)) for each in (crack, reached.crack) if each is not None]
@@ -48,12 +48,6 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
         raise CraftmeshError("its sheets and fronts would be others; expected those of the crack as it is")
     along = _turned(reached.along, _kinks_at(reached.along, reached.along.points))
     return Step(crack, replace(along, points=_onto_fronts(crack, along)))
-
-
-def _moves(along: FrontExtensions) -> np.ndarray:
-    """Return the moves (n, 3) of the rows, not made smooth."""
-    ahead, aside = along.extension * np.cos(along.kink_angle), along.extension * np.sin(along.kink_angle)
-    return ahead[:, None] * along.binormal + aside[:, None] * along.normal
 
 
 def _kinks_at(along: FrontExtensions, places: np.ndarray) -> np.ndarray:

@@ -46,6 +46,18 @@ class FrontExtensions:
     extension: np.ndarray
     trusted: np.ndarray
 
+    @property
+    def parts(self) -> np.ndarray:
+        """(n, 2) how far each row goes along its binormal and its normal."""
+        turned = np.column_stack([np.cos(self.kink_angle), np.sin(self.kink_angle)])
+        return self.extension[:, None] * turned
+
+    @property
+    def moves(self) -> np.ndarray:
+        """(n, 3) where each row goes, not made smooth."""
+        parts = self.parts
+        return parts[:, :1] * self.binormal + parts[:, 1:] * self.normal
+
     def rows(self, chosen: np.ndarray) -> "FrontExtensions":
         """Return the chosen rows, in their order."""
         return FrontExtensions(*(getattr(self, field.name)[chosen] for field in fields(self)))
@@ -61,8 +73,6 @@ def moves_along(
     directions turn to and fro that is not enough: with coarser over 1 the moves themselves are made smooth,
     the fit's knots so many times farther apart.
     """
-    turned = np.column_stack([np.cos(along.kink_angle), np.sin(along.kink_angle)])
-    parts = along.extension[:, None] * turned
     least = PER_STEP * float(np.median(along.extension))
 
     def fitted(values: np.ndarray, trusted: np.ndarray | None) -> np.ndarray:
@@ -70,9 +80,9 @@ def moves_along(
 
     lengths = fitted(along.extension[:, None], along.trusted)
     if coarser > 1:
-        moves = fitted(parts[:, :1] * along.binormal + parts[:, 1:] * along.normal, along.trusted)
+        moves = fitted(along.moves, along.trusted)
         return _as_long(moves, lengths)
-    ahead, aside = fitted(parts, along.trusted).T
+    ahead, aside = fitted(along.parts, along.trusted).T
     tangent = line.tangents()
     normal, binormal = (fitted(directions, None) for directions in (along.normal, along.binormal))
     binormal -= (binormal * tangent).sum(axis=1, keepdims=True) * tangent

@@ -6,9 +6,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from craftmesh.cracks.polyline import Polyline, polyline
+from craftmesh.cracks.triangulated import ON_PLANE
 
-# Of the box's diagonal: a front's end this near to a plane of the box lies on it.
-ON_PLANE = 1e-7
 # Of the spacing: points of the new front nearer than that say nothing about its course.
 CLOSE = 0.1
 # Of an end's move: how far its front goes on straight at most, to reach the end's box plane from there, and

@@ -45,8 +45,16 @@ def pieces(facets: np.ndarray) -> np.ndarray:
     edges, of_corner, _ = unique_edges(facets)
     count = len(facets)
     ends = np.repeat(np.arange(count), 3), count + of_corner.ravel()
-    graph = coo_array((np.ones(len(ends[0]), np.int8), ends), shape=(count + len(edges),) * 2)
-    found = connected_components(graph, directed=False)[1][:count]
+    return joined(count + len(edges), *ends)[:count]
+
+
+def joined(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the piece (count,) of each of `count` things, of which one (k,) and other (k,) hang together.
+
+    Pieces are numbered from 0 in the order of their first things.
+    """
+    graph = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(count, count))
+    found = connected_components(graph, directed=False)[1]
     _, first, piece = np.unique(found, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[piece.ravel()]
 
