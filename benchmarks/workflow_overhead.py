@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+from craftmesh.report.costs import STAGES
+
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = "examples/al1050/config.yaml"
 
@@ -37,8 +39,8 @@ def jobs_of(folder: Path) -> list[Job]:
         with open(path, newline="") as stream:
             seconds = float(next(csv.DictReader(stream, delimiter="\t"))["s"])
         end = path.stat().st_mtime
-        stage = "tetrahedra" if path.parent.name == "tets" else path.stem
-        made.append(Job(stage, end - seconds, end))
+        file = "tets" if path.parent.name == "tets" else path.stem
+        made.append(Job(STAGES.get(file, file), end - seconds, end))
     return made
 
 

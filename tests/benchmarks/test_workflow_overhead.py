@@ -26,4 +26,4 @@ def test_gaps_between_stages_are_counted_once(tmp_path):
         os.utime(path, (START + end, START + end))
     done = subprocess.run([sys.executable, str(SCRIPT), str(tmp_path)], capture_output=True, text=True)
     assert "100 s of wall time, 50.0 s of them without a stage at work: 50.0%" in done.stdout, done.stderr
-    assert "| sizing | 1 | 30 |" in done.stdout
+    assert "| size | 1 | 30 |" in done.stdout
