@@ -3,40 +3,15 @@
 import argparse
 import importlib
 import re
-import shlex
-from pathlib import Path
 
 import pytest
+from shown_commands import PAGES, ROOT, commands_of
 
 from craftmesh.commands.flags import Parser
 from craftmesh.commands.verbs import COMMANDS, VERBS, module_name
 from craftmesh.errors import CraftmeshError
 
-ROOT = Path(__file__).resolve().parents[1]
-PAGES = [
-    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "config/README.md", "benchmarks/README.md")),
-    *sorted(ROOT.glob("docs/*.md")),
-    *sorted(ROOT.glob("examples/*/README.md")),
-]
-PROGRAMS = ("craftmesh", "snakemake", "make", "python")
 PLACEHOLDER = re.compile(r"\.\.\.|…|^[A-Z]{4,}$|\$\(")
-
-
-def commands_of(text: str) -> list[tuple[list[str], bool]]:
-    """Return the commands in a page's fences, whole, and those within its text, which may be fragments."""
-    found = []
-    for block in re.findall(r"```(?:\w*)\n(.*?)```", text, flags=re.S):
-        for line in block.replace("\\\n", " ").splitlines():
-            found.append((line, True))
-    bare = re.sub(r"```.*?```", "", text, flags=re.S)
-    found += [(" ".join(code.split()), False) for code in re.findall(r"`([^`]+)`", bare)]
-    found += [(line, False) for line in re.findall(r"\$\((craftmesh [^)]+)\)", text)]
-    commands = []
-    for line, whole in found:
-        line = line.strip().removeprefix("$ ")
-        if line.split(" ")[0] in PROGRAMS and " " in line:
-            commands.append((shlex.split(line, comments=True), whole))
-    return commands
 
 
 def parser_of(verb: str) -> argparse.ArgumentParser:
@@ -107,15 +82,15 @@ FAULTS = {
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_commands_of_a_page_are_accepted(page):
     faults = []
-    for words, whole in commands_of(page.read_text()):
-        fault = FAULTS[words[0]](words, whole)
+    for shown in commands_of(page.read_text()):
+        fault = shown.words[0] in FAULTS and FAULTS[shown.words[0]](shown.words, shown.is_whole)
         if fault:
-            faults.append(f"{' '.join(words)}: {fault}")
+            faults.append(f"{shown.line}: {fault}")
     assert not faults
 
 
 def test_the_pages_show_commands():
-    shown = [words for page in PAGES for words, _ in commands_of(page.read_text())]
+    shown = [shown.words for page in PAGES for shown in commands_of(page.read_text())]
     assert {words[1] for words in shown if words[0] == "craftmesh"} >= set(VERBS)
 
 
@@ -132,5 +107,5 @@ def test_the_pages_show_commands():
     ],
 )
 def test_faults_are_found(line, fault):
-    ((words, whole),) = commands_of(f"```\n{line}\n```")
-    assert fault in FAULTS[words[0]](words, whole)
+    (shown,) = commands_of(f"```\n{line}\n```")
+    assert fault in FAULTS[shown.words[0]](shown.words, shown.is_whole)

@@ -9,14 +9,12 @@ from pathlib import Path
 
 from craftmesh.commands.crack_flag import NAMED, add_crack, given_crack
 from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.front_csv_flag import add_front_csv, write_front_csv
 from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, tell
 from craftmesh.commands.whole_model_step import complete_mesh
-from craftmesh.io.front_csv import write_front
 from craftmesh.io.grain_tets import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, write_tets
-from craftmesh.mesh.front_frames import front_frames
-from craftmesh.mesh.second_order import raise_order
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.repair import repair_surface
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
@@ -27,9 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("surface", type=Path, help="the gradated surface .vtp that was tetrahedralized")
     parser.add_argument("chunks", type=Path, nargs="+", metavar="CHUNK", help="chunks of grains .npz")
     add_output(parser, "mesh .vtu with the crack opened")
-    parser.add_argument(
-        "--front-csv", type=Path, metavar="FILE", help="ordered front nodes with their frames"
-    )
+    add_front_csv(parser)
     add_report(parser)
     add_front(parser)
     add_crack(parser, NAMED)
@@ -56,7 +52,6 @@ def run(arguments: argparse.Namespace) -> None:
         options_from(arguments, TetrahedralizeOptions),
         given_crack(arguments),
     )
-    if arguments.front_csv:
-        write_front(arguments.front_csv, front_frames(raise_order(mesh)).columns())
+    write_front_csv(arguments, mesh)
     write_tets(arguments.output, mesh)
     tell(report, arguments.report)

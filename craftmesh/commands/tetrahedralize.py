@@ -9,6 +9,7 @@ from pathlib import Path
 
 from craftmesh.commands.crack_flag import NAMED, add_crack, given_crack
 from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.front_csv_flag import add_front_csv, write_front_csv
 from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, read_json, tell, warn
 from craftmesh.errors import CraftmeshError, MeshingError
@@ -36,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--chunk", type=chunk, metavar="K/N", help="only the K-th of N parts of the grains, K = 1..N"
     )
+    add_front_csv(parser)
     add_report(parser)
     add_front(parser)
     add_crack(parser, NAMED)
@@ -48,6 +50,8 @@ def run(arguments: argparse.Namespace) -> None:
     surface = read_surface(arguments.surface)
     if arguments.workers < 1:
         raise CraftmeshError(f"--workers is {arguments.workers}; expected a number >= 1")
+    if arguments.chunk is not None and arguments.front_csv is not None:
+        raise CraftmeshError("--front-csv needs all grains, not a --chunk; give it to craftmesh assemble")
     options = options_from(arguments, TetrahedralizeOptions)
     surface, repair = repaired(surface, arguments.output) if options.repair else (surface, None)
     sizing = sizing_from(arguments, surface, arguments.front) if is_sized(arguments) else None
@@ -70,6 +74,7 @@ def run(arguments: argparse.Namespace) -> None:
     mesh, opened = complete_mesh(
         surface, grain_tets, record, lambda: sizing, options, given_crack(arguments)
     )
+    write_front_csv(arguments, mesh)
     write_tets(arguments.output, mesh)
     tell(report | opened, arguments.report)
 

@@ -1,0 +1,142 @@
+"""Where a test runs each command of the documentation, and in which words, or why none does.
+
+The fences of the guide and those of the README's "Your own data" are run line by line as they stand.
+"""
+
+RUN = "snakemake -s $(craftmesh snakefile) --cores all"
+SCAN = "--configfile scan.yaml"
+# in the guide's folder, after its fences
+IN_THE_GUIDE = {
+    "craftmesh --help": "craftmesh --help",
+    "craftmesh VERB --help": "craftmesh gradate --help",
+    "craftmesh snakefile": "craftmesh snakefile",
+    "craftmesh completion bash": "craftmesh completion bash",
+    "craftmesh generate --shape 48 40 44 --grains 20 --voids 1 -o generated.npz": "",
+    "craftmesh import-config config.xml -o config.yaml": "",
+    "craftmesh preview remeshed.vtp crack.vtp -o crack.png": "",
+    "craftmesh check FILE": "craftmesh check volume.vtu",
+    "craftmesh check gradated.vtp": "",
+    "craftmesh check model.inp": "",
+    "craftmesh view FILE -o picture.png": "craftmesh view gradated.vtp -o picture.png",
+    "craftmesh stitch FOLDER -o stitched.vtp": "craftmesh stitch folder_of_grains -o stitched.vtp",
+    "craftmesh assemble gradated.vtp part-*.npz --sizing sizing.npz -o volume.vtu --front-csv front.csv": (
+        "for k in 1 2; do craftmesh tetrahedralize gradated.vtp --islands islands.json --sizing sizing.npz"
+        " --chunk $k/2 -o part-$k.npz || exit 1; done;"
+        " craftmesh assemble gradated.vtp part-*.npz --sizing sizing.npz -o whole.vtu --front-csv whole.csv"
+        " && cmp volume.vtu whole.vtu && cmp front.csv whole.csv"
+    ),
+    "python -m craftmesh.campaign.config_schema craftmesh/campaign/schemas/config.schema.yaml": (
+        "python -m craftmesh.campaign.config_schema config.schema.yaml"
+        " && cmp config.schema.yaml $ROOT/craftmesh/campaign/schemas/config.schema.yaml"
+    ),
+}
+# lines of the guide's fences that are run elsewhere: the guide's folder has no campaign
+NOT_IN_THE_GUIDE = ("craftmesh report results -o results/report.html",)
+# in the folder of the README's "Your own data", after its fence
+IN_YOUR_OWN_DATA = {
+    "craftmesh plan scan.yaml --cores 4": "",
+    "craftmesh report results -o results/report.html": "",
+    "craftmesh gradate results/demo/001/surface.vtp --sizing results/demo/001/sizing.npz -o try.vtp": (
+        "craftmesh gradate results/scan/000/surface.vtp --sizing results/scan/000/sizing.npz -o try.vtp"
+    ),
+    "snakemake -s $(craftmesh snakefile) --cores all --configfile mine.yaml": f"{RUN} {SCAN}",
+    "snakemake --cores all results/{case}/{inc}/solution.npz --configfile mine.yaml": (
+        f"{RUN} results/scan/000/solution.npz {SCAN}"
+    ),
+    "snakemake --cores all results/{case}/{inc}/sif.csv --configfile mine.yaml": (
+        f"{RUN} results/scan/000/sif.csv {SCAN}"
+    ),
+}
+# in a copy of the tree, one after another, by stages that end at once; the meshes are made elsewhere
+IN_THE_TREE = {
+    "snakemake -n": "",
+    "snakemake --dry-run": "",
+    "snakemake --cores all": "",
+    "snakemake --cores all -R results/demo/001/gradated.vtp": "",
+    "snakemake --cores all -R results/demo/001/crack.vtp": "",
+    "snakemake --cores all -R gradate": "",
+    "snakemake --cores all -R tetrahedralize": "",
+    "snakemake --summary": "",
+    "snakemake -n -p": "",
+    "snakemake --cores 1 --touch": "",
+    "snakemake --cores all --rerun-triggers mtime input": "",
+    "snakemake --unlock": "",
+    "snakemake --lint": "",
+    "snakemake --cores 1 --directory .test": "",
+    "snakemake --cores all --configfile mine.yaml": "",
+    "snakemake --cores 2 --configfile examples/al1050/growth.yaml": "",
+    "snakemake --cores 2 --configfile examples/copper/growth.yaml": "",
+}
+BENCHMARKS = "benchmarks/test_benchmarks.py"
+# what other tests run, of the commands that begin so
+BY_OTHER_TESTS = {
+    "craftmesh compile": "commands/test_compile.py::test_every_stage_runs_and_nothing_is_left_behind",
+    "craftmesh gradate results/notch/001/surface.vtp": (
+        "workflow/test_shown_commands.py::test_your_own_data_of_the_readme"
+    ),
+    "snakemake --cores 1 --touch results/notch": "workflow/test_reruns.py::test_what_is_there_is_accepted",
+    **dict.fromkeys(
+        (
+            "snakemake --cores all -f results/",
+            "snakemake --cores all -R results/notch/",
+            "snakemake --cores all -R results/grown/",
+            "snakemake --cores all -R inp",
+            "snakemake --cores all -R remesh",
+        ),
+        "workflow/test_reruns.py::test_commands_of_the_cookbook_plan_the_jobs_that_it_names",
+    ),
+    **dict.fromkeys(
+        (
+            f"snakemake --cores 2 --configfile examples/{name}/config.yaml"
+            for name in (
+                *("al1050", "al6xn", "coalescing", "copper", "intergranular"),
+                *("measured_crack", "overhang"),
+            )
+        ),
+        "workflow/test_examples.py::test_example_gives_decks_without_fault",
+    ),
+    "snakemake --profile profiles/slurm": (
+        "workflow/test_slurm.py::test_a_campaign_killed_in_the_middle_goes_on_to_the_bytes_of_a_local_run"
+    ),
+    "ccx ": "stages/test_calculix.py::test_a_crack_opens",
+    "make docs": "test_site.py::test_links_and_pictures_lead_to_files",
+    # larger cases take hours: the scripts run on their smallest
+    "python benchmarks/gradation.py": f"{BENCHMARKS}::test_gradation_measures_a_gradated_surface",
+    "python benchmarks/volume.py": f"{BENCHMARKS}::test_volume_compares_ours_with_plain_tetgen",
+    "python benchmarks/deck.py": f"{BENCHMARKS}::test_deck_measures_the_model_in_every_form",
+    "python benchmarks/noise.py": (
+        f"{BENCHMARKS}::test_noise_takes_a_volume_through_the_chain_as_it_is_and_smoothed"
+    ),
+    "python benchmarks/workflow_overhead.py": (
+        "benchmarks/test_workflow_overhead.py::test_gaps_between_stages_are_counted_once"
+    ),
+    **dict.fromkeys(
+        (
+            f"python benchmarks/{name}.py"
+            for name in ("solve", "fracture", "random_cracks", "random_growth")
+        ),
+        "workflow/test_shown_commands.py::test_benchmarks_run_on_their_smallest_case",
+    ),
+}
+SMALLEST = (
+    "solve.py --case tiny --runs 1",
+    "fracture.py --case penny --edges 3 --json figures.json",
+    "random_cracks.py 7 7 --keep folder",
+    "random_cracks.py 0 0 --workers 2 --json rows.jsonl --resume --markdown random_cracks.md",
+    "random_growth.py 8 8 --increments 1 --keep folder",
+)
+# what no test runs, by how it begins, and why
+NOT_RUN = {
+    "make demo": "minutes; craftmesh compile and snakemake --cores all are run elsewhere",
+    "make setup": "it makes the environment in which the tests run",
+    "make test": "it runs the tests",
+    "make lint": "it runs ruff, mypy and snakefmt, and what is run elsewhere",
+    "make bench": "hours",
+    "python benchmarks/growth.py": "15 increments of a solved campaign: an hour",
+    "python benchmarks/columnar.py": "minutes to hours; test_columnar.py holds its arithmetic",
+    "pip install": "it would change the environment; test_wheel.py installs into one of its own",
+    "pip wheel": "test_wheel.py builds the wheel",
+    "snakemake --sdm conda": "it needs conda, and packages from the network",
+    "apptainer exec": "it needs Apptainer and a container",
+    "abaqus ": "it needs Abaqus",
+}
