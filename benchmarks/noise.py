@@ -38,7 +38,7 @@ CASES = {
             "raggedness": 0.5,
             "shuffled": 0.3,
         },
-        l_max=2.0,  # laths are a few voxels wide and thick
+        l_max=1.5,  # laths are two to five voxels wide and thick
     ),
     "shuffled": Noisy({"shape": (64, 64, 64), "grains": 60, "shuffled": 0.4, "shuffle_rounds": 2}),
     "ragged": Noisy({"shape": (64, 64, 64), "grains": 60, "raggedness": 0.7}),
@@ -121,6 +121,7 @@ def meshed(voxels, sizes: dict, crack: dict) -> tuple:
     from craftmesh.assembly.assemble import assemble
     from craftmesh.gradation.gradate import gradate
     from craftmesh.remeshing.remesh import remesh, voxel_volumes
+    from craftmesh.tetrahedra.flat_places import given_way
     from craftmesh.tetrahedra.options import TetrahedralizeOptions
     from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
     from craftmesh.voxels.islands import find_islands
@@ -129,7 +130,8 @@ def meshed(voxels, sizes: dict, crack: dict) -> tuple:
     start = with_crack(surface, crack, voxels.box, sizes | {"exponent": 1.0}, find_islands(voxels))
     surface, _ = gradate(start.surface, start.sizing, volumes=voxel_volumes(voxels))
     grains, _ = tetrahedralize(surface, start.sizing, start.islands, TetrahedralizeOptions())
-    return surface, start.sizing, assemble(surface, grains)[0]
+    opened = given_way(surface, grains)
+    return opened.surface, start.sizing, assemble(opened.surface, opened.grain_tets)[0]
 
 
 def figures_of(surface, sizing, mesh, raw) -> dict:

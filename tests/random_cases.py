@@ -56,7 +56,8 @@ def random_case(seed: int, largest: int = 20) -> RandomCase:
     if kind != "none":
         try:
             crack = random_crack(rng, kind, voxels.box)
-            sources = np.concatenate([densify(crack.points[ids], l_min / 2) for ids in crack.fronts])
+            fronts = [densify(crack.points[ids], l_min / 2) for ids in crack.fronts]
+            sources = np.concatenate(fronts) if fronts else sources
             surface, _ = insert_crack(surface, crack, Sizing(*numbers, sources))
         except CraftmeshError as error:
             kind = f"none, {error}"

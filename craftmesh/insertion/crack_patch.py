@@ -46,9 +46,8 @@ def with_patch(
         uv[nodes], local[segments], np.setdiff1d(local[loose], local[segments]), sheet.rim.inside
     )
     kinks = creases_of(sheet, least, BENT)
-    patch, laid = lay_kinks(patch, kinks, lambda at: _in_plane(target, sheet, at))
+    patch, laid = lay_kinks(patch, kinks, lambda at: _in_plane(target, sheet, at), least)
     patch = refine(patch, lambda at: _in_plane(target, sheet, at), kept)
-    loosen(patch, laid)
     on_front = np.zeros(len(uv), bool)
     on_front[front.edges[:, :2]] = True
     bends = Bends(sheet, points[nodes], least, kept)
@@ -66,6 +65,7 @@ def with_patch(
                 break
             for is_chord in chords:
                 split_chords(patch, is_chord)
+    loosen(patch, laid)
     ids = np.concatenate([nodes, len(uv) + np.arange(patch.used[0] - len(nodes))])
     points = np.concatenate([points, sheet.lift(patch.uv[len(nodes) : patch.used[0]])])
     return replace(cut, points=points), ids[patch.triangles], patch.fixed[: patch.used[1]]

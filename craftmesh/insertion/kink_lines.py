@@ -15,9 +15,10 @@ from craftmesh.surface.connectivity import facet_edges
 LONG = 3.0
 BEND = 0.1  # of the wished length: so are kinks that leave the chords between their points by more
 STEP = 0.1  # of the wished length, between the places at which a kink is looked at
-ON = 1e-6  # of the wished length: points of traces this near a kink are on it
 CLEAR = 0.2  # of the wished length: how far the points of kinks stay off front and traces
-NARROW = 0.05  # of the wished length: kinks this near front or traces are not joined past them
+# Of the least wished length of all: points of traces this near a kink are on it, and kinks this near front
+# or traces are not joined past them.
+NARROW = 0.05
 JOINED = 1.5  # wished lengths: points of one kink that are farther apart are not joined
 
 BENT = np.radians(6.5)  # an edge of the least length across a sharper kink would be 0.028 of it off
@@ -25,11 +26,14 @@ BENT = np.radians(6.5)  # an edge of the least length across a sharper kink woul
 SizeInPlane = Callable[[np.ndarray], np.ndarray]
 
 
-def lay_kinks(patch: Planar, kinks: Creases, size_at: SizeInPlane) -> tuple[Planar, np.ndarray]:
+def lay_kinks(
+    patch: Planar, kinks: Creases, size_at: SizeInPlane, least: float
+) -> tuple[Planar, np.ndarray]:
     """Return the patch with points along the kinks, and the edges (k, 2) that join them, fixed.
 
-    size_at(uv): the wished lengths. New points keep clear of front and traces; points of these that lie on
-    a kink are joined with its own. Points that knew nothing of a kink came to lie beside it on both sides.
+    size_at(uv): the wished lengths, least: the least of all. New points keep clear of front and traces;
+    points of these that lie almost on a kink are joined with its own. Points that knew nothing of a kink
+    came to lie beside it on both sides.
     """
     laid = [np.zeros((0, 2), np.int64)]
     for line in _lines(kinks, size_at):
@@ -38,14 +42,14 @@ def lay_kinks(patch: Planar, kinks: Creases, size_at: SizeInPlane) -> tuple[Plan
         if not len(arc):
             continue
         uv = shapely.get_coordinates(shapely.line_interpolate_point(line, arc))
-        old, old_arc = walls.on(line, ON * float(size_at(uv).min()))
+        old, old_arc = walls.on(line, NARROW * least)
         points = np.concatenate([walls.uv, uv])
         arc = np.concatenate([arc, old_arc])
         order = np.argsort(arc, kind="stable")
         row = np.concatenate([len(walls.uv) + np.arange(len(uv)), old])[order]
         pairs = np.stack([row[:-1], row[1:]], axis=1)
         near = np.diff(arc[order]) < JOINED * size_at(points[pairs].mean(axis=1))
-        reach = NARROW * size_at(points[pairs].mean(axis=1))
+        reach = np.full(len(pairs), NARROW * least)
         pairs = pairs[near & walls.let_through(points, pairs, reach)]
         patch, made = add_lines(patch, uv, pairs)
         laid.append(made)

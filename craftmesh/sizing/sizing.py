@@ -15,6 +15,10 @@ from craftmesh.types import Surface, Voxels
 
 # How fast lengths that the surface's curvature asks for grow into the grains, without a limit of one's own.
 FREE_GROWTH = 0.5
+# How fast lengths may grow in all without such a limit: neighbouring edges are at most twice as long. Where
+# Eq. 3 asked for 25 per distance, 0.83 % of 6,600 tets had an aspect ratio over 5, of 9,300 with this limit
+# none; with 2, of 8,000, none either, at a mean of 2.68 in place of 2.45.
+STEEPEST = 1.0
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,7 @@ class SizingOptions(Options):
     )
     exponent: float | None = option(None, "power-law exponent a within R_0; default 1 (Eq. 3)", above=0)
     gradation: float | None = option(
-        None, "largest ratio of neighbouring edges' lengths; default no limit", above=1
+        None, "largest ratio of neighbouring edges' lengths; default 2, a large one sets none", above=1
     )
     curvature: float | None = option(
         None, "largest turn of the surface over one edge; default no such term", "degrees", above=0
@@ -78,9 +82,9 @@ class Sizing:
     """Target edge lengths (Eq. 3) around `sources` (k, 3), the points of crack fronts or void surfaces.
 
     Without sources the target is l_max everywhere, which coarsens uniformly. growth: lengths grow by at
-    most so much per distance; None sets no limit. others: anything with `at(points)`, as another Sizing
-    or a LengthField; the least length of all counts, and their own limits are theirs. Raises CraftmeshError
-    when the lengths are not ordered or the sources are not finite.
+    most so much per distance; None leaves it at STEEPEST. others: anything with `at(points)`, as another
+    Sizing or a LengthField; the least length of all counts, and their own limits are theirs. Raises
+    CraftmeshError when the lengths are not ordered or the sources are not finite.
     """
 
     l_min: float
@@ -109,14 +113,17 @@ class Sizing:
     def _tree(self) -> cKDTree:
         return cKDTree(self.sources)
 
+    @property
+    def limit(self) -> float:
+        """How much lengths grow per distance at most."""
+        return STEEPEST if self.growth is None else self.growth
+
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the (n,) target edge lengths at `points` (n, 3): Eq. 2 and 3, and the least of all."""
         points = np.asarray(points, float).reshape(-1, 3)
         length = np.full(len(points), float(self.l_max))
         if len(self.sources):
-            reach = self.r1
-            if self.growth is not None:
-                reach += (self.l_max - self.l_min) / self.growth
+            reach = self.r1 + (self.l_max - self.l_min) / self.limit
             beyond = reach * (1 + 1e-9) if reach > 0 else np.inf
             length = self.at_distance(self._tree.query(points, distance_upper_bound=beyond)[0])
         for other in self.others:
@@ -126,15 +133,14 @@ class Sizing:
     def at_distance(self, r: np.ndarray) -> np.ndarray:
         """Return the target edge lengths at distances `r` from the nearest source: Eq. 3 and the limit.
 
-        With a limit the length is the least of L(s) + growth (r - s) over s <= r, where L is Eq. 3: the
-        largest function under Eq. 3 that grows no faster.
+        The length is the least of L(s) + limit (r - s) over s <= r, where L is Eq. 3: the largest function
+        under Eq. 3 that grows no faster.
         """
         r = np.asarray(r, float)
         length = self._equation_3(r)
-        if self.growth is not None:
-            for s in self._steepest(self.growth):
-                start = self._equation_3(np.array([s]))[0]
-                length = np.where(r >= s, np.minimum(length, start + self.growth * (r - s)), length)
+        for s in self._steepest(self.limit):
+            start = self._equation_3(np.array([s]))[0]
+            length = np.where(r >= s, np.minimum(length, start + self.limit * (r - s)), length)
         return length
 
     def _steepest(self, growth: float) -> list[float]:
@@ -142,8 +148,8 @@ class Sizing:
         marks = [0.0, self.r0, self.r1]
         rise = self.l0 - self.l_min
         if self.exponent > 1 and rise > 0 and self.r0 > 0:
-            share = (growth * self.r0 / (self.exponent * rise)) ** (1 / (self.exponent - 1))
-            marks.append(self.r0 * min(share, 1.0))
+            share = min(growth * self.r0 / (self.exponent * rise), 1.0)
+            marks.append(self.r0 * share ** (1 / (self.exponent - 1)))
         return marks
 
     def _equation_3(self, r: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ NUMBERS = ("l_min", "l0", "l_max", "r0", "r1", "exponent")
 
 
 def arrays_of(sizing: Sizing) -> dict[str, np.ndarray]:
-    """Return the arrays of `sizing`: the numbers of Eq. 3 and `growth` (NaN: no limit), `sources` (k, 3).
+    """Return the arrays of `sizing`: the numbers of Eq. 3, `growth` (NaN: none given), `sources` (k, 3).
 
     Its fields of lengths follow one another in `field_points` (n, 3) and `field_lengths` (n,);
     `field_counts` (f,) and `field_growth` (f,) have a row for each. Raises CraftmeshError for a further

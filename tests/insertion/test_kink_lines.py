@@ -40,7 +40,7 @@ def edges_with_fixed(patch) -> dict[tuple[int, int], bool]:
 
 @pytest.mark.parametrize("size", [0.3, 0.5, 0.8])
 def test_a_kink_gets_points_along_it_that_edges_join(size):
-    patch, laid = lay_kinks(patch_with_a_trace(), kink((3, -1), (3, 4), (3, 7)), even(size))
+    patch, laid = lay_kinks(patch_with_a_trace(), kink((3, -1), (3, 4), (3, 7)), even(size), size)
     new = patch.uv[7 : patch.used[0]]
     assert (new[:, 0] == 3).all()
     trace = shapely.LineString([(0, 2), (3, 2.5), (6, 2)])
@@ -56,7 +56,7 @@ def test_a_kink_gets_points_along_it_that_edges_join(size):
 
 
 def test_refining_keeps_the_kink_and_comes_near_it_on_neither_side():
-    patch, laid = lay_kinks(patch_with_a_trace(), kink((3, -1), (3, 7)), even(0.5))
+    patch, laid = lay_kinks(patch_with_a_trace(), kink((3, -1), (3, 7)), even(0.5), 0.5)
     patch = refine(patch, even(0.5), np.zeros((0, 3), np.int64))
     known = edges_with_fixed(patch)
     assert all(known[tuple(sorted(pair))] for pair in laid.tolist())
@@ -71,14 +71,20 @@ def test_refining_keeps_the_kink_and_comes_near_it_on_neither_side():
     "places", [((2, 4), (3, 4)), ((-3, -3), (-1, 5)), ((0.01, 2), (0.01, 6))], ids=["short", "out", "wall"]
 )
 def test_kinks_that_are_short_or_past_the_patch_or_along_a_wall_are_left_out(places):
-    patch, laid = lay_kinks(patch_with_a_trace(), kink(*places), even(0.5))
+    patch, laid = lay_kinks(patch_with_a_trace(), kink(*places), even(0.5), 0.5)
     assert not len(laid)
     assert patch.used[0] == 7
 
 
-def test_a_kink_is_not_joined_past_a_corner_of_a_trace_that_is_almost_on_it():
-    patch, laid = lay_kinks(patch_with_a_trace(), kink((-1, 2.51), (7, 2.51)), even(0.5))
-    ends = patch.uv[laid]
-    corner = shapely.Point(3, 2.5)
-    assert shapely.distance(shapely.linestrings(ends), corner).min() > 0.02
-    assert len(laid) > 5
+def test_a_kink_goes_through_a_corner_of_a_trace_that_is_almost_on_it():
+    patch, laid = lay_kinks(patch_with_a_trace(), kink((-1, 2.51), (7, 2.51)), even(0.5), 0.5)
+    assert (laid == ON_KINK).sum() == 2
+    others = shapely.linestrings(patch.uv[laid[(laid != ON_KINK).all(axis=1)]])
+    assert len(others) > 5
+    assert shapely.distance(others, shapely.Point(3, 2.5)).min() > 0.05
+
+
+def test_a_kink_is_joined_past_a_corner_that_is_off_it():
+    patch, laid = lay_kinks(patch_with_a_trace(), kink((-1, 2.6), (7, 2.6)), even(0.5), 0.5)
+    assert not (laid == ON_KINK).any()
+    assert shapely.distance(shapely.linestrings(patch.uv[laid]), shapely.Point(3, 2.6)).min() < 1e-12

@@ -11,6 +11,7 @@ from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
 from craftmesh.types import Surface
 
 ORIGIN = np.zeros((1, 3))
+FREE = 1e9  # no limit of growth to speak of
 
 
 def at_radius(sizing, r):
@@ -37,10 +38,17 @@ def test_no_sources_is_uniform():
 
 
 def test_radii_may_be_equal_or_zero():
-    step = Sizing(0.5, 1.0, 3.0, 2.0, 2.0, 1.0, ORIGIN)
+    step = Sizing(0.5, 1.0, 3.0, 2.0, 2.0, 1.0, ORIGIN, FREE)
     assert at_radius(step, 2.0) == 1.0 and at_radius(step, 2.1) == 3.0
-    point = Sizing(0.5, 1.0, 3.0, 0.0, 0.0, 1.0, ORIGIN)
+    point = Sizing(0.5, 1.0, 3.0, 0.0, 0.0, 1.0, ORIGIN, FREE)
     assert at_radius(point, 0.0) == 0.5 and at_radius(point, 0.1) == 3.0
+
+
+def test_lengths_grow_no_faster_than_the_distance_where_nobody_asks_for_it():
+    step = sizing_for(None, SizingOptions(l0=1.0, r0=2.0, r1=2.0), ORIGIN)
+    assert at_radius(step, 2.0) == 1.0 and at_radius(step, 2.1) == pytest.approx(1.1)
+    steep = sizing_for(None, SizingOptions(l0=1.0, r0=2.0, r1=2.0, gradation=21), ORIGIN)
+    assert at_radius(steep, 2.05) == pytest.approx(2.0) and at_radius(steep, 2.1) == pytest.approx(3.0)
 
 
 @settings(deadline=None, max_examples=50)
@@ -108,7 +116,7 @@ def test_densify_keeps_points_and_bounds_steps():
 @settings(deadline=None, max_examples=30)
 @given(st.floats(0.05, 2.0), st.floats(0.3, 5.0), st.floats(0.0, 6.0), st.floats(0.0, 6.0))
 def test_limit_is_the_largest_function_below_that_grows_no_faster(growth, exponent, r0, width):
-    plain = Sizing(0.5, 1.0, 4.0, r0, r0 + width, exponent, ORIGIN)
+    plain = Sizing(0.5, 1.0, 4.0, r0, r0 + width, exponent, ORIGIN, FREE)
     limited = Sizing(0.5, 1.0, 4.0, r0, r0 + width, exponent, ORIGIN, growth)
     r = np.linspace(0, 20, 801)
     length, before = limited.at_distance(r), plain.at_distance(r)
