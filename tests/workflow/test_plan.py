@@ -88,6 +88,16 @@ def test_parameters_along_the_front_are_made_where_a_target_asks_for_them(new_fo
     assert "--element C3D10" in command and "--radius 4.0" in command and "--probe" not in command
 
 
+def test_a_partition_that_python_knows_needs_its_quotes(new_folder):
+    folder = new_folder()
+    quoted, bare = (
+        folder.snakemake("--dry-run", "--default-resources", f"slurm_partition={name}")
+        for name in ("'all'", "all")
+    )
+    assert quoted.status == 0 and "slurm_partition=all" in quoted.text, quoted.text
+    assert bare.status != 0
+
+
 def test_slurm_profile_plans_the_same_jobs_in_groups(new_folder):
     folder = new_folder()
     run = folder.snakemake("--dry-run", "--profile", str(ROOT / "profiles" / "slurm"))
