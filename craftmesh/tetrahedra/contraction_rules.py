@@ -10,7 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from craftmesh.tetrahedra.stars import Corners, Stars, renamed
+from craftmesh.tetrahedra.stars import BOX_PLANES, Corners, Stars, renamed
 
 Cells = dict[int, Corners]
 
@@ -143,8 +143,12 @@ def _front(stars: Stars, facets: Cells, nodes: set[int]) -> set[tuple[int, int]]
 
 
 def may_merge(stars: Stars, kept: int, gone: int) -> bool:
-    """Tell whether `kept` is held by all that holds `gone`, a point off the front and of no higher rank."""
+    """Tell whether `kept` is held by all that holds `gone`, a point off the front and of no higher rank.
+
+    Of points that touch (`stars.touch`) the planes of the box alone have to be the same.
+    """
     held, rank = stars.classes.held, stars.classes.rank
-    if held[gone, -1] or (held[gone] & ~held[kept]).any():
-        return False
-    return bool(rank[gone] <= rank[kept])
+    missing = held[gone] & ~held[kept]
+    if stars.touch(kept, gone):
+        return bool(rank[gone] <= rank[kept]) and not missing[:BOX_PLANES].any()
+    return bool(rank[gone] <= rank[kept]) and not held[gone, -1] and not missing.any()

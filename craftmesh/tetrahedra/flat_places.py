@@ -89,7 +89,8 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     measures = _measures(model, {}, surface.grains)
     if not any((is_poor(one) | is_stretched(one)).any() for one in measures.values()):
         return GivenWay(surface, grain_tets)
-    before = after = Opening(model, measures, surface.points, freedom(surface))
+    before = Opening(model, measures, surface.points, freedom(surface))
+    after = _joined(before, STAGES[0])
     for stage in STAGES:
         after = _with_moves(after, stage)
         if stage.score is not None:
@@ -161,6 +162,19 @@ def _with_moves(now: Opening, stage: Stage) -> Opening:
     return best
 
 
+def _joined(now: Opening, stage: Stage) -> Opening:
+    """Return the model with points that touch at bad tets made one, if that leaves fewer of these."""
+    best = now
+    for _ in range(CONTRACTIONS):
+        model, grains, count = contracted(now.model, now.bad(stage.is_bad), np.inf)
+        if not count:
+            break
+        now = now.replaced(_repaired(model, grains, stage.aim.measure), grains, count)
+        now = replace(now, free=freedom(model.surface))
+        best = min(best, now, key=Opening.faults)
+    return best
+
+
 def _contracted(now: Opening, stage: Stage, score: float) -> Opening:
     """Return the best model with edges at bad tets contracted, and nodes moved again after that."""
     best = now
@@ -171,7 +185,8 @@ def _contracted(now: Opening, stage: Stage, score: float) -> Opening:
         model, grains, count = contracted(now.model, bad, score)
         if not count:
             break
-        now = _with_moves(now.replaced(_repaired(model, grains, stage.aim.measure), grains, count), stage)
+        now = now.replaced(_repaired(model, grains, stage.aim.measure), grains, count)
+        now = _with_moves(replace(now, free=freedom(model.surface)), stage)
         best = min(best, now, key=Opening.faults)
     return best
 

@@ -82,7 +82,7 @@ def _best(stars: Stars, corners: Corners, count: np.ndarray, least: float) -> Co
         for kept in sorted(filter(stars.on_surface, beside)):
             if may_merge(stars, kept, gone):
                 score = _score_after(stars, kept, gone)
-                if score is not None and score >= least:
+                if score is not None and (score >= least or stars.touch(kept, gone)):
                     found.append(Contraction(kept, gone, score))
     for one in sorted(found, key=lambda one: (-one.score, one.kept, one.gone)):
         if _keeps_grains(stars, one, count) and keeps_surface(stars, one.kept, one.gone):

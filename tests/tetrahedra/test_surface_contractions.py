@@ -142,3 +142,32 @@ def test_the_surface_stays_near():
     flat = [int(np.flatnonzero((points == place).all(axis=1))[0]) for place in ([2, 1, 2], [2, 1, 1])]
     assert not keeps_surface(stars, flat[0], bump)  # the bump, 0.45 high, would go
     assert keeps_surface(stars, flat[1], flat[0])
+
+
+def beside_front(surface, near):
+    """Yield the surface with a node off the crack, of no lower rank, moved `near` a node of its front."""
+    classes = classes_of(surface)
+    front = np.unique(front_edges(surface))
+    edges, _, _ = unique_edges(surface.facets)
+    for one, other in [*edges.tolist(), *edges[:, ::-1].tolist()]:
+        if one in front and not classes.held[other].any() and classes.rank[other] >= classes.rank[one]:
+            points = surface.points.copy()
+            points[other] = points[one] + near * (points[other] - points[one])
+            yield one, other, replace(surface, points=points)
+
+
+@pytest.mark.parametrize(("near", "joins"), [(0.012, True), (0.03, False)])
+def test_points_that_touch_the_front_become_it(near, joins):
+    surface, tets = structured_box((4, 4, 2), pillar, plane_crack(2, 1, hexagon((1, 3), 1.1)))
+    count = 0
+    for gone, kept, moved in beside_front(surface, near):
+        model = Model(moved, tets)
+        stars = stars_of(model, classes_of(moved), np.arange(len(model.points)))
+        assert may_merge(stars, kept, gone) == joins
+        if joins and keeps_surface(stars, kept, gone) and keeps_topology(stars, kept, gone):
+            stars.merge(kept, gone)
+            assert stars.classes.held[kept, -1]
+            after = front_edges(rebuilt(model, stars)[0].surface)
+            assert len(after) == len(front_edges(surface)) and kept in after and gone not in after
+            count += 1
+    assert bool(count) == joins
