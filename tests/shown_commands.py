@@ -1,7 +1,10 @@
 """The commands that the documentation shows."""
 
+import os
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +14,7 @@ PAGES = [
     *sorted(ROOT.glob("docs/*.md")),
     *sorted(ROOT.glob("examples/*/README.md")),
 ]
+HERE = Path(sys.executable).parent  # the commands of the environment that runs the tests
 PROGRAMS = ("craftmesh", "snakemake", "make", "python", "pip", "apptainer", "ccx", "abaqus")
 
 
@@ -37,6 +41,17 @@ def commands_of(text: str) -> list[Shown]:
     bare = re.sub(r"```.*?```", "", text, flags=re.S)
     parts = [*re.findall(r"`([^`]+)`", bare), *re.findall(r"\$\((craftmesh [^)]+)\)", text)]
     return [shown for block in blocks_of(text) for shown in block] + _commands(parts, False)
+
+
+def run(folder: Path, line: str, programs: Path = HERE) -> str:
+    """Run a line by the shell, with the commands in `programs` before all; return what it printed."""
+    path = os.pathsep.join([str(programs), str(HERE), os.environ["PATH"]])
+    env = os.environ | {"PATH": path, "ROOT": str(ROOT)}
+    done = subprocess.run(
+        line, shell=True, cwd=folder, env=env, capture_output=True, text=True, timeout=900
+    )
+    assert done.returncode == 0, f"{line}\n{done.stdout[-2000:]}\n{done.stderr[-3000:]}"
+    return done.stdout
 
 
 def _commands(lines: list[str], is_whole: bool) -> list[Shown]:

@@ -1,10 +1,7 @@
 """Every command that the documentation shows is run, by these tests or by others, or it is said why not."""
 
-import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import h5py
@@ -19,7 +16,7 @@ from how_commands_are_run import (
     NOT_RUN,
     SMALLEST,
 )
-from shown_commands import PAGES, ROOT, blocks_of, commands_of
+from shown_commands import HERE, PAGES, ROOT, blocks_of, commands_of, run
 
 from craftmesh.commands.verbs import VERBS
 from craftmesh.io.vtk import read_surface
@@ -43,18 +40,7 @@ def lines_of(text: str) -> list[str]:
     return [shown.line for block in blocks_of(text) for shown in block]
 
 
-def run(folder: Path, line: str, programs: Path = Path(sys.executable).parent) -> str:
-    """Run a line by the shell, with the commands in `programs` before all; return what it printed."""
-    path = os.pathsep.join([str(programs), str(Path(sys.executable).parent), os.environ["PATH"]])
-    env = os.environ | {"PATH": path, "ROOT": str(ROOT)}
-    done = subprocess.run(
-        line, shell=True, cwd=folder, env=env, capture_output=True, text=True, timeout=900
-    )
-    assert done.returncode == 0, f"{line}\n{done.stdout[-2000:]}\n{done.stderr[-3000:]}"
-    return done.stdout
-
-
-def run_all(folder: Path, lines: dict[str, str], programs: Path = Path(sys.executable).parent):
+def run_all(folder: Path, lines: dict[str, str], programs: Path = HERE):
     """Run each line, or what stands for it."""
     for shown, instead in lines.items():
         run(folder, instead or shown, programs)

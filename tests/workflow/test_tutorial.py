@@ -1,26 +1,13 @@
 """The tutorial's commands, run one after another as they stand."""
 
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
+from shown_commands import ROOT, run
 
-ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "docs" / "tutorial.md").read_text()
 BLOCKS = re.findall(r"```\n(.*?)```", TEXT, flags=re.S)
 RUN = "snakemake -s $(craftmesh snakefile) --cores all --configfile scan.yaml"
-
-
-def run(folder: Path, line: str) -> str:
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    done = subprocess.run(
-        line, shell=True, cwd=folder, env=os.environ | {"PATH": path}, capture_output=True, text=True
-    )
-    assert done.returncode == 0, f"{line}\n{done.stdout[-1000:]}\n{done.stderr[-3000:]}"
-    return done.stdout
 
 
 def test_the_blocks_are_commands_and_one_sheet():
