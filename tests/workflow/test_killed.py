@@ -75,12 +75,15 @@ def alone(growing_folder):
 def test_killed_at_random_moments_it_goes_on_to_the_same_bytes(alone, growing_folder):
     killed = growing_folder(CASES)
     draw = random.Random(13)
-    hit = []
-    # by the jobs that have ended, and so spread over all increments; a job takes some two seconds
-    for count in sorted(draw.randrange(ended_jobs(alone)) for _ in range(KILLS)):
-        if kill_after(killed, partial(has_ended, killed, count), draw.uniform(0, 3), STARTS_IN):
-            hit.append(len(list(killed.path.glob("results/logs/tiny/00?"))))
-    assert len(hit) == KILLS and set(hit) >= {1, 2, 3}
+    jobs, hit = ended_jobs(alone), []
+    for turn in range(KILLS):
+        # one in each twentieth of the jobs, and so in all increments; a job takes some two seconds
+        is_reached = partial(has_ended, killed, int((turn + draw.random()) * jobs / KILLS))
+        while not kill_after(killed, is_reached, draw.uniform(0, 3), STARTS_IN):
+            check_same(killed, alone)
+            shutil.rmtree(killed.path / "results")
+        hit.append(len(list(killed.path.glob("results/logs/tiny/00?"))))
+    assert set(hit) >= {1, 2, 3}
     finish(killed)
     check_same(killed, alone)
 
