@@ -82,6 +82,14 @@ def test_facets_follow_a_crease_along_a_jagged_boundary(turn, past):
     assert facet_angles(surface.points, surface.facets[surface.kind == CRACK]).min() > 3
 
 
+@pytest.mark.parametrize("past", [0.0, 0.2])
+def test_facets_follow_a_crease_along_a_jagged_boundary_where_edges_are_long(past):
+    """The crease is joined between traces nearer to it than a share of edges of 8 l_min."""
+    crack = creased(np.arctan2(1.0, 0.3), 5.0 / np.hypot(0.3, 1.0) + past, 57.0, 3.1)
+    # 0.033 and 0.048 where edges along the crease were let go again
+    assert farthest_off(inserted(crack, 0.25, 2.0), crack) < PROMISED * 0.25
+
+
 def test_a_trace_is_led_over_an_edge_beside_it_that_its_kink_lies_on():
     """Boundary edges of 2.5 l_min: the kink is 0.6 l_min off a trace edge that may take no point there."""
     crack = creased(0.058, 4.848, 50.0, 2.002)
