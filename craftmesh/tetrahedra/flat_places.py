@@ -47,13 +47,14 @@ def is_stretched(measures: np.ndarray) -> np.ndarray:
     return measures[:, 1] > STRETCHED
 
 
-# Poor and stretched tets are worth as much as the gradation may move the surface, 0.15 target lengths.
-# Where edges grow from 0.5 to 15 in grains 8 across, .67 % of 29,000 tets were stretched; .01 % after
-# 266 of 3,060 points had moved.
+# Rounds go as far as the one before leaves such tets. Where edges grow from 0.5 to 15 in grains 8 across,
+# .67 % of 29,000 tets were stretched; .01 % after 266 of 3,060 points had moved by 0.15. Of four random
+# cracks with 5, 31, 51 and 57 stretched tets that 0.15 had left, 0, 30, 2 and 3 are left with 0.4.
+REACHES = (0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
 STAGES = (
-    Stage(is_flat, (0.025, 0.05, 0.1, 0.2, 0.3, 0.4), Aim(FORM, POOR), 0.0),
-    Stage(is_poor, (0.025, 0.05, 0.1, 0.15), Aim(FORM, POOR), 1.0),
-    Stage(is_stretched, (0.025, 0.05, 0.1, 0.15), Aim(WHOLE, 2 * POOR), None),
+    Stage(is_flat, REACHES, Aim(FORM, POOR), 0.0),
+    Stage(is_poor, REACHES, Aim(FORM, POOR), 1.0),
+    Stage(is_stretched, REACHES, Aim(WHOLE, 2 * POOR), None),
 )
 # Rounds of contractions: what one leaves may be contracted in the next.
 CONTRACTIONS = 3
@@ -80,7 +81,7 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     """Return the surface and all grains' tets with fewer flat, poor (`mesh/poor`) and stretched ones.
 
     Nodes near such tets go to where the worst tet round them, in any grain, is better; those of the surface
-    by up to 0.4 of the mean edge at them for flat tets and 0.15 for others, those of the box on its planes,
+    by up to 0.4 of the mean edge at them, as long as there are such tets, those of the box on its planes,
     those of a crack along it, those of its front not at all. Where that is not enough, edges of the surface
     are contracted at flat and poor ones. After that the grains there are repaired inside. What leaves no
     fewer such tets is not done. A function of the whole mesh, not of chunks.
