@@ -49,8 +49,7 @@ def lay_kinks(
         row = np.concatenate([len(walls.uv) + np.arange(len(uv)), old])[order]
         pairs = np.stack([row[:-1], row[1:]], axis=1)
         near = np.diff(arc[order]) < JOINED * size_at(points[pairs].mean(axis=1))
-        reach = np.full(len(pairs), NARROW * least)
-        pairs = pairs[near & walls.let_through(points, pairs, reach)]
+        pairs = pairs[near & walls.let_through(points, pairs, NARROW * least)]
         patch, made = add_lines(patch, uv, pairs)
         laid.append(made)
     return patch, np.concatenate(laid)
@@ -133,10 +132,10 @@ class _Walls(NamedTuple):
         distance = self.tree.query_nearest(places, return_distance=True, all_matches=False)[1]
         return self._hold(places) & (distance > apart)
 
-    def let_through(self, points: np.ndarray, pairs: np.ndarray, apart: np.ndarray) -> np.ndarray:
+    def let_through(self, points: np.ndarray, pairs: np.ndarray, apart: float) -> np.ndarray:
         """Tell which segments between points (n, 2), as pairs (k, 2), are in the patch and clear of walls.
 
-        That is by `apart` (k,). They may end at a wall, but are none themselves.
+        That is by `apart`. They may end at a wall, but are none themselves.
         """
         free = self._hold(shapely.points(points[pairs].mean(axis=1)))
         row, wall = self.tree.query(shapely.linestrings(points[pairs]), "dwithin", apart)

@@ -138,17 +138,17 @@ class Sizing:
         """
         r = np.asarray(r, float)
         length = self._equation_3(r)
-        for s in self._steepest(self.limit):
+        for s in self._steepest():
             start = self._equation_3(np.array([s]))[0]
             length = np.where(r >= s, np.minimum(length, start + self.limit * (r - s)), length)
         return length
 
-    def _steepest(self, growth: float) -> list[float]:
-        """Return the distances at which Eq. 3 can begin to grow faster than `growth`."""
+    def _steepest(self) -> list[float]:
+        """Return the distances at which Eq. 3 can begin to grow faster than the limit."""
         marks = [0.0, self.r0, self.r1]
         rise = self.l0 - self.l_min
         if self.exponent > 1 and rise > 0 and self.r0 > 0:
-            share = min(growth * self.r0 / (self.exponent * rise), 1.0)
+            share = min(self.limit * self.r0 / (self.exponent * rise), 1.0)
             marks.append(self.r0 * share ** (1 / (self.exponent - 1)))
         return marks
 

@@ -149,6 +149,6 @@ def may_merge(stars: Stars, kept: int, gone: int) -> bool:
     """
     held, rank = stars.classes.held, stars.classes.rank
     missing = held[gone] & ~held[kept]
-    if stars.touch(kept, gone):
-        return bool(rank[gone] <= rank[kept]) and not missing[:BOX_PLANES].any()
-    return bool(rank[gone] <= rank[kept]) and not held[gone, -1] and not missing.any()
+    if rank[gone] > rank[kept] or missing[:BOX_PLANES].any():
+        return False
+    return not (held[gone, -1] or missing.any()) or stars.touch(kept, gone)

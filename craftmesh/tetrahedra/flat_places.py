@@ -56,6 +56,8 @@ STAGES = (
     Stage(is_poor, REACHES, Aim(FORM, POOR), 1.0),
     Stage(is_stretched, REACHES, Aim(WHOLE, 2 * POOR), None),
 )
+# Before any moves: no score is enough but that of nodes that touch, which become one.
+JOINING = Stage(is_flat, (), Aim(FORM, POOR), np.inf)
 # Rounds of contractions: what one leaves may be contracted in the next.
 CONTRACTIONS = 3
 # Sweeps over the nodes near a flat tet in a round.
@@ -90,9 +92,8 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     measures = _measures(model, {}, surface.grains)
     if not any((is_poor(one) | is_stretched(one)).any() for one in measures.values()):
         return GivenWay(surface, grain_tets)
-    before = Opening(model, measures, surface.points, freedom(surface))
-    after = _joined(before, STAGES[0])
-    for stage in STAGES:
+    before = after = Opening(model, measures, surface.points, freedom(surface))
+    for stage in (JOINING, *STAGES):
         after = _with_moves(after, stage)
         if stage.score is not None:
             after = _contracted(after, stage, stage.score)
@@ -133,6 +134,7 @@ class Opening:
         return replace(
             self,
             model=model,
+            free=freedom(model.surface) if contracted else self.free,
             measures=_measures(model, self.measures, grains),
             changed=np.union1d(self.changed, grains),
             contracted=self.contracted + contracted,
@@ -163,19 +165,6 @@ def _with_moves(now: Opening, stage: Stage) -> Opening:
     return best
 
 
-def _joined(now: Opening, stage: Stage) -> Opening:
-    """Return the model with points that touch at bad tets made one, if that leaves fewer of these."""
-    best = now
-    for _ in range(CONTRACTIONS):
-        model, grains, count = contracted(now.model, now.bad(stage.is_bad), np.inf)
-        if not count:
-            break
-        now = now.replaced(_repaired(model, grains, stage.aim.measure), grains, count)
-        now = replace(now, free=freedom(model.surface))
-        best = min(best, now, key=Opening.faults)
-    return best
-
-
 def _contracted(now: Opening, stage: Stage, score: float) -> Opening:
     """Return the best model with edges at bad tets contracted, and nodes moved again after that."""
     best = now
@@ -186,8 +175,7 @@ def _contracted(now: Opening, stage: Stage, score: float) -> Opening:
         model, grains, count = contracted(now.model, bad, score)
         if not count:
             break
-        now = now.replaced(_repaired(model, grains, stage.aim.measure), grains, count)
-        now = _with_moves(replace(now, free=freedom(model.surface)), stage)
+        now = _with_moves(now.replaced(_repaired(model, grains, stage.aim.measure), grains, count), stage)
         best = min(best, now, key=Opening.faults)
     return best
 

@@ -79,7 +79,7 @@ class Stars:
         return bool(self.facets_at[node])
 
     def touch(self, one: int, other: int) -> bool:
-        """Tell whether two nodes, one of them on the crack, are nearer to each other than TOUCHING."""
+        """Tell whether two nodes are no farther from each other than TOUCHING."""
         apart = float(np.linalg.norm(self.points[one] - self.points[other]))
         return apart <= TOUCHING * self.classes.front_length
 
