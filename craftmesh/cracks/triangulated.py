@@ -59,12 +59,22 @@ def crack_from_triangles(
         _refuse_crossing(points, triangles)
     else:
         _check_simple((points - points.mean(axis=0)) @ frame[:2].T, loops)
+    crack = with_fronts(points, triangles, fronts, box)
+    if not crack.fronts:
+        _refuse_no_crack(crack.points[crack.triangles], fronts is not None, box)
+    return crack
+
+
+def with_fronts(
+    points: np.ndarray, triangles: np.ndarray, fronts: Sequence[np.ndarray] | None, box: np.ndarray
+) -> Crack:
+    """Return the crack of a sound sheet: its boundary, parted where it leaves the box (2, 3), has fronts.
+
+    fronts: polylines (k, 3) along the boundary; None takes all of it that is within the box.
+    """
     wanted = None if fronts is None else [np.asarray(front, float).reshape(-1, 3) for front in fronts]
-    points, triangles, loops = _split_at_box(points, triangles, loops, box)
-    polylines = _fronts_within(points, loops, box, wanted)
-    if not polylines:
-        _refuse_no_crack(points[triangles], wanted is not None, box)
-    return Crack(points, triangles, tuple(polylines))
+    points, triangles, loops = _split_at_box(points, triangles, boundary_loops(triangles), box)
+    return Crack(points, triangles, tuple(_fronts_within(points, loops, box, wanted)))
 
 
 def boundary_loops(triangles: np.ndarray) -> list[np.ndarray]:
@@ -165,14 +175,14 @@ def _split_at_box(
         for a, b in zip(loop[:-1].tolist(), loop[1:].tolist()):
             ring.append(a)
             for place in _crossings(places[a], places[b], box):
-                triangles = _split_boundary_edge(triangles, ring[-1], b, len(places))
+                triangles = split_boundary_edge(triangles, ring[-1], b, len(places))
                 ring.append(len(places))
                 places.append(place)
         rings.append(np.array(ring + ring[:1]))
     return np.array(places), triangles, rings
 
 
-def _split_boundary_edge(triangles: np.ndarray, a: int, b: int, new: int) -> np.ndarray:
+def split_boundary_edge(triangles: np.ndarray, a: int, b: int, new: int) -> np.ndarray:
     """Return the triangles with the one on the directed boundary edge a-b split at the point `new`."""
     row, side = np.argwhere((triangles == a) & (np.roll(triangles, -1, axis=1) == b))[0]
     apex = triangles[row, (side + 2) % 3]

@@ -1,0 +1,124 @@
+"""Fronts that graze a face of the box: where a ligament of flat tets would be left they end on the face."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from craftmesh.cracks.triangulated import split_boundary_edge, with_fronts
+from craftmesh.surface.measure import unit_normals
+from craftmesh.types import Crack
+
+# Of l_min: a front nearer than this to a face, along the crack, ends there. A front node may be 0.02 off
+# its curve.
+TAKEN = 0.018
+# Of l_min: a stretch of front within twice TAKEN of a face grazes it from this length on, that is at under
+# 4 degrees; others cross it, or come near at a point.
+GRAZING = 0.5
+STEP = 0.1  # of l_min: the length of edges along a stretch that is moved
+FLATTEST = 0.1  # sine of a crack's angle to a face: one under 6 degrees lies along it
+
+
+class _Face(NamedTuple):
+    """A face of the box: its outward normal (3,), and how far out it lies along that."""
+
+    outward: np.ndarray
+    out: float
+
+
+def ending_on_faces(sheet: Crack, box: np.ndarray, l_min: float) -> Crack:
+    """Return a sheet whose fronts end on the faces of the box (2, 3) that they graze; l_min in model units.
+
+    Points of a front within TAKEN of a face, along the crack, go past it, and those within twice that give
+    way, so that the front comes down to the face twice as steeply. A front with the crack between itself
+    and the face stays.
+    """
+    for axis in range(3):
+        for upper in (0, 1):
+            outward = (2.0 * upper - 1.0) * np.eye(3)[axis]
+            sheet = _ending_on_face(sheet, _Face(outward, float(outward @ box[upper])), box, l_min)
+    return sheet
+
+
+def _ending_on_face(sheet: Crack, face: _Face, box: np.ndarray, l_min: float) -> Crack:
+    reach = 2 * TAKEN * l_min
+    near = [face.out - sheet.points[front] @ face.outward < reach for front in sheet.fronts]
+    if not any(one.any() for one in near):
+        return sheet
+    points, triangles = sheet.points, sheet.triangles.astype(np.int64)
+    fronts, steps = [], []
+    for front in sheet.fronts:
+        ways = _ways(points, triangles, front, face)
+        grazing = _grazing(points[front], ways, face, l_min)
+        points, triangles, front, edge = _refined(points, triangles, front, grazing, STEP * l_min)
+        fronts.append(front)
+        steps.append(_steps(points[front], ways[edge], grazing[edge], face, reach))
+    if not any(step.any() for step in steps):
+        return sheet
+    points = points.copy()
+    for front, step in zip(fronts, steps):
+        points[front] += step
+    return with_fronts(points, triangles, [points[front] for front in fronts], box)
+
+
+def _ways(points: np.ndarray, triangles: np.ndarray, front: np.ndarray, face: _Face) -> np.ndarray:
+    """Return at each edge of a front (k,) the way (k - 1, 3) along the crack by which the face is one off.
+
+    0 where the crack lies along the face, or between it and the front.
+    """
+    edges = np.sort(np.stack([front[:-1], front[1:]], axis=1), axis=1)
+    sides = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2), axis=2)
+    count = len(points)
+    keys = sides[..., 0] * count + sides[..., 1]
+    order = np.argsort(keys.ravel(), kind="stable")
+    of_edge = order[np.searchsorted(keys.ravel()[order], edges[:, 0] * count + edges[:, 1])]
+    row, side = np.divmod(of_edge, 3)
+    normal = unit_normals(points, triangles[row])
+    way = face.outward - (normal @ face.outward)[:, None] * normal
+    sine = np.linalg.norm(way, axis=1)
+    along = points[triangles[row, (side + 1) % 3]] - points[triangles[row, side]]
+    way[(sine < FLATTEST) | (np.einsum("ij,ij->i", np.cross(normal, along), way) > 0)] = 0.0
+    return way / np.maximum(sine, FLATTEST)[:, None] ** 2
+
+
+def _grazing(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> np.ndarray:
+    """Tell which edges of a front (k, 3) belong to a stretch that grazes the face."""
+    length = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    times = np.maximum(np.ceil(length / (STEP * l_min)), 1).astype(np.int64)
+    edge = np.repeat(np.arange(len(length)), times)
+    share = (np.arange(len(edge)) - (np.cumsum(times) - times)[edge] + 0.5) / times[edge]
+    middle = line[edge] + share[:, None] * (line[edge + 1] - line[edge])
+    far = (face.out - middle @ face.outward) * np.linalg.norm(ways, axis=1)[edge]
+    near = (far < 2 * TAKEN * l_min) & (ways != 0).any(axis=1)[edge]
+    run = np.concatenate([[0], np.cumsum(near[1:] != near[:-1])])
+    if (line[0] == line[-1]).all() and near[0] and near[-1]:
+        run[run == run[-1]] = 0
+    long = np.bincount(run, (length / times)[edge])[run] > GRAZING * l_min
+    return np.bincount(edge, near & long, len(length)) > 0
+
+
+def _refined(
+    points: np.ndarray, triangles: np.ndarray, front: np.ndarray, parted: np.ndarray, step: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the sheet with edges (k,) of a front parted to a length, the front, and its points' edges."""
+    places, line, edge = list(points), [], []
+    for number, (a, b) in enumerate(zip(front[:-1].tolist(), front[1:].tolist())):
+        line.append(a)
+        edge.append(number)
+        start, way = points[a], points[b] - points[a]
+        count = int(np.ceil(np.linalg.norm(way) / step)) if parted[number] else 1
+        for k in range(1, count):
+            triangles = split_boundary_edge(triangles, line[-1], b, len(places))
+            line.append(len(places))
+            edge.append(number)
+            places.append(start + k / count * way)
+    return np.array(places), triangles, np.array([*line, front[-1]]), np.array([*edge, edge[-1]])
+
+
+def _steps(
+    line: np.ndarray, ways: np.ndarray, grazing: np.ndarray, face: _Face, reach: float
+) -> np.ndarray:
+    """Return the steps of a front's points (k, 3) towards the face, each along its edge's way."""
+    size = np.linalg.norm(ways, axis=1)
+    far = (face.out - line @ face.outward) * size
+    part = np.where(grazing, np.clip(reach - np.abs(far), 0, None), 0.0)
+    return part[:, None] * ways / np.maximum(size, 1e-300)[:, None]

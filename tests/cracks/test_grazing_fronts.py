@@ -1,0 +1,66 @@
+"""A front that grazes a face of the box ends on it, within what a front node may be off; others stay."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from craftmesh.cracks.grazing_fronts import TAKEN, ending_on_faces
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.triangulated import ON_PLANE
+from craftmesh.surface.kernels.distances import nearest_on_edges
+
+BOX = np.array([[0.0, 0, 0], [20, 20, 20]])
+L_MIN = 0.5
+RADIUS = 4.0
+
+
+def penny(gap: float, degrees: float = 90.0, axis: int = 2, top: bool = False):
+    """A penny, at an angle to a face of the box, whose front comes as near to it as gap, along it."""
+    sine, cosine = np.sin(np.radians(degrees)), np.cos(np.radians(degrees))
+    centre = np.full(3, 10.0)
+    height = (RADIUS + gap * L_MIN) * sine
+    centre[axis] = 20.0 - height if top else height
+    normal = np.roll([cosine, sine, 0.0], axis)
+    return prescribed_crack(CrackOptions(centre=tuple(centre), normal=tuple(normal), radius=RADIUS), 0, BOX)
+
+
+def off_the_front(sheet, places: np.ndarray) -> np.ndarray:
+    edges = np.concatenate([np.column_stack([front[:-1], front[1:]]) for front in sheet.fronts])
+    return np.linalg.norm(nearest_on_edges(places, sheet.points, edges.astype(np.int64)) - places, axis=1)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    gap=st.floats(0.0005, 0.95 * TAKEN),
+    degrees=st.floats(20.0, 160.0),
+    axis=st.integers(0, 2),
+    top=st.booleans(),
+)
+def test_a_front_that_grazes_a_face_ends_on_it(gap, degrees, axis, top):
+    sheet = penny(gap, degrees, axis, top)
+    ended = ending_on_faces(sheet, BOX, L_MIN)
+    (front,) = ended.fronts
+    line = ended.points[front]
+    on_plane = ON_PLANE * np.linalg.norm(BOX[1] - BOX[0])
+    assert np.abs(line[[0, -1], axis] - (20.0 if top else 0.0)).max() <= on_plane
+    assert ((line >= BOX[0] - on_plane) & (line <= BOX[1] + on_plane)).all()
+    # TAKEN, and the chord of an edge that was parted: 1e-4 of the radius
+    assert off_the_front(sheet, line).max() <= TAKEN * L_MIN * 1.001
+    # the crack stays in its plane
+    normal = np.roll([np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0.0], axis)
+    height = (ended.points - ended.points.mean(axis=0)) @ normal
+    assert np.ptp(height) <= 1e-9
+
+
+@pytest.mark.parametrize("gap", [0.04, 0.5, -0.5, -3.0])
+def test_a_front_that_stays_away_or_crosses_the_face_is_as_it_was(gap):
+    sheet = penny(gap)
+    assert ending_on_faces(sheet, BOX, L_MIN) is sheet
+
+
+def test_a_front_that_the_crack_itself_parts_from_the_face_stays():
+    """The crack comes through the face and ends just inside: its front stays where it was given."""
+    sheet = penny(-2 * RADIUS / L_MIN + 0.01)
+    assert ending_on_faces(sheet, BOX, L_MIN) is sheet
