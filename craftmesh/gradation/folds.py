@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from craftmesh.sizing.length_field import LengthField
-from craftmesh.sizing.sizing import FREE_GROWTH, Sizing
+from craftmesh.sizing.local_lengths import where_short
+from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import edge_sides, joined, unique_edges
 from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.patches import Patches, feature_edges, patches
@@ -69,10 +69,7 @@ def _across(points: np.ndarray, edges: np.ndarray, apex: np.ndarray) -> np.ndarr
 
 
 def short_beside_folds(surface: Surface, sizing: Sizing) -> Sizing:
-    """Return the sizing with edges of PER_WIDTH in strips between folds of the crack and its other lines.
-
-    They are l_min at least, and grow away from there by sizing.growth, or half the distance.
-    """
+    """Return the sizing with edges of PER_WIDTH, l_min at least, in strips from folds to other lines."""
     plain, parted = patches(surface), folded_patches(surface)
     if len(parted.first_facet) == len(plain.first_facet):
         return sizing
@@ -88,13 +85,8 @@ def short_beside_folds(surface: Surface, sizing: Sizing) -> Sizing:
         is_line[edge] & on_fold[apex] & ~on_line[apex]
     )
     places, widths = _widths(surface.points, edges[edge[across]], apex[across])
-    lengths = np.maximum(PER_WIDTH * widths, sizing.l_min)
-    short = lengths < sizing.at(places)
-    if not short.any():
-        return sizing
-    growth = FREE_GROWTH if sizing.growth is None else sizing.growth
-    strips = LengthField(places[short], lengths[short]).limited(growth)
-    return replace(sizing, others=(*sizing.others, strips))
+    strips = where_short(places, np.maximum(PER_WIDTH * widths, sizing.l_min), sizing)
+    return sizing if strips is None else replace(sizing, others=(*sizing.others, strips))
 
 
 def _widths(points: np.ndarray, edges: np.ndarray, apex: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

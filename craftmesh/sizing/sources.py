@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from craftmesh.sizing.bends import bend_lengths
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
 from craftmesh.sizing.strips import strip_lengths
@@ -45,8 +46,10 @@ def sizing_around(
     sources.append(defects.points)
     sources += [_on_sphere(sphere[:3], sphere[3], step) for sphere in defects.spheres]
     sizing = replace(plain, sources=np.concatenate([plain.sources, *sources]))
-    strips = strip_lengths(crack, surface.box, sizing) if crack else None
-    return sizing if strips is None else replace(sizing, others=(*sizing.others, strips))
+    if crack is None:
+        return sizing
+    found = (strip_lengths(crack, surface.box, sizing), bend_lengths(crack, surface.box, sizing))
+    return replace(sizing, others=(*sizing.others, *(one for one in found if one is not None)))
 
 
 def void_points(surface: Surface) -> np.ndarray:

@@ -75,7 +75,10 @@ def test_edges_are_short_in_a_strip_between_fold_and_trace_and_longer_away(l_min
     surface = with_trace(folded(90.0))
     found = short_beside_folds(surface, uniform(l_min))
     inner = [row * COLUMNS + SEAM + 1 for row in range(1, ROWS - 2)]
-    assert found.at(surface.points[inner]) == pytest.approx(length)
+    lengths = found.at(surface.points[inner])
+    assert lengths.min() == pytest.approx(length)
+    # places are up to l_min / 2 apart, and lengths grow by half the distance
+    assert lengths.max() <= length + 0.25 * l_min
     away = surface.points[inner] + [0.0, 0.0, 7.0]
     assert (found.at(away) > length + 6 * FREE_GROWTH * 0.99).all()
 
