@@ -33,9 +33,9 @@ from craftmesh.types import CRACK, INTERFACE, Crack, Surface
 
 SPREADS = 3  # rounds that push crowded pierce points apart
 HALVINGS = 10  # of the edges between two pierce points, until the front crosses no trace
-ATTEMPTS = (
-    8  # the later ones with smaller facets where a curved crack met a boundary; five were needed so far
-)
+# The later ones with smaller facets where a curved crack met a boundary; six were needed so far. Where no
+# edge there is long enough to be split, shorter ones are from the next attempt on.
+ATTEMPTS = 8
 # Numbers of the report that add up over the parts of a crack.
 COUNTED = (
     "crack_facets_outside_material",
@@ -104,13 +104,17 @@ def _with_part(
 ) -> tuple[Surface, dict[str, int | float]]:
     """Return the surface with a part of a crack in it; least: the least length on the crack's fronts."""
     sheet = sheet_of(crack, surface.box)
-    cut = _prepared(surface, sheet)
+    cut, shortest = _prepared(surface, sheet), least
     for _ in range(ATTEMPTS):
         result, numbers = _inserted(cut, sheet, target, least, options, progress)
         pairs = crack_intersections(result)
         if not len(pairs) or sheet.planar:
             break
-        cut = split_near(cut, sheet, result.points[result.facets[pairs]].mean(axis=(1, 2)), least)
+        places = result.points[result.facets[pairs]].mean(axis=(1, 2))
+        count = len(cut.points)
+        cut = split_near(cut, sheet, places, shortest)
+        if len(cut.points) == count:
+            shortest /= 2
     if len(pairs):
         refuse_intersections(result)
     return result, numbers | moved(cut, result, sheet, least)
