@@ -23,6 +23,7 @@ LEAST_AREA = 1.0  # of l_min squared, about two facets: a smaller part near a fa
 LIGAMENT = 0.1
 LIGAMENT_LENGTH = 8.0  # of l_min: a circle of up to 80 l_min that touches a face is near it for less
 ON_FACE = 1e-6  # of l_min: a part this near a face reaches it
+TOUCHING = 1e-12  # of the box's diagonal squared: less area of a crack only touches it
 
 
 class AlongFace(NamedTuple):
@@ -171,8 +172,10 @@ def clipped(polygon: np.ndarray, slab: np.ndarray) -> np.ndarray:
 
 
 def is_in(corners: np.ndarray, box: np.ndarray) -> bool:
-    """Tell whether any part of the triangles (m, 3, 3) lies in the box (2, 3)."""
-    return any(len(clipped(triangle, box)) > 2 for triangle in corners[meets_box(corners, box)])
+    """Tell whether any part of the triangles (m, 3, 3) lies in the box (2, 3), not only touches it."""
+    least = TOUCHING * float(((box[1] - box[0]) ** 2).sum())
+    parts = (clipped(triangle, box) for triangle in corners[meets_box(corners, box)])
+    return any(len(part) > 2 and _area(part) > least for part in parts)
 
 
 def _area(polygon: np.ndarray) -> float:

@@ -26,6 +26,7 @@ from craftmesh.insertion.snap import snap_to_crack
 from craftmesh.insertion.traces import follow_traces
 from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
+from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
@@ -75,7 +76,8 @@ def insert_crack(
             surface = inlay
             reports.append(numbers_of(surface, 0) | unmoved(len(sheet.triangles)))
             continue
-        least = _least_length(sheet, target)
+        ends = np.concatenate(sheet.fronts) if sheet.fronts else np.arange(len(sheet.points))
+        least = least_length(sheet.points[ends], target, sizing)
         refuse_along_faces(sheet, box, least)
         for part in heights_of(sheet, box):
             surface, numbers = _with_part(surface, part, target, least, options, progress)
@@ -224,11 +226,13 @@ def target_of(surface: Surface, sizing: Lengths | None) -> SizeAt:
     return sizing.at
 
 
-def _least_length(crack: Crack, target: SizeAt) -> float:
-    """Return the least target length on the crack's fronts, l_min, or on all of it where it has none."""
-    if not crack.fronts:
-        return float(target(crack.points).min())
-    return float(target(crack.points[np.concatenate(crack.fronts)]).min())
+def least_length(ends: np.ndarray, target: SizeAt, sizing: Lengths | None) -> float:
+    """Return the least target length at the points (n, 3) of a crack's fronts, or at all of one without.
+
+    A `Sizing` says no less than its l_min, though strips beside faces of the box may have shorter edges.
+    """
+    least = float(target(ends).min())
+    return max(least, sizing.l_min) if isinstance(sizing, Sizing) else least
 
 
 def _front_and_traces(

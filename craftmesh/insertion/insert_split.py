@@ -9,7 +9,7 @@ from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.clip import clipped, halved_facets, halved_fronts
 from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import CutSurface, uncut
-from craftmesh.insertion.insert import local_sizes, numbers_of, target_of
+from craftmesh.insertion.insert import least_length, local_sizes, numbers_of, target_of
 from craftmesh.insertion.onto_sheets import onto_sheets
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.sizing.lengths import Lengths
@@ -41,7 +41,7 @@ def insert_split(
     options = options or InsertOptions()
     target = target_of(surface, sizing)
     ends = [look.points[look.fronts.ravel()] if len(look.fronts) else look.points for look in split.sheets]
-    least = float(target(np.concatenate(ends)).min())
+    least = least_length(np.concatenate(ends), target, sizing)
     cut = _with_bits(surface, bits)
     off = np.zeros(0, np.int64)
     for _ in range(ROUNDS):

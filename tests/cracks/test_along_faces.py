@@ -135,3 +135,10 @@ def test_a_front_along_a_face_is_refused_but_not_one_that_ends_there():
     square[2, 0] = 8.0
     slanted = crack_from_triangles(square, [[0, 1, 2], [0, 2, 3]], None, box)
     refuse_along_faces(slanted, box, 1.0)
+
+
+def test_a_crack_that_cuts_next_to_nothing_off_a_corner_of_the_box_lies_outside():
+    points = np.array([[10.0, -5, -5], [-5, 10, -5], [-5, -5, 10]]) + 1e-9
+    with pytest.raises(CraftmeshError, match="outside the box"):
+        crack_from_triangles(points, np.array([[0, 1, 2]]), None, BOX)
+    assert len(crack_from_triangles(points + 0.1, np.array([[0, 1, 2]]), None, BOX).triangles)
