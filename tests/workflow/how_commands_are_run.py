@@ -87,10 +87,10 @@ BY_OTHER_TESTS = {
     ),
     **dict.fromkeys(
         (
-            f"snakemake --cores 2 --configfile examples/{name}/config.yaml"
-            for name in (
-                *("al1050", "al6xn", "coalescing", "copper", "intergranular"),
-                *("measured_crack", "overhang"),
+            f"snakemake --cores 2 --configfile examples/{config}.yaml"
+            for config in (
+                *("al1050/config", "al6xn/config", "coalescing/config", "coalescing/growth"),
+                *("copper/config", "intergranular/config", "measured_crack/config", "overhang/config"),
             )
         ),
         "workflow/test_examples.py::test_example_gives_decks_without_fault",
