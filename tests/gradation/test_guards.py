@@ -103,3 +103,12 @@ def test_a_split_refuses_poor_halves_and_edges_that_are_gone(state):
     assert split(*references, OPEN._replace(floor=10.0), v, b, 2.0) == ANGLE
     assert split(*references, OPEN, v, 0, 0.0) == NO_NEED
     assert frozen(state) == before
+
+
+@pytest.mark.parametrize("step, reason", [(0.0, DONE), (0.2, LENGTH)])
+def test_an_edge_may_be_too_long_where_one_before_was_as_long(state, step, reason):
+    """Diagonals of cells of 1 are over 1 before and after; a step along one lengthens the other half."""
+    references = by_reference(*state), by_reference(filled_grid(state.mesh))
+    star = star_at(references[0], middle(state))
+    state.mesh.points[star.tip, 1:] += step
+    assert refusal(*references, OPEN._replace(longest=1.0), star, 0.0) == reason

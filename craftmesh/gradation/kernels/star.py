@@ -78,7 +78,8 @@ def worst_score(state, star):
 def shape_refusal(state, star, floor, cosine, longest):
     """Return why the star's new facets are bad, or DONE: normals against the references, angles, lengths.
 
-    `floor` is the least angle score.
+    `floor` is the least angle score. An edge may be too long where the star had one as long: needles with
+    long edges, which are too poor to be split, could neither collapse nor slide otherwise.
     """
     points, size, reference = state.points, state.size, state.reference
     changed, corners, tip = state.star, state.star_corners, star.tip
@@ -94,9 +95,22 @@ def shape_refusal(state, star, floor, cosine, longest):
             u = corners[i, k]
             if u != tip:
                 limit = longest * 0.5 * (size[tip] + size[u])
-                if squared_distance(points, tip, u) > limit * limit:
+                square = squared_distance(points, tip, u)
+                if square > limit * limit and square > _longest_before(state, star):
                     return LENGTH
     return DONE
+
+
+@kernel
+def _longest_before(state, star):
+    """Return the square of the longest edge of the star's old facets."""
+    points, facets = state.points, state.facets
+    longest = 0.0
+    for i in range(star.moved + star.dying):
+        f = state.star[i] if i < star.moved else state.dying[i - star.moved]
+        for k in range(3):
+            longest = max(longest, squared_distance(points, facets[f, k], facets[f, (k + 1) % 3]))
+    return longest
 
 
 @kernel
