@@ -10,19 +10,25 @@ from craftmesh.types import Crack
 
 CORNER = np.cos(np.radians(20.0))  # front corners sharper than this keep a node
 MOUTH = 0.2  # of the box's diagonal, by which the mouth is pushed out of it
+# Of the box's diagonal: farther than this past the mouth there is no crack, for where it is curved it might
+# come back into the box there: a wavy disc along an edge had traces of a second piece, 50 l_min from it.
+PAST_MOUTH = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Rim:
     """The boundary of a crack in its parameters (u, v): fronts, and the mouth pushed out of the box.
 
-    domain: polygon that the crack covers. segments (k, 2, 2): its boundary, those of fronts first;
+    domain: polygon that the crack covers, given: without what was pushed out, past: how far past that the
+    crack may count. segments (k, 2, 2): its boundary, those of fronts first;
     front_number, front_start (f,): front and arc length at the start of the first f. tree: of all
     segments, front_tree: of the first f. curves: (j, 3) rows u, v, arc length per front; closed: which
     fronts are.
     """
 
     domain: shapely.Polygon
+    given: shapely.Polygon
+    past: float
     segments: np.ndarray
     tree: shapely.STRtree
     front_tree: shapely.STRtree
@@ -35,7 +41,10 @@ class Rim:
         """Return phi (n,): the distance in (u, v) to the rim, > 0 on the crack and < 0 past its front."""
         points = shapely.points(uv)
         _, distance = self.tree.query_nearest(points, return_distance=True, all_matches=False)
-        return np.where(shapely.contains_xy(self.domain, uv[:, 0], uv[:, 1]), distance, -distance)
+        inside = shapely.contains_xy(self.domain, uv[:, 0], uv[:, 1])
+        pushed = np.flatnonzero(inside & ~shapely.contains_xy(self.given, uv[:, 0], uv[:, 1]))
+        inside[pushed] = shapely.distance(self.given, points[pushed]) <= self.past
+        return np.where(inside, distance, -distance)
 
     def nearest_front(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return foot (n, 2), front number (n,) and arc length (n,) of the nearest front point.
@@ -80,12 +89,15 @@ def feet_on_segments(
 def rim_of(crack: Crack, nodes: np.ndarray, frame: np.ndarray, box: np.ndarray) -> Rim:
     """Return the rim of a crack; nodes (n, 2): its points in (u, v), frame (3, 3): rows u, v, normal."""
     curves = tuple(_with_arc_length(nodes[front]) for front in crack.fronts)
-    domain = _polygon(boundary_loops(crack.triangles), nodes)
-    domain = _push_out_mouth(domain, crack, nodes, frame, box)
+    given = _polygon(boundary_loops(crack.triangles), nodes)
+    domain = _push_out_mouth(given, crack, nodes, frame, box)
     segments, front_number, front_start = _segments(domain, curves)
     shapely.prepare(domain)
+    shapely.prepare(given)
     return Rim(
         domain=domain,
+        given=given,
+        past=PAST_MOUTH * float(np.linalg.norm(box[1] - box[0])),
         segments=segments,
         tree=shapely.STRtree(shapely.linestrings(segments)),
         front_tree=shapely.STRtree(shapely.linestrings(segments[: len(front_number)])),
