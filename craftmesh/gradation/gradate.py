@@ -73,7 +73,7 @@ class GradateOptions(Options):
         0.75, "edges under this ratio to their target are collapsed", at_least=0, below=1
     )
     split_ratio: float = option(
-        1.4, "edges over this ratio to their target are split, none longer is made", above=1
+        1.4, "edges over this ratio to their target are split, none longer is made than there was", above=1
     )
     passes: int = option(4, "rounds of collapse, swap and split", at_least=0)
     cleaning_passes: int = option(8, "rounds of needle and cap removal after the gradation", at_least=0)

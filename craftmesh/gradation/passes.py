@@ -40,7 +40,7 @@ class Limits(NamedTuple):
 
     collapse: float  # edges under this ratio to their target are collapsed
     split: float  # edges over this ratio are split
-    longest: float  # no new edge is over this ratio
+    longest: float  # no new edge is over this ratio, unless one there was as long
     floor: float  # the least angle score of new facets
     gain: float  # the rise asked of the score where it was under the floor
     cosine: float  # of the normal tolerance
