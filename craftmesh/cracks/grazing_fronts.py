@@ -54,10 +54,11 @@ def _ending_on_face(sheet: Crack, face: _Face, box: np.ndarray, l_min: float) ->
         steps.append(_steps(points[front], ways[edge], grazing[edge], face, reach))
     if not any(step.any() for step in steps):
         return sheet
-    points = points.copy()
+    lines = []
     for front, step in zip(fronts, steps):
-        points[front] += step
-    return with_fronts(points, triangles, [points[front] for front in fronts], box)
+        points, triangles, front = _widened(points, triangles, front, step)
+        lines.append(front)
+    return with_fronts(points, triangles, [points[line] for line in lines], box)
 
 
 def _ways(points: np.ndarray, triangles: np.ndarray, front: np.ndarray, face: _Face) -> np.ndarray:
@@ -112,6 +113,29 @@ def _refined(
             edge.append(number)
             places.append(start + k / count * way)
     return np.array(places), triangles, np.array([*line, front[-1]]), np.array([*edge, edge[-1]])
+
+
+def _widened(
+    points: np.ndarray, triangles: np.ndarray, front: np.ndarray, step: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a sheet with a strip from a front (k,) to where its points go by steps (k, 3), and that line.
+
+    Moved themselves, they would turn triangles over that have three corners on the front.
+    """
+    moved = np.abs(step).max(axis=1) > 0
+    closed = bool(front[0] == front[-1])
+    rows = np.flatnonzero(moved[:-1] if closed else moved)
+    new = front.copy()
+    new[rows] = len(points) + np.arange(len(rows))
+    if closed:
+        new[-1] = new[0]
+    a, b, c, d = front[:-1], front[1:], new[1:], new[:-1]
+    strip = np.concatenate([np.stack([b, a, d], axis=1)[d != a], np.stack([b, d, c], axis=1)[c != b]])
+    return (
+        np.concatenate([points, points[front[rows]] + step[rows]]),
+        np.concatenate([triangles, strip]),
+        new,
+    )
 
 
 def _steps(
