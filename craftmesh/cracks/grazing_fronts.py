@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.cracks.triangulated import split_boundary_edge, with_fronts
+from craftmesh.cracks.triangulated import boundary_loops, split_boundary_edge, with_fronts
 from craftmesh.surface.measure import unit_normals
 from craftmesh.types import Crack
 
@@ -58,7 +58,7 @@ def _ending_on_face(sheet: Crack, face: _Face, box: np.ndarray, l_min: float) ->
     for front, step in zip(fronts, steps):
         points, triangles, front = _widened(points, triangles, front, step)
         lines.append(front)
-    return with_fronts(points, triangles, [points[line] for line in lines], box)
+    return with_fronts(points, triangles, boundary_loops(triangles), [points[line] for line in lines], box)
 
 
 def _ways(points: np.ndarray, triangles: np.ndarray, front: np.ndarray, face: _Face) -> np.ndarray:

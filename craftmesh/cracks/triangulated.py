@@ -59,21 +59,26 @@ def crack_from_triangles(
         _refuse_crossing(points, triangles)
     else:
         _check_simple((points - points.mean(axis=0)) @ frame[:2].T, loops)
-    crack = with_fronts(points, triangles, fronts, box)
+    crack = with_fronts(points, triangles, loops, fronts, box)
     if not crack.fronts:
         _refuse_no_crack(crack.points[crack.triangles], fronts is not None, box)
     return crack
 
 
 def with_fronts(
-    points: np.ndarray, triangles: np.ndarray, fronts: Sequence[np.ndarray] | None, box: np.ndarray
+    points: np.ndarray,
+    triangles: np.ndarray,
+    loops: list[np.ndarray],
+    fronts: Sequence[np.ndarray] | None,
+    box: np.ndarray,
 ) -> Crack:
     """Return the crack of a sound sheet: its boundary, parted where it leaves the box (2, 3), has fronts.
 
-    fronts: polylines (k, 3) along the boundary; None takes all of it that is within the box.
+    loops: the boundary's (`boundary_loops`); fronts: polylines (k, 3) along it, None takes all of it
+    that is within the box.
     """
     wanted = None if fronts is None else [np.asarray(front, float).reshape(-1, 3) for front in fronts]
-    points, triangles, loops = _split_at_box(points, triangles, boundary_loops(triangles), box)
+    points, triangles, loops = _split_at_box(points, triangles, loops, box)
     return Crack(points, triangles, tuple(_fronts_within(points, loops, box, wanted)))
 
 

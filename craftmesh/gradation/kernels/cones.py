@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.gradation.kernels.codes import is_held
+from craftmesh.gradation.kernels.star import old_facet
 from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
@@ -58,7 +59,7 @@ def grain_cones(state, star, place):
     slots, areas, volumes = state.near_slot, state.near_area, state.near_volume
     count = np.int64(0)
     for i in range(star.moved + star.dying):
-        f = state.star[i] if i < star.moved else state.dying[i - star.moved]
+        f = old_facet(state, star, i)
         count = _add_cone(points, facets, patch[f], sides, slots, areas, volumes, f, place, count)
     return count
 

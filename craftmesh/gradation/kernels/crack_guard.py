@@ -9,6 +9,7 @@ import numpy as np
 from craftmesh.gradation.kernels.codes import ON_FRONT
 from craftmesh.gradation.kernels.collapse_rules import is_front_edge
 from craftmesh.gradation.kernels.projection import nearest_triangle
+from craftmesh.gradation.kernels.star import old_facet
 from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import segment_distance2
 
@@ -44,7 +45,7 @@ def leaves_crack(state, star, limit):
         return False
     before = 0.0
     for i in range(star.moved + star.dying):
-        f = state.star[i] if i < star.moved else state.dying[i - star.moved]
+        f = old_facet(state, star, i)
         if state.patch_crack[state.patch[f]]:
             before = max(before, _facet_off2(state, state.facets[f], limit, place))
     return worst > (1.0 + ROUNDING) * before

@@ -15,7 +15,7 @@ from craftmesh.gradation.kernels.gaps import (
     may_overlap,
 )
 from craftmesh.gradation.kernels.intersections import set_planes
-from craftmesh.gradation.kernels.star import look_around
+from craftmesh.gradation.kernels.star import look_around, old_facet
 from craftmesh.jit import kernel
 
 # No gap as narrow as the limits was found.
@@ -44,7 +44,7 @@ def _gap_before(state, grid, star, share):
     rows = state.old_corners
     count = star.moved + star.dying
     for i in range(count):
-        f = state.star[i] if i < star.moved else state.dying[i - star.moved]
+        f = old_facet(state, star, i)
         for k in range(3):
             rows[i, k] = state.facets[f, k]
     near, reach = look_around(state, grid, star, rows, count, share)
@@ -119,7 +119,7 @@ def _list_patches(state, star):
     patch, listed = state.patch, state.patch_facet
     count = 0
     for i in range(star.moved + star.dying):
-        f = state.star[i] if i < star.moved else state.dying[i - star.moved]
+        f = old_facet(state, star, i)
         k = 0
         while k < count and patch[listed[k]] != patch[f]:
             k += 1

@@ -13,7 +13,7 @@ from craftmesh.gradation.kernels.crack_guard import leaves_crack, leaves_front
 from craftmesh.gradation.kernels.facet_grid import GONE, insert_facet
 from craftmesh.gradation.kernels.gap_guard import narrows_gap
 from craftmesh.gradation.kernels.intersections import star_intersects
-from craftmesh.gradation.kernels.star import add_star, look_around, shape_refusal
+from craftmesh.gradation.kernels.star import add_star, look_around, old_facet, shape_refusal
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
 from craftmesh.jit import kernel
@@ -74,7 +74,7 @@ def _set_loose(state, star):
     """List the witnesses of the star's old facets and the homes of the vertices that move or go."""
     count = 0
     for i in range(star.moved + star.dying):
-        count = collect(state, state.star[i] if i < star.moved else state.dying[i - star.moved], count)
+        count = collect(state, old_facet(state, star, i), count)
         if count == TOO_MANY:
             return TOO_MANY
     near = state.dying[0] if star.dying > 0 else state.star[0]

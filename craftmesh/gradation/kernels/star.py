@@ -64,12 +64,18 @@ def list_edge_facets(state, a, b):
 
 
 @kernel
+def old_facet(state, star, i):
+    """Return the i-th of the star's old facets: those that change, then those that go."""
+    return state.star[i] if i < star.moved else state.dying[i - star.moved]
+
+
+@kernel
 def worst_score(state, star):
     """Return the least angle score of the star's old facets."""
-    points, facets, changed, lost = state.points, state.facets, state.star, state.dying
+    points, facets = state.points, state.facets
     worst = np.inf
     for i in range(star.moved + star.dying):
-        f = changed[i] if i < star.moved else lost[i - star.moved]
+        f = old_facet(state, star, i)
         worst = min(worst, angle_score(points, facets[f, 0], facets[f, 1], facets[f, 2]))
     return worst
 
@@ -83,6 +89,7 @@ def shape_refusal(state, star, floor, cosine, longest):
     """
     points, size, reference = state.points, state.size, state.reference
     changed, corners, tip = state.star, state.star_corners, star.tip
+    before = -1.0
     for i in range(star.moved):
         p = corners[i, 0]
         q = corners[i, 1]
@@ -96,7 +103,11 @@ def shape_refusal(state, star, floor, cosine, longest):
             if u != tip:
                 limit = longest * 0.5 * (size[tip] + size[u])
                 square = squared_distance(points, tip, u)
-                if square > limit * limit and square > _longest_before(state, star):
+                if square <= limit * limit:
+                    continue
+                if before < 0.0:
+                    before = _longest_before(state, star)
+                if square > before:
                     return LENGTH
     return DONE
 
@@ -107,7 +118,7 @@ def _longest_before(state, star):
     points, facets = state.points, state.facets
     longest = 0.0
     for i in range(star.moved + star.dying):
-        f = state.star[i] if i < star.moved else state.dying[i - star.moved]
+        f = old_facet(state, star, i)
         for k in range(3):
             longest = max(longest, squared_distance(points, facets[f, k], facets[f, (k + 1) % 3]))
     return longest

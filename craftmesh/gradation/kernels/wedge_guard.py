@@ -6,6 +6,7 @@ inside a patch, where it is a fold.
 
 import numpy as np
 
+from craftmesh.gradation.kernels.star import old_facet
 from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 from craftmesh.surface.kernels.hinges import OPEN, sharpest_on_facet
@@ -116,6 +117,6 @@ def _sharpest_before(state, star):
     """Return the largest cosine on the edges of the star's old facets."""
     largest = OPEN
     for i in range(star.moved + star.dying):
-        f = state.star[i] if i < star.moved else state.dying[i - star.moved]
+        f = old_facet(state, star, i)
         largest = max(largest, sharpest_on_facet(state.points, state.facets, state.first, state.after, f))
     return largest
