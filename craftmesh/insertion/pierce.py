@@ -77,10 +77,35 @@ def _first_crossing(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> tup
     reach = (TOUCHING if sheet.planar else END) * surface.size[edges[row, 0]]
     on_front = np.linalg.norm(sheet.rim.nearest_front(at)[0] - at, axis=1) <= reach
     row, fraction = row[on_front], fraction[on_front]
+    beside, at_end = _past_front_ends(surface, sheet, edges, row)
+    row, fraction = np.concatenate([row, beside]), np.concatenate([fraction, at_end])
     order = np.lexsort([fraction, row])
     row, fraction = row[order], fraction[order]
     row, first = np.unique(row, return_index=True)
     return row, fraction[first]
+
+
+def _past_front_ends(
+    surface: CutSurface, sheet: Sheet, edges: np.ndarray, crossed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows of edges that leave the crack past an end of its front, and the fractions there.
+
+    Such an edge on the box is a chord of the mouth: past the end of the front it leaves through what was
+    pushed out of the box.
+    """
+    ends = [curve[[0, -1], :2] for curve, closed in zip(sheet.rim.curves, sheet.rim.closed) if not closed]
+    leaving = np.prod(np.sign(surface.phi[edges]), axis=1) < 0
+    leaving[crossed] = False
+    rows = np.flatnonzero(leaving)
+    if not ends or not len(rows):
+        return np.zeros(0, np.int64), np.zeros(0)
+    lines = shapely.linestrings(sheet.uv(surface.points[edges[rows].ravel()]).reshape(-1, 2, 2))
+    tree = shapely.STRtree(shapely.points(np.concatenate(ends)))
+    end = tree.geometries[tree.query_nearest(lines, all_matches=False)[1]]
+    near = shapely.distance(lines, end) <= END * surface.size[edges[rows, 0]]
+    fraction = shapely.line_locate_point(lines, end, normalized=True)
+    near &= (fraction > 0) & (fraction < 1)
+    return rows[near], fraction[near]
 
 
 def _rim_crossings(

@@ -122,6 +122,17 @@ def test_a_swap_makes_no_gap():
         assert state.scratch.refused[GAP] == 1 - count
 
 
+def test_facets_on_a_common_edge_make_no_gap():
+    """A swap beside a corner of a box: the new edge goes from just above it to the end of its edge."""
+    points = [[0, 0, 0], [0, 1, 0], [0, 0.3, 1.2], [0, 0, 0.1], [1, 1, 0], [1, 0, 0]]
+    facets = [[0, 1, 2], [0, 2, 3], [1, 0, 4], [4, 0, 5]]
+    surface = sheet(facets, [(1, 2)] * 2 + [(1, 3)] * 2, points=points)
+    assert of_edges(surface.points[[1, 3]], surface.points[[0, 4]]) < LEAST_GAP
+    state, references = prepared(surface)
+    assert swap_pass(*references, GUARDED, np.array([[0, 2]]), 0)[1] == 1
+    assert state.scratch.refused[GAP] == 0
+
+
 def narrow_gaps(surface: Surface, share: float) -> int:
     """Return how many vertices stand over facets that they are not joined to, nearer than the share."""
     facets, count = surface.facets, 0

@@ -113,6 +113,35 @@ def test_a_crack_that_bulges_through_a_boundary_between_its_points_is_inserted(h
     assert area == pytest.approx(given, rel=0.02)
 
 
+def wavy_strip(height: float, waves: tuple[float, float, float], skew: float) -> tuple:
+    """A strip across a box of 16 x 16: points, triangles; waves: amplitude, wave number, phase along x."""
+    across, along = np.meshgrid(np.linspace(-3, 19, 60), np.linspace(-3, 9, 30), indexing="ij")
+    along = along + skew * (across - 8) * (along + 3) / 12
+    amplitude, number, phase = waves
+    z = height + amplitude * np.sin(number * (across - 0.15 * along) + phase)
+    ids = np.arange(z.size).reshape(z.shape)
+    a, b, c, d = (x.ravel() for x in (ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]))
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return np.stack([across, along, z], axis=-1).reshape(-1, 3), triangles
+
+
+@pytest.mark.parametrize(
+    "height, waves, skew", [(0.51, (1.55, 0.569, 4.871), -0.275), (0.742, (1.737, 0.482, 4.458), -0.411)]
+)
+def test_a_front_that_leaves_through_a_curved_mouth_ends_there(height, waves, skew):
+    """The mouth's chord in the box plane passes beside the front's end, which once was not found."""
+    model, _ = structured_box((16, 16, 8), lambda c: np.ones(len(c), int))
+    box = np.array([[0.0, 0, 0], [16, 16, 8]])
+    crack = crack_from_triangles(*wavy_strip(height, waves, skew), None, box)
+    surface, _ = insert_crack(model, crack, sizing_about(crack, 0.5))
+    assert check_surface(surface) == []
+    given = np.concatenate([crack.points[front[[0, -1]]] for front in crack.fronts])
+    ends, count = np.unique(front_edges(surface), return_counts=True)
+    ends = surface.points[ends[count == 1]]
+    assert len(ends) == len(given)
+    assert np.linalg.norm(ends[:, None] - given, axis=2).min(axis=1).max() < 0.02 * 0.5
+
+
 @pytest.mark.parametrize("kink", [25.0, 45.0])
 def test_a_strip_grown_in_a_box_plane_reaches_it_all_along(polycrystal, kink):
     """The mouth of a tilted half penny has grown in y = 0, and the old crack reaches out beside it."""

@@ -15,6 +15,7 @@ from craftmesh.gradation.kernels.gaps import (
     may_overlap,
 )
 from craftmesh.gradation.kernels.intersections import set_planes
+from craftmesh.gradation.kernels.rings import has_corner
 from craftmesh.gradation.kernels.star import look_around, old_facet
 from craftmesh.jit import kernel
 
@@ -80,8 +81,12 @@ def _narrowest(state, grid, star, near, reach, rows, count, tips, moving, share)
             a, b, c = rows[i]
             for j in range(i):
                 if may_overlap(state.points, planes, a, b, c, rows, j, reach):
-                    least = min(least, _between(state, star, rows[i], rows[j], planes, tips, share))
-        least = min(least, _to_candidates(state, grid, star, near, rows[i], planes, tips, reach, share))
+                    least = min(
+                        least, _between(state, star, rows, count, rows[i], rows[j], planes, tips, share)
+                    )
+        least = min(
+            least, _to_candidates(state, grid, star, near, rows, count, i, planes, tips, reach, share)
+        )
     return least
 
 
@@ -130,8 +135,9 @@ def _list_patches(state, star):
 
 
 @kernel
-def _to_candidates(state, grid, star, near, corners, planes, tips, reach, share):
-    """Return the narrowest gap between the facet of these corners and the candidates, over its share."""
+def _to_candidates(state, grid, star, near, rows, count, i, planes, tips, reach, share):
+    """Return the narrowest gap between the facet rows[i] and the candidates, over its share."""
+    corners = rows[i]
     points, facets, candidate, bounds = state.points, state.facets, grid.candidate, grid.bounds
     a, b, c = corners
     x0 = min(points[a, 0], points[b, 0], points[c, 0]) - reach
@@ -151,12 +157,12 @@ def _to_candidates(state, grid, star, near, corners, planes, tips, reach, share)
                 ready = True
             if may_overlap(points, planes, a, b, c, facets, candidate[n], reach):
                 other = facets[candidate[n]]
-                least = min(least, _between(state, star, corners, other, planes, tips, share))
+                least = min(least, _between(state, star, rows, count, corners, other, planes, tips, share))
     return least
 
 
 @kernel
-def _between(state, star, corners, other, planes, tips, share):
+def _between(state, star, rows, count, corners, other, planes, tips, share):
     """Return the narrowest gap between a facet of these corners and another one, over its share.
 
     A gap is from a corner of the other one, or from one of its edges to one that has a tip.
@@ -178,8 +184,36 @@ def _between(state, star, corners, other, planes, tips, share):
                 u = other[k]
                 v = other[(k + 1) % 3]
                 if u != p and u != q and v != p and v != q:
-                    least = min(least, crossing_width(points, p, q, u, v) / share)
+                    gap = crossing_width(points, p, q, u, v) / share
+                    if gap < least and not _on_hinge(state, rows, count, p, q, u, v):
+                        least = gap
     return least
+
+
+@kernel
+def _on_hinge(state, rows, count, p, q, u, v):
+    """Tell whether two facets on a common edge hold the edges (p, q) and (u, v): these make a wedge."""
+    for x, y in ((p, u), (p, v), (q, u), (q, v)):
+        if _is_facet(state, rows, count, y, p, q) and _is_facet(state, rows, count, x, u, v):
+            return True
+    return False
+
+
+@kernel
+def _is_facet(state, rows, count, a, b, c):
+    """Tell whether the facet (a, b, c) is among the rows[:count], or in the surface."""
+    for i in range(count):
+        shared = 0
+        for k in range(3):
+            shared += rows[i, k] == a or rows[i, k] == b or rows[i, k] == c
+        if shared == 3:
+            return True
+    d = state.first[a]
+    while d >= 0:
+        if has_corner(state.facets, d // 3, b) and has_corner(state.facets, d // 3, c):
+            return True
+        d = state.after[d]
+    return False
 
 
 @kernel
