@@ -15,9 +15,11 @@ from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, meets_box
 
 OFF = 0.028  # of the least length: facets farther off the crack get a point; 0.03 is promised
+MOST = 0.04  # of the least length: facets farther off get one though it makes shorter edges
 # No new point is nearer to those around it than the first share of the least length and the second of its
-# facet's longest edge; the later pairs are for the few facets at sharp creases that the first leaves off.
-SPACINGS = ((0.35, 0.25), (0.18, 0.12))
+# facet's longest edge; the later ones are for the few facets at sharp creases that the first leaves off by
+# more than the third share, of the least length.
+SPACINGS = ((0.35, 0.25, OFF), (0.18, 0.12, OFF), (0.1, 0.1, MOST))
 TIGHTEST = 0.12  # of the least length: the same where facets would meet a grain boundary
 CLEAR = 0.5  # of that distance: how far the point stays off fixed edges
 SMALLER = 0.75  # a facet that meets a boundary gets a point at this share of its circumradius from others
@@ -91,12 +93,12 @@ def follow(patch: Planar, bends: Bends) -> None:
     """
     creases = creases_of(bends.sheet)
     corners = cKDTree(bends.sheet.nodes)
-    for spacing, apart in SPACINGS:
+    for spacing, apart, most in SPACINGS:
         survey = _Survey(patch, bends)
         for _ in range(ROUNDS):
             _flip_nearer(patch, bends, survey)
             off, at = survey.look()
-            rows = np.flatnonzero(off > OFF * bends.least)
+            rows = np.flatnonzero(off > most * bends.least)
             if not len(rows):
                 return
             rows = rows[np.argsort(-off[rows], kind="stable")]

@@ -69,6 +69,7 @@ def with_patch(
         for _ in range(PARTINGS):
             if not part(patch, bends, cut.points[cut.facets], local[cut.facets]):
                 break
+            follow(patch, bends)
             for is_chord in chords:
                 split_chords(patch, is_chord)
     loosen(patch, laid[straight])

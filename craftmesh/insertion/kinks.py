@@ -109,7 +109,7 @@ class _Chords(NamedTuple):
             along = _dot(normals, self.start - a) / _dot(normals, b - a)
         place = a + _inside(along)[:, None] * (b - a) - self.start
         across = np.cross(normals, self.step)
-        across /= np.linalg.norm(across, axis=1)[:, None]
+        across /= np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
         beside = _dot(place, across)
         return _dot(place, self.step) / _dot(self.step, self.step), beside[:, None] * across
 

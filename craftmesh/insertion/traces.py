@@ -95,7 +95,7 @@ def _too_far_off(surface: CutSurface, sheet: Sheet, least: float) -> Splits:
     off = np.abs(sheet.offset(places)) / np.linalg.norm(sheet.gradient(places), axis=1)
     far = np.flatnonzero(off.reshape(-1, len(SAMPLES)).max(axis=1) > OFF * least)
     across = np.cross(normals[far], step[far])
-    across *= FARTHEST * length[far, None] / np.linalg.norm(across, axis=1)[:, None]
+    across *= FARTHEST * length[far, None] / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
     middle = start[far] + step[far] / 2
     targets = sheet.nearest_crossing(middle, across)
     ahead = sheet.gradient(middle)
@@ -110,23 +110,28 @@ def _too_far_off(surface: CutSurface, sheet: Sheet, least: float) -> Splits:
 
 
 def edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the trace edges (k, 2) inside one boundary or box plane, with an end inside the front.
+    """Return the trace edges (k, 2) with an end inside the front in one boundary, box plane or triple line.
 
-    And the boundary's normal (k, 3) there, and whether it is a box plane (k,).
+    And the boundary's normal (k, 3) there, zero for triple lines, which move straight onto the crack alone,
+    and whether a facet at the edge is in a box plane (k,).
     """
     on = surface.psi == 0
     rows = np.flatnonzero(on[surface.facets].sum(axis=1) >= 2)
     near = Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
     edges, of_corner, count = unique_edges(near.facets)
     patch = patches(near).of_facet
-    first, second = (side // 3 for side in edge_sides(of_corner, count == 2))
-    edges = edges[count == 2]
+    shared = count > 1
+    first, second = (side // 3 for side in edge_sides(of_corner, shared))
+    held = np.zeros(len(edges), bool)
+    held[of_corner[is_on_box(near.kind)]] = True
+    edges, count, held = edges[shared], count[shared], held[shared]
     normal = area_vectors(near.points, near.facets)
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     cosine = np.einsum("ij,ij->i", normal[first], normal[second])
+    normal = normal[first] + np.sign(cosine)[:, None] * normal[second]
+    normal[count > 2] = 0.0
     with np.errstate(invalid="ignore"):
         phi = surface.phi[edges]
         inside = (phi > 0).any(axis=1) | (phi >= 0).all(axis=1)
-    chosen = (patch[first] == patch[second]) & on[edges].all(axis=1) & inside
-    normal = normal[first] + np.sign(cosine)[:, None] * normal[second]
-    return edges[chosen], normal[chosen], is_on_box(near.kind[first])[chosen]
+    chosen = ((count > 2) | (patch[first] == patch[second])) & on[edges].all(axis=1) & inside
+    return edges[chosen], normal[chosen], held[chosen]

@@ -58,6 +58,9 @@ STAGES = (
 )
 # Before any moves: no score is enough but that of nodes that touch, which become one.
 JOINING = Stage(is_flat, (), Aim(FORM, POOR), np.inf)
+# What a flat, a poor and a stretched tet weigh, where one model is compared with another. With any number
+# of poor and stretched ones for a flat one a noisy volume went from 30, 93 and 386 to 26, 197 and 926.
+WEIGHTS = (100, 10, 1)
 # Rounds of contractions: what one leaves may be contracted in the next.
 CONTRACTIONS = 3
 # Sweeps over the nodes near a flat tet in a round.
@@ -125,9 +128,10 @@ class Opening:
         """Return how many tets are bad."""
         return int(self.bad(is_bad).sum())
 
-    def faults(self) -> tuple[int, int, int]:
-        """Return how many tets are flat, poor, and of an aspect ratio over 5."""
-        return self.count(is_flat), self.count(is_poor), self.count(is_stretched)
+    def faults(self) -> int:
+        """Return the number of its flat, poor and stretched tets, by their WEIGHTS."""
+        counts = self.count(is_flat), self.count(is_poor), self.count(is_stretched)
+        return sum(weight * count for weight, count in zip(WEIGHTS, counts))
 
     def replaced(self, model: Model, grains: np.ndarray, contracted: int = 0) -> "Opening":
         """Return the opening with another model, whose tets differ in `grains` alone."""

@@ -27,8 +27,17 @@ def grid(u: np.ndarray, v: np.ndarray, height) -> tuple[np.ndarray, np.ndarray]:
     return points, np.concatenate([first, np.stack([corner, corner + len(v) + 1, corner + 1], axis=1)])
 
 
-def inserted(crack: Crack, l_min: float, l_max: float) -> Surface:
-    model, _ = structured_box((8, 8, 8), lambda c: 1 + (c[:, 1] + 0.3 * c[:, 0] > 5.0).astype(int))
+def two_grains(c: np.ndarray) -> np.ndarray:
+    return 1 + (c[:, 1] + 0.3 * c[:, 0] > 5.0).astype(int)
+
+
+def two_below_one(c: np.ndarray) -> np.ndarray:
+    """A triple line along x at y = 4, z = 3, boundaries in z = 3 and y = 4."""
+    return np.where(c[:, 2] < 3, np.where(c[:, 1] > 4, 2, 1), 3)
+
+
+def inserted(crack: Crack, l_min: float, l_max: float, label_of=two_grains) -> Surface:
+    model, _ = structured_box((8, 8, 8), label_of)
     sources = np.concatenate([densify(crack.points[front], l_min / 2) for front in crack.fronts])
     surface, _ = insert_crack(model, crack, Sizing(l_min, l_min, l_max, 2.0, 5.0, 1.0, sources))
     assert check_surface(surface) == []
@@ -88,6 +97,21 @@ def test_facets_follow_a_crease_along_a_jagged_boundary_where_edges_are_long(pas
     crack = creased(np.arctan2(1.0, 0.3), 5.0 / np.hypot(0.3, 1.0) + past, 57.0, 3.1)
     # 0.033 and 0.048 where edges along the crease were let go again
     assert farthest_off(inserted(crack, 0.25, 2.0), crack) < PROMISED * 0.25
+
+
+@pytest.mark.parametrize(
+    "angle, crease, turn, height, l_min",
+    [
+        (0.452, 4.872, 57.789, 3.015, 0.4),  # .42 where mouths left a triple line, which has three facets
+        (-0.411, 3.812, 31.221, 3.027, 0.8),  # .13 there
+        (-0.149, 3.498, 25.037, 2.906, 0.6),  # .052 where a triple line in the crack got no kink
+        (-0.095, 2.146, 55.635, 2.937, 0.4),  # .059 where points were too near for one more
+    ],
+)
+def test_facets_follow_a_crease_over_boundaries_that_the_crack_lies_in(angle, crease, turn, height, l_min):
+    crack = creased(angle, crease, turn, height)
+    surface = inserted(crack, l_min, 2 * l_min, two_below_one)
+    assert farthest_off(surface, crack) < 0.04 * l_min  # see bends.MOST
 
 
 def test_a_trace_is_led_over_an_edge_beside_it_that_its_kink_lies_on():

@@ -13,8 +13,9 @@ from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.tetrahedra import flat_places
-from craftmesh.tetrahedra.flat_places import STAGES, given_way
-from craftmesh.tetrahedra.surface_freedom import CRACK_REACH
+from craftmesh.tetrahedra.flat_places import STAGES, Opening, given_way
+from craftmesh.tetrahedra.surface_freedom import CRACK_REACH, freedom
+from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import CRACK
 
 CELLS = 4
@@ -52,6 +53,23 @@ def test_the_surface_gives_way_for_both_neighbours():
     inside = volumes(opened.surface, opened.grain_tets)
     assert all((volume > 0).all() for volume in inside.values())
     assert sum(volume.sum() for volume in inside.values()) == pytest.approx(CELLS**3, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "better, worse", [((30, 93, 386), (26, 197, 926)), ((0, 5, 60), (1, 5, 20)), ((0, 2, 9), (0, 3, 5))]
+)
+def test_a_flat_tet_less_is_no_gain_at_any_price(better, worse):
+    """Models with so many flat, poor and stretched tets, each sort with those of the sort before."""
+    sound, stretched = [0.0, 2.0, 50.0, 80.0, 0.9], [0.0, 6.0, 15.0, 90.0, 0.3]
+    poor, flat = [0.0, 8.0, 8.0, 90.0, 0.2], [0.0, 30.0, 2.0, 90.0, 0.1]
+    surface, tets = pushed_box()
+
+    def faults(counts):
+        rows = np.repeat([flat, poor, stretched, sound], [counts[0], *np.diff(counts), 50], axis=0)
+        model = Model(surface, tets[:1])
+        return Opening(model, {tets[0].grain: rows}, surface.points, freedom(surface)).faults()
+
+    assert faults(better) < faults(worse)
 
 
 def test_without_poor_tets_everything_stays():
