@@ -11,7 +11,7 @@ from trials.deck_file import DeckFile
 from trials.distances import area_within, to_polylines, to_segments, to_sheet, told
 from trials.drawing import Drawn
 from trials.sheets import Sheet, samples
-from trials.verdict import NO_FRONT
+from trials.verdict import NO_FRONT, OUTSIDE
 
 FACE_BAND = 0.2  # l_min: a crack this near a face over a part of its area may be refused
 FACE_TILT = 3.0  # degrees between crack and face at the mouth, below which it may be refused
@@ -190,7 +190,7 @@ def _may_be_refused(case: Drawn, l_min: float) -> str | None:
     points, normals = samples(case.sheet)
     box, reach = case.voxels.box, FACE_BAND * l_min
     if not (material_depth(case.voxels, points) > 0).any():
-        return "outside the material"
+        return OUTSIDE
     front = np.concatenate([_dense(line, FRONT_STEP * l_min) for line in case.sheet.fronts])
     if not (material_depth(case.voxels, front) > 0).any():
         return NO_FRONT

@@ -6,6 +6,7 @@ AREA = 0.5  # percent of the given area within the box
 MISSING = 1.0  # l_min: the given front that is not there; a chord of two l_min on a tight bend is 0.5 off
 DRIFT_LARGE = 5.0  # percent, grains over 500 voxels
 NO_FRONT = "no front in the material"
+OUTSIDE = "outside the material"
 GOAL = {"ar_under_5_pct": 99.95, "poor_pct": 0.01}
 # whose work mends it: the room of the package
 ROOM = {
@@ -38,7 +39,7 @@ def faults_of(row: dict) -> dict[str, str]:
     failed = [warning for warning in row["warnings"] if warning.startswith("meshing: ")]
     found: dict[str, str] = {"grain failed": failed[0]} if failed else {}
     if not row["front_edges"]:
-        if row["may_be_refused"] != NO_FRONT:  # such a crack severs the body
+        if row["may_be_refused"] not in (NO_FRONT, OUTSIDE):  # others sever the body, or a corner of it
             found["front missing"] = "no front in the deck"
     else:
         found |= _crack_faults(row)

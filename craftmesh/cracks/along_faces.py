@@ -99,8 +99,9 @@ def along_faces(crack: Crack, box: np.ndarray, l_min: float) -> list[AlongFace]:
         for upper in (0, 1):
             slab = box.copy()
             slab[1 - upper, axis] = box[upper, axis] + (1 - 2 * upper) * NEAR * l_min
-            part = _within(crack, np.flatnonzero(tilt < GENTLE), slab, (axis, upper))
+            part = _within(crack, slab, (axis, upper))
             counted = (tilt[part.rows] < FLATTEST) | ~_reaching(crack, part, ON_FACE * l_min)
+            counted &= tilt[part.rows] < GENTLE
             area = part.area[counted]
             if area.sum() > LEAST_AREA * l_min**2:
                 found.append(
@@ -124,14 +125,13 @@ class _Part(NamedTuple):
     most: np.ndarray
 
 
-def _within(crack: Crack, rows: np.ndarray, slab: np.ndarray, face: tuple[int, int]) -> _Part:
-    """Return what of the triangles `rows` (k,) lies in the slab (2, 3), with distances from its face."""
+def _within(crack: Crack, slab: np.ndarray, face: tuple[int, int]) -> _Part:
+    """Return what of the crack lies in the slab (2, 3), with distances from its face."""
     axis, upper = face
-    corners = crack.points[crack.triangles[rows]]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    near = (low <= slab[1]).all(axis=1) & (high >= slab[0]).all(axis=1)
+    corners = crack.points[crack.triangles]
+    rows = np.flatnonzero(meets_box(corners, slab))
     kept, area, least, most = [], [], [], []
-    for row, triangle in zip(rows[near].tolist(), corners[near]):
+    for row, triangle in zip(rows.tolist(), corners[rows]):
         polygon = clipped(triangle, slab)
         if len(polygon) < 3:
             continue

@@ -15,10 +15,13 @@ from craftmesh.insertion.snap import classes
 from craftmesh.insertion.traces import FARTHEST, GRAZING, OFF, Splits, edges_in_walls, split_traces
 from craftmesh.insertion.wings import lead_round, opened
 
-CONTACT = 0.2  # of the least length: a boundary along the crack moves onto a crease from nearer than this
+CONTACT = 0.25  # of the least length: a boundary along the crack moves onto a crease from nearer than this
 ROUNDING = 1e-9  # of a crease's length: a place this far past its end is on it
 AT_END = 0.1  # of the least length: an end this near a kink moves there, if it is in one boundary
 SHORTEST = 0.05  # of the least length: no edge is split nearer than this to its ends
+# Of an edge's length: a kink on a face of the box may be this far off it. With 0.3, as in a boundary, which
+# may move to it, kinks at 0.31 and 0.56 of long edges were cut off by 0.12 and 0.33 l_min.
+FARTHEST_ON_BOX = 1.0
 
 
 def kink_traces(
@@ -74,13 +77,14 @@ def _kinks(
     edges, normals, held = edges_in_walls(surface)
     start, step = surface.points[edges[:, 0]], np.diff(surface.points[edges], axis=1)[:, 0]
     length = np.linalg.norm(step, axis=1)
-    edge, crease = creases.near(sheet.uv(start + step / 2), (0.5 + FARTHEST) * length)
+    reach = np.where(held, FARTHEST_ON_BOX, FARTHEST) * length
+    edge, crease = creases.near(sheet.uv(start + step / 2), 0.5 * length + reach)
     chords = _Chords(start[edge], step[edge], creases.ends[crease])
     share, move = chords.within(normals[edge])
     straight, shift = chords.straight()
     way, shorter = (np.linalg.norm(x, axis=1) for x in (move, shift))
     with np.errstate(invalid="ignore"):
-        way[~(way < FARTHEST * length[edge])] = np.inf
+        way[~((way < reach[edge]) & (share > 0) & (share < 1))] = np.inf
         grazing = ~held[edge] & (shorter < np.minimum(GRAZING * way, CONTACT * least))
     share, move = np.where(grazing, straight, share), np.where(grazing[:, None], shift, move)
     way = np.where(grazing, shorter, way)
@@ -88,11 +92,25 @@ def _kinks(
         to_end = np.minimum(share, 1 - share) * length[edge]
         good = (way > OFF * least) & np.isfinite(way) & (to_end > 0)
         good &= to_end < AT_END * least if at_ends else to_end > SHORTEST * least
+    foot = chords.start + share[:, None] * chords.step
     rows = np.flatnonzero(good)
+    near = way[rows] < FARTHEST * length[edge[rows]]
+    rows = rows[near | _leads_nearer(sheet, chords, foot, foot + move, rows)]
     rows = rows[np.lexsort([-way[rows], edge[rows]])]
     rows = rows[np.unique(edge[rows], return_index=True)[1]]
-    place = chords.start + share[:, None] * chords.step + move
-    return Splits(edges[edge[rows]], share[rows], place[rows])
+    return Splits(edges[edge[rows]], share[rows], (foot + move)[rows])
+
+
+def _leads_nearer(
+    sheet: Sheet, chords: "_Chords", foot: np.ndarray, kink: np.ndarray, rows: np.ndarray
+) -> np.ndarray:
+    """Tell for which of the chords `rows` (k,) the way over a kink is nearer to the crack than they are.
+
+    A kink far off its chord may be another trace's. foot (n, 3): the place on the chord nearest to it.
+    """
+    start, end = chords.start[rows], chords.start[rows] + chords.step[rows]
+    halves = (np.abs(sheet.offset((x + kink[rows]) / 2)) for x in (start, end))
+    return np.maximum(*halves) < np.abs(sheet.offset(foot[rows]))
 
 
 class _Chords(NamedTuple):

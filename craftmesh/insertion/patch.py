@@ -18,6 +18,7 @@ CLEARANCE = 0.4  # least distance of an interior point from a fixed edge
 BARELY = 0.98  # of SPACING is kept, so that rounding does not refuse the centre of a circle just larger
 ROUNDS = 60  # of insertion at most; it ends when a round inserts nothing
 SMOOTHINGS = 4  # sweeps over the interior points after that, edges flipped after each
+ROUNDING = 1e-9  # of the patch's extent: a point this near it is in it
 MOST_POINTS = 5e6  # that room is made for: 0.6 GB
 
 
@@ -26,8 +27,9 @@ def triangulate(
 ) -> Planar:
     """Return the constrained Delaunay triangulation of the polygons that segments (k, 2) bound.
 
-    uv (n, 2); loose: points that lie on no segment. Only polygons with is_inside(uv) > 0 count. Every
-    segment inside is an edge, also one that bounds no polygon. Raises CraftmeshError if one is lost.
+    uv (n, 2); loose: points that lie on no segment; those off the polygons are left out, as a corner of the
+    box that the crack touches. Only polygons with is_inside(uv) > 0 count. Every segment inside is an edge,
+    also one that bounds no polygon. Raises CraftmeshError if one is lost.
     """
     lines = shapely.linestrings(uv[segments])
     polygons = shapely.get_parts(shapely.polygonize(lines))
@@ -36,6 +38,7 @@ def triangulate(
         polygons = polygons[is_inside(witness) > 0]
     if not len(polygons):
         raise CraftmeshError("the crack's front and traces bound no area; move the crack a little")
+    loose = loose[_are_near(uv[loose], polygons)]
     parts = shapely.get_parts(shapely.get_parts(shapely.constrained_delaunay_triangles(polygons)))
     corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
     known = np.unique(np.concatenate([segments.ravel(), loose]))
@@ -45,6 +48,15 @@ def triangulate(
     patch = _linked(uv, triangles, segments)
     _add_missing(patch, segments, loose)
     return patch
+
+
+def _are_near(places: np.ndarray, polygons: np.ndarray) -> np.ndarray:
+    """Tell which places (n, 2) lie in one of the polygons, or off them by rounding alone."""
+    tree = shapely.STRtree(polygons)
+    low, high = shapely.total_bounds(polygons).reshape(2, 2)
+    near = np.zeros(len(places), bool)
+    near[tree.query(shapely.points(places), "dwithin", ROUNDING * np.linalg.norm(high - low))[0]] = True
+    return near
 
 
 def _ids_of(uv: np.ndarray, candidates: np.ndarray, coordinates: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from structured_box import structured_box
 
 from craftmesh.cracks.triangulated import crack_from_triangles
@@ -97,6 +98,37 @@ def test_facets_follow_a_crease_along_a_jagged_boundary_where_edges_are_long(pas
     crack = creased(np.arctan2(1.0, 0.3), 5.0 / np.hypot(0.3, 1.0) + past, 57.0, 3.1)
     # 0.033 and 0.048 where edges along the crease were let go again
     assert farthest_off(inserted(crack, 0.25, 2.0), crack) < PROMISED * 0.25
+
+
+def below_a_slope(c: np.ndarray) -> np.ndarray:
+    """The triple line in a boundary that falls along x."""
+    return np.where(c[:, 2] + 0.25 * c[:, 0] < 4.2, np.where(c[:, 1] > 4, 2, 1), 3)
+
+
+def oblique(c: np.ndarray) -> np.ndarray:
+    return 1 + (c[:, 2] + 0.3 * c[:, 0] + 0.2 * c[:, 1] > 5).astype(int)
+
+
+@pytest.mark.parametrize(
+    "label_of, crack, l_min",
+    [
+        (below_a_slope, (0.244, 4.167, 53.991, 3.791), 0.6),  # .19 where the crease is .22 off its trace
+        (oblique, (-0.528, 3.383, 47.556, 2.807), 0.3),  # .13 where it is past the trace in the boundary
+    ],
+)
+def test_a_boundary_moves_onto_a_crease_nearly_along_it(label_of, crack, l_min):
+    crack = creased(*crack)
+    assert farthest_off(inserted(crack, l_min, 2 * l_min, label_of), crack) < 0.04 * l_min
+
+
+def test_a_sharp_kink_in_a_long_edge_of_a_mouth_is_kept():
+    """A crease oblique to the face: its kink is farther off an edge of 2.5 l_min than most."""
+    u = np.unique(np.append(np.linspace(-9, 3.5, 14), 0.0))
+    slope = np.tan(np.radians(52.572))
+    points, triangles = grid(u, np.linspace(-10, 10, 20), lambda x, y: slope * np.maximum(x, 0))
+    points = Rotation.from_euler("yx", [20.016, 30.83], degrees=True).apply(points) + [3.004, 3.386, 1.982]
+    crack = crack_from_triangles(points, triangles, None, BOX)
+    assert farthest_off(inserted(crack, 0.4, 0.8, lambda c: np.ones(len(c), int)), crack) < PROMISED * 0.4
 
 
 @pytest.mark.parametrize(
