@@ -134,7 +134,7 @@ def _inserted(
     progress(0.0, "cut")
     cut = _cut(cut, sheet, least, options)
     progress(0.3, "front")
-    cut = snap_to_front(cut, sheet, target, options)
+    cut = snap_to_front(cut, sheet, creases_of(sheet, least), target, options)
     cut = pierce(cut, sheet)
     cut = settle_front(cut, sheet, options)
     for _ in range(SPREADS):

@@ -146,6 +146,18 @@ def test_facets_follow_a_crease_over_boundaries_that_the_crack_lies_in(angle, cr
     assert farthest_off(surface, crack) < 0.04 * l_min  # see bends.MOST
 
 
+@pytest.mark.parametrize("past", [0.1, 0.15, 0.2])
+def test_a_mouth_keeps_a_kink_near_the_front(past):
+    """The sheet turns up by 50 degrees in its last tenths of l_min before the front."""
+    crease, l_min, slope = 4.37, 0.5, np.tan(np.radians(50))
+    u = np.append(np.linspace(-2, crease, 18), crease + past * l_min)
+    sheet = grid(
+        u, np.linspace(-2, 10, 20), lambda x, y: 3.1 + 0.05 * y + slope * np.maximum(x - crease, 0)
+    )
+    crack = crack_from_triangles(*sheet, None, BOX)
+    assert farthest_off(inserted(crack, l_min, 1.0), crack) < 0.04 * l_min
+
+
 def test_a_trace_is_led_over_an_edge_beside_it_that_its_kink_lies_on():
     """Boundary edges of 2.5 l_min: the kink is 0.6 l_min off a trace edge that may take no point there."""
     crack = creased(0.058, 4.848, 50.0, 2.002)
