@@ -147,7 +147,7 @@ def _prepared(surface: Surface, options: GradateOptions) -> tuple[Surface, dict[
 
 def _begun(surface: Surface, sizing: Sizing, done: dict[str, int], crack: Crack | None) -> Gradation:
     state = make_state(surface, sizing.at(surface.points), crack)
-    return Gradation(state, filled_grid(state.mesh), done)
+    return Gradation(state, filled_grid(state.mesh), done, sized=surface.points)
 
 
 def _restored(

@@ -1,7 +1,7 @@
 """Passes of the gradation over all edges or vertices, with arrays that grow as they need to."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -62,6 +62,10 @@ class Gradation:
     state: State
     grid: FacetGrid
     done: dict[str, int]
+    # (v, 3): where the vertices were when their sizes were set last
+    sized: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    # to the state and the grid, for kernels; None before they are asked for
+    references: tuple[Any, Any] | None = None
 
     @property
     def mesh(self) -> Mesh:
@@ -85,9 +89,14 @@ class Gradation:
         return m.facets[poor_facets(m.points, m.facets, m.alive, m.used[1], score)]
 
     def set_sizes(self, sizing: Sizing) -> None:
-        """Set the target lengths of all living vertices from the sizing."""
-        living = self.living_vertices()
-        self.mesh.size[living] = sizing.at(self.mesh.points[living])
+        """Set the target lengths of the living vertices that have moved, from the sizing of all calls."""
+        living, points = self.living_vertices(), self.mesh.points
+        known = living < len(self.sized)
+        stays = known.copy()
+        stays[known] = (points[living[known]] == self.sized[living[known]]).all(axis=1)
+        moved = living[~stays]
+        self.mesh.size[moved] = sizing.at(points[moved])
+        self.sized = points[: self.mesh.used[0]].copy()
 
     def living_vertices(self) -> np.ndarray:
         """Return the ids of the vertices that have facets."""
@@ -97,9 +106,9 @@ class Gradation:
         """Run a pass kernel up to item `count`, making room whenever it stops short; return its work."""
         start, total = 0, 0
         while True:
-            references = by_reference(*self.state), by_reference(self.grid)
-            start, done = kernel(*references, *arguments[:-1], start, *arguments[-1])
-            del references
+            if self.references is None:
+                self.references = by_reference(*self.state), by_reference(self.grid)
+            start, done = kernel(*self.references, *arguments[:-1], start, *arguments[-1])
             total += done
             if start >= count:
                 break
@@ -111,6 +120,7 @@ class Gradation:
         """Drop the facets that are gone, refresh the grid and lengthen whatever is nearly full."""
         arrays = self.state.mesh._asdict() | self.state.guards._asdict()
         scratch = self.state.scratch
+        self.references = None
         del self.state, self.grid
         make_room(arrays)
         mesh = Mesh(**{name: arrays[name] for name in Mesh._fields})

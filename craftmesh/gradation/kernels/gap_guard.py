@@ -152,6 +152,8 @@ def _to_candidates(state, grid, star, near, rows, count, i, planes, tips, reach,
         along_x = bounds[n, 0] <= x1 and bounds[n, 1] >= x0
         along_y = bounds[n, 2] <= y1 and bounds[n, 3] >= y0
         if along_x and along_y and bounds[n, 4] <= z1 and bounds[n, 5] >= z0:
+            if _share_edge(facets[candidate[n]], a, b, c):
+                continue
             if not ready:
                 set_planes(points, corners, planes)
                 ready = True
@@ -159,6 +161,15 @@ def _to_candidates(state, grid, star, near, rows, count, i, planes, tips, reach,
                 other = facets[candidate[n]]
                 least = min(least, _between(state, star, rows, count, corners, other, planes, tips, share))
     return least
+
+
+@kernel
+def _share_edge(corners, a, b, c):
+    """Tell whether a facet of these corners has two of facet (a, b, c): they make a wedge and no gap."""
+    shared = 0
+    for k in range(3):
+        shared += corners[k] == a or corners[k] == b or corners[k] == c
+    return shared > 1
 
 
 @kernel
