@@ -27,6 +27,14 @@ def wavy_disc(radius, amplitude, rings=8) -> tuple[np.ndarray, np.ndarray]:
     return np.column_stack([uv, height]), np.array(triangles)
 
 
+def over_grid(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points and triangles of a sheet through places (n, k) of a grid."""
+    ids = np.arange(z.size).reshape(z.shape)
+    a, b, c, d = (v.ravel() for v in (ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]))
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return np.stack([x, y, z], axis=-1).reshape(-1, 3), triangles
+
+
 def bowl(centre, radius, opening, around=96, rings=40) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 3) and triangles (m, 3) of a sphere up to `opening` degrees from its lower pole."""
     polar = np.radians(opening) * (np.arange(rings) + 1) / rings

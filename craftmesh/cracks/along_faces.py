@@ -91,6 +91,7 @@ def along_faces(crack: Crack, box: np.ndarray, l_min: float) -> list[AlongFace]:
     measured place by place.
     """
     box = np.asarray(box, float)
+    corners = crack.points[crack.triangles]
     vectors = area_vectors(crack.points, crack.triangles)
     size = np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)
     found = []
@@ -99,7 +100,7 @@ def along_faces(crack: Crack, box: np.ndarray, l_min: float) -> list[AlongFace]:
         for upper in (0, 1):
             slab = box.copy()
             slab[1 - upper, axis] = box[upper, axis] + (1 - 2 * upper) * NEAR * l_min
-            part = _within(crack, slab, (axis, upper))
+            part = _within(corners, slab, (axis, upper))
             counted = (tilt[part.rows] < FLATTEST) | ~_reaching(crack, part, ON_FACE * l_min)
             counted &= tilt[part.rows] < GENTLE
             area = part.area[counted]
@@ -125,10 +126,9 @@ class _Part(NamedTuple):
     most: np.ndarray
 
 
-def _within(crack: Crack, slab: np.ndarray, face: tuple[int, int]) -> _Part:
-    """Return what of the crack lies in the slab (2, 3), with distances from its face."""
+def _within(corners: np.ndarray, slab: np.ndarray, face: tuple[int, int]) -> _Part:
+    """Return what of triangles (m, 3, 3) lies in the slab (2, 3), with distances from its face."""
     axis, upper = face
-    corners = crack.points[crack.triangles]
     rows = np.flatnonzero(meets_box(corners, slab))
     kept, area, least, most = [], [], [], []
     for row, triangle in zip(rows.tolist(), corners[rows]):

@@ -80,7 +80,7 @@ def with_patch(
 
 def _beside(kinks: Creases, uv: np.ndarray, rows: np.ndarray, least: float) -> np.ndarray:
     """Return which of the points `rows` (k,) are not on a kink."""
-    return rows[np.linalg.norm(kinks.feet(uv[rows]) - uv[rows], axis=1) > ON_KINK * least]
+    return rows[kinks.distance(uv[rows]) > ON_KINK * least]
 
 
 def _are_straight(sheet: Sheet, ends: np.ndarray, near: float) -> np.ndarray:

@@ -32,6 +32,11 @@ class Creases(NamedTuple):
             return np.full(uv.shape, np.inf)
         return feet_on_segments(self.segments, self.tree, uv)[1]
 
+    def distance(self, uv: np.ndarray) -> np.ndarray:
+        """Return how far places (n, 2) are from the nearest crease, infinitely where there is none."""
+        away: np.ndarray = np.linalg.norm(self.feet(uv) - uv, axis=1)
+        return away
+
 
 def creases_of(sheet: Sheet, apart: float | None = None, turn_by: float = SHARP) -> Creases:
     """Return the edges at which the triangles of a sheet turn by more than `turn_by` radians.

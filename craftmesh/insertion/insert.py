@@ -9,7 +9,7 @@ from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.cracks.sheets import heights_of, sheets
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
-from craftmesh.insertion.creases import creases_of
+from craftmesh.insertion.creases import Creases, creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, uncut, with_phi
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.hidden import split_hidden, split_near
@@ -132,9 +132,10 @@ def _inserted(
 ) -> tuple[Surface, dict[str, int | float]]:
     """Return the surface with the crack in it and the numbers of the report; its facets may meet others."""
     progress(0.0, "cut")
-    cut = _cut(cut, sheet, least, options)
+    creases = creases_of(sheet, least)
+    cut = _cut(cut, sheet, creases, least, options)
     progress(0.3, "front")
-    cut = snap_to_front(cut, sheet, creases_of(sheet, least), target, options)
+    cut = snap_to_front(cut, sheet, creases, target, options)
     cut = pierce(cut, sheet)
     cut = settle_front(cut, sheet, options)
     for _ in range(SPREADS):
@@ -194,7 +195,9 @@ def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:
     return _mean_at_points(edges, length, len(surface.points)), float(length.max())
 
 
-def _cut(cut: CutSurface, sheet: Sheet, least: float, options: InsertOptions) -> CutSurface:
+def _cut(
+    cut: CutSurface, sheet: Sheet, creases: Creases, least: float, options: InsertOptions
+) -> CutSurface:
     """Return the surface with all its facets cut along the crack, points near by moved onto it."""
     cut = snap_to_crack(cut, sheet, options)
     if sheet.planar:
@@ -206,7 +209,7 @@ def _cut(cut: CutSurface, sheet: Sheet, least: float, options: InsertOptions) ->
             break
         cut = snap_to_crack(cut, sheet, options)
     cut = with_phi(cut_along(cut, sheet), sheet)
-    cut = with_phi(kink_traces(cut, sheet, creases_of(sheet, least), least, options), sheet)
+    cut = with_phi(kink_traces(cut, sheet, creases, least, options), sheet)
     return with_phi(follow_traces(cut, sheet, least, options), sheet)
 
 

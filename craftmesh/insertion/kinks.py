@@ -53,7 +53,7 @@ def _with_ends_on_kinks(
     targets = near.targets[first]
     uv = sheet.uv(surface.points[rows])
     free = (classes(surface)[0].degree[rows] == 0) & (surface.front[rows] < 0)
-    free &= np.linalg.norm(creases.feet(uv) - uv, axis=1) > ROUNDING * least
+    free &= creases.distance(uv) > ROUNDING * least
     rows, targets = rows[free], targets[free]
     while len(rows):
         result, left = settled(surface, rows, targets, options)
@@ -94,23 +94,21 @@ def _kinks(
         good &= to_end < AT_END * least if at_ends else to_end > SHORTEST * least
     foot = chords.start + share[:, None] * chords.step
     rows = np.flatnonzero(good)
-    near = way[rows] < FARTHEST * length[edge[rows]]
-    rows = rows[near | _leads_nearer(sheet, chords, foot, foot + move, rows)]
+    far = rows[way[rows] >= FARTHEST * length[edge[rows]]]
+    rows = np.setdiff1d(rows, far[~_leads_nearer(sheet, chords.at(far), foot[far], move[far])])
     rows = rows[np.lexsort([-way[rows], edge[rows]])]
     rows = rows[np.unique(edge[rows], return_index=True)[1]]
     return Splits(edges[edge[rows]], share[rows], (foot + move)[rows])
 
 
-def _leads_nearer(
-    sheet: Sheet, chords: "_Chords", foot: np.ndarray, kink: np.ndarray, rows: np.ndarray
-) -> np.ndarray:
-    """Tell for which of the chords `rows` (k,) the way over a kink is nearer to the crack than they are.
+def _leads_nearer(sheet: Sheet, chords: "_Chords", foot: np.ndarray, move: np.ndarray) -> np.ndarray:
+    """Tell for which chords the way over a kink, `move` (k, 3) off its foot, is nearer to the crack.
 
-    A kink far off its chord may be another trace's. foot (n, 3): the place on the chord nearest to it.
+    A kink far off its chord may be another trace's.
     """
-    start, end = chords.start[rows], chords.start[rows] + chords.step[rows]
-    halves = (np.abs(sheet.offset((x + kink[rows]) / 2)) for x in (start, end))
-    return np.maximum(*halves) < np.abs(sheet.offset(foot[rows]))
+    ends = chords.start, chords.start + chords.step
+    halves = (np.abs(sheet.offset((end + (foot + move)) / 2)) for end in ends)
+    return np.maximum(*halves) < np.abs(sheet.offset(foot))
 
 
 class _Chords(NamedTuple):
@@ -119,6 +117,9 @@ class _Chords(NamedTuple):
     start: np.ndarray
     step: np.ndarray
     ends: np.ndarray
+
+    def at(self, rows: np.ndarray) -> "_Chords":
+        return _Chords(self.start[rows], self.step[rows], self.ends[rows])
 
     def within(self, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where the creases pass the chords in planes of the normals (k, 3), as `straight` does."""

@@ -37,7 +37,8 @@ def snap_to_front(
     if not len(rows):
         return surface
     junctions, planes = classes(surface)
-    reach = options.snap_front * np.minimum(surface.size[rows], target(surface.points[rows]))
+    size = target(surface.points[rows])
+    reach = options.snap_front * np.minimum(surface.size[rows], size)
     reach[junctions.degree[rows] == 2] *= LINE_SHARE
     reach[junctions.degree[rows] > 2] = 0.0
     uv = sheet.uv(surface.points[rows])
@@ -46,8 +47,7 @@ def snap_to_front(
     on_box = np.flatnonzero(planes[rows].any(axis=1))
     targets[on_box] = _front_ends(surface.points[rows[on_box]], planes[rows[on_box]], sheet)
     reach[on_box] *= 2
-    size = target(surface.points[rows])
-    on_crease = np.linalg.norm(creases.feet(uv) - uv, axis=1) < ON_CREASE * size
+    on_crease = creases.distance(uv) < ON_CREASE * size
     reach[on_crease] = np.minimum(reach, OFF_CREASE * size)[on_crease]
     with np.errstate(invalid="ignore"):
         chosen = np.linalg.norm(targets - surface.points[rows], axis=1) < reach

@@ -127,8 +127,8 @@ def _led_round(surface: CutSurface, edge: np.ndarray, target: np.ndarray) -> Cut
     end = min((p, q), key=lambda a: float(_sine(target - points[a], points[beside] - points[a])))
     step = points[beside] - points[end]
     share = float((target - points[end]) @ step / (step @ step))
-    corners = np.setdiff1d(facets[_around(facets, (end, beside))], (p, q))
-    if len(corners) < 2 or (surface.psi[[away, beside]] == 0).any() or not MARGIN < share < 1 - MARGIN:
+    is_rim = len(_around(facets, (end, beside))) < 2
+    if is_rim or (surface.psi[[away, beside]] == 0).any() or not MARGIN < share < 1 - MARGIN:
         return None
     foot = points[end] + share * step
     split = split_edges(surface, np.sort([[end, beside]]), foot[None], surface.size[[end]])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from given_cracks import wavy_disc
+from given_cracks import over_grid, wavy_disc
 from models import with_voids
 from structured_box import structured_box
 
@@ -111,14 +111,6 @@ def test_a_crack_that_bulges_through_a_boundary_between_its_points_is_inserted(h
     given = np.linalg.norm(area_vectors(crack.points, crack.triangles), axis=1).sum()
     area = np.linalg.norm(area_vectors(surface.points, surface.facets[surface.kind == CRACK]), axis=1).sum()
     assert area == pytest.approx(given, rel=0.02)
-
-
-def over_grid(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points and triangles of a sheet through places (n, k) of a grid."""
-    ids = np.arange(z.size).reshape(z.shape)
-    a, b, c, d = (v.ravel() for v in (ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]))
-    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    return np.stack([x, y, z], axis=-1).reshape(-1, 3), triangles
 
 
 def wavy_strip(height: float, waves: tuple[float, float, float], skew: float) -> tuple:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from given_cracks import over_grid
 from scipy.spatial.transform import Rotation
 from structured_box import structured_box
 
@@ -22,10 +23,7 @@ PROMISED = 0.03  # l_min: what facets may be off the given surface
 def grid(u: np.ndarray, v: np.ndarray, height) -> tuple[np.ndarray, np.ndarray]:
     """Points and triangles of a sheet over the grid of u and v."""
     x, y = np.meshgrid(u, v, indexing="ij")
-    points = np.stack([x, y, height(x, y)], axis=-1).reshape(-1, 3)
-    corner = (np.arange(len(u) - 1)[:, None] * len(v) + np.arange(len(v) - 1)).ravel()
-    first = np.stack([corner, corner + len(v), corner + len(v) + 1], axis=1)
-    return points, np.concatenate([first, np.stack([corner, corner + len(v) + 1, corner + 1], axis=1)])
+    return over_grid(x, y, height(x, y))
 
 
 def two_grains(c: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from craftmesh.gradation.kernels.gaps import (
     height_over,
     is_inside,
     may_overlap,
+    share_edge,
 )
 from craftmesh.gradation.kernels.intersections import set_planes
 from craftmesh.gradation.kernels.rings import has_corner
@@ -80,6 +81,8 @@ def _narrowest(state, grid, star, near, reach, rows, count, tips, moving, share)
             set_planes(state.points, rows[i], planes)
             a, b, c = rows[i]
             for j in range(i):
+                if share_edge(rows, j, a, b, c):
+                    continue
                 if may_overlap(state.points, planes, a, b, c, rows, j, reach):
                     least = min(
                         least, _between(state, star, rows, count, rows[i], rows[j], planes, tips, share)
@@ -152,7 +155,7 @@ def _to_candidates(state, grid, star, near, rows, count, i, planes, tips, reach,
         along_x = bounds[n, 0] <= x1 and bounds[n, 1] >= x0
         along_y = bounds[n, 2] <= y1 and bounds[n, 3] >= y0
         if along_x and along_y and bounds[n, 4] <= z1 and bounds[n, 5] >= z0:
-            if _share_edge(facets[candidate[n]], a, b, c):
+            if share_edge(facets, candidate[n], a, b, c):
                 continue
             if not ready:
                 set_planes(points, corners, planes)
@@ -161,15 +164,6 @@ def _to_candidates(state, grid, star, near, rows, count, i, planes, tips, reach,
                 other = facets[candidate[n]]
                 least = min(least, _between(state, star, rows, count, corners, other, planes, tips, share))
     return least
-
-
-@kernel
-def _share_edge(corners, a, b, c):
-    """Tell whether a facet of these corners has two of facet (a, b, c): they make a wedge and no gap."""
-    shared = 0
-    for k in range(3):
-        shared += corners[k] == a or corners[k] == b or corners[k] == c
-    return shared > 1
 
 
 @kernel
@@ -214,10 +208,7 @@ def _on_hinge(state, rows, count, p, q, u, v):
 def _is_facet(state, rows, count, a, b, c):
     """Tell whether the facet (a, b, c) is among the rows[:count], or in the surface."""
     for i in range(count):
-        shared = 0
-        for k in range(3):
-            shared += rows[i, k] == a or rows[i, k] == b or rows[i, k] == c
-        if shared == 3:
+        if has_corner(rows, i, a) and has_corner(rows, i, b) and has_corner(rows, i, c):
             return True
     d = state.first[a]
     while d >= 0:

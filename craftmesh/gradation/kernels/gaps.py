@@ -6,6 +6,7 @@ the parallelogram that two edges span.
 
 import numpy as np
 
+from craftmesh.gradation.kernels.rings import has_corner
 from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
@@ -14,23 +15,26 @@ EDGE = 2.0 / np.sqrt(3.0)
 
 
 @kernel
+def share_edge(facets, f, a, b, c):
+    """Tell whether facet `f` has two corners of facet (a, b, c): they make a wedge, and no gap."""
+    return has_corner(facets, f, a) + has_corner(facets, f, b) + has_corner(facets, f, c) > 1
+
+
+@kernel
 def may_overlap(points, planes, a, b, c, facets, f, reach):
     """Tell whether facet `f` may come within `reach` of the one of the `planes`, of corners (a, b, c).
 
-    Facets on a common edge make a wedge, and no gap.
+    The two have no common edge (share_edge).
     """
     above = False
     below = False
-    shared = 0
     for n in range(3):
         v = facets[f, n]
-        if v == a or v == b or v == c:
-            shared += 1
-        else:
+        if v != a and v != b and v != c:
             h = height_over(points, planes, 0, v)
             above = above or h > -reach
             below = below or h < reach
-    if shared > 1 or not (above and below):
+    if not (above and below):
         return False
     beyond = 7
     for n in range(3):
