@@ -12,8 +12,10 @@ from craftmesh.sizing.surface_sizing import LocalSizing
 from craftmesh.surface.measure import side_volumes, volume_drift
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
-from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, WHOLE, Aim, all_qualities
+from craftmesh.tetrahedra.kernels.tet_faults import OF_FLAT, OF_POOR
+from craftmesh.tetrahedra.kernels.tet_quality import POOR, WHOLE, Aim, all_qualities
 from craftmesh.tetrahedra.kernels.tet_surface_moves import move_nodes
+from craftmesh.tetrahedra.opening_stages import JOINING, STAGES, Stage, is_stretched
 from craftmesh.tetrahedra.optimise_tets import new_state, repaired_tets
 from craftmesh.tetrahedra.poor_tets import poor_tets
 from craftmesh.tetrahedra.surface_contractions import contracted
@@ -21,46 +23,6 @@ from craftmesh.tetrahedra.surface_freedom import Freedom, freedom
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import GrainTets, Surface
 
-
-@dataclass(frozen=True)
-class Stage:
-    """Which tets the surface gives way to, by `shape_measures`, and how far.
-
-    reaches: nodes of the surface move by at most these parts of the mean edge at them, round by round, as
-    long as there are such tets: what a small move opens is not opened by a large one. aim: what moves
-    raise, and how far (`tet_quality`). score: what tets have after a contraction, 0 at the limits of flat
-    ones and 1 at those of poor ones; None contracts nothing.
-    """
-
-    is_bad: Callable[[np.ndarray], np.ndarray]
-    reaches: tuple[float, ...]
-    aim: Aim
-    score: float | None
-
-
-# The aspect ratio that no tet should have.
-STRETCHED = 5.0
-
-
-def is_stretched(measures: np.ndarray) -> np.ndarray:
-    """Return (m,) bool: tets of an aspect ratio over STRETCHED, from `shape_measures` (m, 5)."""
-    return measures[:, 1] > STRETCHED
-
-
-# Rounds go as far as the one before leaves such tets. Where edges grow from 0.5 to 15 in grains 8 across,
-# .67 % of 29,000 tets were stretched; .01 % after 266 of 3,060 points had moved by 0.15. Of four random
-# cracks with 5, 31, 51 and 57 stretched tets that 0.15 had left, 0, 30, 2 and 3 are left with 0.4.
-REACHES = (0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
-STAGES = (
-    Stage(is_flat, REACHES, Aim(FORM, POOR), 0.0),
-    Stage(is_poor, REACHES, Aim(FORM, POOR), 1.0),
-    Stage(is_stretched, REACHES, Aim(WHOLE, 2 * POOR), None),
-)
-# Before any moves: no score is enough but that of nodes that touch, which become one.
-JOINING = Stage(is_flat, (), Aim(FORM, POOR), np.inf)
-# What a flat, a poor and a stretched tet weigh, where one model is compared with another. With any number
-# of poor and stretched ones for a flat one a noisy volume went from 30, 93 and 386 to 26, 197 and 926.
-WEIGHTS = (100, 10, 1)
 # Rounds of contractions: what one leaves may be contracted in the next.
 CONTRACTIONS = 3
 # Sweeps over the nodes near a flat tet in a round.
@@ -128,10 +90,24 @@ class Opening:
         """Return how many tets are bad."""
         return int(self.bad(is_bad).sum())
 
-    def faults(self) -> int:
-        """Return the number of its flat, poor and stretched tets, by their WEIGHTS."""
-        counts = self.count(is_flat), self.count(is_poor), self.count(is_stretched)
-        return sum(weight * count for weight, count in zip(WEIGHTS, counts))
+    def drifts(self) -> dict[int, float]:
+        """Return the relative changes of the volumes, by label."""
+        surface = self.model.surface
+        volumes = [side_volumes(at, surface.facets, surface.sides) for at in (self.homes, surface.points)]
+        return volume_drift(*volumes)
+
+    def mobile(self, drift: float) -> np.ndarray:
+        """Return (n,) bool: surface nodes that may move, none of a volume that changed by over `drift`."""
+        result = np.any(self.free.steps != 0, axis=(1, 2))
+        if np.isfinite(drift):
+            changed = [label for label, change in self.drifts().items() if abs(change) > drift]
+            surface = self.model.surface
+            result[surface.facets[np.isin(surface.sides, changed).any(axis=1)]] = False
+        return result
+
+    def faults(self) -> float:
+        """Return the number of its flat, poor and stretched tets, by their weights."""
+        return OF_FLAT * self.count(is_flat) + OF_POOR * self.count(is_poor) + self.count(is_stretched)
 
     def replaced(self, model: Model, grains: np.ndarray, contracted: int = 0) -> "Opening":
         """Return the opening with another model, whose tets differ in `grains` alone."""
@@ -163,8 +139,8 @@ def _with_moves(now: Opening, stage: Stage) -> Opening:
         bad = now.bad(stage.is_bad)
         if not bad.any():
             break
-        points, grains = _moved_points(now, reach, bad, stage.aim)
-        now = now.replaced(_repaired(now.model.moved(points), grains, stage.aim.measure), grains)
+        points, grains = _moved_points(now, reach, bad, stage)
+        now = now.replaced(_repaired(now.model.moved(points), grains, stage.aim), grains)
         best = min(best, now, key=Opening.faults)
     return best
 
@@ -179,7 +155,7 @@ def _contracted(now: Opening, stage: Stage, score: float) -> Opening:
         model, grains, count = contracted(now.model, bad, score)
         if not count:
             break
-        now = _with_moves(now.replaced(_repaired(model, grains, stage.aim.measure), grains, count), stage)
+        now = _with_moves(now.replaced(_repaired(model, grains, stage.aim), grains, count), stage)
         best = min(best, now, key=Opening.faults)
     return best
 
@@ -187,8 +163,6 @@ def _contracted(now: Opening, stage: Stage, score: float) -> Opening:
 def _report(before: Opening, after: Opening) -> dict:
     surface, homes = after.model.surface, after.homes
     moves = np.linalg.norm(surface.points - homes, axis=1)
-    volumes = [side_volumes(points, surface.facets, surface.sides) for points in (homes, surface.points)]
-    drift = volume_drift(*volumes)
     return {
         "flat_before": before.count(is_flat),
         "flat_left": after.count(is_flat),
@@ -199,7 +173,7 @@ def _report(before: Opening, after: Opening) -> dict:
         "surface_points_moved": int((moves > 0).sum()),
         "largest_move": float(moves.max()),
         "edges_contracted": after.contracted,
-        "volume_drift_worst": max(map(abs, drift.values()), default=0.0),
+        "volume_drift_worst": max(map(abs, after.drifts().values()), default=0.0),
     }
 
 
@@ -227,19 +201,22 @@ def _poor(model: Model, grains: np.ndarray) -> dict[str, list[dict]]:
     return result
 
 
-def _moved_points(now: Opening, reach: float, bad: np.ndarray, aim: Aim) -> tuple[np.ndarray, np.ndarray]:
+def _moved_points(
+    now: Opening, reach: float, bad: np.ndarray, stage: Stage
+) -> tuple[np.ndarray, np.ndarray]:
     """Return all nodes, those near bad tets moved, and the grains that see a move.
 
     reach: the largest move of a surface point from its home, in mean edges.
     """
     points, tets, homes = now.model.points, now.model.tets, now.homes
-    nodes = _nodes_near(tets, bad, np.any(now.free.steps != 0, axis=(1, 2)))
+    nodes = _nodes_near(tets, bad, now.mobile(stage.drift))
     near = np.zeros(len(points), bool)
     near[nodes] = True
     rows = np.flatnonzero(near[tets].any(axis=1))
     used, local = np.unique(tets[rows], return_inverse=True)
     state = new_state(points[used], local.reshape(-1, 4))
-    all_qualities(state.points, state.tets, state.counts[TETS], state.quality, aim.measure)
+    goal = stage.aim or Aim(WHOLE, 2 * POOR)
+    all_qualities(state.points, state.tets, state.counts[TETS], state.quality, goal.measure)
     outer = nodes < len(homes)
     home, steps, part = points[nodes], np.repeat(np.eye(3)[None], len(nodes), axis=0), np.ones(len(nodes))
     home[outer], steps[outer], part[outer] = homes[nodes[outer]], now.free.steps[nodes[outer]], reach
@@ -248,7 +225,7 @@ def _moved_points(now: Opening, reach: float, bad: np.ndarray, aim: Aim) -> tupl
     valence = np.bincount(tets[rows].ravel(), minlength=len(points))[nodes]
     work, place = new_scratch(), np.searchsorted(used, nodes)
     for _ in range(SWEEPS):
-        if not move_nodes(state, place, home, furthest, steps, valence, aim, work):
+        if not move_nodes(state, place, home, furthest, steps, valence, goal, stage.aim is None, work):
             break
     moved = points.copy()
     moved[used] = state.points[: len(used)]
@@ -273,8 +250,9 @@ def _mean_edges(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
     return np.bincount(ends.ravel(), np.repeat(length, 2), len(points)) / np.maximum(times, 1)
 
 
-def _repaired(model: Model, grains: np.ndarray, measure: int) -> Model:
-    """Return the model with the worst tets of `grains` by a measure repaired, the surface as it is."""
+def _repaired(model: Model, grains: np.ndarray, aim: Aim | None) -> Model:
+    """Return the model with the worst tets of `grains` by an aim repaired, the surface as it is."""
+    measure = None if aim is None else aim.measure
     result = list(model.grain_tets)
     surfaces = {one.grain: one for one in grain_surfaces(model.surface, grains)}
     for i, one in enumerate(model.grain_tets):

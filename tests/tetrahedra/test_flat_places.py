@@ -13,7 +13,8 @@ from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.tetrahedra import flat_places
-from craftmesh.tetrahedra.flat_places import STAGES, Opening, given_way
+from craftmesh.tetrahedra.flat_places import Opening, given_way
+from craftmesh.tetrahedra.opening_stages import STAGES
 from craftmesh.tetrahedra.surface_freedom import CRACK_REACH, freedom
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import CRACK
@@ -123,8 +124,18 @@ def test_stretched_tets_are_opened_as_poor_ones_and_nobody_is_warned():
     assert check_tets(assemble(opened.surface, opened.grain_tets)[0]) == []
 
 
+def test_nodes_of_a_volume_that_has_changed_too_much_move_no_more():
+    surface, tets = pushed_box(push=np.zeros(3))
+    moved, _ = pushed_box()
+    now = Opening(Model(moved, tets), {}, surface.points, freedom(moved))
+    drift = max(map(abs, now.drifts().values()))
+    # a pyramid over the six or eight facets at the node, of 0.5 each, in a half of 4 x 4 x 2
+    assert 0.03 < drift < 0.05
+    assert now.mobile(1.01 * drift).any() and not now.mobile(0.99 * drift).any()
+
+
 def test_what_makes_it_worse_is_not_done(monkeypatch):
-    def spoilt(now, reach, bad, aim):
+    def spoilt(now, reach, bad, stage):
         points = now.model.points.copy()
         points[(points == [2.0, 1.0, 1.0]).all(axis=1)] += PUSH
         return points, np.array([1, 2])

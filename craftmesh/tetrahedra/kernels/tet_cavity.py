@@ -117,6 +117,19 @@ def block_facets(tets, n_tets, neighbours, blocked):
 
 
 @kernel
+def node_across(state, t, k):
+    """Return the node across the face opposite corner k of tet t; -1 where no tet is there."""
+    tets, u = state.tets, state.neighbours[t, k]
+    if u < 0:
+        return -1
+    for j in range(4):
+        node = tets[u, j]
+        if node != tets[t, 0] and node != tets[t, 1] and node != tets[t, 2] and node != tets[t, 3]:
+            return node
+    return -1
+
+
+@kernel
 def find_star(state, v, star):
     """Write the tets round the interior point v; return how many, or -1 when they do not fit."""
     tets, neighbours, mark = state.tets, state.neighbours, state.mark

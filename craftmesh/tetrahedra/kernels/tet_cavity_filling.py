@@ -5,7 +5,7 @@ corner to move.
 """
 
 from craftmesh.jit import kernel
-from craftmesh.tetrahedra.kernels.tet_cavity import has_room, replace_cavity
+from craftmesh.tetrahedra.kernels.tet_cavity import has_room, node_across, replace_cavity
 from craftmesh.tetrahedra.kernels.tet_cone import Cone, beside
 from craftmesh.tetrahedra.kernels.tet_insertion import add_apex
 from craftmesh.tetrahedra.kernels.tet_quality import quality_at
@@ -21,17 +21,7 @@ ROUNDS = 8
 @kernel
 def _node_near(state, t, way):
     """Return corner `way` of tet t or, from 4 on, the node across its face `way - 4`; -1 for none."""
-    tets = state.tets
-    if way < 4:
-        return tets[t, way]
-    u = state.neighbours[t, way - 4]
-    if u < 0:
-        return -1
-    for k in range(4):
-        node = tets[u, k]
-        if node != tets[t, 0] and node != tets[t, 1] and node != tets[t, 2] and node != tets[t, 3]:
-            return node
-    return -1
+    return state.tets[t, way] if way < 4 else node_across(state, t, way - 4)
 
 
 @kernel

@@ -1,12 +1,13 @@
 """Passes of the tetrahedral optimiser over many points or tets; `work.done` counts what they do."""
 
 from craftmesh.jit import kernel
-from craftmesh.tetrahedra.kernels.tet_aspect_swaps import remove_edge_for_aspect
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, find_ring, find_star, worst_of
 from craftmesh.tetrahedra.kernels.tet_cavity_filling import insert_in_cavity, join_in_cavity
 from craftmesh.tetrahedra.kernels.tet_insertion import CLIMB_STEPS, contract, insert_on_edge
+from craftmesh.tetrahedra.kernels.tet_lightening import lighten
 from craftmesh.tetrahedra.kernels.tet_quality import Aim
 from craftmesh.tetrahedra.kernels.tet_smoothing import smooth_aspect, smooth_worst
+from craftmesh.tetrahedra.kernels.tet_sum_swaps import remove_edge_for_sum
 from craftmesh.tetrahedra.kernels.tet_swaps import GAIN, remove_edge, remove_face
 
 # What `work.done` counts.
@@ -38,7 +39,7 @@ def aspect_swap_pass(state, aim, order, work):
         if state.tets[t, 0] < 0:
             continue
         for edge in range(6):
-            if remove_edge_for_aspect(state, t, edge, aim, work):
+            if remove_edge_for_sum(state, t, edge, aim, work):
                 work.done[EDGE_REMOVALS] += 1
                 break
 
@@ -135,3 +136,13 @@ def repair_pass(state, aim, order, inserts, touched, work):
             continue
         if inserts and not _insert_any(state, t, aim.measure, work):
             _refill(state, t, aim.measure, work)
+
+
+@kernel
+def lighten_pass(state, aim, order, work):
+    """Lower what the tets in `order` under the floor, and those round them, weigh; return the changes."""
+    changes = 0
+    for t in order:
+        if state.tets[t, 0] >= 0 and state.quality[t] < aim.floor:
+            changes += lighten(state, t, work)
+    return changes

@@ -29,7 +29,7 @@ ROUNDING = 1e-9
 
 
 @kernel
-def _place(state, v, place, count, measure, work):
+def put_at(state, v, place, count, measure, work):
     """Move point v, of which `work.star` holds the star, and renew the qualities there."""
     state.points[v, 0], state.points[v, 1], state.points[v, 2] = place
     tets = state.tets
@@ -95,7 +95,7 @@ def smooth_worst(state, v, aim, steps, work):
         if value > best + CLIMB_GAIN:
             place, moved = climbed, True
     if moved:
-        _place(state, v, place, count, aim.measure, work)
+        put_at(state, v, place, count, aim.measure, work)
     return moved
 
 
@@ -153,5 +153,5 @@ def smooth_aspect(state, v, aim, work):
     place, best = _pattern_search(cone, place, best, PATTERN_STEP * state.size[v], limit)
     if best > first - MOVE_FALL:
         return False
-    _place(state, v, place, count, aim.measure, work)
+    put_at(state, v, place, count, aim.measure, work)
     return True

@@ -7,6 +7,7 @@ import numpy as np
 from craftmesh.jit import kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import MAX_FACES, find_star, star_faces, worst_of
 from craftmesh.tetrahedra.kernels.tet_cone import Cone, worst_at
+from craftmesh.tetrahedra.kernels.tet_faults import FALL, faults_at, faults_of
 from craftmesh.tetrahedra.kernels.tet_quality import quality_of
 
 # The first step of a move in parts of the reach; how steps shrink; rounds.
@@ -21,8 +22,14 @@ DIRECTIONS = _STEPS / np.linalg.norm(_STEPS, axis=1, keepdims=True)
 
 
 @kernel
-def _walk(cone, place, home, reach, free, span):
-    """Walk while the worst quality of the cone rises, up to the end of `span`; return place and quality.
+def _goal(cone, x, y, z, best, lighter):
+    """Worst quality of the cone from (x, y, z), or what it weighs, negative; exact where over `best`."""
+    return -faults_at(cone, x, y, z, -best) if lighter else worst_at(cone, x, y, z, best)
+
+
+@kernel
+def _walk(cone, place, home, reach, free, span, lighter):
+    """Walk while the goal rises, up to the end of `span`; return place and goal.
 
     All places lie within `reach` of home; free (3, 3) makes of each step one that is allowed.
     """
@@ -38,7 +45,7 @@ def _walk(cone, place, home, reach, free, span):
             pz = z + step * (free[2, 0] * dx + free[2, 1] * dy + free[2, 2] * dz)
             if (px - home[0]) ** 2 + (py - home[1]) ** 2 + (pz - home[2]) ** 2 > reach * reach:
                 continue
-            value = worst_at(cone, px, py, pz, best)
+            value = _goal(cone, px, py, pz, best, lighter)
             if value > best + GAIN:
                 x, y, z, best, found = px, py, pz, value, True
                 if best >= enough:
@@ -49,8 +56,10 @@ def _walk(cone, place, home, reach, free, span):
 
 
 @kernel
-def move_nodes(state, nodes, homes, reach, free, valence, aim, work):
+def move_nodes(state, nodes, homes, reach, free, valence, aim, lighter, work):
     """Move nodes (k,) with a tet under `aim.floor` to where the worst is better; return how many moved.
+
+    lighter: to where their tets weigh less by their faults; the qualities are by WHOLE then.
 
     homes (k, 3): places of which they stay within `reach` (k,); free (k, 3, 3): what makes of any step one
     that they may take; valence (k,): how many tets are round each. The state holds these, linked across
@@ -63,13 +72,16 @@ def move_nodes(state, nodes, homes, reach, free, valence, aim, work):
         if count != valence[i] or count > MAX_FACES:
             continue
         star_faces(tets, work.star, count, v, work.faces)
-        worst = worst_of(state.quality, work.star, count)
-        if worst >= aim.floor:
+        if lighter:
+            before, enough, least = -faults_of(state, work.star, count), 0.0, FALL
+        else:
+            before, enough, least = worst_of(state.quality, work.star, count), aim.floor, GAIN
+        if before >= enough:
             continue
         cone = Cone(points, work.faces, count, aim.measure)
         place = (points[v, 0], points[v, 1], points[v, 2])
-        place, best = _walk(cone, place, homes[i], reach[i], free[i], (worst, aim.floor))
-        if best <= worst:
+        place, best = _walk(cone, place, homes[i], reach[i], free[i], (before, enough), lighter)
+        if best < before + least:
             continue
         points[v, 0], points[v, 1], points[v, 2] = place
         moved += 1

@@ -6,6 +6,7 @@ from craftmesh.tetrahedra.kernels.tet_cavity import (
     FACES,
     find_ring,
     has_room,
+    node_across,
     replace_cavity,
     worst_of,
 )
@@ -87,24 +88,34 @@ def remove_edge(state, t, edge, measure, work):
 
 
 @kernel
-def remove_face(state, t, k, measure, work):
-    """Swap the two tets at the face opposite corner k of t for three if the worst rises; return whether."""
-    u = state.neighbours[t, k]
-    if u < 0 or not has_room(state):
+def list_face_removal(state, t, k, aim, work):
+    """Write the three tets for the two at the face opposite corner k of t; return whether that can be done.
+
+    All their qualities exceed `aim.floor`.
+    """
+    r = node_across(state, t, k)
+    if r < 0 or not has_room(state):
         return False
     tets, new = state.tets, work.new
-    p, r = tets[t, k], -1
-    for j in range(4):
-        node = tets[u, j]
-        if node != tets[t, FACES[k, 0]] and node != tets[t, FACES[k, 1]] and node != tets[t, FACES[k, 2]]:
-            r = node
-    floor = max(min(state.quality[t], state.quality[u]) + GAIN, 0.0)
+    p = tets[t, k]
     for i in range(3):
         x, y = tets[t, FACES[k, i]], tets[t, FACES[k, (i + 1) % 3]]
         new[i, 0], new[i, 1], new[i, 2], new[i, 3] = r, p, x, y
-        work.new_quality[i] = quality_of(state.points, r, p, x, y, measure)
-        if work.new_quality[i] <= floor:
+        work.new_quality[i] = quality_of(state.points, r, p, x, y, aim.measure)
+        if work.new_quality[i] <= aim.floor:
             return False
-    work.ring_tets[0], work.ring_tets[1] = t, u
+    work.ring_tets[0], work.ring_tets[1] = t, state.neighbours[t, k]
+    return True
+
+
+@kernel
+def remove_face(state, t, k, measure, work):
+    """Swap the two tets at the face opposite corner k of t for three if the worst rises; return whether."""
+    u = state.neighbours[t, k]
+    if u < 0:
+        return False
+    worst = min(state.quality[t], state.quality[u])
+    if not list_face_removal(state, t, k, Aim(measure, max(worst + GAIN, 0.0)), work):
+        return False
     replace_cavity(state, work.ring_tets, 2, 3, work)
     return True

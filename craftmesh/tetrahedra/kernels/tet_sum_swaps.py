@@ -1,0 +1,98 @@
+"""Removal of edges to lower a sum over the tets, where `tet_swaps` raises the worst quality.
+
+The sum is the excess of aspect ratio over a reference, or what the tets at fault weigh (`tet_faults`). With
+the mean of the mesh as reference, a fall of the excess lowers that mean, whatever the numbers of tets; a
+2-3 swap of a face never lowered the excess in Delaunay meshes.
+"""
+
+from collections import namedtuple
+
+from craftmesh.jit import kernel
+from craftmesh.tetrahedra.kernels.tet_cavity import EDGES, find_ring, has_room, replace_cavity, worst_of
+from craftmesh.tetrahedra.kernels.tet_faults import fault_weight
+from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, WHOLE, aspect_ratio_of, quality_of
+from craftmesh.tetrahedra.kernels.tet_swaps import MAX_RING_TO_REMOVE, list_triangulation
+
+# A removal has to lower the sum by this much; chosen by hand.
+FALL = 0.01
+# A measure of quality, the value that new tets have to exceed, and what the aspect ratio is reckoned from;
+# by WHOLE the faults are summed.
+SumAim = namedtuple("SumAim", "measure floor reference")
+
+
+@kernel
+def _sum_of(points, tets, listed, count, aim):
+    """Sum of the terms of the tets listed."""
+    total = 0.0
+    for i in range(count):
+        t = listed[i]
+        a, b, c, d = tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3]
+        quality = quality_of(points, a, b, c, d, aim.measure)
+        total += _term(points, (a, b, c, d), quality, aim)
+    return total
+
+
+@kernel
+def _term(points, corners, quality, aim):
+    """What a tet of a quality adds to the sum."""
+    if aim.measure == WHOLE:
+        return fault_weight(quality)
+    a, b, c, d = corners
+    return aspect_ratio_of(points, a, b, c, d) - aim.reference
+
+
+@kernel
+def _sound_term(points, corners, aim):
+    """What a tet adds to the sum; INVERTED if its quality is not over the floor."""
+    a, b, c, d = corners
+    quality = quality_of(points, a, b, c, d, aim.measure)
+    return INVERTED if quality <= aim.floor else _term(points, corners, quality, aim)
+
+
+@kernel
+def _best_triangulation(points, ends, count, aim, work):
+    """Fill Klincsek's tables: least[i, k] = least sum over the ring's part i..k.
+
+    It is INVERTED where no tets with qualities over `aim.floor` fill the part; split[i, k] is the apex of
+    the triangle on i, k. Returns the sum over the whole ring, which lies round the edge between `ends`.
+    """
+    a, b = ends
+    ring, least, split = work.ring, work.worst, work.split
+    for i in range(count - 2, -1, -1):
+        least[i, i + 1] = 0.0
+        for k in range(i + 2, count):
+            best, apex = INVERTED, -1
+            for j in range(i + 1, k):
+                value = least[i, j] + least[j, k]
+                if value >= INVERTED:
+                    continue
+                value += _sound_term(points, (a, ring[i], ring[j], ring[k]), aim)
+                if value >= INVERTED:
+                    continue
+                value += _sound_term(points, (ring[i], ring[j], ring[k], b), aim)
+                if value < best:
+                    best, apex = value, j
+            least[i, k] = best
+            split[i, k] = apex
+    return least[0, count - 1]
+
+
+@kernel
+def remove_edge_for_sum(state, t, edge, aim, work):
+    """Remove an interior edge of tet t when that lowers the sum round it; return whether.
+
+    All new qualities exceed the lesser of the worst before and `aim.floor`.
+    """
+    count = find_ring(state, t, edge, work.ring, work.ring_tets)
+    if count < 3 or count > MAX_RING_TO_REMOVE or not has_room(state):
+        return False
+    ends = (state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]])
+    limit = max(min(worst_of(state.quality, work.ring_tets, count), aim.floor), 0.0)
+    before = _sum_of(state.points, state.tets, work.ring_tets, count, aim)
+    sound = SumAim(aim.measure, limit, aim.reference)
+    least = _best_triangulation(state.points, ends, count, sound, work)
+    if least >= INVERTED or least > before - FALL:
+        return False
+    made = list_triangulation(state.points, ends, count, aim.measure, work)
+    replace_cavity(state, work.ring_tets, count, made, work)
+    return True
