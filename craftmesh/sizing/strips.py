@@ -1,17 +1,18 @@
 """Shorter edges in narrow strips beside the faces of the box, where long ones would make stretched tets.
 
 Such strips lie between a crack and a face, and on a crack that cuts off an edge of the box, between its two
-mouths.
+mouths. Slivers, narrow in two directions, lie between a mouth and an edge of the box, and between a front
+and a face.
 """
 
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.local_lengths import where_short
-from craftmesh.sizing.sizing import Sizing
+from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.surface.measure import meets_box, unit_normals
 from craftmesh.types import Crack
 
@@ -26,6 +27,15 @@ IN_WEDGE = (0.5, 1.5)
 # of a face, over 34 x 34 l_min^2, 1.7 % of 140,000 tets had an aspect ratio over 5 with edges of l_min, now
 # 0.2 % of 155,000, in three quarters of the time.
 SHORTEST = 0.5
+# The same for slivers, which are few edges. A front that comes within 0.07 l_min of a face and a mouth that
+# runs 0.2 l_min beside an edge over 9 l_min had 26 and 24 tets over an aspect ratio of 5, now none and 11;
+# with 0.25 three times as many.
+SHORTEST_IN_SLIVERS = 0.12
+# The sine of the angle between a crack and the face beside a sliver: flatter ones make a wedge or a strip
+# there. At 18 degrees shorter edges made 60 such tets of 16, at 21 and 23 degrees 11 of 24 and of 15.
+STEEP = 0.34
+# Places along mouths and fronts are so far apart, in l_min.
+STEP = 0.2
 
 Face = tuple[int, int]
 FACES: list[Face] = [(axis, upper) for axis in range(3) for upper in (0, 1)]
@@ -34,7 +44,8 @@ FACES: list[Face] = [(axis, upper) for axis in range(3) for upper in (0, 1)]
 def strip_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField | None:
     """Return the lengths in narrow strips beside faces of the box (2, 3); None without strips.
 
-    A length is PER_WIDTH of the strip's width, half of l_min at least, at places on the crack.
+    A length is PER_WIDTH of the strip's width, SHORTEST of l_min at least, at places on the crack; in a
+    sliver SHORTEST_IN_SLIVERS.
     """
     box = np.asarray(box, float)
     near = {face: _near_face(crack, box, sizing, face) for face in FACES}
@@ -45,8 +56,18 @@ def strip_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField 
         for one, other in combinations(FACES, 2)
         if one[0] != other[0]
     ]
-    points, widths = (np.concatenate(parts) for parts in zip(*found))
-    return where_short(points, np.maximum(PER_WIDTH * widths, SHORTEST * sizing.l_min), sizing)
+    slivers = [
+        _between_mouth_and_edge(near[one], mouths[other], box, (one, other), sizing.l_min)
+        for one, other in permutations(FACES, 2)
+        if one[0] != other[0]
+    ]
+    slivers += [_under_front(near[face], mouths[face], crack, box, face, sizing.l_min) for face in FACES]
+    parts = []
+    for places, shortest in ((found, SHORTEST), (slivers, SHORTEST_IN_SLIVERS)):
+        points, widths = (np.concatenate(columns) for columns in zip(*places))
+        parts.append((points, np.maximum(PER_WIDTH * widths, shortest * sizing.l_min)))
+    points, lengths = (np.concatenate(columns) for columns in zip(*parts))
+    return where_short(points, lengths, sizing)
 
 
 def _near_face(crack: Crack, box: np.ndarray, sizing: Sizing, face: Face) -> np.ndarray:
@@ -75,14 +96,21 @@ def _divided(corners: np.ndarray, slab: np.ndarray, longest: float) -> np.ndarra
 
 def _mouth(corners: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
     """Return the segments (k, 2, 3) in which triangles (n, 3, 3) cut a face of the box."""
+    return _cuts(corners, box, face)[0]
+
+
+def _cuts(corners: np.ndarray, box: np.ndarray, face: Face) -> tuple[np.ndarray, np.ndarray]:
+    """Return the segments (k, 2, 3) in which triangles (n, 3, 3) cut a face of the box, and whose rows."""
     axis, upper = face
     a, b = corners, np.roll(corners, -1, axis=1)
     share, meets = _crossing(a[..., axis] - box[upper, axis], b[..., axis] - box[upper, axis])
     places = np.where(meets[..., None], a + share[..., None] * (b - a), np.nan)
     ends = np.stack([places, np.roll(places, -1, axis=1)], axis=2)
     length = np.nan_to_num(np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2), nan=-1.0)
-    segments = ends[np.arange(len(ends)), length.argmax(axis=1)][length.max(axis=1, initial=-1.0) >= 0]
-    return segments[meets_box(segments, box)]
+    cut = np.flatnonzero(length.max(axis=1, initial=-1.0) >= 0)
+    segments = ends[cut, length[cut].argmax(axis=1)]
+    inside = meets_box(segments, box)
+    return segments[inside], cut[inside]
 
 
 def _crossing(at_a: np.ndarray, at_b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -102,9 +130,8 @@ def _over_face(
     width = np.abs(places[:, axis] - box[upper, axis])
     if not len(mouth):
         return places, width
-    straight = steepness * _distance(places, mouth)
     # distances are from points up to l_min apart
-    out = (width + least < IN_WEDGE[0] * straight) | (width > IN_WEDGE[1] * straight)
+    out = ~_is_wedge(width, steepness * _distance(places, mouth), least)
     return places[out], width[out]
 
 
@@ -123,21 +150,82 @@ def _between_mouths(
         return np.zeros((0, 3)), np.zeros(0)
     places, _ = _places(corners, box, pair[0][0])
     width = _distance(places, first) + _distance(places, second)
-    (axis, upper), a, b = pair[1], first[:, 0], first[:, 1]
-    share, meets = _crossing(a[:, axis] - box[upper, axis], b[:, axis] - box[upper, axis])
-    met = (a + share[:, None] * (b - a))[meets]
+    met = _meets_face(first[:, 0], first[:, 1], box, pair[1])
     if len(met):
         out = PER_WIDTH * width < _distance(places, met)
         places, width = places[out], width[out]
     return places, width
 
 
+def _between_mouth_and_edge(
+    corners: np.ndarray, mouth: np.ndarray, box: np.ndarray, pair: tuple[Face, Face], l_min: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return places (k, 3) on a mouth on the first face, near its edge with the second, and widths (k,).
+
+    corners: the crack near the first face; mouth: that on the second.
+    """
+    face, other = pair
+    segments, row = _cuts(corners, box, face)
+    parts = [densify(segment, STEP * l_min) for segment in segments]
+    steepness = np.repeat(_steepness(corners[row], other[0]), [len(part) for part in parts])
+    met = _meets_face(segments[:, 0], segments[:, 1], box, other)
+    mouth = np.concatenate([mouth.reshape(-1, 3), met])
+    return _slivers(np.concatenate([np.zeros((0, 3)), *parts]), steepness, mouth, box, other)
+
+
+def _under_front(
+    corners: np.ndarray, mouth: np.ndarray, crack: Crack, box: np.ndarray, face: Face, l_min: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return places (k, 3) on fronts near a face, and how near they are (k,); the mouth is that on it."""
+    centres, steepness = _places(corners, box, face[0])
+    if not len(centres):
+        return np.zeros((0, 3)), np.zeros(0)
+    lines = [densify(crack.points[front], STEP * l_min) for front in crack.fronts]
+    met = [_meets_face(line[:-1], line[1:], box, face) for line in lines]
+    mouth = np.concatenate([mouth.reshape(-1, 3), *met])
+    places = np.concatenate([np.zeros((0, 3)), *lines])
+    return _slivers(places, steepness[cKDTree(centres).query(places)[1]], mouth, box, face)
+
+
+def _meets_face(a: np.ndarray, b: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
+    """Return the points (k, 3) in which segments from a to b (n, 3) meet the plane of a face."""
+    axis, upper = face
+    share, meets = _crossing(a[:, axis] - box[upper, axis], b[:, axis] - box[upper, axis])
+    return (a + share[:, None] * (b - a))[meets]
+
+
+def _slivers(
+    places: np.ndarray, steepness: np.ndarray, mouth: np.ndarray, box: np.ndarray, face: Face
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the places (k, 3) that only a sliver parts from a face, and how near they are (k,).
+
+    steepness: sines of the crack's angles to the face; where it is flat the narrow place goes on along it.
+    mouth (k, 3): points of that on the face; where the crack leads to it they make a wedge or a corner.
+    """
+    axis, upper = face
+    width = np.abs(places[:, axis] - box[upper, axis])
+    out = (steepness > STEEP) & ((places >= box[0]) & (places <= box[1])).all(axis=1)
+    if len(mouth):
+        out &= ~_is_wedge(width, steepness * _distance(places, mouth), 0.0)
+    return places[out], width[out]
+
+
+def _is_wedge(width: np.ndarray, straight: np.ndarray, slack: float) -> np.ndarray:
+    """Tell which widths are what a straight crack from the mouth would leave, up to IN_WEDGE."""
+    return (width + slack >= IN_WEDGE[0] * straight) & (width <= IN_WEDGE[1] * straight)
+
+
 def _places(corners: np.ndarray, box: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the triangles' centres (k, 3) in the box, and the sines (k,) of their tilts to a face."""
     centres = corners.mean(axis=1)
     within = ((centres >= box[0]) & (centres <= box[1])).all(axis=1)
-    across = unit_normals(corners[within].reshape(-1, 3), np.arange(3 * within.sum()).reshape(-1, 3))
-    return centres[within], np.sqrt(np.maximum(1 - across[:, axis] ** 2, 0.0))
+    return centres[within], _steepness(corners[within], axis)
+
+
+def _steepness(corners: np.ndarray, axis: int) -> np.ndarray:
+    """Return the sines (k,) of the angles between triangles (k, 3, 3) and the faces across an axis."""
+    across = unit_normals(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    return np.sqrt(np.maximum(1 - across[:, axis] ** 2, 0.0))
 
 
 def _distance(places: np.ndarray, parts: np.ndarray) -> np.ndarray:

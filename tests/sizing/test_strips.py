@@ -7,7 +7,7 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.sizing.sizing import Sizing
-from craftmesh.sizing.strips import PER_WIDTH, strip_lengths
+from craftmesh.sizing.strips import PER_WIDTH, SHORTEST_IN_SLIVERS, strip_lengths
 
 BOX = np.array([[0.0, 0, 0], [40, 40, 20]])
 
@@ -94,9 +94,36 @@ def test_a_crack_that_cuts_off_an_edge_of_the_box_is_a_strip_between_its_mouths(
     strips = found(crack)
     low = strips.points[:, 2] < 6
     assert low.any() and np.allclose(strips.lengths[low], PER_WIDTH * 0.8, rtol=0.3)
-    assert strips.lengths[low].min() >= PER_WIDTH * 0.8 * (1 - 1e-9)
+    # each mouth is nearer to the edge of the box than to the other mouth
+    assert strips.lengths[low].min() >= PER_WIDTH * 0.8 / np.sqrt(2) * (1 - 1e-9)
 
 
 def test_a_corner_of_a_crack_is_no_strip():
     """A plate square to two faces: its mouths meet at an edge of the box at a right angle."""
     assert found(plate([(-1, -1, 9), (14, -1, 9), (14, 14, 9), (-1, 14, 9)], 12, 12)) is None
+
+
+@pytest.mark.parametrize("gap", [0.02, 0.1, 0.15])
+def test_a_front_that_comes_near_a_face_has_edges_of_a_share_of_the_gap(gap):
+    crack = penny(10.0, degrees=90.0, centre=(12.0 + gap, 20.0), radius=12.0)
+    strips = found(crack)
+    near = np.array([[gap, 20.0, 10.0]])
+    # places along the front are 0.2 l_min apart; on a front of radius 12 the next is .0004 farther off
+    assert strips.at(near)[0] == pytest.approx(max(PER_WIDTH * gap, SHORTEST_IN_SLIVERS * 0.5), abs=0.06)
+
+
+@pytest.mark.parametrize("gap", [0.1, 0.3])
+def test_a_mouth_beside_an_edge_of_the_box_has_edges_of_a_share_of_the_gap(gap):
+    """A plane at 45 degrees to two faces that goes from its mouth on y = 0 to a front at y = 9."""
+    crack = plate([(gap - 1, -1, 8), (gap - 1, -1, 12), (gap + 9, 9, 12), (gap + 9, 9, 8)], 20, 40)
+    strips = found(crack)
+    at = strips.at(np.array([[gap, 0.0, z] for z in (9.0, 10.0, 11.0)]))
+    assert at == pytest.approx(np.full(3, PER_WIDTH * gap), abs=0.06)
+    # one that goes on beside the face, at 20 degrees to it, leaves a wedge there and no sliver
+    flat = plate([(gap - 0.36, -1, 8), (gap - 0.36, -1, 12), (gap + 3.3, 9, 12), (gap + 3.3, 9, 8)], 20, 40)
+    beside = found(flat)
+    assert beside is None or beside.lengths.min() >= 0.25
+
+
+def test_a_mouth_that_leads_to_an_edge_makes_a_corner_and_no_sliver():
+    assert found(plate([(-1, -1, 9), (14, -1, 9), (14, 10, 14), (-1, 10, 14)], 12, 12)) is None
