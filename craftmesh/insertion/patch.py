@@ -27,9 +27,10 @@ def triangulate(
 ) -> Planar:
     """Return the constrained Delaunay triangulation of the polygons that segments (k, 2) bound.
 
-    uv (n, 2); loose: points that lie on no segment; those off the polygons are left out, as a corner of the
-    box that the crack touches. Only polygons with is_inside(uv) > 0 count. Every segment inside is an edge,
-    also one that bounds no polygon. Raises CraftmeshError if one is lost.
+    uv (n, 2); loose: points that lie on no segment. Those and segments off the polygons are left out, as a
+    corner of the box that the crack touches, or a bit of a mouth between two crossings of a front that
+    grazes it. Only polygons with is_inside(uv) > 0 count. Every segment inside is an edge, also one that
+    bounds no polygon. Raises CraftmeshError if one is lost.
     """
     lines = shapely.linestrings(uv[segments])
     polygons = shapely.get_parts(shapely.polygonize(lines))
@@ -39,6 +40,7 @@ def triangulate(
     if not len(polygons):
         raise CraftmeshError("the crack's front and traces bound no area; move the crack a little")
     loose = loose[_are_near(uv[loose], polygons)]
+    segments = segments[_are_near(uv[segments].mean(axis=1), polygons)]
     parts = shapely.get_parts(shapely.get_parts(shapely.constrained_delaunay_triangles(polygons)))
     corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
     known = np.unique(np.concatenate([segments.ravel(), loose]))

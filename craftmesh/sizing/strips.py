@@ -34,6 +34,11 @@ SHORTEST_IN_SLIVERS = 0.12
 # The sine of the angle between a crack and the face beside a sliver: flatter ones make a wedge or a strip
 # there. At 18 degrees shorter edges made 60 such tets of 16, at 21 and 23 degrees 11 of 24 and of 15.
 STEEP = 0.34
+# Of the height that its tilt gives a crack at the distance from its mouth: at a corner that a mouth or a
+# front makes with a face only what is narrower is a sliver, as in corners of under 15 degrees.
+AT_CORNER = 0.25
+# Of the box's extent: a place this near a face is on it.
+ROUNDING = 1e-9
 # Places along mouths and fronts are so far apart, in l_min.
 STEP = 0.2
 
@@ -130,8 +135,9 @@ def _over_face(
     width = np.abs(places[:, axis] - box[upper, axis])
     if not len(mouth):
         return places, width
+    straight = steepness * _distance(places, mouth)
     # distances are from points up to l_min apart
-    out = ~_is_wedge(width, steepness * _distance(places, mouth), least)
+    out = (width + least < IN_WEDGE[0] * straight) | (width > IN_WEDGE[1] * straight)
     return places[out], width[out]
 
 
@@ -204,15 +210,14 @@ def _slivers(
     """
     axis, upper = face
     width = np.abs(places[:, axis] - box[upper, axis])
-    out = (steepness > STEEP) & ((places >= box[0]) & (places <= box[1])).all(axis=1)
+    rounding = ROUNDING * np.ptp(box)
+    out = (steepness > STEEP) & ((places >= box[0] - rounding) & (places <= box[1] + rounding)).all(axis=1)
+    out &= width > rounding
+    mouth = np.concatenate([mouth, places[width <= rounding]])
     if len(mouth):
-        out &= ~_is_wedge(width, steepness * _distance(places, mouth), 0.0)
+        straight = steepness * _distance(places, mouth)
+        out &= (width < AT_CORNER * straight) | (width > IN_WEDGE[1] * straight)
     return places[out], width[out]
-
-
-def _is_wedge(width: np.ndarray, straight: np.ndarray, slack: float) -> np.ndarray:
-    """Tell which widths are what a straight crack from the mouth would leave, up to IN_WEDGE."""
-    return (width + slack >= IN_WEDGE[0] * straight) & (width <= IN_WEDGE[1] * straight)
 
 
 def _places(corners: np.ndarray, box: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
