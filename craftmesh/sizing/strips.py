@@ -54,7 +54,9 @@ def strip_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField 
     """
     box = np.asarray(box, float)
     near = {face: _near_face(crack, box, sizing, face) for face in FACES}
-    mouths = {face: _mouth(near[face], box, face) for face in FACES}
+    cuts = {face: _cuts(near[face], box, face) for face in FACES}
+    mouths = {face: cuts[face][0] for face in FACES}
+    fronts = [densify(crack.points[front], STEP * sizing.l_min) for front in crack.fronts]
     found = [_over_face(near[face], mouths[face], box, face, sizing.l_min) for face in FACES]
     found += [
         _between_mouths(near[one], (mouths[one], mouths[other]), box, (one, other))
@@ -62,11 +64,11 @@ def strip_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField 
         if one[0] != other[0]
     ]
     slivers = [
-        _between_mouth_and_edge(near[one], mouths[other], box, (one, other), sizing.l_min)
+        _between_mouth_and_edge(near[one], cuts[one], mouths[other], box, (one, other), sizing.l_min)
         for one, other in permutations(FACES, 2)
         if one[0] != other[0]
     ]
-    slivers += [_under_front(near[face], mouths[face], crack, box, face, sizing.l_min) for face in FACES]
+    slivers += [_under_front(near[face], mouths[face], fronts, box, face) for face in FACES]
     parts = []
     for places, shortest in ((found, SHORTEST), (slivers, SHORTEST_IN_SLIVERS)):
         points, widths = (np.concatenate(columns) for columns in zip(*places))
@@ -97,11 +99,6 @@ def _divided(corners: np.ndarray, slab: np.ndarray, longest: float) -> np.ndarra
         a, b, c = np.take_along_axis(corners[is_long], turned[:, :, None], axis=1).transpose(1, 0, 2)
         middle = (a + b) / 2
         corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
-
-
-def _mouth(corners: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
-    """Return the segments (k, 2, 3) in which triangles (n, 3, 3) cut a face of the box."""
-    return _cuts(corners, box, face)[0]
 
 
 def _cuts(corners: np.ndarray, box: np.ndarray, face: Face) -> tuple[np.ndarray, np.ndarray]:
@@ -164,14 +161,19 @@ def _between_mouths(
 
 
 def _between_mouth_and_edge(
-    corners: np.ndarray, mouth: np.ndarray, box: np.ndarray, pair: tuple[Face, Face], l_min: float
+    corners: np.ndarray,
+    cuts: tuple[np.ndarray, np.ndarray],
+    mouth: np.ndarray,
+    box: np.ndarray,
+    pair: tuple[Face, Face],
+    l_min: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return places (k, 3) on a mouth on the first face, near its edge with the second, and widths (k,).
 
-    corners: the crack near the first face; mouth: that on the second.
+    corners: the crack near the first face, and its `_cuts` there; mouth: that on the second.
     """
-    face, other = pair
-    segments, row = _cuts(corners, box, face)
+    _, other = pair
+    segments, row = cuts
     parts = [densify(segment, STEP * l_min) for segment in segments]
     steepness = np.repeat(_steepness(corners[row], other[0]), [len(part) for part in parts])
     met = _meets_face(segments[:, 0], segments[:, 1], box, other)
@@ -180,16 +182,18 @@ def _between_mouth_and_edge(
 
 
 def _under_front(
-    corners: np.ndarray, mouth: np.ndarray, crack: Crack, box: np.ndarray, face: Face, l_min: float
+    corners: np.ndarray, mouth: np.ndarray, fronts: list[np.ndarray], box: np.ndarray, face: Face
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return places (k, 3) on fronts near a face, and how near they are (k,); the mouth is that on it."""
+    """Return places (k, 3) on fronts near a face, and how near they are (k,); the mouth is that on it.
+
+    fronts: their points (n, 3), close together.
+    """
     centres, steepness = _places(corners, box, face[0])
     if not len(centres):
         return np.zeros((0, 3)), np.zeros(0)
-    lines = [densify(crack.points[front], STEP * l_min) for front in crack.fronts]
-    met = [_meets_face(line[:-1], line[1:], box, face) for line in lines]
+    met = [_meets_face(line[:-1], line[1:], box, face) for line in fronts]
     mouth = np.concatenate([mouth.reshape(-1, 3), *met])
-    places = np.concatenate([np.zeros((0, 3)), *lines])
+    places = np.concatenate([np.zeros((0, 3)), *fronts])
     return _slivers(places, steepness[cKDTree(centres).query(places)[1]], mouth, box, face)
 
 

@@ -12,10 +12,10 @@ from craftmesh.sizing.surface_sizing import LocalSizing
 from craftmesh.surface.measure import side_volumes, volume_drift
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
-from craftmesh.tetrahedra.kernels.tet_faults import OF_FLAT, OF_POOR
-from craftmesh.tetrahedra.kernels.tet_quality import POOR, WHOLE, Aim, all_qualities
+from craftmesh.tetrahedra.kernels.tet_faults import OF_FLAT, OF_POOR, SOUND_FROM
+from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, Aim, all_qualities
 from craftmesh.tetrahedra.kernels.tet_surface_moves import move_nodes
-from craftmesh.tetrahedra.opening_stages import JOINING, STAGES, Stage, is_stretched
+from craftmesh.tetrahedra.opening_stages import JOINING, STAGES, Stage, is_at_fault, is_stretched
 from craftmesh.tetrahedra.optimise_tets import new_state, repaired_tets
 from craftmesh.tetrahedra.poor_tets import poor_tets
 from craftmesh.tetrahedra.surface_contractions import contracted
@@ -55,7 +55,7 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     """
     model = Model(surface, list(grain_tets))
     measures = _measures(model, {}, surface.grains)
-    if not any((is_poor(one) | is_stretched(one)).any() for one in measures.values()):
+    if not any(is_at_fault(one).any() for one in measures.values()):
         return GivenWay(surface, grain_tets)
     before = after = Opening(model, measures, surface.points, freedom(surface))
     for stage in (JOINING, *STAGES):
@@ -215,7 +215,7 @@ def _moved_points(
     rows = np.flatnonzero(near[tets].any(axis=1))
     used, local = np.unique(tets[rows], return_inverse=True)
     state = new_state(points[used], local.reshape(-1, 4))
-    goal = stage.aim or Aim(WHOLE, 2 * POOR)
+    goal = stage.aim or Aim(WHOLE, SOUND_FROM)
     all_qualities(state.points, state.tets, state.counts[TETS], state.quality, goal.measure)
     outer = nodes < len(homes)
     home, steps, part = points[nodes], np.repeat(np.eye(3)[None], len(nodes), axis=0), np.ones(len(nodes))

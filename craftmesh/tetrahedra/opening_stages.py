@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.mesh.poor import is_flat, is_poor
+from craftmesh.tetrahedra.kernels.tet_faults import SOUND_FROM
 from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, WHOLE, Aim
 
 
@@ -51,7 +52,7 @@ MOST_DRIFT = 0.05
 STAGES = (
     Stage(is_flat, REACHES, Aim(FORM, POOR), 0.0),
     Stage(is_poor, REACHES, Aim(FORM, POOR), 1.0),
-    Stage(is_stretched, REACHES, Aim(WHOLE, 2 * POOR), None, MOST_DRIFT),
+    Stage(is_stretched, REACHES, Aim(WHOLE, SOUND_FROM), None, MOST_DRIFT),
     Stage(is_at_fault, REACHES, None, None, MOST_DRIFT),
 )
 # Before any moves: no score is enough but that of nodes that touch, which become one.

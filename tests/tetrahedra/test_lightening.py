@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from test_optimise_tets import assert_is_mesh, boundary, random_ball, try_all
+from test_optimise_tets import assert_is_mesh, boundary, random_ball, random_tet, try_all
 
 from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.poor import is_flat, is_poor
@@ -39,9 +39,7 @@ from craftmesh.tetrahedra.optimise_tets import _result, new_state
 @settings(max_examples=300, deadline=None)
 @given(st.integers(0, 10**6), st.floats(0.02, 1.0))
 def test_weights_tell_flat_poor_stretched_and_sound_tets(seed, flatness):
-    corners = np.random.default_rng(seed).random((4, 3)) * [1, 1, flatness]
-    if tet_volumes(corners, np.array([[0, 1, 2, 3]]))[0] < 0:
-        corners = corners[[0, 2, 1, 3]]
+    corners = random_tet(seed, flatness)
     quality = quality_of(corners, 0, 1, 2, 3, WHOLE)
     assume(quality > 1e-4)
     weight = fault_weight(quality)

@@ -21,14 +21,13 @@ SumAim = namedtuple("SumAim", "measure floor reference")
 
 
 @kernel
-def _sum_of(points, tets, listed, count, aim):
-    """Sum of the terms of the tets listed."""
-    total = 0.0
+def _sum_of(state, listed, count, aim):
+    """Sum of the terms of the tets listed; the state's qualities are by the aim's measure."""
+    tets, total = state.tets, 0.0
     for i in range(count):
         t = listed[i]
-        a, b, c, d = tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3]
-        quality = quality_of(points, a, b, c, d, aim.measure)
-        total += _term(points, (a, b, c, d), quality, aim)
+        corners = (tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3])
+        total += _term(state.points, corners, state.quality[t], aim)
     return total
 
 
@@ -88,7 +87,7 @@ def remove_edge_for_sum(state, t, edge, aim, work):
         return False
     ends = (state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]])
     limit = max(min(worst_of(state.quality, work.ring_tets, count), aim.floor), 0.0)
-    before = _sum_of(state.points, state.tets, work.ring_tets, count, aim)
+    before = _sum_of(state, work.ring_tets, count, aim)
     sound = SumAim(aim.measure, limit, aim.reference)
     least = _best_triangulation(state.points, ends, count, sound, work)
     if least >= INVERTED or least > before - FALL:

@@ -8,7 +8,7 @@ from craftmesh.jit import kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import MAX_FACES, find_star, star_faces, worst_of
 from craftmesh.tetrahedra.kernels.tet_cone import Cone, worst_at
 from craftmesh.tetrahedra.kernels.tet_faults import FALL, faults_at, faults_of
-from craftmesh.tetrahedra.kernels.tet_quality import quality_of
+from craftmesh.tetrahedra.kernels.tet_smoothing import put_at
 
 # The first step of a move in parts of the reach; how steps shrink; rounds.
 FIRST_STEP = 0.5
@@ -65,13 +65,13 @@ def move_nodes(state, nodes, homes, reach, free, valence, aim, lighter, work):
     that they may take; valence (k,): how many tets are round each. The state holds these, linked across
     grain boundaries; a node whose tets do not follow each other over faces stays.
     """
-    points, tets, measure, moved = state.points, state.tets, aim.measure, 0
+    points, moved = state.points, 0
     for i in range(len(nodes)):
         v = nodes[i]
         count = find_star(state, v, work.star)
         if count != valence[i] or count > MAX_FACES:
             continue
-        star_faces(tets, work.star, count, v, work.faces)
+        star_faces(state.tets, work.star, count, v, work.faces)
         if lighter:
             before, enough, least = -faults_of(state, work.star, count), 0.0, FALL
         else:
@@ -83,9 +83,6 @@ def move_nodes(state, nodes, homes, reach, free, valence, aim, lighter, work):
         place, best = _walk(cone, place, homes[i], reach[i], free[i], (before, enough), lighter)
         if best < before + least:
             continue
-        points[v, 0], points[v, 1], points[v, 2] = place
+        put_at(state, v, place, count, aim.measure, work)
         moved += 1
-        for j in range(count):
-            t = work.star[j]
-            state.quality[t] = quality_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], measure)
     return moved
