@@ -7,6 +7,7 @@ import numpy as np
 from craftmesh.insertion.bends import Bends, follow, part
 from craftmesh.insertion.creases import Creases, creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt
+from craftmesh.insertion.front_chain import FrontChain
 from craftmesh.insertion.kink_lines import BENT, lay_kinks
 from craftmesh.insertion.patch import (
     front_chords,
@@ -17,7 +18,6 @@ from craftmesh.insertion.patch import (
     triangulate,
     wall_chords,
 )
-from craftmesh.insertion.pierce import FrontChain
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.patches import held_by_box, patches
 from craftmesh.types import Surface

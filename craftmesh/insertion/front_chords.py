@@ -3,9 +3,10 @@
 import numpy as np
 
 from craftmesh.insertion.cut import CutSurface, SizeAt, edge_lengths, split_edges, trace_edges, with_phi
+from craftmesh.insertion.front_chain import FIDELITY, sagitta
 from craftmesh.insertion.guarded_move import settled
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.pierce import FIDELITY, sagitta, with_front_points
+from craftmesh.insertion.pierce import with_front_points
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
 

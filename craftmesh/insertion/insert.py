@@ -11,6 +11,7 @@ from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.creases import Creases, creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, uncut, with_phi
+from craftmesh.insertion.front_chain import FrontChain, chain, conflicts
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.hidden import split_hidden, split_near
 from craftmesh.insertion.inlay import inlaid
@@ -19,7 +20,7 @@ from craftmesh.insertion.loose_ends import without_loose_ends
 from craftmesh.insertion.moved import moved, unmoved
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.pierce import FrontChain, chain, conflicts, pierce
+from craftmesh.insertion.pierce import pierce
 from craftmesh.insertion.regions import labels_of_regions, regions_of
 from craftmesh.insertion.sheet import Sheet, sheet_of
 from craftmesh.insertion.snap import snap_to_crack

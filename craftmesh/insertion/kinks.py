@@ -7,9 +7,9 @@ import numpy as np
 
 from craftmesh.insertion.creases import Creases
 from craftmesh.insertion.cut import CutSurface, with_phi
+from craftmesh.insertion.front_chain import crossing_at
 from craftmesh.insertion.guarded_move import settled
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.pierce import crossing_at
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.insertion.snap import classes
 from craftmesh.insertion.traces import FARTHEST, GRAZING, OFF, Splits, edges_in_walls, split_traces

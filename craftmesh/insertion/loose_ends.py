@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from craftmesh.insertion.pierce import FrontChain
+from craftmesh.insertion.front_chain import FrontChain
 
 
 def without_loose_ends(front: FrontChain, traces: np.ndarray) -> FrontChain:

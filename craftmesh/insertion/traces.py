@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.insertion.cut import CutSurface, split_edges
+from craftmesh.insertion.front_chain import crossing_at
 from craftmesh.insertion.guarded_move import settled
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.pierce import crossing_at
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.measure import unit_normals

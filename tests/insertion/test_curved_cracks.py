@@ -146,10 +146,16 @@ def test_a_crack_that_also_touches_a_corner_of_the_box_is_inserted():
 
 
 @pytest.mark.parametrize(
-    "height, waves, skew", [(0.51, (1.55, 0.569, 4.871), -0.275), (0.742, (1.737, 0.482, 4.458), -0.411)]
+    "height, waves, skew",
+    [
+        (0.51, (1.55, 0.569, 4.871), -0.275),
+        (0.742, (1.737, 0.482, 4.458), -0.411),
+        (0.815, (1.01, 0.669, 2.34), -0.132),
+        (0.329, (1.399, 0.661, 0.18), -0.352),
+    ],
 )
 def test_a_front_that_leaves_through_a_curved_mouth_ends_there(height, waves, skew):
-    """The mouth's chord in the box plane passes beside the front's end, which once was not found."""
+    """The mouth's chord in the box plane passes beside the front's end, once missed there or met twice."""
     model, _ = structured_box((16, 16, 8), lambda c: np.ones(len(c), int))
     box = np.array([[0.0, 0, 0], [16, 16, 8]])
     crack = crack_from_triangles(*wavy_strip(height, waves, skew), None, box)

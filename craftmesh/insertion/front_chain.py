@@ -1,0 +1,172 @@
+"""The edges of the crack front on a cut surface, from pierce point to pierce point."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from craftmesh.insertion.cut import CutSurface, SizeAt, trace_edges
+from craftmesh.insertion.pierce import END, TOUCHING
+from craftmesh.insertion.sheet import Sheet
+
+SHARPEST = np.radians(60.0)  # a front edge spans at most this much of the front's turning
+INTERVALS = 256  # even steps in which the target size is summed up between two pierce points
+CHORDS = 16  # over those steps, by which the front's turning is measured
+# Of the target size: front edges, and so what slides along them, stay this near the front at the SHARES.
+# 0.02 is promised; with 0.02 here up to 0.0203 was measured between the SHARES.
+FIDELITY = 0.0196
+# Of the target size: front edges are not made shorter for that; enough for 0.8 of it as radius.
+FINEST = 0.35
+# Of an edge, at which its distance from the front is measured.
+SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
+ROUND_DOWN = 0.01  # of an edge: a turning just past a multiple of SHARPEST takes no further edge
+
+
+@dataclass(frozen=True, eq=False)
+class FrontChain:
+    """Front edges (k, 3): two ids and their interval between pierce points; uv (n, 2) of new ids."""
+
+    edges: np.ndarray
+    uv: np.ndarray
+
+
+def chain(
+    surface: CutSurface, sheet: Sheet, along: np.ndarray, target: SizeAt, crowd: np.ndarray
+) -> FrontChain:
+    """Return the front's edges: pierce points in order with nodes at the target size between them.
+
+    along (k, 2): trace edges that are front edges. target(points) -> sizes. crowd: extra halvings of
+    each interval between pierce points, by position in the order of fronts and arcs.
+    """
+    taken = set(map(tuple, np.sort(along, axis=1).tolist()))
+    edges: list[tuple[int, int, int]] = []
+    uv: list[np.ndarray] = []
+    interval = 0
+    for front, closed in enumerate(sheet.rim.closed):
+        nodes = _numbered_nodes(surface, sheet, front, uv)
+        if closed:
+            nodes.append((nodes[0][0], nodes[0][1] + sheet.rim.curves[front][-1, 2]))
+        for (a, start), (b, end) in zip(nodes[:-1], nodes[1:]):
+            inner = np.zeros(0)
+            if (min(a, b), max(a, b)) not in taken:
+                halvings = int(crowd[interval]) if interval < len(crowd) else 0
+                inner = _spread(sheet, front, (start, end), target, halvings)
+            first = len(surface.points) + len(uv)
+            uv.extend(sheet.rim.on_front(front, inner))
+            line = [a, *range(first, first + len(inner)), b]
+            edges.extend((p, q, interval) for p, q in zip(line[:-1], line[1:]))
+            interval += 1
+    return FrontChain(np.array(edges, np.int64).reshape(-1, 3), np.array(uv).reshape(-1, 2))
+
+
+def _numbered_nodes(
+    surface: CutSurface, sheet: Sheet, front: int, uv: list[np.ndarray]
+) -> list[tuple[int, float]]:
+    """Return (id, arc length) of the nodes a front must have; those that are new are added to `uv`."""
+    nodes: list[tuple[int, float]] = []
+    for node, arc, position in _forced_nodes(surface, sheet, front):
+        if node < 0:
+            node = len(surface.points) + len(uv)
+            uv.append(np.array(position))
+        nodes.append((node, arc))
+    return nodes
+
+
+def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int) -> list[tuple[int, float, list[float]]]:
+    """Return id (-1: new), arc and uv of the nodes a front must have: pierce points, ends, corners."""
+    curve, closed = sheet.rim.curves[front], sheet.rim.closed[front]
+    ids = surface.on_front(front)
+    known = surface.arc[ids]
+    size = np.median(surface.size)
+    wanted = _apart(sheet.rim.corners(front), known, TOUCHING * size)
+    if not closed:
+        wanted += _apart(curve[[0, -1], 2], known, END * size)
+    elif not len(wanted) and not len(ids):
+        wanted = [0.0]
+    uv = sheet.uv(surface.points[ids])
+    items = list(zip(ids.tolist(), known.tolist(), uv.tolist()))
+    items += [(-1, w, sheet.rim.on_front(front, np.array([w]))[0].tolist()) for w in wanted]
+    return sorted(items, key=lambda item: item[1])
+
+
+def _apart(wanted: np.ndarray, known: np.ndarray, near: float) -> list[float]:
+    """Return those of the wanted arc lengths that no known one is near."""
+    return [w for w in wanted.tolist() if not len(known) or np.abs(known - w).min() > near]
+
+
+def _spread(
+    sheet: Sheet, front: int, ends: tuple[float, float], target: SizeAt, halvings: int
+) -> np.ndarray:
+    """Return arc lengths between the ends, even in units of the target size, closer where the front bends.
+
+    Edges turn by at most SHARPEST. Turning is seen between chords; half a chord at each end shows none.
+    """
+    samples = np.linspace(ends[0], ends[1], INTERVALS + 1)
+    places = sheet.lift(sheet.rim.on_front(front, samples))
+    size = target(places)
+    bend = _bending(sheet, front, samples, size)
+    plain, total = (_summed(density, samples) for density in (1 / size, bend / size))
+    uv = sheet.uv(places[:: INTERVALS // CHORDS])
+    heading = np.unwrap(np.arctan2(*np.diff(uv, axis=0).T[::-1]))
+    turning = np.abs(np.diff(heading)).sum() * CHORDS / (CHORDS - 1)
+    bends = int(np.ceil(turning / SHARPEST - ROUND_DOWN))
+    count = max(1, int(round(plain[-1])), bends)
+    while True:
+        arcs = np.interp(np.linspace(0, total[-1], count * 2**halvings + 1), total, samples)
+        if count * FINEST >= plain[-1] or _is_true(sheet, front, arcs, target):
+            return arcs[1:-1]
+        count += 1
+
+
+def _summed(density: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Return the integral (n,) of the density (n,) from the first sample to each."""
+    return np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(samples))])
+
+
+def _bending(sheet: Sheet, front: int, samples: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Return by what factor (n,) edges around the arc lengths are to be shorter to stay at the front."""
+    low = np.maximum(samples - size / 2, samples[0])
+    high = np.minimum(samples + size / 2, samples[-1])
+    off = sagitta(sheet, front, low, high)
+    return np.clip(np.sqrt(off / (FIDELITY * size)), 1.0, 1 / FINEST)
+
+
+def _is_true(sheet: Sheet, front: int, arcs: np.ndarray, target: SizeAt) -> bool:
+    """Tell whether the edges between the arc lengths stay within FIDELITY of the front."""
+    off = sagitta(sheet, front, arcs[:-1], arcs[1:])
+    middle = sheet.lift(sheet.rim.on_front(front, (arcs[:-1] + arcs[1:]) / 2))
+    return bool((off <= FIDELITY * target(middle)).all())
+
+
+def sagitta(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return how far (n,) the front is from its chords between the arc lengths start and end (n,)."""
+    a, b = (sheet.lift(sheet.rim.on_front(front, arc)) for arc in (start, end))
+    chord = b - a
+    square = np.maximum(np.einsum("ij,ij->i", chord, chord), np.finfo(float).tiny)
+    most = np.zeros(len(start))
+    for share in SHARES:
+        place = sheet.lift(sheet.rim.on_front(front, start + share * (end - start)))
+        along = np.clip(np.einsum("ij,ij->i", place - a, chord) / square, 0, 1)
+        most = np.maximum(most, np.linalg.norm(a + along[:, None] * chord - place, axis=1))
+    return most
+
+
+def conflicts(edges: np.ndarray, traces: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """Return the intervals whose front edges cross a trace edge in (u, v).
+
+    edges (k, 3) as in FrontChain; traces (j, 2); uv (n, 2) of all points.
+    """
+    if not len(traces):
+        return np.zeros(0, np.int64)
+    tree = shapely.STRtree(shapely.linestrings(uv[edges[:, :2]]))
+    row, hit = tree.query(shapely.linestrings(uv[traces]), "intersects")
+    shared = (edges[hit, :2][:, :, None] == traces[row][:, None, :]).any(axis=(1, 2))
+    return np.unique(edges[hit[~shared], 2])
+
+
+def crossing_at(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> np.ndarray:
+    """Return which of the points `rows` (k,) have trace edges that cross others in (u, v)."""
+    traces = trace_edges(surface)
+    among = np.isin(traces, rows)
+    mine = np.column_stack([traces, np.where(among[:, 1], traces[:, 1], traces[:, 0])])[among.any(axis=1)]
+    return conflicts(mine, traces, sheet.uv(surface.points)) if len(mine) else np.zeros(0, np.int64)
