@@ -33,6 +33,8 @@ SHORTEST = 0.5
 SHORTEST_IN_SLIVERS = 0.12
 # The sine of the angle between a crack and the face beside a sliver: flatter ones make a wedge or a strip
 # there. At 18 degrees shorter edges made 60 such tets of 16, at 21 and 23 degrees 11 of 24 and of 15.
+# So it is within l_min of a mouth: a disc that was steep there, and beyond a kink 10 degrees to the face,
+# had points of its facets out of the box.
 STEEP = 0.34
 # Of the height that its tilt gives a crack at the distance from its mouth: at a corner that a mouth or a
 # front makes with a face only what is narrower is a sliver, as in corners of under 15 degrees.
@@ -175,7 +177,11 @@ def _between_mouth_and_edge(
     _, other = pair
     segments, row = cuts
     parts = [densify(segment, STEP * l_min) for segment in segments]
-    steepness = np.repeat(_steepness(corners[row], other[0]), [len(part) for part in parts])
+    steepness = np.minimum(*(_steepness(corners, axis) for axis, _ in pair))
+    centres = corners.mean(axis=1)
+    near = cKDTree(centres).query_ball_point(centres[row], l_min)
+    least = np.array([steepness[rows].min() for rows in near])
+    steepness = np.repeat(least, [len(part) for part in parts])
     met = _meets_face(segments[:, 0], segments[:, 1], box, other)
     mouth = np.concatenate([mouth.reshape(-1, 3), met])
     return _slivers(np.concatenate([np.zeros((0, 3)), *parts]), steepness, mouth, box, other)
