@@ -19,8 +19,8 @@ from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.volumes import RestoringLimits, restore_volumes
 from craftmesh.types import CRACK, Surface
 
-OFF_FRONT = 0.25  # of the least length: notches were 0.77 off, corners between two discs 0.1
-ROUNDS = 3  # of moving points onto the crack and closing what is in their way
+OFF = 0.25  # of the least length: notches were 0.77 off, corners between two discs 0.1
+ROUNDS = 5  # of moving points onto the crack and closing what is in their way
 LEAST_QUALITY = 0.05  # of facets that the restored volumes may leave; the clip makes some of 0.1
 
 
@@ -35,17 +35,17 @@ def insert_split(
 
     surface, bits (m,): from `remesh_split` for the volume `split`. sizing.at(points) gives the lengths of
     front edges; None: the surface's median edge length. The grains' volumes stay those of `surface`.
-    Raises CraftmeshError where nothing of the crack lies in a grain, and where it ends off its fronts, as
-    where voxels leave a notch in its mouth.
+    Raises CraftmeshError where nothing of the crack lies in a grain, and where it lies off the given one or
+    ends off its fronts, as where voxels leave a notch in its mouth.
     """
     options = options or InsertOptions()
     target = target_of(surface, sizing)
     ends = [look.points[look.fronts.ravel()] if len(look.fronts) else look.points for look in split.sheets]
     least = least_length(np.concatenate(ends), target, sizing)
     cut = _with_bits(surface, bits)
-    off = np.zeros(0, np.int64)
+    off, ways = np.zeros(0, np.int64), np.zeros((0, 3))
     for _ in range(ROUNDS):
-        cut, off = onto_sheets(contracted(cut, off), split.sheets, options)
+        cut, off, ways = onto_sheets(contracted(cut, off, ways), split.sheets, options)
         if not len(off):
             break
     for number, look in enumerate(split.sheets):
@@ -59,8 +59,10 @@ def insert_split(
     volumes = side_volumes(surface.points, surface.facets, surface.sides)
     volumes = {label: volume for label, volume in volumes.items() if label > 0}
     result, report = restore_volumes(result, volumes, RestoringLimits(min_quality=LEAST_QUALITY))
-    _refuse_off_front(result, split, least)
-    return result, numbers_of(result, 0) | {"volumes": report} | _off(result, split)
+    _refuse_off(result, split, least)
+    on_crack = result.points[np.unique(result.facets[result.kind == CRACK])]
+    moved = {"crack_moved_most": float(_off(on_crack, split).max(initial=0.0))}
+    return result, numbers_of(result, 0) | {"volumes": report} | moved
 
 
 def _with_bits(surface: Surface, bits: np.ndarray) -> CutSurface:
@@ -71,23 +73,27 @@ def _with_bits(surface: Surface, bits: np.ndarray) -> CutSurface:
     return replace(uncut(surface), kind=kind, psi=psi, size=local_sizes(surface)[0])
 
 
-def _refuse_off_front(surface: Surface, split: SplitVoxels, least: float) -> None:
-    """Raise where a front edge of the crack is farther than OFF_FRONT off the given fronts."""
-    middles = surface.points[front_edges(surface)].mean(axis=1)
-    if not len(middles):
-        return
-    away = [np.linalg.norm(look.nearest_on_front(middles) - middles, axis=1) for look in split.sheets]
-    off = np.min(away, axis=0)
+def _refuse_off(surface: Surface, split: SplitVoxels, least: float) -> None:
+    """Raise where the crack or a front edge of it is farther than OFF off the given one."""
+    ends = surface.points[front_edges(surface)]
+    places = np.concatenate([ends, ends.mean(axis=1, keepdims=True)], axis=1).reshape(-1, 3)
+    if len(places):
+        away = [np.linalg.norm(look.nearest_on_front(places) - places, axis=1) for look in split.sheets]
+        _refuse_farthest(places, np.min(away, axis=0), least, "ends near {} off its given front")
+    points = surface.points[np.unique(surface.facets[surface.kind == CRACK])]
+    _refuse_farthest(points, _off(points, split), least, "lies near {} off the given one")
+
+
+def _refuse_farthest(places: np.ndarray, off: np.ndarray, least: float, what: str) -> None:
     worst = int(off.argmax())
-    if off[worst] > OFF_FRONT * least:
+    if off[worst] > OFF * least:
         raise CraftmeshError(
-            f"the crack ends near {told(middles[worst])} off its given front: voxels are too coarse for it "
-            "there; move it a little, give finer voxels or insertion cut"
+            f"the crack {what.format(told(places[worst]))}: voxels are too coarse for it there; move it a "
+            "little, give finer voxels or insertion cut"
         )
 
 
-def _off(surface: Surface, split: SplitVoxels) -> dict[str, float]:
-    """Return how far the crack's points are off its sheets at most, in model units."""
-    points = surface.points[np.unique(surface.facets[surface.kind == CRACK])]
-    off = np.min([np.abs(look.look(points).psi) for look in split.sheets], axis=0)
-    return {"crack_moved_most": float(off.max(initial=0.0))}
+def _off(points: np.ndarray, split: SplitVoxels) -> np.ndarray:
+    """Return how far (n,) points are off the nearest sheet."""
+    off: np.ndarray = np.min([np.abs(look.look(points).psi) for look in split.sheets], axis=0)
+    return off

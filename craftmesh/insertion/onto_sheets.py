@@ -28,8 +28,8 @@ WALLS = 3  # at a point, those with the largest area first
 
 def onto_sheets(
     surface: CutSurface, looks: tuple[NearSheet, ...], options: InsertOptions
-) -> tuple[CutSurface, np.ndarray]:
-    """Return the surface with the points of crack facets on their sheets, and the points left behind.
+) -> tuple[CutSurface, np.ndarray, np.ndarray]:
+    """Return the surface with the points of crack facets on their sheets, those left behind and their ways.
 
     Points around go along with them, within what holds them; all stays sound.
     """
@@ -46,7 +46,9 @@ def onto_sheets(
     surface, left = settled(surface, rows[left], targets[left], options)
     targets = targets[np.searchsorted(rows, left)]
     points, moved = guarded_move(surface, left, targets, replace(options, max_turn=180.0), KEPT)
-    return replace(surface, points=points), np.setdiff1d(left, moved)
+    behind = ~np.isin(left, moved)
+    left, ways = left[behind], (targets - points[left])[behind]
+    return replace(surface, points=points), left, ways
 
 
 def _carried(surface: CutSurface, rows: np.ndarray, step: np.ndarray) -> np.ndarray:
