@@ -23,6 +23,7 @@ ALONG_FACE = (
 )
 ALONG_CRACK = 15.0  # degrees between two cracks that run along each other
 NEAR_SHARE = 0.01  # of the crack's area in the box that counts as a part of it
+NEAR_AREA = 2.0  # of l_min squared, four facets: that much counts too
 VOID_ROOM = 1.75  # voxels from voids and the outside within which voxels do not tell where material is
 
 
@@ -181,9 +182,12 @@ def _along_each_other(case: Drawn, l_min: float) -> bool:
     near = near[to_sheet(points[near], first.points[first.triangles], 0.02 * l_min) < FACE_BAND * l_min]
     beside = cKDTree(given).query(points[near])[1]
     cosine = np.abs((normals[near] * its_normals[beside]).sum(axis=1))
-    area = area_within(second.points[second.triangles], np.array([[-np.inf] * 3, [np.inf] * 3]))
     along = (cosine > np.cos(np.radians(ALONG_CRACK))).sum()
-    return bool(along * area / len(points) > l_min**2)
+    return bool(along * _sheet_area(second) / len(points) > l_min**2)
+
+
+def _sheet_area(sheet: Sheet) -> float:
+    return area_within(sheet.points[sheet.triangles], np.array([[-np.inf] * 3, [np.inf] * 3]))
 
 
 def _may_be_refused(case: Drawn, l_min: float) -> str | None:
@@ -199,12 +203,13 @@ def _may_be_refused(case: Drawn, l_min: float) -> str | None:
     if (to_faces < LIGAMENT * l_min).sum(axis=0).max() > LIGAMENT_RUN / FRONT_STEP:
         return "the front runs along a face"
     near_box = ((points >= box[0] - reach) & (points <= box[1] + reach)).all(axis=1)
+    enough = min(NEAR_SHARE * near_box.sum(), NEAR_AREA * l_min**2 / _sheet_area(case.sheet) * len(points))
     for axis in range(3):
         tilt = np.degrees(np.arccos(np.clip(np.abs(normals[:, axis]), 0, 1)))
         for bound in box[:, axis]:
             distance = np.abs(points[:, axis] - bound)
             in_face = near_box & (distance < reach) & (tilt < ALONG_FACE)
-            if in_face.sum() > NEAR_SHARE * near_box.sum():
+            if in_face.sum() > enough:
                 return "in a face"
             if (near_box & (distance < l_min) & (tilt < FACE_TILT)).any():
                 return "tilted to a face by under 3 degrees"

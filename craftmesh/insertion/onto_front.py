@@ -34,7 +34,7 @@ def snap_to_front(
         rows = np.flatnonzero(
             (np.abs(surface.phi) < options.snap_front * surface.size) & (surface.front < 0)
         )
-    if not len(rows):
+    if not len(rows) or not sheet.rim.curves:
         return surface
     junctions, planes = classes(surface)
     size = target(surface.points[rows])

@@ -34,12 +34,15 @@ def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
 
 
 def _touch(surface: CutSurface, sheet: Sheet) -> CutSurface:
-    """Count trace points that nearly touch the front as on it."""
+    """Count trace points that nearly touch the front as on it, and those at the mouth as inside."""
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero((surface.front < 0) & (np.abs(surface.phi) <= TOUCHING * surface.size))
-    at = sheet.uv(surface.points[rows])  # the rim there may be the crack's mouth
+    at = sheet.uv(surface.points[rows])
     foot, _, _ = sheet.rim.nearest_front(at)
-    rows = rows[np.linalg.norm(foot - at, axis=1) <= TOUCHING * surface.size[rows]]
+    on_front = np.linalg.norm(foot - at, axis=1) <= TOUCHING * surface.size[rows]
+    phi = surface.phi.copy()
+    phi[rows[~on_front]] = TOUCHING * surface.size[rows[~on_front]]
+    surface, rows = replace(surface, phi=phi), rows[on_front]
     return with_front_points(surface, sheet, rows) if len(rows) else surface
 
 
@@ -63,8 +66,11 @@ def _first_crossing(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> tup
         return np.zeros(0, np.int64), np.zeros(0)
     at_end = _at_front_end(surface, sheet)[edges]
     row, fraction, at = _rim_crossings(surface, sheet, edges, at_end)
-    reach = np.where(at_end[row].any(axis=1), TOUCHING, _end_reach(sheet)) * surface.size[edges[row, 0]]
-    on_front = np.linalg.norm(sheet.rim.nearest_front(at)[0] - at, axis=1) <= reach
+    size = surface.size[edges[row, 0]]
+    off = np.linalg.norm(sheet.rim.nearest_front(at)[0] - at, axis=1)
+    # where an edge meets the front or starts at its end, what it meets past the end is no front
+    meets = np.isin(row, row[off <= TOUCHING * size]) | at_end[row].any(axis=1)
+    on_front = off <= np.where(meets, TOUCHING, _end_reach(sheet)) * size
     row, fraction = row[on_front], fraction[on_front]
     beside, share = _past_front_ends(surface, sheet, edges, row)
     row, fraction = np.concatenate([row, beside]), np.concatenate([fraction, share])

@@ -1,5 +1,7 @@
 """Curved cracks: facets near the given surface, none in or through a boundary, contacts made."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from given_cracks import over_grid, wavy_disc
@@ -13,7 +15,11 @@ from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.growth.grow import grow
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
+from craftmesh.insertion.creases import creases_of
+from craftmesh.insertion.cut import uncut
 from craftmesh.insertion.insert import insert_crack
+from craftmesh.insertion.onto_front import snap_to_front
+from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import sheet_of
 from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.surface.check_surface import check_surface
@@ -166,6 +172,31 @@ def test_a_front_that_leaves_through_a_curved_mouth_ends_there(height, waves, sk
     ends = surface.points[ends[count == 1]]
     assert len(ends) == len(given)
     assert np.linalg.norm(ends[:, None] - given, axis=2).min(axis=1).max() < 0.02 * 0.5
+
+
+def test_a_crack_that_stops_just_short_of_an_edge_of_the_box_reaches_it():
+    """Its side is 1e-6 off y = 16 at z = 8, and on it from 0.02 lower: neither front nor mouth was there."""
+    model, _ = structured_box((16, 16, 8), lambda c: np.ones(len(c), int))
+    box = np.array([[0.0, 0, 0], [16, 16, 8]])
+    z, share = np.meshgrid(np.linspace(3, 9, 20), np.linspace(0, 1, 12), indexing="ij")
+    y = 6 + share * (10 - 1e-6 * (z - 7.98) / 0.02)
+    crack = crack_from_triangles(*over_grid(np.full(z.shape, 8.3), y, z), None, box)
+    surface, report = insert_crack(model, crack, sizing_about(crack, 0.5))
+    assert check_surface(surface) == []
+    assert report["crack_area"] == pytest.approx(50.0, rel=1e-6)
+
+
+def test_points_near_the_rim_of_a_crack_without_a_front_stay():
+    """It severs the box: its rim is its mouth, pushed out of the box."""
+    model, _ = structured_box((16, 16, 8), lambda c: np.ones(len(c), int))
+    box = np.array([[0.0, 0, 0], [16, 16, 8]])
+    x, y = np.meshgrid(np.linspace(-1, 17, 30), np.linspace(-1, 17, 30), indexing="ij")
+    crack = crack_from_triangles(*over_grid(x, y, 4.1 + 0.02 * (x - 8) ** 2), None, box)
+    sheet = sheet_of(crack, box)
+    cut = replace(uncut(model), phi=np.zeros(len(model.points)), size=np.ones(len(model.points)))
+    assert not sheet.rim.curves
+    creases, options = creases_of(sheet, 0.5), InsertOptions()
+    assert snap_to_front(cut, sheet, creases, lambda places: np.ones(len(places)), options) is cut
 
 
 @pytest.mark.parametrize("kink", [25.0, 45.0])
