@@ -49,7 +49,7 @@ def _in_the_way(surface: CutSurface, on_crack: np.ndarray, off: np.ndarray, ways
     """Return the edges (k, 2) from points off the crack to points of no crack that lie in their way."""
     way = np.zeros_like(surface.points)
     way[off] = ways
-    is_off = way.any(axis=1)
+    is_off = np.any(way != 0, axis=1)
     edges, _, _ = unique_edges(surface.facets[is_off[surface.facets].any(axis=1)])
     edges = np.concatenate([edges, edges[:, ::-1]])
     edges = edges[is_off[edges[:, 0]] & ~on_crack[edges[:, 1]]]

@@ -155,8 +155,13 @@ def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:
     phi[crossing] = sheet.rim.inside(sheet.uv(points))
     length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
     margin = 0.5 * length[of_corner].max(axis=1) + BEYOND * surface.size[surface.facets[near]].max(axis=1)
+    on = np.unique(surface.facets[near])
+    on = on[surface.psi[on] == 0]
+    at = np.full(len(surface.points), -np.inf)
+    at[on] = sheet.rim.inside(sheet.uv(surface.points[on]))
+    reached = (phi[of_corner].max(axis=1) > -margin) | (at[surface.facets[near]].max(axis=1) > 0)
     wanted = np.zeros(len(edges), bool)
-    wanted[of_corner[(phi[of_corner].max(axis=1) > -margin)]] = True
+    wanted[of_corner[reached]] = True
     chosen = wanted[crossing]
     size = surface.size[edges[crossing]]
     size = size[:, 0] + fraction * (size[:, 1] - size[:, 0])

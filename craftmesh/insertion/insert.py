@@ -1,7 +1,6 @@
 """Insert a crack into a conformal surface: cut along the crack, triangulate it, name its grains."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from craftmesh.cracks.sheets import heights_of, sheets
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.creases import Creases, creases_of
-from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, uncut, with_phi
+from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
 from craftmesh.insertion.front_chain import FrontChain, chain, conflicts
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.hidden import split_hidden, split_near
@@ -18,6 +17,7 @@ from craftmesh.insertion.inlay import inlaid
 from craftmesh.insertion.kinks import kink_traces
 from craftmesh.insertion.loose_ends import without_loose_ends
 from craftmesh.insertion.moved import moved, unmoved
+from craftmesh.insertion.offsets import local_sizes, prepared
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import pierce
@@ -28,7 +28,7 @@ from craftmesh.insertion.traces import follow_traces
 from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.sizing.sizing import Sizing
-from craftmesh.surface.connectivity import compact, unique_edges
+from craftmesh.surface.connectivity import compact
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
@@ -46,8 +46,6 @@ COUNTED = (
     "boundary_facets_moved",
 )
 BULGES = 3  # rounds in which edges are split that a curved crack bulges through
-NEAR = 3  # longest edges: only points this near the crack get an offset from it
-ON = 1e-9  # of the local size: points this near the crack are on it
 
 
 def insert_crack(
@@ -107,7 +105,7 @@ def _with_part(
 ) -> tuple[Surface, dict[str, int | float]]:
     """Return the surface with a part of a crack in it; least: the least length on the crack's fronts."""
     sheet = sheet_of(crack, surface.box)
-    cut, shortest = _prepared(surface, sheet), least
+    cut, shortest = prepared(surface, sheet, least), least
     for _ in range(ATTEMPTS):
         result, numbers = _inserted(cut, sheet, target, least, options, progress)
         pairs = crack_intersections(result)
@@ -173,29 +171,6 @@ def crack_intersections(surface: Surface) -> np.ndarray:
     return pairs[crack[pairs].any(axis=1)]
 
 
-def _prepared(surface: Surface, sheet: Sheet) -> CutSurface:
-    """Return the surface with psi near the crack, exactly 0 where a point counts as on it."""
-    uv = sheet.uv(surface.points)
-    size, longest = local_sizes(surface)
-    reach = NEAR * longest
-    u0, v0, u1, v1 = sheet.rim.domain.bounds
-    height = (surface.points - sheet.origin) @ sheet.frame[2]
-    lowest, highest = sheet.height.min() - 2 * reach, sheet.height.max() + 2 * reach
-    near = (uv >= [u0 - reach, v0 - reach]).all(axis=1) & (uv <= [u1 + reach, v1 + reach]).all(axis=1)
-    rows = np.flatnonzero(near & (height >= lowest) & (height <= highest))
-    psi = np.full(len(surface.points), np.nan)
-    psi[rows] = sheet.offset(surface.points[rows])
-    psi[rows[np.abs(psi[rows]) <= ON * size[rows]]] = 0.0
-    return replace(uncut(surface), psi=psi, size=size)
-
-
-def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:
-    """Return the mean length (n,) of the edges at each point, and the longest edge's."""
-    edges, _, _ = unique_edges(surface.facets)
-    length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
-    return _mean_at_points(edges, length, len(surface.points)), float(length.max())
-
-
 def _cut(
     cut: CutSurface, sheet: Sheet, creases: Creases, least: float, options: InsertOptions
 ) -> CutSurface:
@@ -212,14 +187,6 @@ def _cut(
     cut = with_phi(cut_along(cut, sheet), sheet)
     cut = with_phi(kink_traces(cut, sheet, creases, least, options), sheet)
     return with_phi(follow_traces(cut, sheet, least, options), sheet)
-
-
-def _mean_at_points(edges: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    total, number = (
-        np.bincount(edges[:, 0], weights, count) + np.bincount(edges[:, 1], weights, count)
-        for weights in (values, None)
-    )
-    return total / np.maximum(number, 1)
 
 
 def target_of(surface: Surface, sizing: Lengths | None) -> SizeAt:

@@ -9,7 +9,8 @@ from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.clip import clipped, halved_facets, halved_fronts
 from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import CutSurface, uncut
-from craftmesh.insertion.insert import least_length, local_sizes, numbers_of, target_of
+from craftmesh.insertion.insert import least_length, numbers_of, target_of
+from craftmesh.insertion.offsets import local_sizes
 from craftmesh.insertion.onto_sheets import onto_sheets
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.sizing.lengths import Lengths

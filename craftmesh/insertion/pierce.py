@@ -34,16 +34,27 @@ def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
 
 
 def _touch(surface: CutSurface, sheet: Sheet) -> CutSurface:
-    """Count trace points that nearly touch the front as on it, and those at the mouth as inside."""
+    """Count trace points that nearly touch the front as on it, and those at the mouth as inside.
+
+    Those that touch what was pushed out of the box just past the end of a front are at that end.
+    """
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero((surface.front < 0) & (np.abs(surface.phi) <= TOUCHING * surface.size))
-    at = sheet.uv(surface.points[rows])
-    foot, _, _ = sheet.rim.nearest_front(at)
-    on_front = np.linalg.norm(foot - at, axis=1) <= TOUCHING * surface.size[rows]
+    at, size = sheet.uv(surface.points[rows]), surface.size[rows]
+    foot, number, arc = sheet.rim.nearest_front(at)
+    reach = np.where(_is_end(sheet, number, arc, TOUCHING * size), END, TOUCHING) * size
+    on_front = np.linalg.norm(foot - at, axis=1) <= reach
     phi = surface.phi.copy()
-    phi[rows[~on_front]] = TOUCHING * surface.size[rows[~on_front]]
+    phi[rows[~on_front]] = TOUCHING * size[~on_front]
     surface, rows = replace(surface, phi=phi), rows[on_front]
     return with_front_points(surface, sheet, rows) if len(rows) else surface
+
+
+def _is_end(sheet: Sheet, front: np.ndarray, arc: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Tell which arc lengths (k,) on fronts (k,), -1 for none, are within `near` (k,) of an end."""
+    open_to = np.array([np.inf if c else a[-1, 2] for a, c in zip(sheet.rim.curves, sheet.rim.closed)])
+    length = np.append(open_to, np.inf)[front]
+    return np.isfinite(length) & (np.minimum(arc, length - arc) <= near)
 
 
 def with_front_points(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> CutSurface:
@@ -139,12 +150,7 @@ def _rim_crossings(
 
 def _at_front_end(surface: CutSurface, sheet: Sheet) -> np.ndarray:
     """Tell which points (n,) count as the end of an open front."""
-    result = np.zeros(len(surface.points), bool)
-    for front in np.flatnonzero(~np.array(sheet.rim.closed, bool)).tolist():
-        ids = surface.on_front(front)
-        arc, reach = surface.arc[ids], _end_reach(sheet) * surface.size[ids]
-        result[ids] = np.minimum(arc, sheet.rim.curves[front][-1, 2] - arc) <= reach
-    return result
+    return _is_end(sheet, surface.front, surface.arc, _end_reach(sheet) * surface.size)
 
 
 def _split_at_front(

@@ -175,7 +175,7 @@ def test_a_front_that_leaves_through_a_curved_mouth_ends_there(height, waves, sk
 
 
 def test_a_crack_that_stops_just_short_of_an_edge_of_the_box_reaches_it():
-    """Its side is 1e-6 off y = 16 at z = 8, and on it from 0.02 lower: neither front nor mouth was there."""
+    """Its side is 1e-6 off y = 16 at z = 8, and on it 0.02 lower: neither front nor mouth was there."""
     model, _ = structured_box((16, 16, 8), lambda c: np.ones(len(c), int))
     box = np.array([[0.0, 0, 0], [16, 16, 8]])
     z, share = np.meshgrid(np.linspace(3, 9, 20), np.linspace(0, 1, 12), indexing="ij")

@@ -1,5 +1,7 @@
 """The crack in the surface: conformal, on its own surface, grains and volumes as they were."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from given_cracks import wavy_disc
@@ -293,3 +295,35 @@ def test_a_triple_line_that_grazes_the_crack_leaves_no_slivers(slope):
     # Measured: 8.8 degrees at facets split along the front; 0.5 where the line's points stay off the crack.
     assert facet_angles(cut.points, cut.facets).min() > 8
     assert check_surface(cut) == []
+
+
+@pytest.mark.parametrize("seed", [32, 107, 293])
+def test_long_facets_with_a_corner_on_the_crack_are_cut(seed):
+    """The corner is just inside the front, and the trace from it leaves the facet far outside."""
+    rng, stretch = np.random.default_rng(seed), np.array([4.0, 1.0, 1.0])
+    model, _ = structured_box((8, 8, 4), lambda c: np.where(c[:, 0] < 4, 1, 2))
+    model = replace(model, points=model.points * stretch)
+    corner = rng.integers([2, 2, 1], [7, 7, 4]) * stretch
+    normal, away = rng.normal(size=(2, 3))
+    normal /= np.linalg.norm(normal)
+    away -= away @ normal * normal
+    radius = rng.uniform(0.8, 3)
+    centre = corner + away / np.linalg.norm(away) * (radius - rng.uniform(0.05, 0.4))
+    options = CrackOptions(centre=tuple(centre), normal=tuple(normal), radius=radius)
+    crack = prescribed_crack(options, 0, model.box)
+    sources = np.concatenate([densify(crack.points[front], 0.3) for front in crack.fronts])
+    surface, _ = insert_crack(model, crack, Sizing(0.6, 1.0, 2.0, 4.0, 8.0, 1.0, sources))
+    assert check_surface(surface) == []
+
+
+def test_a_crack_that_nearly_passes_an_edge_of_the_box_passes_it():
+    """A penny along an edge, 0 to 0.01 l_min from it: the strips beside its mouth would be as narrow."""
+    model, _ = structured_box((16, 16, 16), lambda c: np.ones(len(c), int))
+    options = CrackOptions(centre=(16.001, 16.0, 8.0), normal=(0.957, -0.291, 0.0006), radius=6.0)
+    crack = prescribed_crack(options, 0, model.box)
+    sources = np.concatenate([densify(crack.points[front], 0.1) for front in crack.fronts])
+    surface, _ = insert_crack(model, crack, Sizing(0.5, 1.0, 2.0, 4.0, 8.0, 1.0, sources))
+    assert check_surface(surface) == []
+    assert facet_angles(surface.points, surface.facets).min() > 20.0  # 0.02 beside the edge before
+    nodes = surface.points[np.unique(surface.facets[surface.kind == CRACK])]
+    assert np.abs(sheet_of(crack, model.box).offset(nodes)).max() < 0.015 * 0.5
