@@ -1,5 +1,6 @@
 """Crack facets of a split volume's surface clipped at the crack's fronts, and halved where too coarse."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,8 +9,8 @@ from scipy.spatial import cKDTree
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.cracks.split_voxels import first_sheet
 from craftmesh.insertion.cut import CutSurface, SizeAt, split_edges
-from craftmesh.insertion.guarded_move import guarded_move, settled
-from craftmesh.insertion.onto_sheets import bits_of, is_of, plain
+from craftmesh.insertion.guarded_move import forced, guarded_move, settled
+from craftmesh.insertion.onto_sheets import bits_of, is_of, places_on_sheets, plain
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import ears
@@ -26,6 +27,8 @@ SHORTEST = 0.3  # of the target length: no edge is halved into shorter ones
 # with feet there this far apart, is the sheet's end. Where fronts cross the other sheet feet are together.
 SEAM, ALONG = 0.8, 0.7
 HALVINGS = 5  # rounds of either
+
+PlaceOf = Callable[[CutSurface, np.ndarray], np.ndarray]  # places (k, 3) of a surface's points (k,)
 
 
 def clipped(surface: CutSurface, number: int, look: NearSheet, options: InsertOptions) -> CutSurface:
@@ -177,8 +180,26 @@ def halved_fronts(
         off &= length > 2 * SHORTEST * wished
         if not off.any():
             break
-        surface = _halved(surface, edges[off], place[off], options, 0.0)
+        surface = _halved(surface, edges[off], _in_planes_of(place[off]), options, 0.0)
     return surface
+
+
+def _in_planes_of(places: np.ndarray) -> PlaceOf:
+    """Return what gives points their places (k, 3), in the planes of the box that hold them."""
+
+    def in_planes(surface: CutSurface, rows: np.ndarray) -> np.ndarray:
+        return np.where(held_by_box(plain(surface))[rows], surface.points[rows], places)
+
+    return in_planes
+
+
+def _on_sheet(look: NearSheet) -> PlaceOf:
+    """Return what gives points their places on a sheet, in the planes of the box that hold them."""
+
+    def on_sheet(surface: CutSurface, rows: np.ndarray) -> np.ndarray:
+        return places_on_sheets(surface, (look,), rows, np.ones((len(rows), 1), bool), False)
+
+    return on_sheet
 
 
 def _at_corners(surface: CutSurface, look: NearSheet, options: InsertOptions) -> CutSurface:
@@ -200,17 +221,16 @@ def _front(surface: CutSurface) -> np.ndarray:
 
 
 def _halved(
-    surface: CutSurface, edges: np.ndarray, places: np.ndarray, options: InsertOptions, phi: float
+    surface: CutSurface, edges: np.ndarray, place_of: PlaceOf, options: InsertOptions, phi: float
 ) -> CutSurface:
-    """Return the surface with edges (k, 2) halved and the middles at places (k, 3) where that is sound."""
+    """Return the surface with edges (k, 2) halved and the middles at their places where that is sound."""
     count = len(surface.points)
-    box = held_by_box(plain(surface))
-    middle = surface.points[edges].mean(axis=1)
-    places = np.where(box[edges].all(axis=1), middle, places)
-    surface = split_edges(surface, edges, middle, surface.size[edges].mean(axis=1))
+    surface = split_edges(
+        surface, edges, surface.points[edges].mean(axis=1), surface.size[edges].mean(axis=1)
+    )
     rows = count + np.arange(len(edges))
     surface.phi[rows] = phi
-    return settled(surface, rows, places, options)[0]
+    return forced(surface, rows, place_of(surface, rows), options)[0]
 
 
 def halved_facets(
@@ -238,8 +258,5 @@ def halved_facets(
         off |= np.isin(edges @ stride, ears(facets, at_front) @ stride)
         if not off.any():
             break
-        near = look.look(middle[off])
-        surface = _halved(
-            surface, edges[off], middle[off] - near.psi[:, None] * near.normal, options, np.nan
-        )
+        surface = _halved(surface, edges[off], _on_sheet(look), options, np.nan)
     return surface

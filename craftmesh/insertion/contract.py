@@ -13,17 +13,17 @@ from craftmesh.types import CRACK
 
 SHORT = 0.35  # of the local size: edges of crack facets below are contracted
 LONG = 0.8  # of the local size: the same at points that are off the crack
-AHEAD = np.cos(np.radians(75.0))  # a point within this angle of the way to the crack is in it
 SLIVER = 12.0  # degrees: a facet with a smaller angle may turn in any way, for its normal says little
 TURN = np.cos(np.radians(60.0))  # other facets turn by less
 LEAST_ANGLE = 2.0  # degrees: a contraction leaves no facet below this, unless one was worse
 
 
-def contracted(surface: CutSurface, off: np.ndarray, ways: np.ndarray) -> CutSurface:
+def contracted(surface: CutSurface, off: np.ndarray, ways: np.ndarray, ahead: float = 0.0) -> CutSurface:
     """Return the surface without its short edges of crack facets, as far as it stays sound.
 
     off (k,): points that could not be moved onto the crack by ways (k, 3). Their edges of crack facets
-    count as short up to LONG, and so do their edges to points that lie in their way.
+    count as short up to LONG, and so do their edges to points that lie in their way, up to `ahead` degrees
+    beside it.
 
     An edge goes to one of its ends: where both boundaries keep to their planes of the box, the one on more
     patches first. Closed grains stay closed.
@@ -31,7 +31,7 @@ def contracted(surface: CutSurface, off: np.ndarray, ways: np.ndarray) -> CutSur
     on_crack = np.zeros(len(surface.points), bool)
     on_crack[surface.facets[surface.kind >= CRACK]] = True
     edges, _, _ = unique_edges(surface.facets[surface.kind >= CRACK])
-    edges = np.concatenate([edges, _in_the_way(surface, on_crack, off, ways)])
+    edges = np.concatenate([edges, _in_the_way(surface, on_crack, off, ways, ahead)])
     near = on_crack.copy()
     near[edges] = True
     star = _Stars(surface, near)
@@ -45,17 +45,20 @@ def contracted(surface: CutSurface, off: np.ndarray, ways: np.ndarray) -> CutSur
     return replace(surface, facets=star.facets[alive], sides=surface.sides[alive], kind=surface.kind[alive])
 
 
-def _in_the_way(surface: CutSurface, on_crack: np.ndarray, off: np.ndarray, ways: np.ndarray) -> np.ndarray:
-    """Return the edges (k, 2) from points off the crack to points of no crack that lie in their way."""
+def _in_the_way(
+    surface: CutSurface, on_crack: np.ndarray, off: np.ndarray, ways: np.ndarray, ahead: float
+) -> np.ndarray:
+    """Return the edges (k, 2) from points off the crack to points of no crack in their way."""
     way = np.zeros_like(surface.points)
     way[off] = ways
     is_off = np.any(way != 0, axis=1)
     edges, _, _ = unique_edges(surface.facets[is_off[surface.facets].any(axis=1)])
     edges = np.concatenate([edges, edges[:, ::-1]])
     edges = edges[is_off[edges[:, 0]] & ~on_crack[edges[:, 1]]]
-    step, ahead = surface.points[edges[:, 1]] - surface.points[edges[:, 0]], way[edges[:, 0]]
-    cosine = np.einsum("ij,ij->i", step, ahead)
-    return edges[cosine > AHEAD * np.linalg.norm(step, axis=1) * np.linalg.norm(ahead, axis=1)]
+    step, along = surface.points[edges[:, 1]] - surface.points[edges[:, 0]], way[edges[:, 0]]
+    length = np.linalg.norm(step, axis=1) * np.linalg.norm(along, axis=1)
+    cosine = np.einsum("ij,ij->i", step, along) / length
+    return edges[np.degrees(np.arccos(np.clip(cosine, -1, 1))) < ahead]
 
 
 class _Stars:

@@ -22,6 +22,10 @@ from craftmesh.types import CRACK, Surface
 
 OFF = 0.25  # of the least length: notches were 0.77 off, corners between two discs 0.1
 ROUNDS = 5  # of moving points onto the crack and closing what is in their way
+# Degrees beside the way of a point that cannot move: edges to points there are closed too. No one serves
+# all, so the next is tried where points are left. Two random cracks 0.18 l_min off with the first came in
+# with the second or the third; one that the first serves stayed 0.37 off with the second.
+CLOSINGS = (0.0, 75.0, 181.0)
 LEAST_QUALITY = 0.05  # of facets that the restored volumes may leave; the clip makes some of 0.1
 
 
@@ -44,11 +48,7 @@ def insert_split(
     ends = [look.points[look.fronts.ravel()] if len(look.fronts) else look.points for look in split.sheets]
     least = least_length(np.concatenate(ends), target, sizing)
     cut = _with_bits(surface, bits)
-    off, ways = np.zeros(0, np.int64), np.zeros((0, 3))
-    for _ in range(ROUNDS):
-        cut, off, ways = onto_sheets(contracted(cut, off, ways), split.sheets, options)
-        if not len(off):
-            break
+    cut = _on_crack(cut, split, options)
     for number, look in enumerate(split.sheets):
         cut = clipped(cut, number, look, options)
         cut = halved_fronts(cut, look, target, options)
@@ -64,6 +64,28 @@ def insert_split(
     on_crack = result.points[np.unique(result.facets[result.kind == CRACK])]
     moved = {"crack_moved_most": float(_off(on_crack, split).max(initial=0.0))}
     return result, numbers_of(result, 0) | {"volumes": report} | moved
+
+
+def _on_crack(cut: CutSurface, split: SplitVoxels, options: InsertOptions) -> CutSurface:
+    """Return the surface with the crack's points on it, those inside its fronts as near as they will go."""
+    nowhere = np.zeros(0, np.int64), np.zeros((0, 3))
+    begun = onto_sheets(contracted(cut, *nowhere), split.sheets, options)
+    best, least = begun[0], np.inf
+    for ahead in CLOSINGS:
+        now, off, ways = begun
+        for _ in range(1, ROUNDS):
+            if not len(off):
+                break
+            now, off, ways = onto_sheets(contracted(now, off, ways, ahead), split.sheets, options)
+        inside = np.zeros(len(off), bool)
+        for look in split.sheets:
+            inside |= look.look(now.points[off]).phi > 0
+        farthest = np.linalg.norm(ways[inside], axis=1).max(initial=0.0)
+        if farthest < least:
+            best, least = now, farthest
+        if farthest == 0:
+            break
+    return best
 
 
 def _with_bits(surface: Surface, bits: np.ndarray) -> CutSurface:

@@ -8,7 +8,7 @@ from scipy.sparse import csr_array
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.cracks.split_voxels import first_sheet
 from craftmesh.insertion.cut import CutSurface
-from craftmesh.insertion.guarded_move import guarded_move, settled
+from craftmesh.insertion.guarded_move import forced, guarded_move
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import area_vectors
@@ -19,7 +19,6 @@ RINGS = 3  # of points around that go along
 # Of the way that is left, round after round, and whether points keep to their walls on it.
 SHARES = ((1.0, True), (0.5, True), (1.0, True), (1.0, False), (0.5, False), (1.0, False))
 LEAST_STEP = 1e-9  # of the local size
-KEPT = 0.1  # of its least angle, that a facet keeps in the last round, in which it may turn: a narrow strip
 STEPS = 6  # of Newton towards the places on curved sheets
 LEAST = 0.3  # singular value below which a wall lies along a sheet and does not hold the point
 FARTHEST = 3.0  # times as far as the sheet is: a point held by walls goes no farther
@@ -43,12 +42,8 @@ def onto_sheets(
         points, _ = guarded_move(surface, movers, surface.points[movers] + carried[movers], options)
         surface = replace(surface, points=points)
     left = np.linalg.norm(targets - surface.points[rows], axis=1) > LEAST_STEP * surface.size[rows]
-    surface, left = settled(surface, rows[left], targets[left], options)
-    targets = targets[np.searchsorted(rows, left)]
-    points, moved = guarded_move(surface, left, targets, replace(options, max_turn=180.0), KEPT)
-    behind = ~np.isin(left, moved)
-    left, ways = left[behind], (targets - points[left])[behind]
-    return replace(surface, points=points), left, ways
+    surface, left = forced(surface, rows[left], targets[left], options)
+    return surface, left, targets[np.searchsorted(rows, left)] - surface.points[left]
 
 
 def _carried(surface: CutSurface, rows: np.ndarray, step: np.ndarray) -> np.ndarray:
