@@ -77,15 +77,18 @@ def _on_crack(cut: CutSurface, split: SplitVoxels, options: InsertOptions) -> Cu
             if not len(off):
                 break
             now, off, ways = onto_sheets(contracted(now, off, ways, ahead), split.sheets, options)
-        inside = np.zeros(len(off), bool)
-        for look in split.sheets:
-            inside |= look.look(now.points[off]).phi > 0
-        farthest = np.linalg.norm(ways[inside], axis=1).max(initial=0.0)
+        farthest = _farthest_inside(now.points[off], ways, split) if len(off) else 0.0
         if farthest < least:
             best, least = now, farthest
         if farthest == 0:
             break
     return best
+
+
+def _farthest_inside(points: np.ndarray, ways: np.ndarray, split: SplitVoxels) -> float:
+    """Return the length of the longest of the ways (k, 3) of points (k, 3) inside a sheet's fronts."""
+    inside = np.any([look.look(points).phi > 0 for look in split.sheets], axis=0)
+    return float(np.linalg.norm(ways[inside], axis=1).max(initial=0.0))
 
 
 def _with_bits(surface: Surface, bits: np.ndarray) -> CutSurface:
