@@ -37,13 +37,14 @@ class AlongFace(NamedTuple):
 
 
 def refuse_along_faces(crack: Crack, box: np.ndarray, l_min: float) -> None:
-    """Raise CraftmeshError where the crack or its front runs along a face of the box (2, 3).
+    """Raise CraftmeshError where the crack, its front, or all of it runs along faces of the box (2, 3).
 
     l_min in model units.
     """
     found = along_faces(crack, box, l_min)
     if not found:
         _refuse_fronts(crack, np.asarray(box, float), l_min)
+        _refuse_slivers(crack, np.asarray(box, float), l_min)
         return
     part = max(found, key=lambda one: one.area)
     if part.least <= ON_FACE * l_min:
@@ -81,6 +82,18 @@ def _refuse_fronts(crack: Crack, box: np.ndarray, l_min: float) -> None:
                     f"{LIGAMENT * l_min:.3g}: move the front inward by {LIGAMENT * l_min - least:.3g}, or "
                     "past the face, where the crack then ends"
                 )
+
+
+def _refuse_slivers(crack: Crack, box: np.ndarray, l_min: float) -> None:
+    """Raise CraftmeshError where no place of the crack is NEAR l_min from all faces, as along an edge."""
+    corners = crack.points[crack.triangles]
+    inner = box + NEAR * l_min * np.array([[1.0], [-1.0]])
+    if (inner[0] < inner[1]).all() and is_in(corners, box) and not is_in(corners, inner):
+        raise CraftmeshError(
+            f"the crack cuts only a sliver off the box: all of it in there, an area of "
+            f"{area_within(crack, box):.3g}, lies nearer than 0.2 l_min to a face, which is "
+            f"{NEAR * l_min:.3g}; expected one that reaches deeper: move it inward or give a shorter l_min"
+        )
 
 
 def along_faces(crack: Crack, box: np.ndarray, l_min: float) -> list[AlongFace]:

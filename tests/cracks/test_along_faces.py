@@ -142,3 +142,16 @@ def test_a_crack_that_cuts_next_to_nothing_off_a_corner_of_the_box_lies_outside(
     with pytest.raises(CraftmeshError, match="outside the box"):
         crack_from_triangles(points, np.array([[0, 1, 2]]), None, BOX)
     assert len(crack_from_triangles(points + 0.1, np.array([[0, 1, 2]]), None, BOX).triangles)
+
+
+@pytest.mark.parametrize("depth", [0.05, 0.15, 0.25])
+def test_a_crack_that_cuts_off_less_than_a_fifth_of_l_min_along_an_edge_is_refused(depth):
+    # across the edge x = z = 0: its middle is deepest, at the same distance from both faces
+    place = depth * L_MIN
+    options = CrackOptions(centre=(place, 10.0, place), normal=(1.0, 0.0, 1.0), radius=5.0)
+    crack = prescribed_crack(options, 0, BOX)
+    if depth < 0.2:
+        with pytest.raises(CraftmeshError, match="cuts only a sliver off the box.*nearer than 0.2 l_min"):
+            refuse_along_faces(crack, BOX, L_MIN)
+    else:
+        refuse_along_faces(crack, BOX, L_MIN)

@@ -132,3 +132,17 @@ def test_a_crack_of_another_surface_is_no_inlay_and_faults_are_told():
         crack_of(("3to7",))
     with pytest.raises(CraftmeshError, match="hold nothing of the boundaries 4-5"):
         crack_of(("4-5",), centre=(99.0, 0, 0), radius=1.0)
+
+
+@pytest.mark.parametrize("radius", np.linspace(2.0, 5.0, 13).tolist())
+def test_a_sphere_that_crosses_edges_near_their_ends_leaves_no_short_ones(radius):
+    crack = crack_of(BRANCHING, centre=CENTRE, radius=radius)
+    assert check_crack(crack) == []
+    given = {tuple(point): row for row, point in enumerate(SURFACE.points.tolist())}
+    known = np.array([given.get(tuple(point), -1) for point in crack.points.tolist()])
+    edges = np.unique(np.sort(crack.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+    corners = np.sort(SURFACE.facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    least = np.linalg.norm(SURFACE.points[corners[:, 1]] - SURFACE.points[corners[:, 0]], axis=1).min()
+    new = (known[edges] < 0).sum(axis=1) == 1
+    length = np.linalg.norm(crack.points[edges[new, 1]] - crack.points[edges[new, 0]], axis=1)
+    assert length.min() > 0.1 * least  # 0.017 of it where every crossing is a point
