@@ -44,6 +44,13 @@ def fault_weight(quality):
 
 
 @kernel
+def weigh_all(quality, weight):
+    """Write what tets of the qualities by WHOLE weigh."""
+    for t in range(len(quality)):
+        weight[t] = fault_weight(quality[t])
+
+
+@kernel
 def faults_of(state, listed, count):
     """Return what the tets listed weigh; the state's qualities are by WHOLE."""
     total = 0.0
