@@ -90,10 +90,12 @@ def run_inside(seed: int, target: Path, trial: Trial) -> None:
     row: dict = {"seed": seed, "words": case.words, **case.kinds, "l_min": case.sizes.l_min}
     row["sizes"] = [getattr(case.sizes, key) for key in ("l_min", "l0", "l_max", "r0", "r1", "gradation")]
     target.write_text(json.dumps(row))
+    # of its facets a crack in boundaries is made, whatever way others come in
+    insertion = "cut" if case.kinds["crack"] == "boundaries" else trial.insertion
     if trial.keep is not None:
-        print("\n".join(write_inputs(case, trial.keep, trial.insertion)), flush=True)
+        print("\n".join(write_inputs(case, trial.keep, insertion)), flush=True)
     with tempfile.TemporaryDirectory() as scratch:
-        made = run_chain(case, trial.keep or Path(scratch), trial.insertion)
+        made = run_chain(case, trial.keep or Path(scratch), insertion)
         row |= checked(case, made)
         if made.deck is not None and trial.judged:
             row |= judge(made.deck)

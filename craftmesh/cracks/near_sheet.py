@@ -5,13 +5,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.kernels.distances import ROUNDING, nearest_facets, nearest_on_edges
 from craftmesh.surface.measure import facet_angles, unit_normals
 from craftmesh.types import Crack
 
 ON = 1e-7  # of a triangle's weights: a foot this near an edge or a corner of it counts as there
 CORNER = np.cos(np.radians(20.0))  # fronts that turn by more at a point have a corner there
+# Degrees: a sheet has a kink at edges at which it turns by more than FOLD, or by more than KINK and ALONE
+# times as much as at those beside.
+KINK, FOLD, ALONE = 15.0, 45.0, 2.0
 ON_PLANE = 1e-7  # share of the box's diagonal within which a point counts as on a plane of the box
 
 
@@ -50,6 +53,7 @@ class NearSheet:
         self.ends_at = np.zeros(len(self.points), bool)
         self.ends_at[edges[self.ends]] = True
         self.of_facet = unit_normals(self.points, self.triangles)
+        self.kinks = self._kinks(edges, count)
         self.of_edge = np.zeros((len(edges), 3))
         self.of_point = np.zeros((len(self.points), 3))
         angle = np.radians(facet_angles(self.points, self.triangles))
@@ -63,6 +67,20 @@ class NearSheet:
         planes = np.concatenate([np.abs(self.points - corner) <= near for corner in box], axis=1)
         on_box: np.ndarray = planes[edges].all(axis=1).any(axis=1)
         return on_box
+
+    def _kinks(self, edges: np.ndarray, count: np.ndarray) -> np.ndarray:
+        """Return the edges (k, 2) at which the sheet has a kink; it is one sheet, that branches nowhere."""
+        inner = count == 2
+        sides = edge_sides(self.of_corner, inner)
+        turn = np.zeros(len(edges))
+        cosine = np.einsum("ij,ij->i", *(self.of_facet[side // 3] for side in sides))
+        turn[inner] = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+        beside = np.zeros(inner.sum())
+        for side in sides:
+            for k in (1, 2):
+                beside = np.maximum(beside, turn[self.of_corner[side // 3, (side + k) % 3]])
+        alone = (turn[inner] > KINK) & (turn[inner] > ALONE * beside)
+        return edges[inner][alone | (turn[inner] > FOLD)]
 
     def look(self, places: np.ndarray) -> Near:
         """Return what the sheet is to places (n, 3), at least one."""

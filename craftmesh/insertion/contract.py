@@ -18,8 +18,10 @@ TURN = np.cos(np.radians(60.0))  # other facets turn by less
 LEAST_ANGLE = 2.0  # degrees: a contraction leaves no facet below this, unless one was worse
 
 
-def contracted(surface: CutSurface, off: np.ndarray, ways: np.ndarray, ahead: float = 0.0) -> CutSurface:
-    """Return the surface without its short edges of crack facets, as far as it stays sound.
+def contracted(
+    surface: CutSurface, off: np.ndarray, ways: np.ndarray, ahead: float = 0.0, short: float = SHORT
+) -> CutSurface:
+    """Return the surface without edges of crack facets under `short` sizes, as far as it stays sound.
 
     off (k,): points that could not be moved onto the crack by ways (k, 3). Their edges of crack facets
     count as short up to LONG, and so do their edges to points that lie in their way, up to `ahead` degrees
@@ -36,9 +38,9 @@ def contracted(surface: CutSurface, off: np.ndarray, ways: np.ndarray, ahead: fl
     near[edges] = True
     star = _Stars(surface, near)
     length = np.linalg.norm(np.diff(surface.points[edges], axis=1)[:, 0], axis=1)
-    limit = np.where(np.isin(edges, off).any(axis=1), LONG, SHORT)
-    short = length < limit * surface.size[edges].min(axis=1)
-    for v, w in edges[short][np.argsort(length[short], kind="stable")].tolist():
+    limit = np.where(np.isin(edges, off).any(axis=1), LONG, short)
+    is_short = length < limit * surface.size[edges].min(axis=1)
+    for v, w in edges[is_short][np.argsort(length[is_short], kind="stable")].tolist():
         ends = sorted(((v, w), (w, v)), key=lambda pair: (star.rank(pair[1]), -pair[1]), reverse=True)
         any(star.contract(gone, kept) for gone, kept in ends)
     alive = star.alive

@@ -11,6 +11,7 @@ from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import CutSurface, uncut
 from craftmesh.insertion.insert import least_length, numbers_of, target_of
 from craftmesh.insertion.offsets import local_sizes
+from craftmesh.insertion.onto_kinks import onto_kinks
 from craftmesh.insertion.onto_sheets import onto_sheets
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.sizing.lengths import Lengths
@@ -52,6 +53,7 @@ def insert_split(
     for number, look in enumerate(split.sheets):
         cut = clipped(cut, number, look, options)
         cut = halved_fronts(cut, look, target, options)
+        cut = onto_kinks(cut, number, look, options)
         cut = halved_facets(cut, number, look, least, options)
     if not (cut.kind >= CRACK).any():
         raise CraftmeshError("the crack lies in no grain; expected a crack within the material: move it")

@@ -35,15 +35,22 @@ def onto_sheets(
     rows, on = points_of_sheets(surface, len(looks))
     for share, in_walls in SHARES:
         targets = places_on_sheets(surface, looks, rows, on, in_walls)
-        step = np.zeros_like(surface.points)
-        step[rows] = share * (targets - surface.points[rows])
-        carried = _carried(surface, rows, step)
-        movers = np.flatnonzero(np.linalg.norm(carried, axis=1) > LEAST_STEP * surface.size)
-        points, _ = guarded_move(surface, movers, surface.points[movers] + carried[movers], options)
-        surface = replace(surface, points=points)
+        surface = carried_along(surface, rows, share * (targets - surface.points[rows]), options)
     left = np.linalg.norm(targets - surface.points[rows], axis=1) > LEAST_STEP * surface.size[rows]
     surface, left = forced(surface, rows[left], targets[left], options)
     return surface, left, targets[np.searchsorted(rows, left)] - surface.points[left]
+
+
+def carried_along(
+    surface: CutSurface, rows: np.ndarray, steps: np.ndarray, options: InsertOptions
+) -> CutSurface:
+    """Return the surface with points `rows` moved by steps (k, 3), and those around along with them."""
+    step = np.zeros_like(surface.points)
+    step[rows] = steps
+    carried = _carried(surface, rows, step)
+    movers = np.flatnonzero(np.linalg.norm(carried, axis=1) > LEAST_STEP * surface.size)
+    points, _ = guarded_move(surface, movers, surface.points[movers] + carried[movers], options)
+    return replace(surface, points=points)
 
 
 def _carried(surface: CutSurface, rows: np.ndarray, step: np.ndarray) -> np.ndarray:

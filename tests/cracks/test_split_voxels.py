@@ -27,7 +27,8 @@ def in_plane(places):
 def test_voxels_near_the_crack_are_told_by_sides_and_others_are_not():
     split = split_along(VOXELS, PENNY)
     assert (split.label[split.labels] == VOXELS.labels).all()
-    places = np.stack(np.indices((14, 14, 14)), axis=-1).reshape(-1, 3) + 0.5
+    index = np.stack(np.indices((14, 14, 14)), axis=-1).reshape(-1, 3)
+    places = np.where(index == 0, 0.0, np.where(index == 13, 14.0, index + 0.5))  # at faces what is there
     side = split.side[split.labels.ravel(), 0]
     height, out = in_plane(places)
     distance = np.hypot(height, np.maximum(out - RADIUS, 0))
