@@ -79,7 +79,7 @@ def _moved(surface: CutSurface, rows: np.ndarray, look: NearSheet, options: Inse
     surface, left = forced(surface, rows, targets, options)
     on_sheet = places_on_sheets(surface, (look,), left, np.ones((len(left), 1), bool), False)
     surface, left = forced(surface, left, on_sheet, options)
-    return contracted(surface, left, np.ones((len(left), 3)), short=0.0) if len(left) else surface
+    return contracted(surface, left, np.zeros((len(left), 3)), short=0.0) if len(left) else surface
 
 
 def _on_kinks(surface: CutSurface, rows: np.ndarray, places: np.ndarray, look: NearSheet) -> np.ndarray:
