@@ -1,16 +1,20 @@
 """Crack facets of a split volume's surface with edges along the kinks of the true crack."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import CutSurface, split_edges
-from craftmesh.insertion.guarded_move import forced, settled
+from craftmesh.insertion.guarded_move import LEAST_ANGLE, forced, settled
 from craftmesh.insertion.onto_sheets import carried_along, is_of, places_on_sheets, plain
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.measure import facet_angles, meets_box
 from craftmesh.surface.patches import held_by_box
 from craftmesh.types import CRACK
 
@@ -41,11 +45,47 @@ def onto_kinks(surface: CutSurface, number: int, look: NearSheet, options: Inser
     near = (away < NEAR * surface.size[rows]) & (away > ON * surface.size[rows])
     surface, _ = settled(surface, rows[near], targets[near], options)
     for _ in range(ROUNDS):
+        edges, _ = _across(surface, number, look)
+        surface = _swapped(surface, edges, number, look)
         edges, share = _across(surface, number, look)
         if not len(edges):
             break
         surface = _parted(surface, edges, share, look, options)
     return surface
+
+
+def _swapped(surface: CutSurface, edges: np.ndarray, number: int, look: NearSheet) -> CutSurface:
+    """Return the surface with edges (k, 2) across a kink swapped for those between two points on it."""
+    facets, mine = surface.facets.copy(), is_of(surface, number)
+    changed = np.zeros(len(facets), bool)
+    for a, b in edges.tolist():
+        rows = np.flatnonzero((facets == a).any(axis=1) & (facets == b).any(axis=1))
+        if len(rows) != 2 or not mine[rows].all() or changed[rows].any():
+            continue
+        first, second = rows
+        if (surface.sides[first] != surface.sides[second]).any():
+            continue
+        c, d = (int(facets[row][~np.isin(facets[row], (a, b))][0]) for row in rows)
+        off = nearest_on_edges(surface.points[[c, d]], look.points, look.kinks) - surface.points[[c, d]]
+        known = (facets == c).any(axis=1) & (facets == d).any(axis=1)
+        if known.any() or (np.linalg.norm(off, axis=1) > ON * surface.size[[c, d]]).any():
+            continue
+        after = np.stack([np.where(facets[first] == a, d, facets[first]), facets[second]])
+        after[1][after[1] == b] = c
+        if _sound(surface.points, facets, rows, after):
+            facets[rows] = after
+            changed[rows] = True
+    return replace(surface, facets=facets)
+
+
+def _sound(points: np.ndarray, facets: np.ndarray, rows: np.ndarray, after: np.ndarray) -> bool:
+    """Tell whether facets `rows` may become `after` (k, 3): no needles, none through another facet."""
+    if (facet_angles(points, after).min(axis=1) < LEAST_ANGLE).any():
+        return False
+    corners = points[after]
+    reach = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
+    others = np.setdiff1d(np.flatnonzero(meets_box(points[facets], reach)), rows)
+    return not len(intersecting_pairs(points, np.concatenate([after, facets[others]])))
 
 
 def _parted(
