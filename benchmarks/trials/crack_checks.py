@@ -202,9 +202,6 @@ def _may_be_refused(case: Drawn, l_min: float) -> str | None:
     to_faces = np.minimum(inside - box[0], box[1] - inside)
     if (to_faces < LIGAMENT * l_min).sum(axis=0).max() > LIGAMENT_RUN / FRONT_STEP:
         return "the front runs along a face"
-    within = points[((points >= box[0]) & (points <= box[1])).all(axis=1)]
-    if (np.minimum(within - box[0], box[1] - within).min(axis=1) < reach).all():
-        return "a sliver at an edge"
     near_box = ((points >= box[0] - reach) & (points <= box[1] + reach)).all(axis=1)
     enough = min(NEAR_SHARE * near_box.sum(), NEAR_AREA * l_min**2 / _sheet_area(case.sheet) * len(points))
     for axis in range(3):
@@ -216,4 +213,6 @@ def _may_be_refused(case: Drawn, l_min: float) -> str | None:
                 return "in a face"
             if (near_box & (distance < l_min) & (tilt < FACE_TILT)).any():
                 return "tilted to a face by under 3 degrees"
-    return None
+    within = points[((points >= box[0]) & (points <= box[1])).all(axis=1)]
+    near = (np.minimum(within - box[0], box[1] - within).min(axis=1) < reach).all()
+    return "a sliver at an edge" if near else None

@@ -91,5 +91,5 @@ def _crack_faults(row: dict) -> dict[str, str]:
 
 
 def _area_allowed(row: dict) -> float:
-    """Return the percentage of its area by which a crack may be off."""
-    return max(AREA, 100 * LEAST_AREA * row["l_min"] ** 2 / row["area_given"])
+    """Return the percentage of its area by which a crack may be off; rows without l_min have no least."""
+    return max(AREA, 100 * LEAST_AREA * row.get("l_min", 0.0) ** 2 / row["area_given"])

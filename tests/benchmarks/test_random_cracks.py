@@ -187,6 +187,7 @@ def penny_case(centre, normal, radius: float = 3.0) -> drawing.Drawn:
         ((6, 6, 0.1), (0, 0, 1), "in a face"),
         ((6, 6, 0.6), (0, 0.04, 1), "tilted to a face by under 3 degrees"),
         ((6, 6, 30), (0, 0, 1), "outside the material"),
+        ((0.06, 6, 0.06), (1, 0, 1), "a sliver at an edge"),
     ],
 )
 def test_refusals_are_right_outside_and_in_faces_alone(centre, normal, right):
@@ -219,6 +220,10 @@ def test_a_plain_penny_is_without_fault_and_each_fault_is_found(meshed):
     sound = row_of(case, made, deck)
     assert verdict.faults_of(sound) == {}
     assert sound["front_edges"] > 8 and sound["drift_mean_pct"] < 2
+
+    less = sound | {"area_off_pct": 0.9, "l_min": 0.7}  # 0.02 l_min squared are 0.0098
+    assert verdict.faults_of(less | {"area_given": 1.0, "area": 0.991}) == {}
+    assert list(verdict.faults_of(less | {"area_given": 10.0, "area": 9.91})) == ["area"]
 
     nodes = np.unique(crack_checks.front_edges(deck))
     moved = deck.points.copy()
