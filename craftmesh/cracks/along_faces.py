@@ -41,10 +41,11 @@ def refuse_along_faces(crack: Crack, box: np.ndarray, l_min: float) -> None:
 
     l_min in model units.
     """
+    box = np.asarray(box, float)
     found = along_faces(crack, box, l_min)
     if not found:
-        _refuse_fronts(crack, np.asarray(box, float), l_min)
-        _refuse_slivers(crack, np.asarray(box, float), l_min)
+        _refuse_fronts(crack, box, l_min)
+        _refuse_slivers(crack, box, l_min)
         return
     part = max(found, key=lambda one: one.area)
     if part.least <= ON_FACE * l_min:

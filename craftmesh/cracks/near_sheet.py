@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.surface.connectivity import edge_sides, unique_edges
+from craftmesh.surface.connectivity import beside_edges, edge_sides, unique_edges
 from craftmesh.surface.kernels.distances import ROUNDING, nearest_facets, nearest_on_edges
 from craftmesh.surface.measure import facet_angles, unit_normals
 from craftmesh.types import Crack
@@ -75,10 +75,8 @@ class NearSheet:
         turn = np.zeros(len(edges))
         cosine = np.einsum("ij,ij->i", *(self.of_facet[side // 3] for side in sides))
         turn[inner] = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-        beside = np.zeros(inner.sum())
-        for side in sides:
-            for k in (1, 2):
-                beside = np.maximum(beside, turn[self.of_corner[side // 3, (side + k) % 3]])
+        around = turn[self.of_corner]
+        beside = np.concatenate([beside_edges(around, side) for side in sides], axis=1).max(axis=1)
         alone = (turn[inner] > KINK) & (turn[inner] > ALONE * beside)
         return edges[inner][alone | (turn[inner] > FOLD)]
 

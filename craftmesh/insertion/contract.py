@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from craftmesh.insertion.cut import CutSurface
+from craftmesh.insertion.guarded_move import meet_others
 from craftmesh.surface.connectivity import unique_edges
-from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, facet_angles, meets_box
+from craftmesh.surface.measure import area_vectors, facet_angles
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import CRACK
 
@@ -128,8 +128,5 @@ class _Stars:
         turned = (np.einsum("ij,ij->i", old, new) < TURN * length) & (was > SLIVER)
         if turned.any() or (now < np.minimum(LEAST_ANGLE, was)).any():
             return False
-        corner = points[after]
-        reach = np.stack([corner.min(axis=(0, 1)), corner.max(axis=(0, 1))])
         others = self.band[self.alive[self.band] & ~np.isin(self.band, [*rows.tolist(), *both])]
-        others = others[meets_box(points[self.facets[others]], reach)]
-        return not len(intersecting_pairs(points, np.concatenate([after, self.facets[others]])))
+        return not meet_others(points, after, self.facets[others])

@@ -7,7 +7,7 @@ import shapely
 
 from craftmesh.insertion.rim import feet_on_segments
 from craftmesh.insertion.sheet import Sheet
-from craftmesh.surface.connectivity import edge_sides, unique_edges
+from craftmesh.surface.connectivity import beside_edges, edge_sides, unique_edges
 from craftmesh.surface.measure import area_vectors
 
 SHARP = np.radians(2.5)  # edges at which the crack turns by less are no creases
@@ -55,16 +55,12 @@ def creases_of(sheet: Sheet, apart: float | None = None, turn_by: float = SHARP)
     turn[inner] = np.arccos(np.clip(cosine, -1, 1))
     chosen = turn > turn_by
     if apart is not None:
-        beside = np.concatenate([_others(turn[of_corner], side) for side in (f, g)], axis=1).max(axis=1)
+        beside = np.concatenate([beside_edges(turn[of_corner], side) for side in (f, g)], axis=1).max(
+            axis=1
+        )
         length = np.linalg.norm(np.diff(points[edges[inner]], axis=1)[:, 0], axis=1)
         height = 2 * np.minimum(size[f // 3], size[g // 3]) / length
         chosen[inner] &= (turn[inner] > ALONE * beside) | (height > apart)
     segments = sheet.nodes[edges[chosen]]
     ends = sheet.origin + points[edges[chosen]] @ sheet.frame
     return Creases(segments, ends, shapely.STRtree(shapely.linestrings(segments)))
-
-
-def _others(values: np.ndarray, side: np.ndarray) -> np.ndarray:
-    """Return, of values (m, 3) at triangles' edges, those (k, 2) beside the edges `side`, 3 t + i each."""
-    t, i = side // 3, side % 3
-    return np.stack([values[t, (i + 1) % 3], values[t, (i + 2) % 3]], axis=1)

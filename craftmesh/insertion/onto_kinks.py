@@ -8,13 +8,12 @@ from scipy.spatial import cKDTree
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import CutSurface, split_edges
-from craftmesh.insertion.guarded_move import LEAST_ANGLE, forced, settled
+from craftmesh.insertion.guarded_move import LEAST_ANGLE, forced, meet_others, settled
 from craftmesh.insertion.onto_sheets import carried_along, is_of, places_on_sheets, plain
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
-from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import facet_angles, meets_box
+from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.patches import held_by_box
 from craftmesh.types import CRACK
 
@@ -40,14 +39,16 @@ def onto_kinks(surface: CutSurface, number: int, look: NearSheet, options: Inser
         return surface
     rows = np.unique(surface.facets[is_of(surface, number)])
     rows = rows[surface.phi[rows] != 0]
-    targets = _on_kinks(surface, rows, surface.points[rows], look)
+    targets = _on_kinks(surface, rows, look)
     away = np.linalg.norm(targets - surface.points[rows], axis=1)
     near = (away < NEAR * surface.size[rows]) & (away > ON * surface.size[rows])
     surface, _ = settled(surface, rows[near], targets[near], options)
     for _ in range(ROUNDS):
-        edges, _ = _across(surface, number, look)
-        surface = _swapped(surface, edges, number, look)
         edges, share = _across(surface, number, look)
+        swapped = _swapped(surface, edges, number, look)
+        if swapped is not surface:
+            surface = swapped
+            edges, share = _across(surface, number, look)
         if not len(edges):
             break
         surface = _parted(surface, edges, share, look, options)
@@ -75,17 +76,14 @@ def _swapped(surface: CutSurface, edges: np.ndarray, number: int, look: NearShee
         if _sound(surface.points, facets, rows, after):
             facets[rows] = after
             changed[rows] = True
-    return replace(surface, facets=facets)
+    return replace(surface, facets=facets) if changed.any() else surface
 
 
 def _sound(points: np.ndarray, facets: np.ndarray, rows: np.ndarray, after: np.ndarray) -> bool:
     """Tell whether facets `rows` may become `after` (k, 3): no needles, none through another facet."""
     if (facet_angles(points, after).min(axis=1) < LEAST_ANGLE).any():
         return False
-    corners = points[after]
-    reach = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
-    others = np.setdiff1d(np.flatnonzero(meets_box(points[facets], reach)), rows)
-    return not len(intersecting_pairs(points, np.concatenate([after, facets[others]])))
+    return not meet_others(points, after, np.delete(facets, rows, axis=0))
 
 
 def _parted(
@@ -108,7 +106,7 @@ def _moved(surface: CutSurface, rows: np.ndarray, look: NearSheet, options: Inse
 
     Points that cannot get there go onto the sheet, or become one of those beside them.
     """
-    targets = _on_kinks(surface, rows, surface.points[rows], look)
+    targets = _on_kinks(surface, rows, look)
     known = np.isfinite(targets).all(axis=1)
     rows, targets = rows[known], targets[known]
     on_crack = np.unique(surface.facets[surface.kind >= CRACK])
@@ -122,12 +120,13 @@ def _moved(surface: CutSurface, rows: np.ndarray, look: NearSheet, options: Inse
     return contracted(surface, left, np.zeros((len(left), 3)), short=0.0) if len(left) else surface
 
 
-def _on_kinks(surface: CutSurface, rows: np.ndarray, places: np.ndarray, look: NearSheet) -> np.ndarray:
-    """Return the places on kinks (k, 3) nearest to those of points; within their plane of the box.
+def _on_kinks(surface: CutSurface, rows: np.ndarray, look: NearSheet) -> np.ndarray:
+    """Return the places on kinks (k, 3) nearest to points (k,); within their plane of the box.
 
     Infinity for points on several planes, and where no kink meets the plane.
     """
-    result = nearest_on_edges(np.ascontiguousarray(places), look.points, look.kinks)
+    places = surface.points[rows]
+    result = nearest_on_edges(places, look.points, look.kinks)
     held = held_by_box(plain(surface))[rows]
     result[held.sum(axis=1) > 1] = np.inf
     start, end = look.points[look.kinks[:, 0]], look.points[look.kinks[:, 1]]

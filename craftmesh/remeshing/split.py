@@ -46,41 +46,53 @@ def _drawn(raw: Surface, bits: np.ndarray, split: SplitVoxels) -> Callable[[np.n
     """Return what draws points (n, 3), in voxels, of crack facets to their sheets, in the box's planes."""
     box, given = held_by_box(raw), split.given
     of_sheet = [np.unique(raw.facets[first_sheet(bits) == number]) for number in range(len(split.sheets))]
+    on_kinks = [_on_kinks(look, given) for look in split.sheets]
 
     def drawn(points: np.ndarray) -> np.ndarray:
         points = points.copy()
-        for rows, look in zip(of_sheet, split.sheets):
+        for rows, look, kinks in zip(of_sheet, split.sheets, on_kinks):
             if len(rows):
                 places = given.origin + given.spacing * points[rows]
-                points[rows] += DRAWN * _ways(places, box[rows], look, given) / given.spacing
+                points[rows] += (
+                    DRAWN
+                    * _ways(places, box[rows], look, kinks, TO_KINK * given.spacing.max())
+                    / given.spacing
+                )
         return points
 
     return drawn
 
 
-def _ways(places: np.ndarray, held: np.ndarray, look: NearSheet, given: Voxels) -> np.ndarray:
+def _ways(
+    places: np.ndarray, held: np.ndarray, look: NearSheet, on_kinks: np.ndarray, reach: float
+) -> np.ndarray:
     """Return the ways (n, 3) from places to a sheet, or to a kink of it, in the box planes that hold them.
 
-    held (n, 3) bool: across which axes a plane of the box does.
+    held (n, 3) bool: across which axes a plane of the box does. Of the places within `reach` of points of
+    kinks (k, 3) the nearest to each goes there.
     """
     near = look.look(places)
     ahead = np.where(held, 0.0, near.normal)
     square = np.maximum(np.einsum("ij,ij->i", ahead, ahead), STEEP)
     ways = -(near.psi / square)[:, None] * ahead
-    nearest, to_kinks = _to_kinks(places, look, given)
+    nearest, to_kinks = _to_kinks(places, on_kinks, reach)
     ways[nearest] = np.where(held[nearest], 0.0, to_kinks)
     return ways
 
 
-def _to_kinks(places: np.ndarray, look: NearSheet, given: Voxels) -> tuple[np.ndarray, np.ndarray]:
-    """Return which of places (n, 3) is the nearest to a point of a kink, and its way (k, 3) to that."""
-    width = given.spacing.max()
+def _on_kinks(look: NearSheet, given: Voxels) -> np.ndarray:
+    """Return points (k, 3) along the kinks of a sheet in the volume's box."""
     ends = look.points[look.kinks]
     ends = ends[meets_box(ends, given.box)]
-    if not len(ends):
+    step = ALONG_KINK * given.spacing.max()
+    return np.concatenate([np.zeros((0, 3)), *(densify(one, step) for one in ends)])
+
+
+def _to_kinks(places: np.ndarray, on_kinks: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return which of places (n, 3) is the nearest to a point of a kink, and its way (k, 3) to that."""
+    if not len(on_kinks):
         return np.zeros(0, np.int64), np.zeros((0, 3))
-    on_kinks = np.concatenate([densify(one, ALONG_KINK * width) for one in ends])
-    away, vertex = cKDTree(places).query(on_kinks, distance_upper_bound=TO_KINK * width)
+    away, vertex = cKDTree(places).query(on_kinks, distance_upper_bound=reach)
     order = np.lexsort((away, vertex))
     order = order[np.isfinite(away[order])]
     vertex, first = np.unique(vertex[order], return_index=True)
