@@ -27,7 +27,7 @@ def parser() -> argparse.ArgumentParser:
     flags.add_argument("--only", type=int, nargs="+", metavar="SEED", help="only these seeds of the range")
     flags.add_argument("--kind", choices=KINDS, help="draw this kind of crack alone")
     flags.add_argument(
-        "--insertion", choices=("cut", "voxel"), default="cut", help="the way the cracks come in"
+        "--insertion", choices=("cut", "voxel"), help="the way all cracks come in; else a fifth by voxels"
     )
     flags.add_argument(
         "--keep", type=Path, metavar="FOLDER", help="keep the one seed's inputs and every stage's file"

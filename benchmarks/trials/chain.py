@@ -17,7 +17,7 @@ from craftmesh.deck.write_deck import DeckOptions, write_deck
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.gradation.gradate import gradate
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.insert_split import insert_split
+from craftmesh.insertion.insert_split import insert_by_voxels
 from craftmesh.io.vtk import write_crack, write_surface, write_tets
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.remeshing.split import remesh_split
@@ -43,6 +43,7 @@ class Made:
     stage: str = "remesh"
     refusal: str | None = None
     warnings: tuple[str, ...] = ()
+    cut_instead: bool = False
 
 
 def run_chain(case: Drawn, folder: Path, insertion: str = "cut", crack: Crack | None = None) -> Made:
@@ -71,7 +72,8 @@ def _run(case: Drawn, folder: Path, made: Made, insertion: str, crack: Crack | N
     else:
         split = split_along(case.voxels, crack)
         halves, bits, _ = remesh_split(split)
-        made.inserted, report = insert_split(halves, bits, split, sizing)
+        made.inserted, report = insert_by_voxels(surface, crack, (halves, bits), split, sizing)
+        made.cut_instead = "cut_instead" in report
     write_surface(folder / "surface.vtp", made.inserted)
     (folder / "stitch.json").write_text(json.dumps(report, default=_plain))
     made.stage = "gradate"

@@ -18,6 +18,7 @@ TETS_PER_LENGTH = 10.0  # tetrahedra of edge l in a volume l^3
 RAISED = 1.1  # l_min and l0 grow by this until the mesh is small enough
 FINEST = 60  # triangles from the middle of a sheet to its rim at most
 COARSEST = 1.25  # steps of the sheet's triangles that its reliefs take for l_min at least
+BY_VOXELS = 0.2  # share of the cracks that come in by voxels, of those that can: not those in boundaries
 LARGEST_L_MIN = 4.0  # voxels: with MOST_TETS never reached in 48^3 voxels, it ends the raising
 
 
@@ -46,6 +47,13 @@ class Drawn:
 
 def draw(seed: int, sides: tuple[int, int] = (30, 48), kind: str | None = None) -> Drawn:
     """Return the case of `seed`; the same seed gives the same case. kind: of the crack, else drawn too."""
+    case = _of_kind(seed, sides, kind)
+    by_voxels = np.random.default_rng([seed, more_cracks.STREAM, 1]).random() < BY_VOXELS
+    way = "voxel" if by_voxels and case.kinds["crack"] != "boundaries" else "cut"
+    return replace(case, kinds=case.kinds | {"insertion": way})
+
+
+def _of_kind(seed: int, sides: tuple[int, int], kind: str | None) -> Drawn:
     case = draw_one(seed, sides)
     rng = np.random.default_rng([seed, more_cracks.STREAM])
     kind = kind or more_cracks.draw_kind(rng)

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,19 +21,19 @@ MEMORY_LIMIT = 10.0  # GB of address space; the libraries alone take 4
 
 
 class Trial(NamedTuple):
-    """What is done with a seed: judged, files kept where, one kind of crack alone, by which way in."""
+    """What is done with a seed: judged, files kept where, one kind of crack alone, by one way in alone."""
 
     judged: bool = False
     keep: Path | None = None
     kind: str | None = None
-    insertion: str = "cut"
+    insertion: str | None = None
 
     @property
     def flags(self) -> list[str]:
         """The flags of random_cracks.py that say the same."""
-        flags = ["--insertion", self.insertion, *(["--judge"] if self.judged else [])]
-        flags += ["--keep", str(self.keep)] if self.keep else []
-        return flags + (["--kind", self.kind] if self.kind else [])
+        given = {"--keep": self.keep, "--kind": self.kind, "--insertion": self.insertion}
+        flags = [word for flag, value in given.items() if value for word in (flag, str(value))]
+        return flags + (["--judge"] if self.judged else [])
 
 
 def run_apart(seed: int, trial: Trial, time_limit: float) -> dict:
@@ -87,11 +88,12 @@ def run_inside(seed: int, target: Path, trial: Trial) -> None:
     from trials.drawing import draw
 
     case = draw(seed, kind=trial.kind)
+    # of its facets a crack in boundaries is made, whatever way others come in
+    insertion = "cut" if case.kinds["crack"] == "boundaries" else trial.insertion or case.kinds["insertion"]
+    case = replace(case, kinds=case.kinds | {"insertion": insertion})
     row: dict = {"seed": seed, "words": case.words, **case.kinds, "l_min": case.sizes.l_min}
     row["sizes"] = [getattr(case.sizes, key) for key in ("l_min", "l0", "l_max", "r0", "r1", "gradation")]
     target.write_text(json.dumps(row))
-    # of its facets a crack in boundaries is made, whatever way others come in
-    insertion = "cut" if case.kinds["crack"] == "boundaries" else trial.insertion
     if trial.keep is not None:
         print("\n".join(write_inputs(case, trial.keep, insertion)), flush=True)
     with tempfile.TemporaryDirectory() as scratch:
@@ -120,6 +122,7 @@ def checked(case, made) -> dict:
 
     l_min = float(case.sizes.l_min)
     row = {"may_be_refused": may_be_refused(case, l_min), "warnings": list(made.warnings)}
+    row["cut_instead"] = made.cut_instead
     if made.refusal is not None:
         return row | {"outcome": "refusal", "stage": made.stage, "message": made.refusal}
     deck = read_deck(made.deck)

@@ -5,11 +5,11 @@ from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_sizing, refuse_two_sizings, sizing_from
-from craftmesh.commands.stage_io import add_output, add_report, existing, tell
+from craftmesh.commands.stage_io import add_output, add_report, existing, tell, warn
 from craftmesh.cracks.split_voxels import split_along
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.insert_split import insert_split
+from craftmesh.insertion.insert_split import insert_by_voxels
 from craftmesh.insertion.options import InsertOptions, WayOptions
 from craftmesh.io.npz import read_labels
 from craftmesh.io.surface_files import listed_suffixes, read_grain_folder
@@ -67,5 +67,10 @@ def _with_crack(arguments: argparse.Namespace, surface: Surface, sizing: Sizing)
                 "--labels is not given; expected the labels .npz that --insertion voxel splits"
             )
         split = split_along(read_labels(existing(arguments.labels)), crack)
-        split_surface, bits, _ = remesh_split(split, options_from(arguments, RemeshOptions), progress)
-        return insert_split(split_surface, bits, split, sizing, options)
+        halved, bits, _ = remesh_split(split, options_from(arguments, RemeshOptions), progress)
+        inserted, report = insert_by_voxels(
+            surface, crack, (halved, bits), split, sizing, options, progress
+        )
+    if "cut_instead" in report:
+        warn(f"the crack is cut, not brought in by voxels: {report['cut_instead']}")
+    return inserted, report

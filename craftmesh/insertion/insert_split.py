@@ -1,5 +1,6 @@
 """The voxel way: a crack's facets are those of marching cubes between labels split on either side of it."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -9,18 +10,22 @@ from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.clip import clipped, halved_facets, halved_fronts
 from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import CutSurface, uncut
-from craftmesh.insertion.insert import least_length, numbers_of, target_of
+from craftmesh.insertion.insert import insert_crack, least_length, numbers_of, target_of
 from craftmesh.insertion.offsets import local_sizes
 from craftmesh.insertion.onto_kinks import onto_kinks
 from craftmesh.insertion.onto_sheets import onto_sheets
 from craftmesh.insertion.options import InsertOptions
+from craftmesh.insertion.swaps import without_caps
+from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
-from craftmesh.surface.connectivity import compact
+from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.volumes import RestoringLimits, restore_volumes
-from craftmesh.types import CRACK, Surface
+from craftmesh.types import CRACK, Crack, Surface
 
+# Of the least length, that facets and nodes of the front may be off: what cuts hold too.
+FACETS_OFF, FRONT_OFF = 0.05, 0.02
 OFF = 0.25  # of the least length: notches were 0.77 off, corners between two discs 0.1
 ROUNDS = 5  # of moving points onto the crack and closing what is in their way
 # Degrees beside the way of a point that cannot move: edges to points there are closed too. No one serves
@@ -28,6 +33,44 @@ ROUNDS = 5  # of moving points onto the crack and closing what is in their way
 # with the second or the third; one that the first serves stayed 0.37 off with the second.
 CLOSINGS = (0.0, 75.0, 181.0)
 LEAST_QUALITY = 0.05  # of facets that the restored volumes may leave; the clip makes some of 0.1
+
+
+def insert_by_voxels(
+    surface: Surface,
+    crack: Crack,
+    halves: tuple[Surface, np.ndarray],
+    split: SplitVoxels,
+    sizing: Lengths | None = None,
+    options: InsertOptions | None = None,
+    progress: Callable[[float, str], None] = silent,
+) -> tuple[Surface, dict]:
+    """Return the surface with a crack in it as voxels part the grains, or cut where these are too coarse.
+
+    surface: of the volume without a crack; halves: surface and bits of `remesh_split` for the volume
+    `split` along `crack`. Cut are cracks that voxels refuse, or leave more than FACETS_OFF or FRONT_OFF off
+    the given one, if they can be; the report's cut_instead says why. Raises CraftmeshError as insert_split.
+    """
+    found, why = None, ""
+    try:
+        found = insert_split(*halves, split, sizing, options)
+    except CraftmeshError as error:
+        why = str(error)
+    if found is not None:
+        least = least_length(_ends(split), target_of(halves[0], sizing), sizing)
+        off = {name: found[1][name] / least for name in ("crack_off_most", "front_off_most")}
+        if off["crack_off_most"] <= FACETS_OFF and off["front_off_most"] <= FRONT_OFF:
+            return found
+        why = (
+            f"voxels leave the crack {off['crack_off_most']:.2g} l_min off the given one and its front "
+            f"{off['front_off_most']:.2g}; expected {FACETS_OFF} and {FRONT_OFF} at most"
+        )
+    try:
+        result, report = insert_crack(surface, crack, sizing, options, progress)
+    except CraftmeshError:
+        if found is None:
+            raise CraftmeshError(why) from None
+        return found
+    return result, report | {"cut_instead": why}
 
 
 def insert_split(
@@ -46,8 +89,7 @@ def insert_split(
     """
     options = options or InsertOptions()
     target = target_of(surface, sizing)
-    ends = [look.points[look.fronts.ravel()] if len(look.fronts) else look.points for look in split.sheets]
-    least = least_length(np.concatenate(ends), target, sizing)
+    least = least_length(_ends(split), target, sizing)
     cut = _with_bits(surface, bits)
     cut = _on_crack(cut, split, options)
     for number, look in enumerate(split.sheets):
@@ -57,15 +99,19 @@ def insert_split(
         cut = halved_facets(cut, number, look, least, options)
     if not (cut.kind >= CRACK).any():
         raise CraftmeshError("the crack lies in no grain; expected a crack within the material: move it")
+    cut = without_caps(cut)
     points, facets, _ = compact(cut.points, cut.facets)
     result = Surface(points, facets, cut.sides, np.minimum(cut.kind, CRACK))
     volumes = side_volumes(surface.points, surface.facets, surface.sides)
     volumes = {label: volume for label, volume in volumes.items() if label > 0}
     result, report = restore_volumes(result, volumes, RestoringLimits(min_quality=LEAST_QUALITY))
-    _refuse_off(result, split, least)
-    on_crack = result.points[np.unique(result.facets[result.kind == CRACK])]
-    moved = {"crack_moved_most": float(_off(on_crack, split).max(initial=0.0))}
-    return result, numbers_of(result, 0) | {"volumes": report} | moved
+    return result, numbers_of(result, 0) | {"volumes": report} | _off_most(result, split, least)
+
+
+def _ends(split: SplitVoxels) -> np.ndarray:
+    """Return the points (n, 3) of the sheets' fronts, all of sheets without one."""
+    ends = [look.points[look.fronts.ravel()] if len(look.fronts) else look.points for look in split.sheets]
+    return np.concatenate(ends)
 
 
 def _on_crack(cut: CutSurface, split: SplitVoxels, options: InsertOptions) -> CutSurface:
@@ -101,15 +147,29 @@ def _with_bits(surface: Surface, bits: np.ndarray) -> CutSurface:
     return replace(uncut(surface), kind=kind, psi=psi, size=local_sizes(surface)[0])
 
 
-def _refuse_off(surface: Surface, split: SplitVoxels, least: float) -> None:
-    """Raise where the crack or a front edge of it is farther than OFF off the given one."""
+def _off_most(surface: Surface, split: SplitVoxels, least: float) -> dict[str, float]:
+    """Return how far off the given ones crack nodes, facets and front nodes are; refuse the farthest.
+
+    Raises CraftmeshError where crack nodes, or nodes and middles of front edges, are farther than OFF.
+    """
     ends = surface.points[front_edges(surface)]
-    places = np.concatenate([ends, ends.mean(axis=1, keepdims=True)], axis=1).reshape(-1, 3)
-    if len(places):
-        away = [np.linalg.norm(look.nearest_on_front(places) - places, axis=1) for look in split.sheets]
-        _refuse_farthest(places, np.min(away, axis=0), least, "ends near {} off its given front")
-    points = surface.points[np.unique(surface.facets[surface.kind == CRACK])]
-    _refuse_farthest(points, _off(points, split), least, "lies near {} off the given one")
+    places = np.concatenate([ends, ends.mean(axis=1, keepdims=True)], axis=1)
+    away = np.zeros(places.shape[:2])
+    if len(ends):
+        feet = [look.nearest_on_front(places.reshape(-1, 3)).reshape(places.shape) for look in split.sheets]
+        away = np.min([np.linalg.norm(foot - places, axis=2) for foot in feet], axis=0)
+        _refuse_farthest(places.reshape(-1, 3), away.ravel(), least, "ends near {} off its given front")
+    facets = surface.facets[surface.kind == CRACK]
+    edges, _, _ = unique_edges(facets)
+    points = surface.points[np.unique(facets)]
+    off = _off(points, split)
+    _refuse_farthest(points, off, least, "lies near {} off the given one")
+    between = np.concatenate([surface.points[edges].mean(axis=1), surface.points[facets].mean(axis=1)])
+    return {
+        "crack_moved_most": float(off.max()),
+        "crack_off_most": float(max(off.max(), _off(between, split).max())),
+        "front_off_most": float(away[:, :2].max(initial=0.0)),
+    }
 
 
 def _refuse_farthest(places: np.ndarray, off: np.ndarray, least: float, what: str) -> None:
@@ -122,6 +182,8 @@ def _refuse_farthest(places: np.ndarray, off: np.ndarray, least: float, what: st
 
 
 def _off(points: np.ndarray, split: SplitVoxels) -> np.ndarray:
-    """Return how far (n,) points are off the nearest sheet."""
-    off: np.ndarray = np.min([np.abs(look.look(points).psi) for look in split.sheets], axis=0)
+    """Return how far (n,) points are off the nearest sheet, or off its continuation past its fronts."""
+    found = [look.look(points) for look in split.sheets]
+    away = [np.where(n.phi < 0, np.abs(n.psi), np.linalg.norm(points - n.foot, axis=1)) for n in found]
+    off: np.ndarray = np.min(away, axis=0)
     return off

@@ -8,12 +8,12 @@ from scipy.spatial import cKDTree
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import CutSurface, split_edges
-from craftmesh.insertion.guarded_move import LEAST_ANGLE, forced, meet_others, settled
+from craftmesh.insertion.guarded_move import forced, settled
 from craftmesh.insertion.onto_sheets import carried_along, is_of, places_on_sheets, plain
 from craftmesh.insertion.options import InsertOptions
+from craftmesh.insertion.swaps import is_sound, swap_at
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
-from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.patches import held_by_box
 from craftmesh.types import CRACK
 
@@ -60,30 +60,17 @@ def _swapped(surface: CutSurface, edges: np.ndarray, number: int, look: NearShee
     facets, mine = surface.facets.copy(), is_of(surface, number)
     changed = np.zeros(len(facets), bool)
     for a, b in edges.tolist():
-        rows = np.flatnonzero((facets == a).any(axis=1) & (facets == b).any(axis=1))
-        if len(rows) != 2 or not mine[rows].all() or changed[rows].any():
+        found = swap_at(facets, surface.sides, surface.kind, a, b)
+        if found is None or not mine[found[0]].all() or changed[found[0]].any():
             continue
-        first, second = rows
-        if (surface.sides[first] != surface.sides[second]).any():
-            continue
-        c, d = (int(facets[row][~np.isin(facets[row], (a, b))][0]) for row in rows)
-        off = nearest_on_edges(surface.points[[c, d]], look.points, look.kinks) - surface.points[[c, d]]
-        known = (facets == c).any(axis=1) & (facets == d).any(axis=1)
-        if known.any() or (np.linalg.norm(off, axis=1) > ON * surface.size[[c, d]]).any():
-            continue
-        after = np.stack([np.where(facets[first] == a, d, facets[first]), facets[second]])
-        after[1][after[1] == b] = c
-        if _sound(surface.points, facets, rows, after):
+        rows, after = found
+        ends = np.setdiff1d(after, [a, b])
+        off = nearest_on_edges(surface.points[ends], look.points, look.kinks) - surface.points[ends]
+        on_kink = (np.linalg.norm(off, axis=1) <= ON * surface.size[ends]).all()
+        if on_kink and is_sound(surface.points, facets, rows, after):
             facets[rows] = after
             changed[rows] = True
     return replace(surface, facets=facets) if changed.any() else surface
-
-
-def _sound(points: np.ndarray, facets: np.ndarray, rows: np.ndarray, after: np.ndarray) -> bool:
-    """Tell whether facets `rows` may become `after` (k, 3): no needles, none through another facet."""
-    if (facet_angles(points, after).min(axis=1) < LEAST_ANGLE).any():
-        return False
-    return not meet_others(points, after, np.delete(facets, rows, axis=0))
 
 
 def _parted(

@@ -17,7 +17,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import uncut
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.insert_split import insert_split
+from craftmesh.insertion.insert_split import insert_by_voxels, insert_split
 from craftmesh.remeshing.remesh import remesh, voxel_volumes
 from craftmesh.remeshing.split import remesh_split
 from craftmesh.surface.check_surface import check_surface
@@ -247,6 +247,32 @@ def test_facets_that_end_before_the_front_are_refused():
     surface, bits, _ = remesh_split(split_along(VOXELS, small))
     with pytest.raises(CraftmeshError, match="ends near .* off its given front: voxels are too coarse"):
         insert_split(surface, bits, split_along(VOXELS, large), Uniform())
+
+
+def test_cracks_that_voxels_do_not_bring_in_are_cut():
+    """Halves of a smaller crack stand for voxels that are too coarse."""
+    small, large = (penny(centre=(9, 9, 9.2), normal=(0.2, 0.1, 1), radius=r) for r in (4.0, 7.0))
+    whole, _ = remesh(VOXELS)
+    split = split_along(VOXELS, large)
+    surface, bits, _ = remesh_split(split_along(VOXELS, small))
+    found, report = insert_by_voxels(whole, large, (surface, bits), split, Uniform())
+    assert "voxels are too coarse" in report["cut_instead"]
+    assert_sound(found)
+    assert off_front(found, [large]) < 0.02 * L_MIN and off_crack(found, large).max() < 0.02 * L_MIN
+    surface, bits, _ = remesh_split(split)
+    found, report = insert_by_voxels(whole, large, (surface, bits), split, Uniform())
+    assert "cut_instead" not in report
+    assert (found.points == insert_split(surface, bits, split, Uniform())[0].points).all()
+
+
+def test_what_neither_way_brings_in_is_refused_for_the_voxels():
+    whole, _ = remesh(VOXELS)
+    given = crack_from_triangles(*bowl((9, 9, 9), 5.5, 120.0), None, BOX, heights=False)
+    split = split_along(VOXELS, given)
+    small = penny(centre=(9, 9, 9), normal=(0, 0, 1), radius=4)
+    surface, bits, _ = remesh_split(split_along(VOXELS, small))
+    with pytest.raises(CraftmeshError, match="voxels are too coarse"):
+        insert_by_voxels(whole, given, (surface, bits), split, Uniform())
 
 
 @pytest.mark.parametrize("degrees", [8.0, 12.0, 20.0])
