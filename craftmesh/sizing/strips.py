@@ -58,6 +58,7 @@ def strip_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField 
     near = {face: _near_face(crack, box, sizing, face) for face in FACES}
     cuts = {face: _cuts(near[face], box, face) for face in FACES}
     mouths = {face: cuts[face][0] for face in FACES}
+    beside = {face: _beside(near[face], cuts[face][1], sizing.l_min) for face in FACES}
     fronts = [densify(crack.points[front], STEP * sizing.l_min) for front in crack.fronts]
     found = [_over_face(near[face], mouths[face], box, face, sizing.l_min) for face in FACES]
     found += [
@@ -66,7 +67,9 @@ def strip_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField 
         if one[0] != other[0]
     ]
     slivers = [
-        _between_mouth_and_edge(near[one], cuts[one], mouths[other], box, (one, other), sizing.l_min)
+        _between_mouth_and_edge(
+            near[one], beside[one], (mouths[one], mouths[other]), box, (one, other), sizing.l_min
+        )
         for one, other in permutations(FACES, 2)
         if one[0] != other[0]
     ]
@@ -162,29 +165,41 @@ def _between_mouths(
     return places, width
 
 
+def _beside(corners: np.ndarray, rows: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles (n,) within reach of those in rows (k,), one after another, and where each begin.
+
+    They are at least those themselves.
+    """
+    if not len(rows):
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    centres = corners.mean(axis=1)
+    near = cKDTree(centres).query_ball_point(centres[rows], reach)
+    counts = np.array([len(some) for some in near])
+    return np.concatenate(near).astype(np.int64), np.cumsum(counts) - counts
+
+
 def _between_mouth_and_edge(
     corners: np.ndarray,
-    cuts: tuple[np.ndarray, np.ndarray],
-    mouth: np.ndarray,
+    beside: tuple[np.ndarray, np.ndarray],
+    mouths: tuple[np.ndarray, np.ndarray],
     box: np.ndarray,
     pair: tuple[Face, Face],
     l_min: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return places (k, 3) on a mouth on the first face, near its edge with the second, and widths (k,).
 
-    corners: the crack near the first face, and its `_cuts` there; mouth: that on the second.
+    corners: the crack near the first face, and what is `_beside` each segment of its mouth there.
     """
-    _, other = pair
-    segments, row = cuts
+    segments, other = mouths[0], pair[1]
+    if not len(segments):
+        return np.zeros((0, 3)), np.zeros(0)
     parts = [densify(segment, STEP * l_min) for segment in segments]
+    near, begin = beside
     steepness = np.minimum(*(_steepness(corners, axis) for axis, _ in pair))
-    centres = corners.mean(axis=1)
-    near = cKDTree(centres).query_ball_point(centres[row], l_min)
-    least = np.array([steepness[rows].min() for rows in near])
-    steepness = np.repeat(least, [len(part) for part in parts])
+    steepness = np.repeat(np.minimum.reduceat(steepness[near], begin), [len(part) for part in parts])
     met = _meets_face(segments[:, 0], segments[:, 1], box, other)
-    mouth = np.concatenate([mouth.reshape(-1, 3), met])
-    return _slivers(np.concatenate([np.zeros((0, 3)), *parts]), steepness, mouth, box, other)
+    mouth = np.concatenate([mouths[1].reshape(-1, 3), met])
+    return _slivers(np.concatenate(parts), steepness, mouth, box, other)
 
 
 def _under_front(

@@ -47,15 +47,17 @@ def nearest_on_edges(places, points, edges):
     """Return the point (q, 3) of the edges that is nearest to each place."""
     result = places.copy()
     for q in range(len(places)):
-        best = np.inf
+        best, nearest = np.inf, -1
         for e in range(len(edges)):
             d = segment_distance2(points, edges[e, 0], edges[e, 1], places, q)
             if d < best:
-                best = d
-                a, b = points[edges[e, 0]], points[edges[e, 1]]
-                length2 = np.dot(b - a, b - a)
-                t = 0.0
-                if length2 > 0.0:
-                    t = min(1.0, max(0.0, np.dot(places[q] - a, b - a) / length2))
-                result[q] = a + t * (b - a)
+                best, nearest = d, e
+        if nearest < 0:
+            continue
+        a, b = points[edges[nearest, 0]], points[edges[nearest, 1]]
+        length2 = np.dot(b - a, b - a)
+        t = 0.0
+        if length2 > 0.0:
+            t = min(1.0, max(0.0, np.dot(places[q] - a, b - a) / length2))
+        result[q] = a + t * (b - a)
     return result
