@@ -166,10 +166,7 @@ def _between_mouths(
 
 
 def _beside(corners: np.ndarray, rows: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles (n,) within reach of those in rows (k,), one after another, and where each begin.
-
-    They are at least those themselves.
-    """
+    """Return the triangles (n,) within reach of those in rows (k,) one by one, and where each begins."""
     if not len(rows):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     centres = corners.mean(axis=1)

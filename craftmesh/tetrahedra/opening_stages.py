@@ -18,7 +18,7 @@ class Stage:
     long as there are such tets: what a small move opens is not opened by a large one. aim: what moves
     raise, and how far (`tet_quality`); None: they lower what tets weigh (`tet_faults`). score: what tets
     have after a contraction, 0 at the limits of flat and 1 at those of poor ones; None: nothing contracts.
-    drift: of volumes that have changed by more than this part no node moves any more.
+    drift: no move changes a volume by more than this part; nodes of one that has changed by more stay.
     """
 
     is_bad: Callable[[np.ndarray], np.ndarray]
@@ -46,8 +46,8 @@ def is_at_fault(measures: np.ndarray) -> np.ndarray:
 # .67 % of 29,000 tets were stretched; .01 % after 266 of 3,060 points had moved by 0.15. Of four random
 # cracks with 5, 31, 51 and 57 stretched tets that 0.15 had left, 0, 30, 2 and 3 are left with 0.4.
 REACHES = (0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
-# How far volumes of grains and voids may drift for stretched tets before they move no more. A grain of 600
-# voxels among edges as long as it is had changed by 8 %.
+# How far volumes of grains and voids may drift for stretched tets. A grain of 600 voxels among edges as
+# long as it is had changed by 8 %.
 MOST_DRIFT = 0.05
 STAGES = (
     Stage(is_flat, REACHES, Aim(FORM, POOR), 0.0),

@@ -1,5 +1,6 @@
 """Edges of the surface parted where that leaves fewer flat, poor and stretched tetrahedra."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -11,9 +12,11 @@ from craftmesh.tetrahedra.grain_surface import lowest_equal_point
 from craftmesh.tetrahedra.kernels.tet_faults import FALL, weigh_all
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
 from craftmesh.tetrahedra.whole_mesh import Model
+from craftmesh.types import Surface
 
 # Where edges are tried to be parted, as shares of their length, the first where several are as good.
 SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)
+LONGEST = 2  # edges of a flat tet that are tried though parting one alone gains nothing
 
 
 @dataclass(frozen=True)
@@ -29,23 +32,36 @@ class Parting:
         return start + self.shares[:, None] * (end - start)
 
 
-def parted(model: Model, bad: np.ndarray) -> tuple[Model, np.ndarray, Parting]:
-    """Return the model with edges of its surface at `bad` tets (m,) parted, the grains changed, the edges.
+def worthwhile(model: Model, bad: np.ndarray) -> Parting:
+    """Return the edges of the surface at `bad` tets (m,) that are to be parted, and where.
 
-    An edge is parted where the tets round it then weigh less by their faults, those where they lose most
-    first, and no tet has two of them. Edges of the front stay. The new points follow those of the surface,
-    in the order of the edges; facets are parted where they are, so that grains and crack keep their shape.
+    Those with which the tets round them weigh less by their faults, where they lose most first, and no two
+    of one tet. Edges of the front stay.
     """
-    old, points, tets, grain = model.surface, model.points, model.tets, model.grain
-    facets = lowest_equal_point(old.points)[old.facets]
-    parting = _chosen(points, tets, bad, _inner_edges(model, facets))
+    return _chosen(model.points, model.tets, bad, _inner_edges(model))
+
+
+def partings_at(model: Model, rows: np.ndarray) -> Iterator[Parting]:
+    """Yield, for each of the tets in `rows`, its two longest edges of the surface, not of the front."""
+    edges = _inner_edges(model) if len(rows) else np.zeros((0, 2), np.int64)
+    length = np.linalg.norm(np.diff(model.points[edges], axis=1)[:, 0], axis=1)
+    for row in rows.tolist():
+        _, own = _having(model.tets[[row]], edges)
+        for edge in own[np.argsort(-length[own], kind="stable")][:LONGEST].tolist():
+            yield Parting(edges[[edge]], np.array([SHARES[0]]))
+
+
+def with_edges_parted(model: Model, parting: Parting) -> tuple[Model, np.ndarray]:
+    """Return the model with edges of its surface parted, no two of one tet, and the grains changed.
+
+    The new points follow those of the surface, in the order of the edges; facets are parted where they
+    are, so that grains and crack keep their shape.
+    """
+    old, points, grain = model.surface, model.points, model.grain
     edges, count = parting.edges, len(old.points)
-    if not len(edges):
-        return model, np.zeros(0, np.int64), parting
-    places = parting.places(points)
-    nodes = np.concatenate([points[:count], places, points[count:]])
-    tets, tet = _cut(np.where(tets < count, tets, tets + len(edges)), edges, count)
-    facets, facet = _cut(facets, edges, count)
+    nodes = np.concatenate([points[:count], parting.places(points), points[count:]])
+    tets, tet = _cut(np.where(model.tets < count, model.tets, model.tets + len(edges)), edges, count)
+    facets, facet = _cut(_one_facets(old), edges, count)
     surface = replace(
         old,
         points=nodes[: count + len(edges)],
@@ -54,11 +70,18 @@ def parted(model: Model, bad: np.ndarray) -> tuple[Model, np.ndarray, Parting]:
         kind=old.kind[facet],
     )
     changed = np.unique(grain[tet[1:][tet[1:] == tet[:-1]]])
-    return model.changed(surface, tets, grain[tet], nodes), changed, parting
+    return model.changed(surface, tets, grain[tet], nodes), changed
 
 
-def _inner_edges(model: Model, facets: np.ndarray) -> np.ndarray:
-    """Return the edges (e, 2) of the facets (m, 3) that are not of the front."""
+def _one_facets(surface: Surface) -> np.ndarray:
+    """Return the facets (m, 3) of a surface, with one of the points that lie in one place."""
+    facets: np.ndarray = lowest_equal_point(surface.points)[surface.facets]
+    return facets
+
+
+def _inner_edges(model: Model) -> np.ndarray:
+    """Return the edges (e, 2) of the surface's facets that are not of the front."""
+    facets = _one_facets(model.surface)
     edges = unique_edges(facets)[0]
     front = front_edges(replace(model.surface, facets=facets))
     key = np.array([len(model.surface.points), 1])

@@ -59,6 +59,15 @@ def test_facets_that_are_off_the_crack_may_stay_or_come_nearer(given, leaves):
     assert leaves_crack(references[0], star, 0.02) == leaves
 
 
+@pytest.mark.parametrize("bound, leaves", [(0.07, True), (0.09, True), (0.11, False)])
+def test_vertices_are_kept_to_the_crack_as_the_middles_of_facets_are(bound, leaves):
+    """A hub that goes 0.1 off leaves the middles of its edges 0.05 off."""
+    state, references = prepared(hollow(0.3), given_as(hollow(0.3)))
+    star = star_at(references[0], 0)
+    state.mesh.points[star.tip, 2] = 0.4
+    assert leaves_crack(references[0], star, bound) == leaves
+
+
 @pytest.mark.parametrize("bound, leaves", [(0.03, True), (0.07, True), (0.08, False)])
 def test_a_front_vertex_slides_as_far_as_the_edge_behind_it_stays_near_the_front(bound, leaves):
     """Half way to the next vertex its edge spans 45 degrees instead of 30; its middle is 0.076 off."""

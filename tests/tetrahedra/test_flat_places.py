@@ -9,15 +9,17 @@ from structured_box import plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.flat_tets import flat_tets
+from craftmesh.mesh.poor import is_flat, is_poor
 from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges, median_front_edge
-from craftmesh.tetrahedra import flat_places
-from craftmesh.tetrahedra.flat_places import Opening, given_way
+from craftmesh.tetrahedra import flat_places, opening
+from craftmesh.tetrahedra.flat_places import given_way
+from craftmesh.tetrahedra.opening import Opening, begun
 from craftmesh.tetrahedra.opening_stages import STAGES
 from craftmesh.tetrahedra.surface_freedom import CRACK_REACH, freedom
 from craftmesh.tetrahedra.whole_mesh import Model
-from craftmesh.types import CRACK
+from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
 
 CELLS = 4
 # A node on the boundary between two halves of the box, and how far it is pushed towards the next one.
@@ -124,24 +126,56 @@ def test_stretched_tets_are_opened_as_poor_ones_and_nobody_is_warned():
     assert check_tets(assemble(opened.surface, opened.grain_tets)[0]) == []
 
 
-def test_nodes_of_a_volume_that_has_changed_too_much_move_no_more():
+def test_nodes_of_a_volume_that_is_held_stay():
     surface, tets = pushed_box(push=np.zeros(3))
     moved, _ = pushed_box()
     now = Opening(Model(moved, tets), {}, surface.points, freedom(moved))
     drift = max(map(abs, now.drifts().values()))
     # a pyramid over the six or eight facets at the node, of 0.5 each, in a half of 4 x 4 x 2
     assert 0.03 < drift < 0.05
-    assert now.mobile(1.01 * drift).any() and not now.mobile(0.99 * drift).any()
+    assert not now.changed_by(1.01 * drift) and now.changed_by(0.99 * drift) == {1, 2}
+    assert now.mobile(set()).any() and not now.mobile({1, 2}).any()
+
+
+def test_no_move_changes_a_volume_by_more_than_its_stage_allows():
+    now = begun(*pushed_box(push=np.array([0.65, 0.0, 0.0])))
+    free, bound = (
+        flat_places._with_moves(now, replace(STAGES[2], drift=drift)) for drift in (np.inf, 1e-3)
+    )
+    drifts = [max(map(abs, after.drifts().values())) for after in (free, bound)]
+    assert drifts[0] > 1e-3 >= drifts[1]
+
+
+def needle():
+    """A grain of one tet between two long edges: flat if one of them is parted, sound if both are."""
+    points = np.array([[77.5, 6.0, -17.2], [69.7, 6.5, -21.7], [68.9, 8.0, -19.6], [87.6, 8.0, -16.5]])
+    tets = np.array([[0, 1, 2, 3]])
+    facets = tets[0][[[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]].astype(np.int32)
+    surface = Surface(points, facets, np.array([[1, 0]] * 4, np.int32), np.full(4, INTERFACE))
+    return surface, [GrainTets(1, np.arange(4), np.zeros((0, 3)), tets)]
+
+
+def test_edges_are_parted_in_twos_where_neither_gains_alone():
+    surface, tets = needle()
+    assert (volumes(surface, tets)[1] > 0).all()
+    now = begun(surface, tets)
+    assert now.count(is_flat) == 1
+    assert flat_places._parted(now, STAGES[-1]).parted == 0
+    found = flat_places._parted_at_flat(now, STAGES[-1])
+    assert found.parted == 2 and found.count(is_flat) == 0 and found.count(is_poor) == 0
+    inside = volumes(found.model.surface, found.model.grain_tets)[1]
+    assert (inside > 0).all() and inside.sum() == pytest.approx(volumes(surface, tets)[1].sum(), rel=1e-12)
 
 
 def test_what_makes_it_worse_is_not_done(monkeypatch):
-    def spoilt(now, reach, bad, stage):
+    def spoilt(now, reach, bad, stage, held):
         points = now.model.points.copy()
         points[(points == [2.0, 1.0, 1.0]).all(axis=1)] += PUSH
         return points, np.array([1, 2])
 
-    monkeypatch.setattr(flat_places, "_moved_points", spoilt)
-    monkeypatch.setattr(flat_places, "_repaired", lambda model, grains, measure: model)
+    monkeypatch.setattr(opening, "_moved_points", spoilt)
+    for module in (opening, flat_places):
+        monkeypatch.setattr(module, "repaired", lambda model, grains, measure: model)
     monkeypatch.setattr(flat_places, "CONTRACTIONS", 0)
     surface, tets = pushed_box()
     opened = given_way(surface, tets)

@@ -1,12 +1,13 @@
 """The guards of the crack: its facets stay near the given crack, the edges of its front near the front.
 
 Witnesses bound how far the input's vertices are from the surface. These bound the other way, how far facets
-and edges are from the crack between vertices that lie on it. What the input has farther off may stay so.
+and edges are from the crack between vertices that lie on it, and vertices that become junction points off
+it. What the input has farther off may stay so.
 """
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import ON_FRONT
+from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT
 from craftmesh.gradation.kernels.collapse_rules import is_front_edge
 from craftmesh.gradation.kernels.projection import nearest_triangle
 from craftmesh.gradation.kernels.star import old_facet
@@ -33,14 +34,21 @@ ROUNDING = 1e-9
 
 @kernel
 def leaves_crack(state, star, limit):
-    """Tell whether a new crack facet is off the crack by more than `limit` and more than all old ones."""
+    """Tell whether a new crack facet is off the crack by more than `limit` and more than all old ones.
+
+    So is a vertex of the crack where it goes: a junction point that it becomes may lie off the crack.
+    """
     if len(state.crack_triangles) == 0:
         return False
     worst = 0.0
     place = np.empty((1, 3))
+    on_crack = False
     for i in range(star.moved):
         if state.patch_crack[state.patch[state.star[i]]]:
+            on_crack = True
             worst = max(worst, _facet_off2(state, state.star_corners[i], limit, place))
+    if on_crack and _tip_leaves(state, star, limit, place):
+        return True
     if worst <= limit * limit:
         return False
     before = 0.0
@@ -49,6 +57,27 @@ def leaves_crack(state, star, limit):
         if state.patch_crack[state.patch[f]]:
             before = max(before, _facet_off2(state, state.facets[f], limit, place))
     return worst > (1.0 + ROUNDING) * before
+
+
+@kernel
+def _tip_leaves(state, star, limit, place):
+    """Tell whether the tip is off the crack by more than `limit` and than the crack's vertices before."""
+    worst = _off2(state, star.tip, limit, place)
+    if worst <= limit * limit:
+        return False
+    before = 0.0
+    for v in (star.vertex, star.gone):
+        if v >= 0 and state.flags[v] & ON_CRACK:
+            before = max(before, _off2(state, v, limit, place))
+    return worst > (1.0 + ROUNDING) * before
+
+
+@kernel
+def _off2(state, vertex, limit, place):
+    """Return the squared distance of a vertex from the crack, exact beyond `limit`."""
+    for k in range(3):
+        place[0, k] = state.points[vertex, k]
+    return nearest_triangle(state, place, 0, limit, FAR * limit)[1]
 
 
 @kernel

@@ -80,26 +80,18 @@ def edge_of_area(points, a, b, c):
 @kernel
 def crossing_width(points, p, q, u, v):
     """Return the relative width of the gap between two edges that cross, infinite where they do not."""
-    d = points[q] - points[p]
-    e = points[v] - points[u]
-    w = points[u] - points[p]
-    nx = d[1] * e[2] - d[2] * e[1]
-    ny = d[2] * e[0] - d[0] * e[2]
-    nz = d[0] * e[1] - d[1] * e[0]
+    dx, dy, dz = points[q, 0] - points[p, 0], points[q, 1] - points[p, 1], points[q, 2] - points[p, 2]
+    ex, ey, ez = points[v, 0] - points[u, 0], points[v, 1] - points[u, 1], points[v, 2] - points[u, 2]
+    wx, wy, wz = points[u, 0] - points[p, 0], points[u, 1] - points[p, 1], points[u, 2] - points[p, 2]
+    nx = dy * ez - dz * ey
+    ny = dz * ex - dx * ez
+    nz = dx * ey - dy * ex
     n2 = nx * nx + ny * ny + nz * nz
     if n2 <= 0.0:
         return np.inf
-    s = (
-        (w[1] * e[2] - w[2] * e[1]) * nx
-        + (w[2] * e[0] - w[0] * e[2]) * ny
-        + (w[0] * e[1] - w[1] * e[0]) * nz
-    ) / n2
-    t = (
-        (w[1] * d[2] - w[2] * d[1]) * nx
-        + (w[2] * d[0] - w[0] * d[2]) * ny
-        + (w[0] * d[1] - w[1] * d[0]) * nz
-    ) / n2
+    s = ((wy * ez - wz * ey) * nx + (wz * ex - wx * ez) * ny + (wx * ey - wy * ex) * nz) / n2
+    t = ((wy * dz - wz * dy) * nx + (wz * dx - wx * dz) * ny + (wx * dy - wy * dx) * nz) / n2
     if not (0.0 < s < 1.0 and 0.0 < t < 1.0):
         return np.inf
     length = np.sqrt(n2)
-    return abs(w[0] * nx + w[1] * ny + w[2] * nz) / (length * np.sqrt(length))
+    return abs(wx * nx + wy * ny + wz * nz) / (length * np.sqrt(length))

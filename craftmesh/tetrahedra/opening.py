@@ -1,0 +1,182 @@
+"""A model while its surface gives way: what tets it has, and nodes near bad ones moved."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from craftmesh.mesh.kernels.shape_measures import shape_measures
+from craftmesh.mesh.poor import is_flat, is_poor
+from craftmesh.mesh.tet_connectivity import tet_edges
+from craftmesh.sizing.surface_sizing import LocalSizing
+from craftmesh.surface.measure import side_volumes, volume_drift
+from craftmesh.tetrahedra.grain_surface import grain_surfaces
+from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
+from craftmesh.tetrahedra.kernels.tet_faults import OF_FLAT, OF_POOR, SOUND_FROM
+from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, Aim, all_qualities
+from craftmesh.tetrahedra.kernels.tet_surface_moves import move_nodes
+from craftmesh.tetrahedra.opening_stages import Stage, is_stretched
+from craftmesh.tetrahedra.optimise_tets import new_state, repaired_tets
+from craftmesh.tetrahedra.surface_freedom import Freedom, freedom
+from craftmesh.tetrahedra.surface_partings import Parting, with_edges_parted
+from craftmesh.tetrahedra.whole_mesh import Model
+from craftmesh.types import GrainTets, Surface
+
+# Sweeps over the nodes near a bad tet in a round.
+SWEEPS = 3
+
+
+@dataclass(frozen=True)
+class Opening:
+    """A model while its surface gives way: the measures of its tets by grain, and what was done to it.
+
+    homes (n, 3): the surface's points at first, and where its edges were parted; free: how they may move;
+    changed: grains; contracted and parted: how many edges.
+    """
+
+    model: Model
+    measures: Mapping[int, np.ndarray]
+    homes: np.ndarray
+    free: Freedom
+    changed: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    contracted: int = 0
+    parted: int = 0
+
+    def bad(self, is_bad: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """Return (m,) bool: the tets that are bad."""
+        return np.concatenate([is_bad(self.measures[one.grain]) for one in self.model.grain_tets])
+
+    def count(self, is_bad: Callable[[np.ndarray], np.ndarray]) -> int:
+        """Return how many tets are bad."""
+        return int(self.bad(is_bad).sum())
+
+    def drifts(self) -> dict[int, float]:
+        """Return the relative changes of the volumes, by label."""
+        surface = self.model.surface
+        volumes = [side_volumes(at, surface.facets, surface.sides) for at in (self.homes, surface.points)]
+        return volume_drift(*volumes)
+
+    def changed_by(self, drift: float) -> set[int]:
+        """Return the labels of volumes that have changed by more than `drift`, which may be infinite."""
+        if drift == np.inf:
+            return set()
+        return {label for label, change in self.drifts().items() if abs(change) > drift}
+
+    def mobile(self, held: set[int]) -> np.ndarray:
+        """Return (n,) bool: surface nodes that may move, none of a volume whose label is held."""
+        result, surface = np.any(self.free.steps != 0, axis=(1, 2)), self.model.surface
+        result[surface.facets[np.isin(surface.sides, list(held)).any(axis=1)]] = False
+        return result
+
+    def faults(self) -> float:
+        """Return the number of its flat, poor and stretched tets, by their weights."""
+        return OF_FLAT * self.count(is_flat) + OF_POOR * self.count(is_poor) + self.count(is_stretched)
+
+    def replaced(self, model: Model, grains: np.ndarray, contracted: int = 0) -> "Opening":
+        """Return the opening with another model, whose tets differ in `grains` alone."""
+        same = model.surface.facets is self.model.surface.facets
+        return replace(
+            self,
+            model=model,
+            free=self.free if same else freedom(model.surface),
+            measures=_measures(model, self.measures, grains),
+            changed=np.union1d(self.changed, grains),
+            contracted=self.contracted + contracted,
+        )
+
+
+def _measures(
+    model: Model, known: Mapping[int, np.ndarray], grains: np.ndarray
+) -> Mapping[int, np.ndarray]:
+    """Return the measures of each grain's tets, those of `grains` anew."""
+    result, points = dict(known), model.surface.points
+    for one in model.grain_tets:
+        if one.grain in grains:
+            result[one.grain] = shape_measures(np.concatenate([points[one.nodes], one.interior]), one.tets)
+    return result
+
+
+def begun(surface: Surface, grain_tets: Sequence[GrainTets]) -> Opening:
+    """Return the opening of a surface and all its grains' tets to which nothing was done yet."""
+    model = Model(surface, list(grain_tets))
+    return Opening(model, _measures(model, {}, surface.grains), surface.points, freedom(surface))
+
+
+def moved(now: Opening, reach: float, bad: np.ndarray, stage: Stage, held: set[int]) -> Opening:
+    """Return the opening with nodes near bad tets (m,) moved, but those of the volumes held.
+
+    reach: the largest move of a surface point from its home, in mean edges.
+    """
+    points, grains = _moved_points(now, reach, bad, stage, held)
+    return now.replaced(repaired(now.model.moved(points), grains, stage.aim), grains)
+
+
+def with_parting(now: Opening, parting: Parting) -> tuple[Opening, np.ndarray]:
+    """Return the opening with edges of its surface parted, and the grains whose tets are others then."""
+    model, grains = with_edges_parted(now.model, parting)
+    homes = np.concatenate([now.homes, parting.places(now.homes)])
+    now = replace(now, homes=homes, parted=now.parted + len(parting.edges))
+    return now.replaced(model, grains), grains
+
+
+def _moved_points(
+    now: Opening, reach: float, bad: np.ndarray, stage: Stage, held: set[int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return all nodes, those near bad tets moved, and the grains that see a move."""
+    points, tets, homes = now.model.points, now.model.tets, now.homes
+    nodes = _nodes_near(tets, bad, now.mobile(held))
+    near = np.zeros(len(points), bool)
+    near[nodes] = True
+    rows = np.flatnonzero(near[tets].any(axis=1))
+    used, local = np.unique(tets[rows], return_inverse=True)
+    state = new_state(points[used], local.reshape(-1, 4))
+    goal = stage.aim or Aim(WHOLE, SOUND_FROM)
+    all_qualities(state.points, state.tets, state.counts[TETS], state.quality, goal.measure)
+    outer = nodes < len(homes)
+    home, steps, part = points[nodes], np.repeat(np.eye(3)[None], len(nodes), axis=0), np.ones(len(nodes))
+    home[outer], steps[outer], part[outer] = homes[nodes[outer]], now.free.steps[nodes[outer]], reach
+    furthest = part * _mean_edges(points, tets[rows])[nodes]
+    furthest[outer] = np.minimum(furthest[outer], now.free.reach[nodes[outer]])
+    valence = np.bincount(tets[rows].ravel(), minlength=len(points))[nodes]
+    work, place = new_scratch(), np.searchsorted(used, nodes)
+    for _ in range(SWEEPS):
+        if not move_nodes(state, place, home, furthest, steps, valence, goal, stage.aim is None, work):
+            break
+    moved = points.copy()
+    moved[used] = state.points[: len(used)]
+    changed = (moved != points).any(axis=1)
+    return moved, np.unique(now.model.grain[changed[tets].any(axis=1)])
+
+
+def _nodes_near(tets: np.ndarray, bad: np.ndarray, mobile: np.ndarray) -> np.ndarray:
+    """Return the nodes of bad tets, and of those that share a node with them, that may move."""
+    near = np.zeros(int(tets.max()) + 1, bool)
+    near[tets[bad].ravel()] = True
+    near[tets[near[tets].any(axis=1)].ravel()] = True
+    near[: len(mobile)] &= mobile
+    return np.flatnonzero(near)
+
+
+def _mean_edges(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
+    """Return the mean length (n,) of the tets' edges at each node, 0 without any."""
+    ends = tet_edges(tets)
+    length = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
+    times = np.bincount(ends.ravel(), minlength=len(points))
+    return np.bincount(ends.ravel(), np.repeat(length, 2), len(points)) / np.maximum(times, 1)
+
+
+def repaired(model: Model, grains: np.ndarray, aim: Aim | None) -> Model:
+    """Return the model with the worst tets of `grains` by an aim repaired, the surface as it is."""
+    measure = None if aim is None else aim.measure
+    result = list(model.grain_tets)
+    surfaces = {one.grain: one for one in grain_surfaces(model.surface, grains)}
+    for i, one in enumerate(model.grain_tets):
+        if one.grain not in surfaces:
+            continue
+        surface = surfaces[one.grain]
+        points = np.concatenate([model.surface.points[one.nodes], one.interior])
+        size = LocalSizing(surface.points, surface.facets).at(points)
+        internal = np.searchsorted(one.nodes, surface.nodes[surface.facets[surface.internal]])
+        points, tets = repaired_tets(points, one.tets, len(one.nodes), internal, size, measure)
+        result[i] = GrainTets(one.grain, one.nodes, points[len(one.nodes) :], tets)
+    return Model(model.surface, result)
