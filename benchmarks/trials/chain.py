@@ -101,7 +101,8 @@ def _crack(case: Drawn, surface: Surface, insertion: str) -> Crack:
     else:
         given = None if case.prescribed else GivenSurface(case.sheet.points, case.sheet.triangles, fronts)
         crack = crack_of_increment(options, 0, case.voxels.box, given, insertion == "cut")
-    return meshable(crack, case.voxels.box, float(case.sizes.l_min or 0))
+    of_facets = (0,) if options.shape == IN_BOUNDARIES else ()
+    return meshable([crack], case.voxels.box, float(case.sizes.l_min or 0), of_facets)
 
 
 def _meshed(case: Drawn, made: Made, crack: Crack):

@@ -14,7 +14,6 @@ from craftmesh.cracks.measured import Numbers
 from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.series import crack_of_increment, refuse_shrunk
-from craftmesh.cracks.sheets import joined
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.options import WayOptions
 from craftmesh.io.npz import read_labels
@@ -63,7 +62,8 @@ def run(arguments: argparse.Namespace) -> None:
     box, edge, grid = body_of(arguments.volume)
     heights = options_from(arguments, WayOptions).insertion == "cut"
     l_min, cracks, reports = l_min_of(options_from(arguments, SizingOptions), edge), [], {}
-    for number, options in enumerate(options_of(arguments), 1):
+    given = options_of(arguments)
+    for number, options in enumerate(given, 1):
         if options.shape == IN_BOUNDARIES:
             cracks.append(crack_in_boundaries(_whole_surface(arguments), options, increment))
             report: Numbers = {}
@@ -71,7 +71,8 @@ def run(arguments: argparse.Namespace) -> None:
             surface, report = given_surface(options, increment, box, grid)
             cracks.append(crack_of_increment(options, increment, box, surface, heights))
         reports[f"crack_{number}"] = report
-    crack = meshable(joined(cracks), box, l_min)
+    of_facets = [number for number, options in enumerate(given) if options.shape == IN_BOUNDARIES]
+    crack = meshable(cracks, box, l_min, of_facets)
     if arguments.previous:
         refuse_shrunk(crack, read_crack(arguments.previous), increment)
     write_crack(arguments.output, crack)

@@ -1,5 +1,7 @@
 """A crack as it goes to the mesh: not along a face, and its sheets apart, across each other, or one."""
 
+from collections.abc import Collection, Sequence
+
 import numpy as np
 
 from craftmesh.cracks.along_faces import refuse_along_faces
@@ -10,16 +12,20 @@ from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.types import Crack
 
 
-def meshable(crack: Crack, box: np.ndarray, l_min: float) -> Crack:
-    """Return a given crack with fronts that graze a face ended there, and sheets that overlap made one.
+def meshable(
+    cracks: Sequence[Crack], box: np.ndarray, l_min: float, of_facets: Collection[int] = ()
+) -> Crack:
+    """Return given cracks as one, fronts that graze a face ended there and sheets that overlap made one.
 
-    box (2, 3), l_min in model units. Raises CraftmeshError for sheets along a face of the box or along each
+    box (2, 3), l_min in model units. of_facets: the numbers of cracks made of a surface's facets, which
+    have to stay as they are. Raises CraftmeshError for sheets along a face of the box or along each
     other, between which there is no room for tetrahedra.
     """
-    parts = sheets(crack)
-    for sheet in parts:
-        refuse_along_faces(sheet, box, l_min)
-    crack = joined([ending_on_faces(sheet, box, l_min) for sheet in parts])
-    merged = merged_sheets(crack, box, l_min, MERGED * l_min)
+    parts = []
+    for number, crack in enumerate(cracks):
+        for sheet in sheets(crack):
+            refuse_along_faces(sheet, box, l_min)
+            parts.append(sheet if number in of_facets else ending_on_faces(sheet, box, l_min))
+    merged = merged_sheets(joined(parts), box, l_min, MERGED * l_min)
     refuse_along_sheets(merged, box, l_min)
     return merged

@@ -6,10 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh.cracks.grazing_fronts import TAKEN, ending_on_faces
+from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.sheets import sheets
 from craftmesh.cracks.triangulated import ON_PLANE
 from craftmesh.surface.kernels.distances import nearest_on_edges
+from craftmesh.types import Crack
 
 BOX = np.array([[0.0, 0, 0], [20, 20, 20]])
 L_MIN = 0.5
@@ -64,3 +67,13 @@ def test_a_front_that_the_crack_itself_parts_from_the_face_stays():
     """The crack comes through the face and ends just inside: its front stays where it was given."""
     sheet = penny(-2 * RADIUS / L_MIN + 0.01)
     assert ending_on_faces(sheet, BOX, L_MIN) is sheet
+
+
+def test_a_crack_of_facets_of_a_surface_stays_beside_one_that_ends_on_a_face():
+    """Its front may run against its triangles, which are turned as those of the boundaries are."""
+    near, far = penny(0.01), penny(0.01, axis=0)
+    facets = Crack(far.points, far.triangles[:, ::-1], far.fronts)
+    first, second = sheets(meshable([near, facets], BOX, L_MIN, of_facets=[1]))
+    assert len(first.points) > len(near.points)
+    assert np.array_equal(second.points, facets.points)
+    assert np.array_equal(second.triangles, facets.triangles)
