@@ -15,16 +15,16 @@ ON_EDGE = 1e-9  # of an edge: a point of the crack this near to it lies on it
 def inlaid(surface: Surface, crack: Crack) -> Surface | None:
     """Return the surface with a crack in it that consists of its own facets; None where it does not.
 
-    That is a crack with a triangle whose corners are points of the surface, and every other point exactly
-    on an edge, no two on one: `crack_in_boundaries` makes it. Edges are parted at these points, and nothing
-    is moved. Raises CraftmeshError where triangles of it are no facets then: it is another surface's.
+    That is a crack with points that are the surface's, and every other one exactly on an edge, no two on
+    one: `crack_in_boundaries` makes it. Edges are parted at these points, and nothing is moved. Raises
+    CraftmeshError where triangles of it are no facets then: it is another surface's.
     """
     points, triangles, _ = compact(crack.points, crack.triangles)
     reach = np.stack([points.min(axis=0), points.max(axis=0)])
     rows = np.flatnonzero((surface.kind == INTERFACE) & meets_box(surface.points[surface.facets], reach))
     ids = _known(points, surface.points, np.unique(surface.facets[rows]))
     new = np.flatnonzero(ids < 0)
-    if not (ids[triangles] >= 0).all(axis=1).any():
+    if len(new) == len(ids):
         return None
     edges, _, _ = unique_edges(surface.facets[rows])
     edge = _edges_of(points[new], surface.points, edges)

@@ -134,6 +134,19 @@ def test_a_crack_of_another_surface_is_no_inlay_and_faults_are_told():
         crack_of(("4-5",), centre=(99.0, 0, 0), radius=1.0)
 
 
+def test_a_crack_smaller_than_the_facets_is_made_of_parts_of_them():
+    own = SURFACE.facets[(np.sort(SURFACE.sides, axis=1) == [4, 5]).all(axis=1)]
+    centre = SURFACE.points[own.ravel()[np.bincount(own.ravel())[own.ravel()].argmax()]]
+    beside = np.unique(own[(SURFACE.points[own] == centre).all(axis=2).any(axis=1)])
+    away = np.linalg.norm(SURFACE.points[beside] - centre, axis=1)
+    crack = crack_of(("4-5",), centre=tuple(centre.tolist()), radius=0.5 * float(away[away > 0].min()))
+    assert len(crack.triangles) > 2 and (crack.points == centre).all(axis=1).sum() == 1
+    found = inlaid(SURFACE, crack)
+    assert found is not None and check_surface(found) == []
+    given = area(crack.points, crack.triangles)
+    assert area(found.points, found.facets[found.kind == CRACK]) == pytest.approx(given, rel=1e-12)
+
+
 @pytest.mark.parametrize("radius", np.linspace(2.0, 5.0, 13).tolist())
 def test_a_sphere_that_crosses_edges_near_their_ends_leaves_no_short_ones(radius):
     crack = crack_of(BRANCHING, centre=CENTRE, radius=radius)
