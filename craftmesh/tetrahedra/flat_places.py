@@ -8,7 +8,7 @@ import numpy as np
 from craftmesh.mesh.poor import is_flat, is_poor
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.opening import Opening, begun, moved, repaired, with_parting
-from craftmesh.tetrahedra.opening_stages import JOINING, STAGES, Stage, is_at_fault, is_stretched
+from craftmesh.tetrahedra.opening_stages import JOINING, STAGES, Stage, is_stretched
 from craftmesh.tetrahedra.poor_tets import poor_tets
 from craftmesh.tetrahedra.surface_contractions import contracted
 from craftmesh.tetrahedra.surface_partings import Parting, partings_at, worthwhile
@@ -50,9 +50,10 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     threes. After each change the grains there are repaired inside; what leaves no fewer such tets is not
     done. A function of the whole mesh, not of chunks.
     """
-    before = after = begun(surface, grain_tets)
-    if not before.bad(is_at_fault).any():
+    before = begun(surface, grain_tets)
+    if before is None:
         return GivenWay(surface, grain_tets)
+    after = before
     for stage in (JOINING, *STAGES):
         after = _with_moves(after, stage)
         if stage.score is not None:

@@ -15,7 +15,7 @@ from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
 from craftmesh.tetrahedra.kernels.tet_faults import OF_FLAT, OF_POOR, SOUND_FROM
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, Aim, all_qualities
 from craftmesh.tetrahedra.kernels.tet_surface_moves import move_nodes
-from craftmesh.tetrahedra.opening_stages import Stage, is_stretched
+from craftmesh.tetrahedra.opening_stages import Stage, is_at_fault, is_stretched
 from craftmesh.tetrahedra.optimise_tets import new_state, repaired_tets
 from craftmesh.tetrahedra.surface_freedom import Freedom, freedom
 from craftmesh.tetrahedra.surface_partings import Parting, with_edges_parted
@@ -96,10 +96,13 @@ def _measures(
     return result
 
 
-def begun(surface: Surface, grain_tets: Sequence[GrainTets]) -> Opening:
-    """Return the opening of a surface and all its grains' tets to which nothing was done yet."""
+def begun(surface: Surface, grain_tets: Sequence[GrainTets]) -> Opening | None:
+    """Return the opening of a surface and its grains' tets as they are; None where no tet is at fault."""
     model = Model(surface, list(grain_tets))
-    return Opening(model, _measures(model, {}, surface.grains), surface.points, freedom(surface))
+    measures = _measures(model, {}, surface.grains)
+    if not any(is_at_fault(one).any() for one in measures.values()):
+        return None
+    return Opening(model, measures, surface.points, freedom(surface))
 
 
 def moved(now: Opening, reach: float, bad: np.ndarray, stage: Stage, held: set[int]) -> Opening:
