@@ -7,7 +7,7 @@ import numpy as np
 
 from craftmesh.mesh.poor import is_flat, is_poor
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
-from craftmesh.tetrahedra.opening import Opening, begun, moved, repaired, with_parting
+from craftmesh.tetrahedra.opening_model import Opening, begun, moved, repaired, with_parting
 from craftmesh.tetrahedra.opening_stages import JOINING, STAGES, Stage, is_stretched
 from craftmesh.tetrahedra.poor_tets import poor_tets
 from craftmesh.tetrahedra.surface_contractions import contracted

@@ -13,9 +13,9 @@ from craftmesh.mesh.poor import is_flat, is_poor
 from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges, median_front_edge
-from craftmesh.tetrahedra import flat_places, opening
+from craftmesh.tetrahedra import flat_places, opening_model
 from craftmesh.tetrahedra.flat_places import given_way
-from craftmesh.tetrahedra.opening import Opening, begun
+from craftmesh.tetrahedra.opening_model import Opening, begun
 from craftmesh.tetrahedra.opening_stages import STAGES
 from craftmesh.tetrahedra.surface_freedom import CRACK_REACH, freedom
 from craftmesh.tetrahedra.whole_mesh import Model
@@ -173,8 +173,8 @@ def test_what_makes_it_worse_is_not_done(monkeypatch):
         points[(points == [2.0, 1.0, 1.0]).all(axis=1)] += PUSH
         return points, np.array([1, 2])
 
-    monkeypatch.setattr(opening, "_moved_points", spoilt)
-    for module in (opening, flat_places):
+    monkeypatch.setattr(opening_model, "_moved_points", spoilt)
+    for module in (opening_model, flat_places):
         monkeypatch.setattr(module, "repaired", lambda model, grains, measure: model)
     monkeypatch.setattr(flat_places, "CONTRACTIONS", 0)
     surface, tets = pushed_box()
