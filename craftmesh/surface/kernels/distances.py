@@ -7,6 +7,29 @@ from craftmesh.surface.kernels.facet_shape import area_vector, facet_distance2, 
 
 # Spheres reach this part further, so that rounding leaves no facet out.
 ROUNDING = 1e-9
+# Facets that are left out together: with 8,400 of them 16 are as good, and 64 take half as long again.
+BLOCK = 32
+
+
+@kernel
+def _block_boxes(centres, reach):
+    """Return the lowest and highest corners (b, 3) of boxes round the spheres of BLOCK facets each."""
+    count = (len(centres) + BLOCK - 1) // BLOCK
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    for f in range(len(centres)):
+        for k in range(3):
+            low[f // BLOCK, k] = min(low[f // BLOCK, k], centres[f, k] - reach[f])
+            high[f // BLOCK, k] = max(high[f // BLOCK, k], centres[f, k] + reach[f])
+    return low, high
+
+
+@kernel
+def _is_beyond(places, q, low, high, row, bound):
+    """Tell whether a box lies farther than `bound` from a place along one of the axes."""
+    for k in range(3):
+        if places[q, k] < low[row, k] - bound or places[q, k] > high[row, k] + bound:
+            return True
+    return False
 
 
 @kernel
@@ -14,26 +37,31 @@ def nearest_facets(places, points, facets, some, centres, reach):
     """Return the nearest facet (q,) of each place, the squared distance (q,) and the side (q,): 1 ahead.
 
     some (q,): for each place a facet that is near, best the one with the nearest centre; only facets whose
-    spheres, of `centres` (f, 3) and radii `reach` (f,), come as near are measured. Of equally near facets
-    the first counts.
+    spheres, of `centres` (f, 3) and radii `reach` (f,), come as near are measured, and of blocks of them
+    those whose boxes do. Of equally near facets the first counts.
     """
+    low, high = _block_boxes(centres, reach)
     nearest, side = np.zeros(len(places), np.int64), np.zeros(len(places), np.int64)
     distance2 = np.full(len(places), np.inf)
     for q in range(len(places)):
         s = some[q]
         bound = facet_distance2(points, facets[s, 0], facets[s, 1], facets[s, 2], places, q, np.inf)
         bound = np.sqrt(bound) * (1.0 + ROUNDING)
-        for f in range(len(facets)):
-            x = centres[f, 0] - places[q, 0]
-            y = centres[f, 1] - places[q, 1]
-            z = centres[f, 2] - places[q, 2]
-            far = bound + reach[f]
-            if x * x + y * y + z * z > far * far:
+        for block in range(len(low)):
+            if _is_beyond(places, q, low, high, block, bound):
                 continue
-            d = facet_distance2(points, facets[f, 0], facets[f, 1], facets[f, 2], places, q, distance2[q])
-            if d < distance2[q]:
-                distance2[q] = d
-                nearest[q] = f
+            for f in range(block * BLOCK, min((block + 1) * BLOCK, len(facets))):
+                x = centres[f, 0] - places[q, 0]
+                y = centres[f, 1] - places[q, 1]
+                z = centres[f, 2] - places[q, 2]
+                far = bound + reach[f]
+                if x * x + y * y + z * z > far * far:
+                    continue
+                a, b, c = facets[f, 0], facets[f, 1], facets[f, 2]
+                d = facet_distance2(points, a, b, c, places, q, distance2[q])
+                if d < distance2[q]:
+                    distance2[q] = d
+                    nearest[q] = f
         a, b, c = facets[nearest[q], 0], facets[nearest[q], 1], facets[nearest[q], 2]
         nx, ny, nz = area_vector(points, a, b, c)
         height = (places[q, 0] - points[a, 0]) * nx
