@@ -45,11 +45,19 @@ class Drawn:
         return ", ".join([f"{shape} {self.kinds['volume']}", *list(self.kinds.values())[1:]])
 
 
-def draw(seed: int, sides: tuple[int, int] = (30, 48), kind: str | None = None) -> Drawn:
-    """Return the case of `seed`; the same seed gives the same case. kind: of the crack, else drawn too."""
+def draw(
+    seed: int, sides: tuple[int, int] = (30, 48), kind: str | None = None, insertion: str | None = None
+) -> Drawn:
+    """Return the case of `seed`; the same seed gives the same case.
+
+    kind: of the crack, insertion: the way it comes in, else drawn too. A crack in boundaries is made of
+    their facets, whatever way others come in.
+    """
     case = _of_kind(seed, sides, kind)
     by_voxels = np.random.default_rng([seed, more_cracks.STREAM, 1]).random() < BY_VOXELS
-    way = "voxel" if by_voxels and case.kinds["crack"] != "boundaries" else "cut"
+    way = insertion or ("voxel" if by_voxels else "cut")
+    if case.kinds["crack"] == "boundaries":
+        way = "cut"
     return replace(case, kinds=case.kinds | {"insertion": way})
 
 

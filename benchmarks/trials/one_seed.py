@@ -8,7 +8,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -87,10 +86,8 @@ def run_inside(seed: int, target: Path, trial: Trial) -> None:
     from trials.chain import run_chain, write_inputs
     from trials.drawing import draw
 
-    case = draw(seed, kind=trial.kind)
-    # of its facets a crack in boundaries is made, whatever way others come in
-    insertion = "cut" if case.kinds["crack"] == "boundaries" else trial.insertion or case.kinds["insertion"]
-    case = replace(case, kinds=case.kinds | {"insertion": insertion})
+    case = draw(seed, kind=trial.kind, insertion=trial.insertion)
+    insertion = case.kinds["insertion"]
     row: dict = {"seed": seed, "words": case.words, **case.kinds, "l_min": case.sizes.l_min}
     row["sizes"] = [getattr(case.sizes, key) for key in ("l_min", "l0", "l_max", "r0", "r1", "gradation")]
     target.write_text(json.dumps(row))

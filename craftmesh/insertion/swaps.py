@@ -42,12 +42,12 @@ def without_caps(surface: CutSurface) -> CutSurface:
     """Return the surface with the longest edges of crack facets over CAP degrees swapped, where sound."""
     crack = np.flatnonzero(surface.kind >= CRACK)
     angles = facet_angles(surface.points, surface.facets[crack])
-    worst = crack[angles.max(axis=1) > CAP]
-    if not len(worst):
+    caps = np.flatnonzero(angles.max(axis=1) > CAP)
+    if not len(caps):
         return surface
     # the edge opposite to corner k runs from corner k + 1 on
-    corner = (angles.argmax(axis=1)[angles.max(axis=1) > CAP] + 1) % 3
-    edges = facet_edges(surface.facets[worst]).reshape(-1, 3, 2)[np.arange(len(worst)), corner]
+    corner = (angles[caps].argmax(axis=1) + 1) % 3
+    edges = facet_edges(surface.facets[crack[caps]]).reshape(-1, 3, 2)[np.arange(len(caps)), corner]
     facets = surface.facets.copy()
     for a, b in edges.tolist():
         found = swap_at(facets, surface.sides, surface.kind, a, b)

@@ -1,6 +1,6 @@
 """Flat, poor and stretched tets that the surface forces: it gives way, to both neighbours alike."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -72,8 +72,8 @@ def _with_moves(now: Opening, stage: Stage) -> Opening:
         if not bad.any():
             break
         after = moved(now, reach, bad, stage, held)
-        while not after.changed_by(stage.drift) <= held:
-            held |= after.changed_by(stage.drift)
+        while over := after.changed_by(stage.drift) - held:
+            held |= over
             after = moved(now, reach, bad, stage, held)
         now = after
         best = min(best, now, key=Opening.faults)
@@ -113,24 +113,24 @@ def _parted_at_flat(now: Opening, stage: Stage) -> Opening:
 
     A needle between two long edges is flat with either of them parted, and sound with both.
     """
-    best = now
+    best, offered = now, _at_flat(now)
     tried: set[bytes] = set()
-    for _ in range(TRIES):
-        parting, place = _not_tried(best, tried)
+    while len(tried) < TRIES:
+        parting = next(offered, None)
         if parting is None:
             break
+        place = parting.places(best.model.points).tobytes()
+        if place in tried:
+            continue
         tried.add(place)
-        best = min(best, _parted(with_parting(best, parting)[0], stage), key=Opening.faults)
+        after = _parted(with_parting(best, parting)[0], stage)
+        if after.faults() < best.faults():
+            best, offered = after, _at_flat(after)
     return best
 
 
-def _not_tried(now: Opening, tried: set[bytes]) -> tuple[Parting | None, bytes]:
-    """Return the first edge at flat tets whose place is not among those tried, and that."""
-    for parting in partings_at(now.model, np.flatnonzero(now.bad(is_flat))):
-        place = parting.places(now.model.surface.points).tobytes()
-        if place not in tried:
-            return parting, place
-    return None, b""
+def _at_flat(now: Opening) -> Iterator[Parting]:
+    return partings_at(now.model, np.flatnonzero(now.bad(is_flat)))
 
 
 def _report(before: Opening, after: Opening) -> dict:

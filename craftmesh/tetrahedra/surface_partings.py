@@ -45,8 +45,9 @@ def partings_at(model: Model, rows: np.ndarray) -> Iterator[Parting]:
     """Yield, for each of the tets in `rows`, its two longest edges of the surface, not of the front."""
     edges = _inner_edges(model) if len(rows) else np.zeros((0, 2), np.int64)
     length = np.linalg.norm(np.diff(model.points[edges], axis=1)[:, 0], axis=1)
-    for row in rows.tolist():
-        _, own = _having(model.tets[[row]], edges)
+    tet, edge_of = _having(model.tets[rows], edges)
+    for number in range(len(rows)):
+        own = edge_of[tet == number]
         for edge in own[np.argsort(-length[own], kind="stable")][:LONGEST].tolist():
             yield Parting(edges[[edge]], np.array([SHARES[0]]))
 
