@@ -75,9 +75,8 @@ def insert_crack(
             surface = inlay
             reports.append(numbers_of(surface, 0) | unmoved(len(sheet.triangles)))
             continue
-        ends = np.concatenate(sheet.fronts) if sheet.fronts else np.arange(len(sheet.points))
-        least = least_length(sheet.points[ends], target, sizing)
-        refuse_along_faces(sheet, box, least)
+        least = least_length(_ends(sheet, box), target, sizing)
+        refuse_along_faces(sheet, box, sizing.l_min if isinstance(sizing, Sizing) else least)
         for part in heights_of(sheet, box):
             surface, numbers = _with_part(surface, part, target, least, options, progress)
             reports.append(numbers)
@@ -195,6 +194,15 @@ def target_of(surface: Surface, sizing: Lengths | None) -> SizeAt:
         uniform = float(np.median(local_sizes(surface)[0]))
         return lambda points: np.full(len(points), uniform)
     return sizing.at
+
+
+def _ends(sheet: Crack, box: np.ndarray) -> np.ndarray:
+    """Return the points (n, 3) of a sheet's fronts; without any those in the box, or all where none is."""
+    if sheet.fronts:
+        ends: np.ndarray = sheet.points[np.concatenate(sheet.fronts)]
+        return ends
+    inside = ((sheet.points >= box[0]) & (sheet.points <= box[1])).all(axis=1)
+    return sheet.points[inside] if inside.any() else sheet.points
 
 
 def least_length(ends: np.ndarray, target: SizeAt, sizing: Lengths | None) -> float:

@@ -16,12 +16,14 @@ from craftmesh.insertion.onto_kinks import onto_kinks
 from craftmesh.insertion.onto_sheets import onto_sheets
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.swaps import without_caps
+from craftmesh.mesh.poor import FLAT_DIHEDRALS
 from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.volumes import RestoringLimits, restore_volumes
+from craftmesh.surface.wedges import sharp_wedges
 from craftmesh.types import CRACK, Crack, Surface
 
 # Of the least length, that facets and nodes of the front may be off: what cuts hold too.
@@ -47,23 +49,18 @@ def insert_by_voxels(
     """Return the surface with a crack in it as voxels part the grains, or cut where these are too coarse.
 
     surface: of the volume without a crack; halves: surface and bits of `remesh_split` for the volume
-    `split` along `crack`. Cut are cracks that voxels refuse, or leave more than FACETS_OFF or FRONT_OFF off
-    the given one, if they can be; the report's cut_instead says why. Raises CraftmeshError as insert_split.
+    `split` along `crack`. Cut are cracks that voxels refuse, leave more than FACETS_OFF or FRONT_OFF off
+    the given one, or lay flat beside a grain boundary, if they can be; the report's cut_instead says why.
+    Raises CraftmeshError as insert_split.
     """
-    found, why = None, ""
+    found = None
     try:
         found = insert_split(*halves, split, sizing, options)
+        why = _fault_of(*found, least_length(_ends(split), target_of(halves[0], sizing), sizing))
+        if why is None:
+            return found
     except CraftmeshError as error:
         why = str(error)
-    if found is not None:
-        least = least_length(_ends(split), target_of(halves[0], sizing), sizing)
-        off = {name: found[1][name] / least for name in ("crack_off_most", "front_off_most")}
-        if off["crack_off_most"] <= FACETS_OFF and off["front_off_most"] <= FRONT_OFF:
-            return found
-        why = (
-            f"voxels leave the crack {off['crack_off_most']:.2g} l_min off the given one and its front "
-            f"{off['front_off_most']:.2g}; expected {FACETS_OFF} and {FRONT_OFF} at most"
-        )
     try:
         result, report = insert_crack(surface, crack, sizing, options, progress)
     except CraftmeshError:
@@ -71,6 +68,24 @@ def insert_by_voxels(
             raise CraftmeshError(why) from None
         return found
     return result, report | {"cut_instead": why}
+
+
+def _fault_of(surface: Surface, report: dict, least: float) -> str | None:
+    """Return why a crack by voxels had better be cut: it is off the given one, or in a flat wedge."""
+    off = {name: report[name] / least for name in ("crack_off_most", "front_off_most")}
+    if off["crack_off_most"] > FACETS_OFF or off["front_off_most"] > FRONT_OFF:
+        return (
+            f"voxels leave the crack {off['crack_off_most']:.2g} l_min off the given one and its front "
+            f"{off['front_off_most']:.2g}; expected {FACETS_OFF} and {FRONT_OFF} at most"
+        )
+    wedges = sharp_wedges(surface)
+    flattest = wedges.angle[(surface.kind[wedges.facets] == CRACK).any(axis=1)].min(initial=180.0)
+    if flattest < FLAT_DIHEDRALS[0]:
+        return (
+            f"voxels leave a wedge of {flattest:.2g} degrees between the crack and what is beside it; "
+            f"expected {FLAT_DIHEDRALS[0]:g} at least"
+        )
+    return None
 
 
 def insert_split(

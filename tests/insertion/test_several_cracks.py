@@ -11,6 +11,7 @@ from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import remesh
+from craftmesh.sizing.sizing import SizingOptions, sizing_for
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import pieces
 from craftmesh.surface.front import front_edges
@@ -100,6 +101,18 @@ def test_a_given_surface_of_two_sheets_is_two_cracks_and_what_is_outside_is_left
     )
     crack = crack_of_increment(CrackOptions(shape="surface", file="a.stl"), 0, SURFACE.box, given)
     assert len(sheets(crack)) == 2 and check_crack(crack) == []
+
+
+def test_a_crack_that_severs_a_corner_far_from_any_front_is_no_sliver_against_l_min():
+    """Target lengths at it are 11 l_min; a fifth of that is more than the corner is deep."""
+    severing = {"centre": SURFACE.box[1] - 0.9, "normal": (1.0, 1.0, 1.0), "radius": 60.0}
+    cracks = [prescribed_crack(CrackOptions(**options), 0, SURFACE.box) for options in (DISC, severing)]
+    sizes = SizingOptions(l_min=0.5, l0=0.6, l_max=5.5, r0=1.0, r1=3.0, gradation=2.0)
+    sizing = sizing_for(SURFACE, sizes, cracks[0].points[np.concatenate(cracks[0].fronts)])
+    result, report = insert_crack(SURFACE, joined(cracks), sizing)
+    assert check_surface(result) == []
+    severed = np.sqrt(3) / 2 * 2.7**2
+    assert report["crack_area"] == pytest.approx(np.pi * DISC["radius"] ** 2 + severed, rel=0.01)
 
 
 @pytest.mark.parametrize("degrees", [30.0, 60.0, 90.0])

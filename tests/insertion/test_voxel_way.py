@@ -25,6 +25,7 @@ from craftmesh.surface.connectivity import pieces
 from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors, side_volumes
+from craftmesh.surface.wedges import sharp_wedges
 from craftmesh.types import CRACK, Crack, Surface
 
 VOXELS = voronoi(3, 8, (18, 18, 18))
@@ -263,6 +264,19 @@ def test_cracks_that_voxels_do_not_bring_in_are_cut():
     found, report = insert_by_voxels(whole, large, (surface, bits), split, Uniform())
     assert "cut_instead" not in report
     assert (found.points == insert_split(surface, bits, split, Uniform())[0].points).all()
+
+
+def test_a_crack_that_voxels_lay_flat_beside_a_boundary_is_cut():
+    """The crack passes along a boundary; voxels leave a wedge of 0.2 degrees between the two."""
+    crack = penny(centre=(8.17, 9.68, 5.92), normal=(0.5, 0.56, 0.66), radius=3.5)
+    whole, _ = remesh(VOXELS)
+    split = split_along(VOXELS, crack)
+    surface, bits, _ = remesh_split(split)
+    found, report = insert_by_voxels(whole, crack, (surface, bits), split, Uniform())
+    assert "a wedge of 0.16 degrees" in report["cut_instead"]
+    assert_sound(found)
+    wedges = sharp_wedges(found)
+    assert wedges.angle[(found.kind[wedges.facets] == CRACK).any(axis=1)].min() > 5.0
 
 
 def test_what_neither_way_brings_in_is_refused_for_the_voxels():
