@@ -7,15 +7,17 @@ import numpy as np
 from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.cracks.sheets import heights_of, sheets
 from craftmesh.errors import CraftmeshError, told
+from craftmesh.insertion.attempts import soundest
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.creases import Creases, creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
 from craftmesh.insertion.front_chain import FrontChain, chain, conflicts
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
-from craftmesh.insertion.hidden import split_hidden, split_near
+from craftmesh.insertion.hidden import split_hidden
 from craftmesh.insertion.inlay import inlaid
 from craftmesh.insertion.kinks import kink_traces
 from craftmesh.insertion.loose_ends import without_loose_ends
+from craftmesh.insertion.misfit import Given, Inserted
 from craftmesh.insertion.moved import moved, unmoved
 from craftmesh.insertion.offsets import local_sizes, prepared
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
@@ -29,15 +31,12 @@ from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import compact
-from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.patches import is_on_box
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
 
 SPREADS = 3  # rounds that push crowded pierce points apart
 HALVINGS = 10  # of the edges between two pierce points, until the front crosses no trace
-# The later ones with smaller facets where a curved crack met a boundary; six were needed so far. Where no
-# edge there is long enough to be split, shorter ones are from the next attempt on.
-ATTEMPTS = 8
 # Numbers of the report that add up over the parts of a crack.
 COUNTED = (
     "crack_facets_outside_material",
@@ -78,7 +77,8 @@ def insert_crack(
         least = least_length(_ends(sheet, box), target, sizing)
         refuse_along_faces(sheet, box, sizing.l_min if isinstance(sizing, Sizing) else least)
         for part in heights_of(sheet, box):
-            surface, numbers = _with_part(surface, part, target, least, options, progress)
+            given = Given(part, box, least, sizing.l_min if isinstance(sizing, Sizing) else least)
+            surface, numbers = _with_part(surface, given, target, options, progress)
             reports.append(numbers)
     progress(1.0, "done")
     return surface, _total(reports)
@@ -96,28 +96,22 @@ def _total(reports: list[dict[str, int | float]]) -> dict[str, int | float]:
 
 def _with_part(
     surface: Surface,
-    crack: Crack,
+    given: Given,
     target: SizeAt,
-    least: float,
     options: InsertOptions,
     progress: Callable[[float, str], None],
 ) -> tuple[Surface, dict[str, int | float]]:
-    """Return the surface with a part of a crack in it; least: the least length on the crack's fronts."""
-    sheet = sheet_of(crack, surface.box)
-    cut, shortest = prepared(surface, sheet, least), least
-    for _ in range(ATTEMPTS):
-        result, numbers = _inserted(cut, sheet, target, least, options, progress)
-        pairs = crack_intersections(result)
-        if not len(pairs) or sheet.planar:
-            break
-        places = result.points[result.facets[pairs]].mean(axis=(1, 2))
-        count = len(cut.points)
-        cut = split_near(cut, sheet, places, shortest)
-        if len(cut.points) == count:
-            shortest /= 2
-    if len(pairs):
-        refuse_intersections(result)
-    return result, numbers | moved(cut, result, sheet, least)
+    """Return the surface with a part of a crack in it."""
+    sheet, least = sheet_of(given.crack, surface.box), given.least
+    best = soundest(
+        prepared(surface, sheet, given.unit),
+        sheet,
+        given,
+        options,
+        lambda cut, chosen: _inserted(cut, sheet, target, least, chosen, progress),
+    )
+    numbers = best.made.numbers | moved(best.cut, best.made.surface, sheet, least)
+    return best.made.surface, numbers
 
 
 def _inserted(
@@ -127,8 +121,8 @@ def _inserted(
     least: float,
     options: InsertOptions,
     progress: Callable[[float, str], None],
-) -> tuple[Surface, dict[str, int | float]]:
-    """Return the surface with the crack in it and the numbers of the report; its facets may meet others."""
+) -> Inserted:
+    """Return the surface with the crack in it; its facets may meet others."""
     progress(0.0, "cut")
     creases = creases_of(sheet, least)
     cut = _cut(cut, sheet, creases, least, options)
@@ -146,28 +140,6 @@ def _inserted(
     cut, triangles, fixed = with_patch(cut, sheet, front, traces, target, least)
     progress(0.8, "grains")
     return _assembled(cut, sheet, triangles, fixed)
-
-
-def refuse_intersections(surface: Surface) -> None:
-    """Raise where crack facets meet facets beyond the corners and edges they share."""
-    pairs = crack_intersections(surface)
-    if len(pairs):
-        place = told(surface.points[surface.facets[pairs[0]]].mean(axis=(0, 1)))
-        raise CraftmeshError(
-            f"the crack's facets meet others near {place} ({len(pairs)} pairs): it runs along the box "
-            "or a grain boundary there; move it a little, turn it or give a shorter l_min"
-        )
-
-
-def crack_intersections(surface: Surface) -> np.ndarray:
-    """Return the pairs (k, 2) of facets, one of the crack or both, that meet beyond what they share."""
-    crack = surface.kind == CRACK
-    corners = surface.points[surface.facets]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    near = (low <= high[crack].max(axis=0)).all(axis=1) & (high >= low[crack].min(axis=0)).all(axis=1)
-    rows = np.flatnonzero(near)
-    pairs = rows[intersecting_pairs(surface.points, surface.facets[rows])]
-    return pairs[crack[pairs].any(axis=1)]
 
 
 def _cut(
@@ -235,10 +207,8 @@ def _front_and_traces(
     )
 
 
-def _assembled(
-    cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.ndarray
-) -> tuple[Surface, dict[str, int | float]]:
-    """Return the surface with the crack facets named, and the numbers of the report.
+def _assembled(cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.ndarray) -> Inserted:
+    """Return the surface with the crack facets named.
 
     Facets of grain boundaries that lie on the crack become crack facets; on those of voids and of the box
     there is none, they are free already.
@@ -247,11 +217,13 @@ def _assembled(
     kind, sides, facets = cut.kind.copy(), cut.sides.copy(), cut.facets.copy()
     flat, covered = _same_triangles(facets, flat_facets(cut), triangles)
     between = (kind[flat] == INTERFACE) & (sides[flat] > 0).all(axis=1)
-    free, flat = int((~between).sum()), flat[between]
+    free, flat = flat[~between], flat[between]
     turned = area_vectors(cut.points, facets[flat]) @ sheet.frame[2] < 0
     facets[flat[turned]] = facets[flat[turned]][:, ::-1]
     sides[flat[turned]] = sides[flat[turned]][:, ::-1]
     kind[flat] = CRACK
+    own = np.zeros(len(facets), bool)
+    own[flat] = True
     label = labels_of_regions(cut.points, triangles, region, cut.facets, cut.sides)[region]
     keep = (label > 0) & ~covered
     if not keep.any() and not len(flat):
@@ -261,7 +233,11 @@ def _assembled(
     kind = np.concatenate([kind, np.full(int(keep.sum()), CRACK)])
     points, facets, kept = compact(cut.points, facets)
     result = Surface(points, facets, sides, kind)
-    return result, numbers_of(result, int(((label <= 0) & ~covered).sum()) + free)
+    own = np.concatenate([own, np.ones(int(keep.sum()), bool)])
+    in_voids = [triangles[(label < 0) & ~covered], cut.facets[free[~is_on_box(cut.kind[free])]]]
+    hidden = float(np.linalg.norm(area_vectors(cut.points, np.concatenate(in_voids)), axis=1).sum())
+    numbers = numbers_of(result, int(((label <= 0) & ~covered).sum()) + len(free))
+    return Inserted(result, own, hidden, numbers)
 
 
 def _same_triangles(

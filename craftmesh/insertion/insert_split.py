@@ -11,6 +11,7 @@ from craftmesh.insertion.clip import clipped, halved_facets, halved_fronts
 from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import CutSurface, uncut
 from craftmesh.insertion.insert import insert_crack, least_length, numbers_of, target_of
+from craftmesh.insertion.misfit import FACETS_OFF, FRONT_OFF
 from craftmesh.insertion.offsets import local_sizes
 from craftmesh.insertion.onto_kinks import onto_kinks
 from craftmesh.insertion.onto_sheets import onto_sheets
@@ -26,8 +27,6 @@ from craftmesh.surface.volumes import RestoringLimits, restore_volumes
 from craftmesh.surface.wedges import sharp_wedges
 from craftmesh.types import CRACK, Crack, Surface
 
-# Of the least length, that facets and nodes of the front may be off: what cuts hold too.
-FACETS_OFF, FRONT_OFF = 0.05, 0.02
 OFF = 0.25  # of the least length: notches were 0.77 off, corners between two discs 0.1
 ROUNDS = 5  # of moving points onto the crack and closing what is in their way
 # Degrees beside the way of a point that cannot move: edges to points there are closed too. No one serves

@@ -79,8 +79,10 @@ def _first_crossing(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> tup
     row, fraction, at = _rim_crossings(surface, sheet, edges, at_end)
     size = surface.size[edges[row, 0]]
     off = np.linalg.norm(sheet.rim.nearest_front(at)[0] - at, axis=1)
-    # where an edge meets the front or starts at its end, what it meets past the end is no front
+    # where an edge meets the front or starts at its end, or runs past the crack from end to end, what it
+    # meets past the end is no front
     meets = np.isin(row, row[off <= TOUCHING * size]) | at_end[row].any(axis=1)
+    meets |= (surface.phi[edges[row]] < 0).all(axis=1)
     on_front = off <= np.where(meets, TOUCHING, _end_reach(sheet)) * size
     row, fraction = row[on_front], fraction[on_front]
     beside, share = _past_front_ends(surface, sheet, edges, row)

@@ -13,7 +13,8 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
-from craftmesh.insertion.insert import insert_crack, refuse_intersections
+from craftmesh.insertion.attempts import refuse_intersections
+from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import sheet_of
 from craftmesh.remeshing.remesh import remesh

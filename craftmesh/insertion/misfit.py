@@ -1,0 +1,95 @@
+"""How far an inserted crack is off the given one, and where."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from craftmesh.cracks.along_faces import area_within
+from craftmesh.cracks.near_sheet import NearSheet
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.front import front_of
+from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.patches import is_on_box
+from craftmesh.types import Crack, Surface
+
+# Of the least length, that facets and nodes of the front may be off: the promise of both ways of insertion.
+FACETS_OFF, FRONT_OFF = 0.05, 0.02
+# Of the given area, and of the least length squared: what an area may be off. 0.005 and 0.02 are promised.
+AREA_OFF, LEAST_AREA = 0.004, 0.016
+MARGIN = 0.95  # of FACETS_OFF and FRONT_OFF: what a cut has to keep, for gradation moves points too
+
+
+class Inserted(NamedTuple):
+    """A surface with a crack in it, and the report's numbers.
+
+    own (m,): which facets are this crack's; hidden: the area of what of it lies in voids, on their facets
+    or in another crack.
+    """
+
+    surface: Surface
+    own: np.ndarray
+    hidden: float
+    numbers: dict[str, int | float]
+
+
+class Misfit(NamedTuple):
+    """Places (k, 3) where a crack is farther off the given one than it may be, and by how many times."""
+
+    places: np.ndarray
+    times: float
+
+
+class Given:
+    """A crack in a box (2, 3) as it is given; what is inserted is held to it.
+
+    least: the least target length on its fronts; unit: of which it may be off in shares, the least of all.
+    """
+
+    def __init__(self, crack: Crack, box: np.ndarray, least: float, unit: float) -> None:
+        self.crack, self.least, self.unit = crack, least, unit
+        self.look = NearSheet(crack, box)
+        self.area = area_within(crack, box)
+
+    def misfit(self, inserted: Inserted) -> Misfit:
+        """Return where a crack is off: at the middles of its rim's edges, where its area alone is."""
+        surface, own = inserted.surface, inserted.surface.facets[inserted.own].astype(np.int64)
+        points = surface.points
+        edges, _, count = unique_edges(own)
+        middles = points[edges].mean(axis=1)
+        places = np.concatenate([points[np.unique(own)], middles, points[own].mean(axis=1)])
+        off = np.linalg.norm(self.look.look(places).foot - places, axis=1)
+        free = surface.facets[(surface.sides <= 0).any(axis=1)]
+        front = front_of(own, free.astype(np.int64))
+        nodes = points[np.unique(front)]
+        times = np.concatenate([off / FACETS_OFF, self._off_front(nodes) / FRONT_OFF]) / (
+            MARGIN * self.unit
+        )
+        bad, most = np.concatenate([places, nodes])[times > 1], float(times.max(initial=0.0))
+        if fills_box(surface):
+            area = inserted.hidden + float(np.linalg.norm(area_vectors(points, own), axis=1).sum())
+            by = self._area_off(area, points[front])
+            if by > 1 and not len(bad):
+                bad = middles[count == 1]
+            most = max(most, by)
+        return Misfit(bad, most)
+
+    def _off_front(self, places: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(self.look.nearest_on_front(places) - places, axis=1)
+
+    def _area_off(self, area: float, chords: np.ndarray) -> float:
+        """Return how many times farther an area is off than it may be.
+
+        The segments between the front and its chords (k, 2, 3) count for nothing.
+        """
+        length = np.linalg.norm(chords[:, 1] - chords[:, 0], axis=1)
+        segments = (
+            float((2 / 3 * length * self._off_front(chords.mean(axis=1))).sum()) if len(chords) else 0.0
+        )
+        off = min(abs(area - self.area), abs(area - self.area + segments))
+        return off / max(AREA_OFF * self.area, LEAST_AREA * self.unit**2)
+
+
+def fills_box(surface: Surface) -> bool:
+    """Tell whether the body ends at the planes of its box and in voids alone."""
+    ends = (surface.sides == 0).any(axis=1)
+    return bool(is_on_box(surface.kind[ends]).all())
