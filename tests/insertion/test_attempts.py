@@ -11,6 +11,7 @@ from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.insertion.attempts import CHOICES, soundest
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.misfit import AREA_OFF, FACETS_OFF, FRONT_OFF, Given, Inserted
+from craftmesh.insertion.mouth_kinks import onto_mouth_kinks
 from craftmesh.insertion.offsets import prepared
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import sheet_of
@@ -127,3 +128,19 @@ def test_of_attempts_that_are_all_off_the_first_stays_unless_another_is_much_nea
     assert best.made is far
     assert len(asked) == len(CHOICES)
     assert attempts_at(model, crack, given, [far, nearer, hardly])[0].made is nearer
+
+
+def test_a_point_of_the_face_goes_to_the_kink_of_the_mouth_and_counts_as_on_the_crack(model):
+    x, y = np.meshgrid(np.linspace(1.4, 4.8, 5), np.linspace(3.0, 9.0, 5), indexing="ij")
+    z = 4.1 + 0.6 * np.abs(x - 3.1)
+    corner = np.arange(25).reshape(5, 5)
+    a, b, c, d = (corner[i : i + 4, j : j + 4].ravel() for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    kinked = crack_from_triangles(np.stack([x, y, z], axis=-1).reshape(-1, 3), triangles, None, BOX)
+    sheet = sheet_of(kinked, BOX)
+    before = prepared(model, sheet, L_MIN)
+    after = onto_mouth_kinks(before, sheet, L_MIN, InsertOptions())
+    moved = np.flatnonzero((after.points != before.points).any(axis=1))
+    assert len(moved) == 1
+    assert after.points[moved[0]] == pytest.approx([3.1, 8.0, 4.1])
+    assert after.psi[moved[0]] == 0
