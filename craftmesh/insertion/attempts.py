@@ -1,6 +1,7 @@
 """Attempts at a crack, with smaller facets or other choices where one is unsound, until one is sound."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -42,9 +43,9 @@ def soundest(
 ) -> Attempt:
     """Return the first sound attempt at inserting a crack, or else the one that is least off.
 
-    Raises CraftmeshError where the first attempt does, and where facets meet others in every one.
+    Raises CraftmeshError where no choice ends in a crack, and where facets meet others in every attempt.
     """
-    attempt, places = _judged(insert(cut, options), cut, given)
+    attempt, places = _judged(_first(cut, options, insert), cut, given)
     best, choice, shortest = attempt, 0, given.least
     for _ in range(1, ATTEMPTS):
         choice += bool(np.isfinite(attempt.times))
@@ -65,6 +66,20 @@ def soundest(
             best = attempt
     refuse_intersections(best.made.surface)
     return best
+
+
+def _first(
+    cut: CutSurface, options: InsertOptions, insert: Callable[[CutSurface, InsertOptions], Inserted]
+) -> Inserted:
+    """Return what the first choice that ends in a crack makes; raise what the very first one raised."""
+    try:
+        return insert(cut, options)
+    except CraftmeshError as error:
+        refusal = error
+    for choice in range(CHOICES.count(CHOICES[0]), len(CHOICES)):
+        with suppress(CraftmeshError):
+            return insert(cut, _chosen(options, choice))
+    raise refusal
 
 
 def _chosen(options: InsertOptions, choice: int) -> InsertOptions:

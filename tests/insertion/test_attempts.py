@@ -8,6 +8,7 @@ from given_cracks import wavy_disc
 from structured_box import structured_box
 
 from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.attempts import CHOICES, soundest
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.misfit import AREA_OFF, FACETS_OFF, FRONT_OFF, Given, Inserted
@@ -98,7 +99,10 @@ def attempts_at(model, crack, given, results):
 
     def insert(_, options):
         asked.append(options)
-        return results[min(len(asked), len(results)) - 1]
+        result = results[min(len(asked), len(results)) - 1]
+        if isinstance(result, CraftmeshError):
+            raise result
+        return result
 
     options = InsertOptions()
     return soundest(prepared(model, sheet, L_MIN), sheet, given, options, insert), asked
@@ -118,6 +122,18 @@ def test_a_crack_that_is_off_is_tried_with_smaller_facets_and_the_first_sound_on
     assert best.made is made
     assert len(asked) == 3
     assert len(best.cut.points) > len(model.points)
+
+
+def test_a_crack_that_does_not_come_in_is_tried_with_other_choices(model, crack, given, made):
+    crossing = CraftmeshError("a trace edge crosses another")
+    best, asked = attempts_at(model, crack, given, [crossing, crossing, made])
+    assert best.made is made
+    assert len({(options.snap, options.snap_front) for options in asked}) == len(asked) == 3
+
+
+def test_what_comes_in_by_no_choice_is_refused_with_what_the_first_said(model, crack, given):
+    with pytest.raises(CraftmeshError, match="the first"):
+        attempts_at(model, crack, given, [CraftmeshError("the first"), CraftmeshError("another")])
 
 
 def test_of_attempts_that_are_all_off_the_first_stays_unless_another_is_much_nearer(
