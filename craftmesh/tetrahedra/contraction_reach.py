@@ -32,7 +32,7 @@ def keeps_surface(stars: Stars, kept: int, gone: int) -> bool:
         was, new = (_of_patch(stars, cells, patch) for cells in (old, after))
         is_crack = any(classes.crack[f] for f in old if classes.patch[f] == patch)
         samples = _samples(points, was) if is_crack else points[[gone]]
-        limit = crack_reach * classes.front_length if is_crack else reach
+        limit = crack_reach * classes.crack_length if is_crack else reach
         if _farthest(points, samples, new or [(kept,) * 3]) > limit:
             return False
     if classes.rank[gone]:

@@ -4,9 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from craftmesh.surface.front import front_edges, median_front_edge
+from craftmesh.surface.front import front_edges
 from craftmesh.surface.patches import feature_edges, patches
 from craftmesh.tetrahedra.grain_surface import lowest_equal_point
+from craftmesh.tetrahedra.surface_freedom import crack_length
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import CRACK, Surface
 
@@ -14,7 +15,7 @@ Corners = tuple[int, ...]
 
 # Columns of `Classes.held` that are planes of the box; the crack and its front follow.
 BOX_PLANES = CRACK - 1
-# Of the median front edge: points of crack or front this near to each other are one for all that a mesh can
+# Of `crack_length`: points of crack or front this near to each other are one for all that a mesh can
 # tell. Of the 0.02 that nodes of the front may be off; a quadruple point 0.009 beside one had 10 flat tets.
 TOUCHING = 0.018
 
@@ -25,7 +26,7 @@ class Classes:
 
     held (n, 8) bool: on the planes of the box, on the crack, on its front; rank (n,): 0 inside a patch, 1
     on a line, 2 where lines end or meet; facets (m, 3); patch (m,); crack (m,) and free (m,) bool: facets
-    of the crack, and of the box, a void or the exterior; front_length: the median front edge, 0 without.
+    of the crack, and of the box, a void or the exterior; crack_length: see the function, 0 without a crack.
     """
 
     held: np.ndarray
@@ -34,7 +35,7 @@ class Classes:
     patch: np.ndarray
     crack: np.ndarray
     free: np.ndarray
-    front_length: float
+    crack_length: float
 
 
 def classes_of(surface: Surface) -> Classes:
@@ -53,7 +54,7 @@ def classes_of(surface: Surface) -> Classes:
         patch=patches(surface).of_facet,
         crack=surface.kind == CRACK,
         free=np.any(surface.sides <= 0, axis=1),
-        front_length=median_front_edge(surface),
+        crack_length=crack_length(surface),
     )
 
 
@@ -81,7 +82,7 @@ class Stars:
     def touch(self, one: int, other: int) -> bool:
         """Tell whether two nodes are no farther from each other than TOUCHING."""
         apart = float(np.linalg.norm(self.points[one] - self.points[other]))
-        return apart <= TOUCHING * self.classes.front_length
+        return apart <= TOUCHING * self.classes.crack_length
 
     def merge(self, kept: int, gone: int) -> None:
         """Make `gone` the node `kept`, held by all that held either; cells with both are no more."""

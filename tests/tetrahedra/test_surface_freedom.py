@@ -8,7 +8,7 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.surface.measure import unit_normals
-from craftmesh.tetrahedra.surface_freedom import CRACK_REACH, freedom
+from craftmesh.tetrahedra.surface_freedom import CRACK_REACH, crack_length, freedom
 from craftmesh.types import CRACK
 
 STEPS = np.random.default_rng(3).normal(size=(20, 3))
@@ -67,3 +67,15 @@ def test_a_point_of_a_bent_crack_goes_no_farther_off_its_facets_than_the_crack_m
 def test_a_flat_crack_sets_no_limit_to_its_points():
     surface = cracked_box()
     assert (freedom(surface).reach > 1e6).all()
+
+
+def test_points_of_a_crack_without_a_front_go_as_far_as_those_of_others():
+    surface = cracked_box(lambda centres: centres[:, 0] > -1)
+    crack = np.unique(surface.facets[surface.kind == CRACK])
+    inner = crack[((surface.points[crack] > 0) & (surface.points[crack] < (4, 4, 2))).all(axis=1)]
+    points = surface.points.copy()
+    points[inner[0]] += [0.03, 0.02, 0.1]
+    surface = replace(surface, points=points)
+    assert median_front_edge(surface) == 0 and 0.9 < crack_length(surface) <= 1
+    reach = freedom(surface).reach[inner[0]]
+    assert CRACK_REACH < reach < np.inf
