@@ -38,12 +38,12 @@ def worthwhile(model: Model, bad: np.ndarray) -> Parting:
     Those with which the tets round them weigh less by their faults, where they lose most first, and no two
     of one tet. Edges of the front stay.
     """
-    return _chosen(model.points, model.tets, bad, _inner_edges(model))
+    return _chosen(model.points, model.tets, bad, inner_edges(model))
 
 
 def partings_at(model: Model, rows: np.ndarray) -> Iterator[Parting]:
     """Yield, for each of the tets in `rows`, its two longest edges of the surface, not of the front."""
-    edges = _inner_edges(model) if len(rows) else np.zeros((0, 2), np.int64)
+    edges = inner_edges(model) if len(rows) else np.zeros((0, 2), np.int64)
     length = np.linalg.norm(np.diff(model.points[edges], axis=1)[:, 0], axis=1)
     tet, edge_of = _having(model.tets[rows], edges)
     for number in range(len(rows)):
@@ -80,7 +80,7 @@ def _one_facets(surface: Surface) -> np.ndarray:
     return facets
 
 
-def _inner_edges(model: Model) -> np.ndarray:
+def inner_edges(model: Model) -> np.ndarray:
     """Return the edges (e, 2) of the surface's facets that are not of the front."""
     facets = _one_facets(model.surface)
     edges = unique_edges(facets)[0]

@@ -13,7 +13,7 @@ from craftmesh.mesh.poor import is_flat, is_poor
 from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges, median_front_edge
-from craftmesh.tetrahedra import flat_places, opening_model
+from craftmesh.tetrahedra import opening_model, opening_ways
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.opening_model import Opening, begun
 from craftmesh.tetrahedra.opening_stages import STAGES
@@ -140,7 +140,7 @@ def test_nodes_of_a_volume_that_is_held_stay():
 def test_no_move_changes_a_volume_by_more_than_its_stage_allows():
     now = begun(*pushed_box(push=np.array([0.65, 0.0, 0.0])))
     free, bound = (
-        flat_places._with_moves(now, replace(STAGES[2], drift=drift)) for drift in (np.inf, 1e-3)
+        opening_ways.with_moves(now, replace(STAGES[2], drift=drift)) for drift in (np.inf, 1e-3)
     )
     drifts = [max(map(abs, after.drifts().values())) for after in (free, bound)]
     assert drifts[0] > 1e-3 >= drifts[1]
@@ -160,8 +160,8 @@ def test_edges_are_parted_in_twos_where_neither_gains_alone():
     assert (volumes(surface, tets)[1] > 0).all()
     now = begun(surface, tets)
     assert now.count(is_flat) == 1
-    assert flat_places._parted(now, STAGES[-1]).parted == 0
-    found = flat_places._parted_at_flat(now, STAGES[-1])
+    assert opening_ways.with_partings(now, STAGES[-1]).parted == 0
+    found = opening_ways.parted_singly(now, STAGES[-1])
     assert found.parted == 2 and found.count(is_flat) == 0 and found.count(is_poor) == 0
     inside = volumes(found.model.surface, found.model.grain_tets)[1]
     assert (inside > 0).all() and inside.sum() == pytest.approx(volumes(surface, tets)[1].sum(), rel=1e-12)
@@ -174,9 +174,9 @@ def test_what_makes_it_worse_is_not_done(monkeypatch):
         return points, np.array([1, 2])
 
     monkeypatch.setattr(opening_model, "_moved_points", spoilt)
-    for module in (opening_model, flat_places):
+    for module in (opening_model, opening_ways):
         monkeypatch.setattr(module, "repaired", lambda model, grains, measure: model)
-    monkeypatch.setattr(flat_places, "CONTRACTIONS", 0)
+    monkeypatch.setattr(opening_ways, "CONTRACTIONS", 0)
     surface, tets = pushed_box()
     opened = given_way(surface, tets)
     assert (opened.surface.points == surface.points).all() and opened.warning is None
