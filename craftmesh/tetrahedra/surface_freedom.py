@@ -15,7 +15,7 @@ from craftmesh.types import CRACK, Surface
 # random cracks with 98 to 246 tets over an aspect ratio of 5 none had over a twentieth fewer with 0.05.
 CRACK_REACH = 0.005
 # Of the edges of a crack without a front: those shorter than the one that stands for the front's. In five
-# random cracks that is 0.5 to 1.3 of the least length asked for. Where nothing moved on such cracks, 14
+# random cracks that is 0.5 to 1.3 of the least length asked for. Where nothing moved on such cracks, 10
 # flat tets were left in three of them.
 SHORT_EDGES = 0.05
 # Singular values of the normals that hold a point, over which they count as another direction.
