@@ -24,7 +24,7 @@ def tilted_sheet(amplitude: float, degrees: float) -> Sheet:
 
 
 @pytest.mark.parametrize("amplitude", [0.0, 1.0, 3.0])
-@pytest.mark.parametrize("degrees", [20, 30, 75])
+@pytest.mark.parametrize("degrees", [10, 20, 30, 75])
 def test_points_of_a_box_plane_end_on_the_crack_in_their_plane_or_stay(amplitude, degrees):
     sheet = tilted_sheet(amplitude, degrees)
     rng = np.random.default_rng(0)
@@ -35,7 +35,7 @@ def test_points_of_a_box_plane_end_on_the_crack_in_their_plane_or_stay(amplitude
     moved = onto_crack(points[near], planes, sheet, reach)
     found = np.isfinite(moved).all(axis=1)
     # where the sheet is nearly along the plane the way is longer than the reach, and points stay
-    assert found.mean() > (0.15 if degrees < 30 else 0.5)
+    assert found.mean() > {10: 0.1, 20: 0.15}.get(degrees, 0.5)
     assert (moved[found, 2] == 0).all()
     assert np.abs(sheet.offset(moved[found])).max() <= ON_CRACK * reach[0]
     if not sheet.planar:
