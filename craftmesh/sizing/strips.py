@@ -137,7 +137,7 @@ def _over_face(
     width = np.abs(places[:, axis] - box[upper, axis])
     if not len(mouth):
         return places, width
-    straight = steepness * _distance(places, mouth)
+    straight = steepness * distance(places, mouth)
     # distances are from points up to l_min apart
     out = (width + least < IN_WEDGE[0] * straight) | (width > IN_WEDGE[1] * straight)
     return places[out], width[out]
@@ -157,10 +157,10 @@ def _between_mouths(
     if not len(first) or not len(second):
         return np.zeros((0, 3)), np.zeros(0)
     places, _ = _places(corners, box, pair[0][0])
-    width = _distance(places, first) + _distance(places, second)
-    met = _meets_face(first[:, 0], first[:, 1], box, pair[1])
+    width = distance(places, first) + distance(places, second)
+    met = meets_face(first[:, 0], first[:, 1], box, pair[1])
     if len(met):
-        out = PER_WIDTH * width < _distance(places, met)
+        out = PER_WIDTH * width < distance(places, met)
         places, width = places[out], width[out]
     return places, width
 
@@ -194,7 +194,7 @@ def _between_mouth_and_edge(
     near, begin = beside
     steepness = np.minimum(*(_steepness(corners, axis) for axis, _ in pair))
     steepness = np.repeat(np.minimum.reduceat(steepness[near], begin), [len(part) for part in parts])
-    met = _meets_face(segments[:, 0], segments[:, 1], box, other)
+    met = meets_face(segments[:, 0], segments[:, 1], box, other)
     mouth = np.concatenate([mouths[1].reshape(-1, 3), met])
     return _slivers(np.concatenate(parts), steepness, mouth, box, other)
 
@@ -209,13 +209,13 @@ def _under_front(
     centres, steepness = _places(corners, box, face[0])
     if not len(centres):
         return np.zeros((0, 3)), np.zeros(0)
-    met = [_meets_face(line[:-1], line[1:], box, face) for line in fronts]
+    met = [meets_face(line[:-1], line[1:], box, face) for line in fronts]
     mouth = np.concatenate([mouth.reshape(-1, 3), *met])
     places = np.concatenate([np.zeros((0, 3)), *fronts])
     return _slivers(places, steepness[cKDTree(centres).query(places)[1]], mouth, box, face)
 
 
-def _meets_face(a: np.ndarray, b: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
+def meets_face(a: np.ndarray, b: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
     """Return the points (k, 3) in which segments from a to b (n, 3) meet the plane of a face."""
     axis, upper = face
     share, meets = _crossing(a[:, axis] - box[upper, axis], b[:, axis] - box[upper, axis])
@@ -237,7 +237,7 @@ def _slivers(
     out &= width > rounding
     mouth = np.concatenate([mouth, places[width <= rounding]])
     if len(mouth):
-        straight = steepness * _distance(places, mouth)
+        straight = steepness * distance(places, mouth)
         out &= (width < AT_CORNER * straight) | (width > IN_WEDGE[1] * straight)
     return places[out], width[out]
 
@@ -255,6 +255,6 @@ def _steepness(corners: np.ndarray, axis: int) -> np.ndarray:
     return np.sqrt(np.maximum(1 - across[:, axis] ** 2, 0.0))
 
 
-def _distance(places: np.ndarray, parts: np.ndarray) -> np.ndarray:
+def distance(places: np.ndarray, parts: np.ndarray) -> np.ndarray:
     """Return the distances (k,) from places to the nearest of points, or ends of segments (..., 3)."""
     return cKDTree(np.unique(parts.reshape(-1, 3), axis=0)).query(places)[0]
