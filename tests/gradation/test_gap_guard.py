@@ -9,12 +9,14 @@ from random_cases import random_case
 from unchanged import OPEN, frozen
 
 from craftmesh import Surface, gradate
+from craftmesh.gradation.cleaning import SHARPEST, collapse_sharpest, loosened
 from craftmesh.gradation.kernels.codes import DONE, GAP, INTERSECTION
 from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.gradation.kernels.guards import refusal
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.gradation.kernels.swap import swap_pass
-from craftmesh.gradation.passes import LEAST_GAP
+from craftmesh.gradation.passes import LEAST_GAP, Gradation, filled_grid
+from craftmesh.surface.measure import facet_angles
 
 GUARDED = OPEN._replace(gap=LEAST_GAP)
 # Of LEAST_GAP: what gaps may end at. Splits put new vertices between facets that are near, and the
@@ -108,6 +110,22 @@ def test_a_collapse_makes_no_gap():
     for limits, reason in ((OPEN, DONE), (GUARDED, GAP)):
         _, references = prepared(surface)
         assert collapse_edge(*references, limits, 3, 4) == reason
+
+
+@pytest.mark.parametrize("depth, left", [(0.06, 0), (0.03, 2)])
+def test_sharp_needles_go_at_last_where_gaps_stay_over_a_part_of_the_least(depth, left):
+    """Needles at points 3 and 4 hold a sheet a little farther away from a facet that lies under it."""
+    points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0.97, 0.97, 0.04]]
+    points += [[0.2, 0.3, -depth], [0.8, 0.3, -depth], [0.5, 0.6, -depth]]
+    facets = [[0, 1, 4], [1, 3, 4], [3, 2, 4], [2, 0, 4], [5, 6, 7]]
+    surface = sheet(facets, [(1, 2)] * 4 + [(2, 3)], points=points)
+    _, references = prepared(surface)
+    assert collapse_edge(*references, GUARDED, 3, 4) == GAP
+    state, _ = prepared(surface)
+    gradation = Gradation(state, filled_grid(state.mesh), {})
+    collapse_sharpest(gradation, loosened(GUARDED, 1, 1))
+    corners = state.mesh.facets[gradation.living(on_crack=False)]
+    assert (facet_angles(state.mesh.points, corners).min(axis=1) < SHARPEST).sum() == left
 
 
 def test_a_swap_makes_no_gap():
