@@ -28,7 +28,8 @@ LEAST_GAP = 0.15
 # Of limits.split: edges over this are split where halves have ANGLE_OF_MUCH degrees and none over 144, for
 # later passes to better them. Beside a front at 7 degrees to a face an edge of 2.1 of its target, whose
 # half would have 128 degrees, stayed through all rounds and left a flat tet and 17 of an aspect ratio over
-# 5, now none and 4.
+# 5, now none and 4. Facets of the crack and of box planes that join two lines may have any halves: a strip
+# 0.02 l_min wide, with facets of 1 to 5 degrees, kept 3 flat tets without.
 MUCH = 1.3
 ANGLE_OF_MUCH = 12.0
 # Width of the grid's cells in mean edges; from 1.6 to 3.2 makes no difference to speak of.
@@ -53,6 +54,7 @@ class Limits(NamedTuple):
     crack_facets: float = np.inf  # from the crack's facets to the given crack, as a length
     gap: float = LEAST_GAP  # the least relative width of gaps that are made; 0 for none
     even_floor: float = np.inf  # the floor where edges of junction lines are evened out, if less
+    in_strips: bool = False  # whether poor halves of facets between two lines keep no edge whole
 
 
 @dataclass
@@ -172,7 +174,9 @@ def split_long(gradation: Gradation, limits: Limits, share: float) -> int:
     order = _in_blocks(edges, -ratio, np.flatnonzero(ratio > limits.split))
     done = split_all(gradation, "split_edges", limits, edges, order, share)
     much = limits._replace(
-        split=MUCH * limits.split, floor=min(limits.floor, score_of_angle(ANGLE_OF_MUCH))
+        split=MUCH * limits.split,
+        floor=min(limits.floor, score_of_angle(ANGLE_OF_MUCH)),
+        in_strips=True,
     )
     order = _in_blocks(edges, -ratio, np.flatnonzero(ratio > much.split))
     return done + split_all(gradation, "split_edges", much, edges, order, share)

@@ -31,8 +31,13 @@ SHORTEST = 0.5
 # runs 0.2 l_min beside an edge over 9 l_min had 26 and 24 tets over an aspect ratio of 5, now none and 11;
 # with 0.25 three times as many.
 SHORTEST_IN_SLIVERS = 0.12
+# Of a sliver's width, where the crack goes on along a face beside it, which makes a wedge: its edges. Tets
+# in it are as flat as it is, whatever the edges, but with edges of over 11 widths they have dihedral angles
+# under 5 degrees. Mouths 0.07 and 0.13 l_min beside an edge of the box, in wedges of 10 and 13 degrees, had
+# edges of 1.2 to 2.3 l_min and a flat tet each; with 6 widths none.
+PER_WIDTH_IN_WEDGE = 6.0
 # The sine of the angle between a crack and the face beside a sliver: flatter ones make a wedge or a strip
-# there. At 18 degrees shorter edges made 60 such tets of 16, at 21 and 23 degrees 11 of 24 and of 15.
+# there. At 18 degrees edges of PER_WIDTH made 60 such tets of 16, at 21 and 23 degrees 11 of 24 and of 15.
 # So it is within l_min of a mouth: a disc that was steep there, and beyond a kink 10 degrees to the face,
 # had points of its facets out of the box.
 STEEP = 0.34
@@ -185,6 +190,7 @@ def _between_mouth_and_edge(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return places (k, 3) on a mouth on the first face, near its edge with the second, and widths (k,).
 
+    Where the crack goes on along a face the widths are larger, for edges of PER_WIDTH_IN_WEDGE of them.
     corners: the crack near the first face, and what is `_beside` each segment of its mouth there.
     """
     segments, other = mouths[0], pair[1]
@@ -196,7 +202,30 @@ def _between_mouth_and_edge(
     steepness = np.repeat(np.minimum.reduceat(steepness[near], begin), [len(part) for part in parts])
     met = meets_face(segments[:, 0], segments[:, 1], box, other)
     mouth = np.concatenate([mouths[1].reshape(-1, 3), met])
-    return _slivers(np.concatenate(parts), steepness, mouth, box, other)
+    places = np.concatenate(parts)
+    flat = steepness <= STEEP
+    steep, widths = _slivers(places, steepness, mouth, box, other)
+    beside_wedge, gaps = _beside_wedge(places[flat], mouth, box, other)
+    return (
+        np.concatenate([steep, beside_wedge]),
+        np.concatenate([widths, PER_WIDTH_IN_WEDGE / PER_WIDTH * gaps]),
+    )
+
+
+def _beside_wedge(
+    places: np.ndarray, mouth: np.ndarray, box: np.ndarray, face: Face
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the places (k, 3) on a mouth that runs along a face, but for its corners, and widths (k,).
+
+    mouth (k, 3): points of the crack's mouth on that face.
+    """
+    upright = np.ones(len(places))
+    places, widths = _slivers(places, upright, mouth, box, face)
+    if not len(mouth):
+        return places, widths
+    # beyond a mouth on that face, too, the crack may lie nearer to it than it stands off
+    along = widths < AT_CORNER * _distance(places, mouth)
+    return places[along], widths[along]
 
 
 def _under_front(

@@ -7,7 +7,12 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.sizing.sizing import Sizing
-from craftmesh.sizing.strips import PER_WIDTH, SHORTEST_IN_SLIVERS, strip_lengths
+from craftmesh.sizing.strips import (
+    PER_WIDTH,
+    PER_WIDTH_IN_WEDGE,
+    SHORTEST_IN_SLIVERS,
+    strip_lengths,
+)
 
 BOX = np.array([[0.0, 0, 0], [40, 40, 20]])
 
@@ -119,10 +124,15 @@ def test_a_mouth_beside_an_edge_of_the_box_has_edges_of_a_share_of_the_gap(gap):
     strips = found(crack)
     at = strips.at(np.array([[gap, 0.0, z] for z in (9.0, 10.0, 11.0)]))
     assert at == pytest.approx(np.full(3, PER_WIDTH * gap), abs=0.06)
-    # one that goes on beside the face, at 20 degrees to it, leaves a wedge there and no sliver
-    flat = plate([(gap - 0.36, -1, 8), (gap - 0.36, -1, 12), (gap + 3.3, 9, 12), (gap + 3.3, 9, 8)], 20, 40)
-    beside = found(flat)
-    assert beside is None or beside.lengths.min() >= 0.25
+
+
+@pytest.mark.parametrize("gap", [0.02, 0.03])
+def test_beside_a_wedge_edges_are_a_larger_share_of_the_gap(gap):
+    """A plane at under 20 degrees to the face x = 0 that leaves the gap at its mouth on y = 0."""
+    flat = plate(
+        [(gap - 0.36, -1, 8), (gap - 0.36, -1, 12), (gap + 3.24, 9, 12), (gap + 3.24, 9, 8)], 20, 40
+    )
+    assert found(flat).lengths.min() == pytest.approx(PER_WIDTH_IN_WEDGE * gap, rel=1e-6)
 
 
 def test_where_the_crack_lies_flat_beside_its_steep_mouth_there_is_no_sliver():
