@@ -28,8 +28,8 @@ LATE_TURN = 1.5
 # What a collapse must raise the least angle score of poor facets by.
 LEAST_GAIN = 1e-3
 # Degrees: at last sharper needles go even where gaps get narrower by that, down to NARROWED of their usual
-# least width. With a crack facet of 1.6 degrees beside a triple line, whose edges were 0.17 and 6.1 l_min, a
-# deck had 0.12 % poor tets, now 0.06.
+# least width. With a crack facet of 1.6 degrees beside a triple line, whose edges were 0.17 and 6.1 l_min,
+# a deck had 0.12 % poor tets, now 0.06.
 SHARPEST = 5.0
 NARROWED = 0.33
 # Times the target, in effect no bound: which edges collapse is chosen by the angles here.

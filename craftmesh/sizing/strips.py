@@ -224,7 +224,7 @@ def _beside_wedge(
     if not len(mouth):
         return places, widths
     # beyond a mouth on that face, too, the crack may lie nearer to it than it stands off
-    along = widths < AT_CORNER * _distance(places, mouth)
+    along = widths < AT_CORNER * distance(places, mouth)
     return places[along], widths[along]
 
 
