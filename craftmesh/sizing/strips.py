@@ -34,7 +34,7 @@ SHORTEST_IN_SLIVERS = 0.12
 # Of a sliver's width, where the crack goes on along a face beside it, which makes a wedge: its edges. Tets
 # in it are as flat as it is, whatever the edges, but with edges of over 11 widths they have dihedral angles
 # under 5 degrees. Mouths 0.07 and 0.13 l_min beside an edge of the box, in wedges of 10 and 13 degrees, had
-# edges of 1.2 to 2.3 l_min and a flat tet each; with 6 widths none.
+# edges of 1.2 to 2.3 l_min and a flat tet each; with 6 widths, and strips parted by gradation, none.
 PER_WIDTH_IN_WEDGE = 6.0
 # The sine of the angle between a crack and the face beside a sliver: flatter ones make a wedge or a strip
 # there. At 18 degrees edges of PER_WIDTH made 60 such tets of 16, at 21 and 23 degrees 11 of 24 and of 15.
