@@ -58,13 +58,14 @@ def soundest(
         if np.isfinite(attempt.times):
             cut = onto_mouth_kinks(cut, sheet, given.least, options)
         try:
-            made = insert(cut, _chosen(options, choice))
+            made = insert(cut, _chosen(options, CHOICES[choice]))
         except CraftmeshError:
             continue
         attempt, places = _judged(made, cut, given)
         if attempt.times <= 1 or attempt.times < BETTER * best.times:
             best = attempt
-    refuse_intersections(best.made.surface)
+    if np.isinf(best.times):
+        refuse_intersections(best.made.surface)
     return best
 
 
@@ -76,14 +77,14 @@ def _first(
         return insert(cut, options)
     except CraftmeshError as error:
         refusal = error
-    for choice in range(CHOICES.count(CHOICES[0]), len(CHOICES)):
+    for shares in filter(CHOICES[0].__ne__, CHOICES):
         with suppress(CraftmeshError):
-            return insert(cut, _chosen(options, choice))
+            return insert(cut, _chosen(options, shares))
     raise refusal
 
 
-def _chosen(options: InsertOptions, choice: int) -> InsertOptions:
-    snap, snap_front = CHOICES[choice]
+def _chosen(options: InsertOptions, shares: tuple[float, float]) -> InsertOptions:
+    snap, snap_front = shares
     return replace(options, snap=snap * options.snap, snap_front=snap_front * options.snap_front)
 
 

@@ -75,9 +75,10 @@ def insert_crack(
             reports.append(numbers_of(surface, 0) | unmoved(len(sheet.triangles)))
             continue
         least = least_length(_ends(sheet, box), target, sizing)
-        refuse_along_faces(sheet, box, sizing.l_min if isinstance(sizing, Sizing) else least)
+        unit = sizing.l_min if isinstance(sizing, Sizing) else least
+        refuse_along_faces(sheet, box, unit)
         for part in heights_of(sheet, box):
-            given = Given(part, box, least, sizing.l_min if isinstance(sizing, Sizing) else least)
+            given = Given(part, box, least, unit)
             surface, numbers = _with_part(surface, given, target, options, progress)
             reports.append(numbers)
     progress(1.0, "done")

@@ -132,8 +132,16 @@ def test_a_crack_that_does_not_come_in_is_tried_with_other_choices(model, crack,
 
 
 def test_what_comes_in_by_no_choice_is_refused_with_what_the_first_said(model, crack, given):
+    asked = []
+
+    def refused(_, options):
+        asked.append((options.snap, options.snap_front))
+        raise CraftmeshError("the first" if len(asked) == 1 else "another")
+
+    sheet = sheet_of(crack, BOX)
     with pytest.raises(CraftmeshError, match="the first"):
-        attempts_at(model, crack, given, [CraftmeshError("the first"), CraftmeshError("another")])
+        soundest(prepared(model, sheet, L_MIN), sheet, given, InsertOptions(), refused)
+    assert len(set(asked)) == len(asked) == len(set(CHOICES))
 
 
 def test_of_attempts_that_are_all_off_the_first_stays_unless_another_is_much_nearer(
