@@ -11,20 +11,18 @@ from craftmesh.insertion.clip import clipped, halved_facets, halved_fronts
 from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import CutSurface, uncut
 from craftmesh.insertion.insert import insert_crack, least_length, numbers_of, target_of
-from craftmesh.insertion.misfit import FACETS_OFF, FRONT_OFF
 from craftmesh.insertion.offsets import local_sizes
 from craftmesh.insertion.onto_kinks import onto_kinks
 from craftmesh.insertion.onto_sheets import onto_sheets
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.swaps import without_caps
-from craftmesh.mesh.poor import FLAT_DIHEDRALS
+from craftmesh.insertion.voxel_faults import fault_of
 from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.volumes import RestoringLimits, restore_volumes
-from craftmesh.surface.wedges import sharp_wedges
 from craftmesh.types import CRACK, Crack, Surface
 
 OFF = 0.25  # of the least length: notches were 0.77 off, corners between two discs 0.1
@@ -48,14 +46,14 @@ def insert_by_voxels(
     """Return the surface with a crack in it as voxels part the grains, or cut where these are too coarse.
 
     surface: of the volume without a crack; halves: surface and bits of `remesh_split` for the volume
-    `split` along `crack`. Cut are cracks that voxels refuse, leave more than FACETS_OFF or FRONT_OFF off
-    the given one, or lay flat beside a grain boundary, if they can be; the report's cut_instead says why.
+    `split` along `crack`. Cut are cracks that voxels refuse, or bring in with a fault, if they can be
+    (voxel_faults); the report's cut_instead says why.
     Raises CraftmeshError as insert_split.
     """
     found = None
     try:
         found = insert_split(*halves, split, sizing, options)
-        why = _fault_of(*found, least_length(_ends(split), target_of(halves[0], sizing), sizing))
+        why = fault_of(*found, least_length(_ends(split), target_of(halves[0], sizing), sizing))
         if why is None:
             return found
     except CraftmeshError as error:
@@ -67,24 +65,6 @@ def insert_by_voxels(
             raise CraftmeshError(why) from None
         return found
     return result, report | {"cut_instead": why}
-
-
-def _fault_of(surface: Surface, report: dict, least: float) -> str | None:
-    """Return why a crack by voxels had better be cut: it is off the given one, or in a flat wedge."""
-    off = {name: report[name] / least for name in ("crack_off_most", "front_off_most")}
-    if off["crack_off_most"] > FACETS_OFF or off["front_off_most"] > FRONT_OFF:
-        return (
-            f"voxels leave the crack {off['crack_off_most']:.2g} l_min off the given one and its front "
-            f"{off['front_off_most']:.2g}; expected {FACETS_OFF} and {FRONT_OFF} at most"
-        )
-    wedges = sharp_wedges(surface)
-    flattest = wedges.angle[(surface.kind[wedges.facets] == CRACK).any(axis=1)].min(initial=180.0)
-    if flattest < FLAT_DIHEDRALS[0]:
-        return (
-            f"voxels leave a wedge of {flattest:.2g} degrees between the crack and what is beside it; "
-            f"expected {FLAT_DIHEDRALS[0]:g} at least"
-        )
-    return None
 
 
 def insert_split(

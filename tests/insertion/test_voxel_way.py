@@ -18,6 +18,7 @@ from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import uncut
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.insert_split import insert_by_voxels, insert_split
+from craftmesh.insertion.voxel_faults import NARROW, fault_of, narrowest_strip
 from craftmesh.remeshing.remesh import remesh, voxel_volumes
 from craftmesh.remeshing.split import remesh_split
 from craftmesh.surface.check_surface import check_surface
@@ -277,6 +278,34 @@ def test_a_crack_that_voxels_lay_flat_beside_a_boundary_is_cut():
     assert_sound(found)
     wedges = sharp_wedges(found)
     assert wedges.angle[(found.kind[wedges.facets] == CRACK).any(axis=1)].min() > 5.0
+
+
+def test_a_narrow_strip_of_the_crack_beside_its_front_is_a_fault():
+    """The front of an inner penny passes triple lines and boundaries."""
+    surface, report = by_voxels(CRACKS["inner penny"])
+    width = narrowest_strip(surface)
+    assert width == pytest.approx(shortest_from_front(surface))
+    report |= {"crack_off_most": 0.0, "front_off_most": 0.0}
+    assert fault_of(surface, report, width / (1.1 * NARROW)) is None
+    fault = fault_of(surface, report, width / (0.8 * NARROW))
+    assert "strip of the crack 0.04 l_min wide between its front and another line" in fault
+
+
+def shortest_from_front(surface: Surface) -> float:
+    """Edge by edge: inside the crack, between one pair of grains, from the front to other facets."""
+    front = set(front_edges(surface).ravel().tolist())
+    others = set(surface.facets[surface.kind != CRACK].ravel().tolist())
+    grains: dict[tuple[int, int], list[tuple[int, ...]]] = {}
+    for f in np.flatnonzero(surface.kind == CRACK):
+        a, b, c = sorted(surface.facets[f].tolist())
+        for edge in ((a, b), (a, c), (b, c)):
+            grains.setdefault(edge, []).append(tuple(sorted(surface.sides[f].tolist())))
+    return min(
+        np.linalg.norm(surface.points[u] - surface.points[v])
+        for (u, v), sides in grains.items()
+        if len(sides) == 2 and sides[0] == sides[1]
+        if (u in front and v in others - front) or (v in front and u in others - front)
+    )
 
 
 def test_what_neither_way_brings_in_is_refused_for_the_voxels():
