@@ -80,8 +80,21 @@ def local_least(
 ) -> np.ndarray:
     """Return the least wedge of `surface` within NEAR target lengths of each place (n, 3)."""
     sharp = np.flatnonzero(angle < 2 * SHARP)
+    least = np.full(len(places), 360.0)
     if not len(sharp) or not len(places):
-        return np.full(len(places), 360.0)
-    tree = cKDTree(surface.points[edges[sharp]].mean(axis=1))
-    found = tree.query_ball_point(places, NEAR * sizing.at(places))
-    return np.array([angle[sharp[rows]].min() if rows else 360.0 for rows in found])
+        return least
+    ends = surface.points[edges[sharp]]
+    half = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max() / 2
+    tree, reach = cKDTree(ends.mean(axis=1)), NEAR * sizing.at(places)
+    for i, rows in enumerate(tree.query_ball_point(places, reach + half)):
+        near = _off_segments(places[i], ends[rows]) <= reach[i]
+        least[i] = angle[sharp[rows]][near].min(initial=360.0)
+    return least
+
+
+def _off_segments(place: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return the distances (k,) of a place (3,) from segments (k, 2, 3)."""
+    along = ends[:, 1] - ends[:, 0]
+    square = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
+    share = np.clip(np.einsum("ij,ij->i", place - ends[:, 0], along) / square, 0, 1)
+    return np.linalg.norm(ends[:, 0] + share[:, None] * along - place, axis=1)
