@@ -142,6 +142,18 @@ def test_only_wedges_sharper_than_the_limit_and_the_input_are_made():
     assert [pair for pair, count in made.items() if count] == [(8, 4), (20, 4), (20, 8)]
 
 
+def test_a_place_beside_the_end_of_a_long_edge_has_its_wedge():
+    plain = wedge_prism(8, 1, 0)
+    surface = replace(plain, points=plain.points * [1, 1, 20])
+    edges, angle, _ = wedges.wedges(surface)
+    ends = surface.points[[0, 3]]
+    outward = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    places = ends[1] + np.array([[-1.0], [1.9], [2.1]]) * outward
+    sizing = Sizing(1, 1, 1, 1, 1, 1, np.zeros((1, 3)))
+    least = wedges.local_least(surface, edges, angle, places, sizing)
+    assert least == pytest.approx([8.0, 8.0, 360.0])
+
+
 def test_measures_of_tets_are_those_of_the_package():
     corners = np.random.default_rng(2).normal(size=(200, 4, 3))
     found = tet_checks.measures(corners)
