@@ -23,17 +23,20 @@ def to_polylines(points: np.ndarray, polylines: tuple[np.ndarray, ...]) -> np.nd
 
 def to_segments(points: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the distance of each point (n, 3) from the nearest of the segments a-b (k, 3 each)."""
-    step = b - a
-    square = np.maximum((step**2).sum(axis=1), 1e-300)
     best = np.full(len(points), np.inf)
     for first in range(0, len(points), 2000):
         block = points[first : first + 2000]
-        t = np.clip(np.einsum("nkj,kj->nk", block[:, None] - a[None], step) / square, 0, 1)
-        foot = a[None] + t[..., None] * step[None]
-        best[first : first + 2000] = np.linalg.norm(block[:, None] - foot, axis=2).min(
-            axis=1, initial=np.inf
-        )
+        best[first : first + 2000] = to_each_segment(block, a, b).min(axis=1, initial=np.inf)
     return best
+
+
+def to_each_segment(points: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the distances (n, k) of points (n, 3) from the segments a-b (k, 3 each)."""
+    step = b - a
+    square = np.maximum((step**2).sum(axis=1), 1e-300)
+    t = np.clip(np.einsum("nkj,kj->nk", points[:, None] - a[None], step) / square, 0, 1)
+    foot = a[None] + t[..., None] * step[None]
+    return np.linalg.norm(points[:, None] - foot, axis=2)
 
 
 def to_sheet(points: np.ndarray, corners: np.ndarray, enough: float) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.types import Surface
-from trials.distances import told
+from trials.distances import to_each_segment, told
 
 SHARP = 12.0  # degrees
 NEAR = 2.0  # target lengths: input wedges this near a place count as the input's wedge there
@@ -87,14 +87,6 @@ def local_least(
     half = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max() / 2
     tree, reach = cKDTree(ends.mean(axis=1)), NEAR * sizing.at(places)
     for i, rows in enumerate(tree.query_ball_point(places, reach + half)):
-        near = _off_segments(places[i], ends[rows]) <= reach[i]
+        near = to_each_segment(places[[i]], *ends[rows].swapaxes(0, 1))[0] <= reach[i]
         least[i] = angle[sharp[rows]][near].min(initial=360.0)
     return least
-
-
-def _off_segments(place: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return the distances (k,) of a place (3,) from segments (k, 2, 3)."""
-    along = ends[:, 1] - ends[:, 0]
-    square = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
-    share = np.clip(np.einsum("ij,ij->i", place - ends[:, 0], along) / square, 0, 1)
-    return np.linalg.norm(ends[:, 0] + share[:, None] * along - place, axis=1)
