@@ -13,7 +13,7 @@ from craftmesh.types import Crack
 TAKEN = 0.018
 # Of l_min: a stretch of front within twice TAKEN of a face grazes it from this length on, that is at under
 # 4 degrees; others cross it, or come near at a point.
-GRAZING = 0.5
+GRAZING = 0.3
 STEP = 0.1  # of l_min: the length of edges along a stretch that is moved
 FLATTEST = 0.1  # sine of a crack's angle to a face: one under 6 degrees lies along it
 
