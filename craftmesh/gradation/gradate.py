@@ -8,6 +8,7 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.cleaning import clean_facets, loosened, split_ears
 from craftmesh.gradation.folds import short_beside_folds
+from craftmesh.gradation.held_area import HeldArea
 from craftmesh.gradation.locality import spatially_sorted
 from craftmesh.gradation.narrow_places import open_narrow_places
 from craftmesh.gradation.passes import (
@@ -53,6 +54,11 @@ FRONT_TOLERANCE = 0.02
 # Of l_min: how far facets of the crack may be from the given crack, or as far as they are in the input. The
 # insertion leaves 0.03.
 CRACK_FACETS = 0.045
+# Of the tolerances of the crack and its front, one after another while its area is off. Rounded off at a
+# crease of 49 degrees, and at a mouth that grazes a face, cracks of 4 and 7 l_min^2 lost 1.4 % and 1.6 %;
+# 0.1 with a quarter, 0.8 with an eighth. Facets get poorer, so the first that does is taken.
+CRACK_SHARES = (1.0, 0.5, 0.25, 0.125)
+BETTER = 0.7  # an attempt that is off as well is taken from this share of what the one before is off
 # The progress at the start of the rounds, of the cleaning and of the restoring of volumes.
 ROUNDS_AT, CLEANING_AT, VOLUMES_AT = 0.05, 0.75, 0.95
 
@@ -113,18 +119,18 @@ def gradate(
         raise CraftmeshError("the surface has no facets; expected at least one to gradate")
     progress(0.0, "preprocess")
     before = figures_before(surface)
+    held = HeldArea(surface, crack, sizing.l_min)
     surface, done = _prepared(surface, options)
     sizing = short_beside_folds(surface, sizing)
-    gradation = _begun(surface, sizing, done, crack)
-    limits = _limits(options, sizing, crack)
-    for n in range(options.passes):
-        share = ROUNDS_AT + (CLEANING_AT - ROUNDS_AT) * n / options.passes
-        progress(share, f"gradate, round {n + 1} of {options.passes}")
-        _round(gradation, sizing, limits, relaxing=n >= options.passes // 2)
-    progress(CLEANING_AT, "clean")
-    clean_facets(gradation, sizing, limits, options.cleaning_passes, options.cleaning_angle)
-    open_narrow_places(gradation, _opening_limits(limits, options))
-    split_ears(gradation, limits)
+    least = np.inf
+    for share in CRACK_SHARES:
+        begun = _begun(surface, sizing, dict(done), crack)
+        attempt = _gradated(begun, sizing, _limits(options, sizing, crack, share), options, progress)
+        times = held.times_off(surface_of(attempt.state, surface))
+        if times <= 1 or times < BETTER * least:
+            gradation, least = attempt, times
+        if times <= 1:
+            break
     result = surface_of(gradation.state, surface)
     if options.restore_volumes:
         progress(VOLUMES_AT, "volumes")
@@ -150,6 +156,25 @@ def _begun(surface: Surface, sizing: Sizing, done: dict[str, int], crack: Crack 
     return Gradation(state, filled_grid(state.mesh), done, sized=surface.points)
 
 
+def _gradated(
+    gradation: Gradation,
+    sizing: Sizing,
+    limits: Limits,
+    options: GradateOptions,
+    progress: Callable[[float, str], None],
+) -> Gradation:
+    """Return the gradation after its rounds and its cleaning, without the volumes brought back."""
+    for n in range(options.passes):
+        share = ROUNDS_AT + (CLEANING_AT - ROUNDS_AT) * n / options.passes
+        progress(share, f"gradate, round {n + 1} of {options.passes}")
+        _round(gradation, sizing, limits, relaxing=n >= options.passes // 2)
+    progress(CLEANING_AT, "clean")
+    clean_facets(gradation, sizing, limits, options.cleaning_passes, options.cleaning_angle)
+    open_narrow_places(gradation, _opening_limits(limits, options))
+    split_ears(gradation, limits)
+    return gradation
+
+
 def _restored(
     result: Surface, targets: Mapping[int, float], sizing: Sizing, options: GradateOptions
 ) -> Surface:
@@ -164,8 +189,9 @@ def _restored(
     )[0]
 
 
-def _limits(options: GradateOptions, sizing: Sizing, crack: Crack | None) -> Limits:
-    facets = np.inf if crack is None else max(options.crack_tolerance, CRACK_FACETS) * sizing.l_min
+def _limits(options: GradateOptions, sizing: Sizing, crack: Crack | None, share: float) -> Limits:
+    facets = np.inf if crack is None else max(options.crack_tolerance, CRACK_FACETS)
+    unit = share * sizing.l_min
     return Limits(
         collapse=float(options.collapse_ratio),
         split=float(options.split_ratio),
@@ -175,9 +201,9 @@ def _limits(options: GradateOptions, sizing: Sizing, crack: Crack | None) -> Lim
         gain=0.0,
         cosine=float(np.cos(np.radians(options.normal_tolerance))),
         distance=float(options.distance_tolerance),
-        crack_distance=float(options.crack_tolerance * sizing.l_min),
-        front_distance=min(options.crack_tolerance, FRONT_TOLERANCE) * sizing.l_min,
-        crack_facets=facets,
+        crack_distance=float(options.crack_tolerance * unit),
+        front_distance=min(options.crack_tolerance, FRONT_TOLERANCE) * unit,
+        crack_facets=facets * unit,
         drift=float(options.volume_tolerance),
         merge_points=False,
     )

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.cracks.along_faces import area_within
+from craftmesh.cracks.area_off import area_off, segments_of
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_of
@@ -14,8 +15,6 @@ from craftmesh.types import Crack, Surface
 
 # Of the least length, that facets and nodes of the front may be off: the promise of both ways of insertion.
 FACETS_OFF, FRONT_OFF = 0.05, 0.02
-# Of the given area, and of the least length squared: what an area may be off. 0.005 and 0.02 are promised.
-AREA_OFF, LEAST_AREA = 0.004, 0.016
 MARGIN = 0.95  # of FACETS_OFF and FRONT_OFF: what a cut has to keep, for gradation moves points too
 
 
@@ -67,7 +66,8 @@ class Given:
         bad, most = np.concatenate([places, nodes])[times > 1], float(times.max(initial=0.0))
         if fills_box(surface):
             area = inserted.hidden + float(np.linalg.norm(area_vectors(points, own), axis=1).sum())
-            by = self._area_off(area, points[front])
+            segments = segments_of(points[front], self._off_front(points[front].mean(axis=1)))
+            by = area_off(area, self.area, segments, self.unit)
             if by > 1 and not len(bad):
                 bad = middles[count == 1]
             most = max(most, by)
@@ -75,18 +75,6 @@ class Given:
 
     def _off_front(self, places: np.ndarray) -> np.ndarray:
         return np.linalg.norm(self.look.nearest_on_front(places) - places, axis=1)
-
-    def _area_off(self, area: float, chords: np.ndarray) -> float:
-        """Return how many times farther an area is off than it may be.
-
-        The segments between the front and its chords (k, 2, 3) count for nothing.
-        """
-        length = np.linalg.norm(chords[:, 1] - chords[:, 0], axis=1)
-        segments = (
-            float((2 / 3 * length * self._off_front(chords.mean(axis=1))).sum()) if len(chords) else 0.0
-        )
-        off = min(abs(area - self.area), abs(area - self.area + segments))
-        return off / max(AREA_OFF * self.area, LEAST_AREA * self.unit**2)
 
 
 def fills_box(surface: Surface) -> bool:

@@ -7,11 +7,12 @@ import pytest
 from given_cracks import wavy_disc
 from structured_box import structured_box
 
+from craftmesh.cracks.area_off import AREA_OFF
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.attempts import CHOICES, soundest
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.misfit import AREA_OFF, FACETS_OFF, FRONT_OFF, Given, Inserted
+from craftmesh.insertion.misfit import FACETS_OFF, FRONT_OFF, Given, Inserted
 from craftmesh.insertion.mouth_kinks import onto_mouth_kinks
 from craftmesh.insertion.offsets import prepared
 from craftmesh.insertion.options import InsertOptions
