@@ -280,7 +280,7 @@ def test_a_crack_that_voxels_lay_flat_beside_a_boundary_is_cut():
     assert wedges.angle[(found.kind[wedges.facets] == CRACK).any(axis=1)].min() > 5.0
 
 
-def test_a_narrow_strip_of_the_crack_beside_its_front_is_a_fault():
+def test_a_narrow_strip_beside_the_front_is_a_fault():
     """The front of an inner penny passes triple lines and boundaries."""
     surface, report = by_voxels(CRACKS["inner penny"])
     width = narrowest_strip(surface)
@@ -288,23 +288,23 @@ def test_a_narrow_strip_of_the_crack_beside_its_front_is_a_fault():
     report |= {"crack_off_most": 0.0, "front_off_most": 0.0}
     assert fault_of(surface, report, width / (1.1 * NARROW)) is None
     fault = fault_of(surface, report, width / (0.8 * NARROW))
-    assert "strip of the crack 0.04 l_min wide between its front and another line" in fault
+    assert "a strip 0.04 l_min wide between the crack's front and another line" in fault
 
 
 def shortest_from_front(surface: Surface) -> float:
-    """Edge by edge: inside the crack, between one pair of grains, from the front to other facets."""
+    """Edge by edge: inside one patch, between one pair of grains, from the front to other lines."""
     front = set(front_edges(surface).ravel().tolist())
-    others = set(surface.facets[surface.kind != CRACK].ravel().tolist())
-    grains: dict[tuple[int, int], list[tuple[int, ...]]] = {}
-    for f in np.flatnonzero(surface.kind == CRACK):
-        a, b, c = sorted(surface.facets[f].tolist())
+    around: dict[tuple[int, int], list[tuple[int, ...]]] = {}
+    for facet, kind, sides in zip(surface.facets.tolist(), surface.kind.tolist(), surface.sides.tolist()):
+        a, b, c = sorted(facet)
         for edge in ((a, b), (a, c), (b, c)):
-            grains.setdefault(edge, []).append(tuple(sorted(surface.sides[f].tolist())))
+            around.setdefault(edge, []).append((kind, *sorted(sides)))
+    inside = {edge for edge, of in around.items() if len(of) == 2 and of[0] == of[1]}
+    on_lines = {point for edge in around.keys() - inside for point in edge}
     return min(
         np.linalg.norm(surface.points[u] - surface.points[v])
-        for (u, v), sides in grains.items()
-        if len(sides) == 2 and sides[0] == sides[1]
-        if (u in front and v in others - front) or (v in front and u in others - front)
+        for u, v in inside
+        if u in on_lines and v in on_lines and (u in front) != (v in front)
     )
 
 
