@@ -1,4 +1,4 @@
-"""Fill the grains of a surface with tetrahedra; the surface stays as it is, bit for bit.
+"""Fill the grains of a surface with tetrahedra; last, points slide within it, which --no-optimise omits.
 
 Without --sizing, --front and sizes, edges inside the grains follow those of the surface.
 """

@@ -13,6 +13,7 @@ from craftmesh.tetrahedra.fallback import Completion, completed
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import with_counts
+from craftmesh.tetrahedra.surface_smoothing import smoothed_surface
 from craftmesh.types import Crack, GrainTets, Surface, TetMesh
 
 
@@ -36,10 +37,15 @@ def complete_mesh(
     opened = given_way(whole.surface, whole.grain_tets)
     if opened.warning:
         warn(opened.warning)
-    mesh, report = assemble(opened.surface, opened.grain_tets, crack)
+    surface, grain_tets, poor, smooth = opened.surface, opened.grain_tets, opened.poor, None
+    if options.optimise:
+        smoothed = smoothed_surface(surface, grain_tets)
+        surface, grain_tets, smooth = smoothed.surface, smoothed.grain_tets, smoothed.report
+        poor = dict.fromkeys(record.get("poor", {}) | poor, []) | smoothed.poor
+    mesh, report = assemble(surface, grain_tets, crack)
     flat = flat_sentence(flat_tets(mesh))
     for sentence in (flat, severed_sentence(mesh)):
         if sentence:
             warn(sentence)
-    meshing = with_counts(record, whole.whole_model, opened.report, opened.poor)
+    meshing = with_counts(record, whole.whole_model, opened.report, smooth, poor)
     return mesh, report | {"meshing": meshing}

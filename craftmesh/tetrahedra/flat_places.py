@@ -6,13 +6,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from craftmesh.mesh.poor import is_flat, is_poor
-from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.opening_model import Opening, begun
 from craftmesh.tetrahedra.opening_stages import JOINING, STAGES, is_stretched
 from craftmesh.tetrahedra.opening_ways import opened_singly, with_contractions, with_moves, with_partings
 from craftmesh.tetrahedra.other_ways import opened_otherwise
-from craftmesh.tetrahedra.poor_tets import poor_tets
-from craftmesh.tetrahedra.whole_mesh import Model
+from craftmesh.tetrahedra.poor_tets import poor_by_grain
 from craftmesh.types import GrainTets, Surface
 
 
@@ -52,7 +50,8 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     after = opened_otherwise(before, after)
     report = _report(before, after)
     model = after.model
-    return GivenWay(model.surface, model.grain_tets, report, _poor(model, after.changed), _warning(report))
+    poor = poor_by_grain(model.surface, model.grain_tets, after.changed)
+    return GivenWay(model.surface, model.grain_tets, report, poor, _warning(report))
 
 
 def _report(before: Opening, after: Opening) -> dict:
@@ -85,14 +84,3 @@ def _warning(report: dict) -> str | None:
         f"{report['flat_left']} flat ones are left, the largest change of a volume is "
         f"{100 * report['volume_drift_worst']:.2g} %"
     )
-
-
-def _poor(model: Model, grains: np.ndarray) -> dict[str, list[dict]]:
-    """Return the rows of `poor_tets` of the grains."""
-    tets_of = {one.grain: one for one in model.grain_tets}
-    result = {}
-    for surface in grain_surfaces(model.surface, grains):
-        one = tets_of[surface.grain]
-        nodes = np.concatenate([model.surface.points[one.nodes], one.interior])
-        result[str(surface.grain)] = poor_tets(surface, nodes, one.tets)
-    return result

@@ -192,9 +192,13 @@ def new_state(
     frozen: int = 0,
     blocked: np.ndarray = NO_FACETS,
     size: np.ndarray | float = 1.0,
+    capacity: float = CAPACITY,
 ) -> TetState:
-    """Return room for the mesh and what comes, with its adjacency; arguments as for `optimise_tets`."""
-    room_points, room_tets = int(CAPACITY * len(points)) + SPARE, int(CAPACITY * len(tets)) + SPARE
+    """Return room for the mesh and what comes, with its adjacency; arguments as for `optimise_tets`.
+
+    capacity: times the mesh, 1 where tets only change their shape.
+    """
+    room_points, room_tets = int(capacity * len(points)) + SPARE, int(capacity * len(tets)) + SPARE
     state = TetState(
         points=np.zeros((room_points, 3)),
         tets=np.full((room_tets, 4), -1, np.int64),

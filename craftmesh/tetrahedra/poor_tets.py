@@ -1,5 +1,7 @@
 """What a grain's surface forces: its poor tetrahedra, with the facets, wedges and edges they lie on."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from craftmesh.mesh.kernels.shape_measures import shape_measures
@@ -7,7 +9,23 @@ from craftmesh.mesh.poor import is_poor
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.wedges import wedges
-from craftmesh.tetrahedra.grain_surface import GrainSurface
+from craftmesh.tetrahedra.grain_surface import GrainSurface, grain_surfaces
+from craftmesh.types import GrainTets, Surface
+
+
+def poor_by_grain(
+    surface: Surface, grain_tets: Sequence[GrainTets], grains: np.ndarray
+) -> dict[str, list[dict]]:
+    """Return the rows of `poor_tets` of each of the grains (k,), by its id."""
+    if not len(grains):
+        return {}
+    tets_of = {one.grain: one for one in grain_tets}
+    result = {}
+    for own in grain_surfaces(surface, grains):
+        one = tets_of[own.grain]
+        nodes = np.concatenate([surface.points[one.nodes], one.interior])
+        result[str(own.grain)] = poor_tets(own, nodes, one.tets)
+    return result
 
 
 def poor_tets(surface: GrainSurface, nodes: np.ndarray, tets: np.ndarray) -> list[dict]:

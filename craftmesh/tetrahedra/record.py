@@ -38,16 +38,20 @@ def merged(records: Sequence[dict]) -> dict:
 
 
 def with_counts(
-    record: dict, whole_model: dict | None, given_way: dict | None, poor: dict[str, list[dict]]
+    record: dict,
+    whole_model: dict | None,
+    given_way: dict | None,
+    smoothed: dict | None,
+    poor: dict[str, list[dict]],
 ) -> dict:
     """Return the record as in quality.json: with numbers of grains, and what was done to the whole model.
 
-    given_way: the report of the surface that gave way to poor tets; poor: the rows of grains that changed
-    by that, in place of those in the record.
+    given_way: the report of the surface that gave way to poor tets; smoothed: that of its points that slid
+    along it; poor: the rows of grains that changed by that, in place of those in the record.
     """
     counts = {f"grains_{name}": len(record.get(name, ())) for name in ("tried_again", "failed")}
     kept = {grain: rows for grain, rows in (record.get("poor", {}) | poor).items() if rows}
-    rest = {"poor": kept, "whole_model": whole_model, "given_way": given_way}
+    rest = {"poor": kept, "whole_model": whole_model, "given_way": given_way, "smoothed": smoothed}
     return counts | record | rest
 
 

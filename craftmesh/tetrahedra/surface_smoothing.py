@@ -1,0 +1,113 @@
+"""Points in grain boundaries, faces of the box and surfaces of voids slide along these for better tets."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.vertex_classes import ON_INTERFACE, vertex_classes
+from craftmesh.tetrahedra.grain_surface import lowest_equal_point
+from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
+from craftmesh.tetrahedra.kernels.tet_quality import POOR, WHOLE, all_aspect_ratios, all_qualities
+from craftmesh.tetrahedra.kernels.tet_surface_smoothing import smooth_on_surface
+from craftmesh.tetrahedra.optimise_tets import new_state
+from craftmesh.tetrahedra.poor_tets import poor_by_grain
+from craftmesh.tetrahedra.whole_mesh import Model
+from craftmesh.types import CRACK, GrainTets, Surface
+
+# Of 350,000 to 550,000 tets a first round lowers the mean aspect ratio by .0115 to .0147 in .15 to .3 s, a
+# second by .001, a third by .0002.
+ROUNDS = 2
+# Of the mean edge at a point: how far it may go. With .15 the mean falls by a fifteenth less.
+REACH = 0.3
+# The part of its facets' area, looked at along their mean normal and squared, from which a point lies in an
+# all but flat piece: 15 degrees on either side of it. Where all points moved, the smallest grains of two
+# measured volumes had changed by 0.6 and 7 %.
+FLAT = 0.93
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """Surface and tets of all grains, with points of the surface moved within it.
+
+    report: how many points, the largest move, the mean aspect ratio before and after; poor: the rows of
+    `poor_tets` of all grains that have such tets.
+    """
+
+    surface: Surface
+    grain_tets: Sequence[GrainTets]
+    report: dict
+    poor: dict[str, list[dict]] = field(default_factory=dict)
+
+
+def smoothed_surface(surface: Surface, grain_tets: Sequence[GrainTets]) -> Smoothed:
+    """Return the surface and all grains' tets with a lower mean aspect ratio, and no tet at fault more.
+
+    Points inside a patch slide along it, on the tangent plane where they are, for both neighbours alike:
+    those on lines, of the crack, and where the surface is bent stay. Where one moves, the worst of the tets
+    round it gets no worse.
+    """
+    model = Model(surface, list(grain_tets))
+    points, tets = model.points, model.tets
+    nodes, ways = _sliding(surface)
+    lengths = _mean_edges(surface)[nodes]
+    valence = np.bincount(tets.ravel(), minlength=len(points))[nodes]
+    state = new_state(points, tets, capacity=1.0)
+    count, work, ratio = int(state.counts[TETS]), new_scratch(), np.empty(len(tets))
+    all_qualities(state.points, state.tets, count, state.quality, WHOLE)
+    all_aspect_ratios(state.points, state.tets, count, ratio)
+    before = float(ratio.mean())
+    for _ in range(ROUNDS):
+        smooth_on_surface(state, nodes, points[nodes], ways, lengths, REACH, valence, work)
+    all_aspect_ratios(state.points, state.tets, count, ratio)
+    model = model.moved(state.points[: len(points)])
+    moves = np.linalg.norm(model.surface.points - surface.points, axis=1)
+    report = {
+        "surface_points_moved": int((moves > 0).sum()),
+        "largest_move": float(moves.max(initial=0.0)),
+        "aspect_ratio_mean": [before, float(ratio.mean())],
+    }
+    poor = np.unique(model.grain[state.quality[:count] < POOR])
+    return Smoothed(
+        model.surface, model.grain_tets, report, poor_by_grain(model.surface, model.grain_tets, poor)
+    )
+
+
+def _sliding(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points (k,) that may slide, and two directions (k, 2, 3) of unit length for each.
+
+    A point of the box's faces slides within its face, exactly.
+    """
+    classes = vertex_classes(surface)
+    may = classes.rank == ON_INTERFACE
+    may[surface.facets[surface.kind == CRACK]] = False
+    lowest = lowest_equal_point(surface.points)
+    may &= np.bincount(lowest, minlength=len(lowest))[lowest] == 1
+    may &= np.bincount(surface.facets.ravel(), minlength=len(may)) > 0
+    nodes = np.flatnonzero(may)
+    parts, ways = np.linalg.eigh(_normal_products(surface)[nodes])
+    flat = parts[:, 2] > FLAT * parts.sum(axis=1)
+    ways = np.swapaxes(ways[:, :, :2], 1, 2)
+    ways[np.repeat(classes.fixed[nodes][:, None], 2, axis=1)] = 0.0
+    return nodes[flat], np.ascontiguousarray(ways[flat])
+
+
+def _normal_products(surface: Surface) -> np.ndarray:
+    """Return at each point (n, 3, 3) the products of its facets' unit normals, summed by area."""
+    vectors = area_vectors(surface.points, surface.facets)
+    size = np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)
+    products = vectors[:, :, None] * vectors[:, None, :] / size[:, None, None]
+    result = np.zeros((len(surface.points), 3, 3))
+    for k in range(3):
+        np.add.at(result, surface.facets[:, k], products)
+    return result
+
+
+def _mean_edges(surface: Surface) -> np.ndarray:
+    """Return the mean length (n,) of the surface's edges at each point, 0 without any."""
+    ends = unique_edges(surface.facets.astype(np.int64))[0]
+    length = np.linalg.norm(surface.points[ends[:, 1]] - surface.points[ends[:, 0]], axis=1)
+    times = np.bincount(ends.ravel(), minlength=len(surface.points))
+    return np.bincount(ends.ravel(), np.repeat(length, 2), len(times)) / np.maximum(times, 1)

@@ -1,0 +1,132 @@
+"""Points slide within grain boundaries and faces of the box until the tets round them are better."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from structured_box import plane_crack, structured_box
+
+from craftmesh.assembly.assemble import assemble
+from craftmesh.commands.whole_model_step import complete_mesh
+from craftmesh.mesh.check_tets import check_tets
+from craftmesh.mesh.kernels.shape_measures import shape_measures
+from craftmesh.mesh.poor import is_flat, is_poor
+from craftmesh.surface.measure import side_volumes
+from craftmesh.surface.vertex_classes import ON_INTERFACE, vertex_classes
+from craftmesh.tetrahedra.flat_places import given_way
+from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
+from craftmesh.tetrahedra.opening_stages import is_stretched
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
+from craftmesh.tetrahedra.record import record_of
+from craftmesh.tetrahedra.surface_smoothing import REACH, _mean_edges, smoothed_surface
+from craftmesh.tetrahedra.whole_mesh import Model
+from craftmesh.types import CRACK
+
+CELLS = 5
+
+
+def shaken_box(seed, crack_at=None, out_of_plane=0.0):
+    """Two grains with all points inside patches shaken within their plane, or off the boundary's too."""
+    surface, tets = structured_box((CELLS,) * 3, lambda c: np.where(c[:, 0] < 2, 1, 2), crack_at)
+    classes = vertex_classes(surface)
+    step = np.random.default_rng(seed).uniform(-0.25, 0.25, surface.points.shape)
+    step[classes.fixed] = 0.0
+    boundary = ~classes.fixed.any(axis=1)
+    step[boundary, 0] *= out_of_plane / 0.25
+    step[classes.rank != ON_INTERFACE] = 0.0
+    return replace(surface, points=surface.points + step), tets
+
+
+def measures_of(surface, tets):
+    model = Model(surface, tets)
+    return shape_measures(model.points, model.tets)
+
+
+def worst_round_points(surface, tets) -> np.ndarray:
+    """Return the worst quality (n,) round each point of the surface, tet by tet."""
+    model = Model(surface, tets)
+    quality, worst = np.empty(len(model.tets)), np.full(len(model.points), np.inf)
+    all_qualities(model.points, model.tets, len(model.tets), quality, WHOLE)
+    for corners, value in zip(model.tets.tolist(), quality.tolist()):
+        worst[corners] = np.minimum(worst[corners], value)
+    return worst[: len(surface.points)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_mean_aspect_ratio_falls_and_no_tet_is_at_fault_more(seed):
+    surface, tets = shaken_box(seed, out_of_plane=0.03)
+    found = smoothed_surface(surface, tets)
+    before, after = measures_of(surface, tets), measures_of(found.surface, found.grain_tets)
+    assert after[:, 1].mean() < before[:, 1].mean() - 0.02
+    assert found.report["aspect_ratio_mean"] == pytest.approx([before[:, 1].mean(), after[:, 1].mean()])
+    for is_bad in (is_flat, is_poor, is_stretched):
+        assert is_bad(after).sum() <= is_bad(before).sum()
+    worst = [worst_round_points(*one).min() for one in ((surface, tets), (found.surface, found.grain_tets))]
+    assert worst[1] >= worst[0] - 1e-8
+    assert check_tets(assemble(found.surface, found.grain_tets)[0]) == []
+    assert (found.surface.facets == surface.facets).all()
+
+
+def test_points_stay_in_their_plane_and_lines_and_volumes_stay():
+    surface, tets = shaken_box(0)
+    found = smoothed_surface(surface, tets)
+    before, after = surface.points, found.surface.points
+    for plane in (0.0, 2.0, float(CELLS)):
+        assert (after[before == plane] == plane).all()
+    inside = vertex_classes(surface).rank == ON_INTERFACE
+    moved = (after != before).any(axis=1)
+    assert moved[inside].mean() > 0.5 and not moved[~inside].any()
+    assert found.report["surface_points_moved"] == moved.sum()
+    moves = np.linalg.norm(after - before, axis=1)
+    assert found.report["largest_move"] == moves.max()
+    # each of two rounds starts from where the one before ended
+    assert (moves <= 2 * REACH * _mean_edges(surface) * (1 + 1e-12)).all()
+    volumes = [side_volumes(at, surface.facets, surface.sides) for at in (before, after)]
+    assert volumes[0] == pytest.approx(volumes[1], rel=1e-12)
+
+
+def test_the_crack_and_bent_places_stay():
+    crack_at = plane_crack(0, 2, lambda c: np.maximum(abs(c[:, 1] - 2.5), abs(c[:, 2] - 2.5)) < 1.5)
+    surface, tets = structured_box((CELLS,) * 3, lambda c: np.where(c[:, 0] < 2, 1, 2))
+    cracked, _ = structured_box((CELLS,) * 3, lambda c: np.where(c[:, 0] < 2, 1, 2), crack_at)
+    shaken, _ = shaken_box(1)
+    bent = (surface.points == [CELLS, 2.0, 2.0]).all(axis=1)
+    points = shaken.points + np.where(bent[:, None], [-0.5, 0.0, 0.0], 0.0)
+    # a dent in a face of the box is none of the box
+    kind = np.where(bent[surface.facets].any(axis=1), 0, cracked.kind)
+    given = replace(surface, points=points, kind=kind)
+    found = smoothed_surface(given, tets)
+    on_crack = np.unique(given.facets[given.kind == CRACK])
+    assert len(on_crack) > 10
+    assert (found.surface.points[on_crack] == points[on_crack]).all()
+    assert (found.surface.points[bent] == points[bent]).all()
+    assert found.report["surface_points_moved"] > 0
+
+
+def test_points_with_equal_places_stay_together():
+    surface, tets = shaken_box(2)
+    twin = int(np.flatnonzero((surface.points[:, 0] == 2.0) & (vertex_classes(surface).rank == 0))[0])
+    alone = smoothed_surface(surface, tets).surface.points[twin]
+    assert (alone != surface.points[twin]).any()
+    doubled = replace(surface, points=np.vstack([surface.points, surface.points[twin]]))
+    found = smoothed_surface(doubled, tets)
+    assert (found.surface.points[[twin, -1]] == surface.points[twin]).all()
+
+
+def test_the_record_names_the_poor_tets_that_are_left_and_without_optimise_nothing_moves():
+    surface, tets = shaken_box(3)
+    options = TetrahedralizeOptions()
+    record = record_of(options.mesher, {"poor": {"1": [{"dihedrals": [1.0, 90.0]}]}}, [], None)
+    mesh, report = complete_mesh(surface, tets, record, lambda: None, options)
+    assert report["meshing"]["smoothed"]["surface_points_moved"] > 0
+    assert is_poor(shape_measures(mesh.points, mesh.tets)).sum() == 0
+    assert report["meshing"]["poor"] == {}
+    mesh, report = complete_mesh(surface, tets, record, lambda: None, replace(options, optimise=False))
+    assert report["meshing"]["smoothed"] is None
+    opened = given_way(surface, tets).surface.points
+    assert set(map(tuple, opened.tolist())) <= set(map(tuple, mesh.points.tolist()))
+
+
+def test_the_same_input_gives_the_same_bytes():
+    first, second = (smoothed_surface(*shaken_box(4)) for _ in range(2))
+    assert first.surface.points.tobytes() == second.surface.points.tobytes()
