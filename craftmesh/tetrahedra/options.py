@@ -18,7 +18,7 @@ class TetrahedralizeOptions(Options):
     switches: str = option("", "the mesher's switches in full, in place of the two bounds above")
     interior_points: bool = option(True, "place points inside the grains by the sizing function (Eq. 3)")
     optimise: bool = option(
-        True, "improve the tetrahedra inside the grains, then let points slide within the surface"
+        True, "improve tets inside the grains, then slide points within the surface"
     )
     time_limit: float = option(600.0, "longest time for one attempt at one grain", "s", above=0)
     memory_limit: float = option(16.0, "largest address space of a worker process", "GB", above=0)

@@ -17,7 +17,8 @@ def test_tetrahedralize_writes_the_front_that_assemble_does(tmp_path, monkeypatc
     for part in (1, 2):
         words = ["--chunk", f"{part}/2", "-o", f"{part}.npz"]
         assert cli.main(["tetrahedralize", "s.vtp", *words, *QUICK]) == 0
-    assert cli.main(["assemble", "s.vtp", "1.npz", "2.npz", "-o", "w.vtu", "--front-csv", "two.csv"]) == 0
+    words = ["-o", "w.vtu", "--front-csv", "two.csv", *QUICK]
+    assert cli.main(["assemble", "s.vtp", "1.npz", "2.npz", *words]) == 0
     assert (tmp_path / "one.csv").read_bytes() == (tmp_path / "two.csv").read_bytes()
     assert (tmp_path / "v.vtu").read_bytes() == (tmp_path / "w.vtu").read_bytes()
     assert len(read_front(tmp_path / "one.csv")["node"]) > 6
