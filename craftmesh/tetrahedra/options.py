@@ -17,9 +17,7 @@ class TetrahedralizeOptions(Options):
     min_dihedral: float = option(10.0, "TetGen's bound on dihedral angles", "degrees", above=0, below=90)
     switches: str = option("", "the mesher's switches in full, in place of the two bounds above")
     interior_points: bool = option(True, "place points inside the grains by the sizing function (Eq. 3)")
-    optimise: bool = option(
-        True, "improve tets inside the grains, then slide points within the surface"
-    )
+    optimise: bool = option(True, "improve tets inside the grains, then slide points within the surface")
     time_limit: float = option(600.0, "longest time for one attempt at one grain", "s", above=0)
     memory_limit: float = option(16.0, "largest address space of a worker process", "GB", above=0)
     repair: bool = option(True, "first move points of facets that intersect or are degenerate")
