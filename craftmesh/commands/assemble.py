@@ -1,7 +1,8 @@
 """Merge the grains' tetrahedra by surface node and open the crack.
 
-Where grains are left without tetrahedra, or with mesher tetwild, the whole model is meshed here; last, points
-slide within the surface, which --no-optimise omits: give the same sizes and options as to tetrahedralize.
+Where grains are left without tetrahedra, or with mesher tetwild, the whole model is meshed here; last,
+points slide within the surface, which --no-optimise omits: give the same sizes and options as to
+tetrahedralize.
 """
 
 import argparse

@@ -12,7 +12,8 @@ from craftmesh.types import Crack
 # its curve.
 TAKEN = 0.018
 # Of l_min: a stretch of front within twice TAKEN of a face grazes it from this length on, that is at under
-# 4 degrees; others cross it, or come near at a point.
+# 7 degrees; others cross it, or come near at a point. With 0.5 a front that left a face at 1 to 5 degrees
+# kept a flat tetrahedron.
 GRAZING = 0.3
 STEP = 0.1  # of l_min: the length of edges along a stretch that is moved
 FLATTEST = 0.1  # sine of a crack's angle to a face: one under 6 degrees lies along it

@@ -20,7 +20,7 @@ class HeldArea:
     def __init__(self, surface: Surface, given: Crack | None, l_min: float) -> None:
         self.l_min = l_min
         front = front_edges(surface)
-        self.points, self.fronts = surface.points, front
+        self.points, self.fronts = np.array(surface.points, float, order="C"), front
         self.area = _area(surface)
         if given is None or not len(surface.points):
             return
@@ -45,7 +45,7 @@ class HeldArea:
             return 0.0
         chords = surface.points[front]
         middles = np.ascontiguousarray(chords.mean(axis=1))
-        foot = nearest_on_edges(middles, np.array(self.points, float), self.fronts)
+        foot = nearest_on_edges(middles, self.points, self.fronts)
         return segments_of(chords, np.linalg.norm(foot - middles, axis=1))
 
 
