@@ -16,7 +16,7 @@ from craftmesh.mesh.tet_connectivity import (
     half_face_corners,
     half_faces,
 )
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Crack, GrainTets, Surface, TetMesh
 
@@ -177,7 +177,7 @@ def _each(number: np.ndarray) -> list[np.ndarray]:
 
 
 def _area(points: np.ndarray, tets: np.ndarray, faces: np.ndarray) -> float:
-    return float(np.linalg.norm(area_vectors(points, face_nodes(tets, faces)), axis=1).sum())
+    return total_area(points, face_nodes(tets, faces))
 
 
 def _length(points: np.ndarray, closed: bool) -> float:

@@ -7,7 +7,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.measure import area_vectors, meets_box
+from craftmesh.surface.measure import area_vectors, meets_box, total_area
 from craftmesh.types import BOX_PLANES, Crack
 
 # Of four random cracks below NEAR or 3 degrees two ended with 4 and 11 % poor tets, two in no mesh.
@@ -162,7 +162,7 @@ def area_within(crack: Crack, box: np.ndarray) -> float:
     corners = crack.points[crack.triangles]
     whole = ((corners >= box[0]) & (corners <= box[1])).all(axis=(1, 2))
     across = ~whole & meets_box(corners, box)
-    inside = np.linalg.norm(area_vectors(crack.points, crack.triangles[whole]), axis=1).sum()
+    inside = total_area(crack.points, crack.triangles[whole])
     parts = (clipped(triangle, box) for triangle in corners[across])
     return float(inside + sum(_area(part) for part in parts if len(part) > 2))
 

@@ -8,7 +8,7 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.sheets import cracks_from_triangles
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import total_area
 from craftmesh.types import Crack
 
 ROUNDING = 1e-9  # share of its area by which a crack that does not grow may seem to shrink
@@ -45,7 +45,7 @@ def crack_of_increment(
 
 def crack_area(crack: Crack) -> float:
     """Return the area of a crack's surface, the part outside the box included."""
-    return float(np.linalg.norm(area_vectors(crack.points, crack.triangles), axis=1).sum())
+    return total_area(crack.points, crack.triangles)
 
 
 def refuse_shrunk(crack: Crack, before: Crack, increment: int) -> None:

@@ -126,12 +126,12 @@ def gradate(
     for share in CRACK_SHARES:
         begun = _begun(surface, sizing, dict(done), crack)
         attempt = _gradated(begun, sizing, _limits(options, sizing, crack, share), options, progress)
-        times = held.times_off(surface_of(attempt.state, surface))
+        found = surface_of(attempt.state, surface)
+        times = held.times_off(found)
         if times <= 1 or times < BETTER * least:
-            gradation, least = attempt, times
+            gradation, result, least = attempt, found, times
         if times <= 1:
             break
-    result = surface_of(gradation.state, surface)
     if options.restore_volumes:
         progress(VOLUMES_AT, "volumes")
         result = _restored(result, before.volumes | dict(volumes or {}), sizing, options)

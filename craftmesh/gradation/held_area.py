@@ -6,7 +6,7 @@ from craftmesh.cracks.along_faces import area_within
 from craftmesh.cracks.area_off import area_off, segments_of
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import total_area
 from craftmesh.types import CRACK, Crack, Surface
 
 
@@ -50,5 +50,4 @@ class HeldArea:
 
 
 def _area(surface: Surface) -> float:
-    crack = surface.facets[surface.kind == CRACK]
-    return float(np.linalg.norm(area_vectors(surface.points, crack), axis=1).sum())
+    return total_area(surface.points, surface.facets[surface.kind == CRACK])

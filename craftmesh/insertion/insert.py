@@ -31,7 +31,7 @@ from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import compact
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
 
@@ -236,7 +236,7 @@ def _assembled(cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.n
     result = Surface(points, facets, sides, kind)
     own = np.concatenate([own, np.ones(int(keep.sum()), bool)])
     in_voids = [triangles[(label < 0) & ~covered], cut.facets[free[~is_on_box(cut.kind[free])]]]
-    hidden = float(np.linalg.norm(area_vectors(cut.points, np.concatenate(in_voids)), axis=1).sum())
+    hidden = total_area(cut.points, np.concatenate(in_voids))
     numbers = numbers_of(result, int(((label <= 0) & ~covered).sum()) + len(free))
     return Inserted(result, own, hidden, numbers)
 
@@ -256,10 +256,10 @@ def _same_triangles(
 def numbers_of(surface: Surface, dropped: int) -> dict[str, int | float]:
     """Return the numbers of the report; dropped: crack facets outside the material."""
     crack = surface.kind == CRACK
-    area = np.linalg.norm(area_vectors(surface.points, surface.facets[crack]), axis=1).sum()
+    area = total_area(surface.points, surface.facets[crack])
     return {
         "crack_facets": int(crack.sum()),
         "crack_facets_outside_material": dropped,
-        "crack_area": float(area),
+        "crack_area": area,
         "crack_grains": int(len(np.unique(surface.sides[crack]))),
     }

@@ -9,7 +9,7 @@ from craftmesh.cracks.area_off import area_off, segments_of
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_of
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import Crack, Surface
 
@@ -65,7 +65,7 @@ class Given:
         )
         bad, most = np.concatenate([places, nodes])[times > 1], float(times.max(initial=0.0))
         if fills_box(surface):
-            area = inserted.hidden + float(np.linalg.norm(area_vectors(points, own), axis=1).sum())
+            area = inserted.hidden + total_area(points, own)
             segments = segments_of(points[front], self._off_front(points[front].mean(axis=1)))
             by = area_off(area, self.area, segments, self.unit)
             if by > 1 and not len(bad):

@@ -10,7 +10,7 @@ from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
 from craftmesh.mesh.mesh_sets import lip_faces
 from craftmesh.mesh.poor import is_poor, poor_parts
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges, tet_edges
-from craftmesh.surface.measure import area_vectors, volume_drift
+from craftmesh.surface.measure import total_area, volume_drift
 from craftmesh.types import TetMesh, Voxels
 
 _ASPECT_EDGES = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 5.0, 10.0, 20.0, np.inf)
@@ -100,7 +100,7 @@ def _histogram(values: np.ndarray, edges: tuple) -> dict:
 
 def _crack_area(mesh: TetMesh) -> float:
     triangles = face_nodes(mesh.tets[:, :4], lip_faces(mesh.face_sets)[0])
-    return float(np.linalg.norm(area_vectors(mesh.points, triangles), axis=1).sum())
+    return total_area(mesh.points, triangles)
 
 
 def _front_length(mesh: TetMesh) -> float:

@@ -9,7 +9,7 @@ from craftmesh.cracks.frame import best_fit_frame, frame_along
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.mesh_sets import is_lip, lip_faces
 from craftmesh.mesh.tet_connectivity import free_half_faces, group_edges, half_face_corners, tet_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.types import TetMesh
 
 # Along the crack's normal, and along the two other axes: looked at from there its lip is seen well, and so
@@ -133,8 +133,4 @@ def _boundary(mesh: TetMesh, tets: np.ndarray, kept: np.ndarray) -> Facets:
 def _mean_lengths(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
     """Return the mean length of the edges at each node (n,)."""
     edges = tet_edges(tets)
-    edges = edges[group_edges(edges).lead]
-    length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
-    ends, count = edges.ravel(), len(points)
-    total = np.bincount(ends, np.repeat(length, 2), count)
-    return total / np.maximum(np.bincount(ends, minlength=count), 1)
+    return mean_edges(points, edges[group_edges(edges).lead])

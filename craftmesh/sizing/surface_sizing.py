@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import mean_edges
 
 
 class LocalSizing:
@@ -11,10 +12,7 @@ class LocalSizing:
 
     def __init__(self, points: np.ndarray, facets: np.ndarray):
         edges, _, _ = unique_edges(facets)
-        length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
-        count = np.bincount(edges.ravel(), minlength=len(points))
-        total = np.bincount(edges.ravel(), np.repeat(length, 2), len(points))
-        self.length = total / np.maximum(count, 1)
+        self.length = mean_edges(points, edges)
         self.tree = cKDTree(points)
 
     def at(self, points: np.ndarray) -> np.ndarray:

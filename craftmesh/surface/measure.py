@@ -15,6 +15,18 @@ def area_vectors(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     return vectors
 
 
+def total_area(points: np.ndarray, facets: np.ndarray) -> float:
+    """Return the area of all facets (m, 3) on points (n, 3)."""
+    return float(np.linalg.norm(area_vectors(points, facets), axis=1).sum())
+
+
+def mean_edges(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return the mean length (n,) of the edges (e, 2) at each point (n, 3), 0 without any."""
+    length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    total = np.bincount(edges.ravel(), np.repeat(length, 2), len(points))
+    return total / np.maximum(np.bincount(edges.ravel(), minlength=len(points)), 1)
+
+
 def unit_normals(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     """Return the unit normals (m, 3) of facets (m, 3); zero for facets without area."""
     vectors = area_vectors(points, facets)

@@ -12,7 +12,7 @@ from craftmesh.progress import silent
 from craftmesh.surface.connectivity import facet_edges
 from craftmesh.surface.kernels.spoiled_facets import spoiled_facets
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.surface.patches import held_by_box
 from craftmesh.surface.vertex_classes import facets_beyond_box, vertices_around
 from craftmesh.surface.wedges import wedge_guard
@@ -192,13 +192,9 @@ def _vertex_scales(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, 
 
     Weighted by inverse areas, a patch moves by one distance along its normal, whatever its facets' sizes.
     """
-    edges = facet_edges(facets)
-    length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
-    ends, n = edges.ravel(), len(points)
-    count = np.maximum(np.bincount(ends, minlength=n), 1)
     area = np.repeat(np.linalg.norm(area_vectors(points, facets), axis=1) / 3, 3)
-    area = np.bincount(facets.ravel(), area, n)
-    return np.bincount(ends, np.repeat(length, 2), n) / count, 1 / np.maximum(area, 1e-9 * area.mean())
+    area = np.bincount(facets.ravel(), area, len(points))
+    return mean_edges(points, facet_edges(facets)), 1 / np.maximum(area, 1e-9 * area.mean())
 
 
 def _displacement(

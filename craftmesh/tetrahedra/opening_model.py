@@ -9,7 +9,7 @@ from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.poor import is_flat, is_poor
 from craftmesh.mesh.tet_connectivity import tet_edges
 from craftmesh.sizing.surface_sizing import LocalSizing
-from craftmesh.surface.measure import side_volumes, volume_drift
+from craftmesh.surface.measure import mean_edges, side_volumes, volume_drift
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
 from craftmesh.tetrahedra.kernels.tet_faults import OF_FLAT, OF_POOR, SOUND_FROM
@@ -154,7 +154,7 @@ def _moved_points(
     outer = nodes < len(homes)
     home, steps, part = points[nodes], np.repeat(np.eye(3)[None], len(nodes), axis=0), np.ones(len(nodes))
     home[outer], steps[outer], part[outer] = homes[nodes[outer]], now.free.steps[nodes[outer]], reach
-    furthest = part * _mean_edges(points, tets[rows])[nodes]
+    furthest = part * mean_edges(points, tet_edges(tets[rows]))[nodes]
     furthest[outer] = np.minimum(furthest[outer], now.free.reach[nodes[outer]])
     valence = np.bincount(tets[rows].ravel(), minlength=len(points))[nodes]
     work, place = new_scratch(), np.searchsorted(used, nodes)
@@ -174,14 +174,6 @@ def _nodes_near(tets: np.ndarray, bad: np.ndarray, mobile: np.ndarray) -> np.nda
     near[tets[near[tets].any(axis=1)].ravel()] = True
     near[: len(mobile)] &= mobile
     return np.flatnonzero(near)
-
-
-def _mean_edges(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
-    """Return the mean length (n,) of the tets' edges at each node, 0 without any."""
-    ends = tet_edges(tets)
-    length = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
-    times = np.bincount(ends.ravel(), minlength=len(points))
-    return np.bincount(ends.ravel(), np.repeat(length, 2), len(points)) / np.maximum(times, 1)
 
 
 def repaired(model: Model, grains: np.ndarray, aim: Aim | None) -> Model:

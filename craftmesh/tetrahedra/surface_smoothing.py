@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from craftmesh.surface.connectivity import unique_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.surface.vertex_classes import ON_INTERFACE, vertex_classes
 from craftmesh.tetrahedra.grain_surface import lowest_equal_point
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
@@ -52,7 +52,8 @@ def smoothed_surface(surface: Surface, grain_tets: Sequence[GrainTets]) -> Smoot
     model = Model(surface, list(grain_tets))
     points, tets = model.points, model.tets
     nodes, ways = _sliding(surface)
-    lengths = _mean_edges(surface)[nodes]
+    edges = unique_edges(surface.facets.astype(np.int64))[0]
+    lengths = mean_edges(surface.points, edges)[nodes]
     valence = np.bincount(tets.ravel(), minlength=len(points))[nodes]
     state = new_state(points, tets, capacity=1.0)
     count, work, ratio = int(state.counts[TETS]), new_scratch(), np.empty(len(tets))
@@ -103,11 +104,3 @@ def _normal_products(surface: Surface) -> np.ndarray:
     for k in range(3):
         np.add.at(result, surface.facets[:, k], products)
     return result
-
-
-def _mean_edges(surface: Surface) -> np.ndarray:
-    """Return the mean length (n,) of the surface's edges at each point, 0 without any."""
-    ends = unique_edges(surface.facets.astype(np.int64))[0]
-    length = np.linalg.norm(surface.points[ends[:, 1]] - surface.points[ends[:, 0]], axis=1)
-    times = np.bincount(ends.ravel(), minlength=len(surface.points))
-    return np.bincount(ends.ravel(), np.repeat(length, 2), len(times)) / np.maximum(times, 1)

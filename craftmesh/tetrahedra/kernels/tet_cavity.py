@@ -164,6 +164,19 @@ def star_faces(tets, star, count, v, faces):
 
 
 @kernel
+def whole_star(state, v, valence, work):
+    """Write the star of v and the faces opposite it; return how many tets, 0 where they are not `valence`.
+
+    A star is not whole where tets round a node of the surface do not follow each other over faces.
+    """
+    count = find_star(state, v, work.star)
+    if count != valence or count > MAX_FACES:
+        return 0
+    star_faces(state.tets, work.star, count, v, work.faces)
+    return count
+
+
+@kernel
 def find_ring(state, t, edge, ring, ring_tets):
     """Write the nodes and tets round an edge of tet t; return how many, 0 on a boundary or when too many.
 

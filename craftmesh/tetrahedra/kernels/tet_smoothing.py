@@ -4,7 +4,7 @@ import numpy as np
 
 from craftmesh.jit import kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import MAX_FACES, find_star, star_faces, worst_of
-from craftmesh.tetrahedra.kernels.tet_cone import Cone, aspect_sum, beside, climb, mean_at, worst_at
+from craftmesh.tetrahedra.kernels.tet_cone import Cone, aspect_sum, climb, mean_at, worst_at
 from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, quality_of
 
 # The least number of tets round an interior point.
@@ -19,6 +19,7 @@ WAYS = 3
 CLIMB_GAIN = 1e-6
 # Search for a lower aspect ratio: the first step in target lengths; rounds; how steps shrink.
 PATTERN_STEP = 0.12
+AXES = np.eye(3)
 PATTERN_ROUNDS = 4
 SHORTER = 0.4
 # A place has to lower the sum of aspect ratios by the first, the move as a whole by the second.
@@ -113,13 +114,20 @@ def _mean_corner(cone):
 
 
 @kernel
-def _pattern_search(cone, place, best, step, limit):
-    """Walk along the axes while the sum of aspect ratios falls; return the place and its sum."""
+def pattern_search(cone, place, best, ways, step, home, reach, limit):
+    """Walk along directions (k, 3) while the sum of aspect ratios falls; return the place and its sum.
+
+    All places lie within `reach` of home, and there no tet's quality is under `limit`.
+    """
     x, y, z = place
     for _ in range(PATTERN_ROUNDS):
         found = False
-        for way in range(6):
-            px, py, pz = beside(x, y, z, way, step)
+        for way in range(2 * len(ways)):
+            a, b, c = ways[way // 2]
+            d = step if way % 2 else -step
+            px, py, pz = x + d * a, y + d * b, z + d * c
+            if (px - home[0]) ** 2 + (py - home[1]) ** 2 + (pz - home[2]) ** 2 > reach * reach:
+                continue
             value = aspect_sum(cone, px, py, pz, best)
             if value < best - PLACE_FALL and worst_at(cone, px, py, pz, limit) > limit:
                 x, y, z, best, found = px, py, pz, value, True
@@ -150,7 +158,8 @@ def smooth_aspect(state, v, aim, work):
     value = aspect_sum(cone, px, py, pz, best)
     if value < best and worst_at(cone, px, py, pz, limit) > limit:
         place, best = (px, py, pz), value
-    place, best = _pattern_search(cone, place, best, PATTERN_STEP * state.size[v], limit)
+    step = PATTERN_STEP * state.size[v]
+    place, best = pattern_search(cone, place, best, AXES, step, place, np.inf, limit)
     if best > first - MOVE_FALL:
         return False
     put_at(state, v, place, count, aim.measure, work)

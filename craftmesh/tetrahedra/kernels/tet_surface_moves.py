@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from craftmesh.jit import kernel
-from craftmesh.tetrahedra.kernels.tet_cavity import MAX_FACES, find_star, star_faces, worst_of
+from craftmesh.tetrahedra.kernels.tet_cavity import whole_star, worst_of
 from craftmesh.tetrahedra.kernels.tet_cone import Cone, worst_at
 from craftmesh.tetrahedra.kernels.tet_faults import FALL, faults_at, faults_of
 from craftmesh.tetrahedra.kernels.tet_smoothing import put_at
@@ -68,10 +68,9 @@ def move_nodes(state, nodes, homes, reach, free, valence, aim, lighter, work):
     points, moved = state.points, 0
     for i in range(len(nodes)):
         v = nodes[i]
-        count = find_star(state, v, work.star)
-        if count != valence[i] or count > MAX_FACES:
+        count = whole_star(state, v, valence[i], work)
+        if not count:
             continue
-        star_faces(state.tets, work.star, count, v, work.faces)
         if lighter:
             before, enough, least = -faults_of(state, work.star, count), 0.0, FALL
         else:

@@ -7,7 +7,7 @@ from craftmesh.mesh.tet_connectivity import half_face_corners, tet_volumes
 from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges, front_of
 from craftmesh.surface.kernels.distances import nearest_on_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, total_area
 from craftmesh.types import CRACK, Surface
 
 # Shares by which the area and the front's length may differ from the input's.
@@ -136,8 +136,7 @@ def recovery_of_crack(before: Surface, after: Surface) -> dict:
 def _area_and_front(surface: Surface) -> tuple[float, np.ndarray]:
     """Return the crack's area and its front edges (e, 2)."""
     crack = surface.facets[surface.kind == CRACK]
-    area = np.linalg.norm(area_vectors(surface.points, crack), axis=1).sum()
-    return float(area), front_edges(surface)
+    return total_area(surface.points, crack), front_edges(surface)
 
 
 def _lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
