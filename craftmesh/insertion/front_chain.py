@@ -43,7 +43,7 @@ def chain(
     uv: list[np.ndarray] = []
     interval = 0
     for front, closed in enumerate(sheet.rim.closed):
-        nodes = _numbered_nodes(surface, sheet, front, uv)
+        nodes = _numbered_nodes(surface, sheet, front, along, uv)
         if closed:
             nodes.append((nodes[0][0], nodes[0][1] + sheet.rim.curves[front][-1, 2]))
         for (a, start), (b, end) in zip(nodes[:-1], nodes[1:]):
@@ -60,11 +60,11 @@ def chain(
 
 
 def _numbered_nodes(
-    surface: CutSurface, sheet: Sheet, front: int, uv: list[np.ndarray]
+    surface: CutSurface, sheet: Sheet, front: int, along: np.ndarray, uv: list[np.ndarray]
 ) -> list[tuple[int, float]]:
     """Return (id, arc length) of the nodes a front must have; those that are new are added to `uv`."""
     nodes: list[tuple[int, float]] = []
-    for node, arc, position in _forced_nodes(surface, sheet, front):
+    for node, arc, position in _forced_nodes(surface, sheet, front, along):
         if node < 0:
             node = len(surface.points) + len(uv)
             uv.append(np.array(position))
@@ -72,13 +72,19 @@ def _numbered_nodes(
     return nodes
 
 
-def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int) -> list[tuple[int, float, list[float]]]:
-    """Return id (-1: new), arc and uv of the nodes a front must have: pierce points, ends, corners."""
+def _forced_nodes(
+    surface: CutSurface, sheet: Sheet, front: int, along: np.ndarray
+) -> list[tuple[int, float, list[float]]]:
+    """Return id (-1: new), arc and uv of the nodes a front must have: pierce points, ends, corners.
+
+    A corner that an edge of the front, along (k, 2), cuts off by no more than it may is none.
+    """
     curve, closed = sheet.rim.curves[front], sheet.rim.closed[front]
     ids = surface.on_front(front)
     known = surface.arc[ids]
     size = np.median(surface.size)
-    wanted = _apart(sheet.rim.corners(front), known, TOUCHING * size)
+    corners = _not_cut_off(sheet, front, sheet.rim.corners(front), stretches(surface, sheet, along))
+    wanted = _apart(corners, known, TOUCHING * size)
     if not closed:
         wanted += _apart(curve[[0, -1], 2], known, END * size)
     elif not len(wanted) and not len(ids):
@@ -89,9 +95,33 @@ def _forced_nodes(surface: CutSurface, sheet: Sheet, front: int) -> list[tuple[i
     return sorted(items, key=lambda item: item[1])
 
 
+def _not_cut_off(
+    sheet: Sheet, front: int, corners: np.ndarray, cut: tuple[np.ndarray, np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """Return the corners of a front, by their arc lengths (k,), that no stretch of it has inside."""
+    number, start, end = cut
+    period = sheet.rim.curves[front][-1, 2] if sheet.rim.closed[front] else 0.0
+    inside = np.zeros(len(corners), bool)
+    for arcs in (corners, corners + period):
+        within = (start < arcs[:, None]) & (arcs[:, None] < end) & (number == front)
+        inside |= within.any(axis=1)
+    return corners[~inside]
+
+
 def _apart(wanted: np.ndarray, known: np.ndarray, near: float) -> list[float]:
     """Return those of the wanted arc lengths that no known one is near."""
     return [w for w in wanted.tolist() if not len(known) or np.abs(known - w).min() > near]
+
+
+def stretches(
+    surface: CutSurface, sheet: Sheet, chords: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the front (k,) of edges between neighbouring front points, and the arcs of their ends."""
+    front = surface.front[chords[:, 0]]
+    start, end = np.sort(surface.arc[chords], axis=1).T
+    period = np.array([curve[-1, 2] for curve in sheet.rim.curves])[front]
+    around = np.array(sheet.rim.closed)[front] & (end - start > period / 2)
+    return front, np.where(around, end, start), np.where(around, start + period, end)
 
 
 def _spread(

@@ -53,6 +53,24 @@ def test_a_mouth_at_a_small_angle_is_refused_with_the_angle(degrees):
     assert part.tilt == pytest.approx(degrees, rel=1e-6)
 
 
+@pytest.mark.parametrize(("width", "refused"), [(2.5, True), (0.9, False)])
+def test_a_mouth_that_is_flat_for_more_than_l_min_is_refused_though_the_crack_gets_steeper(width, refused):
+    """A roof that leaves the lower face at 3 degrees over 0.01 l_min of depth, and goes on at 45."""
+    deep, length = 0.01 * L_MIN, width * L_MIN
+    run = deep / np.tan(np.radians(3.0))
+    points = [(x, y, z) for x in (0, length) for y, z in ((-run, -deep), (run, deep), (run + 3, deep + 3))]
+    points = np.array(points, float) + [10.0, 10.0, 0.0]
+    crack = crack_from_triangles(points, np.array([[0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2]]), None, BOX)
+    assert along_faces(crack, BOX, L_MIN) == []
+    if not refused:
+        refuse_along_faces(crack, BOX, L_MIN)
+        return
+    with pytest.raises(
+        CraftmeshError, match="meets the box face ZMIN at 3 degrees and more, over a length of"
+    ):
+        refuse_along_faces(crack, BOX, L_MIN)
+
+
 @pytest.mark.parametrize("degrees", [6.1, 10.0, 45.0, 90.0])
 def test_a_mouth_at_a_larger_angle_passes(degrees):
     assert along_faces(penny(0.0, degrees), BOX, L_MIN) == []
