@@ -49,7 +49,7 @@ def soundest(
     best, choice, shortest = attempt, 0, given.least
     for _ in range(1, ATTEMPTS):
         choice += bool(np.isfinite(attempt.times))
-        if best.times <= 1 or choice == len(CHOICES) or (sheet.planar and np.isinf(best.times)):
+        if best.times <= 1 or choice == len(CHOICES):
             break
         count = len(cut.points)
         cut = split_near(cut, sheet, places, shortest)

@@ -59,10 +59,17 @@ def split_edges(
     count = len(surface.points)
     points = np.concatenate([surface.points, new_points])
     facets, parent = _divide(points, surface.facets, np.asarray(edges, np.int64), count)
+    return _with_points(surface, facets, parent, new_points, size)
+
+
+def _with_points(
+    surface: CutSurface, facets: np.ndarray, parent: np.ndarray, new_points: np.ndarray, size: np.ndarray
+) -> CutSurface:
+    """Return the surface with facets, each a part of its parent, and new points (k, 3) on the crack."""
     extra = len(new_points)
     unknown = np.full(extra, np.nan)
     return CutSurface(
-        points=points,
+        points=np.concatenate([surface.points, new_points]),
         facets=facets,
         sides=surface.sides[parent],
         kind=surface.kind[parent],
@@ -72,6 +79,16 @@ def split_edges(
         front=np.concatenate([surface.front, np.full(extra, -1)]),
         arc=np.concatenate([surface.arc, unknown]),
     )
+
+
+def split_facet(surface: CutSurface, row: int, place: np.ndarray) -> CutSurface:
+    """Part one facet in three at a new point, place (1, 3), on the crack; its phi is unknown."""
+    new, (a, b, c) = len(surface.points), surface.facets[row]
+    facets = surface.facets.copy()
+    facets[row] = a, b, new
+    facets = np.concatenate([facets, np.array([[b, c, new], [c, a, new]], facets.dtype)])
+    parent = np.append(np.arange(len(surface.facets)), [row, row])
+    return _with_points(surface, facets, parent, place, surface.size[[a, b, c]].mean(keepdims=True))
 
 
 def _divide(

@@ -84,9 +84,9 @@ def _forced_nodes(
     known = surface.arc[ids]
     size = np.median(surface.size)
     corners = _not_cut_off(sheet, front, sheet.rim.corners(front), stretches(surface, sheet, along))
-    wanted = _apart(corners, known, TOUCHING * size)
+    wanted = _apart(corners, known, TOUCHING * size, sheet.rim.period(front))
     if not closed:
-        wanted += _apart(curve[[0, -1], 2], known, END * size)
+        wanted += _apart(curve[[0, -1], 2], known, END * size, np.inf)
     elif not len(wanted) and not len(ids):
         wanted = [0.0]
     uv = sheet.uv(surface.points[ids])
@@ -108,9 +108,10 @@ def _not_cut_off(
     return corners[~inside]
 
 
-def _apart(wanted: np.ndarray, known: np.ndarray, near: float) -> list[float]:
-    """Return those of the wanted arc lengths that no known one is near."""
-    return [w for w in wanted.tolist() if not len(known) or np.abs(known - w).min() > near]
+def _apart(wanted: np.ndarray, known: np.ndarray, near: float, period: float) -> list[float]:
+    """Return those of the wanted arc lengths that no known one is near, on a front that may be closed."""
+    gap = np.abs(wanted[:, None] - known)
+    return wanted[np.minimum(gap, period - gap).min(axis=1, initial=np.inf) > near].tolist()
 
 
 def stretches(

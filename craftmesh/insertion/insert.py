@@ -13,6 +13,7 @@ from craftmesh.insertion.creases import Creases, creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
 from craftmesh.insertion.front_chain import FrontChain, chain, conflicts
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
+from craftmesh.insertion.front_corners import onto_corners
 from craftmesh.insertion.hidden import split_hidden
 from craftmesh.insertion.inlay import inlaid
 from craftmesh.insertion.kinks import kink_traces
@@ -128,7 +129,7 @@ def _inserted(
     creases = creases_of(sheet, least)
     cut = _cut(cut, sheet, creases, least, options)
     progress(0.3, "front")
-    cut = snap_to_front(cut, sheet, creases, target, options)
+    cut = snap_to_front(onto_corners(cut, sheet, options), sheet, creases, target, options)
     cut = pierce(cut, sheet)
     cut = settle_front(cut, sheet, options)
     for _ in range(SPREADS):

@@ -8,7 +8,7 @@ from craftmesh.insertion.creases import Creases
 from craftmesh.insertion.cut import CutSurface, SizeAt
 from craftmesh.insertion.guarded_move import guarded_move, settled
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.pierce import with_front_points
+from craftmesh.insertion.pierce import TOUCHING, with_front_points
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.insertion.snap import classes, leaves_crack
 
@@ -59,12 +59,12 @@ def spread_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: Ins
     """Move pierce points that crowd apart along the front, as far as the surface stays sound."""
     shifts, on_fronts = [np.zeros(0)], [np.zeros(0, np.int64)]
     _, planes = classes(surface)
-    for front, curve in enumerate(sheet.rim.curves):
+    for front in range(len(sheet.rim.curves)):
         ids = surface.on_front(front)
         if len(ids) < 2:
             continue
-        period = curve[-1, 2] if sheet.rim.closed[front] else np.inf
-        held = planes[ids].any(axis=1)
+        period = sheet.rim.period(front)
+        held = planes[ids].any(axis=1) | _are_corners(surface, sheet, front, ids)
         on_fronts.append(ids)
         shifts.append(
             _pushed_apart(surface.arc[ids], LEAST_GAP * target(surface.points[ids]), held, period)
@@ -82,6 +82,13 @@ def spread_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: Ins
     stays = leaves_crack(surface, rows, targets)
     rows, targets = rows[~stays], targets[~stays]
     return moved_onto_front(surface, sheet, rows, targets, options)
+
+
+def _are_corners(surface: CutSurface, sheet: Sheet, front: int, ids: np.ndarray) -> np.ndarray:
+    """Tell which points of a front are at corners of it."""
+    gap = np.abs(surface.arc[ids][:, None] - sheet.rim.corners(front))
+    off = np.minimum(gap, sheet.rim.period(front) - gap).min(axis=1, initial=np.inf)
+    return off <= TOUCHING * surface.size[ids]
 
 
 def moved_onto_front(

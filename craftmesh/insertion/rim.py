@@ -64,12 +64,17 @@ class Rim:
         return np.stack([np.interp(arc, curve[:, 2], curve[:, i]) for i in range(2)], axis=1)
 
     def corners(self, front: int) -> np.ndarray:
-        """Return the arc lengths (k,) of a front's corners between its ends."""
+        """Return the arc lengths (k,) of a front's corners, between its ends where it is open."""
         curve = self.curves[front]
         step = np.diff(curve[:, :2], axis=0)
         step /= np.linalg.norm(step, axis=1)[:, None]
-        sharp = np.flatnonzero(np.einsum("ij,ij->i", step[1:], step[:-1]) < CORNER) + 1
-        return curve[sharp, 2]
+        sharp = np.einsum("ij,ij->i", step, np.roll(step, 1, axis=0)) < CORNER
+        sharp[0] &= self.closed[front]
+        return curve[np.flatnonzero(sharp), 2]
+
+    def period(self, front: int) -> float:
+        """Return the length of a closed front, infinity for an open one."""
+        return float(self.curves[front][-1, 2]) if self.closed[front] else np.inf
 
 
 def feet_on_segments(

@@ -100,6 +100,31 @@ def test_a_crack_in_or_beside_a_boundary_has_its_front_on_the_circle(blocks, l_m
     assert_on_front(inserted(surface, crack, l_min), crack, l_min)
 
 
+def polygon(corners: int, slope: float, tilt: float) -> Crack:
+    """A polygon of a few long edges, in the boundary or at a small angle to it."""
+    angle = 0.3 + 2 * np.pi * np.arange(corners) / corners
+    x, y = 5.0 * np.cos(angle), 5.0 * np.sin(angle)
+    points = np.column_stack([x, y, (slope + tilt) * x + tilt * y]) + 8.0
+    fan = [[0, i, i + 1] for i in range(1, corners - 1)]
+    return crack_from_triangles(points, np.array(fan), None, BOX)
+
+
+@pytest.mark.parametrize("corners", [3, 4, 5, 7])
+@pytest.mark.parametrize("tilt", [0.0, 0.01, 0.03])
+@pytest.mark.parametrize("l_min", [0.4, 0.7, 1.1])
+def test_a_polygon_along_a_boundary_keeps_its_corners(blocks, corners, tilt, l_min):
+    """Edges of facets in the crack went round its corners on and on, and most such cracks were refused."""
+    surface, slope = blocks
+    crack = polygon(corners, slope, tilt)
+    result = inserted(surface, crack, l_min)
+    assert_on_front(result, crack, l_min)
+    start, end = (result.points[ids] for ids in front_edges(result).T)
+    step, to_corner = end - start, crack.points[crack.fronts[0], None] - start
+    along = np.clip((to_corner * step).sum(axis=2) / (step**2).sum(axis=1), 0, 1)
+    off = np.linalg.norm(to_corner - along[..., None] * step, axis=2).min(axis=1)
+    assert off.max() < 0.0201 * l_min  # an edge along the boundary may cut one off by FIDELITY
+
+
 @pytest.mark.parametrize("off", [0.0, 0.05, 0.1, 0.3])
 @pytest.mark.parametrize("bend", [0.0, 0.5])
 @pytest.mark.parametrize("l_min", [0.4, 1.1])
