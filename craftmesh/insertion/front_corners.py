@@ -6,6 +6,7 @@ import shapely
 from craftmesh.insertion.crack_patch import flat_facets
 from craftmesh.insertion.cut import CutSurface, split_edges, split_facet
 from craftmesh.insertion.guarded_move import settled
+from craftmesh.insertion.onto_front import LINE_SHARE
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import TOUCHING, with_front_points
 from craftmesh.insertion.sheet import Sheet
@@ -36,28 +37,67 @@ def _onto_corner(
     within = np.flatnonzero(shapely.intersects_xy(shapely.polygons(uv), *corner))
     if not len(within):
         return surface
-    row, uv, place = int(rows[within[0]]), uv[within[0]], sheet.lift(corner[None])
-    corners = surface.facets[row].astype(np.int64)
-    away = np.linalg.norm(uv - corner, axis=1)
-    point = corners[[int(away.argmin())]]
-    lines, held = _lines(surface)
-    shortest = np.linalg.norm(uv - np.roll(uv, 1, axis=0), axis=1).min()
-    if away.min() > TOUCHING * surface.size[point[0]]:
-        led = None
-        if away.min() < NEAR_POINT * shortest and surface.front[point[0]] < 0 and not held[point[0]]:
-            led = _moved(surface, point, place, options)
-        if led is None:
-            point = np.array([len(surface.points)])
-            led = _through_edge(surface, corners, (uv, corner), place, lines, options)
-        surface = led or split_facet(surface, row, place)
-    return with_front_points(surface, sheet, point)
+    row, place = int(rows[within[0]]), sheet.lift(corner[None])
+    at_point = _at_point(surface, row, place, options)
+    if at_point is not None:
+        surface, point = at_point
+        return with_front_points(surface, sheet, point)
+    point = np.array([len(surface.points)])
+    parted = _through_edge(surface, row, place, options) or split_facet(surface, row, place)
+    return with_front_points(parted, sheet, point)
 
 
-def _lines(surface: CutSurface) -> tuple[set[tuple[int, int]], np.ndarray]:
-    """Return the junction lines' edges, lower point first, and which points are on them or on the box."""
+def _at_point(
+    surface: CutSurface, row: int, place: np.ndarray, options: InsertOptions
+) -> tuple[CutSurface, np.ndarray] | None:
+    """Return the surface with a corner of a facet at the place (1, 3) near by, and that corner (1,).
+
+    None where none is near, may move or is free to.
+    """
+    ids = surface.facets[row].astype(np.int64)
+    corners = surface.points[ids]
+    away = np.linalg.norm(corners - place, axis=1)
+    nearest = int(away.argmin())
+    point = ids[[nearest]]
+    if away[nearest] <= TOUCHING * surface.size[point[0]]:
+        return surface, point
+    shortest = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).min()
     junctions, planes = classes(surface)
-    held = (junctions.degree > 0) | planes.any(axis=1)
-    return set(map(tuple, np.sort(junctions.edges, axis=1).tolist())), held
+    held = junctions.degree[point[0]] > 0 or planes[point[0]].any() or surface.front[point[0]] >= 0
+    if held or away[nearest] > NEAR_POINT * shortest:
+        return None
+    moved = _moved(surface, point, place, options)
+    return None if moved is None else (moved, point)
+
+
+def _through_edge(
+    surface: CutSurface, row: int, place: np.ndarray, options: InsertOptions
+) -> CutSurface | None:
+    """Return the surface with a facet's edge parted at the place (1, 3) near by; None where it is far.
+
+    An edge with the place on it is parted there. The new point of another moves to the place: within reach
+    of points on lines where it is on one, not if the box holds it, and where that is sound.
+    """
+    ids = surface.facets[row].astype(np.int64)
+    edges = np.sort(np.column_stack([ids, np.roll(ids, -1)]), axis=1)
+    start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
+    along = np.einsum("ij,ij->i", place - start, step) / np.einsum("ij,ij->i", step, step)
+    feet = start + np.clip(along, 0, 1)[:, None] * step
+    off = np.linalg.norm(place - feet, axis=1)
+    nearest = int(off.argmin())
+    edge, foot, size = edges[nearest], feet[[nearest]], surface.size[edges[nearest]].mean(keepdims=True)
+    parted = split_edges(surface, edge[None], foot, size)
+    if off[nearest] <= TOUCHING * size[0]:
+        return parted
+    height = np.linalg.norm(np.cross(step[0], step[1])) / np.linalg.norm(step[nearest])
+    if off[nearest] > NEAR_EDGE * height or not 0 < along[nearest] < 1:
+        return None
+    junctions, planes = classes(surface)
+    is_line = (np.sort(junctions.edges, axis=1) == edge).all(axis=1).any()
+    reach = LINE_SHARE * options.snap_front * size[0]
+    if planes[edge].all(axis=0).any() or (is_line and off[nearest] > reach):
+        return None
+    return _moved(parted, np.array([len(surface.points)]), place, options)
 
 
 def _moved(
@@ -66,36 +106,3 @@ def _moved(
     """Return the surface with a point at a place (1, 3), None where that is unsound."""
     moved, left = settled(surface, point, place, options, at_last=False)
     return None if len(left) else moved
-
-
-def _through_edge(
-    surface: CutSurface,
-    corners: np.ndarray,
-    seen: tuple[np.ndarray, np.ndarray],
-    place: np.ndarray,
-    lines: set[tuple[int, int]],
-    options: InsertOptions,
-) -> CutSurface | None:
-    """Return the surface with the edge nearest to a place parted there, None where that is unsound or far.
-
-    corners (3,): of the facet with the place; seen: they (3, 2) and the place (2,) in (u, v).
-    """
-    uv, at = seen
-    area = _area(*uv)
-    shares = np.array([_area(at, uv[1], uv[2]), _area(uv[0], at, uv[2]), _area(uv[0], uv[1], at)]) / area
-    beside = int(shares.argmin())
-    edge = np.sort(np.delete(corners, beside))
-    if shares[beside] >= NEAR_EDGE or tuple(edge.tolist()) in lines:
-        return None
-    start, step = surface.points[edge[0]], surface.points[edge[1]] - surface.points[edge[0]]
-    along = float((place[0] - start) @ step / (step @ step))
-    if not 0 < along < 1:
-        return None
-    foot = (start + along * step)[None]
-    split = split_edges(surface, edge[None], foot, surface.size[edge].mean(keepdims=True))
-    return _moved(split, np.array([len(surface.points)]), place, options)
-
-
-def _area(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
-    (x, y), (v, w) = b - a, c - a
-    return float(x * w - y * v)
