@@ -1,10 +1,10 @@
-"""Corners of a front within facets that lie in the crack: such facets get a point there."""
+"""Corners of a front within facets that lie in the crack, or on a trace of it: these get a point there."""
 
 import numpy as np
 import shapely
 
 from craftmesh.insertion.crack_patch import flat_facets
-from craftmesh.insertion.cut import CutSurface, split_edges, split_facet
+from craftmesh.insertion.cut import CutSurface, split_edges, split_facet, trace_edges
 from craftmesh.insertion.guarded_move import settled
 from craftmesh.insertion.onto_front import LINE_SHARE
 from craftmesh.insertion.options import InsertOptions
@@ -17,7 +17,7 @@ NEAR_POINT = 0.3  # of a facet's shortest edge: a corner this near a free point 
 
 
 def onto_corners(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
-    """Return the surface with a front point at each corner of a front within facets in the crack.
+    """Return the surface with points at the corners of fronts in facets in the crack, or on its traces.
 
     Without them edges of those facets go round a corner on and on: each that is split where it crosses the
     front leaves another that does. Where a point of a facet is near and free to move it goes there, else an
@@ -36,7 +36,7 @@ def _onto_corner(
     uv = sheet.uv(surface.points[surface.facets[rows]].reshape(-1, 3)).reshape(-1, 3, 2)
     within = np.flatnonzero(shapely.intersects_xy(shapely.polygons(uv), *corner))
     if not len(within):
-        return surface
+        return _onto_trace(surface, sheet, sheet.lift(corner[None]))
     row, place = int(rows[within[0]]), sheet.lift(corner[None])
     at_point = _at_point(surface, row, place, options)
     if at_point is not None:
@@ -45,6 +45,32 @@ def _onto_corner(
     point = np.array([len(surface.points)])
     parted = _through_edge(surface, row, place, options) or split_facet(surface, row, place)
     return with_front_points(parted, sheet, point)
+
+
+def _onto_trace(surface: CutSurface, sheet: Sheet, place: np.ndarray) -> CutSurface:
+    """Return the surface with a front point on the trace edge that a corner, place (1, 3), lies on."""
+    edges = np.sort(trace_edges(surface), axis=1)
+    if not len(edges):
+        return surface
+    off, foot = _feet(surface, edges, place)
+    nearest = int(off.argmin())
+    edge, foot = edges[nearest], foot[[nearest]]
+    size = surface.size[edge].mean(keepdims=True)
+    if not off[nearest] <= TOUCHING * size[0]:
+        return surface
+    to_ends = np.linalg.norm(surface.points[edge] - foot, axis=1)
+    if to_ends.min() <= TOUCHING * size[0]:
+        return with_front_points(surface, sheet, edge[[int(to_ends.argmin())]])
+    parted = split_edges(surface, edge[None], foot, size)
+    return with_front_points(parted, sheet, np.array([len(surface.points)]))
+
+
+def _feet(surface: CutSurface, edges: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far edges (k, 2) are from a place (1, 3), and their points (k, 3) nearest to it."""
+    start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
+    along = np.einsum("ij,ij->i", place - start, step) / np.einsum("ij,ij->i", step, step)
+    feet = start + np.clip(along, 0, 1)[:, None] * step
+    return np.linalg.norm(place - feet, axis=1), feet
 
 
 def _at_point(
@@ -80,17 +106,15 @@ def _through_edge(
     """
     ids = surface.facets[row].astype(np.int64)
     edges = np.sort(np.column_stack([ids, np.roll(ids, -1)]), axis=1)
-    start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
-    along = np.einsum("ij,ij->i", place - start, step) / np.einsum("ij,ij->i", step, step)
-    feet = start + np.clip(along, 0, 1)[:, None] * step
-    off = np.linalg.norm(place - feet, axis=1)
+    off, feet = _feet(surface, edges, place)
     nearest = int(off.argmin())
     edge, foot, size = edges[nearest], feet[[nearest]], surface.size[edges[nearest]].mean(keepdims=True)
     parted = split_edges(surface, edge[None], foot, size)
     if off[nearest] <= TOUCHING * size[0]:
         return parted
-    height = np.linalg.norm(np.cross(step[0], step[1])) / np.linalg.norm(step[nearest])
-    if off[nearest] > NEAR_EDGE * height or not 0 < along[nearest] < 1:
+    a, b, c = surface.points[ids]
+    height = np.linalg.norm(np.cross(b - a, c - a)) / np.linalg.norm(np.subtract(*surface.points[edge]))
+    if off[nearest] > NEAR_EDGE * height:
         return None
     junctions, planes = classes(surface)
     is_line = (np.sort(junctions.edges, axis=1) == edge).all(axis=1).any()

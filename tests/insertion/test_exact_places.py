@@ -60,13 +60,17 @@ def off_edges(places: np.ndarray, surface: Surface) -> np.ndarray:
     return np.linalg.norm(to_place - along[..., None] * step, axis=2).min(axis=1)
 
 
+def sized(crack: Crack, l_min: float) -> Sizing:
+    sources = np.concatenate([densify(crack.points[front], l_min / 4) for front in crack.fronts])
+    return Sizing(l_min, max(1.0, l_min), 4.0, 2.0, 8.0, 1.0, sources)
+
+
 @pytest.mark.parametrize("name", CRACKS)
 def test_a_crack_at_exact_places_comes_in_with_its_corners_and_sound_facets(surface, name):
     corners = CRACKS[name]
     fan = np.array([[0, i, i + 1] for i in range(1, len(corners) - 1)])
-    crack: Crack = crack_from_triangles(corners, fan, None, BOX)
-    sources = np.concatenate([densify(crack.points[front], L_MIN / 4) for front in crack.fronts])
-    sizing = Sizing(L_MIN, 1.0, 4.0, 2.0, 8.0, 1.0, sources)
+    crack = crack_from_triangles(corners, fan, None, BOX)
+    sizing = sized(crack, L_MIN)
     inserted, _ = insert_crack(surface, crack, sizing)
     assert check_surface(inserted) == []
     inner = corners[((corners > 0) & (corners < EDGE)).all(axis=1)]
@@ -75,3 +79,18 @@ def test_a_crack_at_exact_places_comes_in_with_its_corners_and_sound_facets(surf
     assert check_surface(gradated) == []
     # 0.3 degrees where an end of a triple line stood 0.005 beside the mouth; 7.4 at least now
     assert facet_angles(gradated.points, gradated.facets).min() > 5
+
+
+@pytest.mark.parametrize("width", [2, 4])
+@pytest.mark.parametrize("l_min", [0.5, 1.0])
+def test_a_crack_that_stands_on_the_front_of_another_in_a_boundary_comes_in(width, l_min):
+    """Its corners lie on a trace edge, that of its own front: it was refused where they ended none."""
+    boundary = remesh(Voxels(LABELS["two"], (1, 1, 1), (0, 0, 0)))[0]
+    flat = CRACKS["inner"]
+    x_of = [8 - width, 8 + width, 8 + width, 8 - width]
+    upright = np.column_stack([x_of, np.full(4, 12.0), [8.0, 8, 12, 12]])
+    fan = np.array([[0, 1, 2], [0, 2, 3]])
+    crack = crack_from_triangles(np.concatenate([flat, upright]), np.concatenate([fan, fan + 4]), None, BOX)
+    inserted, report = insert_crack(boundary, crack, sized(crack, l_min))
+    assert check_surface(inserted) == []
+    assert report["crack_area"] == pytest.approx(64 + 8 * width, rel=1e-4)
