@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from craftmesh.cracks.sheets import joined
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.gradation.gradate import gradate
 from craftmesh.insertion.insert import insert_crack
@@ -90,7 +91,7 @@ def test_a_crack_that_stands_on_the_front_of_another_in_a_boundary_comes_in(widt
     x_of = [8 - width, 8 + width, 8 + width, 8 - width]
     upright = np.column_stack([x_of, np.full(4, 12.0), [8.0, 8, 12, 12]])
     fan = np.array([[0, 1, 2], [0, 2, 3]])
-    crack = crack_from_triangles(np.concatenate([flat, upright]), np.concatenate([fan, fan + 4]), None, BOX)
+    crack = joined([crack_from_triangles(corners, fan, None, BOX) for corners in (flat, upright)])
     inserted, report = insert_crack(boundary, crack, sized(crack, l_min))
     assert check_surface(inserted) == []
     assert report["crack_area"] == pytest.approx(64 + 8 * width, rel=1e-4)
