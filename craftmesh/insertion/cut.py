@@ -201,6 +201,16 @@ def with_phi(surface: CutSurface, sheet: Sheet) -> CutSurface:
     return replace(surface, phi=phi)
 
 
+def feet_on_edges(
+    surface: CutSurface, edges: np.ndarray, places: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far edges (k, 2) are from places (k or 1, 3), and their points nearest to those."""
+    start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
+    along = np.einsum("ij,ij->i", places - start, step) / np.einsum("ij,ij->i", step, step)
+    feet = start + np.clip(along, 0, 1)[:, None] * step
+    return np.linalg.norm(places - feet, axis=1), feet
+
+
 def edge_lengths(surface: CutSurface, edges: np.ndarray) -> np.ndarray:
     """Return the lengths (k,) of edges (k, 2)."""
     return np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)

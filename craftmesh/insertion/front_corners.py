@@ -4,7 +4,7 @@ import numpy as np
 import shapely
 
 from craftmesh.insertion.crack_patch import flat_facets
-from craftmesh.insertion.cut import CutSurface, split_edges, split_facet, trace_edges
+from craftmesh.insertion.cut import CutSurface, feet_on_edges, split_edges, split_facet, trace_edges
 from craftmesh.insertion.guarded_move import settled
 from craftmesh.insertion.onto_front import LINE_SHARE
 from craftmesh.insertion.options import InsertOptions
@@ -52,7 +52,7 @@ def _onto_trace(surface: CutSurface, sheet: Sheet, place: np.ndarray) -> CutSurf
     edges = np.sort(trace_edges(surface), axis=1)
     if not len(edges):
         return surface
-    off, foot = _feet(surface, edges, place)
+    off, foot = feet_on_edges(surface, edges, place)
     nearest = int(off.argmin())
     edge, foot = edges[nearest], foot[[nearest]]
     size = surface.size[edge].mean(keepdims=True)
@@ -63,14 +63,6 @@ def _onto_trace(surface: CutSurface, sheet: Sheet, place: np.ndarray) -> CutSurf
         return with_front_points(surface, sheet, edge[[int(to_ends.argmin())]])
     parted = split_edges(surface, edge[None], foot, size)
     return with_front_points(parted, sheet, np.array([len(surface.points)]))
-
-
-def _feet(surface: CutSurface, edges: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far edges (k, 2) are from a place (1, 3), and their points (k, 3) nearest to it."""
-    start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
-    along = np.einsum("ij,ij->i", place - start, step) / np.einsum("ij,ij->i", step, step)
-    feet = start + np.clip(along, 0, 1)[:, None] * step
-    return np.linalg.norm(place - feet, axis=1), feet
 
 
 def _at_point(
@@ -106,7 +98,7 @@ def _through_edge(
     """
     ids = surface.facets[row].astype(np.int64)
     edges = np.sort(np.column_stack([ids, np.roll(ids, -1)]), axis=1)
-    off, feet = _feet(surface, edges, place)
+    off, feet = feet_on_edges(surface, edges, place)
     nearest = int(off.argmin())
     edge, foot, size = edges[nearest], feet[[nearest]], surface.size[edges[nearest]].mean(keepdims=True)
     parted = split_edges(surface, edge[None], foot, size)

@@ -11,7 +11,7 @@ from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_of
 from craftmesh.surface.measure import total_area
 from craftmesh.surface.patches import is_on_box
-from craftmesh.types import Crack, Surface
+from craftmesh.types import CRACK, Crack, Surface
 
 # Of the least length, that facets and nodes of the front may be off: the promise of both ways of insertion.
 FACETS_OFF, FRONT_OFF = 0.05, 0.02
@@ -57,7 +57,8 @@ class Given:
         middles = points[edges].mean(axis=1)
         places = np.concatenate([points[np.unique(own)], middles, points[own].mean(axis=1)])
         off = np.linalg.norm(self.look.look(places).foot - places, axis=1)
-        free = surface.facets[(surface.sides <= 0).any(axis=1)]
+        ends = (surface.sides <= 0).any(axis=1) | ((surface.kind == CRACK) & ~inserted.own)
+        free = surface.facets[ends]
         front = front_of(own, free.astype(np.int64))
         nodes = points[np.unique(front)]
         times = np.concatenate([off / FACETS_OFF, self._off_front(nodes) / FRONT_OFF]) / (

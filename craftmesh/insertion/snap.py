@@ -5,10 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.insertion.cut import CutSurface
+from craftmesh.insertion.cut import CutSurface, feet_on_edges
 from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import ON_CRACK, Sheet
+from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import feature_edges, held_by_box
 from craftmesh.types import CRACK, Surface
@@ -113,11 +114,23 @@ def _crack_normals(surface: CutSurface) -> np.ndarray:
 
 
 def leaves_crack(surface: CutSurface, rows: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Tell which points `rows` (k,) of the crack there is would leave it at their targets (k, 3)."""
+    """Tell which points `rows` (k,) would leave the crack there is, or its front, at targets (k, 3)."""
     step = targets - surface.points[rows]
-    return (
-        np.abs(np.einsum("ij,ij->i", step, _crack_normals(surface)[rows])) > OFF_CRACK * surface.size[rows]
-    )
+    off = np.abs(np.einsum("ij,ij->i", step, _crack_normals(surface)[rows]))
+    return np.maximum(off, _off_front(surface, rows, targets)) > OFF_CRACK * surface.size[rows]
+
+
+def _off_front(surface: CutSurface, rows: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    """Return how far off it points `rows` (k,) on the front there is would be at targets, 0 for others."""
+    front = front_edges(Surface(surface.points, surface.facets, surface.sides, surface.kind))
+    at = np.full(len(surface.points), -1)
+    at[rows] = np.arange(len(rows))
+    edges = np.concatenate([front, front[:, ::-1]])
+    edges = edges[at[edges[:, 0]] >= 0]
+    moved = at[edges[:, 0]]
+    off = np.full(len(rows), np.inf)
+    np.minimum.at(off, moved, feet_on_edges(surface, edges, targets[moved])[0])
+    return np.where(np.isfinite(off), off, 0.0)
 
 
 def onto_crack(
