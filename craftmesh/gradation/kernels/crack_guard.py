@@ -14,16 +14,16 @@ from craftmesh.gradation.kernels.star import old_facet
 from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import segment_distance2
 
-# Where a facet is measured, by weights of its corners: middles of its edges, its centre, and between.
+# Where a facet is measured, by weights of its corners: quarters of its edges, its centre, and between. Of a
+# rough crack's 1497 facets 12 were up to 0.067 l_min off between the middles and these, of 0.045 allowed.
 PLACES = np.array(
     [
-        [1 / 2, 1 / 2, 0],
-        [0, 1 / 2, 1 / 2],
-        [1 / 2, 0, 1 / 2],
-        [1 / 3, 1 / 3, 1 / 3],
-        [2 / 3, 1 / 6, 1 / 6],
-        [1 / 6, 2 / 3, 1 / 6],
-        [1 / 6, 1 / 6, 2 / 3],
+        *((a, 1 - a, 0.0) for a in (1 / 4, 1 / 2, 3 / 4)),
+        *((0.0, a, 1 - a) for a in (1 / 4, 1 / 2, 3 / 4)),
+        *((1 - a, 0.0, a) for a in (1 / 4, 1 / 2, 3 / 4)),
+        (1 / 3, 1 / 3, 1 / 3),
+        *((2 / 3, 1 / 6, 1 / 6), (1 / 6, 2 / 3, 1 / 6), (1 / 6, 1 / 6, 2 / 3)),
+        *((1 / 2, 1 / 4, 1 / 4), (1 / 4, 1 / 2, 1 / 4), (1 / 4, 1 / 4, 1 / 2)),
     ]
 )
 # Times the limit: places farther off the crack, as where the insertion has moved it, are not measured.
