@@ -10,7 +10,7 @@ from craftmesh.surface.measure import unit_normals
 from craftmesh.types import Crack
 
 # Of l_min: how far the middle of an edge may be off a curved crack. The gradation keeps facets within
-# 0.04 of it: where it is to make longer ones it leaves facets as they are. Three twisted cracks with l_max of 4
+# 0.04: where it is to make longer ones it leaves facets as they are. Three twisted cracks with l_max of 4
 # to 14 l_min had 0.38, 0.17 and 0.27 % of their tets over an aspect ratio of 5, now 0.25, 0.12 and 0.23 %,
 # with 2 % more of them; rough cracks keep their number.
 OFF = 0.04
