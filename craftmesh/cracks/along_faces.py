@@ -104,11 +104,8 @@ def _refuse_slivers(crack: Crack, box: np.ndarray, l_min: float) -> None:
 def _refuse_mouths(crack: Crack, box: np.ndarray, l_min: float) -> None:
     """Raise CraftmeshError where a mouth on a face is at less than FLATTEST over more than LEAST_MOUTH."""
     rows = np.flatnonzero(meets_box(crack.points[crack.triangles], box))
-    corners = crack.points[crack.triangles[rows]]
-    vectors = area_vectors(crack.points, crack.triangles[rows])
-    size = np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)
-    for axis in range(3):
-        tilt = np.degrees(np.arccos(np.minimum(np.abs(vectors[:, axis]) / size, 1.0)))
+    corners, tilts = crack.points[crack.triangles[rows]], _tilts(crack)[rows]
+    for axis, tilt in enumerate(tilts.T):
         for upper in (0, 1):
             place = box[upper, axis]
             low, high = corners[:, :, axis].min(axis=1), corners[:, :, axis].max(axis=1)
@@ -141,11 +138,8 @@ def along_faces(crack: Crack, box: np.ndarray, l_min: float) -> list[AlongFace]:
     """
     box = np.asarray(box, float)
     corners = crack.points[crack.triangles]
-    vectors = area_vectors(crack.points, crack.triangles)
-    size = np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)
     found = []
-    for axis in range(3):
-        tilt = np.degrees(np.arccos(np.minimum(np.abs(vectors[:, axis]) / size, 1.0)))
+    for axis, tilt in enumerate(_tilts(crack).T):
         for upper in (0, 1):
             slab = box.copy()
             slab[1 - upper, axis] = box[upper, axis] + (1 - 2 * upper) * NEAR * l_min
@@ -164,6 +158,13 @@ def along_faces(crack: Crack, box: np.ndarray, l_min: float) -> list[AlongFace]:
                     )
                 )
     return found
+
+
+def _tilts(crack: Crack) -> np.ndarray:
+    """Return the angles (m, 3) of a crack's triangles to faces of the box across x, y and z, in degrees."""
+    vectors = area_vectors(crack.points, crack.triangles)
+    size = np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
+    return np.degrees(np.arccos(np.minimum(np.abs(vectors) / size, 1.0)))
 
 
 class _Part(NamedTuple):

@@ -59,17 +59,17 @@ def split_edges(
     count = len(surface.points)
     points = np.concatenate([surface.points, new_points])
     facets, parent = _divide(points, surface.facets, np.asarray(edges, np.int64), count)
-    return _with_points(surface, facets, parent, new_points, size)
+    return _with_points(surface, points, facets, parent, size)
 
 
 def _with_points(
-    surface: CutSurface, facets: np.ndarray, parent: np.ndarray, new_points: np.ndarray, size: np.ndarray
+    surface: CutSurface, points: np.ndarray, facets: np.ndarray, parent: np.ndarray, size: np.ndarray
 ) -> CutSurface:
-    """Return the surface with facets, each a part of its parent, and new points (k, 3) on the crack."""
-    extra = len(new_points)
+    """Return the surface with facets, each a part of its parent, and further points, on the crack."""
+    extra = len(points) - len(surface.points)
     unknown = np.full(extra, np.nan)
     return CutSurface(
-        points=np.concatenate([surface.points, new_points]),
+        points=points,
         facets=facets,
         sides=surface.sides[parent],
         kind=surface.kind[parent],
@@ -88,7 +88,8 @@ def split_facet(surface: CutSurface, row: int, place: np.ndarray) -> CutSurface:
     facets[row] = a, b, new
     facets = np.concatenate([facets, np.array([[b, c, new], [c, a, new]], facets.dtype)])
     parent = np.append(np.arange(len(surface.facets)), [row, row])
-    return _with_points(surface, facets, parent, place, surface.size[[a, b, c]].mean(keepdims=True))
+    points = np.concatenate([surface.points, place])
+    return _with_points(surface, points, facets, parent, surface.size[[a, b, c]].mean(keepdims=True))
 
 
 def _divide(

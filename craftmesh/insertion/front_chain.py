@@ -45,7 +45,7 @@ def chain(
     for front, closed in enumerate(sheet.rim.closed):
         nodes = _numbered_nodes(surface, sheet, front, along, uv)
         if closed:
-            nodes.append((nodes[0][0], nodes[0][1] + sheet.rim.curves[front][-1, 2]))
+            nodes.append((nodes[0][0], nodes[0][1] + sheet.rim.period(front)))
         for (a, start), (b, end) in zip(nodes[:-1], nodes[1:]):
             inner = np.zeros(0)
             if (min(a, b), max(a, b)) not in taken:
@@ -83,10 +83,10 @@ def _forced_nodes(
     ids = surface.on_front(front)
     known = surface.arc[ids]
     size = np.median(surface.size)
-    corners = _not_cut_off(sheet, front, sheet.rim.corners(front), stretches(surface, sheet, along))
-    wanted = _apart(corners, known, TOUCHING * size, sheet.rim.period(front))
+    corners = _not_cut_off(sheet, front, stretches(surface, sheet, along))
+    wanted = _apart(sheet, front, corners, known, TOUCHING * size)
     if not closed:
-        wanted += _apart(curve[[0, -1], 2], known, END * size, np.inf)
+        wanted += _apart(sheet, front, curve[[0, -1], 2], known, END * size)
     elif not len(wanted) and not len(ids):
         wanted = [0.0]
     uv = sheet.uv(surface.points[ids])
@@ -95,23 +95,17 @@ def _forced_nodes(
     return sorted(items, key=lambda item: item[1])
 
 
-def _not_cut_off(
-    sheet: Sheet, front: int, corners: np.ndarray, cut: tuple[np.ndarray, np.ndarray, np.ndarray]
-) -> np.ndarray:
+def _not_cut_off(sheet: Sheet, front: int, cut: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
     """Return the corners of a front, by their arc lengths (k,), that no stretch of it has inside."""
     number, start, end = cut
-    period = sheet.rim.curves[front][-1, 2] if sheet.rim.closed[front] else 0.0
-    inside = np.zeros(len(corners), bool)
-    for arcs in (corners, corners + period):
-        within = (start < arcs[:, None]) & (arcs[:, None] < end) & (number == front)
-        inside |= within.any(axis=1)
-    return corners[~inside]
+    corners, ahead = sheet.rim.corners(front), sheet.rim.corners_ahead(front)[:, None]
+    inside = ((start < ahead) & (ahead < end) & (number == front)).any(axis=1)
+    return corners[~inside.reshape(1 + sheet.rim.closed[front], -1).any(axis=0)]
 
 
-def _apart(wanted: np.ndarray, known: np.ndarray, near: float, period: float) -> list[float]:
-    """Return those of the wanted arc lengths that no known one is near, on a front that may be closed."""
-    gap = np.abs(wanted[:, None] - known)
-    return wanted[np.minimum(gap, period - gap).min(axis=1, initial=np.inf) > near].tolist()
+def _apart(sheet: Sheet, front: int, wanted: np.ndarray, known: np.ndarray, near: float) -> list[float]:
+    """Return those of the wanted arc lengths along a front that no known one is near."""
+    return wanted[sheet.rim.gaps(front, wanted, known).min(axis=1, initial=np.inf) > near].tolist()
 
 
 def stretches(
@@ -120,8 +114,8 @@ def stretches(
     """Return the front (k,) of edges between neighbouring front points, and the arcs of their ends."""
     front = surface.front[chords[:, 0]]
     start, end = np.sort(surface.arc[chords], axis=1).T
-    period = np.array([curve[-1, 2] for curve in sheet.rim.curves])[front]
-    around = np.array(sheet.rim.closed)[front] & (end - start > period / 2)
+    period = np.array([sheet.rim.period(number) for number in range(len(sheet.rim.curves))])[front]
+    around = end - start > period / 2
     return front, np.where(around, end, start), np.where(around, start + period, end)
 
 

@@ -67,7 +67,7 @@ def _is_off(surface: CutSurface, sheet: Sheet, chords: np.ndarray, target: SizeA
 def _corners_off(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return how far (n,) corners of a front are from the chords that cut them off, 0 without one."""
     most = np.zeros(len(start))
-    for corner in _corners(sheet, front):
+    for corner in sheet.rim.corners_ahead(front).tolist():
         cut = np.flatnonzero((start < corner) & (corner < end))
         arcs = np.concatenate([start[cut], end[cut], [corner]])
         at = sheet.lift(sheet.rim.on_front(front, arcs))
@@ -75,15 +75,6 @@ def _corners_off(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -
         step = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
         most[cut] = np.maximum(most[cut], np.linalg.norm(np.cross(step, place - a), axis=1))
     return most
-
-
-def _corners(sheet: Sheet, front: int) -> list[float]:
-    """Return the arc lengths of a front's corners, those of a closed one for two rounds."""
-    corners = sheet.rim.corners(front)
-    period = sheet.rim.curves[front][-1, 2]
-    return (
-        [*corners.tolist(), *(corners + period).tolist()] if sheet.rim.closed[front] else corners.tolist()
-    )
 
 
 def _in_flat_facets(surface: CutSurface, chords: np.ndarray) -> np.ndarray:
@@ -124,7 +115,7 @@ def _inner_arcs(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) ->
     """Return arc lengths (k,) to split stretches of a front at: corners well inside, else the middles."""
     middle, arcs = (start + end) / 2, (start + end) / 2
     reach = (0.5 - INNER) * (end - start)
-    for corner in _corners(sheet, front):
+    for corner in sheet.rim.corners_ahead(front).tolist():
         nearer = np.abs(corner - middle) < reach
         arcs[nearer], reach[nearer] = corner, np.abs(corner - middle)[nearer]
     return arcs

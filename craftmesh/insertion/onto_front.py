@@ -86,9 +86,8 @@ def spread_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: Ins
 
 def _are_corners(surface: CutSurface, sheet: Sheet, front: int, ids: np.ndarray) -> np.ndarray:
     """Tell which points of a front are at corners of it."""
-    gap = np.abs(surface.arc[ids][:, None] - sheet.rim.corners(front))
-    off = np.minimum(gap, sheet.rim.period(front) - gap).min(axis=1, initial=np.inf)
-    return off <= TOUCHING * surface.size[ids]
+    gaps = sheet.rim.gaps(front, surface.arc[ids], sheet.rim.corners(front))
+    return gaps.min(axis=1, initial=np.inf) <= TOUCHING * surface.size[ids]
 
 
 def moved_onto_front(

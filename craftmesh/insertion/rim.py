@@ -76,6 +76,16 @@ class Rim:
         """Return the length of a closed front, infinity for an open one."""
         return float(self.curves[front][-1, 2]) if self.closed[front] else np.inf
 
+    def corners_ahead(self, front: int) -> np.ndarray:
+        """Return the arc lengths of a front's corners, those of a closed one for two rounds."""
+        corners = self.corners(front)
+        return np.concatenate([corners, corners + self.period(front)]) if self.closed[front] else corners
+
+    def gaps(self, front: int, arcs: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """Return how far along a front, the shorter way, arc lengths (n,) are from others (k,): (n, k)."""
+        gap = np.abs(arcs[:, None] - others)
+        return np.minimum(gap, self.period(front) - gap)
+
 
 def feet_on_segments(
     segments: np.ndarray, tree: shapely.STRtree, uv: np.ndarray

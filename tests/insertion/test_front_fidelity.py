@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from given_cracks import wavy_disc
 from models import voronoi
+from plain_distances import from_edges
 
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
@@ -118,10 +119,7 @@ def test_a_polygon_along_a_boundary_keeps_its_corners(blocks, corners, tilt, l_m
     crack = polygon(corners, slope, tilt)
     result = inserted(surface, crack, l_min)
     assert_on_front(result, crack, l_min)
-    start, end = (result.points[ids] for ids in front_edges(result).T)
-    step, to_corner = end - start, crack.points[crack.fronts[0], None] - start
-    along = np.clip((to_corner * step).sum(axis=2) / (step**2).sum(axis=1), 0, 1)
-    off = np.linalg.norm(to_corner - along[..., None] * step, axis=2).min(axis=1)
+    off, _ = from_edges(crack.points[crack.fronts[0]], result.points, front_edges(result))
     assert off.max() < 0.0201 * l_min  # an edge along the boundary may cut one off by FIDELITY
 
 
