@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from craftmesh.cracks.in_plane import filled
+from craftmesh.cracks.necks import heights_between, with_neck
 from craftmesh.cracks.sheet_pair import SheetPair, places_in, sheet_pair
 from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
@@ -15,6 +16,7 @@ SPACING = 0.25  # of l_min: places at which the sheets are held against each oth
 LEAST_AREA = 0.01  # of l_min squared: sheets that lie over each other on less only touch
 MERGED = 0.02  # of l_min: given cracks that overlap within this, what a front may be off, become one
 EXACT = 1e-6  # of l_min: sheets this near each other lie in one surface already, and stay two
+CLOSE = 0.1  # of l_min: points of sheets so near to the other are left out where both become one
 BLEND = 3.0  # l_min: over this way from the first sheet's front on the second comes back to its own height
 
 
@@ -22,8 +24,9 @@ def merged_sheets(crack: Crack, box: np.ndarray, l_min: float, reach: float) -> 
     """Return the crack with sheets that overlap at a distance of `reach` at most made one; box (2, 3).
 
     Where both are, the new sheet is the first one; beyond that the second, which comes from the first's
-    height to its own within BLEND l_min. Sheets in one surface to rounding stay as they are, and so do
-    those that are farther than `reach` from each other somewhere.
+    height to its own within BLEND l_min. Sheets that only touch, or all but do, are one with the strip
+    between them. Others in one surface to rounding stay as they are, and so do those that are farther than
+    `reach` from each other somewhere.
     """
     given = parts = sheets(crack)
     pairs = list(combinations(range(len(parts)), 2))
@@ -39,7 +42,12 @@ def merged_sheets(crack: Crack, box: np.ndarray, l_min: float, reach: float) -> 
 def _merged(first: Crack, second: Crack, box: np.ndarray, l_min: float, reach: float) -> Crack | None:
     """Return two sheets as one, None where they are not to be merged."""
     pair = sheet_pair(first, second, reach)
-    if pair is None or pair.common.area < LEAST_AREA * l_min**2:
+    if pair is None:
+        return None
+    whole = with_neck(pair, l_min)
+    if whole is not None:
+        return _joined_at_neck(pair, whole, box, l_min, reach)
+    if pair.common.area < LEAST_AREA * l_min**2:
         return None
     common = pair.common
     at = np.concatenate([places_in(common, SPACING * l_min), shapely.get_coordinates(common)])
@@ -51,6 +59,27 @@ def _merged(first: Crack, second: Crack, box: np.ndarray, l_min: float, reach: f
     given = np.concatenate([pair.places[0][:, :2], pair.places[1][apart, :2]])
     uv, triangles = filled(whole, given, SPACING * l_min)
     points = pair.plane.lifted(np.column_stack([uv, _blended(pair, uv, BLEND * l_min)]))
+    return crack_from_triangles(points, triangles, None, box)
+
+
+def _joined_at_neck(
+    pair: SheetPair, whole: shapely.Polygon, box: np.ndarray, l_min: float, reach: float
+) -> Crack | None:
+    """Return two sheets that all but touch as one, None where their heights differ by more than `reach`."""
+    ends = shapely.get_coordinates(shapely.shortest_line(*pair.outlines))
+    low, high = (pair.heights(number, ends[[number]])[0][0] for number in range(2))
+    if not abs(high - low) <= reach:
+        return None
+    given = []
+    for places, other in zip(pair.places, pair.outlines[::-1]):
+        away = shapely.distance(other, shapely.points(places[:, :2]))
+        given.append(places[away > CLOSE * l_min, :2])
+    uv, triangles = filled(whole, np.concatenate(given), SPACING * l_min)
+    heights = np.array([pair.heights(number, uv)[0] for number in range(2)])
+    beside = np.isnan(heights).all(axis=0)
+    heights[0] = np.where(np.isnan(heights[0]), heights[1], heights[0])
+    heights[0, beside] = heights_between(pair, uv[beside])
+    points = pair.plane.lifted(np.column_stack([uv, heights[0]]))
     return crack_from_triangles(points, triangles, None, box)
 
 

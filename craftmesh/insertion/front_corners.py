@@ -13,6 +13,9 @@ from craftmesh.insertion.sheet import Sheet
 from craftmesh.insertion.snap import classes
 
 NEAR_EDGE = 0.2  # of a facet's height: a corner this near an edge parts that edge, and not the facet
+# Of the local size: a corner this near a trace takes a point of that. A notch's corner 0.007 edges past one
+# left 7 flat tets.
+NEAR_TRACE = 0.1
 NEAR_POINT = 0.3  # of a facet's shortest edge: a corner this near a free point of it takes that point
 
 
@@ -36,7 +39,7 @@ def _onto_corner(
     uv = sheet.uv(surface.points[surface.facets[rows]].reshape(-1, 3)).reshape(-1, 3, 2)
     within = np.flatnonzero(shapely.intersects_xy(shapely.polygons(uv), *corner))
     if not len(within):
-        return _onto_trace(surface, sheet, sheet.lift(corner[None]))
+        return _onto_trace(surface, sheet, sheet.lift(corner[None]), options)
     row, place = int(rows[within[0]]), sheet.lift(corner[None])
     at_point = _at_point(surface, row, place, options)
     if at_point is not None:
@@ -47,8 +50,11 @@ def _onto_corner(
     return with_front_points(parted, sheet, point)
 
 
-def _onto_trace(surface: CutSurface, sheet: Sheet, place: np.ndarray) -> CutSurface:
-    """Return the surface with a front point on the trace edge that a corner, place (1, 3), lies on."""
+def _onto_trace(surface: CutSurface, sheet: Sheet, place: np.ndarray, options: InsertOptions) -> CutSurface:
+    """Return the surface with a front point on the trace edge that a corner, place (1, 3), lies on.
+
+    An edge next to it has its end there, or a new point, moved to the corner where that is sound.
+    """
     edges = np.sort(trace_edges(surface), axis=1)
     if not len(edges):
         return surface
@@ -56,13 +62,23 @@ def _onto_trace(surface: CutSurface, sheet: Sheet, place: np.ndarray) -> CutSurf
     nearest = int(off.argmin())
     edge, foot = edges[nearest], foot[[nearest]]
     size = surface.size[edge].mean(keepdims=True)
-    if not off[nearest] <= TOUCHING * size[0]:
+    reach = (TOUCHING if off[nearest] <= TOUCHING * size[0] else NEAR_TRACE) * size[0]
+    if not off[nearest] <= reach:
         return surface
-    to_ends = np.linalg.norm(surface.points[edge] - foot, axis=1)
-    if to_ends.min() <= TOUCHING * size[0]:
-        return with_front_points(surface, sheet, edge[[int(to_ends.argmin())]])
-    parted = split_edges(surface, edge[None], foot, size)
-    return with_front_points(parted, sheet, np.array([len(surface.points)]))
+    to_ends = np.linalg.norm(surface.points[edge] - place, axis=1)
+    if to_ends.min() <= reach:
+        parted, point = surface, edge[[int(to_ends.argmin())]]
+    else:
+        parted, point = split_edges(surface, edge[None], foot, size), np.array([len(surface.points)])
+    if off[nearest] > TOUCHING * size[0]:
+        junctions, planes = classes(parted)
+        if junctions.degree[point[0]] > 0 or planes[point[0]].any() or parted.front[point[0]] >= 0:
+            return surface
+        moved = _moved(parted, point, place, options)
+        if moved is None:
+            return surface
+        parted = moved
+    return with_front_points(parted, sheet, point)
 
 
 def _at_point(

@@ -91,7 +91,7 @@ def _total(reports: list[dict[str, int | float]]) -> dict[str, int | float]:
     total = dict(reports[-1])
     for name in COUNTED:
         total[name] = sum(numbers[name] for numbers in reports)
-    for name in ("boundary_moved_most", "crack_moved_most"):
+    for name in ("boundary_moved_most", "crack_moved_most", "crack_off_times"):
         total[name] = max(numbers[name] for numbers in reports)
     return total
 
@@ -113,6 +113,7 @@ def _with_part(
         lambda cut, chosen: _inserted(cut, sheet, target, least, chosen, progress),
     )
     numbers = best.made.numbers | moved(best.cut, best.made.surface, sheet, least)
+    numbers["crack_off_times"] = best.times
     return best.made.surface, numbers
 
 

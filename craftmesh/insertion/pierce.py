@@ -142,12 +142,26 @@ def _rim_crossings(
         fraction = ((b - a)[:, 0] * e[:, 1] - (b - a)[:, 1] * e[:, 0]) / cross
     length, is_front = np.linalg.norm(d, axis=1), surface.front[edges[row]] >= 0
     margin = np.where(is_front, TOUCHING, AT_END)
-    margin[at_end[row]] = _end_reach(sheet)
+    same_end = _at_same_end(surface, sheet, edges[row], a + fraction[:, None] * d)
+    margin[at_end[row] & same_end] = _end_reach(sheet)
     margin *= surface.size[edges[row]]
     keep = np.isfinite(fraction) & (fraction * length > margin[:, 0])
     keep &= (1 - fraction) * length > margin[:, 1]
     keep &= ~is_front.all(axis=1) | (np.abs(cross) > GRAZING * length * np.linalg.norm(e, axis=1))
     return row[keep], fraction[keep], a[keep] + fraction[keep, None] * d[keep]
+
+
+def _at_same_end(surface: CutSurface, sheet: Sheet, edges: np.ndarray, crossings: np.ndarray) -> np.ndarray:
+    """Tell which points of edges (k, 2) are the front's end that is nearest to their crossing (k, 2).
+
+    Of a short mouth both ends may be as near, and an edge from one crosses the front at the other.
+    """
+    number, arc = np.full(len(edges), -1), np.full(len(edges), np.nan)
+    known = np.isfinite(crossings).all(axis=1)
+    _, number[known], arc[known] = sheet.rim.nearest_front(crossings[known])
+    along = np.abs(arc[:, None] - surface.arc[edges])
+    same: np.ndarray = (number[:, None] == surface.front[edges]) & (along <= END * surface.size[edges])
+    return same
 
 
 def _at_front_end(surface: CutSurface, sheet: Sheet) -> np.ndarray:

@@ -155,6 +155,14 @@ def test_of_attempts_that_are_all_off_the_first_stays_unless_another_is_much_nea
     assert attempts_at(model, crack, given, [far, nearer, hardly])[0].made is nearer
 
 
+def test_a_crack_that_is_far_off_in_every_attempt_is_refused_with_the_place(model, crack, given, made):
+    far = made._replace(hidden=40 * AREA_OFF * given.area)
+    with pytest.raises(
+        CraftmeshError, match=r"near \[.*\] what is in the mesh would be \d+ times farther off"
+    ):
+        attempts_at(model, crack, given, [far])
+
+
 def test_a_point_of_the_face_goes_to_the_kink_of_the_mouth_and_counts_as_on_the_crack(model):
     x, y = np.meshgrid(np.linspace(1.4, 4.8, 5), np.linspace(3.0, 9.0, 5), indexing="ij")
     z = 4.1 + 0.6 * np.abs(x - 3.1)

@@ -101,3 +101,16 @@ def test_two_cracks_that_overlap_in_a_boundary_have_the_area_of_both(surface, l_
     inserted, report = insert_crack(surface, crack, sized(crack, l_min))
     assert check_surface(inserted) == []
     assert report["crack_area"] == pytest.approx(36 + 24 - 8, rel=1e-4)
+
+
+@pytest.mark.parametrize("beyond", [-0.03, -0.005, 0.005, 0.03])
+def test_a_corner_of_a_front_next_to_a_trace_takes_a_point_of_it(beyond):
+    surface = remesh(Voxels(LABELS["columns"], (1, 1, 1), (0, 0, 0)))[0]
+    corners = np.array([[4.0, 3, 5.3], [8 + beyond, 6.1, 5.3], [4.0, 9, 5.3], [2, 6, 5.3]])
+    crack = crack_from_triangles(corners, np.array([[0, 1, 2], [0, 2, 3]]), None, BOX)
+    inserted, report = insert_crack(surface, crack, sized(crack, L_MIN))
+    assert check_surface(inserted) == []
+    assert report["crack_off_times"] <= 1
+    gradated, _ = gradate(inserted, sized(crack, L_MIN), crack=crack)
+    # edges of 0.002 to 0.03 stood at the corner, and facets of 0.1 to 2 degrees
+    assert facet_angles(gradated.points, gradated.facets).min() > 10

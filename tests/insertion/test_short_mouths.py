@@ -1,0 +1,57 @@
+"""A crack whose mouth on a face of the box is shorter than any edge."""
+
+import numpy as np
+import pytest
+from models import voronoi
+from plain_distances import from_edges
+
+from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.insertion.insert import insert_crack
+from craftmesh.remeshing.remesh import remesh
+from craftmesh.sizing.sizing import Sizing, densify
+from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.front import front_edges
+from craftmesh.surface.measure import total_area
+from craftmesh.types import CRACK, Crack
+
+SURFACE = remesh(voronoi(3, 10, (24, 22, 20)))[0]
+
+
+def tongue(width: float, bulge: float) -> Crack:
+    """A crack from the face y = 0 on, long along x, whose narrow tip is `width` wide on the face x = 24.
+
+    bulge: how far it is off a plane, so that a trace of it on a face is a chord.
+    """
+    x = np.linspace(4.0, 24.001, 60)
+    half = width / 2 + (24.001 - x) * 0.35
+    side = np.linspace(-1, 1, 25)
+    u, s = np.meshgrid(x, side, indexing="ij")
+    y = 11.3 + s * half[:, None]
+    z = 10.2 + bulge * np.sin(0.5 * u) * np.cos(1.2 * (y - 11.3) + 0.8)
+    points = np.stack([u, y, z], axis=-1).reshape(-1, 3)
+    corner = np.arange(59)[:, None] * 25 + np.arange(24)
+    a, b, c, d = (k.ravel() for k in (corner, corner + 25, corner + 26, corner + 1))
+    triangles = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    return crack_from_triangles(points, triangles, None, SURFACE.box)
+
+
+def sized(crack: Crack, l_min: float) -> Sizing:
+    sources = np.concatenate([densify(crack.points[front], l_min / 2) for front in crack.fronts])
+    return Sizing(l_min, 1.0, 3.0, 2.0, 8.0, 1.0, sources)
+
+
+# an edge from one end of the mouth crossed the front at the other unseen, and what hung on it was lost
+@pytest.mark.parametrize("l_min", [0.6, 0.2])
+@pytest.mark.parametrize("width", [0.03, 0.1, 0.3])
+@pytest.mark.parametrize("bulge", [0.0, 0.3])
+def test_a_tongue_comes_in_whole_with_its_narrow_mouth(l_min, width, bulge):
+    crack = tongue(width, bulge)
+    result, report = insert_crack(SURFACE, crack, sized(crack, l_min))
+    assert check_surface(result) == []
+    assert report["crack_off_times"] <= 1
+    own = result.kind == CRACK
+    given = total_area(crack.points, crack.triangles)
+    assert total_area(result.points, result.facets[own]) == pytest.approx(given, rel=0.005)
+    ends = np.concatenate([crack.points[front] for front in crack.fronts])
+    off, _ = from_edges(ends, result.points, front_edges(result))
+    assert off.max() < 0.1 * l_min
