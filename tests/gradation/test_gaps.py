@@ -1,0 +1,73 @@
+"""Edges are short in gaps between the front of one crack and another crack, and nowhere else."""
+
+import numpy as np
+import pytest
+from few_facets import sheet
+
+from craftmesh.gradation.gaps import LEAST, PER_GAP, short_in_gaps
+from craftmesh.sizing.sizing import FREE_GROWTH, Sizing
+from craftmesh.types import CRACK, Surface
+
+N = 6
+
+
+def squares(*moves: np.ndarray) -> Surface:
+    """Crack sheets of one grain, each a square of N by N edges at z = 0 moved by a function of points."""
+    x, y = np.meshgrid(np.arange(N + 1.0), np.arange(N + 1.0), indexing="ij")
+    flat = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
+    a = (np.arange(N)[:, None] * (N + 1) + np.arange(N)).ravel()
+    facets = np.concatenate([np.stack([a, a + N + 1, a + N + 2], 1), np.stack([a, a + N + 2, a + 1], 1)])
+    points = np.concatenate([move(flat) for move in moves])
+    shifted = [facets + number * len(flat) for number in range(len(moves))]
+    return sheet(np.concatenate(shifted), (1, 1), CRACK, points)
+
+
+def stay(points: np.ndarray) -> np.ndarray:
+    return points
+
+
+def beside(gap: float, turn: float = 0.0):
+    """Move a square by its edge and a gap along x, and turn it about the line of its near edge."""
+    c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    return lambda p: np.stack([N + gap + c * p[:, 0], p[:, 1], s * p[:, 0]], axis=1)
+
+
+def uniform(l_min: float = 1.0) -> Sizing:
+    return Sizing(l_min, 10.0, 10.0, 0.0, 0.0, 1.0, np.zeros((0, 3)))
+
+
+@pytest.mark.parametrize("turn", [0.0, 30.0, 90.0])
+@pytest.mark.parametrize("gap", [0.2, 0.03, 0.001])
+def test_edges_are_short_in_a_gap_and_grow_away_from_it(gap, turn):
+    found = short_in_gaps(squares(stay, beside(gap, turn)), uniform())
+    inner = np.array([[N + gap / 2, y, 0.0] for y in np.arange(1.0, N)])
+    length = max(PER_GAP * gap, LEAST)
+    # places are up to an edge apart, and lengths grow by half the distance
+    assert (found.at(inner) >= length).all() and (
+        found.at(inner) <= length + FREE_GROWTH * gap + 1e-9
+    ).all()
+    assert (found.at(inner - [4.0, 0, 0]) > length + 3.5 * FREE_GROWTH).all()
+
+
+def test_lengths_stay_where_the_gap_is_wide_or_there_is_one_crack():
+    for moves in [(stay,), (stay, beside(1.01 / PER_GAP)), (stay, lambda p: p + [0, 0, 0.5])]:
+        sizing = uniform()
+        assert short_in_gaps(squares(*moves), sizing) is sizing
+
+
+def test_a_front_that_comes_near_another_crack_at_a_point_alone_has_its_lengths():
+    sizing = uniform()
+    upright = squares(
+        stay, lambda p: np.stack([3 + 0 * p[:, 0], p[:, 1], 0.05 + p[:, 0] + p[:, 1]], axis=1)
+    )
+    assert short_in_gaps(upright, sizing) is sizing
+
+
+def test_a_crack_that_meets_another_in_a_line_has_its_lengths():
+    """A sheet that ends on another shares its points there; where they part the front is steep to it."""
+    both = squares(stay, lambda p: np.stack([3 + 0 * p[:, 0], p[:, 1], p[:, 0]], axis=1))
+    same = {tuple(point): row for row, point in reversed(list(enumerate(both.points.tolist())))}
+    new = np.array([same[tuple(point)] for point in both.points.tolist()])
+    sizing = uniform()
+    joined = Surface(both.points, new[both.facets], both.sides, both.kind)
+    assert short_in_gaps(joined, sizing) is sizing
