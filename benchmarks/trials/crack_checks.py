@@ -13,6 +13,7 @@ from trials.drawing import Drawn
 from trials.sheets import Sheet, samples
 from trials.verdict import NO_FRONT, OUTSIDE
 
+AT_EDGE = 0.1  # l_min squared of a crack nearer than LIGAMENT to two faces: half of that beside two l_min
 FACE_BAND = 0.2  # l_min: a crack this near a face over a part of its area may be refused
 FACE_TILT = 3.0  # degrees between crack and face at the mouth, below which it may be refused
 FRONT_STEP = 0.25  # l_min: between the points at which the given front is looked at
@@ -214,5 +215,9 @@ def _may_be_refused(case: Drawn, l_min: float) -> str | None:
             if (near_box & (distance < l_min) & (tilt < FACE_TILT)).any():
                 return "tilted to a face by under 3 degrees"
     within = points[((points >= box[0]) & (points <= box[1])).all(axis=1)]
-    near = (np.minimum(within - box[0], box[1] - within).min(axis=1) < reach).all()
-    return "a sliver at an edge" if near else None
+    to_planes = np.minimum(within - box[0], box[1] - within)
+    if (to_planes.min(axis=1) < reach).all():
+        return "a sliver at an edge"
+    at_edge = ((to_planes < LIGAMENT * l_min).sum(axis=1) > 1).sum()
+    beside = at_edge * _sheet_area(case.sheet) / len(points) > AT_EDGE * l_min**2
+    return "along an edge of the box" if beside else None

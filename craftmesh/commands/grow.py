@@ -8,8 +8,8 @@ import numpy as np
 from craftmesh.commands.crack import body_of
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell, warn
-from craftmesh.cracks.along_faces import area_within
 from craftmesh.cracks.severed import piece_cut_off
+from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.correct import Step, corrected
 from craftmesh.growth.grow import grow, row_spacing

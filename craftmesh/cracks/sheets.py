@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from craftmesh.cracks.along_faces import is_in
 from craftmesh.cracks.height_parts import height_parts
 from craftmesh.cracks.one_sheet import clean_triangles
 from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.cracks.within_box import is_in
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, pieces
 from craftmesh.surface.measure import meets_box

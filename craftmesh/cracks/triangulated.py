@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from craftmesh.cracks.along_faces import is_in
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.height_parts import height_parts
 from craftmesh.cracks.one_sheet import (
@@ -14,6 +13,7 @@ from craftmesh.cracks.one_sheet import (
     refuse_shared_edges,
     without_slivers,
 )
+from craftmesh.cracks.within_box import is_in
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, pieces, unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs

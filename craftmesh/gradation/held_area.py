@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from craftmesh.cracks.along_faces import area_within
 from craftmesh.cracks.area_off import area_off, segments_of
+from craftmesh.cracks.within_box import area_within
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.measure import total_area

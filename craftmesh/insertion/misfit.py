@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.cracks.along_faces import area_within
 from craftmesh.cracks.area_off import area_off, segments_of
 from craftmesh.cracks.near_sheet import NearSheet
+from craftmesh.cracks.within_box import area_within
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_of
 from craftmesh.surface.measure import total_area

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from craftmesh.cli import main
-from craftmesh.cracks.along_faces import area_within
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import read_front, write_front
 from craftmesh.io.npz import write_labels

@@ -10,6 +10,7 @@ from structured_box import structured_box
 from craftmesh.cracks.area_off import AREA_OFF
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
+from craftmesh.insertion import attempts
 from craftmesh.insertion.attempts import CHOICES, soundest
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.misfit import FACETS_OFF, FRONT_OFF, Given, Inserted
@@ -153,6 +154,19 @@ def test_of_attempts_that_are_all_off_the_first_stays_unless_another_is_much_nea
     assert best.made is far
     assert len(asked) == len(CHOICES)
     assert attempts_at(model, crack, given, [far, nearer, hardly])[0].made is nearer
+
+
+def test_facets_that_meet_others_and_get_no_smaller_are_tried_with_other_choices(
+    model, crack, given, made, monkeypatch
+):
+    monkeypatch.setattr(attempts, "split_near", lambda cut, sheet, places, shortest: cut)
+    inner = np.setdiff1d(made.surface.facets[made.own], front_edges(made.surface))
+    deep = inner[np.argmin(np.linalg.norm(made.surface.points[inner] - [4, 6, 4], axis=1))]
+    crossed = with_point_moved(made, deep, np.array([1.5, 0.0, 0.3]))
+    assert len(attempts.crack_intersections(crossed.surface))
+    best, asked = attempts_at(model, crack, given, [crossed, crossed, made])
+    assert best.made is made
+    assert len({(options.snap, options.snap_front) for options in asked}) == len(asked) == 3
 
 
 def test_a_crack_that_is_far_off_in_every_attempt_is_refused_with_the_place(model, crack, given, made):

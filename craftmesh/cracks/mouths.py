@@ -1,0 +1,95 @@
+"""Mouths of a crack that no room for tetrahedra is beside: flat to their face, or along another one."""
+
+import numpy as np
+
+from craftmesh.cracks.within_box import clipped, tilts
+from craftmesh.errors import CraftmeshError
+from craftmesh.surface.measure import meets_box
+from craftmesh.types import BOX_PLANES, Crack
+
+# Degrees: a crack that ends at a face makes a wedge of this angle at least. A tet is flat under 5 degrees,
+# and those of a wedge's second row are flatter than it is: of three random cracks over 2 to 4 l_min^2 of
+# which it was 5 to 6 degrees one ended with 6 flat tets, one in no mesh, one with .58 % too much area.
+FLATTEST = 6.0
+# Of l_min: a front nearer than this to a face leaves a ligament of flat tets alone. It is refused:
+# moved onto the face it would be gone, and with all of it the crack parts the body.
+LIGAMENT = 0.1
+# Of l_min: a mouth under FLATTEST for longer is refused, though the crack soon leaves the face steeper. Of
+# 871 random cracks one was so for 1.34 and had 5 flat tets and 0.4 % poor ones, the next for 0.46 and none.
+LEAST_MOUTH = 1.0
+# Of l_min: a mouth on one face nearer than LIGAMENT to another, for longer than this, leaves a ribbon of
+# the face: cracks 0.02 and 0.06 beside an edge of the box, at 20 degrees, had 39 and 3 flat tets, at 30 40
+# and 15; 0.1 beside it none. One at AT_EDGE goes through the edge.
+RIBBON_LENGTH = 2.0
+AT_EDGE = 0.015
+ON_FACE = 1e-6  # of l_min: a part this near a face reaches it
+
+
+def refuse_mouths(crack: Crack, box: np.ndarray, l_min: float) -> None:
+    """Raise CraftmeshError where a mouth on a face is at less than FLATTEST over more than LEAST_MOUTH."""
+    rows = np.flatnonzero(meets_box(crack.points[crack.triangles], box))
+    corners, angles = crack.points[crack.triangles[rows]], tilts(crack)[rows]
+    for axis, tilt in enumerate(angles.T):
+        for upper in (0, 1):
+            place = box[upper, axis]
+            low, high = corners[:, :, axis].min(axis=1), corners[:, :, axis].max(axis=1)
+            flat = np.flatnonzero((low <= place) & (place <= high) & (tilt < FLATTEST))
+            mouths = [_mouth(clipped(corners[row], box), axis, place, l_min) for row in flat.tolist()]
+            ends = np.concatenate([np.zeros((0, 2, 3)), *mouths])
+            along = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
+            if along > LEAST_MOUTH * l_min:
+                face = BOX_PLANES[2 * axis + upper]
+                raise CraftmeshError(
+                    f"the crack meets the box face {face} at {tilt[flat].min():.3g} degrees and more, over "
+                    f"a length of {along:.3g} at under {FLATTEST:g}; expected one that meets a face at "
+                    f"{FLATTEST:g} degrees or more: turn it, or move it into the box or farther through it"
+                )
+
+
+def refuse_ribbons(crack: Crack, box: np.ndarray, l_min: float) -> None:
+    """Raise CraftmeshError where a mouth on a face leaves a ribbon to another that is too narrow."""
+    rows = np.flatnonzero(meets_box(crack.points[crack.triangles], box))
+    corners = crack.points[crack.triangles[rows]]
+    for axis in range(3):
+        for upper in (0, 1):
+            across = (corners[:, :, axis].min(axis=1) <= box[upper, axis]) & (
+                corners[:, :, axis].max(axis=1) >= box[upper, axis]
+            )
+            polygons = (clipped(triangle, box) for triangle in corners[across])
+            mouth = [_mouth(polygon, axis, box[upper, axis], l_min) for polygon in polygons]
+            for other in (k for k in range(3) if k != axis):
+                _refuse_ribbon(
+                    np.concatenate([np.zeros((0, 2, 3)), *mouth]), (axis, upper), other, box, l_min
+                )
+
+
+def _refuse_ribbon(
+    mouth: np.ndarray, face: tuple[int, int], other: int, box: np.ndarray, l_min: float
+) -> None:
+    """Raise CraftmeshError where a mouth (k, 2, 3) on a face runs beside one across another axis."""
+    length = np.linalg.norm(mouth[:, 1] - mouth[:, 0], axis=1)
+    for upper in (0, 1):
+        a, b = np.abs(mouth[:, :, other] - box[upper, other]).T
+        low, rise = np.minimum(a, b), np.maximum(np.abs(b - a), 1e-300)
+        beside = np.clip((LIGAMENT * l_min - low) / rise, 0, 1) - np.clip(
+            (AT_EDGE * l_min - low) / rise, 0, 1
+        )
+        along = float((beside * length).sum())
+        if along > RIBBON_LENGTH * l_min:
+            least = low[beside > 0].min()
+            lack = LIGAMENT * l_min - least
+            raise CraftmeshError(
+                f"the crack's mouth on the box face {BOX_PLANES[2 * face[0] + face[1]]} runs {least:.3g} "
+                f"from {BOX_PLANES[2 * other + upper]} over a length of {along:.3g}, which leaves a ribbon "
+                f"too thin to mesh; expected 0.1 l_min, which is {LIGAMENT * l_min:.3g}: move the crack "
+                f"inward by {lack:.3g}, or to the edge of the box"
+            )
+
+
+def _mouth(polygon: np.ndarray, axis: int, place: float, l_min: float) -> np.ndarray:
+    """Return the edges (j, 2, 3) of a polygon's (k, 3) rim that lie on a plane of the box."""
+    if len(polygon) < 3:
+        return np.zeros((0, 2, 3))
+    on = np.abs(polygon[:, axis] - place) <= ON_FACE * l_min
+    after = np.roll(polygon, -1, axis=0)
+    return np.stack([polygon, after], axis=1)[on & np.roll(on, -1)]

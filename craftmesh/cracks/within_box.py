@@ -1,0 +1,56 @@
+"""What of a crack lies in a box: triangles cut off at its planes, their area, their tilt to its faces."""
+
+import numpy as np
+
+from craftmesh.surface.measure import area_vectors, meets_box, total_area
+from craftmesh.types import Crack
+
+TOUCHING = 1e-12  # of the box's diagonal squared: less area of a crack only touches it
+
+
+def area_within(crack: Crack, box: np.ndarray) -> float:
+    """Return the area of what of a crack lies in the box (2, 3)."""
+    corners = crack.points[crack.triangles]
+    whole = ((corners >= box[0]) & (corners <= box[1])).all(axis=(1, 2))
+    across = ~whole & meets_box(corners, box)
+    inside = total_area(crack.points, crack.triangles[whole])
+    parts = (clipped(triangle, box) for triangle in corners[across])
+    return float(inside + sum(polygon_area(part) for part in parts if len(part) > 2))
+
+
+def clipped(polygon: np.ndarray, slab: np.ndarray) -> np.ndarray:
+    """Return the convex polygon (k, 3) cut off at the six planes of the slab (2, 3)."""
+    for axis in range(3):
+        for inward, plane in ((1.0, slab[0, axis]), (-1.0, slab[1, axis])):
+            depth = inward * (polygon[:, axis] - plane)
+            if (depth >= 0).all():
+                continue
+            after, depth_after = np.roll(polygon, -1, axis=0), np.roll(depth, -1)
+            pieces = []
+            for a, b, at_a, at_b in zip(polygon, after, depth, depth_after):
+                if at_a >= 0:
+                    pieces.append(a)
+                if at_a * at_b < 0:
+                    pieces.append(a + at_a / (at_a - at_b) * (b - a))
+            polygon = np.array(pieces).reshape(-1, 3)
+    return polygon
+
+
+def is_in(corners: np.ndarray, box: np.ndarray) -> bool:
+    """Tell whether any part of the triangles (m, 3, 3) lies in the box (2, 3), not only touches it."""
+    least = TOUCHING * float(((box[1] - box[0]) ** 2).sum())
+    parts = (clipped(triangle, box) for triangle in corners[meets_box(corners, box)])
+    return any(len(part) > 2 and polygon_area(part) > least for part in parts)
+
+
+def polygon_area(polygon: np.ndarray) -> float:
+    """Return the area of a convex polygon (k, 3)."""
+    spokes = polygon[1:] - polygon[0]
+    return float(np.linalg.norm(np.cross(spokes[:-1], spokes[1:]).sum(axis=0)) / 2)
+
+
+def tilts(crack: Crack) -> np.ndarray:
+    """Return the angles (m, 3) of a crack's triangles to faces of the box across x, y and z, in degrees."""
+    vectors = area_vectors(crack.points, crack.triangles)
+    size = np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
+    return np.degrees(np.arccos(np.minimum(np.abs(vectors) / size, 1.0)))
