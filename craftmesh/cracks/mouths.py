@@ -66,7 +66,10 @@ def refuse_ribbons(crack: Crack, box: np.ndarray, l_min: float) -> None:
 def _refuse_ribbon(
     mouth: np.ndarray, face: tuple[int, int], other: int, box: np.ndarray, l_min: float
 ) -> None:
-    """Raise CraftmeshError where a mouth (k, 2, 3) on a face runs beside one across another axis."""
+    """Raise CraftmeshError where a mouth (k, 2, 3) on a face runs beside one across another axis.
+
+    One that comes down to the edge between the two ends there, and gradation takes what is near onto it.
+    """
     length = np.linalg.norm(mouth[:, 1] - mouth[:, 0], axis=1)
     for upper in (0, 1):
         a, b = np.abs(mouth[:, :, other] - box[upper, other]).T
@@ -75,8 +78,8 @@ def _refuse_ribbon(
             (AT_EDGE * l_min - low) / rise, 0, 1
         )
         along = float((beside * length).sum())
-        if along > RIBBON_LENGTH * l_min:
-            least = low[beside > 0].min()
+        if along > RIBBON_LENGTH * l_min and low.min() > AT_EDGE * l_min:
+            least = low.min()
             lack = LIGAMENT * l_min - least
             raise CraftmeshError(
                 f"the crack's mouth on the box face {BOX_PLANES[2 * face[0] + face[1]]} runs {least:.3g} "

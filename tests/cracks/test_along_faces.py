@@ -175,10 +175,13 @@ def test_a_crack_that_cuts_off_less_than_a_fifth_of_l_min_along_an_edge_is_refus
         refuse_along_faces(crack, BOX, L_MIN)
 
 
-def beside_an_edge(distance: float, degrees: float, length: float = 14.0):
-    """A crack whose mouth on ZMIN runs `distance` (in l_min) from XMIN, from which it goes at an angle."""
+def beside_an_edge(distance: float, degrees: float, length: float = 14.0, rise: float = 0.0):
+    """A crack whose mouth on ZMIN runs `distance` (in l_min) from XMIN, from which it goes at an angle.
+
+    At its other end it is `rise` farther.
+    """
     turn = np.radians(degrees)
-    way, along = np.array([np.sin(turn), 0, np.cos(turn)]), np.array([0, length, 0])
+    way, along = np.array([np.sin(turn), 0, np.cos(turn)]), np.array([rise * L_MIN, length, 0])
     start = np.array([distance * L_MIN, 3.0, 0.0]) - 3 * way
     corners = np.array([start, start + along, start + along + 12 * way, start + 12 * way])
     return crack_from_triangles(corners, np.array([[0, 1, 2], [0, 2, 3]]), None, BOX)
@@ -191,6 +194,10 @@ def test_a_mouth_beside_an_edge_of_the_box_passes_from_a_tenth_of_l_min_or_at_th
     for distance in (0.02, 0.06, 0.09):
         with pytest.raises(CraftmeshError, match="XMIN"):
             refuse_along_faces(beside_an_edge(distance, degrees), BOX, L_MIN)
+
+
+def test_a_mouth_that_comes_down_to_the_edge_at_a_small_angle_passes():
+    refuse_along_faces(beside_an_edge(0.0, 45.0, rise=0.08), BOX, L_MIN)
 
 
 def test_a_ribbon_is_refused_for_its_length_and_not_where_the_mouth_is_at_the_edge():
