@@ -51,6 +51,7 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.crack:
         sizing = sizing_from(arguments, surface, arguments.crack)
         surface, inserted = _with_crack(arguments, surface, sizing)
+        _warn_if_off(inserted)
         report = report | inserted
     write_surface(arguments.output, surface)
     tell(report, arguments.report)
@@ -61,9 +62,7 @@ def _with_crack(arguments: argparse.Namespace, surface: Surface, sizing: Sizing)
     crack, options = read_crack(arguments.crack), options_from(arguments, InsertOptions)
     with ProgressLine("stitch") as progress:
         if options_from(arguments, WayOptions).insertion == "cut":
-            cut, report = insert_crack(surface, crack, sizing, options, progress)
-            _warn_if_off(report)
-            return cut, report
+            return insert_crack(surface, crack, sizing, options, progress)
         if arguments.labels is None:
             raise CraftmeshError(
                 "--labels is not given; expected the labels .npz that --insertion voxel splits"
@@ -75,7 +74,6 @@ def _with_crack(arguments: argparse.Namespace, surface: Surface, sizing: Sizing)
         )
     if "cut_instead" in report:
         warn(f"the crack is cut, not brought in by voxels: {report['cut_instead']}")
-    _warn_if_off(report)
     return inserted, report
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import shapely
 
 from craftmesh.cracks.in_plane import filled
-from craftmesh.cracks.necks import heights_between, with_neck
-from craftmesh.cracks.sheet_pair import SheetPair, places_in, sheet_pair
+from craftmesh.cracks.necks import heights_at_neck, with_neck
+from craftmesh.cracks.sheet_pair import SheetPair, feet_in, places_in, sheet_pair
 from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.types import Crack
@@ -58,8 +58,7 @@ def _merged(first: Crack, second: Crack, box: np.ndarray, l_min: float, reach: f
     apart = ~shapely.contains_xy(pair.outlines[0], *pair.places[1][:, :2].T)
     given = np.concatenate([pair.places[0][:, :2], pair.places[1][apart, :2]])
     uv, triangles = filled(whole, given, SPACING * l_min)
-    points = pair.plane.lifted(np.column_stack([uv, _blended(pair, uv, BLEND * l_min)]))
-    return crack_from_triangles(points, triangles, None, box)
+    return _sheet(pair, uv, _blended(pair, uv, BLEND * l_min), triangles, box)
 
 
 def _joined_at_neck(
@@ -75,11 +74,14 @@ def _joined_at_neck(
         away = shapely.distance(other, shapely.points(places[:, :2]))
         given.append(places[away > CLOSE * l_min, :2])
     uv, triangles = filled(whole, np.concatenate(given), SPACING * l_min)
-    heights = np.array([pair.heights(number, uv)[0] for number in range(2)])
-    beside = np.isnan(heights).all(axis=0)
-    heights[0] = np.where(np.isnan(heights[0]), heights[1], heights[0])
-    heights[0, beside] = heights_between(pair, uv[beside])
-    points = pair.plane.lifted(np.column_stack([uv, heights[0]]))
+    return _sheet(pair, uv, heights_at_neck(pair, uv), triangles, box)
+
+
+def _sheet(
+    pair: SheetPair, uv: np.ndarray, heights: np.ndarray, triangles: np.ndarray, box: np.ndarray
+) -> Crack:
+    """Return the sheet through places (n, 2) of the pair's plane, at heights (n,) over it."""
+    points = pair.plane.lifted(np.column_stack([uv, heights]))
     return crack_from_triangles(points, triangles, None, box)
 
 
@@ -87,9 +89,9 @@ def _blended(pair: SheetPair, uv: np.ndarray, reach: float) -> np.ndarray:
     """Return the heights (n,) of the merged sheet at places (n, 2); reach: of the first beside itself."""
     heights, second = (pair.heights(number, uv)[0] for number in range(2))
     beside = np.flatnonzero(np.isnan(heights))
-    away, common = shapely.points(uv[beside]), pair.common
-    foot = shapely.get_coordinates(shapely.get_point(shapely.shortest_line(common, away), 0))
+    common = pair.common
+    foot = feet_in(common, uv[beside])
     step = pair.heights(0, foot)[0] - pair.heights(1, foot)[0]
-    share = np.clip(1 - shapely.distance(common, away) / reach, 0, 1)
+    share = np.clip(1 - shapely.distance(common, shapely.points(uv[beside])) / reach, 0, 1)
     heights[beside] = second[beside] + share * np.where(np.isnan(step), 0.0, step)
     return heights

@@ -1,5 +1,7 @@
 """Mouths of a crack that no room for tetrahedra is beside: flat to their face, or along another one."""
 
+from itertools import product
+
 import numpy as np
 
 from craftmesh.cracks.within_box import clipped, tilts
@@ -23,44 +25,34 @@ LEAST_MOUTH = 1.0
 RIBBON_LENGTH = 2.0
 AT_EDGE = 0.015
 ON_FACE = 1e-6  # of l_min: a part this near a face reaches it
+FACES = tuple(product(range(3), (0, 1)))  # of the box: across which axis, and whether the upper one
 
 
 def refuse_mouths(crack: Crack, box: np.ndarray, l_min: float) -> None:
     """Raise CraftmeshError where a mouth on a face is at less than FLATTEST over more than LEAST_MOUTH."""
     rows = np.flatnonzero(meets_box(crack.points[crack.triangles], box))
     corners, angles = crack.points[crack.triangles[rows]], tilts(crack)[rows]
-    for axis, tilt in enumerate(angles.T):
-        for upper in (0, 1):
-            place = box[upper, axis]
-            low, high = corners[:, :, axis].min(axis=1), corners[:, :, axis].max(axis=1)
-            flat = np.flatnonzero((low <= place) & (place <= high) & (tilt < FLATTEST))
-            mouths = [_mouth(clipped(corners[row], box), axis, place, l_min) for row in flat.tolist()]
-            ends = np.concatenate([np.zeros((0, 2, 3)), *mouths])
-            along = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
-            if along > LEAST_MOUTH * l_min:
-                face = BOX_PLANES[2 * axis + upper]
-                raise CraftmeshError(
-                    f"the crack meets the box face {face} at {tilt[flat].min():.3g} degrees and more, over "
-                    f"a length of {along:.3g} at under {FLATTEST:g}; expected one that meets a face at "
-                    f"{FLATTEST:g} degrees or more: turn it, or move it into the box or farther through it"
-                )
+    for axis, upper in FACES:
+        flat = _passing(corners, box[upper, axis], axis) & (angles[:, axis] < FLATTEST)
+        along = float(_lengths(_mouth(corners[flat], box, (axis, upper), l_min)).sum())
+        if along > LEAST_MOUTH * l_min:
+            face, least = BOX_PLANES[2 * axis + upper], angles[flat, axis].min()
+            raise CraftmeshError(
+                f"the crack meets the box face {face} at {least:.3g} degrees and more, over a length of "
+                f"{along:.3g} at under {FLATTEST:g}; expected one that meets a face at {FLATTEST:g} degrees "
+                "or more: turn it, or move it into the box or farther through it"
+            )
 
 
 def refuse_ribbons(crack: Crack, box: np.ndarray, l_min: float) -> None:
     """Raise CraftmeshError where a mouth on a face leaves a ribbon to another that is too narrow."""
-    rows = np.flatnonzero(meets_box(crack.points[crack.triangles], box))
-    corners = crack.points[crack.triangles[rows]]
-    for axis in range(3):
-        for upper in (0, 1):
-            across = (corners[:, :, axis].min(axis=1) <= box[upper, axis]) & (
-                corners[:, :, axis].max(axis=1) >= box[upper, axis]
-            )
-            polygons = (clipped(triangle, box) for triangle in corners[across])
-            mouth = [_mouth(polygon, axis, box[upper, axis], l_min) for polygon in polygons]
-            for other in (k for k in range(3) if k != axis):
-                _refuse_ribbon(
-                    np.concatenate([np.zeros((0, 2, 3)), *mouth]), (axis, upper), other, box, l_min
-                )
+    corners = crack.points[crack.triangles]
+    corners = corners[meets_box(corners, box)]
+    for axis, upper in FACES:
+        passing = _passing(corners, box[upper, axis], axis)
+        mouth = _mouth(corners[passing], box, (axis, upper), l_min)
+        for other in (k for k in range(3) if k != axis):
+            _refuse_ribbon(mouth, (axis, upper), other, box, l_min)
 
 
 def _refuse_ribbon(
@@ -70,7 +62,7 @@ def _refuse_ribbon(
 
     One that comes down to the edge between the two ends there, and gradation takes what is near onto it.
     """
-    length = np.linalg.norm(mouth[:, 1] - mouth[:, 0], axis=1)
+    length = _lengths(mouth)
     for upper in (0, 1):
         a, b = np.abs(mouth[:, :, other] - box[upper, other]).T
         low, rise = np.minimum(a, b), np.maximum(np.abs(b - a), 1e-300)
@@ -89,10 +81,25 @@ def _refuse_ribbon(
             )
 
 
-def _mouth(polygon: np.ndarray, axis: int, place: float, l_min: float) -> np.ndarray:
-    """Return the edges (j, 2, 3) of a polygon's (k, 3) rim that lie on a plane of the box."""
-    if len(polygon) < 3:
-        return np.zeros((0, 2, 3))
-    on = np.abs(polygon[:, axis] - place) <= ON_FACE * l_min
-    after = np.roll(polygon, -1, axis=0)
-    return np.stack([polygon, after], axis=1)[on & np.roll(on, -1)]
+def _passing(corners: np.ndarray, place: float, axis: int) -> np.ndarray:
+    """Tell which triangles (m, 3, 3) reach a plane across an axis, or through it."""
+    along = corners[:, :, axis]
+    return (along.min(axis=1) <= place) & (place <= along.max(axis=1))
+
+
+def _mouth(corners: np.ndarray, box: np.ndarray, face: tuple[int, int], l_min: float) -> np.ndarray:
+    """Return the edges (j, 2, 3) that triangles (m, 3, 3), cut off at the box, have on a face of it."""
+    axis, upper = face
+    found = [np.zeros((0, 2, 3))]
+    for triangle in corners:
+        polygon = clipped(triangle, box)
+        if len(polygon) > 2:
+            on = np.abs(polygon[:, axis] - box[upper, axis]) <= ON_FACE * l_min
+            edges = np.stack([polygon, np.roll(polygon, -1, axis=0)], axis=1)
+            found.append(edges[on & np.roll(on, -1)])
+    return np.concatenate(found)
+
+
+def _lengths(edges: np.ndarray) -> np.ndarray:
+    lengths: np.ndarray = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
+    return lengths

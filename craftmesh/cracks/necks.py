@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from craftmesh.cracks.sheet_pair import SheetPair
+from craftmesh.cracks.sheet_pair import SheetPair, feet_in
 
 # Of l_min, two coplanar pennies of 7 l_min: 0.02 of overlap left 4 flat tets, the bare touch 2; 0.05 of
 # overlap and 0.02 of a gap none. Where fronts are farther apart than the first, or overlap by more than
@@ -58,14 +58,17 @@ def _pointed(ring: np.ndarray, both: shapely.Geometry, reach: float, straight: f
     return np.concatenate([points, points[:1]])
 
 
-def heights_between(pair: SheetPair, at: np.ndarray) -> np.ndarray:
-    """Return the heights (n,) at places (n, 2) beside both sheets, by their distances from these."""
-    places = shapely.points(at)
-    feet, away = [], []
-    for number, outline in enumerate(pair.outlines):
-        foot = shapely.get_coordinates(shapely.get_point(shapely.shortest_line(outline, places), 0))
-        feet.append(pair.heights(number, foot)[0])
-        away.append(shapely.distance(outline, places))
+def heights_at_neck(pair: SheetPair, at: np.ndarray) -> np.ndarray:
+    """Return the heights (n,) at places (n, 2): the first sheet's, the second's, or between both of them.
+
+    Beside both the sheets' ends count by the distances from these.
+    """
+    first, second = (pair.heights(number, at)[0] for number in range(2))
+    heights = np.where(np.isnan(first), second, first)
+    beside = np.isnan(heights)
+    between = at[beside]
+    ends = [pair.heights(k, feet_in(outline, between))[0] for k, outline in enumerate(pair.outlines)]
+    away = [shapely.distance(outline, shapely.points(between)) for outline in pair.outlines]
     total = away[0] + away[1]
-    heights: np.ndarray = (feet[0] * away[1] + feet[1] * away[0]) / np.where(total > 0, total, 1.0)
+    heights[beside] = (ends[0] * away[1] + ends[1] * away[0]) / np.where(total > 0, total, 1.0)
     return heights

@@ -66,6 +66,13 @@ def sheet_pair(first: Crack, second: Crack, reach: float) -> SheetPair | None:
     return SheetPair(plane, places, triangles, (outlines[0], outlines[1]))
 
 
+def feet_in(region: shapely.Geometry, at: np.ndarray) -> np.ndarray:
+    """Return the places (n, 2) of a region nearest to places (n, 2)."""
+    lines = shapely.shortest_line(region, shapely.points(at))
+    feet: np.ndarray = shapely.get_coordinates(shapely.get_point(lines, 0))
+    return feet
+
+
 def places_in(region: shapely.Geometry, spacing: float) -> np.ndarray:
     """Return the places (n, 2) of a square grid of that spacing within a region."""
     x0, y0, x1, y1 = region.bounds

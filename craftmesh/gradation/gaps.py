@@ -29,12 +29,10 @@ def short_in_gaps(surface: Surface, sizing: Sizing) -> Sizing:
     if piece.max(initial=0) == 0:
         return sizing
     edges = front_edges(surface)
-    of_edge = _piece_of(edges, facets, piece)
     places, lengths = [np.zeros((0, 3))], [np.zeros(0)]
     for number in range(int(piece.max()) + 1):
         others = facets[piece != number]
-        own = edges[of_edge == number]
-        own = own[~np.isin(own, others).any(axis=1)]
+        own = edges[~np.isin(edges, others).any(axis=1)]
         if not len(own):
             continue
         ends = surface.points[own]
@@ -52,16 +50,3 @@ def _pieces(facets: np.ndarray) -> np.ndarray:
     _, of_corner, count = unique_edges(facets)
     f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
     return joined(len(facets), f, g)
-
-
-def _piece_of(edges: np.ndarray, facets: np.ndarray, piece: np.ndarray) -> np.ndarray:
-    """Return the piece (k,) that has an edge (k, 2)."""
-    known, of_corner, _ = unique_edges(facets)
-    stride = np.int64(facets.max()) + 1
-    keys = known[:, 0] * stride + known[:, 1]
-    of_known = np.empty(len(known), np.int64)
-    of_known[of_corner.ravel()] = np.repeat(piece, 3)
-    wanted = np.sort(edges, axis=1)
-    order = np.argsort(keys)
-    result: np.ndarray = of_known[order[np.searchsorted(keys[order], wanted[:, 0] * stride + wanted[:, 1])]]
-    return result

@@ -33,11 +33,15 @@ BETTER = 0.7  # an attempt that is off as well is taken from this share of what 
 
 
 class Attempt(NamedTuple):
-    """What an attempt made, of which surface, and how many times farther off it is than it may be."""
+    """What an attempt made, of which surface, and how many times farther off it is than it may be.
+
+    places (k, 3): where it is at fault.
+    """
 
     made: Inserted
     cut: CutSurface
     times: float
+    places: np.ndarray
 
 
 def soundest(
@@ -52,14 +56,14 @@ def soundest(
     Raises CraftmeshError where no choice ends in a crack, and where facets meet others or lie far off the
     given crack in every attempt.
     """
-    attempt, places = _judged(_first(cut, options, insert), cut, given)
-    best, off, choice, shortest, others = attempt, places, 0, given.least, OTHERS
+    best = attempt = _judged(_first(cut, options, insert), cut, given)
+    choice, shortest, others = 0, given.least, OTHERS
     for _ in range(1, ATTEMPTS):
         choice += bool(np.isfinite(attempt.times))
         if best.times <= 1 or choice == len(CHOICES):
             break
         count = len(cut.points)
-        cut, shares = split_near(cut, sheet, places, shortest), CHOICES[choice : choice + 1]
+        cut, shares = split_near(cut, sheet, attempt.places, shortest), CHOICES[choice : choice + 1]
         if len(cut.points) == count:
             shortest /= 2
             if np.isinf(attempt.times):
@@ -71,18 +75,18 @@ def soundest(
                 made = insert(cut, _chosen(options, pair))
             except CraftmeshError:
                 continue
-            attempt, places = _judged(made, cut, given)
+            attempt = _judged(made, cut, given)
             if attempt.times <= 1 or attempt.times < BETTER * best.times:
-                best, off = attempt, places
+                best = attempt
             if attempt.times <= 1:
                 break
     if np.isinf(best.times):
         refuse_intersections(best.made.surface)
     if best.times > GROSS:
         raise CraftmeshError(
-            f"the crack cannot be inserted as it is given: near {told(off[0])} what is in the mesh would "
-            f"be {best.times:.0f} times farther off it than it may be; move the crack a little, or give a "
-            "shorter l_min"
+            f"the crack cannot be inserted as it is given: near {told(best.places[0])} what is in the mesh "
+            f"would be {best.times:.0f} times farther off it than it may be; move the crack a little, or "
+            "give a shorter l_min"
         )
     return best
 
@@ -106,14 +110,14 @@ def _chosen(options: InsertOptions, shares: tuple[float, float]) -> InsertOption
     return replace(options, snap=snap * options.snap, snap_front=snap_front * options.snap_front)
 
 
-def _judged(made: Inserted, cut: CutSurface, given: Given) -> tuple[Attempt, np.ndarray]:
-    """Return the attempt, infinitely off where facets meet others, and the places (k, 3) at fault."""
+def _judged(made: Inserted, cut: CutSurface, given: Given) -> Attempt:
+    """Return the attempt, infinitely off where facets meet others."""
     pairs = crack_intersections(made.surface)
     if len(pairs):
         places = made.surface.points[made.surface.facets[pairs]].mean(axis=(1, 2))
-        return Attempt(made, cut, np.inf), places
+        return Attempt(made, cut, np.inf, places)
     places, times = given.misfit(made)
-    return Attempt(made, cut, times), places
+    return Attempt(made, cut, times, places)
 
 
 def refuse_intersections(surface: Surface) -> None:

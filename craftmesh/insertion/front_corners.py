@@ -62,7 +62,8 @@ def _onto_trace(surface: CutSurface, sheet: Sheet, place: np.ndarray, options: I
     nearest = int(off.argmin())
     edge, foot = edges[nearest], foot[[nearest]]
     size = surface.size[edge].mean(keepdims=True)
-    reach = (TOUCHING if off[nearest] <= TOUCHING * size[0] else NEAR_TRACE) * size[0]
+    touches = off[nearest] <= TOUCHING * size[0]
+    reach = (TOUCHING if touches else NEAR_TRACE) * size[0]
     if not off[nearest] <= reach:
         return surface
     to_ends = np.linalg.norm(surface.points[edge] - place, axis=1)
@@ -70,15 +71,10 @@ def _onto_trace(surface: CutSurface, sheet: Sheet, place: np.ndarray, options: I
         parted, point = surface, edge[[int(to_ends.argmin())]]
     else:
         parted, point = split_edges(surface, edge[None], foot, size), np.array([len(surface.points)])
-    if off[nearest] > TOUCHING * size[0]:
-        junctions, planes = classes(parted)
-        if junctions.degree[point[0]] > 0 or planes[point[0]].any() or parted.front[point[0]] >= 0:
-            return surface
-        moved = _moved(parted, point, place, options)
-        if moved is None:
-            return surface
-        parted = moved
-    return with_front_points(parted, sheet, point)
+    if touches:
+        return with_front_points(parted, sheet, point)
+    moved = None if _is_held(parted, int(point[0])) else _moved(parted, point, place, options)
+    return surface if moved is None else with_front_points(moved, sheet, point)
 
 
 def _at_point(
@@ -96,12 +92,16 @@ def _at_point(
     if away[nearest] <= TOUCHING * surface.size[point[0]]:
         return surface, point
     shortest = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).min()
-    junctions, planes = classes(surface)
-    held = junctions.degree[point[0]] > 0 or planes[point[0]].any() or surface.front[point[0]] >= 0
-    if held or away[nearest] > NEAR_POINT * shortest:
+    if _is_held(surface, int(point[0])) or away[nearest] > NEAR_POINT * shortest:
         return None
     moved = _moved(surface, point, place, options)
     return None if moved is None else (moved, point)
+
+
+def _is_held(surface: CutSurface, point: int) -> bool:
+    """Tell whether a point is on a line, on the box or on the front."""
+    junctions, planes = classes(surface)
+    return bool(junctions.degree[point] > 0 or planes[point].any() or surface.front[point] >= 0)
 
 
 def _through_edge(

@@ -73,7 +73,8 @@ def insert_crack(
         inlay = inlaid(surface, sheet)
         if inlay is not None:
             surface = inlay
-            reports.append(numbers_of(surface, 0) | unmoved(len(sheet.triangles)))
+            numbers = numbers_of(surface, 0) | unmoved(len(sheet.triangles)) | {"crack_off_times": 0.0}
+            reports.append(numbers)
             continue
         least = least_length(_ends(sheet, box), target, sizing)
         unit = sizing.l_min if isinstance(sizing, Sizing) else least

@@ -46,7 +46,6 @@ def unmoved(facets: int) -> dict[str, int | float]:
         "boundary_moved_most": 0.0,
         "crack_facets_on_grain_boundaries": facets,
         "crack_moved_most": 0.0,
-        "crack_off_times": 0.0,
     }
 
 

@@ -142,8 +142,9 @@ def _rim_crossings(
         fraction = ((b - a)[:, 0] * e[:, 1] - (b - a)[:, 1] * e[:, 0]) / cross
     length, is_front = np.linalg.norm(d, axis=1), surface.front[edges[row]] >= 0
     margin = np.where(is_front, TOUCHING, AT_END)
-    same_end = _at_same_end(surface, sheet, edges[row], a + fraction[:, None] * d)
-    margin[at_end[row] & same_end] = _end_reach(sheet)
+    met = np.flatnonzero(np.isfinite(fraction) & at_end[row].any(axis=1))
+    same_end = _at_same_end(surface, sheet, edges[row[met]], a[met] + fraction[met, None] * d[met])
+    margin[met] = np.where(at_end[row[met]] & same_end, _end_reach(sheet), margin[met])
     margin *= surface.size[edges[row]]
     keep = np.isfinite(fraction) & (fraction * length > margin[:, 0])
     keep &= (1 - fraction) * length > margin[:, 1]
@@ -156,9 +157,7 @@ def _at_same_end(surface: CutSurface, sheet: Sheet, edges: np.ndarray, crossings
 
     Of a short mouth both ends may be as near, and an edge from one crosses the front at the other.
     """
-    number, arc = np.full(len(edges), -1), np.full(len(edges), np.nan)
-    known = np.isfinite(crossings).all(axis=1)
-    _, number[known], arc[known] = sheet.rim.nearest_front(crossings[known])
+    _, number, arc = sheet.rim.nearest_front(crossings)
     along = np.abs(arc[:, None] - surface.arc[edges])
     same: np.ndarray = (number[:, None] == surface.front[edges]) & (along <= END * surface.size[edges])
     return same

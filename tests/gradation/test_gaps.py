@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from few_facets import sheet
+from given_cracks import over_grid
 
 from craftmesh.gradation.gaps import LEAST, PER_GAP, short_in_gaps
 from craftmesh.sizing.sizing import FREE_GROWTH, Sizing
@@ -14,9 +15,7 @@ N = 6
 def squares(*moves: np.ndarray) -> Surface:
     """Crack sheets of one grain, each a square of N by N edges at z = 0 moved by a function of points."""
     x, y = np.meshgrid(np.arange(N + 1.0), np.arange(N + 1.0), indexing="ij")
-    flat = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
-    a = (np.arange(N)[:, None] * (N + 1) + np.arange(N)).ravel()
-    facets = np.concatenate([np.stack([a, a + N + 1, a + N + 2], 1), np.stack([a, a + N + 2, a + 1], 1)])
+    flat, facets = over_grid(x, y, np.zeros_like(x))
     points = np.concatenate([move(flat) for move in moves])
     shifted = [facets + number * len(flat) for number in range(len(moves))]
     return sheet(np.concatenate(shifted), (1, 1), CRACK, points)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from given_cracks import over_grid
 from models import voronoi
 from plain_distances import from_edges
 
@@ -28,11 +29,7 @@ def tongue(width: float, bulge: float) -> Crack:
     u, s = np.meshgrid(x, side, indexing="ij")
     y = 11.3 + s * half[:, None]
     z = 10.2 + bulge * np.sin(0.5 * u) * np.cos(1.2 * (y - 11.3) + 0.8)
-    points = np.stack([u, y, z], axis=-1).reshape(-1, 3)
-    corner = np.arange(59)[:, None] * 25 + np.arange(24)
-    a, b, c, d = (k.ravel() for k in (corner, corner + 25, corner + 26, corner + 1))
-    triangles = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-    return crack_from_triangles(points, triangles, None, SURFACE.box)
+    return crack_from_triangles(*over_grid(u, y, z), None, SURFACE.box)
 
 
 def sized(crack: Crack, l_min: float) -> Sizing:
