@@ -39,8 +39,8 @@ def refuse_mouths(crack: Crack, box: np.ndarray, l_min: float) -> None:
             face, least = BOX_PLANES[2 * axis + upper], angles[flat, axis].min()
             raise CraftmeshError(
                 f"the crack meets the box face {face} at {least:.3g} degrees and more, over a length of "
-                f"{along:.3g} at under {FLATTEST:g}; expected one that meets a face at {FLATTEST:g} degrees "
-                "or more: turn it, or move it into the box or farther through it"
+                f"{along:.3g} at under {FLATTEST:g}; expected one that meets a face at {FLATTEST:g} "
+                "degrees or more: turn it, or move it into the box or farther through it"
             )
 
 
