@@ -10,7 +10,7 @@ from craftmesh.sizing.sizing import Sizing, SizingOptions, densify
 from craftmesh.types import Voxels
 from trials import more_cracks
 from trials.placing import draw_place
-from trials.sheets import RELIEF_SHARES, RELIEFS, Sheet, disc, draw_relief, placed, strip
+from trials.sheets import RELIEF_SHARES, RELIEFS, Sheet, disc, draw_relief, placed, strip, with_rim
 from trials.volumes import draw_volume
 
 MOST_TETS = 150_000
@@ -58,7 +58,8 @@ def draw(
     way = insertion or ("voxel" if by_voxels else "cut")
     if case.kinds["crack"] == "boundaries":
         way = "cut"
-    return replace(case, kinds=case.kinds | {"insertion": way})
+    sheet = case.sheet if case.with_front or case.prescribed else with_rim(case.sheet, case.voxels.box)
+    return replace(case, sheet=sheet, kinds=case.kinds | {"insertion": way})
 
 
 def _of_kind(seed: int, sides: tuple[int, int], kind: str | None) -> Drawn:

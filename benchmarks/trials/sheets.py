@@ -1,9 +1,12 @@
 """Crack surfaces as triangulated sheets: flat, wavy, rough, kinked or twisted, over discs and strips."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import meets_box
 
 Height = Callable[[np.ndarray, np.ndarray], np.ndarray]
 RELIEFS = ("flat", "wavy", "fractal", "kinked", "twisted", "kinked fractal", "twisted wavy")
@@ -179,6 +182,16 @@ def placed(sheet: Sheet, centre: np.ndarray, frame: np.ndarray) -> Sheet:
     """Return the sheet with its local axes along the rows of `frame` (3, 3) and its origin at `centre`."""
     fronts = tuple(centre + front @ frame for front in sheet.fronts)
     return Sheet(centre + sheet.points @ frame, sheet.triangles, fronts, sheet.flat)
+
+
+def with_rim(sheet: Sheet, box: np.ndarray) -> Sheet:
+    """Return the sheet with the other edges of its rim that reach into the box as fronts: it ends there."""
+    edges, _, count = unique_edges(sheet.triangles)
+    rim = sheet.points[edges[count == 1]]
+    ends = {tuple(point) for front in sheet.fronts for point in front.tolist()}
+    other = [edge for edge in rim if not all(tuple(end) in ends for end in edge.tolist())]
+    inside = [edge for edge in other if meets_box(edge[None, [0, 1, 1]], box)[0]]
+    return replace(sheet, fronts=(*sheet.fronts, *inside))
 
 
 def samples(sheet: Sheet, count: int = 6000) -> tuple[np.ndarray, np.ndarray]:

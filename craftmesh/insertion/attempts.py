@@ -82,13 +82,18 @@ def soundest(
                 break
     if np.isinf(best.times):
         refuse_intersections(best.made.surface)
-    if best.times > GROSS:
+    refuse_gross(best.places, best.times)
+    return best
+
+
+def refuse_gross(places: np.ndarray, times: float) -> None:
+    """Raise where a crack is off by GROSS times what it may be; places (k, 3): where it is off."""
+    if times > GROSS:
         raise CraftmeshError(
-            f"the crack cannot be inserted as it is given: near {told(best.places[0])} what is in the mesh "
-            f"would be {best.times:.0f} times farther off it than it may be; move the crack a little, or "
+            f"the crack cannot be inserted as it is given: near {told(places[0])} what is in the mesh "
+            f"would be {times:.0f} times farther off it than it may be; move the crack a little, or "
             "give a shorter l_min"
         )
-    return best
 
 
 def _first(

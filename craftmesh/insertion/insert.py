@@ -7,10 +7,11 @@ import numpy as np
 from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.cracks.sheets import heights_of, sheets
 from craftmesh.errors import CraftmeshError, told
-from craftmesh.insertion.attempts import soundest
+from craftmesh.insertion.attempts import refuse_gross, soundest
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.creases import Creases, creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
+from craftmesh.insertion.fins import Fronts, fronts_of, without_fins
 from craftmesh.insertion.front_chain import FrontChain, chain, conflicts
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.front_corners import onto_corners
@@ -18,7 +19,7 @@ from craftmesh.insertion.hidden import split_hidden
 from craftmesh.insertion.inlay import inlaid
 from craftmesh.insertion.kinks import kink_traces
 from craftmesh.insertion.loose_ends import without_loose_ends
-from craftmesh.insertion.misfit import Given, Inserted
+from craftmesh.insertion.misfit import FRONT_OFF, MARGIN, Given, Inserted
 from craftmesh.insertion.moved import moved, unmoved
 from craftmesh.insertion.offsets import local_sizes, prepared
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
@@ -26,12 +27,13 @@ from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import pierce
 from craftmesh.insertion.regions import labels_of_regions, regions_of
 from craftmesh.insertion.sheet import Sheet, sheet_of
-from craftmesh.insertion.snap import snap_to_crack
+from craftmesh.insertion.snap import snap_to_crack, taken_at_box_edges
 from craftmesh.insertion.traces import follow_traces
 from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import compact
+from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors, total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
@@ -68,7 +70,7 @@ def insert_crack(
     options = options or InsertOptions()
     target = target_of(surface, sizing)
     reports = []
-    box = surface.box
+    box, fronts = surface.box, fronts_of(surface, crack)
     for sheet in sheets(crack):
         inlay = inlaid(surface, sheet)
         if inlay is not None:
@@ -79,10 +81,14 @@ def insert_crack(
         least = least_length(_ends(sheet, box), target, sizing)
         unit = sizing.l_min if isinstance(sizing, Sizing) else least
         refuse_along_faces(sheet, box, unit)
-        for part in heights_of(sheet, box):
+        parts = heights_of(sheet, box)
+        for part in parts:
             given = Given(part, box, least, unit)
             surface, numbers = _with_part(surface, given, target, options, progress)
             reports.append(numbers)
+        if len(parts) > 1:
+            surface = without_fins(surface, fronts, least)
+            reports[-1] |= _numbers_of_parts(surface, fronts, unit, reports[-1])
     progress(1.0, "done")
     return surface, _total(reports)
 
@@ -95,6 +101,18 @@ def _total(reports: list[dict[str, int | float]]) -> dict[str, int | float]:
     for name in ("boundary_moved_most", "crack_moved_most", "crack_off_times"):
         total[name] = max(numbers[name] for numbers in reports)
     return total
+
+
+def _numbers_of_parts(
+    surface: Surface, fronts: Fronts, unit: float, last: dict[str, int | float]
+) -> dict[str, int | float]:
+    """Return the last part's numbers for all of a sheet in parts; refuse one whose front is far off."""
+    nodes = surface.points[np.unique(front_edges(surface))]
+    off = fronts.off(nodes) / (MARGIN * FRONT_OFF * unit)
+    times = float(off.max(initial=0.0))
+    refuse_gross(nodes[off > 1], times)
+    numbers = numbers_of(surface, int(last["crack_facets_outside_material"]))
+    return numbers | {"crack_off_times": max(times, last["crack_off_times"])}
 
 
 def _with_part(
@@ -150,7 +168,7 @@ def _cut(
     cut: CutSurface, sheet: Sheet, creases: Creases, least: float, options: InsertOptions
 ) -> CutSurface:
     """Return the surface with all its facets cut along the crack, points near by moved onto it."""
-    cut = snap_to_crack(cut, sheet, options)
+    cut = taken_at_box_edges(snap_to_crack(cut, sheet, options), sheet, least)
     if sheet.planar:
         return with_phi(cut_along(cut, sheet), sheet)
     for _ in range(BULGES):

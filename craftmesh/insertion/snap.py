@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from craftmesh.cracks.mouths import AT_EDGE
 from craftmesh.insertion.cut import CutSurface, feet_on_edges
 from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
@@ -63,6 +64,21 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
     targets[:] = np.nan
     targets[left] = onto_crack(surface.points[left], planes[left], sheet, reach[left])
     return _moved(surface, targets, reach, options) if len(left) else surface
+
+
+def taken_at_box_edges(surface: CutSurface, sheet: Sheet, least: float) -> CutSurface:
+    """Return the surface with points of the box's edges that the crack passes barely beside as on it.
+
+    Such a point finds no place on the crack along its edge. Where a mouth ran 0.006 l_min beside an edge
+    towards a corner of the box, the ribbon had 4 flat tetrahedra, now none. least: the least target length.
+    """
+    planes = classes(surface)[1]
+    with np.errstate(invalid="ignore"):
+        near = (_distances(surface, sheet) <= AT_EDGE * least) & (surface.psi != 0)
+    rows = np.flatnonzero(near & (planes.sum(axis=1) == 2))
+    psi = surface.psi.copy()
+    psi[rows[sheet.rim.inside(sheet.uv(surface.points[rows])) > 0]] = 0.0
+    return replace(surface, psi=psi)
 
 
 def _moved(

@@ -3,14 +3,17 @@
 import numpy as np
 import pytest
 from models import voronoi
+from scipy.spatial import cKDTree
 
 from craftmesh.cracks.check_crack import check_crack
 from craftmesh.cracks.series import crack_area
 from craftmesh.cracks.sheets import heights_of
 from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import remesh
+from craftmesh.sizing.sizing import densify
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import pieces
 from craftmesh.surface.distances import distances_and_sides
@@ -123,3 +126,33 @@ def test_a_part_that_passes_by_a_corner_of_the_box_is_left_out():
     crack = crack_from_triangles(points, np.array([[0, 1, 2], [1, 3, 2], [1, 4, 3]]), None, BOX)
     (part,) = heights_of(crack, BOX)
     assert (part.points[:, 2] == low).all()
+
+
+def roof(beside, slope, profile):
+    """Two planes whose kink, z = 10 at a slope in the plane, passes y = 0 `beside` the edge x = 20."""
+    x = np.linspace(-1, 21, 12)
+    rows = [np.column_stack([x, y + (20 - beside - x) * slope, z + 0 * x]) for y, z in profile]
+    a = (np.arange(2)[:, None] * len(x) + np.arange(len(x) - 1)).ravel()
+    b = a + len(x)
+    return np.concatenate(rows), np.concatenate(
+        [np.stack([a, b, a + 1], 1), np.stack([a + 1, b, b + 1], 1)]
+    )
+
+
+OPEN = ((14.0, -1.0), (0.0, 10.0), (8.0, 14.0))
+NARROW = ((14.0, -1.0), (0.0, 10.0), (9.0, 9.0))
+
+
+# both parts came in over one facet between the two faces, and it stayed as a front of its own
+@pytest.mark.parametrize("beside", [5e-4, -4e-3], ids=["before", "past"])
+@pytest.mark.parametrize("slope", [0.05, 0.2])
+@pytest.mark.parametrize("profile", [OPEN, NARROW], ids=["open", "narrow"])
+def test_a_kink_passes_an_edge_of_the_box(profile, slope, beside):
+    crack = crack_from_triangles(*roof(beside, slope, profile), None, BOX, None, False)
+    result, report = insert_crack(SURFACE, crack, Uniform())
+    assert check_surface(result) == []
+    nodes = result.points[np.unique(front_edges(result))]
+    given = np.concatenate([densify(crack.points[front], 0.01) for front in crack.fronts])
+    assert cKDTree(given).query(nodes)[0].max() < 0.02 * L_MIN
+    assert report["crack_off_times"] <= 1
+    assert report["crack_area"] == pytest.approx(area_within(crack, BOX), rel=0.004)
