@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.cracks.mouths import AT_EDGE
 from craftmesh.insertion.cut import CutSurface, feet_on_edges
 from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
@@ -26,6 +25,9 @@ OFF_CRACK = 0.005  # of the local size: points of a crack there is may go this f
 # degrees to the face. With 0.1, that is 18, a boundary 0.06 l_min from a crack at 12 stayed beside its
 # mouth; the ribbon between them had 7 flat tets and 1.4 % over an aspect ratio of 5, now none and 0.7 %.
 STEEP = 0.01
+# Of the least length, of the 0.05 that facets may be off: ribbons 0.006 and 0.015 wide towards a corner of
+# the box had flat tetrahedra, and of 15 planes through one, at 7 to 31 degrees, two, now none.
+AT_BOX_EDGE = 0.03
 
 
 def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
@@ -69,12 +71,12 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
 def taken_at_box_edges(surface: CutSurface, sheet: Sheet, least: float) -> CutSurface:
     """Return the surface with points of the box's edges that the crack passes barely beside as on it.
 
-    Such a point finds no place on the crack along its edge. Where a mouth ran 0.006 l_min beside an edge
-    towards a corner of the box, the ribbon had 4 flat tetrahedra, now none. least: the least target length.
+    Such a point finds no place on the crack along its edge, and a ribbon of the face would stay beside it.
+    least: the least target length.
     """
     planes = classes(surface)[1]
     with np.errstate(invalid="ignore"):
-        near = (_distances(surface, sheet) <= AT_EDGE * least) & (surface.psi != 0)
+        near = (_distances(surface, sheet) <= AT_BOX_EDGE * least) & (surface.psi != 0)
     rows = np.flatnonzero(near & (planes.sum(axis=1) == 2))
     psi = surface.psi.copy()
     psi[rows[sheet.rim.inside(sheet.uv(surface.points[rows])) > 0]] = 0.0
