@@ -93,6 +93,12 @@ class Crack:
         for front in fronts:
             _check_indices("Crack", "fronts", front, len(self.points))
 
+    @property
+    def front_edges(self) -> np.ndarray:
+        """(k, 2) int64: the edges of all fronts, in their order."""
+        edges = [np.column_stack([front[:-1], front[1:]]) for front in self.fronts]
+        return np.concatenate([np.zeros((0, 2), np.int64), *edges])
+
 
 @dataclass(frozen=True)
 class Surface:

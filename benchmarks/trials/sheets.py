@@ -188,10 +188,10 @@ def with_rim(sheet: Sheet, box: np.ndarray) -> Sheet:
     """Return the sheet with the other edges of its rim that reach into the box as fronts: it ends there."""
     edges, _, count = unique_edges(sheet.triangles)
     rim = sheet.points[edges[count == 1]]
-    ends = {tuple(point) for front in sheet.fronts for point in front.tolist()}
-    other = [edge for edge in rim if not all(tuple(end) in ends for end in edge.tolist())]
-    inside = [edge for edge in other if meets_box(edge[None, [0, 1, 1]], box)[0]]
-    return replace(sheet, fronts=(*sheet.fronts, *inside))
+    given = {tuple(point) for front in sheet.fronts for point in front.tolist()}
+    inside = rim[meets_box(rim[:, [0, 1, 1]], box)]
+    other = (edge for edge in inside if not given.issuperset(map(tuple, edge.tolist())))
+    return replace(sheet, fronts=(*sheet.fronts, *other))
 
 
 def samples(sheet: Sheet, count: int = 6000) -> tuple[np.ndarray, np.ndarray]:

@@ -61,10 +61,7 @@ def refuse_along_faces(crack: Crack, box: np.ndarray, l_min: float) -> None:
 
 def _refuse_fronts(crack: Crack, box: np.ndarray, l_min: float) -> None:
     """Raise CraftmeshError where a front leaves a ligament to a face that is too narrow to be meshed."""
-    start, end = (
-        np.concatenate([crack.points[front[part]] for front in crack.fronts] or [np.zeros((0, 3))])
-        for part in (slice(None, -1), slice(1, None))
-    )
+    start, end = np.swapaxes(crack.points[crack.front_edges], 0, 1)
     length = np.linalg.norm(end - start, axis=1)
     for axis in range(3):
         for upper in (0, 1):

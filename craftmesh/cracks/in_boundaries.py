@@ -8,7 +8,8 @@ from craftmesh.cracks.one_sheet import turned_alike
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import semi_axes
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.connectivity import compact, facet_edges, unique_edges
+from craftmesh.surface.connectivity import compact, unique_edges
+from craftmesh.surface.front import among_edges
 from craftmesh.types import INTERFACE, Crack, Surface
 
 # Of an edge: where the sphere crosses it this near to an end, the crack ends there. A front that passed
@@ -144,15 +145,14 @@ def _fronts(triangles: np.ndarray, surface: Surface, ends: np.ndarray) -> list[n
     """Return the fronts as lines of points: edges of one triangle, but for those on free facets."""
     edges, _, count = unique_edges(triangles)
     rim = edges[count == 1]
-    free = np.sort(facet_edges(surface.facets[(surface.sides <= 0).any(axis=1)]), axis=1)
-    known, width = len(surface.points), len(surface.points) + len(ends)
+    known = len(surface.points)
     whole = rim.copy()  # where an edge of the surface was parted, that edge
     parted = np.flatnonzero((rim[:, 1] >= known) & (rim[:, 0] < known))
     of_edge = ends[rim[parted, 1] - known]
     along = (of_edge == rim[parted, :1]).any(axis=1)
     whole[parted[along]] = of_edge[along]
-    on_free = np.isin(np.sort(whole, axis=1) @ (width, 1), free.astype(np.int64) @ (width, 1))
-    return _chains(rim[~on_free])
+    free = surface.facets[(surface.sides <= 0).any(axis=1)]
+    return _chains(rim[~among_edges(whole, free)])
 
 
 def _chains(edges: np.ndarray) -> list[np.ndarray]:

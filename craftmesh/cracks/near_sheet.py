@@ -39,8 +39,7 @@ class NearSheet:
     def __init__(self, sheet: Crack, box: np.ndarray) -> None:
         self.points = np.array(sheet.points, float, order="C")
         self.triangles = sheet.triangles.astype(np.int64)
-        fronts = [np.column_stack([front[:-1], front[1:]]) for front in sheet.fronts]
-        self.fronts = np.concatenate([np.zeros((0, 2)), *fronts]).astype(np.int64)
+        self.fronts = sheet.front_edges
         sharp = [_corners(self.points[front]) for front in sheet.fronts]
         self.corners = np.concatenate([np.zeros((0, 3)), *sharp])
         corners = self.points[self.triangles]

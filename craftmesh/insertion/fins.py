@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.surface.connectivity import facet_edges, unique_edges
-from craftmesh.surface.front import front_edges
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.front import among_edges, front_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.types import CRACK, Crack, Surface
 
@@ -29,10 +29,9 @@ class Fronts(NamedTuple):
 
 def fronts_of(surface: Surface, crack: Crack) -> Fronts:
     """Return the fronts of a crack, and of those that are in the surface before it comes in."""
-    lines = [np.column_stack([front[:-1], front[1:]]) for front in crack.fronts]
     there = front_edges(surface) + len(crack.points)
     points = np.concatenate([crack.points, surface.points])
-    return Fronts(points, np.concatenate([*lines, there]).astype(np.int64))
+    return Fronts(points, np.concatenate([crack.front_edges, there]))
 
 
 def without_fins(surface: Surface, fronts: Fronts, least: float) -> Surface:
@@ -59,8 +58,7 @@ def _fins(surface: Surface, fronts: Fronts, far: float) -> np.ndarray:
     if not len(stray):
         return crack[:0]
     edges, of_corner, count = unique_edges(surface.facets[crack])
-    free = np.sort(facet_edges(surface.facets[(surface.sides <= 0).any(axis=1)]), axis=1)
     key = np.array([len(surface.points), 1])
     ends = np.isin(edges @ key, stray @ key)
-    held = ends | (count > 2) | np.isin(edges @ key, free @ key)
+    held = ends | (count > 2) | among_edges(edges, surface.facets[(surface.sides <= 0).any(axis=1)])
     return crack[ends[of_corner].any(axis=1) & held[of_corner].all(axis=1)]

@@ -19,7 +19,7 @@ from craftmesh.insertion.hidden import split_hidden
 from craftmesh.insertion.inlay import inlaid
 from craftmesh.insertion.kinks import kink_traces
 from craftmesh.insertion.loose_ends import without_loose_ends
-from craftmesh.insertion.misfit import FRONT_OFF, MARGIN, Given, Inserted
+from craftmesh.insertion.misfit import Given, Inserted, misfit_of_fronts
 from craftmesh.insertion.moved import moved, unmoved
 from craftmesh.insertion.offsets import local_sizes, prepared
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
@@ -33,7 +33,6 @@ from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import compact
-from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors, total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
@@ -70,7 +69,7 @@ def insert_crack(
     options = options or InsertOptions()
     target = target_of(surface, sizing)
     reports = []
-    box, fronts = surface.box, fronts_of(surface, crack)
+    box, before = surface.box, surface
     for sheet in sheets(crack):
         inlay = inlaid(surface, sheet)
         if inlay is not None:
@@ -87,8 +86,8 @@ def insert_crack(
             surface, numbers = _with_part(surface, given, target, options, progress)
             reports.append(numbers)
         if len(parts) > 1:
-            surface = without_fins(surface, fronts, least)
-            reports[-1] |= _numbers_of_parts(surface, fronts, unit, reports[-1])
+            fronts = fronts_of(before, crack)
+            surface, reports[-1] = _as_one(surface, fronts, (least, unit), reports[-1])
     progress(1.0, "done")
     return surface, _total(reports)
 
@@ -103,16 +102,20 @@ def _total(reports: list[dict[str, int | float]]) -> dict[str, int | float]:
     return total
 
 
-def _numbers_of_parts(
-    surface: Surface, fronts: Fronts, unit: float, last: dict[str, int | float]
-) -> dict[str, int | float]:
-    """Return the last part's numbers for all of a sheet in parts; refuse one whose front is far off."""
-    nodes = surface.points[np.unique(front_edges(surface))]
-    off = fronts.off(nodes) / (MARGIN * FRONT_OFF * unit)
-    times = float(off.max(initial=0.0))
-    refuse_gross(nodes[off > 1], times)
+def _as_one(
+    surface: Surface, fronts: Fronts, lengths: tuple[float, float], last: dict[str, int | float]
+) -> tuple[Surface, dict[str, int | float]]:
+    """Return the surface with a sheet's parts as one crack, and the last part's numbers for all of it.
+
+    lengths: the least target length, and the unit of `Given`. Raises CraftmeshError where its front is far
+    off the given ones.
+    """
+    least, unit = lengths
+    surface = without_fins(surface, fronts, least)
+    places, times = misfit_of_fronts(surface, fronts, unit)
+    refuse_gross(places, times)
     numbers = numbers_of(surface, int(last["crack_facets_outside_material"]))
-    return numbers | {"crack_off_times": max(times, last["crack_off_times"])}
+    return surface, last | numbers | {"crack_off_times": max(times, last["crack_off_times"])}
 
 
 def _with_part(

@@ -7,8 +7,9 @@ import numpy as np
 from craftmesh.cracks.area_off import area_off, segments_of
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.cracks.within_box import area_within
+from craftmesh.insertion.fins import Fronts
 from craftmesh.surface.connectivity import unique_edges
-from craftmesh.surface.front import front_of
+from craftmesh.surface.front import front_edges, front_of
 from craftmesh.surface.measure import total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import CRACK, Crack, Surface
@@ -76,6 +77,13 @@ class Given:
 
     def _off_front(self, places: np.ndarray) -> np.ndarray:
         return np.linalg.norm(self.look.nearest_on_front(places) - places, axis=1)
+
+
+def misfit_of_fronts(surface: Surface, fronts: Fronts, unit: float) -> Misfit:
+    """Return where nodes of all fronts in a surface are off the given ones; unit as in Given."""
+    nodes = surface.points[np.unique(front_edges(surface))]
+    times = fronts.off(nodes) / (MARGIN * FRONT_OFF * unit)
+    return Misfit(nodes[times > 1], float(times.max(initial=0.0)))
 
 
 def fills_box(surface: Surface) -> bool:

@@ -10,7 +10,7 @@ from craftmesh.insertion.guarded_move import guarded_move, settled
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import TOUCHING, with_front_points
 from craftmesh.insertion.sheet import Sheet
-from craftmesh.insertion.snap import classes, leaves_crack
+from craftmesh.insertion.snap import box_planes, classes, leaves_crack
 
 LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
 LEAST_GAP = 0.55  # of the target size: pierce points nearer than this are pushed apart along the front
@@ -58,7 +58,7 @@ def snap_to_front(
 def spread_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions) -> CutSurface:
     """Move pierce points that crowd apart along the front, as far as the surface stays sound."""
     shifts, on_fronts = [np.zeros(0)], [np.zeros(0, np.int64)]
-    _, planes = classes(surface)
+    planes = box_planes(surface)
     for front in range(len(sheet.rim.curves)):
         ids = surface.on_front(front)
         if len(ids) < 2:
@@ -103,7 +103,7 @@ def settle_front(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> C
 
     A trace on a curved crack is a chord, so that where it crosses the front in (u, v) it is off the crack.
     """
-    _, planes = classes(surface)
+    planes = box_planes(surface)
     rows = np.flatnonzero(surface.front >= 0)
     targets = sheet.lift(sheet.rim.nearest_front(sheet.uv(surface.points[rows]))[0])
     on_box = planes[rows].any(axis=1)

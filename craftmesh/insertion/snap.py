@@ -74,7 +74,7 @@ def taken_at_box_edges(surface: CutSurface, sheet: Sheet, least: float) -> CutSu
     Such a point finds no place on the crack along its edge, and a ribbon of the face would stay beside it.
     least: the least target length.
     """
-    planes = classes(surface)[1]
+    planes = box_planes(surface)
     with np.errstate(invalid="ignore"):
         near = (_distances(surface, sheet) <= AT_BOX_EDGE * least) & (surface.psi != 0)
     rows = np.flatnonzero(near & (planes.sum(axis=1) == 2))
@@ -113,11 +113,21 @@ class _Junctions(NamedTuple):
 
 def classes(surface: CutSurface) -> tuple[_Junctions, np.ndarray]:
     """Return the junction edges near the crack and which points are on x, y, z box planes (n, 3)."""
-    rows = np.flatnonzero(np.isfinite(surface.psi[surface.facets]).any(axis=1))
-    near = Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
+    near = _near_crack(surface)
     lines = feature_edges(near).lines
     degree = np.bincount(lines.ravel(), minlength=len(near.points))
     return _Junctions(lines, degree), held_by_box(near)
+
+
+def box_planes(surface: CutSurface) -> np.ndarray:
+    """Return which points near the crack are on x, y, z box planes (n, 3), as `classes` does."""
+    return held_by_box(_near_crack(surface))
+
+
+def _near_crack(surface: CutSurface) -> Surface:
+    """Return the facets near the crack."""
+    rows = np.flatnonzero(np.isfinite(surface.psi[surface.facets]).any(axis=1))
+    return Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
 
 
 def _crack_normals(surface: CutSurface) -> np.ndarray:

@@ -27,12 +27,17 @@ def front_of(crack: np.ndarray, free: np.ndarray) -> np.ndarray:
     """Return the front edges (k, 2) of crack facets (c, 3) where the facets (f, 3) are free."""
     edges, _, count = unique_edges(crack)
     rim = edges[count == 1]
-    stride = max(int(crack.max(initial=0)), int(free.max(initial=0))) + 1
-    at_rim = np.zeros(stride, bool)
-    at_rim[rim] = True
-    at_free = np.sort(facet_edges(free[at_rim[free].sum(axis=1) >= 2]), axis=1)
+    return rim[~among_edges(rim, free)]
+
+
+def among_edges(edges: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Tell which edges (k, 2) are edges of facets (m, 3)."""
+    stride = max(int(edges.max(initial=0)), int(facets.max(initial=0))) + 1
+    ends = np.zeros(stride, bool)
+    ends[edges] = True
+    near = facet_edges(facets[ends[facets].sum(axis=1) >= 2])
     key = np.array([stride, 1])
-    return rim[~np.isin(rim @ key, at_free @ key)]
+    return np.isin(np.sort(edges, axis=1) @ key, np.sort(near, axis=1) @ key)
 
 
 def ears(crack: np.ndarray, on_front: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from given_cracks import over_grid
 from models import voronoi
 from scipy.spatial import cKDTree
 
@@ -131,12 +132,8 @@ def test_a_part_that_passes_by_a_corner_of_the_box_is_left_out():
 def roof(beside, slope, profile):
     """Two planes whose kink, z = 10 at a slope in the plane, passes y = 0 `beside` the edge x = 20."""
     x = np.linspace(-1, 21, 12)
-    rows = [np.column_stack([x, y + (20 - beside - x) * slope, z + 0 * x]) for y, z in profile]
-    a = (np.arange(2)[:, None] * len(x) + np.arange(len(x) - 1)).ravel()
-    b = a + len(x)
-    return np.concatenate(rows), np.concatenate(
-        [np.stack([a, b, a + 1], 1), np.stack([a + 1, b, b + 1], 1)]
-    )
+    y, z = (column[:, None] + 0 * x for column in np.array(profile).T)
+    return over_grid(x + 0 * y, y + (20 - beside - x) * slope, z)
 
 
 OPEN = ((14.0, -1.0), (0.0, 10.0), (8.0, 14.0))
