@@ -193,9 +193,10 @@ def split_all(
     """Split those of `edges` (e, 2) that are over limits.split, in `order`, where their halves are sound.
 
     A half may score `share` of its parent. It lies in the parent, or goes onto the input's crack or front,
-    so volumes, distances and lengths are not asked for.
+    so volumes, distances, lengths and gaps are not asked for: a front stayed a chord where its arc comes
+    nearer to a face.
     """
-    limits = limits._replace(longest=np.inf, drift=np.inf, distance=np.inf)
+    limits = limits._replace(longest=np.inf, drift=np.inf, distance=np.inf, gap=0.0)
     return gradation.repeat(name, split_pass, len(order), limits, edges, order, (share,))
 
 

@@ -1,4 +1,4 @@
-"""Edges are short in gaps between the front of one crack and another crack, and nowhere else."""
+"""Edges are short in gaps between the front of a crack and another crack or a face, and nowhere else."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from given_cracks import over_grid
 
 from craftmesh.gradation.gaps import LEAST, PER_GAP, short_in_gaps
 from craftmesh.sizing.sizing import FREE_GROWTH, Sizing
-from craftmesh.types import CRACK, Surface
+from craftmesh.types import CRACK, INTERFACE, Surface
 
 N = 6
 
@@ -29,6 +29,14 @@ def beside(gap: float, turn: float = 0.0):
     """Move a square by its edge and a gap along x, and turn it about the line of its near edge."""
     c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     return lambda p: np.stack([N + gap + c * p[:, 0], p[:, 1], s * p[:, 0]], axis=1)
+
+
+def in_a_box(crack: Surface) -> Surface:
+    """Return a crack with a facet of a boundary far off: the box reaches from x = 0 on around it."""
+    corners = np.array([[0.0, -20, -20], [20, 30, -20], [20, 30, 20]])
+    facets = np.concatenate([crack.facets, len(crack.points) + np.arange(3)[None]])
+    sides, kind = np.concatenate([crack.sides, [[1, 2]]]), np.concatenate([crack.kind, [INTERFACE]])
+    return sheet(facets, sides, kind, np.concatenate([crack.points, corners]))
 
 
 def uniform(l_min: float = 1.0) -> Sizing:
@@ -70,3 +78,23 @@ def test_a_crack_that_meets_another_in_a_line_has_its_lengths():
     sizing = uniform()
     joined = Surface(both.points, new[both.facets], both.sides, both.kind)
     assert short_in_gaps(joined, sizing) is sizing
+
+
+@pytest.mark.parametrize("turn", [0.0, 30.0, 60.0])
+@pytest.mark.parametrize("gap", [0.2, 0.03])
+def test_edges_are_short_between_a_front_and_a_face_of_the_box(gap, turn):
+    surface = in_a_box(squares(lambda p: beside(gap, turn)(p) - [N, 0, 0]))
+    found = short_in_gaps(surface, uniform())
+    inner = np.array([[gap / 2, y, 0.0] for y in np.arange(1.0, N)])
+    assert (found.at(inner) >= PER_GAP * gap).all()
+    assert (found.at(inner) <= (PER_GAP + FREE_GROWTH) * gap + 1e-9).all()
+    assert (found.at(inner + [4.0, 0, 0]) > PER_GAP * gap + 3.5 * FREE_GROWTH).all()
+
+
+@pytest.mark.parametrize("shift, slope", [(0.0, 0.0), (1.01 / PER_GAP, 0.0), (0.0, 0.3)])
+def test_a_front_on_a_face_far_from_it_or_that_runs_down_to_it_steeply_has_its_lengths(shift, slope):
+    def move(points: np.ndarray) -> np.ndarray:
+        return points + np.outer(shift + slope * points[:, 1], [1.0, 0, 0])
+
+    sizing = uniform()
+    assert short_in_gaps(in_a_box(squares(move)), sizing) is sizing

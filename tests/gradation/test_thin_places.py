@@ -5,16 +5,22 @@ import pytest
 from few_facets import sheet
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from models import voronoi
 from structured_box import structured_box
 from unchanged import OPEN
 
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.gradation.gaps import PER_GAP
 from craftmesh.gradation.gradate import CRACK_FACETS, SOUND_ANGLE, gradate
 from craftmesh.gradation.passes import Gradation, filled_grid, split_all
 from craftmesh.gradation.state import make_state
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.sizing.sizing import Sizing
+from craftmesh.remeshing.remesh import remesh
+from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.facet_shape import angle_score, score_of_angle
 from craftmesh.types import CRACK, Surface
 
@@ -96,6 +102,23 @@ def test_a_mouth_that_hardly_leaves_an_edge_of_the_box_goes_onto_it():
     points = gradated.points[np.unique(gradated.facets[gradated.kind == CRACK])]
     off = (points[:, 0] - points[:, 1] + 0.02 * (points[:, 2] - 4)) / np.sqrt(2)
     assert np.abs(off).max() <= CRACK_FACETS
+
+
+def test_a_front_beside_a_face_is_split_onto_its_arc_that_is_nearer_to_the_face_than_its_chords():
+    surface, _ = remesh(voronoi(3, 10, (20, 20, 20)))
+    options = CrackOptions(centre=(10, 8 + 0.0175, 10), normal=(0, 0, 1), radius=8.0)
+    crack = prescribed_crack(options, 0, surface.box)
+    front = np.concatenate([densify(crack.points[line], 0.3) for line in crack.fronts])
+    sizing = Sizing(0.7, 1.0, 3.0, 2.0, 8.0, 1.0, front)
+    inserted, _ = insert_crack(surface, crack, sizing)
+    gradated, _ = gradate(inserted, sizing, crack=crack)
+    assert not check_surface(gradated)
+    ends = gradated.points[front_edges(gradated)]
+    length, gap = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), ends[..., 1].max(axis=1)
+    near = gap < 0.05
+    assert near.sum() >= 2
+    # twice, as lengths grow by half the distance between their places; a chord of 0.64 stayed, 15 gaps long
+    assert (length[near] <= 2 * PER_GAP * gap[near]).all()
 
 
 def sliver_widths(surface) -> np.ndarray:
