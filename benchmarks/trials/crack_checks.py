@@ -11,7 +11,7 @@ from trials.deck_file import DeckFile
 from trials.distances import area_within, to_polylines, to_segments, to_sheet, told
 from trials.drawing import Drawn
 from trials.sheets import Sheet, samples
-from trials.verdict import NO_FRONT, OUTSIDE
+from trials.verdict import FRONT, NO_FRONT, OUTSIDE
 
 AT_EDGE = 0.1  # l_min squared of a crack nearer than LIGAMENT to two faces: half of that beside two l_min
 FACE_BAND = 0.2  # l_min: a crack this near a face over a part of its area may be refused
@@ -75,8 +75,13 @@ def _on_box(points: np.ndarray, box: np.ndarray) -> np.ndarray:
 
 
 def _missing(case: Drawn, ends: np.ndarray, l_min: float) -> float:
-    """Return the largest distance, in l_min, of the given front inside the material from the deck's."""
+    """Return the largest distance, in l_min, of the given front inside the material from the deck's.
+
+    Where it is as near to a face of the box as a node of the front may be off, it may end there.
+    """
     given = inner_front(case.sheet, case.voxels)
+    gaps = np.abs(given[:, None] - case.voxels.box).min(axis=(1, 2))
+    given = given[gaps > FRONT * l_min]
     if not len(given):
         return 0.0
     return float(to_segments(given, ends[:, 0], ends[:, 1]).max() / l_min)

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from craftmesh.cracks.mouths import ON_FACE
 from craftmesh.cracks.triangulated import boundary_loops, split_boundary_edge, with_fronts
 from craftmesh.surface.measure import unit_normals
 from craftmesh.types import Crack
@@ -30,8 +31,8 @@ def ending_on_faces(sheet: Crack, box: np.ndarray, l_min: float) -> Crack:
     """Return a sheet whose fronts end on the faces of the box (2, 3) that they graze; l_min in model units.
 
     Points of a front within TAKEN of a face, along the crack, go past it, and those within twice that give
-    way, so that the front comes down to the face twice as steeply. A front with the crack between itself
-    and the face stays.
+    way, so that the front comes down to the face twice as steeply. One that is nowhere TAKEN from the face
+    that both its ends are on goes past it whole. A front with the crack between itself and the face stays.
     """
     for axis in range(3):
         for upper in (0, 1):
@@ -49,6 +50,10 @@ def _ending_on_face(sheet: Crack, face: _Face, box: np.ndarray, l_min: float) ->
     fronts, steps = [], []
     for front in sheet.fronts:
         ways = _ways(points, triangles, front, face)
+        if _is_bare(points[front], ways, face, l_min):
+            fronts.append(front)
+            steps.append(_past(points[front], ways, face, l_min))
+            continue
         grazing = _grazing(points[front], ways, face, l_min)
         points, triangles, front, edge = _refined(points, triangles, front, grazing, STEP * l_min)
         fronts.append(front)
@@ -96,6 +101,21 @@ def _grazing(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> n
         run[run == run[-1]] = 0
     long = np.bincount(run, (length / times)[edge])[run] > GRAZING * l_min
     return np.bincount(edge, near & long, len(length)) > 0
+
+
+def _is_bare(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> bool:
+    """Tell whether a front (k, 3), ends aside, is nowhere TAKEN from the face that both its ends are on."""
+    gaps = face.out - line @ face.outward
+    ends = np.abs(gaps[[0, -1]]) <= ON_FACE * l_min
+    return bool(ends.all() and (gaps < TAKEN * l_min).all() and (ways != 0).any(axis=1).all())
+
+
+def _past(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> np.ndarray:
+    """Return the steps of a front's points (k, 3), ends aside, by which they go TAKEN past the face."""
+    gaps = face.out - line @ face.outward
+    steps = (gaps + TAKEN * l_min)[:, None] * np.concatenate([ways, ways[-1:]])
+    steps[[0, -1]] = 0.0
+    return steps
 
 
 def _refined(

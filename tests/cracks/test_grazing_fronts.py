@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from given_cracks import over_grid
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -10,7 +11,8 @@ from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.sheets import sheets
-from craftmesh.cracks.triangulated import ON_PLANE
+from craftmesh.cracks.triangulated import ON_PLANE, crack_from_triangles
+from craftmesh.cracks.within_box import area_within
 from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.types import Crack
 
@@ -61,6 +63,32 @@ def test_a_front_that_grazes_a_face_ends_on_it(gap, degrees, axis, top):
 def test_a_front_that_stays_away_or_crosses_the_face_is_as_it_was(gap):
     sheet = penny(gap)
     assert ending_on_faces(sheet, BOX, L_MIN) is sheet
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    low=st.floats(0.1, 0.9),
+    degrees=st.floats(8.0, 90.0),
+    width=st.floats(2.0, 6.0),
+    axis=st.integers(0, 2),
+)
+def test_a_front_that_dips_to_just_above_the_face_between_two_ends_goes_past_it_whole(
+    low, degrees, width, axis
+):
+    """At small angles it is farther from the face along the crack than a node may be off."""
+    x = np.linspace(-2, 22, 97)
+    gap = low * TAKEN * L_MIN * np.clip(1 - (2 * (x - 10) / width) ** 2, -4, None)
+    along = np.stack([gap / np.sin(np.radians(degrees)), np.full(len(x), 6.0)])
+    y, z = 3 + np.cos(np.radians(degrees)) * along, np.sin(np.radians(degrees)) * along
+    points, triangles = over_grid(np.broadcast_to(x, y.shape), y, z)
+    sheet = crack_from_triangles(np.roll(points, axis, axis=1), triangles, None, BOX)
+    assert len(sheet.fronts) == 2
+    ended = ending_on_faces(sheet, BOX, L_MIN)
+    (front,) = ended.fronts
+    assert np.allclose(ended.points[front][:, (axis + 2) % 3], 6.0 * np.sin(np.radians(degrees)))
+    assert area_within(ended, BOX) - area_within(sheet, BOX) == pytest.approx(
+        2 / 3 * width * gap.max() / np.sin(np.radians(degrees)), rel=0.05
+    )
 
 
 def test_a_front_that_the_crack_itself_parts_from_the_face_stays():
