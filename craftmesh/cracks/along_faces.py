@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from craftmesh.cracks.kinks_along_faces import refuse_kinks
 from craftmesh.cracks.mouths import FLATTEST, LIGAMENT, ON_FACE, refuse_mouths, refuse_ribbons
 from craftmesh.cracks.within_box import area_within, clipped, is_in, polygon_area, tilts
 from craftmesh.errors import CraftmeshError
@@ -42,6 +43,7 @@ def refuse_along_faces(crack: Crack, box: np.ndarray, l_min: float) -> None:
         _refuse_slivers(crack, box, l_min)
         refuse_mouths(crack, box, l_min)
         refuse_ribbons(crack, box, l_min)
+        refuse_kinks(crack, box, l_min)
         return
     part = max(found, key=lambda one: one.area)
     if part.least <= ON_FACE * l_min:

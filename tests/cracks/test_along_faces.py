@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from given_cracks import wavy_disc
+from given_cracks import over_grid, wavy_disc
 from structured_box import structured_box
 
 from craftmesh.cli import main
@@ -153,6 +153,30 @@ def test_a_front_along_a_face_is_refused_but_not_one_that_ends_there():
     square[2, 0] = 8.0
     slanted = crack_from_triangles(square, [[0, 1, 2], [0, 2, 3]], None, box)
     refuse_along_faces(slanted, box, 1.0)
+
+
+def roof(beside: float, slope: float, rise: float = 8.0):
+    """A crack kinked along a line beside x = 0, whose sides go inward from there."""
+    y, profile = np.linspace(-1, 21, 12), np.array([[14.0, -1.0], [0.0, 10.0], [rise, 14.0]])
+    x = profile[:, :1] + beside * L_MIN + slope * (y - 10)
+    z = np.broadcast_to(profile[:, 1:], x.shape)
+    return crack_from_triangles(*over_grid(x, np.broadcast_to(y, x.shape), z), None, BOX)
+
+
+@pytest.mark.parametrize("beside, slope", [(0.14, 0.0), (0.01, 0.005), (-0.05, 0.0), (0.0, 0.01)])
+def test_a_kink_along_a_face_is_refused(beside, slope):
+    with pytest.raises(CraftmeshError, match="a kink of the crack runs along the box face XMIN"):
+        refuse_along_faces(roof(beside, slope), BOX, L_MIN)
+
+
+@pytest.mark.parametrize("beside, slope", [(0.16, 0.0), (-0.11, 0.0), (0.0, 0.05), (10.0, 0.0)])
+def test_a_kink_away_from_a_face_or_across_it_passes(beside, slope):
+    refuse_along_faces(roof(beside, slope), BOX, L_MIN)
+
+
+def test_a_kink_along_a_face_with_one_side_outward_passes():
+    """The crack crosses the face there once, as one without a kink does."""
+    refuse_along_faces(roof(0.02, 0.0, rise=-8.0), BOX, L_MIN)
 
 
 def test_a_crack_that_cuts_next_to_nothing_off_a_corner_of_the_box_lies_outside():
