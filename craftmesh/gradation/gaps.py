@@ -14,10 +14,9 @@ from craftmesh.types import CRACK, Surface
 
 # Times the gap. Of 48 pairs of discs that touch or nearly do nine had 2 to 16 flat tets; in five of them
 # the front ran 0.03 l_min beside the other crack, and none is left there. With 6 they were as sound, with
-# more tets over an aspect ratio of 5. Of 26 discs whose front
-# comes to 0.012 to 0.08 l_min from a face, at 25, 50 and 90 degrees to it, twelve had 1 to 7 where nothing
-# else makes edges short there, and none is left; where the sizing does for strips the least dihedral angles
-# rise from 5 to 11 degrees to 7 to 14.
+# more tets over an aspect ratio of 5. Of 26 discs whose fronts come to 0.012 to 0.08 l_min from a face, at
+# 25, 50 and 90 degrees to it, twelve had 1 to 7 where nothing else makes edges short there, and none is
+# left; where the sizing does for strips the least dihedral angles rise from 5 to 11 degrees to 7 to 14.
 PER_GAP = 4.0
 LEAST = 0.1  # of l_min: edges in gaps are no shorter
 
