@@ -7,7 +7,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from craftmesh.cracks.kinks_along_faces import refuse_kinks
-from craftmesh.cracks.mouths import FLATTEST, LIGAMENT, ON_FACE, refuse_mouths, refuse_ribbons
+from craftmesh.cracks.mouths import FACES, FLATTEST, LIGAMENT, ON_FACE, refuse_mouths, refuse_ribbons
 from craftmesh.cracks.within_box import area_within, clipped, is_in, polygon_area, tilts
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import meets_box
@@ -65,19 +65,18 @@ def _refuse_fronts(crack: Crack, box: np.ndarray, l_min: float) -> None:
     """Raise CraftmeshError where a front leaves a ligament to a face that is too narrow to be meshed."""
     start, end = np.swapaxes(crack.points[crack.front_edges], 0, 1)
     length = np.linalg.norm(end - start, axis=1)
-    for axis in range(3):
-        for upper in (0, 1):
-            a, b = (np.abs(x[:, axis] - box[upper, axis]) for x in (start, end))
-            share = np.clip((LIGAMENT * l_min - np.minimum(a, b)) / np.maximum(np.abs(b - a), 1e-300), 0, 1)
-            along = (share * length).sum()
-            if along > LIGAMENT_LENGTH * l_min:
-                face, least = BOX_PLANES[2 * axis + upper], np.minimum(a, b).min()
-                raise CraftmeshError(
-                    f"the crack's front runs {least:.3g} from the box face {face} over a length of "
-                    f"{along:.3g}, which leaves a ligament too thin to mesh; expected 0.1 l_min, which is "
-                    f"{LIGAMENT * l_min:.3g}: move the front inward by {LIGAMENT * l_min - least:.3g}, or "
-                    "past the face, where the crack then ends"
-                )
+    for axis, upper in FACES:
+        a, b = (np.abs(x[:, axis] - box[upper, axis]) for x in (start, end))
+        share = np.clip((LIGAMENT * l_min - np.minimum(a, b)) / np.maximum(np.abs(b - a), 1e-300), 0, 1)
+        along = (share * length).sum()
+        if along > LIGAMENT_LENGTH * l_min:
+            face, least = BOX_PLANES[2 * axis + upper], np.minimum(a, b).min()
+            raise CraftmeshError(
+                f"the crack's front runs {least:.3g} from the box face {face} over a length of "
+                f"{along:.3g}, which leaves a ligament too thin to mesh; expected 0.1 l_min, which is "
+                f"{LIGAMENT * l_min:.3g}: move the front inward by {LIGAMENT * l_min - least:.3g}, or "
+                "past the face, where the crack then ends"
+            )
 
 
 def _refuse_slivers(crack: Crack, box: np.ndarray, l_min: float) -> None:

@@ -51,13 +51,13 @@ def _ending_on_face(sheet: Crack, face: _Face, box: np.ndarray, l_min: float) ->
     for front in sheet.fronts:
         ways = _ways(points, triangles, front, face)
         if _is_bare(points[front], ways, face, l_min):
-            fronts.append(front)
-            steps.append(_past(points[front], ways, face, l_min))
-            continue
-        grazing = _grazing(points[front], ways, face, l_min)
-        points, triangles, front, edge = _refined(points, triangles, front, grazing, STEP * l_min)
+            step = _past(points[front], ways, face, l_min)
+        else:
+            grazing = _grazing(points[front], ways, face, l_min)
+            points, triangles, front, edge = _refined(points, triangles, front, grazing, STEP * l_min)
+            step = _steps(points[front], ways[edge], grazing[edge], face, reach)
         fronts.append(front)
-        steps.append(_steps(points[front], ways[edge], grazing[edge], face, reach))
+        steps.append(step)
     if not any(step.any() for step in steps):
         return sheet
     lines = []

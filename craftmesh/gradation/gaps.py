@@ -1,12 +1,12 @@
 """Gaps between the front of a crack and another crack, or a face of the box: edges are short there."""
 
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 
 from craftmesh.sizing.local_lengths import where_short
 from craftmesh.sizing.sizing import Sizing
+from craftmesh.sizing.strips import FACES
 from craftmesh.surface.connectivity import edge_sides, joined, unique_edges
 from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges
@@ -52,11 +52,11 @@ def _beside_cracks(surface: Surface, edges: np.ndarray) -> list[tuple[np.ndarray
 
 def _beside_faces(surface: Surface, edges: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the places and gaps where front edges (k, 2) are beside a face of the box."""
-    found = []
-    for axis, upper in product(range(3), (0, 1)):
-        gaps = np.abs(surface.points[:, axis] - surface.box[upper, axis])
-        at = _along(surface.points[edges[(gaps[edges] > 0).all(axis=1)]])
-        found.append(_narrow(at, np.abs(at[..., axis] - surface.box[upper, axis])))
+    box, at, found = surface.box, _along(surface.points[edges]), []
+    for axis, upper in FACES:
+        gaps = np.abs(at[..., axis] - box[upper, axis])
+        apart = (gaps > 0).all(axis=1)
+        found.append(_narrow(at[apart], gaps[apart]))
     return found
 
 
