@@ -78,16 +78,15 @@ def insert_crack(
             reports.append(numbers)
             continue
         least = least_length(_ends(sheet, box), target, sizing)
-        unit = sizing.l_min if isinstance(sizing, Sizing) else least
-        refuse_along_faces(sheet, box, unit)
+        refuse_along_faces(sheet, box, least)
         parts = heights_of(sheet, box)
         for part in parts:
-            given = Given(part, box, least, unit)
+            given = Given(part, box, least)
             surface, numbers = _with_part(surface, given, target, options, progress)
             reports.append(numbers)
         if len(parts) > 1:
             fronts = fronts_of(before, crack)
-            surface, reports[-1] = _as_one(surface, fronts, (least, unit), reports[-1])
+            surface, reports[-1] = _as_one(surface, fronts, least, reports[-1])
     progress(1.0, "done")
     return surface, _total(reports)
 
@@ -103,16 +102,14 @@ def _total(reports: list[dict[str, int | float]]) -> dict[str, int | float]:
 
 
 def _as_one(
-    surface: Surface, fronts: Fronts, lengths: tuple[float, float], last: dict[str, int | float]
+    surface: Surface, fronts: Fronts, least: float, last: dict[str, int | float]
 ) -> tuple[Surface, dict[str, int | float]]:
     """Return the surface with a sheet's parts as one crack, and the last part's numbers for all of it.
 
-    lengths: the least target length, and the unit of `Given`. Raises CraftmeshError where its front is far
-    off the given ones.
+    Raises CraftmeshError where its front is far off the given ones.
     """
-    least, unit = lengths
     surface = without_fins(surface, fronts, least)
-    places, times = misfit_of_fronts(surface, fronts, unit)
+    places, times = misfit_of_fronts(surface, fronts, least)
     refuse_gross(places, times)
     numbers = numbers_of(surface, int(last["crack_facets_outside_material"]))
     return surface, last | numbers | {"crack_off_times": max(times, last["crack_off_times"])}
@@ -128,7 +125,7 @@ def _with_part(
     """Return the surface with a part of a crack in it."""
     sheet, least = sheet_of(given.crack, surface.box), given.least
     best = soundest(
-        prepared(surface, sheet, given.unit),
+        prepared(surface, sheet, given.least),
         sheet,
         given,
         options,
@@ -203,12 +200,11 @@ def _ends(sheet: Crack, box: np.ndarray) -> np.ndarray:
 
 
 def least_length(ends: np.ndarray, target: SizeAt, sizing: Lengths | None) -> float:
-    """Return the least target length at the points (n, 3) of a crack's fronts, or at all of one without.
+    """Return the length of which a crack may be off in shares: l_min, or the least target at its ends (n, 3).
 
-    A `Sizing` says no less than its l_min, though strips beside faces of the box may have shorter edges.
+    The targets of a `Sizing` may be far longer at a crack whose front lies outside the box.
     """
-    least = float(target(ends).min())
-    return max(least, sizing.l_min) if isinstance(sizing, Sizing) else least
+    return sizing.l_min if isinstance(sizing, Sizing) else float(target(ends).min())
 
 
 def _front_and_traces(

@@ -47,8 +47,11 @@ def lay_kinks(
         arc = np.concatenate([arc, old_arc])
         order = np.argsort(arc, kind="stable")
         row = np.concatenate([len(walls.uv) + np.arange(len(uv)), old])[order]
+        arc = arc[order]
+        if line.is_ring:
+            row, arc = np.append(row, row[0]), np.append(arc, arc[0] + line.length)
         pairs = np.stack([row[:-1], row[1:]], axis=1)
-        near = np.diff(arc[order]) < JOINED * size_at(points[pairs].mean(axis=1))
+        near = np.diff(arc) < JOINED * size_at(points[pairs].mean(axis=1))
         pairs = pairs[near & walls.let_through(points, pairs, NARROW * least)]
         patch, made = add_lines(patch, uv, pairs)
         laid.append(made)
@@ -74,15 +77,15 @@ def _stops(line: shapely.LineString, walls: "_Walls", size_at: SizeInPlane) -> n
     There are none on stretches that leave the chords between their points.
     """
     least = float(size_at(shapely.get_coordinates(line)).min())
-    arc = np.linspace(0, line.length, 1 + int(np.ceil(line.length / (STEP * least))))
-    places = shapely.line_interpolate_point(line, arc)
+    steps = np.linspace(0, line.length, 1 + int(np.ceil(line.length / (STEP * least))))
+    places = shapely.line_interpolate_point(line, steps)
     uv = shapely.get_coordinates(places)
     size = size_at(uv)
     clear = walls.are_clear_of(places, CLEAR * size)
     ends = np.flatnonzero(np.diff(np.concatenate([[False], clear, [False]]).astype(int))).reshape(-1, 2)
     stops = [np.zeros(0)]
     for start, end in ends:
-        run, wishes = arc[start:end], 1 / size[start:end]
+        run, wishes = steps[start:end], 1 / size[start:end]
         total = np.concatenate([[0.0], np.cumsum((wishes[1:] + wishes[:-1]) / 2 * np.diff(run))])
         inner = total[-1]
         count = max(int(round(inner)), 0)
@@ -95,7 +98,9 @@ def _stops(line: shapely.LineString, walls: "_Walls", size_at: SizeInPlane) -> n
         off = np.linalg.norm(chords - uv[start:end], axis=1)
         if (off <= BEND * size[start:end])[within].all():
             stops.append(found)
-    return np.concatenate(stops)
+    arc = np.concatenate(stops)
+    is_twice = line.is_ring and len(arc) > 1 and arc[0] == 0 and arc[-1] == line.length
+    return arc[:-1] if is_twice else arc
 
 
 class _Walls(NamedTuple):

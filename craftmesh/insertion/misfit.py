@@ -42,11 +42,11 @@ class Misfit(NamedTuple):
 class Given:
     """A crack in a box (2, 3) as it is given; what is inserted is held to it.
 
-    least: the least target length on its fronts; unit: of which it may be off in shares, the least of all.
+    least: the length of which it may be off in shares.
     """
 
-    def __init__(self, crack: Crack, box: np.ndarray, least: float, unit: float) -> None:
-        self.crack, self.least, self.unit = crack, least, unit
+    def __init__(self, crack: Crack, box: np.ndarray, least: float) -> None:
+        self.crack, self.least = crack, least
         self.look = NearSheet(crack, box)
         self.area = area_within(crack, box)
 
@@ -63,13 +63,13 @@ class Given:
         front = front_of(own, free.astype(np.int64))
         nodes = points[np.unique(front)]
         times = np.concatenate([off / FACETS_OFF, self._off_front(nodes) / FRONT_OFF]) / (
-            MARGIN * self.unit
+            MARGIN * self.least
         )
         bad, most = np.concatenate([places, nodes])[times > 1], float(times.max(initial=0.0))
         if fills_box(surface):
             area = inserted.hidden + total_area(points, own)
             segments = segments_of(points[front], self._off_front(points[front].mean(axis=1)))
-            by = area_off(area, self.area, segments, self.unit)
+            by = area_off(area, self.area, segments, self.least)
             if by > 1 and not len(bad):
                 bad = middles[count == 1]
             most = max(most, by)
@@ -79,10 +79,10 @@ class Given:
         return np.linalg.norm(self.look.nearest_on_front(places) - places, axis=1)
 
 
-def misfit_of_fronts(surface: Surface, fronts: Fronts, unit: float) -> Misfit:
-    """Return where nodes of all fronts in a surface are off the given ones; unit as in Given."""
+def misfit_of_fronts(surface: Surface, fronts: Fronts, least: float) -> Misfit:
+    """Return where nodes of all fronts in a surface are off the given ones; least as in Given."""
     nodes = surface.points[np.unique(front_edges(surface))]
-    times = fronts.off(nodes) / (MARGIN * FRONT_OFF * unit)
+    times = fronts.off(nodes) / (MARGIN * FRONT_OFF * least)
     return Misfit(nodes[times > 1], float(times.max(initial=0.0)))
 
 

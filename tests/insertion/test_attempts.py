@@ -47,7 +47,7 @@ def made(model, crack) -> Inserted:
 
 @pytest.fixture(scope="module")
 def given(crack) -> Given:
-    return Given(crack, BOX, L_MIN, L_MIN)
+    return Given(crack, BOX, L_MIN)
 
 
 def with_point_moved(made: Inserted, point: int, way: np.ndarray) -> Inserted:

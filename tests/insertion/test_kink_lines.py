@@ -88,3 +88,13 @@ def test_a_kink_is_joined_past_a_corner_that_is_off_it():
     patch, laid = lay_kinks(patch_with_a_trace(), kink((-1, 2.6), (7, 2.6)), even(0.5), 0.5)
     assert not (laid == ON_KINK).any()
     assert shapely.distance(shapely.linestrings(patch.uv[laid]), shapely.Point(3, 2.6)).min() < 1e-12
+
+
+@pytest.mark.parametrize("corner", [(1, 3), (2.3, 3.1)])
+def test_a_kink_that_closes_is_a_ring_of_points_once_each(corner):
+    x, y = corner
+    ring = ((x, y), (x + 2, y), (x + 2, y + 2), (x, y + 2), (x, y))
+    patch, laid = lay_kinks(patch_with_a_trace(), kink(*ring), even(0.5), 0.5)
+    new = patch.uv[7 : patch.used[0]]
+    assert len(np.unique(new.round(9), axis=0)) == len(new) == len(laid)
+    assert (np.bincount(laid.ravel())[7:] == 2).all()

@@ -11,6 +11,9 @@ from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.sheet import ON_CRACK, Sheet, sheet_of
 from craftmesh.insertion.snap import onto_crack
+from craftmesh.sizing.sizing import SizingOptions
+from craftmesh.sizing.sources import Defects, sizing_around
+from craftmesh.types import CRACK
 
 BOX = np.array([[0.0, 0.0, 0.0], [20.0, 20.0, 20.0]])
 
@@ -61,3 +64,18 @@ def test_neighbours_on_a_line_that_the_crack_crosses_at_a_small_angle_both_go_on
     off = np.abs((result.points - options.centre) @ normal)
     near = np.linalg.norm(result.points - options.centre, axis=1) < 2.0
     assert near.sum() > 10 and not ((off[near] > 1e-9) & (off[near] < 0.1)).any()
+
+
+def test_a_crack_that_parts_the_body_is_on_its_plane_however_long_the_lengths_are_away_from_it():
+    """Without a front in the box all lengths are l_max, of which a share was taken for on the crack."""
+    surface, _ = structured_box((8, 8, 8), lambda places: 1 + (places[:, 0] > 4))
+    normal = np.array([1.0, 1.0, 1.0]) / np.sqrt(3)
+    crack = prescribed_crack(
+        CrackOptions(centre=(1.5, 2.0, 1.9), normal=tuple(normal), radius=90.0), 0, surface.box
+    )
+    options = SizingOptions(l_min=0.7, l0=1.0, l_max=60.0, r0=4.0, r1=8.0)
+    sizing = sizing_around(Defects(crack), surface, options)
+    result, _ = insert_crack(surface, crack, sizing)
+    nodes = result.points[np.unique(result.facets[result.kind == CRACK])]
+    assert len(nodes) > 10
+    assert np.abs((nodes - [1.5, 2.0, 1.9]) @ normal).max() < 0.05 * 0.7
