@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> None:
     increment = arguments.increment
     box, edge, grid = body_of(arguments.volume)
     heights = options_from(arguments, WayOptions).insertion == "cut"
-    l_min, cracks, reports = l_min_of(options_from(arguments, SizingOptions), edge), [], {}
+    lengths, cracks, reports = options_from(arguments, SizingOptions), [], {}
     given = options_of(arguments)
     for number, options in enumerate(given, 1):
         if options.shape == IN_BOUNDARIES:
@@ -72,7 +72,8 @@ def run(arguments: argparse.Namespace) -> None:
             cracks.append(crack_of_increment(options, increment, box, surface, heights))
         reports[f"crack_{number}"] = report
     of_facets = [number for number, options in enumerate(given) if options.shape == IN_BOUNDARIES]
-    crack = meshable(cracks, box, l_min, of_facets)
+    is_guess = lengths.l_min is None and lengths.l0 is None
+    crack = meshable(cracks, box, l_min_of(lengths, edge), of_facets, is_guess)
     if arguments.previous:
         refuse_shrunk(crack, read_crack(arguments.previous), increment)
     write_crack(arguments.output, crack)

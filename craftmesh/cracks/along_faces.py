@@ -31,15 +31,16 @@ class AlongFace(NamedTuple):
     area: float
 
 
-def refuse_along_faces(crack: Crack, box: np.ndarray, l_min: float) -> None:
+def refuse_along_faces(crack: Crack, box: np.ndarray, l_min: float, fronts_too: bool = True) -> None:
     """Raise CraftmeshError where the crack, its front, or all of it runs along faces of the box (2, 3).
 
-    l_min in model units.
+    l_min in model units. fronts_too: also where only a front does.
     """
     box = np.asarray(box, float)
     found = along_faces(crack, box, l_min)
     if not found:
-        _refuse_fronts(crack, box, l_min)
+        if fronts_too:
+            _refuse_fronts(crack, box, l_min)
         _refuse_slivers(crack, box, l_min)
         refuse_mouths(crack, box, l_min)
         refuse_ribbons(crack, box, l_min)

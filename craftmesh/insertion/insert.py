@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from craftmesh.cracks.along_faces import refuse_along_faces
+from craftmesh.cracks.grazing_fronts import ending_on_faces
 from craftmesh.cracks.sheets import heights_of, sheets
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.attempts import refuse_gross, soundest
@@ -78,6 +79,7 @@ def insert_crack(
             reports.append(numbers)
             continue
         least = least_length(_ends(sheet, box), target, sizing)
+        sheet = ending_on_faces(sheet, box, least, only_whole=True)
         refuse_along_faces(sheet, box, least)
         parts = heights_of(sheet, box)
         for part in parts:
@@ -200,7 +202,7 @@ def _ends(sheet: Crack, box: np.ndarray) -> np.ndarray:
 
 
 def least_length(ends: np.ndarray, target: SizeAt, sizing: Lengths | None) -> float:
-    """Return the length of which a crack may be off in shares: l_min, or the least target at its ends (n, 3).
+    """Return of what length a crack may be off in shares: l_min, or the least target at its ends (n, 3).
 
     The targets of a `Sizing` may be far longer at a crack whose front lies outside the box.
     """

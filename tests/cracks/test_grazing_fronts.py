@@ -91,6 +91,38 @@ def test_a_front_that_dips_to_just_above_the_face_between_two_ends_goes_past_it_
     )
 
 
+@settings(max_examples=20, deadline=None)
+@given(
+    low=st.floats(0.05, 0.9),
+    slope=st.floats(-1e-4, 1e-4),
+    degrees=st.floats(8.0, 172.0),
+    turn=st.floats(-30.0, 30.0),
+    axis=st.integers(0, 2),
+)
+def test_a_front_along_the_whole_of_a_face_goes_past_it_and_the_crack_parts_the_body(
+    low, slope, degrees, turn, axis
+):
+    """It ends on two other faces, along which the crack's end has to go, however they meet it."""
+    x = np.linspace(-5, 25, 61)
+    gap = low * TAKEN * L_MIN * np.clip(1 + slope * (x - 10) * 20, 0.5, 1.1)
+    deep = np.full(len(x), 5.0)
+    along = np.stack([gap, deep]) / np.sin(np.radians(degrees))
+    lean = x + np.tan(np.radians(turn)) * np.stack([0 * x, deep])
+    y, z = 10 + np.cos(np.radians(degrees)) * along, np.stack([gap, deep])
+    points, triangles = over_grid(lean, y, z)
+    sheet = crack_from_triangles(np.roll(points, axis, axis=1), triangles, None, BOX)
+    plane = (axis + 2) % 3
+    (line,) = [one for one in sheet.fronts if sheet.points[one][:, plane].max() < 1]
+    ended = meshable([sheet], BOX, L_MIN)
+    assert all(ended.points[front][:, plane].min() > 1 for front in ended.fronts)
+    widened = area_within(ended, BOX) - area_within(sheet, BOX)
+    x, gaps = sheet.points[line][:, axis], sheet.points[line][:, plane]
+    narrow = abs(np.trapezoid(gaps, x)) / np.sin(np.radians(degrees))
+    assert widened == pytest.approx(narrow, rel=1e-3)
+    again = ending_on_faces(ended, BOX, L_MIN, only_whole=True)
+    assert again is ended
+
+
 def test_a_front_that_the_crack_itself_parts_from_the_face_stays():
     """The crack comes through the face and ends just inside: its front stays where it was given."""
     sheet = penny(-2 * RADIUS / L_MIN + 0.01)
