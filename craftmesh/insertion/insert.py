@@ -170,7 +170,7 @@ def _cut(
     cut: CutSurface, sheet: Sheet, creases: Creases, least: float, options: InsertOptions
 ) -> CutSurface:
     """Return the surface with all its facets cut along the crack, points near by moved onto it."""
-    cut = taken_at_box_edges(snap_to_crack(cut, sheet, options), sheet, least)
+    cut = taken_at_box_edges(snap_to_crack(cut, sheet, options), sheet, least, options)
     if sheet.planar:
         return with_phi(cut_along(cut, sheet), sheet)
     for _ in range(BULGES):

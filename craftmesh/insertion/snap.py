@@ -25,9 +25,11 @@ OFF_CRACK = 0.005  # of the local size: points of a crack there is may go this f
 # degrees to the face. With 0.1, that is 18, a boundary 0.06 l_min from a crack at 12 stayed beside its
 # mouth; the ribbon between them had 7 flat tets and 1.4 % over an aspect ratio of 5, now none and 0.7 %.
 STEEP = 0.01
-# Of the least length, of the 0.05 that facets may be off: ribbons 0.006 and 0.015 wide towards a corner of
-# the box had flat tetrahedra, and of 15 planes through one, at 7 to 31 degrees, two, now none.
-AT_BOX_EDGE = 0.03
+# Of options.snap times the least length, which makes 0.03 of the 0.05 that facets may be off: ribbons 0.006
+# and 0.015 wide towards a corner of the box had flat tetrahedra, and of 15 planes through one, at 7 to 31
+# degrees, two, now none. The tips that a chip off an edge of the box loses by it were 0.7 % of a crack of
+# 10 l_min^2; with half of snap, the choice where an area is off, they are a quarter.
+AT_BOX_EDGE = 0.15
 
 
 def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
@@ -68,7 +70,9 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
     return _moved(surface, targets, reach, options) if len(left) else surface
 
 
-def taken_at_box_edges(surface: CutSurface, sheet: Sheet, least: float) -> CutSurface:
+def taken_at_box_edges(
+    surface: CutSurface, sheet: Sheet, least: float, options: InsertOptions
+) -> CutSurface:
     """Return the surface with points of the box's edges that the crack passes barely beside as on it.
 
     Such a point finds no place on the crack along its edge, and a ribbon of the face would stay beside it.
@@ -76,7 +80,7 @@ def taken_at_box_edges(surface: CutSurface, sheet: Sheet, least: float) -> CutSu
     """
     planes = box_planes(surface)
     with np.errstate(invalid="ignore"):
-        near = (_distances(surface, sheet) <= AT_BOX_EDGE * least) & (surface.psi != 0)
+        near = (_distances(surface, sheet) <= AT_BOX_EDGE * options.snap * least) & (surface.psi != 0)
     rows = np.flatnonzero(near & (planes.sum(axis=1) == 2))
     psi = surface.psi.copy()
     psi[rows[sheet.rim.inside(sheet.uv(surface.points[rows])) > 0]] = 0.0

@@ -54,9 +54,10 @@ def test_facets_that_are_off_the_crack_may_stay_or_come_nearer(given, leaves):
     """The hub goes from 0.1 to -0.1, which is farther from the crack, as far off, or nearer to it."""
     state, references = prepared(hollow(0.1), given_as(hollow(given)))
     star = star_at(references[0], 0)
-    assert not leaves_crack(references[0], star, 0.02)
+    limit = 0.04  # FAR times this is more than what the eighths next to the hub are off
+    assert not leaves_crack(references[0], star, limit)
     state.mesh.points[star.tip, 2] = -0.1
-    assert leaves_crack(references[0], star, 0.02) == leaves
+    assert leaves_crack(references[0], star, limit) == leaves
 
 
 @pytest.mark.parametrize("bound, leaves", [(0.07, True), (0.09, True), (0.11, False)])
