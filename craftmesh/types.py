@@ -13,6 +13,8 @@ from craftmesh.errors import CraftmeshError
 INTERFACE = 0
 CRACK = 7
 BOX_PLANES = ("XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX")
+# The faces of a box in the same order: across which axis, and whether the upper one.
+BOX_FACES = tuple((axis, upper) for axis in range(3) for upper in (0, 1))
 
 
 def _array(owner: str, name: str, value: ArrayLike, dtype: DTypeLike, shape: tuple) -> np.ndarray:

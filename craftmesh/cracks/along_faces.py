@@ -7,11 +7,11 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from craftmesh.cracks.kinks_along_faces import refuse_kinks
-from craftmesh.cracks.mouths import FACES, FLATTEST, LIGAMENT, ON_FACE, refuse_mouths, refuse_ribbons
+from craftmesh.cracks.mouths import FLATTEST, LIGAMENT, ON_FACE, refuse_mouths, refuse_ribbons
 from craftmesh.cracks.within_box import area_within, clipped, is_in, polygon_area, tilts
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import meets_box
-from craftmesh.types import BOX_PLANES, Crack
+from craftmesh.types import BOX_FACES, BOX_PLANES, Crack
 
 # Of four random cracks below NEAR or 3 degrees two ended with 4 and 11 % poor tets, two in no mesh.
 NEAR = 0.2  # of l_min: a crack nearer than this to a face leaves room for flat tets alone
@@ -66,7 +66,7 @@ def _refuse_fronts(crack: Crack, box: np.ndarray, l_min: float) -> None:
     """Raise CraftmeshError where a front leaves a ligament to a face that is too narrow to be meshed."""
     start, end = np.swapaxes(crack.points[crack.front_edges], 0, 1)
     length = np.linalg.norm(end - start, axis=1)
-    for axis, upper in FACES:
+    for axis, upper in BOX_FACES:
         a, b = (np.abs(x[:, axis] - box[upper, axis]) for x in (start, end))
         share = np.clip((LIGAMENT * l_min - np.minimum(a, b)) / np.maximum(np.abs(b - a), 1e-300), 0, 1)
         along = (share * length).sum()

@@ -7,7 +7,7 @@ import numpy as np
 from craftmesh.cracks.mouths import ON_FACE
 from craftmesh.cracks.triangulated import boundary_loops, split_boundary_edge, with_fronts
 from craftmesh.surface.measure import unit_normals
-from craftmesh.types import Crack
+from craftmesh.types import BOX_FACES, Crack
 
 # Of l_min: a front nearer than this to a face, along the crack, ends there. A front node may be 0.02 off
 # its curve.
@@ -35,11 +35,10 @@ def ending_on_faces(sheet: Crack, box: np.ndarray, l_min: float, only_whole: boo
     goes past it whole. A front with the crack between itself and the face stays. only_whole: so does one
     that does not go past whole, as one that was ended before has to.
     """
-    for axis in range(3):
-        for upper in (0, 1):
-            outward = (2.0 * upper - 1.0) * np.eye(3)[axis]
-            face = _Face(outward, float(outward @ box[upper]))
-            sheet = _ending_on_face(sheet, face, box, l_min, only_whole)
+    for axis, upper in BOX_FACES:
+        outward = (2.0 * upper - 1.0) * np.eye(3)[axis]
+        face = _Face(outward, float(outward @ box[upper]))
+        sheet = _ending_on_face(sheet, face, box, l_min, only_whole)
     return sheet
 
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from craftmesh.cracks.mouths import FACES
 from craftmesh.cracks.within_box import tilts
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import edge_sides, unique_edges
-from craftmesh.types import BOX_PLANES, Crack
+from craftmesh.types import BOX_FACES, BOX_PLANES, Crack
 
 # Of l_min: a kink nearer than this to a face, on the inner side of it, leaves a ligament of flat tets: two
 # along a face had 10 and 16 of them 0.1 from it, 81 and more 0.017 to 0.03 from it, none from 0.15 on.
@@ -28,7 +27,7 @@ def refuse_kinks(crack: Crack, box: np.ndarray, l_min: float) -> None:
     """
     edges, sides, of_corner = _hinges(crack.triangles)
     steep = tilts(crack)[sides // 3].min(axis=1)
-    for axis, upper in FACES:
+    for axis, upper in BOX_FACES:
         inward = 1 - 2 * upper
         depth = inward * (crack.points[:, axis] - box[upper, axis])
         kinks = (depth[of_corner].min(axis=1) > depth[edges].max(axis=1)) & (steep[:, axis] >= STEEP)

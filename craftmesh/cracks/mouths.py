@@ -1,13 +1,11 @@
 """Mouths of a crack that no room for tetrahedra is beside: flat to their face, or along another one."""
 
-from itertools import product
-
 import numpy as np
 
 from craftmesh.cracks.within_box import clipped, tilts
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import meets_box
-from craftmesh.types import BOX_PLANES, Crack
+from craftmesh.types import BOX_FACES, BOX_PLANES, Crack
 
 # Degrees: a crack that ends at a face makes a wedge of this angle at least. A tet is flat under 5 degrees,
 # and those of a wedge's second row are flatter than it is: of three random cracks over 2 to 4 l_min^2 of
@@ -25,14 +23,13 @@ LEAST_MOUTH = 1.0
 RIBBON_LENGTH = 2.0
 AT_EDGE = 0.015
 ON_FACE = 1e-6  # of l_min: a part this near a face reaches it
-FACES = tuple(product(range(3), (0, 1)))  # of the box: across which axis, and whether the upper one
 
 
 def refuse_mouths(crack: Crack, box: np.ndarray, l_min: float) -> None:
     """Raise CraftmeshError where a mouth on a face is at less than FLATTEST over more than LEAST_MOUTH."""
     rows = np.flatnonzero(meets_box(crack.points[crack.triangles], box))
     corners, angles = crack.points[crack.triangles[rows]], tilts(crack)[rows]
-    for axis, upper in FACES:
+    for axis, upper in BOX_FACES:
         flat = _passing(corners, box[upper, axis], axis) & (angles[:, axis] < FLATTEST)
         along = float(_lengths(_mouth(corners[flat], box, (axis, upper), l_min)).sum())
         if along > LEAST_MOUTH * l_min:
@@ -48,7 +45,7 @@ def refuse_ribbons(crack: Crack, box: np.ndarray, l_min: float) -> None:
     """Raise CraftmeshError where a mouth on a face leaves a ribbon to another that is too narrow."""
     corners = crack.points[crack.triangles]
     corners = corners[meets_box(corners, box)]
-    for axis, upper in FACES:
+    for axis, upper in BOX_FACES:
         passing = _passing(corners, box[upper, axis], axis)
         mouth = _mouth(corners[passing], box, (axis, upper), l_min)
         for other in (k for k in range(3) if k != axis):

@@ -6,11 +6,10 @@ import numpy as np
 
 from craftmesh.sizing.local_lengths import where_short
 from craftmesh.sizing.sizing import Sizing
-from craftmesh.sizing.strips import FACES
 from craftmesh.surface.connectivity import edge_sides, joined, unique_edges
 from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges
-from craftmesh.types import CRACK, Surface
+from craftmesh.types import BOX_FACES, CRACK, Surface
 
 # Times the gap. Of 48 pairs of discs that touch or nearly do nine had 2 to 16 flat tets; in five of them
 # the front ran 0.03 l_min beside the other crack, and none is left there. With 6 they were as sound, with
@@ -53,7 +52,7 @@ def _beside_cracks(surface: Surface, edges: np.ndarray) -> list[tuple[np.ndarray
 def _beside_faces(surface: Surface, edges: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the places and gaps where front edges (k, 2) are beside a face of the box."""
     box, at, found = surface.box, _along(surface.points[edges]), []
-    for axis, upper in FACES:
+    for axis, upper in BOX_FACES:
         gaps = np.abs(at[..., axis] - box[upper, axis])
         apart = (gaps > 0).all(axis=1)
         found.append(_narrow(at[apart], gaps[apart]))

@@ -12,7 +12,6 @@ from craftmesh.sizing.local_lengths import where_short
 from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.sizing.strips import (
     AT_CORNER,
-    FACES,
     PER_WIDTH,
     ROUNDING,
     SHORTEST_IN_SLIVERS,
@@ -22,7 +21,7 @@ from craftmesh.sizing.strips import (
     meets_face,
 )
 from craftmesh.surface.connectivity import edge_sides, unique_edges
-from craftmesh.types import Crack
+from craftmesh.types import BOX_FACES, Crack
 
 # Of l_min: folds farther from a face leave room enough. Along a fold 3.9 l_min from one, edges of 9.7 in
 # place of 12 l_min brought 4 flat tetrahedra where there had been none.
@@ -43,7 +42,7 @@ def fold_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField |
     places = np.concatenate(parts)
     rounding = ROUNDING * np.ptp(box)
     places = places[((places >= box[0] - rounding) & (places <= box[1] + rounding)).all(axis=1)]
-    found = [_beside(places, folds, box, face, NEAR * sizing.l_min) for face in FACES]
+    found = [_beside(places, folds, box, face, NEAR * sizing.l_min) for face in BOX_FACES]
     points, widths = (np.concatenate(columns) for columns in zip(*found))
     lengths = np.maximum(PER_WIDTH * widths, SHORTEST_IN_SLIVERS * sizing.l_min)
     return where_short(points, lengths, sizing)

@@ -14,7 +14,7 @@ from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.local_lengths import where_short
 from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.surface.measure import meets_box, unit_normals
-from craftmesh.types import Crack
+from craftmesh.types import BOX_FACES, Crack
 
 # Of a strip's width: its edges. A kinked disc .6 l_min from a face, with edges of 4.5 l_min, had 1.06 %
 # of its tets over an aspect ratio of 5; with 3 of the width .12 %, with 2.5 .06 %, for 9 % more tets.
@@ -50,7 +50,6 @@ ROUNDING = 1e-9
 STEP = 0.2
 
 Face = tuple[int, int]
-FACES: list[Face] = [(axis, upper) for axis in range(3) for upper in (0, 1)]
 
 
 def strip_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField | None:
@@ -60,25 +59,25 @@ def strip_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField 
     sliver SHORTEST_IN_SLIVERS.
     """
     box = np.asarray(box, float)
-    near = {face: _near_face(crack, box, sizing, face) for face in FACES}
-    cuts = {face: _cuts(near[face], box, face) for face in FACES}
-    mouths = {face: cuts[face][0] for face in FACES}
-    beside = {face: _beside(near[face], cuts[face][1], sizing.l_min) for face in FACES}
+    near = {face: _near_face(crack, box, sizing, face) for face in BOX_FACES}
+    cuts = {face: _cuts(near[face], box, face) for face in BOX_FACES}
+    mouths = {face: cuts[face][0] for face in BOX_FACES}
+    beside = {face: _beside(near[face], cuts[face][1], sizing.l_min) for face in BOX_FACES}
     fronts = [densify(crack.points[front], STEP * sizing.l_min) for front in crack.fronts]
-    found = [_over_face(near[face], mouths[face], box, face, sizing.l_min) for face in FACES]
+    found = [_over_face(near[face], mouths[face], box, face, sizing.l_min) for face in BOX_FACES]
     found += [
         _between_mouths(near[one], (mouths[one], mouths[other]), box, (one, other))
-        for one, other in combinations(FACES, 2)
+        for one, other in combinations(BOX_FACES, 2)
         if one[0] != other[0]
     ]
     slivers = [
         _between_mouth_and_edge(
             near[one], beside[one], (mouths[one], mouths[other]), box, (one, other), sizing.l_min
         )
-        for one, other in permutations(FACES, 2)
+        for one, other in permutations(BOX_FACES, 2)
         if one[0] != other[0]
     ]
-    slivers += [_under_front(near[face], mouths[face], fronts, box, face) for face in FACES]
+    slivers += [_under_front(near[face], mouths[face], fronts, box, face) for face in BOX_FACES]
     parts = []
     for places, shortest in ((found, SHORTEST), (slivers, SHORTEST_IN_SLIVERS)):
         points, widths = (np.concatenate(columns) for columns in zip(*places))
