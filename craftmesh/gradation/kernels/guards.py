@@ -13,6 +13,7 @@ from craftmesh.gradation.kernels.crack_guard import leaves_crack, leaves_front
 from craftmesh.gradation.kernels.facet_grid import GONE, insert_facet
 from craftmesh.gradation.kernels.gap_guard import narrows_gap
 from craftmesh.gradation.kernels.intersections import star_intersects
+from craftmesh.gradation.kernels.order_guard import breaks_order
 from craftmesh.gradation.kernels.star import add_star, look_around, old_facet, shape_refusal
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
@@ -60,13 +61,21 @@ def refusal(state, grid, limits, star, floor):
     if limits.wedge < np.inf and sharpens_wedge(state, star, limits.wedge):
         return WEDGE
     near, reach = look_around(state, grid, star, state.star_corners, star.moved, limits.gap)
-    if near < 0 or star_intersects(grid, state.points, state.facets, near, state.star_corners, star.moved):
+    if near < 0 or _passes_through(state, grid, star, near):
         return INTERSECTION
     if limits.gap > 0.0 and narrows_gap(state, grid, star, near, reach, limits.gap):
         return GAP
     state.pending[0] = grains
     state.pending[1] = loose
     return DONE
+
+
+@kernel
+def _passes_through(state, grid, star, near):
+    """Tell whether a new facet meets another, or comes past one that it has an edge with."""
+    if star_intersects(grid, state.points, state.facets, near, state.star_corners, star.moved):
+        return True
+    return breaks_order(state, star)
 
 
 @kernel
