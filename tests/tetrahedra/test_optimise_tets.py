@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
@@ -11,8 +11,8 @@ from craftmesh.mesh.poor import LARGEST_DIHEDRAL, LEAST_DIHEDRAL, LEAST_SHAPE_FA
 from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volumes
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, link_tets, new_scratch
 from craftmesh.tetrahedra.kernels.tet_cavity_filling import insert_in_cavity, join_in_cavity
-from craftmesh.tetrahedra.kernels.tet_insertion import contract, insert_on_edge
-from craftmesh.tetrahedra.kernels.tet_passes import aspect_swap_pass
+from craftmesh.tetrahedra.kernels.tet_insertion import LONGEST, contract, insert_on_edge
+from craftmesh.tetrahedra.kernels.tet_passes import CONTRACTIONS, aspect_contraction_pass, aspect_swap_pass
 from craftmesh.tetrahedra.kernels.tet_quality import (
     FACTOR_SCALE,
     FORM,
@@ -25,6 +25,7 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     aspect_ratio_at,
     quality_of,
 )
+from craftmesh.tetrahedra.kernels.tet_sum_contractions import CONTRACTION_FALL, contract_for_sum
 from craftmesh.tetrahedra.kernels.tet_sum_swaps import FALL, SumAim, remove_edge_for_sum
 from craftmesh.tetrahedra.kernels.tet_swaps import remove_edge, remove_face
 from craftmesh.tetrahedra.optimise_tets import _result, new_state, optimise_tets
@@ -301,6 +302,59 @@ def test_swaps_for_aspect_leave_blocked_facets():
     blocked = np.array(sorted(sorted(face) for face in gone))
     kept = faces_of(_result(swapped_for_aspect(3, blocked)[3], frozen)[1])
     assert all(kept[face] == 2 for face in gone)
+
+
+def crowded_ball(seed):
+    """A random mesh with more points inside than it has room for, and its state for contractions."""
+    points, tets, frozen = random_ball(seed)
+    state = new_state(points, tets, frozen, np.zeros((0, 3)), np.full(len(points), 0.7))
+    all_qualities(state.points, state.tets, len(tets), state.quality, VOLUME_LENGTH)
+    return points, tets, frozen, state
+
+
+def plain_contraction(points, tets, v, floor, reference, reach):
+    """Plain reference: the least excess after a contraction of v, and the excess before."""
+    star = tets[(tets == v).any(axis=1)]
+    excess = []
+    for w in np.setdiff1d(star, v):
+        new = np.where(star == v, w, star)[(star != w).all(axis=1)]
+        others = np.setdiff1d(new, w)
+        if np.linalg.norm(points[others] - points[w], axis=1).max() > reach:
+            continue
+        if quality(points, new, VOLUME_LENGTH).min() > floor:
+            excess.append((aspect_ratios(points, new) - reference).sum())
+    return min(excess, default=np.inf), (aspect_ratios(points, star) - reference).sum()
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 10**6))
+def test_a_contraction_for_aspect_is_the_best_of_all_and_lowers_the_sum(seed):
+    points, tets, frozen, _ = crowded_ball(seed)
+    assume(tet_volumes(points, tets).min() > 1e-8)
+    reference, floor, done = aspect_ratios(points, tets).mean(), 0.1, 0
+    for v in range(frozen, len(points)):
+        state = crowded_ball(seed)[3]
+        best, before = plain_contraction(points, tets, v, floor, reference, LONGEST * 0.7)
+        contracted = contract_for_sum(state, v, SumAim(VOLUME_LENGTH, floor, reference), new_scratch())
+        assert contracted == (best < before - CONTRACTION_FALL)
+        if contracted:
+            new, better = _result(state, frozen)
+            after = (aspect_ratios(new, better) - reference).sum()
+            assert after == pytest.approx((aspect_ratios(points, tets) - reference).sum() + best - before)
+            assert boundary(better) == boundary(tets) and len(new) == len(points) - 1
+            done += 1
+    event(f"{min(done, 3)} contractions or more")
+
+
+def test_contractions_for_aspect_leave_the_surface_and_are_counted():
+    points, tets, frozen, state = crowded_ball(1)
+    work, mean = new_scratch(), aspect_ratios(points, tets).mean()
+    aspect_contraction_pass(state, SumAim(VOLUME_LENGTH, 0.0, mean), np.arange(len(points)), work)
+    new, better = _result(state, frozen)
+    assert 0 < work.done[CONTRACTIONS] == len(points) - len(new)
+    assert aspect_ratios(new, better).mean() < mean
+    assert boundary(better) == boundary(tets) and tet_volumes(new, better).min() > 0
+    assert new[:frozen].tobytes() == points[:frozen].tobytes()
 
 
 def fans(ring):

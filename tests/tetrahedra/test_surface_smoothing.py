@@ -13,7 +13,7 @@ from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.poor import is_flat, is_poor
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import mean_edges, side_volumes
-from craftmesh.surface.vertex_classes import ON_INTERFACE, vertex_classes
+from craftmesh.surface.vertex_classes import AT_JUNCTION, ON_INTERFACE, ON_LINE, vertex_classes
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
 from craftmesh.tetrahedra.opening_stages import is_stretched
@@ -72,11 +72,13 @@ def test_points_stay_in_their_plane_and_lines_and_volumes_stay():
     surface, tets = shaken_box(0)
     found = smoothed_surface(surface, tets)
     before, after = surface.points, found.surface.points
-    for plane in (0.0, 2.0, float(CELLS)):
+    for plane in (0.0, float(CELLS)):
         assert (after[before == plane] == plane).all()
-    inside = vertex_classes(surface).rank == ON_INTERFACE
+    assert (after[before[:, 0] == 2.0, 0] == 2.0).all()
+    rank = vertex_classes(surface).rank
     moved = (after != before).any(axis=1)
-    assert moved[inside].mean() > 0.5 and not moved[~inside].any()
+    assert moved[rank == ON_INTERFACE].mean() > 0.5 and moved[rank == ON_LINE].mean() > 0.5
+    assert not moved[rank == AT_JUNCTION].any()
     assert found.report["surface_points_moved"] == moved.sum()
     moves = np.linalg.norm(after - before, axis=1)
     assert found.report["largest_move"] == moves.max()
@@ -84,6 +86,20 @@ def test_points_stay_in_their_plane_and_lines_and_volumes_stay():
     assert (moves <= REACH * mean_edges(surface.points, edges) * (1 + 1e-12)).all()
     volumes = [side_volumes(at, surface.facets, surface.sides) for at in (before, after)]
     assert volumes[0] == pytest.approx(volumes[1], rel=1e-12)
+
+
+def test_points_where_a_line_is_bent_stay_and_interior_points_beside_the_surface_move():
+    surface, tets = shaken_box(3)
+    bent = int(np.flatnonzero((surface.points == [2.0, 2.0, 0.0]).all(axis=1))[0])
+    assert vertex_classes(surface).rank[bent] == ON_LINE
+    points = surface.points.copy()
+    points[bent, 0] += 0.4
+    found = smoothed_surface(replace(surface, points=points), tets)
+    assert (found.surface.points[bent] == points[bent]).all()
+    inner = [np.concatenate([one.interior for one in each]) for each in (tets, found.grain_tets)]
+    moved = (inner[0] != inner[1]).any(axis=1)
+    beside = ((inner[0] < 1.5) | (inner[0] > CELLS - 1.5)).any(axis=1) | (abs(inner[0][:, 0] - 2.0) < 1.5)
+    assert moved[beside].mean() > 0.5 and not moved[~beside].any()
 
 
 def test_the_crack_and_bent_places_stay():

@@ -7,6 +7,7 @@ from craftmesh.tetrahedra.kernels.tet_insertion import CLIMB_STEPS, contract, in
 from craftmesh.tetrahedra.kernels.tet_lightening import lighten
 from craftmesh.tetrahedra.kernels.tet_quality import Aim
 from craftmesh.tetrahedra.kernels.tet_smoothing import smooth_aspect, smooth_worst
+from craftmesh.tetrahedra.kernels.tet_sum_contractions import contract_for_sum
 from craftmesh.tetrahedra.kernels.tet_sum_swaps import remove_edge_for_sum
 from craftmesh.tetrahedra.kernels.tet_swaps import GAIN, remove_edge, remove_face
 
@@ -42,6 +43,14 @@ def aspect_swap_pass(state, aim, order, work):
             if remove_edge_for_sum(state, t, edge, aim, work):
                 work.done[EDGE_REMOVALS] += 1
                 break
+
+
+@kernel
+def aspect_contraction_pass(state, aim, order, work):
+    """Contract each interior point in `order` if the sum of aspect ratio less the reference falls."""
+    for v in order:
+        if not state.frozen[v] and state.tet_of[v] >= 0:
+            work.done[CONTRACTIONS] += contract_for_sum(state, v, aim, work)
 
 
 @kernel
