@@ -148,7 +148,9 @@ class Surface:
     @property
     def box(self) -> np.ndarray:
         """(2, 3) lower and upper corner of the box around the facets."""
-        corners = self.points[self.facets].reshape(-1, 3)
+        used = np.zeros(len(self.points), bool)
+        used[self.facets] = True
+        corners = self.points[used]
         return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
     @property

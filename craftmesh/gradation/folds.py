@@ -73,14 +73,18 @@ def short_beside_folds(surface: Surface, sizing: Sizing) -> Sizing:
     plain, parted = patches(surface), folded_patches(surface)
     if len(parted.first_facet) == len(plain.first_facet):
         return sizing
-    edges, of_corner, _, is_line = feature_edges(surface, parted.of_facet)
-    is_fold = is_line & ~feature_edges(surface, plain.of_facet).is_feature
-    is_line &= ~is_fold
+    at_crack = np.zeros(len(surface.points), bool)
+    at_crack[surface.facets[surface.kind == CRACK]] = True
+    near = at_crack[surface.facets].sum(axis=1) > 1
+    beside = Surface(surface.points, surface.facets[near], surface.sides[near], surface.kind[near])
+    edges, of_corner, _, is_line = feature_edges(beside, parted.of_facet[near])
+    is_fold = is_line & ~feature_edges(beside, plain.of_facet[near]).is_feature
+    is_line &= ~is_fold & at_crack[edges].all(axis=1)
     on_fold, on_line = np.zeros((2, len(surface.points)), bool)
     on_fold[edges[is_fold]], on_line[edges[is_line]] = True, True
-    crack = np.flatnonzero(surface.kind == CRACK)
+    crack = np.flatnonzero(beside.kind == CRACK)
     edge = of_corner[crack].ravel()
-    apex = np.roll(surface.facets[crack], -2, axis=1).ravel()
+    apex = np.roll(beside.facets[crack], -2, axis=1).ravel()
     across = (is_fold[edge] & on_line[apex] & ~on_fold[apex]) | (
         is_line[edge] & on_fold[apex] & ~on_line[apex]
     )

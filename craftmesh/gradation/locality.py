@@ -18,7 +18,7 @@ def spatially_sorted(surface: Surface) -> Surface:
     new = np.empty(len(order), surface.facets.dtype)
     new[order] = np.arange(len(order), dtype=new.dtype)
     facets = new[surface.facets]
-    rows = np.argsort(facets.min(axis=1, initial=np.iinfo(new.dtype).max), kind="stable")
+    rows = np.argsort(np.minimum.reduce(facets.T), kind="stable")
     return Surface(surface.points[order], facets[rows], surface.sides[rows], surface.kind[rows])
 
 

@@ -19,6 +19,7 @@ from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.make_room import make_room
 from craftmesh.gradation.state import Guards, Mesh, State
 from craftmesh.sizing.sizing import Sizing
+from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets, relative_lengths, score_of_angle
 from craftmesh.surface.kernels.hinges import SHARP_COSINE
 
@@ -57,6 +58,14 @@ class Limits(NamedTuple):
     in_strips: bool = False  # whether poor halves of facets between two lines keep no edge whole
 
 
+class Swapped(NamedTuple):
+    """The surface after a pass of swaps, and those limits of the pass that swaps ask for."""
+
+    limits: Limits
+    points: np.ndarray  # (v, 3)
+    facets: np.ndarray  # (f, 3)
+
+
 @dataclass
 class Gradation:
     """The state and its grid, with the counts of what was done; passes replace both as they grow."""
@@ -66,6 +75,7 @@ class Gradation:
     done: dict[str, int]
     # (v, 3): where the vertices were when their sizes were set last
     sized: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    swapped: "Swapped | None" = None
     # to the state and the grid, for kernels; None before they are asked for
     references: tuple[Any, Any] | None = None
 
@@ -95,7 +105,7 @@ class Gradation:
         living, points = self.living_vertices(), self.mesh.points
         known = living < len(self.sized)
         stays = known.copy()
-        stays[known] = (points[living[known]] == self.sized[living[known]]).all(axis=1)
+        stays[known] = _are_equal(points[living[known]], self.sized[living[known]])
         moved = living[~stays]
         self.mesh.size[moved] = sizing.at(points[moved])
         self.sized = points[: self.mesh.used[0]].copy()
@@ -201,11 +211,39 @@ def split_all(
 
 
 def swap_all(gradation: Gradation, limits: Limits) -> int:
-    """Swap edges inside patches, however long the new ones are, until hardly any gains."""
-    edges, feature = gradation.edges()
-    edges = edges[~feature]
+    """Swap edges inside patches, however long the new ones are, until hardly any gains.
+
+    After a pass of the same limits, only edges of facets that have changed since are looked at.
+    """
     limits = limits._replace(longest=np.inf)
-    return gradation.repeat("swapped_edges", swap_pass, len(edges), limits, edges, ())
+    asked = limits._replace(collapse=0.0, split=0.0, floor=0.0, gain=0.0, merge_points=False)
+    edges = edges_to_swap(gradation, asked)
+    done = gradation.repeat("swapped_edges", swap_pass, len(edges), limits, edges, ())
+    mesh = gradation.mesh
+    gradation.swapped = Swapped(asked, mesh.points.copy(), mesh.facets.copy())
+    return done
+
+
+def edges_to_swap(gradation: Gradation, limits: Limits) -> np.ndarray:
+    """Return the edges (e, 2) inside patches that a pass of swaps has not seen as they are now."""
+    last, mesh = gradation.swapped, gradation.mesh
+    if last is None or last.limits != limits:
+        edges, feature = gradation.edges()
+        return edges[~feature]
+    n, m = min(len(last.points), len(mesh.points)), min(len(last.facets), len(mesh.facets))
+    moved = np.ones(len(mesh.points), bool)
+    moved[:n] = ~_are_equal(mesh.points[:n], last.points[:n])
+    changed = np.ones(len(mesh.facets), bool)
+    changed[:m] = ~_are_equal(mesh.facets[:m], last.facets[:m])
+    a, b, c = mesh.facets.T
+    changed |= moved[a] | moved[b] | moved[c]
+    facets = mesh.facets[changed & mesh.alive]
+    return unique_edges(facets)[0].astype(np.int64)
+
+
+def _are_equal(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return which rows (n, 3) are those of the other array."""
+    return (rows[:, 0] == others[:, 0]) & (rows[:, 1] == others[:, 1]) & (rows[:, 2] == others[:, 2])
 
 
 def slide_all(gradation: Gradation, limits: Limits, goal: float) -> int:

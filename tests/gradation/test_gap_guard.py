@@ -12,10 +12,19 @@ from craftmesh import Surface, gradate
 from craftmesh.gradation.cleaning import SHARPEST, collapse_sharpest, loosened
 from craftmesh.gradation.kernels.codes import DONE, GAP, INTERSECTION
 from craftmesh.gradation.kernels.collapse import collapse_edge
+from craftmesh.gradation.kernels.gaps import (
+    edge_of_area,
+    height_over,
+    is_farther,
+    is_on_one_side,
+    may_overlap,
+    unit_normal,
+)
 from craftmesh.gradation.kernels.guards import refusal
+from craftmesh.gradation.kernels.intersections import set_planes
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.gradation.kernels.swap import swap_pass
-from craftmesh.gradation.passes import LEAST_GAP, Gradation, filled_grid
+from craftmesh.gradation.passes import LEAST_GAP, Gradation, edges_to_swap, filled_grid, swap_all
 from craftmesh.surface.measure import facet_angles
 
 GUARDED = OPEN._replace(gap=LEAST_GAP)
@@ -171,3 +180,32 @@ def test_a_gradated_surface_has_no_narrow_gap_without_one_in_the_input(seed):
     after, report = gradate(case.surface, case.sizing, case.options)
     assert narrow_gaps(after, LEFT * LEAST_GAP) <= narrow_gaps(case.surface, LEAST_GAP)
     assert "gap" in report["refusals"]
+
+
+@settings(deadline=None, max_examples=200)
+@given(st.integers(0, 2**32 - 1), st.integers(0, 1), st.floats(0.01, 0.5))
+def test_quick_looks_say_no_more_than_the_whole_one(seed, shared, reach):
+    """What lies on one side of a facet cannot overlap it, what is farther is not within the share."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-1, 1, (6, 3)) * [1, 1, rng.choice([0.1, 1.0])]
+    facets, planes = np.array([[0, 1, 2], [0 if shared else 3, 4, 5]]), np.empty((4, 5))
+    set_planes(points, facets[0], planes)
+    normal = unit_normal(points, 0, 1, 2)
+    one_side = is_on_one_side(points, normal, facets[0], facets[1], reach)
+    heights = np.array([height_over(points, planes, 0, v) for v in facets[1][shared:]])
+    assert one_side == ((heights > reach).all() or (heights < -reach).all())
+    assert not (one_side and may_overlap(points, planes, 0, 1, 2, facets, 1, reach))
+    width = abs(height_over(points, planes, 0, 4)) / edge_of_area(points, 0, 1, 2)
+    assert is_farther(points, 0, 1, 2, 4, reach) == (width > reach)
+
+
+def test_later_swaps_look_at_facets_that_have_changed_alone():
+    surface = fan(7, hub=(0.1, 0.05, 0.0))
+    gradation = Gradation(prepared(surface)[0], filled_grid(prepared(surface)[0].mesh), {})
+    limits = OPEN._replace(cosine=0.5)
+    swap_all(gradation, limits)
+    assert not len(edges_to_swap(gradation, gradation.swapped.limits))
+    assert len(edges_to_swap(gradation, limits._replace(cosine=0.4))) == 7
+    gradation.mesh.points[3] *= 1.1
+    around = {tuple(edge) for edge in edges_to_swap(gradation, gradation.swapped.limits).tolist()}
+    assert around == {(0, 2), (0, 3), (0, 4), (2, 3), (3, 4)}

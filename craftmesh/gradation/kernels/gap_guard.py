@@ -11,9 +11,12 @@ from craftmesh.gradation.kernels.gaps import (
     crossing_width,
     edge_of_area,
     height_over,
+    is_farther,
     is_inside,
+    is_on_one_side,
     may_overlap,
     share_edge,
+    unit_normal,
 )
 from craftmesh.gradation.kernels.intersections import set_planes
 from craftmesh.gradation.kernels.rings import has_corner
@@ -78,11 +81,17 @@ def _narrowest(state, grid, star, near, reach, rows, count, tips, moving, share)
     planes = np.empty((4, 5))
     for i in range(count):
         if sharp:
-            set_planes(state.points, rows[i], planes)
             a, b, c = rows[i]
+            normal = unit_normal(state.points, a, b, c)
+            ready = False
             for j in range(i):
-                if share_edge(rows, j, a, b, c):
+                if share_edge(rows, j, a, b, c) or is_on_one_side(
+                    state.points, normal, rows[i], rows[j], reach
+                ):
                     continue
+                if not ready:
+                    set_planes(state.points, rows[i], planes)
+                    ready = True
                 if may_overlap(state.points, planes, a, b, c, rows, j, reach):
                     least = min(
                         least, _between(state, star, rows, count, rows[i], rows[j], planes, tips, share)
@@ -150,12 +159,15 @@ def _to_candidates(state, grid, star, near, rows, count, i, planes, tips, reach,
     z0 = min(points[a, 2], points[b, 2], points[c, 2]) - reach
     z1 = max(points[a, 2], points[b, 2], points[c, 2]) + reach
     least = WIDE
+    normal = unit_normal(points, a, b, c)
     ready = False
     for n in range(near):
         along_x = bounds[n, 0] <= x1 and bounds[n, 1] >= x0
         along_y = bounds[n, 2] <= y1 and bounds[n, 3] >= y0
         if along_x and along_y and bounds[n, 4] <= z1 and bounds[n, 5] >= z0:
             if share_edge(facets, candidate[n], a, b, c):
+                continue
+            if is_on_one_side(points, normal, corners, facets[candidate[n]], reach):
                 continue
             if not ready:
                 set_planes(points, corners, planes)
@@ -252,6 +264,8 @@ def _under_vertex(state, grid, near, moving, rows, count, reach, share):
             continue
         a, b, c = state.facets[grid.candidate[n]]
         if a == moving or b == moving or c == moving:
+            continue
+        if is_farther(points, a, b, c, moving, share * least):
             continue
         set_planes(points, state.facets[grid.candidate[n]], planes)
         if is_inside(points, planes, moving):

@@ -12,6 +12,8 @@ from craftmesh.surface.kernels.facet_shape import area_vector
 
 # The squared edge of an equilateral facet over twice its area.
 EDGE = 2.0 / np.sqrt(3.0)
+# Times a width: what is farther off than that is so whatever the rounding.
+SURELY = 1.0 + 1e-6
 
 
 @kernel
@@ -47,6 +49,47 @@ def may_overlap(points, planes, a, b, c, facets, f, reach):
             if beyond & (1 << k) and height_over(points, planes, k + 1, v) <= reach:
                 beyond &= ~(1 << k)
     return beyond == 0
+
+
+@kernel
+def unit_normal(points, a, b, c):
+    """Return the components of the unit normal of facet (a, b, c), of zero where it has no area."""
+    x, y, z = area_vector(points, a, b, c)
+    size = np.sqrt(x * x + y * y + z * z)
+    scale = 1.0 / size if size > 0.0 else 0.0
+    return x * scale, y * scale, z * scale
+
+
+@kernel
+def is_on_one_side(points, normal, corners, others, reach):
+    """Tell whether the corners that only `others` (3,) has lie over `reach` on one side of a facet's plane.
+
+    normal: of the facet of the `corners` (3,). A quick look before `may_overlap`, which decides.
+    """
+    x, y, z = normal
+    a = corners[0]
+    reach *= SURELY
+    above = False
+    below = False
+    for n in range(3):
+        v = others[n]
+        if v != a and v != corners[1] and v != corners[2]:
+            h = x * (points[v, 0] - points[a, 0]) + y * (points[v, 1] - points[a, 1])
+            h += z * (points[v, 2] - points[a, 2])
+            above = above or h > -reach
+            below = below or h < reach
+    return not (above and below)
+
+
+@kernel
+def is_farther(points, a, b, c, v, share):
+    """Tell whether `v` is surely more than `share` of its edge off the plane of facet (a, b, c)."""
+    x, y, z = area_vector(points, a, b, c)
+    size2 = x * x + y * y + z * z
+    h = x * (points[v, 0] - points[a, 0]) + y * (points[v, 1] - points[a, 1])
+    h += z * (points[v, 2] - points[a, 2])
+    # height times the size against share of the edge times the size, which is the root of EDGE size^3
+    return h * h > (SURELY * share) ** 2 * EDGE * size2 * np.sqrt(size2)
 
 
 @kernel

@@ -18,28 +18,24 @@ OPEN = -2.0
 
 
 @kernel
-def hinge_cosine(points, facets, f, g, way):
-    """Return the cosine between two facets; way: 1.0 when both run along the edge one way, else -1.0."""
-    x, y, z = area_vector(points, facets[f, 0], facets[f, 1], facets[f, 2])
-    u, v, w = area_vector(points, facets[g, 0], facets[g, 1], facets[g, 2])
-    size = np.sqrt((x * x + y * y + z * z) * (u * u + v * v + w * w))
-    return way * (x * u + y * v + z * w) / size if size > 0.0 else OPEN
-
-
-@kernel
 def sharpest_on_edge(points, facets, first, after, f, k):
     """Return the largest cosine between facet `f` and others on its edge from corner `k` to k + 1."""
     a = facets[f, k]
     b = facets[f, (k + 1) % 3]
+    x, y, z = area_vector(points, a, b, facets[f, (k + 2) % 3])
+    size2 = x * x + y * y + z * z
     largest = OPEN
     c = first[a]
     while c >= 0:
         g = c // 3
-        if g != f:
-            if facets[g, (c + 1) % 3] == b:
-                largest = max(largest, hinge_cosine(points, facets, f, g, 1.0))
-            elif facets[g, (c + 2) % 3] == b:
-                largest = max(largest, hinge_cosine(points, facets, f, g, -1.0))
+        ahead = facets[g, (c + 1) % 3]
+        behind = facets[g, (c + 2) % 3]
+        if (ahead == b or behind == b) and g != f:
+            u, v, w = area_vector(points, a, ahead, behind)
+            size = np.sqrt(size2 * (u * u + v * v + w * w))
+            if size > 0.0:
+                along = (x * u + y * v + z * w) / size
+                largest = max(largest, along if ahead == b else -along)
         c = after[c]
     return largest
 
