@@ -45,11 +45,18 @@ def front_edges(deck: DeckFile) -> np.ndarray:
     return both[(count == 2) & np.isin(np.sort(place.ravel()[both], axis=1) @ (len(deck.points), 1), alone)]
 
 
+def _front_inside(case: Drawn, deck: DeckFile, l_min: float) -> float:
+    """Return how far in l_min the given front is from the faces of the deck's box within it, at most."""
+    front = np.concatenate([_dense(line, FRONT_STEP * l_min) for line in case.sheet.fronts])
+    low, high = deck.points.min(axis=0), deck.points.max(axis=0)
+    return max(float(np.minimum(front - low, high - front).min(axis=1).max()) / l_min, 0.0)
+
+
 def check_crack(case: Drawn, deck: DeckFile, l_min: float) -> dict:
     """Return what the deck's crack keeps of the given one; lengths in l_min, areas in percent."""
     edges = front_edges(deck)
     if not len(edges):
-        return {"front_edges": 0}
+        return {"front_edges": 0, "front_inside": _front_inside(case, deck, l_min)}
     nodes = np.unique(edges)
     ends = deck.points[edges]
     at_nodes = to_polylines(deck.points[nodes], case.sheet.fronts) / l_min

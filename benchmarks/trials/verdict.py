@@ -1,5 +1,7 @@
 """What is a fault: the limits of every check, in one place."""
 
+import math
+
 FRONT = 0.02  # l_min: front nodes off the given curve
 FACET = 0.05  # l_min: nodes of the crack, and middles of its facets and edges, off the given surface
 AREA = 0.5  # percent of the given area within the box
@@ -40,7 +42,8 @@ def faults_of(row: dict) -> dict[str, str]:
     failed = [warning for warning in row["warnings"] if warning.startswith("meshing: ")]
     found: dict[str, str] = {"grain failed": failed[0]} if failed else {}
     if not row["front_edges"]:
-        if row["may_be_refused"] not in (NO_FRONT, OUTSIDE):  # others sever the body, or a corner of it
+        severed = row["may_be_refused"] in (NO_FRONT, OUTSIDE) or row.get("front_inside", math.inf) <= FRONT
+        if not severed:  # the body, or a corner of it, has no front
             found["front missing"] = "no front in the deck"
     else:
         found |= _crack_faults(row)

@@ -272,3 +272,12 @@ def no_body_is_free(mesh, load) -> bool:
         if np.linalg.matrix_rank(np.concatenate(rows)) < 6:
             return False
     return True
+
+
+@pytest.mark.parametrize("inside, faults", [(0.01, set()), (0.03, {"front missing"})])
+def test_a_front_on_a_face_may_be_missing(inside, faults):
+    counts = "front_edges wedges_made flat_unforced inverted grains_lost grains_unknown faces_over_two "
+    counts += "free_faces_unnamed named_faces_not_free lips_unpaired nodes_unused"
+    row = dict.fromkeys(counts.split(), 0) | {"outcome": "deck", "warnings": [], "drift_large_pct": 0.0}
+    row |= {"may_be_refused": "the front runs along a face", "front_inside": inside}
+    assert set(verdict.faults_of(row)) == faults
