@@ -22,6 +22,7 @@ LIGAMENT_RUN = 2.0  # l_min: fronts that only end at a face are nearer than LIGA
 ALONG_FACE = (
     6.0  # degrees: what is steeper to a face is 2 l_min from its mouth at 0.2 l_min, and only ends there
 )
+BESIDE_FACE = 15.0  # degrees: the same for what does not come to the face
 ALONG_CRACK = 15.0  # degrees between two cracks that run along each other
 NEAR_SHARE = 0.01  # of the crack's area in the box that counts as a part of it
 NEAR_AREA = 2.0  # of l_min squared, four facets: that much counts too
@@ -221,7 +222,9 @@ def _may_be_refused(case: Drawn, l_min: float) -> str | None:
         tilt = np.degrees(np.arccos(np.clip(np.abs(normals[:, axis]), 0, 1)))
         for bound in box[:, axis]:
             distance = np.abs(points[:, axis] - bound)
-            in_face = near_box & (distance < reach) & (tilt < ALONG_FACE)
+            beyond = (points[:, axis] < box[0, axis]) | (points[:, axis] > box[1, axis])
+            steepest = ALONG_FACE if (near_box & (distance < reach) & beyond).any() else BESIDE_FACE
+            in_face = near_box & (distance < reach) & (tilt < steepest)
             if in_face.sum() > enough:
                 return "in a face"
             if (near_box & (distance < l_min) & (tilt < FACE_TILT)).any():
