@@ -61,7 +61,8 @@ def smoothed_surface(surface: Surface, grain_tets: Sequence[GrainTets]) -> Smoot
     one moves, the worst of the tets round it gets no worse. After these the interior points joined to the
     surface move.
     """
-    model = Model(surface, list(grain_tets))
+    # in one order, however the grains were meshed: the last bit of a mean depends on it
+    model = Model(surface, sorted(grain_tets, key=lambda one: one.grain))
     points, tets = model.points, model.tets
     nodes, ways = _sliding(surface)
     edges = unique_edges(surface.facets.astype(np.int64))[0]
