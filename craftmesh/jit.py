@@ -1,4 +1,4 @@
-"""`kernel`: numba's njit with a cache that sees changes in callees, and one compilation for all constants.
+"""`kernel`, `lean_kernel`: numba's njit, a cache that sees changes in callees, constants compiled once.
 
 Numba's own cache compares the source of the file that holds a function. A call compiles the callee in,
 but a change of the callee, in another file, goes unseen, and old machine code runs on.
@@ -41,7 +41,23 @@ def kernel(function: Callable) -> Callable:
     The cache is where numba keeps it: in NUMBA_CACHE_DIR where that is set, else in `__pycache__` beside
     the kernel, else in the user's cache folder. Where none can be written, each process compiles anew.
     """
-    compiled: Any = njit(function)
+    return _compiled(function, counts=True)
+
+
+def lean_kernel(function: Callable) -> Callable:
+    """Like `kernel`, for a function that makes no array and returns none: it counts no references to them.
+
+    Numba else counts every array that such a function is given, at each of its ends, in memory that all
+    threads share. That took a tenth of the gradation's time. What makes an array does not compile ("NRT
+    required but not enabled"); what it calls may.
+    """
+    return _compiled(function, counts=False)
+
+
+def _compiled(function: Callable, counts: bool) -> Callable:
+    # A kernel that does not say whether it counts would do as the one that calls it.
+    options: dict[str, Any] = {"_nrt": counts}  # which numba does not document
+    compiled: Any = njit(**options)(function)
     if compiled is not function:  # as it is under NUMBA_DISABLE_JIT
         compiled.get_call_template = _without_constants(compiled.get_call_template)
         with suppress(RuntimeError):

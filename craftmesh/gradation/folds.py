@@ -24,13 +24,15 @@ PER_WIDTH = 2.5
 ASIDE = 0.05
 
 
-def folded_patches(surface: Surface) -> Patches:
+def folded_patches(surface: Surface, plain: Patches | None = None) -> Patches:
     """Return the patches of a surface, those of the crack parted where it is folded by over FOLD degrees.
+
+    plain: those that are not parted, where known.
 
     A fold that ends within a patch parts nothing. Of each patch the first part keeps its number; the others
     come after all patches, in the order of their first facets.
     """
-    plain = patches(surface)
+    plain = patches(surface) if plain is None else plain
     crack = np.flatnonzero(surface.kind == CRACK)
     if not len(crack):
         return plain
@@ -70,7 +72,8 @@ def _across(points: np.ndarray, edges: np.ndarray, apex: np.ndarray) -> np.ndarr
 
 def short_beside_folds(surface: Surface, sizing: Sizing) -> Sizing:
     """Return the sizing with edges of PER_WIDTH, l_min at least, in strips from folds to other lines."""
-    plain, parted = patches(surface), folded_patches(surface)
+    plain = patches(surface)
+    parted = folded_patches(surface, plain)
     if len(parted.first_facet) == len(plain.first_facet):
         return sizing
     at_crack = np.zeros(len(surface.points), bool)

@@ -44,22 +44,32 @@ def _with_lids(
 ) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
     """Return the facets with lids over those of the candidate vertices that may go, and which are left.
 
+    The candidates (c,) have three facets each.
     cosine (m,): of the turn that each facet may make. The third: for each vertex that goes, the rows (3,)
     of its facets, the lid's the first.
     """
-    corner_order = np.argsort(facets.ravel(), kind="stable")
-    start = np.concatenate([[0], np.cumsum(np.bincount(facets.ravel(), minlength=len(points)))])
-    near = np.isin(facets, facets[np.isin(facets, candidates).any(1)]).any(1)
-    present = {tuple(f) for f in np.sort(facets[near], axis=1)}
+    at = _facets_at(facets, candidates, len(points))
+    present = {tuple(f) for f in np.sort(facets[_facets_at(facets, facets[at], len(points))], axis=1)}
+    corners = facets[at].ravel()
+    order = np.argsort(corners, kind="stable")
+    start = np.searchsorted(corners[order], candidates)
     facets, alive, rows = facets.copy(), np.ones(len(facets), bool), {}
-    for v in candidates.tolist():
-        three = corner_order[start[v] : start[v + 1]] // 3
+    for v, first in zip(candidates.tolist(), start.tolist()):
+        three = at[order[first : first + 3] // 3]
         new = _lid(points, facets, patch, alive, three, v, present, cosine)
         if new is not None:
             facets[three[0]] = new
             alive[three[1:]] = False
             rows[v] = three
     return facets, alive, rows
+
+
+def _facets_at(facets: np.ndarray, vertices: np.ndarray, count: int) -> np.ndarray:
+    """Return the rows of the facets (m, 3) that have one of the vertices among the `count` there are."""
+    chosen = np.zeros(count, bool)
+    chosen[vertices] = True
+    a, b, c = facets.T
+    return np.flatnonzero(chosen[a] | chosen[b] | chosen[c])
 
 
 def _sharpened(

@@ -223,12 +223,11 @@ def _volumes(surface: Surface, mesh: Mesh) -> np.ndarray:
     points = surface.points
     start = points[mesh.facets[:, 0]] - points.mean(axis=0)
     swept = np.einsum("ij,ij->i", start, area_vectors(points, mesh.facets))
-    side = mesh.patch_sides[mesh.patch]
-    volume = np.zeros(int(side.max(initial=-1)) + 1)
-    for column, sign in ((0, 1 / 3), (1, -1 / 3)):
-        inside = side[:, column] >= 0
-        volume += sign * np.bincount(side[inside, column], swept[inside], minlength=len(volume))
-    return np.abs(volume)
+    count = int(mesh.patch_sides.max(initial=-1)) + 1
+    behind, ahead = (
+        np.bincount(side[mesh.patch] + 1, swept, minlength=count + 1) for side in mesh.patch_sides.T
+    )
+    return np.abs(behind / 3 - ahead / 3)[1:]
 
 
 def surface_of(state: State, surface: Surface) -> Surface:

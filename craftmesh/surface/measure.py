@@ -63,7 +63,8 @@ def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> d
     centre = points.mean(axis=0) if len(points) else np.zeros(3)
     swept = np.einsum("ij,ij->i", points[facets[:, 0]] - centre, area_vectors(points, facets)) / 3
     differs = np.ones(len(sides), bool)
-    differs[1:] = (sides[1:] != sides[:-1]).any(axis=1)
+    behind, ahead = sides.T
+    differs[1:] = (behind[1:] != behind[:-1]) | (ahead[1:] != ahead[:-1])
     labels = np.unique(sides[differs])
     index = np.searchsorted(labels, sides)
     volume = np.bincount(index[:, 0], swept, len(labels)) - np.bincount(index[:, 1], swept, len(labels))

@@ -58,10 +58,10 @@ def patches(surface: Surface) -> Patches:
     Patches are numbered in the order of their larger label, smaller label and kind.
     """
     sides = np.where(_turned(surface)[:, None], surface.sides[:, ::-1], surface.sides)
-    rows = np.column_stack([sides, surface.kind]).astype(np.int64)
-    base = int(rows.min(initial=0))
-    stride = int(rows.max(initial=0)) - base + 1
-    key = ((rows[:, 0] - base) * stride + rows[:, 1] - base) * stride + rows[:, 2] - base
+    columns = [column.astype(np.int64) for column in (*sides.T, surface.kind)]
+    base = min(int(column.min(initial=0)) for column in columns)
+    stride = max(int(column.max(initial=0)) for column in columns) - base + 1
+    key = ((columns[0] - base) * stride + columns[1] - base) * stride + columns[2] - base
     start = np.flatnonzero(np.r_[True, key[1:] != key[:-1]][: len(key)])
     _, first, patch = np.unique(key[start], return_index=True, return_inverse=True)
     of_facet = np.repeat(patch.reshape(-1), np.diff(start, append=len(key))).astype(np.int64)

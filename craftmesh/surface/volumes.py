@@ -161,6 +161,7 @@ def _guarded_step(
     before = area_vectors(points, facets)
     sharpened = wedge_guard(points, facets) if limits.keep_wedges else None
     held, attempt = np.zeros(len(points), bool), 0
+    changed = np.ones(len(facets), bool)  # what has moved since facets were looked at for intersections
     while True:
         moved = np.where(held[:, None], points, points + displacement)
         bad = spoiled_facets(moved, points, facets, limits.min_quality, limits.min_edge)
@@ -168,10 +169,12 @@ def _guarded_step(
         bad |= _turned(before, area_vectors(moved, facets))
         if sharpened is not None:
             bad |= sharpened(moved)
-        bad[intersecting_pairs(moved, facets).ravel()] = True
+        bad[intersecting_pairs(moved, facets, chosen=changed).ravel()] = True
         if not bad.any() or held.all():
             return moved, held
-        held |= vertices_around(facets, bad, max(0, attempt - PATIENCE), len(points))
+        newly = vertices_around(facets, bad, max(0, attempt - PATIENCE), len(points)) & ~held
+        held |= newly
+        changed = newly[facets].any(axis=1)
         attempt += 1
 
 

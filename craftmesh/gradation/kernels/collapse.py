@@ -20,7 +20,7 @@ from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.projection import put_on_planes
 from craftmesh.gradation.kernels.rings import is_feature
 from craftmesh.gradation.kernels.star import Star, add_star, list_edge_facets, worst_score
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import squared_distance
 
 # How far from the middle of its edge a collapse may put the vertex to keep the volumes, chosen by hand:
@@ -35,7 +35,7 @@ NEEDLE = 0.3
 KEPT_AT_NEEDLE = 0.7
 
 
-@kernel
+@lean_kernel
 def _star_of_merging(state, a, b, halfway):
     """Return the star of merging `b` into `a`, which stays or goes halfway; moved is -1 when too big."""
     tip = state.used[0] if halfway else a
@@ -52,7 +52,7 @@ def _star_of_merging(state, a, b, halfway):
     return Star(a, tip, b, moved, dying, size)
 
 
-@kernel
+@lean_kernel
 def _put_halfway(state, star):
     """Put the star's tip in the middle of the edge, moved so that the grains keep their volumes."""
     a = star.vertex
@@ -65,7 +65,7 @@ def _put_halfway(state, star):
     put_on_planes(state, state.flags[a], a, place)
 
 
-@kernel
+@lean_kernel
 def collapse(state, grid, limits, a, b, halfway):
     """Merge `b` into `a`, at a's place or halfway where the volumes are kept; return DONE or why not.
 
@@ -84,7 +84,7 @@ def collapse(state, grid, limits, a, b, halfway):
     return attempt(state, grid, limits, star, floor)
 
 
-@kernel
+@lean_kernel
 def _is_needle(state, a, b):
     """Tell whether an edge along a line of a plane of the box is far too short."""
     if state.rank[a] == 0 or state.rank[b] == 0 or not state.flags[a] & state.flags[b] & ON_PLANES:
@@ -93,7 +93,7 @@ def _is_needle(state, a, b):
     return squared_distance(state.points, a, b) < most * most
 
 
-@kernel
+@lean_kernel
 def collapse_edge(state, grid, limits, a, b):
     """Collapse edge (a, b) when its vertex classes and the topology allow it; return DONE or why not."""
     lines = state.rank[a] > 0 and state.rank[b] > 0
@@ -122,7 +122,7 @@ def collapse_edge(state, grid, limits, a, b):
     return reason
 
 
-@kernel
+@lean_kernel
 def _collapse_somehow(state, grid, limits, a, b, ends):
     """Collapse the edge halfway or onto an end that stays, whichever suits; return DONE or why not."""
     reason = DONE

@@ -11,13 +11,13 @@ from craftmesh.gradation.kernels.codes import (
     ON_PLANES,
 )
 from craftmesh.gradation.kernels.rings import edge_facets, has_corner, is_feature, third_corner
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 
 # Which end of an edge may move: neither, the second onto the first, the first onto the second, both.
 NEITHER, ONTO_A, ONTO_B, EITHER = range(4)
 
 
-@kernel
+@lean_kernel
 def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
     """Return which end of an edge may give way, and on NEITHER the reason.
 
@@ -40,7 +40,7 @@ def movable_end(rank_a, rank_b, flags_a, flags_b, feature, merge_points):
     return NEITHER, CONSTRAINT
 
 
-@kernel
+@lean_kernel
 def end_on_box_edge(flags_a, flags_b):
     """Return which end of an edge between a box edge and the crack's mouth beside it may give way.
 
@@ -53,7 +53,7 @@ def end_on_box_edge(flags_a, flags_b):
     return NEITHER
 
 
-@kernel
+@lean_kernel
 def closes_thin_end(state, a, b):
     """Tell whether the edge inside a patch, between two of its border lines, is next to where these meet.
 
@@ -72,7 +72,7 @@ def closes_thin_end(state, a, b):
     return _lines_may_join(state, a, b, u if _between_lines(state, a, b, u) else v)
 
 
-@kernel
+@lean_kernel
 def _lines_may_join(state, a, b, tip):
     """Tell whether edges (a, tip) and (b, tip) may become one, no side having over two facets on it."""
     for end, other in ((a, b), (b, a)):
@@ -87,7 +87,7 @@ def _lines_may_join(state, a, b, tip):
     return True
 
 
-@kernel
+@lean_kernel
 def _between_lines(state, a, b, u):
     facets, patch, first, after = state.facets, state.patch, state.first, state.after
     if state.rank[u] == 0:
@@ -95,7 +95,7 @@ def _between_lines(state, a, b, u):
     return is_feature(facets, patch, first, after, a, u) and is_feature(facets, patch, first, after, b, u)
 
 
-@kernel
+@lean_kernel
 def _facets_of_side(state, a, b, u, side):
     """Return how many facets on edge (a, u), but not at `b`, bound the side."""
     count = 0
@@ -110,7 +110,7 @@ def _facets_of_side(state, a, b, u, side):
     return count
 
 
-@kernel
+@lean_kernel
 def link_refusal(state, a, b, closing, merge_points):
     """Return why merging (a, b) would change the topology, or DONE.
 
@@ -155,7 +155,7 @@ def link_refusal(state, a, b, closing, merge_points):
     return DONE
 
 
-@kernel
+@lean_kernel
 def _is_remnant(state, f, a, b, u):
     """Tell whether facet f = (a, b, u) may close, for its contact goes on beyond one of the joining lines.
 
@@ -171,7 +171,7 @@ def _is_remnant(state, f, a, b, u):
     return alone and beyond == 1 and _lines_may_join(state, a, b, u)
 
 
-@kernel
+@lean_kernel
 def _facets_of_patch(state, a, b, patch):
     count = 0
     c = state.first[a]
@@ -182,7 +182,7 @@ def _facets_of_patch(state, a, b, patch):
     return count
 
 
-@kernel
+@lean_kernel
 def _twin_facet(state, a, b, mark):
     """Tell whether a facet at `a` and one at `b` would become the same facet."""
     facets, stamp, first, after = state.facets, state.stamp, state.first, state.after
@@ -200,7 +200,7 @@ def _twin_facet(state, a, b, mark):
     return False
 
 
-@kernel
+@lean_kernel
 def grains_touch(state, a, b):
     """Tell whether a side or a patch that the edge does not bound has both ends, so that it would tie."""
     c = state.first[a]
@@ -217,7 +217,7 @@ def grains_touch(state, a, b):
     return False
 
 
-@kernel
+@lean_kernel
 def _ends_meet(state, a, b, patch, side):
     """Tell whether `b` has facets of the patch, or of the side, of which none has `a` too."""
     found = False
@@ -233,7 +233,7 @@ def _ends_meet(state, a, b, patch, side):
     return found
 
 
-@kernel
+@lean_kernel
 def is_front_edge(state, a, b):
     """Tell whether (a, b) is a front edge: one crack facet on it, none of the exterior or a void."""
     crack = 0
@@ -249,7 +249,7 @@ def is_front_edge(state, a, b):
     return crack == 1
 
 
-@kernel
+@lean_kernel
 def makes_ear(state, a, b):
     """Tell whether moving `b` onto the front vertex `a` makes an ear: joins it to another front vertex.
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from craftmesh.gradation.kernels.codes import is_held
 from craftmesh.gradation.kernels.star import old_facet
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
 # Part of the trace that is added to the diagonal of the system for a shift: it has a solution where all
@@ -12,7 +12,7 @@ from craftmesh.surface.kernels.facet_shape import area_vector
 DAMPING = 0.01
 
 
-@kernel
+@lean_kernel
 def _slot_row(slots, slot, count):
     for i in range(count):
         if slots[i] == slot:
@@ -20,7 +20,7 @@ def _slot_row(slots, slot, count):
     return count if count < len(slots) else -1
 
 
-@kernel
+@lean_kernel
 def _cone(points, facets, f, place):
     """Return the components of facet `f`'s area vector and the volume of its cone from `place` (3,)."""
     a = facets[f, 0]
@@ -29,7 +29,7 @@ def _cone(points, facets, f, place):
     return 0.5 * x, 0.5 * y, 0.5 * z, height / 6.0
 
 
-@kernel
+@lean_kernel
 def _add_cone(points, facets, patch, sides, slots, areas, volumes, f, place, count):
     x, y, z, volume = _cone(points, facets, f, place)
     for k in range(2):
@@ -52,7 +52,7 @@ def _add_cone(points, facets, patch, sides, slots, areas, volumes, f, place, cou
     return count
 
 
-@kernel
+@lean_kernel
 def grain_cones(state, star, place):
     """Fill the grains' rows with the cones from `place` over the star's old facets; return how many."""
     points, facets, patch, sides = state.points, state.facets, state.patch, state.patch_sides
@@ -118,7 +118,7 @@ def keep_volumes(state, star, planes, reach):
         place[k] += shift[k]
 
 
-@kernel
+@lean_kernel
 def drift_allows(state, count, cap):
     """Tell whether the volumes gained by the rows' grains keep every drift within `cap` of the volume.
 
@@ -132,7 +132,7 @@ def drift_allows(state, count, cap):
     return True
 
 
-@kernel
+@lean_kernel
 def book_drift(state, count):
     """Add the rows' volumes to the grains' drifts."""
     for n in range(count):

@@ -4,13 +4,16 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import squared_distance
 
 # origin (3,), inverse cell size (1,), cells per axis (3,); first item per cell; facet and next item
 # per item; number of items used (1,); per facet the lowest and highest cell it was last entered in;
-# per candidate of the last query its facet and bounds.
-FacetGrid = namedtuple("FacetGrid", "origin scale dims first facet after used covered candidate bounds")
+# the candidates of the last query, their bounds in columns (6, c), whether each meets the box of the last
+# look (list_hits), and those that do.
+FacetGrid = namedtuple(
+    "FacetGrid", "origin scale dims first facet after used covered candidate bounds met hits"
+)
 # Items that one operation surely needs less of; where fewer are left, the grid is made anew.
 ROOM_PER_STEP = 60000
 # Cells are made larger until they are no more than so many.
@@ -37,22 +40,24 @@ def make_grid(low: np.ndarray, high: np.ndarray, cell: float, items: int, facets
         np.zeros(1, np.int64),
         np.empty((facets, 6), np.int32),
         np.empty(MOST_CANDIDATES, np.int64),
-        np.empty((MOST_CANDIDATES, 6)),
+        np.empty((6, MOST_CANDIDATES)),
+        np.empty(MOST_CANDIDATES, np.int8),
+        np.empty(MOST_CANDIDATES, np.int64),
     )
 
 
-@kernel
+@lean_kernel
 def has_room(grid):
     """Tell whether one more operation surely fits into the grid's item lists."""
     return grid.used[0] + ROOM_PER_STEP < len(grid.facet)
 
 
-@kernel
+@lean_kernel
 def _cell(x, axis, origin, scale, dims):
     return max(0, min(dims[axis] - 1, np.int64((x - origin[axis]) * scale[0])))
 
 
-@kernel
+@lean_kernel
 def insert_facet(grid, points, f, a, b, c):
     """Enter facet `f` with corners (a, b, c) into the cells that its bounds meet; False when full."""
     origin, scale, dims, covered = grid.origin, grid.scale, grid.dims, grid.covered
@@ -87,7 +92,7 @@ def insert_facet(grid, points, f, a, b, c):
     return True
 
 
-@kernel
+@lean_kernel
 def fill_grid(grid, points, facets, alive, facet_count):
     """Empty the grid and enter all living facets; False when the item lists are too short."""
     grid.first[:] = -1
@@ -99,26 +104,26 @@ def fill_grid(grid, points, facets, alive, facet_count):
     return True
 
 
-@kernel
-def _set_bounds(points, facets, f, low, high, bounds, row):
-    """Set a row to the bounds of facet `f`; False, with the row spoiled, when they miss the box."""
+@lean_kernel
+def _set_bounds(points, facets, f, low, high, bounds, n):
+    """Set column `n` to the bounds of facet `f`; tell whether they meet the box, without a branch."""
     a = facets[f, 0]
     b = facets[f, 1]
     c = facets[f, 2]
+    meets = True
     for axis in range(3):
         p = points[a, axis]
         q = points[b, axis]
         r = points[c, axis]
         least = min(p, q, r)
         most = max(p, q, r)
-        if least > high[axis] or most < low[axis]:
-            return False
-        bounds[row, 2 * axis] = least
-        bounds[row, 2 * axis + 1] = most
-    return True
+        meets &= (least <= high[axis]) & (most >= low[axis])
+        bounds[2 * axis, n] = least
+        bounds[2 * axis + 1, n] = most
+    return meets
 
 
-@kernel
+@lean_kernel
 def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high):
     """List the living, unmarked facets whose bounds meet the box; return their number, -1 if too many.
 
@@ -147,11 +152,10 @@ def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high)
                     if facet_stamp[f] < mark:
                         last = item
                         facet_stamp[f] = mark
-                        if _set_bounds(points, facets, f, low, high, bounds, count):
-                            candidate[count] = f
-                            count += 1
-                            if count >= len(candidate):
-                                return -1
+                        candidate[count] = f
+                        count += _set_bounds(points, facets, f, low, high, bounds, count)
+                        if count >= len(candidate):
+                            return -1
                     elif alive[f]:
                         last = item
                     elif last < 0:
@@ -162,23 +166,49 @@ def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high)
     return count
 
 
-@kernel
+@lean_kernel
 def gather_near(grid, points, facets, alive, facet_stamp, mark, rows, count, share):
     """List the facets near the facets rows[:count] (k, 3); return their number and the reach.
 
     Near are those whose bounds come within the reach, `share` of the longest edge, of the rows' bounds.
     Facets with facet_stamp >= `mark` are passed over. The number is -1 when there are too many.
     """
-    low = np.full(3, np.inf)
-    high = np.full(3, -np.inf)
+    x0 = y0 = z0 = np.inf
+    x1 = y1 = z1 = -np.inf
     longest = 0.0
     for i in range(count):
         for j in range(3):
-            for axis in range(3):
-                low[axis] = min(low[axis], points[rows[i, j], axis])
-                high[axis] = max(high[axis], points[rows[i, j], axis])
+            x, y, z = points[rows[i, j]]
+            x0, x1 = min(x0, x), max(x1, x)
+            y0, y1 = min(y0, y), max(y1, y)
+            z0, z1 = min(z0, z), max(z1, z)
             longest = max(longest, squared_distance(points, rows[i, j], rows[i, (j + 1) % 3]))
     reach = share * np.sqrt(longest)
-    low -= reach
-    high += reach
+    low = (x0 - reach, y0 - reach, z0 - reach)
+    high = (x1 + reach, y1 + reach, z1 + reach)
     return gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high), reach
+
+
+@lean_kernel
+def list_hits(grid, near, points, a, b, c, reach):
+    """List those of the first `near` candidates whose bounds come within `reach` of those of (a, b, c).
+
+    Returns their number; grid.hits has their places among the candidates. The bounds are compared without
+    a branch, eight candidates at once.
+    """
+    bounds, met, hits = grid.bounds, grid.met, grid.hits
+    x0 = min(points[a, 0], points[b, 0], points[c, 0]) - reach
+    x1 = max(points[a, 0], points[b, 0], points[c, 0]) + reach
+    y0 = min(points[a, 1], points[b, 1], points[c, 1]) - reach
+    y1 = max(points[a, 1], points[b, 1], points[c, 1]) + reach
+    z0 = min(points[a, 2], points[b, 2], points[c, 2]) - reach
+    z1 = max(points[a, 2], points[b, 2], points[c, 2]) + reach
+    for n in range(near):
+        along_x = (bounds[0, n] <= x1) & (bounds[1, n] >= x0)
+        along_y = (bounds[2, n] <= y1) & (bounds[3, n] >= y0)
+        met[n] = along_x & along_y & (bounds[4, n] <= z1) & (bounds[5, n] >= z0)
+    count = 0
+    for n in range(near):
+        hits[count] = n
+        count += met[n]
+    return count

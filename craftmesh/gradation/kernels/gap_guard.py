@@ -7,6 +7,7 @@ wedge with it and no gap (wedge_guard).
 
 import numpy as np
 
+from craftmesh.gradation.kernels.facet_grid import list_hits
 from craftmesh.gradation.kernels.gaps import (
     crossing_width,
     edge_of_area,
@@ -21,7 +22,7 @@ from craftmesh.gradation.kernels.gaps import (
 from craftmesh.gradation.kernels.intersections import set_planes
 from craftmesh.gradation.kernels.rings import has_corner
 from craftmesh.gradation.kernels.star import look_around, old_facet
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 
 # No gap as narrow as the limits was found.
 WIDE = 1.0
@@ -31,7 +32,7 @@ ROUNDING = 1e-9
 SHARP = 0.5
 
 
-@kernel
+@lean_kernel
 def narrows_gap(state, grid, star, near, reach, share):
     """Tell whether a gap at the star's new facets is under the share and narrower than all before.
 
@@ -43,7 +44,7 @@ def narrows_gap(state, grid, star, near, reach, share):
     return after < WIDE and after < _gap_before(state, grid, star, share) * (1.0 - ROUNDING)
 
 
-@kernel
+@lean_kernel
 def _gap_before(state, grid, star, share):
     """Return the narrowest gap at the star's old facets over its share, or WIDE."""
     rows = state.old_corners
@@ -102,7 +103,7 @@ def _narrowest(state, grid, star, near, reach, rows, count, tips, moving, share)
     return least
 
 
-@kernel
+@lean_kernel
 def _keep_facing(state, grid, star, near):
     """Drop the candidates that go on beside the star's facets; return how many are left.
 
@@ -125,12 +126,12 @@ def _keep_facing(state, grid, star, near):
         if along <= 0.0:
             candidate[left] = f
             for k in range(6):
-                bounds[left, k] = bounds[n, k]
+                bounds[k, left] = bounds[k, n]
             left += 1
     return left
 
 
-@kernel
+@lean_kernel
 def _list_patches(state, star):
     """List one of the star's facets for each of their patches in state.patch_facet; return how many."""
     patch, listed = state.patch, state.patch_facet
@@ -146,39 +147,30 @@ def _list_patches(state, star):
     return count
 
 
-@kernel
+@lean_kernel
 def _to_candidates(state, grid, star, near, rows, count, i, planes, tips, reach, share):
     """Return the narrowest gap between the facet rows[i] and the candidates, over its share."""
     corners = rows[i]
-    points, facets, candidate, bounds = state.points, state.facets, grid.candidate, grid.bounds
+    points, facets, candidate, hits = state.points, state.facets, grid.candidate, grid.hits
     a, b, c = corners
-    x0 = min(points[a, 0], points[b, 0], points[c, 0]) - reach
-    x1 = max(points[a, 0], points[b, 0], points[c, 0]) + reach
-    y0 = min(points[a, 1], points[b, 1], points[c, 1]) - reach
-    y1 = max(points[a, 1], points[b, 1], points[c, 1]) + reach
-    z0 = min(points[a, 2], points[b, 2], points[c, 2]) - reach
-    z1 = max(points[a, 2], points[b, 2], points[c, 2]) + reach
     least = WIDE
     normal = unit_normal(points, a, b, c)
     ready = False
-    for n in range(near):
-        along_x = bounds[n, 0] <= x1 and bounds[n, 1] >= x0
-        along_y = bounds[n, 2] <= y1 and bounds[n, 3] >= y0
-        if along_x and along_y and bounds[n, 4] <= z1 and bounds[n, 5] >= z0:
-            if share_edge(facets, candidate[n], a, b, c):
-                continue
-            if is_on_one_side(points, normal, corners, facets[candidate[n]], reach):
-                continue
-            if not ready:
-                set_planes(points, corners, planes)
-                ready = True
-            if may_overlap(points, planes, a, b, c, facets, candidate[n], reach):
-                other = facets[candidate[n]]
-                least = min(least, _between(state, star, rows, count, corners, other, planes, tips, share))
+    for n in range(list_hits(grid, near, points, a, b, c, reach)):
+        f = candidate[hits[n]]
+        if share_edge(facets, f, a, b, c):
+            continue
+        if is_on_one_side(points, normal, corners, facets[f], reach):
+            continue
+        if not ready:
+            set_planes(points, corners, planes)
+            ready = True
+        if may_overlap(points, planes, a, b, c, facets, f, reach):
+            least = min(least, _between(state, star, rows, count, corners, facets[f], planes, tips, share))
     return least
 
 
-@kernel
+@lean_kernel
 def _between(state, star, rows, count, corners, other, planes, tips, share):
     """Return the narrowest gap between a facet of these corners and another one, over its share.
 
@@ -207,7 +199,7 @@ def _between(state, star, rows, count, corners, other, planes, tips, share):
     return least
 
 
-@kernel
+@lean_kernel
 def _on_hinge(state, rows, count, p, q, u, v):
     """Tell whether two facets on a common edge hold the edges (p, q) and (u, v): these make a wedge."""
     for x, y in ((p, u), (p, v), (q, u), (q, v)):
@@ -216,7 +208,7 @@ def _on_hinge(state, rows, count, p, q, u, v):
     return False
 
 
-@kernel
+@lean_kernel
 def _is_facet(state, rows, count, a, b, c):
     """Tell whether the facet (a, b, c) is among the rows[:count], or in the surface."""
     for i in range(count):
@@ -230,7 +222,7 @@ def _is_facet(state, rows, count, a, b, c):
     return False
 
 
-@kernel
+@lean_kernel
 def _makes_hinge(state, star, w, a, b, c):
     """Tell whether a facet, old or new, joins the vertex `w` to an edge of facet (a, b, c)."""
     d = state.first[w]
@@ -258,9 +250,9 @@ def _under_vertex(state, grid, near, moving, rows, count, reach, share):
     least = WIDE
     planes = np.empty((4, 5))
     for n in range(near):
-        if x < bounds[n, 0] - reach or x > bounds[n, 1] + reach or y < bounds[n, 2] - reach:
+        if x < bounds[0, n] - reach or x > bounds[1, n] + reach or y < bounds[2, n] - reach:
             continue
-        if y > bounds[n, 3] + reach or z < bounds[n, 4] - reach or z > bounds[n, 5] + reach:
+        if y > bounds[3, n] + reach or z < bounds[4, n] - reach or z > bounds[5, n] + reach:
             continue
         a, b, c = state.facets[grid.candidate[n]]
         if a == moving or b == moving or c == moving:
@@ -275,7 +267,7 @@ def _under_vertex(state, grid, near, moving, rows, count, reach, share):
     return least
 
 
-@kernel
+@lean_kernel
 def _hinge_among(rows, count, moving, a, b, c):
     """Tell whether one of the facets rows[:count] joins the vertex `moving` to an edge of (a, b, c)."""
     for i in range(count):

@@ -7,7 +7,7 @@ the parallelogram that two edges span.
 import numpy as np
 
 from craftmesh.gradation.kernels.rings import has_corner
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
 # The squared edge of an equilateral facet over twice its area.
@@ -16,13 +16,13 @@ EDGE = 2.0 / np.sqrt(3.0)
 SURELY = 1.0 + 1e-6
 
 
-@kernel
+@lean_kernel
 def share_edge(facets, f, a, b, c):
     """Tell whether facet `f` has two corners of facet (a, b, c): they make a wedge, and no gap."""
     return has_corner(facets, f, a) + has_corner(facets, f, b) + has_corner(facets, f, c) > 1
 
 
-@kernel
+@lean_kernel
 def may_overlap(points, planes, a, b, c, facets, f, reach):
     """Tell whether facet `f` may come within `reach` of the one of the `planes`, of corners (a, b, c).
 
@@ -51,7 +51,7 @@ def may_overlap(points, planes, a, b, c, facets, f, reach):
     return beyond == 0
 
 
-@kernel
+@lean_kernel
 def unit_normal(points, a, b, c):
     """Return the components of the unit normal of facet (a, b, c), of zero where it has no area."""
     x, y, z = area_vector(points, a, b, c)
@@ -60,7 +60,7 @@ def unit_normal(points, a, b, c):
     return x * scale, y * scale, z * scale
 
 
-@kernel
+@lean_kernel
 def is_on_one_side(points, normal, corners, others, reach):
     """Tell whether the corners that only `others` (3,) has lie over `reach` on one side of a facet's plane.
 
@@ -81,7 +81,7 @@ def is_on_one_side(points, normal, corners, others, reach):
     return not (above and below)
 
 
-@kernel
+@lean_kernel
 def is_farther(points, a, b, c, v, share):
     """Tell whether `v` is surely more than `share` of its edge off the plane of facet (a, b, c)."""
     x, y, z = area_vector(points, a, b, c)
@@ -92,7 +92,7 @@ def is_farther(points, a, b, c, v, share):
     return h * h > (SURELY * share) ** 2 * EDGE * size2 * np.sqrt(size2)
 
 
-@kernel
+@lean_kernel
 def height_over(points, planes, row, v):
     """Return how far `v` lies over the plane in a row (set_planes): the facet's, or one across its edge."""
     return (
@@ -103,7 +103,7 @@ def height_over(points, planes, row, v):
     )
 
 
-@kernel
+@lean_kernel
 def is_inside(points, planes, v):
     """Tell whether the foot of `v` on the facet of the `planes` lies inside it."""
     return (
@@ -113,14 +113,14 @@ def is_inside(points, planes, v):
     )
 
 
-@kernel
+@lean_kernel
 def edge_of_area(points, a, b, c):
     """Return the edge of an equilateral facet as large as (a, b, c)."""
     x, y, z = area_vector(points, a, b, c)
     return np.sqrt(EDGE * np.sqrt(x * x + y * y + z * z))
 
 
-@kernel
+@lean_kernel
 def crossing_width(points, p, q, u, v):
     """Return the relative width of the gap between two edges that cross, infinite where they do not."""
     dx, dy, dz = points[q, 0] - points[p, 0], points[q, 1] - points[p, 1], points[q, 2] - points[p, 2]

@@ -17,11 +17,11 @@ from craftmesh.gradation.kernels.order_guard import breaks_order
 from craftmesh.gradation.kernels.star import add_star, look_around, old_facet, shape_refusal
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.corner_lists import link_corner, unlink_corner
 
 
-@kernel
+@lean_kernel
 def attempt(state, grid, limits, star, floor):
     """Make the star's change when every guard allows it; return DONE or why not."""
     reason = refusal(state, grid, limits, star, floor)
@@ -30,7 +30,7 @@ def attempt(state, grid, limits, star, floor):
     return reason
 
 
-@kernel
+@lean_kernel
 def refusal(state, grid, limits, star, floor):
     """Return why the star may not change, or DONE; new facets must score `floor`.
 
@@ -70,7 +70,7 @@ def refusal(state, grid, limits, star, floor):
     return DONE
 
 
-@kernel
+@lean_kernel
 def _passes_through(state, grid, star, near):
     """Tell whether a new facet meets another, or comes past one that it has an edge with."""
     if star_intersects(grid, state.points, state.facets, near, state.star_corners, star.moved):
@@ -78,7 +78,7 @@ def _passes_through(state, grid, star, near):
     return breaks_order(state, star)
 
 
-@kernel
+@lean_kernel
 def _set_loose(state, star):
     """List the witnesses of the star's old facets and the homes of the vertices that move or go."""
     count = 0
@@ -94,7 +94,7 @@ def _set_loose(state, star):
     return count
 
 
-@kernel
+@lean_kernel
 def _list_takers(state, star):
     """Return how many facets of state.star may take witnesses, or -1 when too many.
 
@@ -105,7 +105,7 @@ def _list_takers(state, star):
     return star.moved
 
 
-@kernel
+@lean_kernel
 def commit(state, grid, star):
     """Make the change of the star that `refusal` has just allowed."""
     book_drift(state, state.pending[0])
@@ -127,7 +127,7 @@ def commit(state, grid, star):
         insert_facet(grid, state.points, state.star[i], a, b, c)
 
 
-@kernel
+@lean_kernel
 def _take_out(state, f):
     """Take facet `f` out of the mesh."""
     state.alive[f] = False
@@ -137,7 +137,7 @@ def _take_out(state, f):
         unlink_corner(state.first, state.after, state.facets[f, k], 3 * f + k)
 
 
-@kernel
+@lean_kernel
 def _give_corners(state, star, i):
     """Give the star's facet in row `i` its new corners, one other than before at most; let witnesses go."""
     facets, f, v = state.facets, state.star[i], star.vertex
@@ -151,7 +151,7 @@ def _give_corners(state, star, i):
             replace_corner(state, f, k, old + change)
 
 
-@kernel
+@lean_kernel
 def replace_corner(state, f, k, v):
     """Make `v` the corner k of facet `f`."""
     unlink_corner(state.first, state.after, state.facets[f, k], 3 * f + k)

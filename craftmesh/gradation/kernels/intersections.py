@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.gradation.kernels.facet_grid import list_hits
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
 from craftmesh.surface.kernels.triangles import triangles_intersect
 
@@ -10,7 +11,7 @@ from craftmesh.surface.kernels.triangles import triangles_intersect
 CONTACT = 1e-7
 
 
-@kernel
+@lean_kernel
 def set_planes(points, corners, planes):
     """Set rows of unit normal, offset and height that counts as contact: the facet's plane, and through
     edge k the plane across it that faces away from the facet.
@@ -46,7 +47,7 @@ def set_planes(points, corners, planes):
         planes[k, 4] = contact
 
 
-@kernel
+@lean_kernel
 def _apart(points, planes, corners, p, q, r):
     """Tell whether facet (p, q, r) surely meets the facet of the `planes` in shared corners at most.
 
@@ -84,7 +85,7 @@ def _apart(points, planes, corners, p, q, r):
     return outside != 0 or (above != below and not near)
 
 
-@kernel
+@lean_kernel
 def _meets_star(points, planes, star, i):
     """Tell whether the new facet star[i] meets one of those before it."""
     a, b, c = star[i]
@@ -96,23 +97,13 @@ def _meets_star(points, planes, star, i):
     return False
 
 
-@kernel
+@lean_kernel
 def _meets_candidates(grid, near, points, facets, planes, corners):
     """Tell whether the new facet of these corners meets one of the first `near` candidates."""
-    candidate, bounds = grid.candidate, grid.bounds
+    candidate, hits = grid.candidate, grid.hits
     a, b, c = corners
-    x0 = min(points[a, 0], points[b, 0], points[c, 0])
-    x1 = max(points[a, 0], points[b, 0], points[c, 0])
-    y0 = min(points[a, 1], points[b, 1], points[c, 1])
-    y1 = max(points[a, 1], points[b, 1], points[c, 1])
-    z0 = min(points[a, 2], points[b, 2], points[c, 2])
-    z1 = max(points[a, 2], points[b, 2], points[c, 2])
-    for n in range(near):
-        along_x = bounds[n, 0] <= x1 and bounds[n, 1] >= x0
-        along_y = bounds[n, 2] <= y1 and bounds[n, 3] >= y0
-        if not (along_x and along_y and bounds[n, 4] <= z1 and bounds[n, 5] >= z0):
-            continue
-        f = candidate[n]
+    for n in range(list_hits(grid, near, points, a, b, c, 0.0)):
+        f = candidate[hits[n]]
         if _apart(points, planes, corners, facets[f, 0], facets[f, 1], facets[f, 2]):
             continue
         if triangles_intersect(points, a, b, c, facets[f, 0], facets[f, 1], facets[f, 2]):

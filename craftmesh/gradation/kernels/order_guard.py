@@ -8,13 +8,13 @@ import numpy as np
 
 from craftmesh.gradation.kernels.rings import has_corner, third_corner
 from craftmesh.gradation.kernels.star import old_facet
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 
 # Two facets on an edge follow each other in any order.
 LEAST_FACETS = 3
 
 
-@kernel
+@lean_kernel
 def breaks_order(state, star):
     """Tell whether round an edge of the star's new facets neighbours face each other with unlike sides.
 
@@ -35,7 +35,7 @@ def breaks_order(state, star):
     return False
 
 
-@kernel
+@lean_kernel
 def _is_on_line(state, star, a):
     """Tell whether vertex `a`, or what the star's vertex becomes, lies on a line."""
     if a != star.tip:
@@ -43,7 +43,7 @@ def _is_on_line(state, star, a):
     return state.rank[star.vertex] > 0 or (star.gone >= 0 and state.rank[star.gone] > 0)
 
 
-@kernel
+@lean_kernel
 def _list_new(state, star, i, a, b, mark):
     """List the facets that edge (a, b) will have; return how many, 0 if it is an edge of a row before."""
     corners = state.star_corners
@@ -58,7 +58,7 @@ def _list_new(state, star, i, a, b, mark):
     return count
 
 
-@kernel
+@lean_kernel
 def _list_others(state, count, a, b, mark):
     """List the facets on edge (a, b) without the mark after the first `count`; return how many it are."""
     c = state.first[a]
@@ -70,7 +70,7 @@ def _list_others(state, count, a, b, mark):
     return count
 
 
-@kernel
+@lean_kernel
 def _add(state, count, corners, row, f, a, b):
     """List the facet with the corners in a row, alike facet `f`: its third corner, and its sides.
 
@@ -89,7 +89,7 @@ def _add(state, count, corners, row, f, a, b):
     return count + 1
 
 
-@kernel
+@lean_kernel
 def _follow(state, a, b, count):
     """Tell whether the `count` facets listed face each other with the same sides all round edge (a, b)."""
     if count < LEAST_FACETS:
@@ -121,7 +121,7 @@ def _set_turns(state, a, b, count):
         state.edge_turn[i] = np.arctan2(np.dot(way, beside), np.dot(way, start))
 
 
-@kernel
+@lean_kernel
 def _broken_before(state, star):
     """Tell whether neighbours face each other with unlike sides round an edge of the star's old facets."""
     for i in range(star.moved + star.dying):

@@ -2,22 +2,22 @@
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 
 
-@kernel
+@lean_kernel
 def has_corner(facets, f, v):
     """Tell whether `v` is a corner of facet `f`."""
     return facets[f, 0] == v or facets[f, 1] == v or facets[f, 2] == v
 
 
-@kernel
+@lean_kernel
 def third_corner(facets, f, a, b):
     """Return the corner of facet `f` that is neither `a` nor `b`."""
     return facets[f, 0] + facets[f, 1] + facets[f, 2] - a - b
 
 
-@kernel
+@lean_kernel
 def edge_facets(facets, first, after, a, b):
     """Return the number of facets on edge (a, b) and the first two of them (-1 where missing)."""
     count = 0
@@ -36,7 +36,7 @@ def edge_facets(facets, first, after, a, b):
     return count, f0, f1
 
 
-@kernel
+@lean_kernel
 def is_feature(facets, patch, first, after, a, b):
     """Tell whether edge (a, b) is a feature: not two facets on it, or two of different patches."""
     count, f0, f1 = edge_facets(facets, first, after, a, b)

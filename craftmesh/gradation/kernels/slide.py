@@ -9,7 +9,7 @@ from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front, put_on_planes
 from craftmesh.gradation.kernels.rings import is_feature
 from craftmesh.gradation.kernels.star import star_at, worst_score
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import angle_score, area_vector, keeps_normal, squared_distance
 
 # The climb to a better angle inside a patch: so many steps at most, each to the best of so many directions,
@@ -32,7 +32,7 @@ EVEN = 0.05
 MOVE_SHARES = (1.0, 0.6, 0.3)
 
 
-@kernel
+@lean_kernel
 def constrain(state, star):
     """Put the star's tip back onto what holds its vertex: front, crack, planes; else keep the volumes."""
     v = star.vertex
@@ -47,7 +47,7 @@ def constrain(state, star):
     put_on_planes(state, flags, v, place)
 
 
-@kernel
+@lean_kernel
 def put_between(state, star, goal, share):
     """Put the star's tip at `share` of the way from its vertex to `goal` (3,)."""
     for k in range(3):
@@ -55,7 +55,7 @@ def put_between(state, star, goal, share):
         state.points[star.tip, k] = start + share * (goal[k] - start)
 
 
-@kernel
+@lean_kernel
 def slide_towards(state, grid, limits, star, goal, tries, floor):
     """Move the star's vertex to `goal` (3,), constrained, or half way and so on; return DONE or why not."""
     share = 1.0
@@ -70,7 +70,7 @@ def slide_towards(state, grid, limits, star, goal, tries, floor):
     return reason
 
 
-@kernel
+@lean_kernel
 def line_neighbours(state, v):
     """Return the two vertices joined to the line vertex `v` by feature edges, or -1, -1."""
     found = -1
@@ -93,11 +93,12 @@ def line_neighbours(state, v):
     return found, other
 
 
-@kernel
+@lean_kernel
 def _score_at(state, star, place, cosine, least):
     """Return the least angle score with the star's tip at `place`; -1 when under `least` or turned."""
     points, reference, changed, corners = state.points, state.reference, state.star, state.star_corners
-    points[star.tip] = place
+    for k in range(3):
+        points[star.tip, k] = place[k]
     worst = np.inf
     for i in range(star.moved):
         p = corners[i, 0]

@@ -7,7 +7,7 @@ import numpy as np
 from craftmesh.gradation.kernels.codes import ANGLE, DONE, LENGTH, NORMAL
 from craftmesh.gradation.kernels.facet_grid import gather_near
 from craftmesh.gradation.kernels.rings import has_corner
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squared_distance
 
 # All new facets share the corner `tip`. An operation that moves `vertex` tries its new place in the spare
@@ -17,7 +17,7 @@ from craftmesh.surface.kernels.facet_shape import angle_score, keeps_normal, squ
 Star = namedtuple("Star", "vertex tip gone moved dying size")
 
 
-@kernel
+@lean_kernel
 def add_star(state, v, other, kept, count):
     """Append the facets at `v` that do not hold `other`, with `v` read as `kept`; -1 when too many."""
     facets, after, star, corners = state.facets, state.after, state.star, state.star_corners
@@ -36,7 +36,7 @@ def add_star(state, v, other, kept, count):
     return count
 
 
-@kernel
+@lean_kernel
 def star_at(state, v):
     """Return the star of moving `v`, its tip at v's place; `moved` is -1 when its facets are too many."""
     tip = state.used[0]
@@ -47,7 +47,7 @@ def star_at(state, v):
     return Star(v, tip, np.int64(-1), moved, np.int64(0), state.size[v])
 
 
-@kernel
+@lean_kernel
 def list_edge_facets(state, a, b):
     """List the facets at `a` that hold `b` too in state.dying; return how many, or -1 when too many."""
     facets, after, dying = state.facets, state.after, state.dying
@@ -63,13 +63,13 @@ def list_edge_facets(state, a, b):
     return count
 
 
-@kernel
+@lean_kernel
 def old_facet(state, star, i):
     """Return the i-th of the star's old facets: those that change, then those that go."""
     return state.star[i] if i < star.moved else state.dying[i - star.moved]
 
 
-@kernel
+@lean_kernel
 def worst_score(state, star):
     """Return the least angle score of the star's old facets."""
     points, facets = state.points, state.facets
@@ -80,7 +80,7 @@ def worst_score(state, star):
     return worst
 
 
-@kernel
+@lean_kernel
 def shape_refusal(state, star, floor, cosine, longest):
     """Return why the star's new facets are bad, or DONE: normals against the references, angles, lengths.
 
@@ -112,7 +112,7 @@ def shape_refusal(state, star, floor, cosine, longest):
     return DONE
 
 
-@kernel
+@lean_kernel
 def _longest_before(state, star):
     """Return the square of the longest edge of the star's old facets."""
     points, facets = state.points, state.facets
@@ -124,7 +124,7 @@ def _longest_before(state, star):
     return longest
 
 
-@kernel
+@lean_kernel
 def look_around(state, grid, star, rows, count, share):
     """List the facets near the facets rows[:count] as the grid's candidates, those of the star left out.
 

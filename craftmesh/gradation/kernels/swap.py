@@ -9,7 +9,7 @@ from craftmesh.gradation.kernels.facet_grid import has_room
 from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.rings import edge_facets, third_corner
 from craftmesh.gradation.kernels.star import Star
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import cosine_range, facet_distance2
 
 # A swap must lower the cosine of the least angle by this, so that no two swaps undo each other for ever, or
@@ -25,7 +25,7 @@ MOST_WAITING = 256
 Quad = namedtuple("Quad", "f g u p v q")
 
 
-@kernel
+@lean_kernel
 def _runs_along(state, f, a, b):
     """Tell whether facet `f` goes from corner `a` to corner `b`."""
     for k in range(3):
@@ -34,7 +34,7 @@ def _runs_along(state, f, a, b):
     return False
 
 
-@kernel
+@lean_kernel
 def _quad(state, a, b):
     """Return the facets and corners round edge (a, b), u = -1 where they are not two alike of one patch."""
     count, f, g = edge_facets(state.facets, state.first, state.after, a, b)
@@ -52,7 +52,7 @@ def _quad(state, a, b):
     return Quad(f, g, u, p, v, q)
 
 
-@kernel
+@lean_kernel
 def _raises_angle(state, quad):
     points, u, p, v, q = state.points, quad.u, quad.p, quad.v, quad.q
     old = max(cosine_range(points, u, p, q)[0], cosine_range(points, v, q, p)[0])
@@ -60,7 +60,7 @@ def _raises_angle(state, quad):
     return new < old - min(LEAST_GAIN, max(LEAST_PART * (1.0 - old), ROUNDING))
 
 
-@kernel
+@lean_kernel
 def _star_of_swap(state, quad):
     """Return the star of the two facets with their common edge turned; u is its tip."""
     u, p, v, q = quad.u, quad.p, quad.v, quad.q
@@ -93,7 +93,7 @@ def _stays_near(state, limits, quad, size):
     return max(d, e) <= tolerance * tolerance
 
 
-@kernel
+@lean_kernel
 def swap(state, grid, limits, quad):
     """Turn the edge of a quad when it lies inside a patch, gains angle and every guard holds."""
     if quad.u < 0 or not _raises_angle(state, quad):

@@ -7,7 +7,7 @@ inside a patch, where it is a fold.
 import numpy as np
 
 from craftmesh.gradation.kernels.star import old_facet
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 from craftmesh.surface.kernels.hinges import OPEN, sharpest_on_facet
 
@@ -15,7 +15,7 @@ from craftmesh.surface.kernels.hinges import OPEN, sharpest_on_facet
 ROUNDING = 1e-12
 
 
-@kernel
+@lean_kernel
 def sharpens_wedge(state, star, cosine):
     """Tell whether a wedge of the star's new facets is beyond the cosine and sharper than all old ones."""
     state.clock[1] += 1
@@ -34,7 +34,7 @@ def sharpens_wedge(state, star, cosine):
     return sharpest > cosine and sharpest > _sharpest_before(state, star) + ROUNDING
 
 
-@kernel
+@lean_kernel
 def _set_row(state, tip, i):
     """Set the corners after the tip of the star's new facet in row `i`, and its unit normal."""
     corners = state.star_corners
@@ -53,7 +53,7 @@ def _set_row(state, tip, i):
     state.star_normal[i, 2] = z * scale
 
 
-@kernel
+@lean_kernel
 def _among_new(state, i):
     """Return the largest cosine between the new facet in row `i` and those before it, on common spokes."""
     ends = state.star_ends
@@ -67,7 +67,7 @@ def _among_new(state, i):
     return largest
 
 
-@kernel
+@lean_kernel
 def _at_its_rim(state, tip, i, mark):
     """Return the largest cosine between the new facet in row `i` and unmarked ones on its first two edges.
 
@@ -88,7 +88,7 @@ def _at_its_rim(state, tip, i, mark):
     return largest
 
 
-@kernel
+@lean_kernel
 def _at_last_spoke(state, tip, i, mark):
     """Return the largest cosine between the new facet in row `i` and unmarked ones on its last edge."""
     largest = OPEN
@@ -102,7 +102,7 @@ def _at_last_spoke(state, tip, i, mark):
     return largest
 
 
-@kernel
+@lean_kernel
 def _along(state, i, f):
     """Return the cosine between the normals of the new facet in row `i` and of facet `f`."""
     x, y, z = area_vector(state.points, state.facets[f, 0], state.facets[f, 1], state.facets[f, 2])
@@ -112,7 +112,7 @@ def _along(state, i, f):
     return (x * state.star_normal[i, 0] + y * state.star_normal[i, 1] + z * state.star_normal[i, 2]) / size
 
 
-@kernel
+@lean_kernel
 def _sharpest_before(state, star):
     """Return the largest cosine on the edges of the star's old facets."""
     largest = OPEN

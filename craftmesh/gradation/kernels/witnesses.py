@@ -11,7 +11,7 @@ than the input's do not creep away from it between its vertices.
 import numpy as np
 
 from craftmesh.gradation.kernels.rings import edge_facets
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import facet_distance2, segment_distance2
 
 TOO_MANY = -1
@@ -19,7 +19,7 @@ TOO_MANY = -1
 CLOSE = 0.3
 
 
-@kernel
+@lean_kernel
 def collect(state, f, count):
     """Append the witnesses of facet `f` to state.loose; return the new count or TOO_MANY."""
     if count == TOO_MANY:
@@ -38,7 +38,7 @@ def collect(state, f, count):
     return count
 
 
-@kernel
+@lean_kernel
 def set_free(state, v, f, count):
     """Append vertex `v`, near facet `f`, to state.loose unless its first place is a witness already."""
     if count == TOO_MANY or state.is_witness[v]:
@@ -48,7 +48,7 @@ def set_free(state, v, f, count):
     return count + 1
 
 
-@kernel
+@lean_kernel
 def _mark_features(state, star, total):
     """Set star_feature: which edges of the star's new facets are features.
 
@@ -65,14 +65,14 @@ def _mark_features(state, star, total):
             state.star_feature[i, k] = state.rank[u] > 0 and state.rank[v] > 0 and _on_line(state, u, v)
 
 
-@kernel
+@lean_kernel
 def _on_line(state, u, v):
     """Tell whether (u, v) is an edge of the mesh as it stands and a feature."""
     count, f, g = edge_facets(state.facets, state.first, state.after, u, v)
     return count > 0 and (count != 2 or state.patch[f] != state.patch[g])
 
 
-@kernel
+@lean_kernel
 def _near_facet(points, star, corners, patches, patch, home, w, total, enough):
     """Return the least squared distance to the new facets of a patch, or the first under `enough`."""
     best = np.inf
@@ -88,7 +88,7 @@ def _near_facet(points, star, corners, patches, patch, home, w, total, enough):
     return best, where
 
 
-@kernel
+@lean_kernel
 def _nearest_side(state, w, i, best):
     """Return the least squared distance to a feature of the new facet i, or `best` where that is less."""
     for k in range(3):
@@ -99,7 +99,7 @@ def _nearest_side(state, w, i, best):
     return best
 
 
-@kernel
+@lean_kernel
 def _nearest_line(state, w, total):
     best = np.inf
     where = -1
@@ -111,7 +111,7 @@ def _nearest_line(state, w, total):
     return best, where
 
 
-@kernel
+@lean_kernel
 def _nearest_trace(state, w, total, limit):
     """Return the least squared distance to a feature of the new crack facets that are within `limit`."""
     best = np.inf
@@ -128,7 +128,7 @@ def _nearest_trace(state, w, total, limit):
     return best, where
 
 
-@kernel
+@lean_kernel
 def find_new_homes(state, star, loose, takers, reaches):
     """Find for each of the `loose` witnesses a near one of the star's facets; False if one is too far.
 
@@ -169,7 +169,7 @@ def find_new_homes(state, star, loose, takers, reaches):
     return True
 
 
-@kernel
+@lean_kernel
 def settle(state, loose):
     """Hand the loose witnesses to the facets found for them."""
     if loose == 0:

@@ -4,17 +4,17 @@ Corner c belongs to facet c // 3 and to the vertex facets[c // 3, c % 3]. `first
 corner at v and `after[c]` the next one, -1 at the end. Non-manifold edges need nothing special.
 """
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 
 
-@kernel
+@lean_kernel
 def link_corner(first, after, vertex, corner):
     """Put `corner` at the head of the list of `vertex`."""
     after[corner] = first[vertex]
     first[vertex] = corner
 
 
-@kernel
+@lean_kernel
 def unlink_corner(first, after, vertex, corner):
     """Take `corner` out of the list of `vertex`."""
     if first[vertex] == corner:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 
 LEAST_ANGLE = 15.0
 LARGEST_ANGLE = 135.0
@@ -10,7 +10,7 @@ _LEAST = 1.0 - np.cos(np.radians(LEAST_ANGLE))
 _LARGEST = 1.0 + np.cos(np.radians(LARGEST_ANGLE))
 
 
-@kernel
+@lean_kernel
 def area_vector(points, a, b, c):
     """Return the components of twice the area vector of facet (a, b, c)."""
     ux = points[b, 0] - points[a, 0]
@@ -22,7 +22,7 @@ def area_vector(points, a, b, c):
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
-@kernel
+@lean_kernel
 def squared_distance(points, a, b):
     """Return the squared length of edge (a, b)."""
     x = points[b, 0] - points[a, 0]
@@ -42,7 +42,7 @@ def relative_lengths(points, size, edges):
     return ratio
 
 
-@kernel
+@lean_kernel
 def mean_edge(points, facets, alive, count):
     """Return the mean length of the first edges of the living ones of the first `count` facets."""
     total, living = 0.0, 0
@@ -53,7 +53,7 @@ def mean_edge(points, facets, alive, count):
     return total / max(living, 1)
 
 
-@kernel
+@lean_kernel
 def cosine_range(points, a, b, c):
     """Return the cosines of the smallest and of the largest angle; 1 and -1 where degenerate."""
     x = squared_distance(points, b, c)
@@ -77,7 +77,7 @@ def score_of_angle(degrees: float) -> float:
     return float((1.0 - np.cos(np.radians(degrees))) / _LEAST)
 
 
-@kernel
+@lean_kernel
 def angle_score(points, a, b, c):
     """Return 1 for a facet at 15 or 135 degrees, less beyond, 0 for a degenerate one, more when better."""
     smallest, largest = cosine_range(points, a, b, c)
@@ -96,7 +96,7 @@ def poor_facets(points, facets, alive, count, score):
     return found[:n].copy()
 
 
-@kernel
+@lean_kernel
 def keeps_normal(points, reference, f, a, b, c, cosine):
     """Tell whether the normal of (a, b, c) is within the angle of `cosine` from reference[f]."""
     x, y, z = area_vector(points, a, b, c)
@@ -105,7 +105,7 @@ def keeps_normal(points, reference, f, a, b, c, cosine):
     return length > 0.0 and along >= cosine * length
 
 
-@kernel
+@lean_kernel
 def segment_distance2(points, a, b, places, row):
     """Return the squared distance of the coordinates places[row] from the segment (a, b)."""
     dx = points[b, 0] - points[a, 0]
@@ -124,7 +124,7 @@ def segment_distance2(points, a, b, places, row):
     return px * px + py * py + pz * pz
 
 
-@kernel
+@lean_kernel
 def facet_distance2(points, a, b, c, places, row, bound):
     """Return the squared distance of places[row] from facet (a, b, c); `bound` when that is more."""
     nx, ny, nz = area_vector(points, a, b, c)
@@ -132,19 +132,13 @@ def facet_distance2(points, a, b, c, places, row, bound):
     wx = places[row, 0] - points[a, 0]
     wy = places[row, 1] - points[a, 1]
     wz = places[row, 2] - points[a, 2]
+    h = 0.0
     if n2 > 0.0:
         h = wx * nx + wy * ny + wz * nz
         if h * h >= bound * n2:
             return bound
-        if _projects_inside(points, a, b, c, places, row, nx, ny, nz):
-            return h * h / n2
-    d = min(bound, segment_distance2(points, a, b, places, row))
-    d = min(d, segment_distance2(points, b, c, places, row))
-    return min(d, segment_distance2(points, c, a, places, row))
-
-
-@kernel
-def _projects_inside(points, a, b, c, places, row, nx, ny, nz):
+    nearest = bound
+    inside = n2 > 0.0
     for i in range(3):
         u = a if i == 0 else (b if i == 1 else c)
         v = b if i == 0 else (c if i == 1 else a)
@@ -155,6 +149,8 @@ def _projects_inside(points, a, b, c, places, row, nx, ny, nz):
         wy = places[row, 1] - points[u, 1]
         wz = places[row, 2] - points[u, 2]
         side = (ey * wz - ez * wy) * nx + (ez * wx - ex * wz) * ny + (ex * wy - ey * wx) * nz
-        if side < 0.0:
-            return False
-    return True
+        # the nearest place of the rim is on an edge that the place is beyond
+        if side < 0.0 or n2 <= 0.0:
+            inside = False
+            nearest = min(nearest, segment_distance2(points, u, v, places, row))
+    return h * h / n2 if inside else nearest

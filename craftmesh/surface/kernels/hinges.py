@@ -6,7 +6,7 @@ least angle round an edge is always between two facets that follow each other.
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.corner_lists import link_all
 from craftmesh.surface.kernels.facet_shape import area_vector
 
@@ -17,7 +17,7 @@ SHARP_COSINE = np.cos(np.radians(SHARP_WEDGE))
 OPEN = -2.0
 
 
-@kernel
+@lean_kernel
 def sharpest_on_edge(points, facets, first, after, f, k):
     """Return the largest cosine between facet `f` and others on its edge from corner `k` to k + 1."""
     a = facets[f, k]
@@ -40,7 +40,7 @@ def sharpest_on_edge(points, facets, first, after, f, k):
     return largest
 
 
-@kernel
+@lean_kernel
 def sharpest_on_facet(points, facets, first, after, f):
     """Return the largest cosine between facet `f` and the others on its edges."""
     largest = OPEN
@@ -68,18 +68,47 @@ def sharpest_cosines(points, facets, first, after):
 
 
 @kernel
+def _is_sharp(points, facets, after, c, b, cosine):
+    """Tell whether the facet of corner `c` has a hinge beyond the cosine on its edge to `b`.
+
+    Only the facets of the corners after `c` at the same vertex count.
+    """
+    a = facets[c // 3, c % 3]
+    goes = facets[c // 3, (c + 1) % 3] == b
+    x, y, z = area_vector(points, a, facets[c // 3, (c + 1) % 3], facets[c // 3, (c + 2) % 3])
+    size2 = x * x + y * y + z * z
+    d = after[c]
+    while d >= 0:
+        ahead = facets[d // 3, (d + 1) % 3]
+        behind = facets[d // 3, (d + 2) % 3]
+        if ahead == b or behind == b:
+            u, v, w = area_vector(points, a, ahead, behind)
+            along = x * u + y * v + z * w
+            if goes != (ahead == b):
+                along = -along
+            if along > cosine * np.sqrt(size2 * (u * u + v * v + w * w)):
+                return True
+        d = after[d]
+    return False
+
+
+@kernel
 def sharp_edges(points, facets, cosine):
     """Return the edges (k, 2), the lower point first, with a hinge of facets (m, 3) beyond the cosine.
 
-    An edge is listed once for each of its facets that have such a hinge.
+    An edge may be listed several times.
     """
     first, after = corner_lists(facets, len(points))
     edges = np.empty((3 * len(facets), 2), np.int64)
     count = 0
-    for f in range(len(facets)):
-        for k in range(3):
-            if sharpest_on_edge(points, facets, first, after, f, k) > cosine:
-                edges[count, 0] = min(facets[f, k], facets[f, (k + 1) % 3])
-                edges[count, 1] = max(facets[f, k], facets[f, (k + 1) % 3])
-                count += 1
+    for a in range(len(points)):
+        c = first[a]
+        while c >= 0:
+            for k in range(1, 3):
+                b = facets[c // 3, (c + k) % 3]
+                if b > a and _is_sharp(points, facets, after, c, b, cosine):
+                    edges[count, 0] = a
+                    edges[count, 1] = b
+                    count += 1
+            c = after[c]
     return edges[:count].copy()

@@ -8,8 +8,9 @@ from craftmesh.jit import kernel
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.surface.kernels.triangles import triangles_intersect
 
-# Facets (m, 3) on points, their bounds (m, 3) and the cells (m, 3) of their lower bounds.
-BoundedFacets = namedtuple("BoundedFacets", "points facets low high first")
+# Facets (m, 3) on points, their bounds (m, 3), the cells (m, 3) of their lower bounds, and whether pairs
+# with them are looked for (m,).
+BoundedFacets = namedtuple("BoundedFacets", "points facets low high first chosen")
 # Cells of the grid: at most so many a facet, and so many more.
 CELLS_PER_FACET, MORE_CELLS = 8, 1000
 # Cells grow by this factor until they are few enough.
@@ -40,12 +41,12 @@ def _bounds_meet_in_cell(bounded, f, g, cell):
 @kernel
 def _pairs_in_cell(bounded, items, cell, pairs, found):
     """Append the intersecting pairs whose common bounds begin in this cell; return how many there are."""
-    points, facets = bounded.points, bounded.facets
+    points, facets, chosen = bounded.points, bounded.facets, bounded.chosen
     for x in range(len(items)):
         f = items[x]
         for y in range(x + 1, len(items)):
             g = items[y]
-            if not _bounds_meet_in_cell(bounded, f, g, cell):
+            if not (chosen[f] or chosen[g]) or not _bounds_meet_in_cell(bounded, f, g, cell):
                 continue
             if triangles_intersect(
                 points, facets[f, 0], facets[f, 1], facets[f, 2], facets[g, 0], facets[g, 1], facets[g, 2]
@@ -59,13 +60,21 @@ def _pairs_in_cell(bounded, items, cell, pairs, found):
 
 
 @kernel
+def _has_chosen(chosen, items, start, end):
+    for n in range(start, end):
+        if chosen[items[n]]:
+            return True
+    return False
+
+
+@kernel
 def _search(bounded, bins, limit):
     start, items, shape = bins.start, bins.items, bins.grid.shape
     pairs = np.empty((limit, 2), np.int64)
     found = 0
     cell = np.empty(3, np.int64)
     for c in range(len(start) - 1):
-        if start[c + 1] - start[c] > 1:
+        if start[c + 1] - start[c] > 1 and _has_chosen(bounded.chosen, items, start[c], start[c + 1]):
             cell[0] = c // (shape[1] * shape[2])
             cell[1] = c // shape[2] % shape[1]
             cell[2] = c % shape[2]
@@ -75,10 +84,13 @@ def _search(bounded, bins, limit):
     return pairs[:found].copy()
 
 
-def intersecting_pairs(points: np.ndarray, facets: np.ndarray, limit: int = 100_000) -> np.ndarray:
+def intersecting_pairs(
+    points: np.ndarray, facets: np.ndarray, limit: int = 100_000, chosen: np.ndarray | None = None
+) -> np.ndarray:
     """Return the pairs (k, 2) int64 of `facets` (m, 3) that meet in more than their shared vertices.
 
-    Pairs come sorted, lower facet first. The search ends after `limit` pairs.
+    Pairs come sorted, lower facet first. The search ends after `limit` pairs. chosen (m,) bool: only pairs
+    with one of these facets are looked for.
     """
     facets = np.ascontiguousarray(facets, np.int64)
     points = np.array(points, np.float64, order="C")  # read-only arrays would be compiled for anew
@@ -93,5 +105,6 @@ def intersecting_pairs(points: np.ndarray, facets: np.ndarray, limit: int = 100_
     grid = grid_over(low.min(axis=0), high.max(axis=0), width)
     first = cells_of(low, grid)
     bins = fill_bins(first, cells_of(high, grid), grid)
-    pairs = _search(BoundedFacets(points, facets, low, high, first), bins, int(limit))
+    chosen = np.ones(len(facets), bool) if chosen is None else chosen
+    pairs = _search(BoundedFacets(points, facets, low, high, first, chosen), bins, int(limit))
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]

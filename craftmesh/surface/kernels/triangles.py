@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 
 # Points closer to a plane or a line than this fraction of the triangles' size count as on it.
 CONTACT = 1e-9
@@ -12,33 +12,33 @@ FOLD = 1e-6
 FLAT = 1e-13
 
 
-@kernel
+@lean_kernel
 def _between(points, a, b):
     return (points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2])
 
 
-@kernel
+@lean_kernel
 def _dot(u, v):
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
-@kernel
+@lean_kernel
 def _cross(u, v):
     return (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
 
 
-@kernel
+@lean_kernel
 def _normal(points, a, b, c):
     return _cross(_between(points, a, b), _between(points, a, c))
 
 
-@kernel
+@lean_kernel
 def _squared_size(points, a, b, c):
     u, v = _between(points, a, b), _between(points, a, c)
     return max(_dot(u, u), _dot(v, v))
 
 
-@kernel
+@lean_kernel
 def _height(points, origin, normal, length, contact, x):
     """Signed distance of point x from a plane, snapped to 0 within `contact`."""
     if length == 0.0:
@@ -47,7 +47,7 @@ def _height(points, origin, normal, length, contact, x):
     return 0.0 if abs(distance) <= contact else distance
 
 
-@kernel
+@lean_kernel
 def _dominant_axes(normal):
     """The two axes of the coordinate plane that sees a triangle with this normal best."""
     x, y, z = abs(normal[0]), abs(normal[1]), abs(normal[2])
@@ -58,14 +58,14 @@ def _dominant_axes(normal):
     return 0, 1
 
 
-@kernel
+@lean_kernel
 def _cross_2d(points, o, a, b, i, j):
     return (points[a, i] - points[o, i]) * (points[b, j] - points[o, j]) - (points[a, j] - points[o, j]) * (
         points[b, i] - points[o, i]
     )
 
 
-@kernel
+@lean_kernel
 def _edges_separate(points, a0, a1, a2, b0, b1, b2, i, j, contact):
     """Whether a line along an edge of triangle a has all of triangle b strictly on its outer side."""
     turn = 1.0 if _cross_2d(points, a0, a1, a2, i, j) > 0.0 else -1.0
@@ -81,7 +81,7 @@ def _edges_separate(points, a0, a1, a2, b0, b1, b2, i, j, contact):
     return False
 
 
-@kernel
+@lean_kernel
 def _in_sector(points, s, p, q, x, i, j):
     """Whether the ray from s to x lies in the closed angle p-s-q of a coplanar triangle."""
     turn = 1.0 if _cross_2d(points, s, p, q, i, j) > 0.0 else -1.0
@@ -94,7 +94,7 @@ def _in_sector(points, s, p, q, x, i, j):
     )
 
 
-@kernel
+@lean_kernel
 def _edge_hits(points, p, q, hp, hq, a, b, c, i, j):
     """Whether the edge p-q, at heights hp and hq over the plane of a-b-c, meets the closed triangle."""
     if (hp == 0.0 and hq == 0.0) or hp * hq > 0.0:
@@ -112,7 +112,7 @@ def _edge_hits(points, p, q, hp, hq, a, b, c, i, j):
     return u >= -CONTACT and v >= -CONTACT and u + v <= 1.0 + CONTACT
 
 
-@kernel
+@lean_kernel
 def _folded(points, a, b, c, d):
     """Whether triangles a-b-c and a-b-d lie on each other (or one of them is flat)."""
     edge = _between(points, a, b)
@@ -124,7 +124,7 @@ def _folded(points, a, b, c, d):
     return _dot(n, m) > 0.0 and np.sqrt(_dot(turn, turn)) <= FOLD * length
 
 
-@kernel
+@lean_kernel
 def _meet_beyond_vertex(points, s, p, q, r, t):
     """Whether triangles s-p-q and s-r-t meet in more than their common vertex s."""
     n, m = _normal(points, s, p, q), _normal(points, s, r, t)
@@ -152,7 +152,7 @@ def _meet_beyond_vertex(points, s, p, q, r, t):
     return False
 
 
-@kernel
+@lean_kernel
 def _sectors_meet(points, s, p, q, r, t, i, j):
     return (
         _in_sector(points, s, p, q, r, i, j)
@@ -162,7 +162,7 @@ def _sectors_meet(points, s, p, q, r, t, i, j):
     )
 
 
-@kernel
+@lean_kernel
 def _disjoint_triangles_meet(points, a0, a1, a2, b0, b1, b2):
     """Whether two triangles without a common vertex touch, cross or overlap."""
     n, m = _normal(points, a0, a1, a2), _normal(points, b0, b1, b2)
@@ -205,7 +205,7 @@ def _disjoint_triangles_meet(points, a0, a1, a2, b0, b1, b2):
     )
 
 
-@kernel
+@lean_kernel
 def triangles_intersect(points, a0, a1, a2, b0, b1, b2):
     """Whether two triangles, given by ids into points (n, 3), meet in more than the vertices they share.
 
