@@ -10,7 +10,7 @@ from craftmesh.surface.kernels.facet_shape import squared_distance
 # origin (3,), inverse cell size (1,), cells per axis (3,); first item per cell; facet and next item
 # per item; number of items used (1,); per facet the lowest and highest cell it was last entered in;
 # the candidates of the last query, their bounds in columns (6, c), whether each meets the box of the last
-# look (list_hits), and those that do.
+# look (list_hits), and the facets that do.
 FacetGrid = namedtuple(
     "FacetGrid", "origin scale dims first facet after used covered candidate bounds met hits"
 )
@@ -193,10 +193,9 @@ def gather_near(grid, points, facets, alive, facet_stamp, mark, rows, count, sha
 def list_hits(grid, near, points, a, b, c, reach):
     """List those of the first `near` candidates whose bounds come within `reach` of those of (a, b, c).
 
-    Returns their number; grid.hits has their places among the candidates. The bounds are compared without
-    a branch, eight candidates at once.
+    Returns their number; grid.hits has the facets. The bounds are compared without a branch.
     """
-    bounds, met, hits = grid.bounds, grid.met, grid.hits
+    candidate, bounds, met, hits = grid.candidate, grid.bounds, grid.met, grid.hits
     x0 = min(points[a, 0], points[b, 0], points[c, 0]) - reach
     x1 = max(points[a, 0], points[b, 0], points[c, 0]) + reach
     y0 = min(points[a, 1], points[b, 1], points[c, 1]) - reach
@@ -209,6 +208,6 @@ def list_hits(grid, near, points, a, b, c, reach):
         met[n] = along_x & along_y & (bounds[4, n] <= z1) & (bounds[5, n] >= z0)
     count = 0
     for n in range(near):
-        hits[count] = n
+        hits[count] = candidate[n]
         count += met[n]
     return count

@@ -151,13 +151,13 @@ def _list_patches(state, star):
 def _to_candidates(state, grid, star, near, rows, count, i, planes, tips, reach, share):
     """Return the narrowest gap between the facet rows[i] and the candidates, over its share."""
     corners = rows[i]
-    points, facets, candidate, hits = state.points, state.facets, grid.candidate, grid.hits
+    points, facets = state.points, state.facets
     a, b, c = corners
     least = WIDE
     normal = unit_normal(points, a, b, c)
     ready = False
     for n in range(list_hits(grid, near, points, a, b, c, reach)):
-        f = candidate[hits[n]]
+        f = grid.hits[n]
         if share_edge(facets, f, a, b, c):
             continue
         if is_on_one_side(points, normal, corners, facets[f], reach):

@@ -100,10 +100,9 @@ def _meets_star(points, planes, star, i):
 @lean_kernel
 def _meets_candidates(grid, near, points, facets, planes, corners):
     """Tell whether the new facet of these corners meets one of the first `near` candidates."""
-    candidate, hits = grid.candidate, grid.hits
     a, b, c = corners
     for n in range(list_hits(grid, near, points, a, b, c, 0.0)):
-        f = candidate[hits[n]]
+        f = grid.hits[n]
         if _apart(points, planes, corners, facets[f, 0], facets[f, 1], facets[f, 2]):
             continue
         if triangles_intersect(points, a, b, c, facets[f, 0], facets[f, 1], facets[f, 2]):

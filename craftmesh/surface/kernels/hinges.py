@@ -18,25 +18,26 @@ OPEN = -2.0
 
 
 @lean_kernel
-def sharpest_on_edge(points, facets, first, after, f, k):
-    """Return the largest cosine between facet `f` and others on its edge from corner `k` to k + 1."""
-    a = facets[f, k]
-    b = facets[f, (k + 1) % 3]
-    x, y, z = area_vector(points, a, b, facets[f, (k + 2) % 3])
+def _sharpest_along(points, facets, after, c, b, d):
+    """Return the largest cosine between the facet of corner `c` and others on its edge to `b`.
+
+    Only facets count whose corner at the vertex of `c` is `d` or comes after it in the corner lists.
+    """
+    ahead, behind = facets[c // 3, (c + 1) % 3], facets[c // 3, (c + 2) % 3]
+    a = facets[c // 3, c % 3]
+    goes_on = ahead == b
+    x, y, z = area_vector(points, a, ahead, behind)
     size2 = x * x + y * y + z * z
     largest = OPEN
-    c = first[a]
-    while c >= 0:
-        g = c // 3
-        ahead = facets[g, (c + 1) % 3]
-        behind = facets[g, (c + 2) % 3]
-        if (ahead == b or behind == b) and g != f:
+    while d >= 0:
+        ahead, behind = facets[d // 3, (d + 1) % 3], facets[d // 3, (d + 2) % 3]
+        if (ahead == b or behind == b) and d != c:
             u, v, w = area_vector(points, a, ahead, behind)
             size = np.sqrt(size2 * (u * u + v * v + w * w))
             if size > 0.0:
                 along = (x * u + y * v + z * w) / size
-                largest = max(largest, along if ahead == b else -along)
-        c = after[c]
+                largest = max(largest, along if (ahead == b) == goes_on else -along)
+        d = after[d]
     return largest
 
 
@@ -45,7 +46,8 @@ def sharpest_on_facet(points, facets, first, after, f):
     """Return the largest cosine between facet `f` and the others on its edges."""
     largest = OPEN
     for k in range(3):
-        largest = max(largest, sharpest_on_edge(points, facets, first, after, f, k))
+        a, b = facets[f, k], facets[f, (k + 1) % 3]
+        largest = max(largest, _sharpest_along(points, facets, after, 3 * f + k, b, first[a]))
     return largest
 
 
@@ -68,31 +70,6 @@ def sharpest_cosines(points, facets, first, after):
 
 
 @kernel
-def _is_sharp(points, facets, after, c, b, cosine):
-    """Tell whether the facet of corner `c` has a hinge beyond the cosine on its edge to `b`.
-
-    Only the facets of the corners after `c` at the same vertex count.
-    """
-    a = facets[c // 3, c % 3]
-    goes = facets[c // 3, (c + 1) % 3] == b
-    x, y, z = area_vector(points, a, facets[c // 3, (c + 1) % 3], facets[c // 3, (c + 2) % 3])
-    size2 = x * x + y * y + z * z
-    d = after[c]
-    while d >= 0:
-        ahead = facets[d // 3, (d + 1) % 3]
-        behind = facets[d // 3, (d + 2) % 3]
-        if ahead == b or behind == b:
-            u, v, w = area_vector(points, a, ahead, behind)
-            along = x * u + y * v + z * w
-            if goes != (ahead == b):
-                along = -along
-            if along > cosine * np.sqrt(size2 * (u * u + v * v + w * w)):
-                return True
-        d = after[d]
-    return False
-
-
-@kernel
 def sharp_edges(points, facets, cosine):
     """Return the edges (k, 2), the lower point first, with a hinge of facets (m, 3) beyond the cosine.
 
@@ -106,7 +83,7 @@ def sharp_edges(points, facets, cosine):
         while c >= 0:
             for k in range(1, 3):
                 b = facets[c // 3, (c + k) % 3]
-                if b > a and _is_sharp(points, facets, after, c, b, cosine):
+                if b > a and _sharpest_along(points, facets, after, c, b, after[c]) > cosine:
                     edges[count, 0] = a
                     edges[count, 1] = b
                     count += 1
