@@ -18,6 +18,8 @@ CASES = {
     "voids": VOIDS,
     "grains430": GRAINS_430,
 }
+# degrees
+CLEAN = 15
 DEFAULT = ("g26", "g100", "al1050", "copper", "voids", "grains430")
 COLUMNS = {
     "case": "case",
@@ -51,7 +53,7 @@ def prepare(case: Case, path: str) -> int:
 def figures_of(points, tets, grain, surface, sizing) -> dict:
     """Return the mesh's quality, and the lengths over target of edges with an end off the surface.
 
-    The first points are those of `surface`. Clean grains have no facet under 12 degrees.
+    The first points are those of `surface`. Clean grains have no facet under CLEAN degrees.
     """
     from craftmesh.mesh.kernels.shape_measures import shape_measures
     from craftmesh.mesh.quality import quality
@@ -62,7 +64,7 @@ def figures_of(points, tets, grain, surface, sizing) -> dict:
     measures = quality(TetMesh(points, tets, grain))
     keys = [key for key in COLUMNS if key in measures]
     smallest = facet_angles(surface.points, surface.facets).min(axis=1)
-    clean = ~np.isin(grain, surface.sides[smallest < 12])
+    clean = ~np.isin(grain, surface.sides[smallest < CLEAN])
     lowest = shape_measures(points, np.ascontiguousarray(tets))[clean, 2]
     edges = np.unique(np.sort(tet_edges(tets).reshape(-1, 2), axis=1), axis=0)
     ends = points[edges[edges.max(axis=1) >= len(surface.points)]]

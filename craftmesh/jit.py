@@ -1,4 +1,4 @@
-"""`kernel`, `lean_kernel`: numba's njit, a cache that sees changes in callees, constants compiled once.
+"""Kernels: numba's njit, with a cache that sees changes in callees and constants compiled once.
 
 Numba's own cache compares the source of the file that holds a function. A call compiles the callee in,
 but a change of the callee, in another file, goes unseen, and old machine code runs on.
@@ -41,22 +41,29 @@ def kernel(function: Callable) -> Callable:
     The cache is where numba keeps it: in NUMBA_CACHE_DIR where that is set, else in `__pycache__` beside
     the kernel, else in the user's cache folder. Where none can be written, each process compiles anew.
     """
-    return _compiled(function, counts=True)
+    return _compiled(function, _nrt=True)
 
 
 def lean_kernel(function: Callable) -> Callable:
     """Like `kernel`, for a function that makes no array and returns none: it counts no references to them.
 
     Numba else counts every array that such a function is given, at each of its ends, in memory that all
-    threads share. That took a tenth of the gradation's time. What makes an array does not compile ("NRT
-    required but not enabled"); what it calls may.
+    threads share. That took a tenth of the gradation's time, a third of the tetrahedral optimiser's. What
+    makes an array does not compile ("NRT required but not enabled"); what it calls may.
     """
-    return _compiled(function, counts=False)
+    return _compiled(function, _nrt=False)
 
 
-def _compiled(function: Callable, counts: bool) -> Callable:
-    # A kernel that does not say whether it counts would do as the one that calls it.
-    options: dict[str, Any] = {"_nrt": counts}  # which numba does not document
+def vector_kernel(function: Callable) -> Callable:
+    """Like `lean_kernel`, with numpy's division: by zero it gives inf or nan, where `lean_kernel` raises.
+
+    That check keeps a loop that divides from being vectorised.
+    """
+    return _compiled(function, _nrt=False, error_model="numpy")
+
+
+def _compiled(function: Callable, **options: Any) -> Callable:
+    # `_nrt`, which numba does not document, is given for all: else a kernel would do as its caller.
     compiled: Any = njit(**options)(function)
     if compiled is not function:  # as it is under NUMBA_DISABLE_JIT
         compiled.get_call_template = _without_constants(compiled.get_call_template)

@@ -22,6 +22,7 @@ from craftmesh.tetrahedra.kernels.tet_faults import (
     faults_of,
 )
 from craftmesh.tetrahedra.kernels.tet_lightening import (
+    REMOVAL_FALL,
     lighten,
     lighten_by_contraction,
     lighten_by_face,
@@ -30,7 +31,6 @@ from craftmesh.tetrahedra.kernels.tet_lightening import (
 )
 from craftmesh.tetrahedra.kernels.tet_passes import lighten_pass
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, Aim, all_qualities, quality_of
-from craftmesh.tetrahedra.kernels.tet_sum_swaps import FALL as SWAP_FALL
 from craftmesh.tetrahedra.kernels.tet_sum_swaps import SumAim, remove_edge_for_sum
 from craftmesh.tetrahedra.opening_stages import is_stretched
 from craftmesh.tetrahedra.optimise_tets import _result, new_state
@@ -68,7 +68,7 @@ def move_corner(state, t, k, work):
 
 OPERATIONS = {
     "edge removal": lambda state, t, k, work: remove_edge_for_sum(
-        state, t, k, SumAim(WHOLE, 0.0, 0.0), work
+        state, t, k, SumAim(WHOLE, 0.0, 0.0, REMOVAL_FALL), work
     ),
     "face removal": lambda state, t, k, work: k < 4 and lighten_by_face(state, t, k, work),
     "contraction": contract_corner,
@@ -85,7 +85,7 @@ def test_each_change_makes_the_mesh_lighter_and_keeps_it_a_mesh(name):
         done = OPERATIONS[name](state, t, k, work)
         after = weight_of(state)
         # of a sum over some hundred tets the rounding
-        assert after <= before - min(FALL, SWAP_FALL) + 1e-6 if done else after == before
+        assert after <= before - min(FALL, REMOVAL_FALL) + 1e-6 if done else after == before
         return done
 
     state, done, volume, frozen = try_all(checked, seed=5, measure=WHOLE)

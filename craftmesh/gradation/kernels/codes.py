@@ -1,6 +1,6 @@
 """What operations answer, and the bits of a vertex's flags."""
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 
 # An operation was done; it was not needed, or what it was meant for is gone: neither is a refusal.
 DONE = -1
@@ -30,13 +30,13 @@ ON_CRACK = 64
 ON_FRONT = 128
 
 
-@kernel
+@lean_kernel
 def is_held(flags, axis):
     """Tell whether a box plane across `axis` holds the vertex's coordinate."""
     return (flags >> (2 * axis)) & 3 != 0
 
 
-@kernel
+@lean_kernel
 def counted(refused, answer):
     """Return 1 for an operation that was done, else 0; count a refusal in `refused` by its reason."""
     if answer >= 0:

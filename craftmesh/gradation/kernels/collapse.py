@@ -20,7 +20,7 @@ from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.projection import put_on_planes
 from craftmesh.gradation.kernels.rings import is_feature
 from craftmesh.gradation.kernels.star import Star, add_star, list_edge_facets, worst_score
-from craftmesh.jit import kernel, lean_kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import squared_distance
 
 # How far from the middle of its edge a collapse may put the vertex to keep the volumes, chosen by hand:
@@ -137,7 +137,7 @@ def _collapse_somehow(state, grid, limits, a, b, ends):
     return reason
 
 
-@kernel
+@lean_kernel
 def collapse_pass(state, grid, limits, edges, order, start):
     """Collapse edges under limits.collapse of their target, in `order` from `start` on.
 

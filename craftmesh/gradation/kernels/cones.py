@@ -64,7 +64,7 @@ def grain_cones(state, star, place):
     return count
 
 
-@kernel
+@lean_kernel
 def _solve(m, right, x):
     """Set `x` (3,) to the solution of the symmetric, definite 3 x 3 system."""
     c00 = m[1, 1] * m[2, 2] - m[1, 2] * m[2, 1]

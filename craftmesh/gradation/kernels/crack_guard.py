@@ -11,7 +11,7 @@ from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT
 from craftmesh.gradation.kernels.collapse_rules import is_front_edge
 from craftmesh.gradation.kernels.projection import nearest_triangle
 from craftmesh.gradation.kernels.star import old_facet
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import segment_distance2
 
 EIGHTHS = tuple(k / 8 for k in range(1, 8))
@@ -61,7 +61,7 @@ def leaves_crack(state, star, limit):
     return worst > (1.0 + ROUNDING) * before
 
 
-@kernel
+@lean_kernel
 def _tip_leaves(state, star, limit, place):
     """Tell whether the tip is off the crack by more than `limit` and than the crack's vertices before."""
     worst = _off2(state, star.tip, limit, place)
@@ -74,7 +74,7 @@ def _tip_leaves(state, star, limit, place):
     return worst > (1.0 + ROUNDING) * before
 
 
-@kernel
+@lean_kernel
 def _off2(state, vertex, limit, place):
     """Return the squared distance of a vertex from the crack, exact beyond `limit`."""
     for k in range(3):
@@ -82,7 +82,7 @@ def _off2(state, vertex, limit, place):
     return nearest_triangle(state, place, 0, limit, FAR * limit)[1]
 
 
-@kernel
+@lean_kernel
 def _facet_off2(state, corners, limit, place):
     """Return the largest squared distance of the facet's places from the crack, exact beyond `limit`."""
     worst = 0.0
@@ -121,7 +121,7 @@ def leaves_front(state, star, limit):
     return worst > limit * limit and worst > (1.0 + ROUNDING) * before
 
 
-@kernel
+@lean_kernel
 def _middle_off2(state, a, b, place):
     """Return the squared distance of the middle of edge (a, b) from the front."""
     ends = state.front.reshape(-1, 3)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from craftmesh.gradation.kernels.codes import is_held
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import Grid, cells_of_box
 from craftmesh.surface.kernels.facet_shape import facet_distance2
 
@@ -68,7 +68,7 @@ def put_on_front(front, place):
             place[:] = trial
 
 
-@kernel
+@lean_kernel
 def put_on_crack_in_box(state, planes, v, place):
     """Move `place` (3,) onto the crack with the coordinates that the bits of `planes` fix at vertex `v`."""
     for _ in range(ROUNDS):
@@ -77,7 +77,7 @@ def put_on_crack_in_box(state, planes, v, place):
             return
 
 
-@kernel
+@lean_kernel
 def put_on_planes(state, planes, v, place):
     """Give `place` (3,) the coordinates that `planes` fix at vertex `v`; return how far off it was."""
     off = 0.0

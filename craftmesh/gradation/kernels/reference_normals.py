@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
 
-@kernel
+@lean_kernel
 def reference_normals(points, facets, patch, first, after, reference):
     """Set `reference` (m, 3) to unit normals averaged over each facet and its patch neighbours.
 

@@ -43,7 +43,7 @@ def is_feature(facets, patch, first, after, a, b):
     return count != 2 or patch[f0] != patch[f1]
 
 
-@kernel
+@lean_kernel
 def _edge_signature(facets, patch, first, after, a, b):
     """Return whether (a, b) is a feature and a number that is the same for the same set of patches."""
     count = 0
@@ -64,7 +64,7 @@ def _edge_signature(facets, patch, first, after, a, b):
     return count != 2 or not same, signature
 
 
-@kernel
+@lean_kernel
 def _is_tied(facets, first, after, stamp, mark, v):
     """Tell whether the facets at `v` fall into groups that meet in `v` alone."""
     start = first[v] // 3
@@ -90,7 +90,7 @@ def _is_tied(facets, first, after, stamp, mark, v):
     return not whole
 
 
-@kernel
+@lean_kernel
 def classify(facets, patch, first, after, vertex_count, rank, stamp, clock):
     """Set `rank`: 0 inside a patch, 1 on a feature line, 2 a feature point (fixed).
 

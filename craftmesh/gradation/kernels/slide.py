@@ -209,7 +209,7 @@ def slide_vertex(state, grid, limits, v, goal):
     return slide_towards(state, grid, limits, star, best, SLIDE_TRIES, old + LEAST_RISE)
 
 
-@kernel
+@lean_kernel
 def slide_pass(state, grid, limits, order, start, goal):
     """Slide the vertices in `order` from `start` on; return where it stopped and how many moved."""
     done = 0
@@ -222,7 +222,7 @@ def slide_pass(state, grid, limits, order, start, goal):
     return len(order), done
 
 
-@kernel
+@lean_kernel
 def _even_place(state, v, p, q, place):
     """Set `place` on the line p - v - q where both edges have the same length over target."""
     to_p = np.sqrt(squared_distance(state.points, v, p))
@@ -266,7 +266,7 @@ def even_lines_pass(state, grid, limits, order, start):
     return len(order), done
 
 
-@kernel
+@lean_kernel
 def move_vertex(state, grid, limits, v, place):
     """Move `v`, which nothing holds, to `place` (3,) or a part of the way; return DONE or why not."""
     star = star_at(state, v)
@@ -282,7 +282,7 @@ def move_vertex(state, grid, limits, v, place):
     return reason
 
 
-@kernel
+@lean_kernel
 def move_pass(state, grid, limits, vertices, places, start):
     """Move each of `vertices` to its place (k, 3), or a part of the way, where the guards allow it."""
     done = 0

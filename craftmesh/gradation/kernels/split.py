@@ -20,7 +20,7 @@ from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_f
 from craftmesh.gradation.kernels.rings import third_corner
 from craftmesh.gradation.kernels.star import Star, list_edge_facets
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.corner_lists import link_corner
 from craftmesh.surface.kernels.facet_shape import angle_score, squared_distance
 
@@ -28,7 +28,7 @@ from craftmesh.surface.kernels.facet_shape import angle_score, squared_distance
 LEAST_SHARE = 0.1
 
 
-@kernel
+@lean_kernel
 def _edge_class(state, a, b, parents):
     """Return the rank and flags of a vertex on edge (a, b)."""
     flags = state.flags[a] & state.flags[b] & ON_PLANES
@@ -44,7 +44,7 @@ def _edge_class(state, a, b, parents):
     return (1 if parents != 2 else rank), flags
 
 
-@kernel
+@lean_kernel
 def _foot_of_cap(state, a, b, parents):
     """Return where on edge (a, b), as a share from `a`, the facet that is flattest over it has its apex.
 
@@ -81,7 +81,7 @@ def _split_place(state, a, b, share, flags, place):
     return (place[0] - middle[0]) ** 2 + (place[1] - middle[1]) ** 2 + (place[2] - middle[2]) ** 2 > 0.0
 
 
-@kernel
+@lean_kernel
 def _set_halves(state, a, b, m, parents):
     """Put the parents' halves, the one at `a` first, into the star."""
     for i in range(parents):
@@ -94,7 +94,7 @@ def _set_halves(state, a, b, m, parents):
             state.star_corners[2 * i + 1, k] = m if u == a else u
 
 
-@kernel
+@lean_kernel
 def _shapes_allow(state, parents, floor, share):
     """Tell whether every half scores `floor` or `share` of its parent's score."""
     for i in range(2 * parents):
@@ -106,7 +106,7 @@ def _shapes_allow(state, parents, floor, share):
     return True
 
 
-@kernel
+@lean_kernel
 def _only_strips_are_poor(state, parents, floor, share):
     """Tell whether `_shapes_allow` would but for facets of strips, of which there are some."""
     strips = 0
@@ -123,14 +123,14 @@ def _only_strips_are_poor(state, parents, floor, share):
     return strips > 0
 
 
-@kernel
+@lean_kernel
 def _in_strip(state, p, q, r):
     """Tell whether a facet of the crack or a plane of the box joins two of its lines."""
     flags = state.flags[p] & state.flags[q] & state.flags[r] & (ON_PLANES | ON_CRACK)
     return flags != 0 and state.rank[p] > 0 and state.rank[q] > 0 and state.rank[r] > 0
 
 
-@kernel
+@lean_kernel
 def _worst_parent(state, parents):
     """Return the least score of the facets on the edge."""
     worst = np.inf
@@ -190,7 +190,7 @@ def _share_witnesses(state, f, g, m):
     settle(state, loose)
 
 
-@kernel
+@lean_kernel
 def _commit_split(state, grid, a, b, parents, moved):
     """Divide the listed facets at the newest vertex, `moved` off their edge or not."""
     m = state.used[0] - 1
@@ -207,7 +207,7 @@ def _commit_split(state, grid, a, b, parents, moved):
             insert_facet(grid, state.points, f, state.facets[f, 0], state.facets[f, 1], state.facets[f, 2])
 
 
-@kernel
+@lean_kernel
 def split(state, grid, limits, a, b, share):
     """Split edge (a, b) unless a half would be too poor (`share` of its parent's score) or refused.
 
@@ -249,7 +249,7 @@ def split(state, grid, limits, a, b, share):
     return DONE
 
 
-@kernel
+@lean_kernel
 def split_pass(state, grid, limits, edges, order, start, share):
     """Split edges over limits.split of their target, in `order` from `start` on.
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import Bins, cells_of, fill_bins, grid_over
 
 OUTSIDE = 1e-12  # of a triangle's area: a place this far out, as rounding brings it, is still in it
@@ -38,7 +38,7 @@ def holding(uv, nodes, triangles, bins):
     return found
 
 
-@kernel
+@lean_kernel
 def _holds(nodes, a, b, c, u, v):
     """Whether the triangle a, b, c, turned either way, holds the place u, v."""
     bu, bv = nodes[b, 0] - nodes[a, 0], nodes[b, 1] - nodes[a, 1]

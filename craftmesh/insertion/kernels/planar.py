@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 
 DONE, BLOCKED = 0, 1  # what insert_point says
 COCIRCULAR = 1e-10  # sine of the angle by which a diagonal has to be better, so that no pair flips for ever
@@ -49,19 +49,19 @@ class Candidates(NamedTuple):
     clearance: np.ndarray
 
 
-@kernel
+@lean_kernel
 def turn(uv, a, b, c):
     """Twice the signed area of a, b, c."""
     return (uv[b, 0] - uv[a, 0]) * (uv[c, 1] - uv[a, 1]) - (uv[b, 1] - uv[a, 1]) * (uv[c, 0] - uv[a, 0])
 
 
-@kernel
+@lean_kernel
 def squared_distance(uv, a, b):
     """The square of the distance of a and b."""
     return (uv[a, 0] - uv[b, 0]) ** 2 + (uv[a, 1] - uv[b, 1]) ** 2
 
 
-@kernel
+@lean_kernel
 def _edge_from(mesh, t, a):
     """The edge of triangle t that starts at point a; -1 where a is no corner of t."""
     for i in range(3):
@@ -70,7 +70,7 @@ def _edge_from(mesh, t, a):
     return -1
 
 
-@kernel
+@lean_kernel
 def _edges(mesh, t, i):
     """The three edges of t from edge i on, each as the triangle across it and whether it is fixed."""
     j, k = (i + 1) % 3, (i + 2) % 3
@@ -81,13 +81,13 @@ def _edges(mesh, t, i):
     )
 
 
-@kernel
+@lean_kernel
 def _free(u):
     """The edge that leads to triangle u and is not fixed."""
     return u, bool(0)  # a plain False is a type of its own: what gets it would be compiled once more
 
 
-@kernel
+@lean_kernel
 def _put(mesh, t, corners, first, second, third):
     """Make t the triangle of `corners` with these three edges; the triangles across are not told."""
     for i in range(3):
@@ -97,7 +97,7 @@ def _put(mesh, t, corners, first, second, third):
     mesh.across[t, 2], mesh.fixed[t, 2] = third
 
 
-@kernel
+@lean_kernel
 def _tell_neighbours(mesh, t):
     """Let the triangles across the edges of t have t across theirs."""
     for i in range(3):
@@ -106,7 +106,7 @@ def _tell_neighbours(mesh, t):
             mesh.across[u, _edge_from(mesh, u, mesh.corners[t, (i + 1) % 3])] = t
 
 
-@kernel
+@lean_kernel
 def _pair(mesh, t, i):
     """The two triangles at the inner edge i of t: its ends a, b, the apex c of t, and u with its apex d.
 
@@ -131,7 +131,7 @@ def _prefers_flip(uv, a, b, c, d):
     return sin_c * dot_d + sin_d * dot_c < -COCIRCULAR * scale
 
 
-@kernel
+@lean_kernel
 def flip(mesh, t, i):
     """Replace the inner edge i of t by the other diagonal of the two triangles at it."""
     a, b, c, u, d, j = _pair(mesh, t, i)
@@ -170,7 +170,7 @@ def legalise_all(mesh):
     _legalise(mesh, np.arange(mesh.used[1] - 1, -1, -1))
 
 
-@kernel
+@lean_kernel
 def locate(mesh, start, point, through_fixed):
     """Walk from triangle `start` to the one that holds `point`; -1 where the rim or a fixed edge stops it.
 
@@ -192,14 +192,14 @@ def locate(mesh, start, point, through_fixed):
     return -1
 
 
-@kernel
+@lean_kernel
 def _new_triangles(mesh):
     """Take two spare rows into use and return them."""
     mesh.used[1] += 2
     return mesh.used[1] - 2, mesh.used[1] - 1
 
 
-@kernel
+@lean_kernel
 def _split_triangle(mesh, t, point):
     """Part t into three triangles about `point`; return the two that are new."""
     a, b, c = mesh.corners[t]
@@ -213,7 +213,7 @@ def _split_triangle(mesh, t, point):
     return u, w
 
 
-@kernel
+@lean_kernel
 def split_inner_edge(mesh, t, i, point):
     """Put `point` on the inner edge i of t: two triangles become four, no edge is flipped.
 
@@ -256,7 +256,7 @@ def insert_point(mesh, t, point):
     return DONE
 
 
-@kernel
+@lean_kernel
 def has_room(mesh):
     """Whether one more point and the two triangles that it brings find spare rows."""
     return mesh.used[0] < len(mesh.uv) and mesh.used[1] + 2 <= len(mesh.corners)
@@ -285,7 +285,7 @@ def insert_spaced(mesh, candidates, frozen):
     return inserted
 
 
-@kernel
+@lean_kernel
 def _is_clear(mesh, t, point, spacing, clearance):
     """Whether `point` in t is off the corners of t and of its neighbours, and off the fixed edges of t."""
     for i in range(3):
@@ -303,7 +303,7 @@ def _is_clear(mesh, t, point, spacing, clearance):
     return True
 
 
-@kernel
+@lean_kernel
 def recover_edge(mesh, a, b):
     """Make the segment a-b an edge by flipping the free edges that cross it; False where it cannot be.
 
@@ -318,7 +318,7 @@ def recover_edge(mesh, a, b):
     return False
 
 
-@kernel
+@lean_kernel
 def _has_edge(mesh, a, b):
     for t in range(mesh.used[1]):
         if _edge_from(mesh, t, a) >= 0 and _edge_from(mesh, t, b) >= 0:
@@ -326,7 +326,7 @@ def _has_edge(mesh, a, b):
     return False
 
 
-@kernel
+@lean_kernel
 def _flip_crossing(mesh, a, b):
     """Flip the free edges that cross the segment a-b where that makes proper triangles; say if any did."""
     flipped = False
@@ -344,7 +344,7 @@ def _flip_crossing(mesh, a, b):
     return flipped
 
 
-@kernel
+@lean_kernel
 def _crosses(uv, a, b, p, q):
     """Whether the segments a-b and p-q, which share no point, cross in their interiors."""
     if a == p or a == q or b == p or b == q:

@@ -3,13 +3,13 @@
 import numpy as np
 
 from craftmesh.insertion.kernels.planar import squared_distance, turn
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 
 TWICE_ROOT_3 = 3.4641016151377544
 GOOD = 0.6  # a point moves even where its worst triangle loses, if that stays above this
 
 
-@kernel
+@lean_kernel
 def shape(uv, a, b, c):
     """4 sqrt(3) area over the sum of the squared edges: 1 for even ones, negative where turned over."""
     area = turn(uv, a, b, c)
@@ -17,7 +17,7 @@ def shape(uv, a, b, c):
     return TWICE_ROOT_3 * area / edges
 
 
-@kernel
+@lean_kernel
 def _worst_shape(uv, corners, around):
     """The least shape of the triangles `around`."""
     worst = np.inf
@@ -26,7 +26,7 @@ def _worst_shape(uv, corners, around):
     return worst
 
 
-@kernel
+@lean_kernel
 def smooth_in_plane(uv, corners, start, owner, movable):
     """Move points to the area-weighted centroid of their triangles where their worst triangle allows.
 
@@ -51,7 +51,7 @@ def smooth_in_plane(uv, corners, start, owner, movable):
             uv[point, 0], uv[point, 1] = old_u, old_v
 
 
-@kernel
+@lean_kernel
 def move_in_plane(uv, corners, start, owner, movable, targets, least):
     """Move points to targets (k, 2) where no triangle around them gets a shape below `least`.
 

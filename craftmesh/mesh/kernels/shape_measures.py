@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 
 
 @kernel
@@ -16,7 +16,7 @@ def _face_vector(points, a, b, c, out):
     return np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2)
 
 
-@kernel
+@lean_kernel
 def _length(points, a, b):
     total = 0.0
     for axis in range(3):
@@ -24,7 +24,7 @@ def _length(points, a, b):
     return np.sqrt(total)
 
 
-@kernel
+@lean_kernel
 def _cosines(face, area):
     """Return the smallest and the largest cosine of the six dihedral angles."""
     low, high = 1.0, -1.0
@@ -38,7 +38,7 @@ def _cosines(face, area):
     return max(low, -1.0), min(high, 1.0)
 
 
-@kernel
+@lean_kernel
 def _circumradius_times_volume(edge):
     """Return 24 R V from the lengths of the edges 12, 23, 31, 14, 24, 34 (Crelle's formula)."""
     x, y, z = edge[0] * edge[5], edge[1] * edge[3], edge[2] * edge[4]

@@ -16,13 +16,13 @@ from outside the cell, right < left. A facet (tail, head, point inside) has its 
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.remeshing.kernels.cell_tables import FACE_CORNERS, FACE_EDGES, FIRST_FACE_POINT, POINT_FACES
 
 IMPOSSIBLE = 1e30
 
 
-@kernel
+@lean_kernel
 def add_segment(segments, count, tail, head, right, left):
     """Append a segment, turned so that its smaller label is on the right; return the new count."""
     row = segments[count]
@@ -33,7 +33,7 @@ def add_segment(segments, count, tail, head, right, left):
     return count + 1
 
 
-@kernel
+@lean_kernel
 def face_segments(labels, face, segments, count):
     """Append the segments on one face of a cell with eight corner `labels`; return the new count."""
     corner, edge = FACE_CORNERS[face], FACE_EDGES[face]
@@ -63,7 +63,7 @@ def face_segments(labels, face, segments, count):
     return count
 
 
-@kernel
+@lean_kernel
 def _badness(p, q, r):
     """Sum of the squared edges over twice the area: small for well-shaped triangles."""
     ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
@@ -74,7 +74,7 @@ def _badness(p, q, r):
     return edges / max(np.sqrt(nx * nx + ny * ny + nz * nz), 1e-6)
 
 
-@kernel
+@lean_kernel
 def _best_splits(polygon, n, at, cost, split):
     """Dynamic programming over the polygon's diagonals; cost[0, n - 1] is that of the whole polygon.
 
@@ -97,7 +97,7 @@ def _best_splits(polygon, n, at, cost, split):
                         split[i, j] = k
 
 
-@kernel
+@lean_kernel
 def triangulate(polygon, n, at, scratch, triangles):
     """Write the best triangulation of a polygon of local points to `triangles`; return their number.
 

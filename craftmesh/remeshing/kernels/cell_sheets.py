@@ -12,7 +12,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.remeshing.kernels.cell_faces import face_segments, triangulate
 from craftmesh.remeshing.kernels.cell_tables import FIRST_CELL_POINT, FIRST_FACE_POINT, POINT_AT
 from craftmesh.remeshing.kernels.cell_wedges import cone, cut_tied_wedge, middle_of
@@ -46,7 +46,7 @@ def new_scratch() -> Scratch:
     return Scratch(at=POINT_AT.copy(), cost=np.zeros((16, 16)), used=np.zeros(64, bool), **arrays)
 
 
-@kernel
+@lean_kernel
 def _find_components(segments, count, group, after):
     """Label each point with the lowest point it is connected to, and note each point's outgoing segment."""
     for p in range(FIRST_CELL_POINT):
@@ -64,7 +64,7 @@ def _find_components(segments, count, group, after):
         after[segments[s, 0]] = s
 
 
-@kernel
+@lean_kernel
 def _append_polygon(triangles, number, right, left, sheets, count):
     for t in range(number):
         for corner in range(3):
@@ -74,7 +74,7 @@ def _append_polygon(triangles, number, right, left, sheets, count):
     return count
 
 
-@kernel
+@lean_kernel
 def _span_loop(link, size, others, new, scratch, count):
     """Fill a loop of one label pair; return the count of facets and of cell points (a fan needs one).
 
@@ -96,7 +96,7 @@ def _span_loop(link, size, others, new, scratch, count):
     return cone(link, size, new, scratch.sheets, count), new + 1
 
 
-@kernel
+@lean_kernel
 def _span_junction(link, size, scratch, count):
     """Join two face points by an edge that closes the three chains between them.
 
@@ -124,7 +124,7 @@ def _span_junction(link, size, scratch, count):
     return count if chains == 3 else -1
 
 
-@kernel
+@lean_kernel
 def _span_cone(link, size, new, is_first, scratch, count):
     """Span a cone from a cell point, tied wedges cut off; return the counts of facets and cell points."""
     at, apex = scratch.at, new
@@ -139,7 +139,7 @@ def _span_cone(link, size, new, is_first, scratch, count):
     return cone(link, size, apex, scratch.sheets, count), new
 
 
-@kernel
+@lean_kernel
 def _component(segments, count, group, root, link):
     """Copy the segments of one component to `link`; return their number and that of its face points."""
     size = face_points = 0
@@ -154,7 +154,7 @@ def _component(segments, count, group, root, link):
     return size, face_points
 
 
-@kernel
+@lean_kernel
 def cell_sheets(labels, scratch):
     """Fill scratch.sheets with the facets of a cell with eight corner `labels`; return their number.
 

@@ -4,19 +4,19 @@ The segments seen from a cell point form the link of that point. Around each gra
 cycles, one per wedge of the grain; a grain with two wedges would touch itself at the point.
 """
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.remeshing.kernels.cell_faces import add_segment
 
 OUTSIDE_LABELS = 6
 _MANY = 1000
 
 
-@kernel
+@lean_kernel
 def _bounds_grain(segment, grain):
     return segment[2] == grain or segment[3] == grain
 
 
-@kernel
+@lean_kernel
 def _walk_wedge(link, size, grain, start, used, ring, across):
     """Walk one cycle of the link with `grain` on the right; return its length.
 
@@ -38,7 +38,7 @@ def _walk_wedge(link, size, grain, start, used, ring, across):
     return n
 
 
-@kernel
+@lean_kernel
 def _is_simple_wedge(across, n):
     """Whether the wedge has two neighbours or more, each along one run of the cycle."""
     runs = 0
@@ -66,7 +66,7 @@ def _smallest_wedge(link, size, grain, used, ring, across):
     return wedges, shortest, start
 
 
-@kernel
+@lean_kernel
 def _wedge_to_cut(link, size, used, ring, across):
     """Return a tied grain and the first segment of its smallest wedge; segment -1 if there is none."""
     best, best_grain, best_start = _MANY, -1, -1
@@ -99,7 +99,7 @@ def _place_wedge_point(at, new, apex, ring, across, n):
             at[new, axis] = at[apex, axis]
 
 
-@kernel
+@lean_kernel
 def add_facet(sheets, count, segment, point):
     """Append the facet from a segment to a cell point; return the new count."""
     row = sheets[count]
@@ -136,7 +136,7 @@ def cut_tied_wedge(link, size, apex, new, at, sheets, count, scratch):
     return True, kept, count
 
 
-@kernel
+@lean_kernel
 def cone(link, size, apex, sheets, count):
     """Append a facet from each segment of the link to the cell point; return the new count."""
     for s in range(size):

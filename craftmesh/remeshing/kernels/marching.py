@@ -6,7 +6,7 @@ edges and corners come out exactly. A surface point's id is kept only while the 
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.remeshing.kernels.cell_sheets import MAX_FACETS, cell_sheets, new_scratch
 from craftmesh.remeshing.kernels.cell_tables import FIRST_CELL_POINT, MAX_POINTS, POINT_SLOT
 from craftmesh.remeshing.kernels.cell_wedges import OUTSIDE_LABELS
@@ -27,7 +27,7 @@ def _with_room(array, used, more):
     return larger
 
 
-@kernel
+@lean_kernel
 def _read_cell(ranks, i, j, k, labels):
     """Copy the eight corner labels of a cell; return whether they differ."""
     mixed = False
@@ -37,7 +37,7 @@ def _read_cell(ranks, i, j, k, labels):
     return mixed
 
 
-@kernel
+@lean_kernel
 def _point_id(p, j, k, slab_ids, free):
     """Return the id of an edge or face point of the cell in row j, column k, taking `free` on first use."""
     layer, slot, dj, dk = POINT_SLOT[p]

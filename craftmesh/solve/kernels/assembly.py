@@ -6,7 +6,7 @@ greater than i, ascending; the blocks on the diagonal lie apart.
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.solve.kernels.elements import add_stiffness, gradients
 
 
@@ -93,7 +93,7 @@ def _place_of(node, column, low, high):
     return low
 
 
-@kernel
+@lean_kernel
 def _add_diagonal(own, a, block):
     for r in range(3):
         for s in range(r, 3):
@@ -103,7 +103,7 @@ def _add_diagonal(own, a, block):
                 block[s, r] += value
 
 
-@kernel
+@lean_kernel
 def _add_block(own, row, column, is_upper, block):
     """Add the block of an element's matrix at (row, column), or its transpose where that lies above."""
     if is_upper:
@@ -116,7 +116,7 @@ def _add_block(own, row, column, is_upper, block):
                 block[s, r] += own[row + r, column + s]
 
 
-@kernel
+@lean_kernel
 def take_out(fixed, start, column, diagonal, upper):
     """Set the rows and columns of prescribed displacements, fixed (n, 3), to 0 but on the diagonal.
 
@@ -131,7 +131,7 @@ def take_out(fixed, start, column, diagonal, upper):
             _clear(fixed[i], fixed[column[place]], upper[place], False)
 
 
-@kernel
+@lean_kernel
 def _clear(rows, columns, block, is_diagonal):
     for r in range(3):
         for s in range(3):

@@ -6,7 +6,7 @@ The matrix is L + D + U with L the transpose of U; `start`, `column` and `upper`
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 
 
 @kernel
@@ -27,7 +27,7 @@ def inverted(blocks):
     return out
 
 
-@kernel
+@lean_kernel
 def multiply(start, column, upper, diagonal, x, out):
     """Fill `out` with (L + D + U) x and return x . out."""
     for i in range(len(x)):
@@ -53,7 +53,7 @@ def multiply(start, column, upper, diagonal, x, out):
     return total
 
 
-@kernel
+@lean_kernel
 def solve_lower(start, column, upper, inverse, right, out):
     """Fill `out` with x of (L + D) x = right; `right` is overwritten with D x. inverse (n, 3, 3): of D."""
     for i in range(len(right)):
@@ -71,7 +71,7 @@ def solve_lower(start, column, upper, inverse, right, out):
             right[j, 2] -= u[0, 2] * x0 + u[1, 2] * x1 + u[2, 2] * x2
 
 
-@kernel
+@lean_kernel
 def negative_upper(start, column, upper, x, out):
     """Fill `out` with -U x: what is left of a right-hand side after `solve_lower`."""
     for i in range(len(x)):
@@ -86,7 +86,7 @@ def negative_upper(start, column, upper, x, out):
         out[i, 0], out[i, 1], out[i, 2] = a, b, c
 
 
-@kernel
+@lean_kernel
 def subtract_lower(start, column, upper, x, out):
     """Subtract L x from `out`."""
     for i in range(len(x)):
@@ -99,7 +99,7 @@ def subtract_lower(start, column, upper, x, out):
             out[j, 2] -= u[0, 2] * x0 + u[1, 2] * x1 + u[2, 2] * x2
 
 
-@kernel
+@lean_kernel
 def solve_upper(start, column, upper, inverse, right, out):
     """Fill `out` with x of (D + U) x = right. inverse (n, 3, 3): of D."""
     for i in range(len(right) - 1, -1, -1):
@@ -150,7 +150,7 @@ def _put(node, block, place, at, blocks):
             blocks[place, r, s] = block[r, s]
 
 
-@kernel
+@lean_kernel
 def dot(x, y):
     """Return the sum of products of two arrays (n, 3), summed in one order on every machine."""
     total = 0.0
@@ -159,7 +159,7 @@ def dot(x, y):
     return total
 
 
-@kernel
+@lean_kernel
 def add_multiple(factor, x, out):
     """Add factor * x to `out`, arrays (n, 3)."""
     for i in range(len(x)):
@@ -167,7 +167,7 @@ def add_multiple(factor, x, out):
             out[i, r] += factor * x[i, r]
 
 
-@kernel
+@lean_kernel
 def renew_direction(factor, x, out):
     """Overwrite `out` with x + factor * out, arrays (n, 3)."""
     for i in range(len(x)):

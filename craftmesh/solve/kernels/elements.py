@@ -6,10 +6,10 @@ slopes (q, k, 3): derivatives of the k shape functions at q points by the elemen
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 
 
-@kernel
+@lean_kernel
 def gradients(points, nodes, slopes, inverse, out):
     """Fill `out` (k, 3), the gradients of the shape functions at a point; return the Jacobian there.
 
@@ -39,7 +39,7 @@ def gradients(points, nodes, slopes, inverse, out):
     return determinant
 
 
-@kernel
+@lean_kernel
 def add_stiffness(grads, stiffness, weight, product, out):
     """Add weight * B^T C B to the upper triangle of `out` (3k, 3k), block rows by node.
 

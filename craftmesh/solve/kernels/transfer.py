@@ -4,10 +4,10 @@ Corner k is node corner[k]; mid node mid[k] lies between the corners ends[k] (tw
 of the way from the first to the second.
 """
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 
 
-@kernel
+@lean_kernel
 def to_nodes(corner, mid, ends, share, fixed, coarse, out):
     """Fill `out` (n, 3) with the values of the corners `coarse` (c, 3) and between them; 0 where fixed."""
     for k in range(len(corner)):
@@ -20,7 +20,7 @@ def to_nodes(corner, mid, ends, share, fixed, coarse, out):
             out[mid[k], r] = 0.0 if fixed[mid[k], r] else value
 
 
-@kernel
+@lean_kernel
 def to_corners(corner, mid, ends, share, fixed, fine, out):
     """Fill `out` (c, 3) by the transpose of `to_nodes`, with 0 at the corners' fixed components."""
     for k in range(len(corner)):

@@ -4,7 +4,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 
 # Cells of one `width` from the corner `low` (3,) on, `shape` (3,) of them along the axes. What lies outside
 # counts as in the outermost cells.
@@ -18,7 +18,7 @@ def grid_over(low: np.ndarray, high: np.ndarray, width: float) -> Grid:
     return Grid(np.array(low, float), float(width), ((high - low) / width).astype(np.int64) + 1)
 
 
-@kernel
+@lean_kernel
 def _cell(grid, x, axis):
     return min(max(int((x - grid.low[axis]) / grid.width), 0), grid.shape[axis] - 1)
 
@@ -57,7 +57,7 @@ def fill_bins(first, last, grid):
     return Bins(start, items, grid)
 
 
-@kernel
+@lean_kernel
 def cells_of_box(grid, lower, upper):
     """Return the first and last cell along each axis, in turn, of the box from lower (3,) to upper (3,).
 

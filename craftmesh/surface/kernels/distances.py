@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, facet_distance2, segment_distance2
 
 # Spheres reach this part further, so that rounding leaves no facet out.
@@ -23,7 +23,7 @@ def _block_boxes(centres, reach):
     return low, high
 
 
-@kernel
+@lean_kernel
 def _is_beyond(places, q, low, high, row, bound):
     """Tell whether a box lies farther than `bound` from a place along one of the axes."""
     for k in range(3):

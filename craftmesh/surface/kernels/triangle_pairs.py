@@ -4,7 +4,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.surface.kernels.triangles import triangles_intersect
 
@@ -28,7 +28,7 @@ def _bounds(points, facets):
     return low, high
 
 
-@kernel
+@lean_kernel
 def _bounds_meet_in_cell(bounded, f, g, cell):
     """Whether the facets' bounds meet and the lower corner of what they share lies in this cell."""
     low, high, first = bounded.low, bounded.high, bounded.first
@@ -38,7 +38,7 @@ def _bounds_meet_in_cell(bounded, f, g, cell):
     return True
 
 
-@kernel
+@lean_kernel
 def _pairs_in_cell(bounded, items, cell, pairs, found):
     """Append the intersecting pairs whose common bounds begin in this cell; return how many there are."""
     points, facets, chosen = bounded.points, bounded.facets, bounded.chosen
@@ -59,7 +59,7 @@ def _pairs_in_cell(bounded, items, cell, pairs, found):
     return found
 
 
-@kernel
+@lean_kernel
 def _has_chosen(chosen, items, start, end):
     for n in range(start, end):
         if chosen[items[n]]:

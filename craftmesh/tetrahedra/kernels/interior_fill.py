@@ -4,7 +4,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import cells_of_box
 
 # A point whose foot lies this far outside a facet (in barycentric units) still counts as over it.
@@ -57,7 +57,7 @@ def mark_inside(candidates, bins, points, tets):
     return inside
 
 
-@kernel
+@lean_kernel
 def _is_over(u, v, normal, area2, foot):
     """Whether the foot of the point at `foot` from corner a lies in the facet a, a + u, a + v."""
     dx, dy, dz = foot
@@ -111,7 +111,7 @@ def mark_clear(candidates, clearance, bins, corners, reach):
     return clear
 
 
-@kernel
+@lean_kernel
 def _is_crowded(choice, p):
     """Whether a point that stays is too near to point p."""
     points, stays = choice.points, choice.stays

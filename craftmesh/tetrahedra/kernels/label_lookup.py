@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 
 # Labels met on the way up from one place; those beyond are not counted.
 MAX_LABELS = 64
 
 
-@kernel
+@lean_kernel
 def _turn(points, a, b, x, y):
     """Return the side of (x, y) on which the line from a to b passes; facets on both sides of it agree."""
     sign = 1.0
@@ -21,7 +21,7 @@ def _turn(points, a, b, x, y):
     return sign if cross >= 0.0 else -sign
 
 
-@kernel
+@lean_kernel
 def _is_below(points, facets, f, x, y, z):
     """Return 1 or -1 when facet f, looking up or down, lies straight above the place; else 0."""
     a, b, c = facets[f, 0], facets[f, 1], facets[f, 2]
@@ -33,7 +33,7 @@ def _is_below(points, facets, f, x, y, z):
     return turn if height * turn < 0.0 else 0.0
 
 
-@kernel
+@lean_kernel
 def _count(label, change, found, times, total):
     """Add `change` to the times a label was found; return how many labels were."""
     for i in range(total):

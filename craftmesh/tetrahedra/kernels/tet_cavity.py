@@ -4,7 +4,8 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
+from craftmesh.tetrahedra.kernels.tet_ratio_sums import TABLE_ROWS
 
 # A mesh under change. Arrays are longer than the mesh; counts = [points, tets, free slots, stamp].
 # points (n, 3); tets (m, 4) with positive volumes, corner 0 is -1 in a dead slot; neighbours (m, 4)
@@ -16,12 +17,12 @@ POINTS, TETS, FREE, STAMP = range(4)
 
 # Work arrays: tets of a star; faces of a cavity as (face, apex) positive; ring nodes and tets; new tets
 # and their qualities; open faces of a replacement (keys, links); Klincsek's tables and stack; corners of a
-# tet; outer faces of a growing cavity as (tet, corner, tet beyond), with the qualities they give; what was
-# done, by kind (see `tet_passes`).
+# tet; outer faces of a growing cavity as (tet, corner, tet beyond), with the qualities they give; a table
+# of faces with the ratios they give (see `tet_ratio_sums`); what was done, by kind (see `tet_passes`).
 Scratch = namedtuple(
     "Scratch",
     "star faces ring ring_tets new new_quality keys links worst split stack corners outer outer_quality "
-    "done",
+    "table ratios done",
 )
 # Tets of a star, faces of a cavity, tets of a ring: larger ones are left as they are.
 MAX_STAR = 200
@@ -56,11 +57,13 @@ def new_scratch() -> Scratch:
         np.empty(4, np.int64),
         np.empty((MAX_FACES, 3), np.int64),
         np.empty(MAX_FACES),
+        np.empty((TABLE_ROWS, MAX_FACES)),
+        np.empty(MAX_FACES),
         np.zeros(KINDS, np.int64),
     )
 
 
-@kernel
+@lean_kernel
 def face_key(tets, t, k):
     """Lowest corner, highest corner and sum of the face opposite corner k of tet t."""
     a, b, c = tets[t, (k + 1) & 3], tets[t, (k + 2) & 3], tets[t, (k + 3) & 3]
@@ -95,7 +98,7 @@ def link_tets(tets, n_tets, n_points, neighbours, tet_of):
                 head[low] = 4 * t + k
 
 
-@kernel
+@lean_kernel
 def block_facets(tets, n_tets, neighbours, blocked):
     """Cut the adjacency at interior facets, given as sorted triples (k, 3) in lexicographic order."""
     for t in range(n_tets):
@@ -116,7 +119,7 @@ def block_facets(tets, n_tets, neighbours, blocked):
                 neighbours[t, k] = -1
 
 
-@kernel
+@lean_kernel
 def node_across(state, t, k):
     """Return the node across the face opposite corner k of tet t; -1 where no tet is there."""
     tets, u = state.tets, state.neighbours[t, k]
@@ -129,7 +132,7 @@ def node_across(state, t, k):
     return -1
 
 
-@kernel
+@lean_kernel
 def find_star(state, v, star):
     """Write the tets round the interior point v; return how many, or -1 when they do not fit."""
     tets, neighbours, mark = state.tets, state.neighbours, state.mark
@@ -152,7 +155,7 @@ def find_star(state, v, star):
     return count
 
 
-@kernel
+@lean_kernel
 def star_faces(tets, star, count, v, faces):
     """Write the faces opposite v of the star's tets, each positive with v as apex."""
     for i in range(count):
@@ -163,7 +166,7 @@ def star_faces(tets, star, count, v, faces):
                     faces[i, j] = tets[t, FACES[k, j]]
 
 
-@kernel
+@lean_kernel
 def whole_star(state, v, valence, work):
     """Write the star of v and the faces opposite it; return how many tets, 0 where they are not `valence`.
 
@@ -176,7 +179,7 @@ def whole_star(state, v, valence, work):
     return count
 
 
-@kernel
+@lean_kernel
 def find_ring(state, t, edge, ring, ring_tets):
     """Write the nodes and tets round an edge of tet t; return how many, 0 on a boundary or when too many.
 
@@ -207,7 +210,7 @@ def find_ring(state, t, edge, ring, ring_tets):
         last, current = newest, u
 
 
-@kernel
+@lean_kernel
 def _open_outer_faces(state, old, n_old, keys, links):
     """Write the outer faces of a cavity: key and (tet, slot) beyond; return their number."""
     tets, neighbours, mark = state.tets, state.neighbours, state.mark
@@ -233,7 +236,7 @@ def _open_outer_faces(state, old, n_old, keys, links):
     return count
 
 
-@kernel
+@lean_kernel
 def _close_face(state, t, k, keys, links, count):
     """Join the face opposite corner k of t to the open face like it, or open it; return the count left."""
     low, high, total = face_key(state.tets, t, k)
@@ -284,13 +287,13 @@ def replace_cavity(state, old, n_old, n_new, work):
         counts[FREE] += 1
 
 
-@kernel
+@lean_kernel
 def has_room(state):
     """Whether any one operation still fits the arrays."""
     return state.counts[TETS] + ROOM < len(state.tets) and state.counts[POINTS] + 1 < len(state.points)
 
 
-@kernel
+@lean_kernel
 def worst_of(quality, tets, count):
     """Lowest quality among the tets listed."""
     worst = 1e300

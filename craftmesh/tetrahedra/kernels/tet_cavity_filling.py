@@ -4,7 +4,7 @@ This is for tets whose corners all lie on the surface, which often have no inter
 corner to move.
 """
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import has_room, node_across, replace_cavity
 from craftmesh.tetrahedra.kernels.tet_cone import Cone, beside
 from craftmesh.tetrahedra.kernels.tet_insertion import add_apex
@@ -18,7 +18,7 @@ SHORTER = 0.5
 ROUNDS = 8
 
 
-@kernel
+@lean_kernel
 def _node_near(state, t, way):
     """Return corner `way` of tet t or, from 4 on, the node across its face `way - 4`; -1 for none."""
     return state.tets[t, way] if way < 4 else node_across(state, t, way - 4)
@@ -37,7 +37,7 @@ def _fill(state, apex, size, measure, work):
     replace_cavity(state, work.star, size, made, work)
 
 
-@kernel
+@lean_kernel
 def join_in_cavity(state, t, aim, work):
     """Fill a cavity with tet t from a node near it, if all new qualities exceed `aim.floor`."""
     points, best, apex = state.points, aim.floor, -1
@@ -56,7 +56,7 @@ def join_in_cavity(state, t, aim, work):
     return True
 
 
-@kernel
+@lean_kernel
 def _centre(points, tet):
     x, y, z = 0.0, 0.0, 0.0
     for k in range(4):
@@ -66,7 +66,7 @@ def _centre(points, tet):
     return x, y, z
 
 
-@kernel
+@lean_kernel
 def _longest_side(points, tet):
     """Longest side of the box round a tet."""
     longest = 0.0
@@ -78,7 +78,7 @@ def _longest_side(points, tet):
     return longest
 
 
-@kernel
+@lean_kernel
 def _search(state, t, start, measure, work):
     """Walk along the axes while the best cavity round t gets better; return place and worst quality."""
     x, y, z = start
@@ -96,7 +96,7 @@ def _search(state, t, start, measure, work):
     return (x, y, z), best
 
 
-@kernel
+@lean_kernel
 def insert_in_cavity(state, t, aim, work):
     """Fill a cavity with tet t from a new point, if all exceed `aim.floor`; return the point or -1."""
     place, best = _search(state, t, _centre(state.points, state.tets[t]), aim.measure, work)

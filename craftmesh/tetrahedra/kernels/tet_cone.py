@@ -4,8 +4,8 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.jit import kernel
-from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, aspect_ratio_at, quality_at
+from craftmesh.jit import lean_kernel
+from craftmesh.tetrahedra.kernels.tet_quality import quality_at
 
 # The first `count` faces (f, 3) on points, each positive with the apex as fourth corner, and the measure
 # of quality that counts.
@@ -25,14 +25,14 @@ LEVEL = 1e-6
 LEAST_GAIN = 1e-3
 
 
-@kernel
+@lean_kernel
 def beside(x, y, z, way, step):
     """The place a step from (x, y, z) along an axis: way 0..5 for -x, x, -y, y, -z, z."""
     d = step if way % 2 else -step
     return x + d if way < 2 else x, y + d if 2 <= way < 4 else y, z + d if way >= 4 else z
 
 
-@kernel
+@lean_kernel
 def worst_at(cone, x, y, z, floor):
     """Worst quality of the cone from (x, y, z); ends at the first tet that is not over `floor`."""
     points, faces, measure = cone.points, cone.faces, cone.measure
@@ -44,7 +44,7 @@ def worst_at(cone, x, y, z, floor):
     return worst
 
 
-@kernel
+@lean_kernel
 def mean_at(cone, x, y, z):
     """Mean quality of the cone from (x, y, z)."""
     points, faces, measure = cone.points, cone.faces, cone.measure
@@ -54,19 +54,7 @@ def mean_at(cone, x, y, z):
     return total / cone.count
 
 
-@kernel
-def aspect_sum(cone, x, y, z, limit):
-    """Sum of the cone's aspect ratios; INVERTED as soon as it passes `limit`."""
-    points, faces = cone.points, cone.faces
-    total = 0.0
-    for i in range(cone.count):
-        total += aspect_ratio_at(points, faces[i, 0], faces[i, 1], faces[i, 2], x, y, z)
-        if total >= limit:
-            return INVERTED
-    return total
-
-
-@kernel
+@lean_kernel
 def _ascent(cone, i, place, value, h):
     """Unit direction in which the quality of tet i of the cone rises fastest (finite differences)."""
     points, measure = cone.points, cone.measure
@@ -79,7 +67,7 @@ def _ascent(cone, i, place, value, h):
     return dx / length, dy / length, dz / length
 
 
-@kernel
+@lean_kernel
 def _climb_direction(cone, place, h):
     """Direction in which the worst tet of the cone (and the second, if close) improves; not normed."""
     points, faces, measure = cone.points, cone.faces, cone.measure
@@ -99,7 +87,7 @@ def _climb_direction(cone, place, h):
     return gx, gy, gz
 
 
-@kernel
+@lean_kernel
 def climb(cone, place, size, steps, best):
     """Hill climb for the apex with the best worst quality, `best` at first; return place and quality.
 

@@ -4,7 +4,7 @@ A rise of the worst quality spreads what the surface forces on one tet over seve
 an aspect ratio of 7.4 four times for one of 9. Where what they weigh is to fall they count each.
 """
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cone import beside
 from craftmesh.tetrahedra.kernels.tet_quality import POOR, WHOLE, quality_at
 
@@ -27,7 +27,7 @@ SHORTER = 0.5
 ROUNDS = 8
 
 
-@kernel
+@lean_kernel
 def fault_weight(quality):
     """Return what a tet of a quality by WHOLE weighs: 0 where it is sound."""
     if quality >= SOUND_FROM + RAMP:
@@ -43,14 +43,14 @@ def fault_weight(quality):
     return min(OF_FLAT * FLAT_TO / quality, NO_TET) if quality > 0.0 else NO_TET
 
 
-@kernel
+@lean_kernel
 def weigh_all(quality, weight):
     """Write what tets of the qualities by WHOLE weigh."""
     for t in range(len(quality)):
         weight[t] = fault_weight(quality[t])
 
 
-@kernel
+@lean_kernel
 def faults_of(state, listed, count):
     """Return what the tets listed weigh; the state's qualities are by WHOLE."""
     total = 0.0
@@ -59,7 +59,7 @@ def faults_of(state, listed, count):
     return total
 
 
-@kernel
+@lean_kernel
 def faults_at(cone, x, y, z, limit):
     """Return what the tets of the cone from (x, y, z) weigh; ends where that passes `limit`."""
     points, faces = cone.points, cone.faces
@@ -72,7 +72,7 @@ def faults_at(cone, x, y, z, limit):
     return total
 
 
-@kernel
+@lean_kernel
 def lightest_place(cone, place, size, weight):
     """Return the place that a walk from one finds, and what the cone weighs there; `weight` at first.
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import (
     EDGES,
     POINTS,
@@ -21,7 +21,7 @@ LONGEST = 1.6
 CLIMB_STEPS = 8
 
 
-@kernel
+@lean_kernel
 def _distance(points, a, b):
     return np.sqrt(
         (points[a, 0] - points[b, 0]) ** 2
@@ -57,7 +57,7 @@ def list_contraction(state, v, w, count, aim, work):
     return made
 
 
-@kernel
+@lean_kernel
 def contract(state, v, w, aim, work):
     """Remove the interior point v by joining its star's outer faces to its neighbour w; return whether.
 
@@ -74,7 +74,7 @@ def contract(state, v, w, aim, work):
     return True
 
 
-@kernel
+@lean_kernel
 def add_apex(state, cone, place, size, work):
     """Add a point with the target length `size` at `place` and write the cone's tets; return its id.
 
@@ -116,7 +116,7 @@ def ring_cone(state, t, edge, count, measure, work):
     return cone, (x, y, z), 0.5 * _distance(points, a, b)
 
 
-@kernel
+@lean_kernel
 def fill_ring(state, t, edge, count, cone, place, work):
     """Replace the ring of an edge of tet t by the cone from a new point at `place`; return its id."""
     a, b = state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]]
@@ -125,7 +125,7 @@ def fill_ring(state, t, edge, count, cone, place, work):
     return node
 
 
-@kernel
+@lean_kernel
 def insert_on_edge(state, t, edge, aim, work):
     """Insert a point in the ring of an interior edge of tet t; return its id, or -1 if not done.
 

@@ -4,7 +4,7 @@ The same operations as those that raise the worst quality, which may leave it or
 qualities are by WHOLE.
 """
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import (
     MAX_FACES,
     find_ring,
@@ -30,6 +30,8 @@ from craftmesh.tetrahedra.kernels.tet_swaps import list_face_removal
 
 # The weight has to fall by this much by an insertion: it costs elements.
 INSERTION_FALL = 0.5
+# An edge's removal has to lower the weight by this much.
+REMOVAL_FALL = 0.01
 # What all new tets exceed.
 POSITIVE = Aim(WHOLE, 0.0)
 
@@ -43,7 +45,7 @@ def _weight_of_new(work, made):
     return total
 
 
-@kernel
+@lean_kernel
 def lighten_by_move(state, v, work):
     """Move interior point v to where its star weighs less; return whether."""
     count = find_star(state, v, work.star)
@@ -62,7 +64,7 @@ def lighten_by_move(state, v, work):
     return True
 
 
-@kernel
+@lean_kernel
 def lighten_by_face(state, t, k, work):
     """Swap the two tets at the face opposite corner k of t for three that weigh less; return whether."""
     u = state.neighbours[t, k]
@@ -75,7 +77,7 @@ def lighten_by_face(state, t, k, work):
     return True
 
 
-@kernel
+@lean_kernel
 def lighten_by_contraction(state, v, w, work):
     """Contract interior point v to its neighbour w where its star weighs less then; return whether."""
     count = find_star(state, v, work.star)
@@ -89,7 +91,7 @@ def lighten_by_contraction(state, v, w, work):
     return True
 
 
-@kernel
+@lean_kernel
 def lighten_by_insertion(state, t, edge, work):
     """Insert a point in the ring of an edge of tet t where that weighs less; return whether."""
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
@@ -107,7 +109,7 @@ def lighten_by_insertion(state, t, edge, work):
     return True
 
 
-@kernel
+@lean_kernel
 def _contract_any(state, work):
     """Contract an interior corner of the tet `work.corners` into another one; return whether."""
     corners = work.corners
@@ -120,11 +122,11 @@ def _contract_any(state, work):
     return False
 
 
-@kernel
+@lean_kernel
 def lighten(state, t, work):
     """Lower what tet t and those round it weigh by the first means that does; return whether."""
     for edge in range(6):
-        if remove_edge_for_sum(state, t, edge, SumAim(WHOLE, 0.0, 0.0), work):
+        if remove_edge_for_sum(state, t, edge, SumAim(WHOLE, 0.0, 0.0, REMOVAL_FALL), work):
             return True
     for k in range(4):
         if lighten_by_face(state, t, k, work):

@@ -1,6 +1,6 @@
 """Passes of the tetrahedral optimiser over many points or tets; `work.done` counts what they do."""
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, find_ring, find_star, worst_of
 from craftmesh.tetrahedra.kernels.tet_cavity_filling import insert_in_cavity, join_in_cavity
 from craftmesh.tetrahedra.kernels.tet_insertion import CLIMB_STEPS, contract, insert_on_edge
@@ -17,7 +17,7 @@ MOVES, EDGE_REMOVALS, FACE_REMOVALS, CONTRACTIONS, INSERTIONS, JOINS = range(6)
 INSERTION_GAIN = 0.01
 
 
-@kernel
+@lean_kernel
 def smooth_pass(state, aim, steps, selected, work):
     """Move each selected interior point once to raise its worst quality."""
     for v in range(state.counts[POINTS]):
@@ -25,7 +25,7 @@ def smooth_pass(state, aim, steps, selected, work):
             work.done[MOVES] += smooth_worst(state, v, aim, steps, work)
 
 
-@kernel
+@lean_kernel
 def aspect_pass(state, aim, work):
     """Move each interior point once to lower the mean aspect ratio."""
     for v in range(state.counts[POINTS]):
@@ -33,9 +33,9 @@ def aspect_pass(state, aim, work):
             work.done[MOVES] += smooth_aspect(state, v, aim, work)
 
 
-@kernel
+@lean_kernel
 def aspect_swap_pass(state, aim, order, work):
-    """Remove an edge of each live tet in `order` if the sum of aspect ratio less the reference falls."""
+    """Remove an edge of each live tet in `order` if the sum of excesses falls by `aim.fall`."""
     for t in order:
         if state.tets[t, 0] < 0:
             continue
@@ -45,15 +45,15 @@ def aspect_swap_pass(state, aim, order, work):
                 break
 
 
-@kernel
+@lean_kernel
 def aspect_contraction_pass(state, aim, order, work):
-    """Contract each interior point in `order` if the sum of aspect ratio less the reference falls."""
+    """Contract each interior point in `order` if the sum of excesses falls by `aim.fall`."""
     for v in order:
         if not state.frozen[v] and state.tet_of[v] >= 0:
             work.done[CONTRACTIONS] += contract_for_sum(state, v, aim, work)
 
 
-@kernel
+@lean_kernel
 def _swap(state, t, measure, work):
     """Try to remove an edge, then a face of tet t."""
     for edge in range(6):
@@ -67,7 +67,7 @@ def _swap(state, t, measure, work):
     return False
 
 
-@kernel
+@lean_kernel
 def _move(state, t, aim, work):
     """Try to lift tet t over the aim's floor by moving its corners."""
     for k in range(4):
@@ -79,7 +79,7 @@ def _move(state, t, aim, work):
     return False
 
 
-@kernel
+@lean_kernel
 def _contract_any(state, measure, work):
     """Try to contract an interior corner of a tet into another one."""
     corners = work.corners
@@ -95,7 +95,7 @@ def _contract_any(state, measure, work):
     return False
 
 
-@kernel
+@lean_kernel
 def _insert_any(state, t, measure, work):
     """Try to insert a point on an interior edge of tet t."""
     for edge in range(6):
@@ -111,7 +111,7 @@ def _insert_any(state, t, measure, work):
     return False
 
 
-@kernel
+@lean_kernel
 def _refill(state, t, measure, work):
     """Try to fill a cavity with tet t anew, from a node nearby, else from a new point."""
     if join_in_cavity(state, t, Aim(measure, state.quality[t] + GAIN), work):
@@ -124,7 +124,7 @@ def _refill(state, t, measure, work):
     return node >= 0
 
 
-@kernel
+@lean_kernel
 def repair_pass(state, aim, order, inserts, touched, work):
     """Repair the tets in `order` (worst first) that are under the floor by the first means that helps.
 
@@ -147,7 +147,7 @@ def repair_pass(state, aim, order, inserts, touched, work):
             _refill(state, t, aim.measure, work)
 
 
-@kernel
+@lean_kernel
 def lighten_pass(state, aim, order, work):
     """Lower what the tets in `order` under the floor, and those round them, weigh; return the changes."""
     changes = 0

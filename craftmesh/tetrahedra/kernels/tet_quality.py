@@ -8,7 +8,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 
 # Measures of quality: see `quality_at`.
 VOLUME_LENGTH, SOUND, FORM, WHOLE = range(4)
@@ -28,14 +28,14 @@ FACTOR_OF_FOURTH = 27.0 / (24.0 * 8.0 * np.sqrt(3.0))
 Aim = namedtuple("Aim", "measure floor")
 
 
-@kernel
+@lean_kernel
 def _sine(volume6, length2, area_i, area_j, cosine):
     """Sine of the dihedral angle at an edge; half of it where the angle is obtuse (normals turn alike)."""
     sine = volume6 * np.sqrt(length2) / (area_i * area_j)
     return sine if cosine < 0.0 else 0.5 * sine
 
 
-@kernel
+@lean_kernel
 def _shape_factor(volume6, products):
     """Volume over that of the regular tet with the same circumsphere, from squares of opposite edges."""
     x, y, z = np.sqrt(products[0]), np.sqrt(products[1]), np.sqrt(products[2])
@@ -45,7 +45,7 @@ def _shape_factor(volume6, products):
     return FACTOR_OF_FOURTH * volume24**4 / (around2 * np.sqrt(around2)) if around2 > 0.0 else 0.0
 
 
-@kernel
+@lean_kernel
 def quality_at(points, a, b, c, x, y, z, measure):
     """Quality of the tet a, b, c, (x, y, z): 1 is regular, <= 0 flat or inverted.
 
@@ -96,13 +96,13 @@ def quality_at(points, a, b, c, x, y, z, measure):
     return min(worst, ratio) + (POOR if measure == WHOLE else 0.0)
 
 
-@kernel
+@lean_kernel
 def quality_of(points, a, b, c, d, measure):
     """Quality of the tet a, b, c, d: see `quality_at`."""
     return quality_at(points, a, b, c, points[d, 0], points[d, 1], points[d, 2], measure)
 
 
-@kernel
+@lean_kernel
 def aspect_ratio_at(points, a, b, c, x, y, z):
     """Aspect ratio l_max / h_min of the tet a, b, c, (x, y, z); INVERTED for a flat or inverted one."""
     ux, uy, uz = points[a, 0] - x, points[a, 1] - y, points[a, 2] - z
@@ -132,13 +132,13 @@ def aspect_ratio_at(points, a, b, c, x, y, z):
     return np.sqrt(largest * longest) / volume6
 
 
-@kernel
+@lean_kernel
 def aspect_ratio_of(points, a, b, c, d):
     """Aspect ratio of the tet a, b, c, d: see `aspect_ratio_at`."""
     return aspect_ratio_at(points, a, b, c, points[d, 0], points[d, 1], points[d, 2])
 
 
-@kernel
+@lean_kernel
 def all_qualities(points, tets, count, quality, measure):
     """Write the qualities of the live tets among the first `count` (dead ones have corner -1)."""
     for t in range(count):
@@ -146,7 +146,7 @@ def all_qualities(points, tets, count, quality, measure):
             quality[t] = quality_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], measure)
 
 
-@kernel
+@lean_kernel
 def all_aspect_ratios(points, tets, count, ratio):
     """Write the aspect ratios of the live tets among the first `count`, 0 for dead ones."""
     for t in range(count):

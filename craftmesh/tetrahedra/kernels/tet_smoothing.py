@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import MAX_FACES, find_star, star_faces, worst_of
-from craftmesh.tetrahedra.kernels.tet_cone import Cone, aspect_sum, climb, mean_at, worst_at
+from craftmesh.tetrahedra.kernels.tet_cone import Cone, climb, mean_at, worst_at
 from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, quality_of
+from craftmesh.tetrahedra.kernels.tet_ratio_sums import RatioCone, fill_table, ratio_sum
 
 # The least number of tets round an interior point.
 LEAST_STAR = 4
@@ -29,7 +30,7 @@ MOVE_FALL = 1e-4
 ROUNDING = 1e-9
 
 
-@kernel
+@lean_kernel
 def put_at(state, v, place, count, measure, work):
     """Move point v, of which `work.star` holds the star, and renew the qualities there."""
     state.points[v, 0], state.points[v, 1], state.points[v, 2] = place
@@ -39,7 +40,7 @@ def put_at(state, v, place, count, measure, work):
         state.quality[t] = quality_of(state.points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], measure)
 
 
-@kernel
+@lean_kernel
 def _weighted_centroid(state, faces, count):
     """Centroid of the star's outer faces, weighted by area over target length cubed."""
     points, size = state.points, state.size
@@ -57,7 +58,7 @@ def _weighted_centroid(state, faces, count):
     return cx / total, cy / total, cz / total
 
 
-@kernel
+@lean_kernel
 def _towards(cone, here, centroid, worst, threshold):
     """Return a better place on the way to the centroid, its worst quality, and whether there is one."""
     x0, y0, z0 = here
@@ -75,7 +76,7 @@ def _towards(cone, here, centroid, worst, threshold):
     return here, worst, False
 
 
-@kernel
+@lean_kernel
 def smooth_worst(state, v, aim, steps, work):
     """Move interior point v to raise its worst quality where that is under `aim.floor`; return whether.
 
@@ -100,7 +101,7 @@ def smooth_worst(state, v, aim, steps, work):
     return moved
 
 
-@kernel
+@lean_kernel
 def _mean_corner(cone):
     """Mean of the corners of the cone's faces."""
     points, faces, count = cone.points, cone.faces, cone.count
@@ -113,8 +114,15 @@ def _mean_corner(cone):
     return px, py, pz
 
 
-@kernel
-def pattern_search(cone, place, best, ways, step, home, reach, limit):
+@lean_kernel
+def ratio_cone(cone, work):
+    """Return what the sums of the cone's aspect ratios are reckoned from, in `work`."""
+    fill_table(cone.points, cone.faces, cone.count, work.table)
+    return RatioCone(work.table, work.ratios, cone.count)
+
+
+@lean_kernel
+def pattern_search(cone, ratios, place, best, ways, step, home, reach, limit):
     """Walk along directions (k, 3) while the sum of aspect ratios falls; return the place and its sum.
 
     All places lie within `reach` of home, and there no tet's quality is under `limit`.
@@ -128,7 +136,7 @@ def pattern_search(cone, place, best, ways, step, home, reach, limit):
             px, py, pz = x + d * a, y + d * b, z + d * c
             if (px - home[0]) ** 2 + (py - home[1]) ** 2 + (pz - home[2]) ** 2 > reach * reach:
                 continue
-            value = aspect_sum(cone, px, py, pz, best)
+            value = ratio_sum(ratios, px, py, pz)
             if value < best - PLACE_FALL and worst_at(cone, px, py, pz, limit) > limit:
                 x, y, z, best, found = px, py, pz, value, True
         if not found:
@@ -136,7 +144,7 @@ def pattern_search(cone, place, best, ways, step, home, reach, limit):
     return (x, y, z), best
 
 
-@kernel
+@lean_kernel
 def smooth_aspect(state, v, aim, work):
     """Lower the mean aspect ratio round interior point v by pattern search; return whether it moved.
 
@@ -150,16 +158,17 @@ def smooth_aspect(state, v, aim, work):
     cone = Cone(points, faces, count, aim.measure)
     limit = min(worst_of(state.quality, work.star, count), aim.floor) - ROUNDING
     place = (points[v, 0], points[v, 1], points[v, 2])
-    first = aspect_sum(cone, place[0], place[1], place[2], INVERTED)
+    ratios = ratio_cone(cone, work)
+    first = ratio_sum(ratios, place[0], place[1], place[2])
     if first >= INVERTED:
         return False
     best = first
     px, py, pz = _mean_corner(cone)
-    value = aspect_sum(cone, px, py, pz, best)
+    value = ratio_sum(ratios, px, py, pz)
     if value < best and worst_at(cone, px, py, pz, limit) > limit:
         place, best = (px, py, pz), value
     step = PATTERN_STEP * state.size[v]
-    place, best = pattern_search(cone, place, best, AXES, step, place, np.inf, limit)
+    place, best = pattern_search(cone, ratios, place, best, AXES, step, place, np.inf, limit)
     if best > first - MOVE_FALL:
         return False
     put_at(state, v, place, count, aim.measure, work)

@@ -1,17 +1,13 @@
 """Contraction of crowded interior points to lower the mean aspect ratio (`tet_sum_swaps` removes edges)."""
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import find_star, has_room, replace_cavity
 from craftmesh.tetrahedra.kernels.tet_insertion import list_contraction
 from craftmesh.tetrahedra.kernels.tet_quality import aspect_ratio_of
 from craftmesh.tetrahedra.kernels.tet_smoothing import LEAST_STAR
 
-# A contraction has to lower the sum by this much. With .05 a fifteenth more points go, and the mean of
-# 420,000 tets is .0002 lower.
-CONTRACTION_FALL = 0.3
 
-
-@kernel
+@lean_kernel
 def _excess(points, tets, count, reference):
     """Return the sum of aspect ratio less the reference over the first `count` tets."""
     total = 0.0
@@ -36,11 +32,12 @@ def _list_neighbours(state, v, count, work):
     return found
 
 
-@kernel
+@lean_kernel
 def contract_for_sum(state, v, aim, work):
     """Contract interior point v to the neighbour with which the sum falls most; return whether.
 
-    The sum is the excess of aspect ratio over `aim.reference`. All new qualities exceed `aim.floor`.
+    The sum is the excess of aspect ratio over `aim.reference`, and has to fall by `aim.fall`. All new
+    qualities exceed `aim.floor`.
     """
     count = find_star(state, v, work.star)
     if count < LEAST_STAR or not has_room(state):
@@ -48,7 +45,7 @@ def contract_for_sum(state, v, aim, work):
     for i in range(count):
         for k in range(4):
             work.new[i, k] = state.tets[work.star[i], k]
-    least = _excess(state.points, work.new, count, aim.reference) - CONTRACTION_FALL
+    least = _excess(state.points, work.new, count, aim.reference) - aim.fall
     best = -1
     for j in range(_list_neighbours(state, v, count, work)):
         made = list_contraction(state, v, work.keys[j, 0], count, aim, work)

@@ -1,4 +1,4 @@
-"""Removal of edges to lower a sum over the tets, where `tet_swaps` raises the worst quality.
+"""Removal of edges for a lower sum over the tets, where `tet_swaps` raises the worst quality.
 
 The sum is the excess of aspect ratio over a reference, or what the tets at fault weigh (`tet_faults`). With
 the mean of the mesh as reference, a fall of the excess lowers that mean, whatever the numbers of tets; a
@@ -7,20 +7,18 @@ the mean of the mesh as reference, a fall of the excess lowers that mean, whatev
 
 from collections import namedtuple
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import EDGES, find_ring, has_room, replace_cavity, worst_of
 from craftmesh.tetrahedra.kernels.tet_faults import fault_weight
 from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, WHOLE, aspect_ratio_of, quality_of
 from craftmesh.tetrahedra.kernels.tet_swaps import MAX_RING_TO_REMOVE, list_triangulation
 
-# A removal has to lower the sum by this much; chosen by hand.
-FALL = 0.01
-# A measure of quality, the value that new tets have to exceed, and what the aspect ratio is reckoned from;
-# by WHOLE the faults are summed.
-SumAim = namedtuple("SumAim", "measure floor reference")
+# A measure of quality, the value that new tets have to exceed, what the aspect ratio is reckoned from, and
+# by how much the sum has to fall, less than 0 where it may rise; by WHOLE the faults are summed.
+SumAim = namedtuple("SumAim", "measure floor reference fall")
 
 
-@kernel
+@lean_kernel
 def _sum_of(state, listed, count, aim):
     """Sum of the terms of the tets listed; the state's qualities are by the aim's measure."""
     tets, total = state.tets, 0.0
@@ -31,7 +29,7 @@ def _sum_of(state, listed, count, aim):
     return total
 
 
-@kernel
+@lean_kernel
 def _term(points, corners, quality, aim):
     """What a tet of a quality adds to the sum."""
     if aim.measure == WHOLE:
@@ -40,7 +38,7 @@ def _term(points, corners, quality, aim):
     return aspect_ratio_of(points, a, b, c, d) - aim.reference
 
 
-@kernel
+@lean_kernel
 def _sound_term(points, corners, aim):
     """What a tet adds to the sum; INVERTED if its quality is not over the floor."""
     a, b, c, d = corners
@@ -48,7 +46,7 @@ def _sound_term(points, corners, aim):
     return INVERTED if quality <= aim.floor else _term(points, corners, quality, aim)
 
 
-@kernel
+@lean_kernel
 def _best_triangulation(points, ends, count, aim, work):
     """Fill Klincsek's tables: least[i, k] = least sum over the ring's part i..k.
 
@@ -76,9 +74,9 @@ def _best_triangulation(points, ends, count, aim, work):
     return least[0, count - 1]
 
 
-@kernel
+@lean_kernel
 def remove_edge_for_sum(state, t, edge, aim, work):
-    """Remove an interior edge of tet t when that lowers the sum round it; return whether.
+    """Remove an interior edge of tet t when the sum round it falls by `aim.fall`; return whether.
 
     All new qualities exceed the lesser of the worst before and `aim.floor`.
     """
@@ -88,9 +86,9 @@ def remove_edge_for_sum(state, t, edge, aim, work):
     ends = (state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]])
     limit = max(min(worst_of(state.quality, work.ring_tets, count), aim.floor), 0.0)
     before = _sum_of(state, work.ring_tets, count, aim)
-    sound = SumAim(aim.measure, limit, aim.reference)
+    sound = SumAim(aim.measure, limit, aim.reference, aim.fall)
     least = _best_triangulation(state.points, ends, count, sound, work)
-    if least >= INVERTED or least > before - FALL:
+    if least >= INVERTED or least > before - aim.fall:
         return False
     made = list_triangulation(state.points, ends, count, aim.measure, work)
     replace_cavity(state, work.ring_tets, count, made, work)

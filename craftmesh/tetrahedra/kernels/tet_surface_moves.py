@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import whole_star, worst_of
 from craftmesh.tetrahedra.kernels.tet_cone import Cone, worst_at
 from craftmesh.tetrahedra.kernels.tet_faults import FALL, faults_at, faults_of
@@ -21,13 +21,13 @@ _STEPS = np.array([step for step in product((-1.0, 0.0, 1.0), repeat=3) if any(s
 DIRECTIONS = _STEPS / np.linalg.norm(_STEPS, axis=1, keepdims=True)
 
 
-@kernel
+@lean_kernel
 def _goal(cone, x, y, z, best, lighter):
     """Worst quality of the cone from (x, y, z), or what it weighs, negative; exact where over `best`."""
     return -faults_at(cone, x, y, z, -best) if lighter else worst_at(cone, x, y, z, best)
 
 
-@kernel
+@lean_kernel
 def _walk(cone, place, home, reach, free, span, lighter):
     """Walk while the goal rises, up to the end of `span`; return place and goal.
 
@@ -55,7 +55,7 @@ def _walk(cone, place, home, reach, free, span, lighter):
     return (x, y, z), best
 
 
-@kernel
+@lean_kernel
 def move_nodes(state, nodes, homes, reach, free, valence, aim, lighter, work):
     """Move nodes (k,) with a tet under `aim.floor` to where the worst is better; return how many moved.
 

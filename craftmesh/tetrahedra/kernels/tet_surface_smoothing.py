@@ -1,20 +1,22 @@
 """Moves of points within the surface that lower the mean aspect ratio of the tets of all grains."""
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import whole_star, worst_of
-from craftmesh.tetrahedra.kernels.tet_cone import Cone, aspect_sum
+from craftmesh.tetrahedra.kernels.tet_cone import Cone
 from craftmesh.tetrahedra.kernels.tet_faults import RAMP, SOUND_FROM, faults_at, faults_of
 from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, WHOLE
+from craftmesh.tetrahedra.kernels.tet_ratio_sums import ratio_sum
 from craftmesh.tetrahedra.kernels.tet_smoothing import (
     MOVE_FALL,
     PATTERN_STEP,
     ROUNDING,
     pattern_search,
     put_at,
+    ratio_cone,
 )
 
 
-@kernel
+@lean_kernel
 def smooth_on_surface(state, nodes, homes, ways, lengths, reach, valence, work):
     """Move nodes (k,) along two directions (k, 2, 3) to lower the mean aspect ratio; return how many moved.
 
@@ -32,12 +34,13 @@ def smooth_on_surface(state, nodes, homes, ways, lengths, reach, valence, work):
             continue
         cone = Cone(points, work.faces, count, WHOLE)
         place = (points[v, 0], points[v, 1], points[v, 2])
-        first = aspect_sum(cone, place[0], place[1], place[2], INVERTED)
+        ratios = ratio_cone(cone, work)
+        first = ratio_sum(ratios, place[0], place[1], place[2])
         if first >= INVERTED:
             continue
         worst = worst_of(state.quality, work.star, count)
         step, far, limit = PATTERN_STEP * lengths[i], reach * lengths[i], worst - ROUNDING
-        place, best = pattern_search(cone, place, first, ways[i], step, homes[i], far, limit)
+        place, best = pattern_search(cone, ratios, place, first, ways[i], step, homes[i], far, limit)
         if best > first - MOVE_FALL:
             continue
         if worst < SOUND_FROM + RAMP:

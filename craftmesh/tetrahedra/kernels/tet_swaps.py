@@ -1,6 +1,6 @@
 """Swaps: removal of an edge by the best triangulation of its ring (Klincsek), and of a face by 2-3 swap."""
 
-from craftmesh.jit import kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import (
     EDGES,
     FACES,
@@ -18,7 +18,7 @@ MAX_RING_TO_REMOVE = 8
 GAIN = 1e-4
 
 
-@kernel
+@lean_kernel
 def _best_triangulation(points, ends, count, aim, work):
     """Fill Klincsek's tables: worst[i, k] = best attainable worst quality of the ring's part i..k.
 
@@ -47,7 +47,7 @@ def _best_triangulation(points, ends, count, aim, work):
     return worst[0, count - 1]
 
 
-@kernel
+@lean_kernel
 def list_triangulation(points, ends, count, measure, work):
     """Write the tets of the triangulation that `work.split` describes; return their number."""
     a, b = ends
@@ -72,7 +72,7 @@ def list_triangulation(points, ends, count, measure, work):
     return made
 
 
-@kernel
+@lean_kernel
 def remove_edge(state, t, edge, measure, work):
     """Remove an interior edge of tet t when that raises the worst quality round it; return whether."""
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
@@ -87,7 +87,7 @@ def remove_edge(state, t, edge, measure, work):
     return True
 
 
-@kernel
+@lean_kernel
 def list_face_removal(state, t, k, aim, work):
     """Write the three tets for the two at the face opposite corner k of t; return whether that can be done.
 
@@ -108,7 +108,7 @@ def list_face_removal(state, t, k, aim, work):
     return True
 
 
-@kernel
+@lean_kernel
 def remove_face(state, t, k, measure, work):
     """Swap the two tets at the face opposite corner k of t for three if the worst rises; return whether."""
     u = state.neighbours[t, k]

@@ -7,7 +7,7 @@ once: they fill it. The one exception is a crack facet that holds the apex and l
 two sides are outer faces on which no tet stands, and beside the crack front nothing else would keep it.
 """
 
-from craftmesh.jit import kernel
+from craftmesh.jit import kernel, lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import FACES, STAMP, face_key
 from craftmesh.tetrahedra.kernels.tet_quality import quality_at
 
@@ -17,7 +17,7 @@ MAX_CAVITY = 80
 NO_TET = 1e300
 
 
-@kernel
+@lean_kernel
 def _is_other_side(state, work, count, u, k):
     """Whether an outer face is the other side of the blocked face opposite corner k of tet u."""
     for f in range(count):
@@ -27,7 +27,7 @@ def _is_other_side(state, work, count, u, k):
     return False
 
 
-@kernel
+@lean_kernel
 def _take(state, u, apex, place, measure, work, count):
     """Take tet u into the cavity; return the number of its outer faces, `count` before.
 

@@ -1,0 +1,44 @@
+"""Sums of aspect ratios over a table of faces are those over the tets one by one."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import ConvexHull
+
+from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, aspect_ratio_at
+from craftmesh.tetrahedra.kernels.tet_ratio_sums import TABLE_ROWS, RatioCone, fill_table, ratio_sum
+
+
+def star(seed):
+    """Points, and the faces (f, 3) of their hull, which turn right-handed towards its inside."""
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(int(rng.integers(4, 30)), 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    points = points * rng.uniform(0.8, 1.2, (len(points), 1)) * [1, rng.uniform(0.2, 1), 1]
+    hull = ConvexHull(points)
+    a, b, c = points[hull.simplices].transpose(1, 0, 2)
+    outward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) > 0
+    faces = np.where(outward[:, None], hull.simplices[:, ::-1], hull.simplices).astype(np.int64)
+    return points, faces
+
+
+def ratios_of(points, faces):
+    table = np.full((TABLE_ROWS, len(faces) + 3), np.nan)
+    fill_table(points, faces, len(faces), table)
+    return RatioCone(table, np.full(len(faces) + 3, np.nan), len(faces))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6))
+def test_a_sum_is_that_of_the_tets_one_by_one(seed):
+    points, faces = star(seed)
+    apex = points.mean(axis=0) + np.random.default_rng(seed).normal(0, 0.2, 3) * np.ptp(points, axis=0)
+    plain = sum(aspect_ratio_at(points, *face, *apex) for face in faces)
+    assert ratio_sum(ratios_of(points, faces), *apex) == pytest.approx(plain, rel=1e-9)
+
+
+def test_a_sum_with_a_flat_or_an_inverted_tet_is_inverted():
+    points, faces = star(3)
+    for apex in (points[faces[0]].mean(axis=0), [9.0, 0.0, 0.0], points[0]):
+        assert ratio_sum(ratios_of(points, faces), *apex) >= INVERTED
