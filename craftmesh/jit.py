@@ -48,8 +48,8 @@ def lean_kernel(function: Callable) -> Callable:
     """Like `kernel`, for a function that makes no array and returns none: it counts no references to them.
 
     Numba else counts every array that such a function is given, at each of its ends, in memory that all
-    threads share. That took a tenth of the gradation's time, a third of the tetrahedral optimiser's. What
-    makes an array does not compile ("NRT required but not enabled"); what it calls may.
+    threads share: a tenth of the gradation's time, a third of the tetrahedral optimiser's. What makes an
+    array does not compile ("NRT required but not enabled"); what it calls may.
     """
     return _compiled(function, _nrt=False)
 

@@ -3,7 +3,7 @@
 import numpy as np
 from structured_box import structured_box
 
-from craftmesh.gradation.kernels.by_reference import by_reference
+from craftmesh.by_reference import by_reference
 from craftmesh.gradation.passes import filled_grid
 from craftmesh.gradation.state import State, make_state
 from craftmesh.types import INTERFACE, Crack, Surface

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from craftmesh.by_reference import by_reference
 from craftmesh.errors import CraftmeshError
-from craftmesh.gradation.kernels.by_reference import by_reference
 from craftmesh.gradation.kernels.collapse import collapse_pass
 from craftmesh.gradation.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
 from craftmesh.gradation.kernels.relax import relax_pass
@@ -15,6 +15,7 @@ from craftmesh.gradation.kernels.rings import list_edges
 from craftmesh.gradation.kernels.slide import even_lines_pass, slide_pass
 from craftmesh.gradation.kernels.split import split_pass
 from craftmesh.gradation.kernels.swap import swap_pass
+from craftmesh.gradation.kernels.valence import valence_pass
 from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.make_room import make_room
 from craftmesh.gradation.state import Guards, Mesh, State
@@ -222,6 +223,13 @@ def swap_all(gradation: Gradation, limits: Limits) -> int:
     mesh = gradation.mesh
     gradation.swapped = Swapped(asked, mesh.points.copy(), mesh.facets.copy())
     return done
+
+
+def even_valences(gradation: Gradation, limits: Limits) -> int:
+    """Swap edges inside patches where their corners come nearer to six facets each."""
+    edges, feature = gradation.edges()
+    edges = edges[~feature]
+    return gradation.repeat("evened_valences", valence_pass, len(edges), limits, edges, ())
 
 
 def edges_to_swap(gradation: Gradation, limits: Limits) -> np.ndarray:

@@ -1,6 +1,6 @@
 """The working arrays of a gradation in three parts: the mesh, what guards it, and room to work in.
 
-Kernels take all parts behind one reference (kernels.by_reference) and read their fields alike:
+Kernels take all parts behind one reference (craftmesh.by_reference) and read their fields alike:
 `state.points`, `state.home`, `state.star`.
 """
 

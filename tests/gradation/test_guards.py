@@ -5,7 +5,7 @@ import pytest
 from structured_box import structured_box
 from unchanged import OPEN, frozen
 
-from craftmesh.gradation.kernels.by_reference import by_reference
+from craftmesh.by_reference import by_reference
 from craftmesh.gradation.kernels.codes import (
     ANGLE,
     DISTANCE,

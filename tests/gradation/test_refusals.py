@@ -7,7 +7,7 @@ import pytest
 from few_facets import BOX, double_cone, fan, prepared, sheet
 from unchanged import OPEN, frozen
 
-from craftmesh.gradation.kernels.by_reference import by_reference
+from craftmesh.by_reference import by_reference
 from craftmesh.gradation.kernels.codes import (
     ANGLE,
     CONSTRAINT,

@@ -8,7 +8,7 @@ from few_facets import BOX, fan, off_centre, prepared, sheet
 from structured_box import structured_box
 from unchanged import OPEN, frozen
 
-from craftmesh.gradation.kernels.by_reference import by_reference
+from craftmesh.by_reference import by_reference
 from craftmesh.gradation.kernels.codes import (
     DISTANCE,
     DONE,

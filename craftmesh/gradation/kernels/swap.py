@@ -35,7 +35,7 @@ def _runs_along(state, f, a, b):
 
 
 @lean_kernel
-def _quad(state, a, b):
+def quad_at(state, a, b):
     """Return the facets and corners round edge (a, b), u = -1 where they are not two alike of one patch."""
     count, f, g = edge_facets(state.facets, state.first, state.after, a, b)
     if count != 2 or state.patch[f] != state.patch[g]:
@@ -98,6 +98,12 @@ def swap(state, grid, limits, quad):
     """Turn the edge of a quad when it lies inside a patch, gains angle and every guard holds."""
     if quad.u < 0 or not _raises_angle(state, quad):
         return NO_NEED
+    return turned(state, grid, limits, quad, -np.inf)
+
+
+@lean_kernel
+def turned(state, grid, limits, quad, floor):
+    """Turn the edge of a quad where every guard holds; both new facets must score `floor`."""
     if edge_facets(state.facets, state.first, state.after, quad.u, quad.v)[0] > 0:
         return LINK
     if state.patch_crack[state.patch[quad.f]] and state.flags[quad.u] & state.flags[quad.v] & ON_FRONT:
@@ -105,7 +111,7 @@ def swap(state, grid, limits, quad):
     star = _star_of_swap(state, quad)
     if not _stays_near(state, limits, quad, star.size):
         return DISTANCE
-    return attempt(state, grid, limits, star, -np.inf)
+    return attempt(state, grid, limits, star, floor)
 
 
 @kernel
@@ -125,7 +131,7 @@ def swap_pass(state, grid, limits, edges, start):
             count -= 1
             if state.first[waiting[count, 0]] < 0:
                 continue
-            quad = _quad(state, waiting[count, 0], waiting[count, 1])
+            quad = quad_at(state, waiting[count, 0], waiting[count, 1])
             answer = swap(state, grid, limits, quad)
             done += counted(state.refused, answer)
             if answer == DONE and count + 4 <= MOST_WAITING:

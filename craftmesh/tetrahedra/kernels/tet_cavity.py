@@ -4,6 +4,7 @@ from collections import namedtuple
 
 import numpy as np
 
+from craftmesh.by_reference import by_reference
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.tetrahedra.kernels.tet_ratio_sums import TABLE_ROWS
 
@@ -41,8 +42,8 @@ FACES = np.array([[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]])
 
 
 def new_scratch() -> Scratch:
-    """Return work arrays for one pass."""
-    return Scratch(
+    """Return work arrays for passes, behind a reference."""
+    arrays = Scratch(
         np.empty(MAX_STAR, np.int64),
         np.empty((MAX_FACES, 3), np.int64),
         np.empty(MAX_RING + 2, np.int64),
@@ -61,6 +62,8 @@ def new_scratch() -> Scratch:
         np.empty(MAX_FACES),
         np.zeros(KINDS, np.int64),
     )
+    scratch: Scratch = by_reference(arrays)
+    return scratch
 
 
 @lean_kernel
@@ -256,7 +259,7 @@ def _close_face(state, t, k, keys, links, count):
     return count + 1
 
 
-@kernel
+@lean_kernel
 def replace_cavity(state, old, n_old, n_new, work):
     """Replace the tets old[:n_old] by work.new[:n_new], which have the same outer faces.
 

@@ -4,7 +4,7 @@ This is for tets whose corners all lie on the surface, which often have no inter
 corner to move.
 """
 
-from craftmesh.jit import kernel, lean_kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import has_room, node_across, replace_cavity
 from craftmesh.tetrahedra.kernels.tet_cone import Cone, beside
 from craftmesh.tetrahedra.kernels.tet_insertion import add_apex
@@ -24,7 +24,7 @@ def _node_near(state, t, way):
     return state.tets[t, way] if way < 4 else node_across(state, t, way - 4)
 
 
-@kernel
+@lean_kernel
 def _fill(state, apex, size, measure, work):
     """Replace the cavity `work.star[:size]` by the tets from node `apex` to its outer faces."""
     points, faces = state.points, work.faces

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.jit import kernel, lean_kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import (
     EDGES,
     POINTS,
@@ -30,7 +30,7 @@ def _distance(points, a, b):
     )
 
 
-@kernel
+@lean_kernel
 def list_contraction(state, v, w, count, aim, work):
     """Write the tets that join the outer faces of v's star (`work.star[:count]`) to w; return their number.
 
@@ -97,7 +97,7 @@ def add_apex(state, cone, place, size, work):
     return node
 
 
-@kernel
+@lean_kernel
 def ring_cone(state, t, edge, count, measure, work):
     """Return the cone from an edge of tet t to the outer faces of its ring, `work.ring[:count]`.
 

@@ -4,7 +4,7 @@ The same operations as those that raise the worst quality, which may leave it or
 qualities are by WHOLE.
 """
 
-from craftmesh.jit import kernel, lean_kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import (
     MAX_FACES,
     find_ring,
@@ -36,7 +36,7 @@ REMOVAL_FALL = 0.01
 POSITIVE = Aim(WHOLE, 0.0)
 
 
-@kernel
+@lean_kernel
 def _weight_of_new(work, made):
     """Return what the new tets `work.new[:made]` weigh."""
     total = 0.0

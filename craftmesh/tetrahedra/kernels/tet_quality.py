@@ -103,33 +103,36 @@ def quality_of(points, a, b, c, d, measure):
 
 
 @lean_kernel
-def aspect_ratio_at(points, a, b, c, x, y, z):
-    """Aspect ratio l_max / h_min of the tet a, b, c, (x, y, z); INVERTED for a flat or inverted one."""
+def _area2(x, y, z):
+    """Four times the square of a triangle's area, from the squares of its edges (Heron's formula)."""
+    return x * y - 0.25 * (x + y - z) ** 2
+
+
+@lean_kernel
+def aspect_ratio_over(points, a, b, c, x, y, z, floor):
+    """Aspect ratio l_max / h_min of the tet a, b, c, (x, y, z).
+
+    INVERTED if the volume-length quality is not over `floor`.
+    """
     ux, uy, uz = points[a, 0] - x, points[a, 1] - y, points[a, 2] - z
     vx, vy, vz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
     wx, wy, wz = points[c, 0] - x, points[c, 1] - y, points[c, 2] - z
-    ax, ay, az = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    bx, by, bz = vy * wz - vz * wy, vz * wx - vx * wz, vx * wy - vy * wx
-    cx, cy, cz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
-    dx, dy, dz = ax + bx + cx, ay + by + cy, az + bz + cz
-    volume6 = -(ax * wx + ay * wy + az * wz)
-    largest = max(
-        ax * ax + ay * ay + az * az,
-        bx * bx + by * by + bz * bz,
-        cx * cx + cy * cy + cz * cz,
-        dx * dx + dy * dy + dz * dz,
-    )
-    longest = max(
-        ux * ux + uy * uy + uz * uz,
-        vx * vx + vy * vy + vz * vz,
-        wx * wx + wy * wy + wz * wz,
-        (ux - vx) ** 2 + (uy - vy) ** 2 + (uz - vz) ** 2,
-        (vx - wx) ** 2 + (vy - wy) ** 2 + (vz - wz) ** 2,
-        (wx - ux) ** 2 + (wy - uy) ** 2 + (wz - uz) ** 2,
-    )
-    if volume6 <= FLAT * longest * np.sqrt(longest):
+    volume6 = wx * (uz * vy - uy * vz) + wy * (ux * vz - uz * vx) + wz * (uy * vx - ux * vy)
+    u2, v2, w2 = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, wx * wx + wy * wy + wz * wz
+    uv = (ux - vx) ** 2 + (uy - vy) ** 2 + (uz - vz) ** 2
+    vw = (vx - wx) ** 2 + (vy - wy) ** 2 + (vz - wz) ** 2
+    wu = (wx - ux) ** 2 + (wy - uy) ** 2 + (wz - uz) ** 2
+    mean = (u2 + v2 + w2 + uv + vw + wu) / 6.0
+    if ROOT2 * volume6 <= floor * mean * np.sqrt(mean):
         return INVERTED
-    return np.sqrt(largest * longest) / volume6
+    largest = max(_area2(u2, v2, uv), _area2(v2, w2, vw), _area2(w2, u2, wu), _area2(uv, vw, wu))
+    return np.sqrt(largest * max(u2, v2, w2, uv, vw, wu)) / volume6
+
+
+@lean_kernel
+def aspect_ratio_at(points, a, b, c, x, y, z):
+    """Aspect ratio l_max / h_min of the tet a, b, c, (x, y, z); INVERTED for a flat or inverted one."""
+    return aspect_ratio_over(points, a, b, c, x, y, z, FLAT)
 
 
 @lean_kernel

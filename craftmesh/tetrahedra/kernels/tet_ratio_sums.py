@@ -1,4 +1,4 @@
-"""Sum of the aspect ratios of the tets that join one point to given faces, many tets at a time.
+"""Aspect ratios and qualities of the tets that join one point to given faces, many tets at a time.
 
 What does not change with the point stands in a table whose columns are the faces, so that the loop over
 these is vectorised. The areas of the other faces come from squares of edges alone: for 24 tets a sum takes
@@ -10,10 +10,10 @@ from collections import namedtuple
 import numpy as np
 
 from craftmesh.jit import lean_kernel, vector_kernel
-from craftmesh.tetrahedra.kernels.tet_quality import FLAT, INVERTED
+from craftmesh.tetrahedra.kernels.tet_quality import FLAT, INVERTED, ROOT2
 
-# The first `count` columns of a table (TABLE_ROWS, f), and room for the ratio of each.
-RatioCone = namedtuple("RatioCone", "table ratios count")
+# The first `count` columns of a table (TABLE_ROWS, f), and room for a value of each.
+RatioCone = namedtuple("RatioCone", "table values count")
 # Rows of a table: the corners and the normal of a face a, b, c (three rows each), the squares of its edges,
 # of its normal, and of its longest edge.
 A, B, C, NORMAL, AB2, BC2, CA2, NORMAL2, LONGEST2, TABLE_ROWS = 0, 3, 6, 9, 12, 13, 14, 15, 16, 17
@@ -54,11 +54,45 @@ def _fill_ratios(table, ratios, count, x, y, z):
         ratios[i] = ratio if volume6 > FLAT * longest * np.sqrt(longest) else INVERTED
 
 
+@vector_kernel
+def _fill_volume_lengths(table, values, count, x, y, z):
+    """Write the volume-length qualities (`quality_at`) of the tets with apex (x, y, z)."""
+    for i in range(count):
+        ux, uy, uz = table[A, i] - x, table[A + 1, i] - y, table[A + 2, i] - z
+        vx, vy, vz = table[B, i] - x, table[B + 1, i] - y, table[B + 2, i] - z
+        wx, wy, wz = table[C, i] - x, table[C + 1, i] - y, table[C + 2, i] - z
+        squares = ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz
+        mean = (squares + table[AB2, i] + table[BC2, i] + table[CA2, i]) / 6.0
+        volume6 = -(table[NORMAL, i] * ux + table[NORMAL + 1, i] * uy + table[NORMAL + 2, i] * uz)
+        values[i] = ROOT2 * volume6 / (mean * np.sqrt(mean))
+
+
 @lean_kernel
 def ratio_sum(cone, x, y, z):
     """Sum of the cone's aspect ratios from (x, y, z); INVERTED at least with a tet that is flat."""
-    _fill_ratios(cone.table, cone.ratios, cone.count, x, y, z)
+    _fill_ratios(cone.table, cone.values, cone.count, x, y, z)
     total = 0.0
     for i in range(cone.count):
-        total += cone.ratios[i]
+        total += cone.values[i]
     return total
+
+
+@lean_kernel
+def least_volume_length(cone, x, y, z):
+    """Worst volume-length quality of the cone from (x, y, z)."""
+    _fill_volume_lengths(cone.table, cone.values, cone.count, x, y, z)
+    least = cone.values[0]
+    for i in range(1, cone.count):
+        least = min(least, cone.values[i])
+    return least
+
+
+@lean_kernel
+def mean_corner(cone):
+    """Mean of the corners of the cone's faces."""
+    table, x, y, z = cone.table, 0.0, 0.0, 0.0
+    for i in range(cone.count):
+        x += table[A, i] + table[B, i] + table[C, i]
+        y += table[A + 1, i] + table[B + 1, i] + table[C + 1, i]
+        z += table[A + 2, i] + table[B + 2, i] + table[C + 2, i]
+    return x / (3 * cone.count), y / (3 * cone.count), z / (3 * cone.count)

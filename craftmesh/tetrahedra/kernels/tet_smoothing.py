@@ -5,8 +5,14 @@ import numpy as np
 from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import MAX_FACES, find_star, star_faces, worst_of
 from craftmesh.tetrahedra.kernels.tet_cone import Cone, climb, mean_at, worst_at
-from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, quality_of
-from craftmesh.tetrahedra.kernels.tet_ratio_sums import RatioCone, fill_table, ratio_sum
+from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, VOLUME_LENGTH, quality_of
+from craftmesh.tetrahedra.kernels.tet_ratio_sums import (
+    RatioCone,
+    fill_table,
+    least_volume_length,
+    mean_corner,
+    ratio_sum,
+)
 
 # The least number of tets round an interior point.
 LEAST_STAR = 4
@@ -38,6 +44,15 @@ def put_at(state, v, place, count, measure, work):
     for i in range(count):
         t = work.star[i]
         state.quality[t] = quality_of(state.points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3], measure)
+
+
+@lean_kernel
+def _put_by_table(state, v, place, ratios, work):
+    """Do as `put_at` for volume-length qualities, which the table gives at once."""
+    state.points[v, 0], state.points[v, 1], state.points[v, 2] = place
+    least_volume_length(ratios, place[0], place[1], place[2])
+    for i in range(ratios.count):
+        state.quality[work.star[i]] = ratios.values[i]
 
 
 @lean_kernel
@@ -102,23 +117,18 @@ def smooth_worst(state, v, aim, steps, work):
 
 
 @lean_kernel
-def _mean_corner(cone):
-    """Mean of the corners of the cone's faces."""
-    points, faces, count = cone.points, cone.faces, cone.count
-    px, py, pz = 0.0, 0.0, 0.0
-    for i in range(count):
-        for k in range(3):
-            px += points[faces[i, k], 0] / (3 * count)
-            py += points[faces[i, k], 1] / (3 * count)
-            pz += points[faces[i, k], 2] / (3 * count)
-    return px, py, pz
-
-
-@lean_kernel
 def ratio_cone(cone, work):
     """Return what the sums of the cone's aspect ratios are reckoned from, in `work`."""
     fill_table(cone.points, cone.faces, cone.count, work.table)
     return RatioCone(work.table, work.ratios, cone.count)
+
+
+@lean_kernel
+def _is_sound(cone, ratios, x, y, z, limit):
+    """Tell whether all tets of the cone from (x, y, z) are of more quality than the limit."""
+    if cone.measure == VOLUME_LENGTH:
+        return least_volume_length(ratios, x, y, z) > limit
+    return worst_at(cone, x, y, z, limit) > limit
 
 
 @lean_kernel
@@ -137,7 +147,7 @@ def pattern_search(cone, ratios, place, best, ways, step, home, reach, limit):
             if (px - home[0]) ** 2 + (py - home[1]) ** 2 + (pz - home[2]) ** 2 > reach * reach:
                 continue
             value = ratio_sum(ratios, px, py, pz)
-            if value < best - PLACE_FALL and worst_at(cone, px, py, pz, limit) > limit:
+            if value < best - PLACE_FALL and _is_sound(cone, ratios, px, py, pz, limit):
                 x, y, z, best, found = px, py, pz, value, True
         if not found:
             step *= SHORTER
@@ -163,13 +173,16 @@ def smooth_aspect(state, v, aim, work):
     if first >= INVERTED:
         return False
     best = first
-    px, py, pz = _mean_corner(cone)
+    px, py, pz = mean_corner(ratios)
     value = ratio_sum(ratios, px, py, pz)
-    if value < best and worst_at(cone, px, py, pz, limit) > limit:
+    if value < best and _is_sound(cone, ratios, px, py, pz, limit):
         place, best = (px, py, pz), value
     step = PATTERN_STEP * state.size[v]
     place, best = pattern_search(cone, ratios, place, best, AXES, step, place, np.inf, limit)
     if best > first - MOVE_FALL:
         return False
-    put_at(state, v, place, count, aim.measure, work)
+    if aim.measure == VOLUME_LENGTH:
+        _put_by_table(state, v, place, ratios, work)
+    else:
+        put_at(state, v, place, count, aim.measure, work)
     return True

@@ -1,6 +1,6 @@
 """Contraction of crowded interior points to lower the mean aspect ratio (`tet_sum_swaps` removes edges)."""
 
-from craftmesh.jit import kernel, lean_kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import find_star, has_room, replace_cavity
 from craftmesh.tetrahedra.kernels.tet_insertion import list_contraction
 from craftmesh.tetrahedra.kernels.tet_quality import aspect_ratio_of
@@ -16,7 +16,7 @@ def _excess(points, tets, count, reference):
     return total
 
 
-@kernel
+@lean_kernel
 def _list_neighbours(state, v, count, work):
     """List the points joined to v, `work.star[:count]` being its star, in `work.keys`; return how many."""
     found = 0

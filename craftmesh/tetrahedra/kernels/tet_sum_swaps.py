@@ -10,7 +10,14 @@ from collections import namedtuple
 from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import EDGES, find_ring, has_room, replace_cavity, worst_of
 from craftmesh.tetrahedra.kernels.tet_faults import fault_weight
-from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, WHOLE, aspect_ratio_of, quality_of
+from craftmesh.tetrahedra.kernels.tet_quality import (
+    INVERTED,
+    VOLUME_LENGTH,
+    WHOLE,
+    aspect_ratio_of,
+    aspect_ratio_over,
+    quality_of,
+)
 from craftmesh.tetrahedra.kernels.tet_swaps import MAX_RING_TO_REMOVE, list_triangulation
 
 # A measure of quality, the value that new tets have to exceed, what the aspect ratio is reckoned from, and
@@ -42,6 +49,10 @@ def _term(points, corners, quality, aim):
 def _sound_term(points, corners, aim):
     """What a tet adds to the sum; INVERTED if its quality is not over the floor."""
     a, b, c, d = corners
+    if aim.measure == VOLUME_LENGTH:
+        x, y, z = points[d, 0], points[d, 1], points[d, 2]
+        ratio = aspect_ratio_over(points, a, b, c, x, y, z, aim.floor)
+        return ratio - aim.reference if ratio < INVERTED else INVERTED
     quality = quality_of(points, a, b, c, d, aim.measure)
     return INVERTED if quality <= aim.floor else _term(points, corners, quality, aim)
 

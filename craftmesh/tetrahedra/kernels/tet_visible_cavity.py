@@ -7,7 +7,7 @@ once: they fill it. The one exception is a crack facet that holds the apex and l
 two sides are outer faces on which no tet stands, and beside the crack front nothing else would keep it.
 """
 
-from craftmesh.jit import kernel, lean_kernel
+from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import FACES, STAMP, face_key
 from craftmesh.tetrahedra.kernels.tet_quality import quality_at
 
@@ -59,7 +59,7 @@ def _take(state, u, apex, place, measure, work, count):
     return count
 
 
-@kernel
+@lean_kernel
 def best_cavity(state, first, apex, place, measure, work):
     """Grow the cavity from tet `first`; return its best worst quality and the number of its tets.
 
@@ -87,7 +87,7 @@ def best_cavity(state, first, apex, place, measure, work):
             return best, chosen
 
 
-@kernel
+@lean_kernel
 def list_outer_faces(state, size, apex, work):
     """List the outer faces without `apex` of the cavity `work.star[:size]`; retire all its nodes."""
     state.counts[STAMP] += 1

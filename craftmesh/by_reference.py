@@ -11,7 +11,7 @@ TESTED; tests/gradation/test_by_reference.py says so of any other one.
 """
 
 from types import SimpleNamespace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import config, typeof, types
@@ -53,7 +53,7 @@ register_model(ReferenceType)(models.OpaqueModel)
 
 
 class Reference:
-    """What `by_reference` returns: of use to kernels alone, for which it keeps its arrays alive."""
+    """What `by_reference` returns; it keeps its arrays alive."""
 
     def __init__(self, parts: tuple[NamedTuple, ...]):
         self.parts = parts
@@ -61,6 +61,13 @@ class Reference:
         self.kind = ReferenceType(tuple((name, typeof(array)) for name, array in fields))
         self.words = np.array([word for _, array in fields for word in _words(array)], np.int64)
         self.address = self.words.ctypes.data
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        """Return the array of the field `name`."""
+        for part in self.__dict__.get("parts", ()):
+            if name in part._fields:
+                return getattr(part, name)
+        raise AttributeError(name)
 
 
 def _words(array: np.ndarray) -> tuple[int, ...]:
@@ -102,10 +109,10 @@ def _field(context, builder, reference, value, name):
     return impl_ret_new_ref(context, builder, kind, array._getvalue())
 
 
-def by_reference(*parts: NamedTuple) -> Reference | SimpleNamespace:
+def by_reference(*parts: NamedTuple) -> Any:
     """Return a reference to the arrays of named tuples, for kernels; the arrays are shared.
 
-    No two fields may have one name. Where numba does not compile, what is returned has the same fields.
+    It has the fields of all tuples, no two of which may have one name.
     """
     if config.DISABLE_JIT:
         return SimpleNamespace(**{name: value for part in parts for name, value in part._asdict().items()})
