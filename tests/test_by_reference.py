@@ -59,6 +59,13 @@ def test_references_work_with_this_numba():
     )
 
 
+def test_a_reference_has_the_fields_of_its_parts():
+    shape, marks = Shape(np.zeros(2), np.arange(2)), Marks(np.ones(2, bool))
+    reference = by_reference(shape, marks)
+    assert reference.ids is shape.ids and reference.marks is marks.marks
+    assert not hasattr(reference, "sides")
+
+
 def test_the_parts_of_a_state_share_no_name():
     names = Mesh._fields + Guards._fields + Scratch._fields
     assert len(set(names)) == len(names)

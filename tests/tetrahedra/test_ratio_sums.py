@@ -1,4 +1,4 @@
-"""Sums of aspect ratios over a table of faces are those over the tets one by one."""
+"""What a table of faces gives of all its tets at once is what the tets give one by one."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
-from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, aspect_ratio_at
-from craftmesh.tetrahedra.kernels.tet_ratio_sums import TABLE_ROWS, RatioCone, fill_table, ratio_sum
+from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, VOLUME_LENGTH, aspect_ratio_at, quality_at
+from craftmesh.tetrahedra.kernels.tet_ratio_sums import (
+    TABLE_ROWS,
+    RatioCone,
+    fill_table,
+    least_volume_length,
+    mean_corner,
+    ratio_sum,
+)
 
 
 def star(seed):
@@ -31,11 +38,15 @@ def ratios_of(points, faces):
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10**6))
-def test_a_sum_is_that_of_the_tets_one_by_one(seed):
+def test_sum_of_ratios_and_worst_quality_are_those_of_the_tets_one_by_one(seed):
     points, faces = star(seed)
     apex = points.mean(axis=0) + np.random.default_rng(seed).normal(0, 0.2, 3) * np.ptp(points, axis=0)
     plain = sum(aspect_ratio_at(points, *face, *apex) for face in faces)
-    assert ratio_sum(ratios_of(points, faces), *apex) == pytest.approx(plain, rel=1e-9)
+    cone = ratios_of(points, faces)
+    assert ratio_sum(cone, *apex) == pytest.approx(plain, rel=1e-9)
+    worst = min(quality_at(points, *face, *apex, VOLUME_LENGTH) for face in faces)
+    assert least_volume_length(cone, *apex) == pytest.approx(worst, rel=1e-9, abs=1e-12)
+    assert mean_corner(cone) == pytest.approx(points[faces].mean(axis=(0, 1)), abs=1e-12)
 
 
 def test_a_sum_with_a_flat_or_an_inverted_tet_is_inverted():
