@@ -7,7 +7,7 @@ the arrays behind it, which took a fifth of the gradation's time. What is in Pyt
 kernels keep none of them.
 
 This rests on how numba lays out arrays, which it does not promise to keep. It works with the releases
-TESTED; tests/gradation/test_by_reference.py says so of any other one.
+TESTED; tests/test_by_reference.py says so of any other one.
 """
 
 from types import SimpleNamespace

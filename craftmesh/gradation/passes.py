@@ -91,6 +91,11 @@ class Gradation:
         count = int(m.alive[: m.used[1]].sum())
         return list_edges(m.facets, m.patch, m.first, m.after, m.rank, m.used[0], count, m.stamp, m.clock)
 
+    def edges_inside_patches(self) -> np.ndarray:
+        """Return the edges (e, 2) that are no features."""
+        edges, feature = self.edges()
+        return edges[~feature]
+
     def living(self, on_crack: bool) -> np.ndarray:
         """Return the rows of the living facets that are crack, or of those that are not."""
         mesh, count = self.mesh, self.mesh.used[1]
@@ -227,8 +232,7 @@ def swap_all(gradation: Gradation, limits: Limits) -> int:
 
 def even_valences(gradation: Gradation, limits: Limits) -> int:
     """Swap edges inside patches where their corners come nearer to six facets each."""
-    edges, feature = gradation.edges()
-    edges = edges[~feature]
+    edges = gradation.edges_inside_patches()
     return gradation.repeat("evened_valences", valence_pass, len(edges), limits, edges, ())
 
 
@@ -236,8 +240,7 @@ def edges_to_swap(gradation: Gradation, limits: Limits) -> np.ndarray:
     """Return the edges (e, 2) inside patches that a pass of swaps has not seen as they are now."""
     last, mesh = gradation.swapped, gradation.mesh
     if last is None or last.limits != limits:
-        edges, feature = gradation.edges()
-        return edges[~feature]
+        return gradation.edges_inside_patches()
     n, m = min(len(last.points), len(mesh.points)), min(len(last.facets), len(mesh.facets))
     moved = np.ones(len(mesh.points), bool)
     moved[:n] = ~_are_equal(mesh.points[:n], last.points[:n])

@@ -8,6 +8,7 @@ import numpy as np
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import among_edges, front_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
+from craftmesh.surface.measure import area_vectors
 from craftmesh.types import CRACK, Crack, Surface
 
 STRAY = 0.2  # of the least length: crack edges farther off all given fronts than this are no front
@@ -59,25 +60,31 @@ def without_slits(surface: Surface, fronts: Fronts, least: float) -> Surface:
     Of two parts that met in a kink one had a node 0.005 l_min beside one of the other's, and between the
     edges to these the crack was open. least: the least target length.
     """
-    crack = np.flatnonzero(surface.kind == CRACK)
-    corners = surface.facets[crack].astype(np.int64)
-    halves = {(int(f[k - 1]), int(f[k])): row for row, f in zip(crack, corners) for k in range(3)}
-    open_edges = {edge: row for edge, row in halves.items() if edge[::-1] not in halves}
-    added, sides = [], []
-    for a, b, c in _triangles(_stray(surface, fronts, SLIT * least)):
-        if _height(surface.points[[a, b, c]]) > SLIT * least:
-            continue
-        edge = (a, b) if (a, b) in open_edges else (b, a)
-        added.append((*edge[::-1], c))
-        sides.append(surface.sides[open_edges[edge]])
-    if not added:
+    slits = _slits(surface, fronts, SLIT * least)
+    if not len(slits):
         return surface
+    added, rows = slits.copy(), []
+    for n, (a, b, _) in enumerate(slits):
+        on_edge = np.isin(surface.facets, (a, b)).sum(axis=1) == 2
+        row = np.flatnonzero(on_edge & (surface.kind == CRACK))[0]
+        corners = surface.facets[row].tolist()
+        if corners[(corners.index(a) + 1) % 3] == b:
+            added[n, :2] = b, a
+        rows.append(row)
     return replace(
         surface,
-        facets=np.concatenate([surface.facets, np.array(added, surface.facets.dtype)]),
-        sides=np.concatenate([surface.sides, np.array(sides, surface.sides.dtype)]),
-        kind=np.concatenate([surface.kind, np.full(len(added), CRACK, surface.kind.dtype)]),
+        facets=np.concatenate([surface.facets, added]),
+        sides=np.concatenate([surface.sides, surface.sides[rows]]),
+        kind=np.concatenate([surface.kind, surface.kind[rows]]),
     )
+
+
+def _slits(surface: Surface, fronts: Fronts, width: float) -> np.ndarray:
+    """Return the triangles (k, 3) up to a width between edges where the crack ends and no front is."""
+    found = _triangles(_stray(surface, fronts, width))
+    length = np.linalg.norm(surface.points[found] - surface.points[found[:, [1, 2, 0]]], axis=2)
+    twice = 2 * np.linalg.norm(area_vectors(surface.points, found), axis=1)
+    return found[twice <= width * length.max(axis=1, initial=0.0)]
 
 
 def _stray(surface: Surface, fronts: Fronts, far: float) -> np.ndarray:
@@ -86,20 +93,14 @@ def _stray(surface: Surface, fronts: Fronts, far: float) -> np.ndarray:
     return front[fronts.off(surface.points[front].mean(axis=1)) > far]
 
 
-def _triangles(edges: np.ndarray) -> list[tuple[int, int, int]]:
-    """Return the triples of points that edges (k, 2) join, each once."""
+def _triangles(edges: np.ndarray) -> np.ndarray:
+    """Return the triples (k, 3) of points that edges join, each once."""
     near: dict[int, set[int]] = {}
     for a, b in edges.tolist():
         near.setdefault(a, set()).add(b)
         near.setdefault(b, set()).add(a)
-    return [(a, b, c) for a, b in edges.tolist() for c in sorted(near[a] & near[b]) if a < b < c]
-
-
-def _height(corners: np.ndarray) -> float:
-    """Return the least height of a triangle (3, 3)."""
-    longest = np.linalg.norm(corners - corners[[1, 2, 0]], axis=1).max()
-    area2 = np.linalg.norm(np.cross(corners[1] - corners[0], corners[2] - corners[0]))
-    return float(area2 / longest)
+    found = [(a, b, c) for a, b in edges.tolist() for c in sorted(near[a] & near[b]) if a < b < c]
+    return np.array(found, np.int64).reshape(-1, 3)
 
 
 def _fins(surface: Surface, fronts: Fronts, far: float) -> np.ndarray:

@@ -5,6 +5,7 @@ positive and whose worst is better; in swaps for the mean aspect ratio they are 
 less by their faults. Surface nodes never move, surface and crack facets are in no cavity.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,12 +120,7 @@ def optimise_tets(
     """
     state = new_state(points, tets, frozen, blocked, size)
     work = new_scratch()
-    measure = None
-    for step in SCHEDULE:
-        if step.measure != measure:
-            _measure(state, step.measure)
-        _do(state, step, work)
-        measure = step.measure
+    _do_all(state, SCHEDULE, work)
     names = ("moves", "edges_removed", "faces_removed", "contractions", "insertions", "joins")
     return *_result(state, frozen), {k: int(v) for k, v in zip(names, work.done)}
 
@@ -143,17 +139,19 @@ def repaired_tets(
     """
     state = new_state(points, tets, frozen, blocked, size)
     work = new_scratch()
-    if measure is not None:
-        _measure(state, measure)
-        _do(state, AFTER_MOVES[measure], work)
-    _measure(state, LIGHTEN.measure)
-    _do(state, LIGHTEN, work)
+    repairs = () if measure is None else (AFTER_MOVES[measure],)
+    _do_all(state, (*repairs, LIGHTEN), work)
     return _result(state, frozen)
 
 
-def _measure(state: TetState, measure: int) -> None:
-    """Set the qualities, which every change keeps from here on."""
-    all_qualities(state.points, state.tets, state.counts[TETS], state.quality, measure)
+def _do_all(state: TetState, steps: Sequence[Step], work: Scratch) -> None:
+    """Do steps one after another; changes keep the qualities, so they are set anew for another measure."""
+    measure = None
+    for step in steps:
+        if step.measure != measure:
+            measure = step.measure
+            all_qualities(state.points, state.tets, state.counts[TETS], state.quality, measure)
+        _do(state, step, work)
 
 
 def _do(state: TetState, step: Step, work: Scratch) -> None:

@@ -37,19 +37,28 @@ def fill_table(points, faces, count, table):
         table[LONGEST2, i] = max(ab, bc, ca)
 
 
+@lean_kernel
+def _tet(table, i, x, y, z):
+    """Return the ways from (x, y, z) to the corners of face `i`, and six times the volume of its tet."""
+    ux, uy, uz = table[A, i] - x, table[A + 1, i] - y, table[A + 2, i] - z
+    volume6 = -(table[NORMAL, i] * ux + table[NORMAL + 1, i] * uy + table[NORMAL + 2, i] * uz)
+    v = (table[B, i] - x, table[B + 1, i] - y, table[B + 2, i] - z)
+    w = (table[C, i] - x, table[C + 1, i] - y, table[C + 2, i] - z)
+    return (ux, uy, uz), v, w, volume6
+
+
 @vector_kernel
 def _fill_ratios(table, ratios, count, x, y, z):
     """Write the aspect ratios l_max / h_min of the tets with apex (x, y, z); INVERTED for flat ones."""
     for i in range(count):
-        ux, uy, uz = table[A, i] - x, table[A + 1, i] - y, table[A + 2, i] - z
-        vx, vy, vz = table[B, i] - x, table[B + 1, i] - y, table[B + 2, i] - z
-        wx, wy, wz = table[C, i] - x, table[C + 1, i] - y, table[C + 2, i] - z
-        u2, v2, w2 = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, wx * wx + wy * wy + wz * wz
+        (ux, uy, uz), (vx, vy, vz), (wx, wy, wz), volume6 = _tet(table, i, x, y, z)
+        u2 = ux * ux + uy * uy + uz * uz
+        v2 = vx * vx + vy * vy + vz * vz
+        w2 = wx * wx + wy * wy + wz * wz
         uv, vw, wu = u2 + v2 - table[AB2, i], v2 + w2 - table[BC2, i], w2 + u2 - table[CA2, i]
         sides = max(4.0 * u2 * v2 - uv * uv, 4.0 * v2 * w2 - vw * vw, 4.0 * w2 * u2 - wu * wu)
         largest = max(0.25 * sides, table[NORMAL2, i])
         longest = max(u2, v2, w2, table[LONGEST2, i])
-        volume6 = -(table[NORMAL, i] * ux + table[NORMAL + 1, i] * uy + table[NORMAL + 2, i] * uz)
         ratio = np.sqrt(largest * longest) / volume6
         ratios[i] = ratio if volume6 > FLAT * longest * np.sqrt(longest) else INVERTED
 
@@ -58,12 +67,9 @@ def _fill_ratios(table, ratios, count, x, y, z):
 def _fill_volume_lengths(table, values, count, x, y, z):
     """Write the volume-length qualities (`quality_at`) of the tets with apex (x, y, z)."""
     for i in range(count):
-        ux, uy, uz = table[A, i] - x, table[A + 1, i] - y, table[A + 2, i] - z
-        vx, vy, vz = table[B, i] - x, table[B + 1, i] - y, table[B + 2, i] - z
-        wx, wy, wz = table[C, i] - x, table[C + 1, i] - y, table[C + 2, i] - z
+        (ux, uy, uz), (vx, vy, vz), (wx, wy, wz), volume6 = _tet(table, i, x, y, z)
         squares = ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz
         mean = (squares + table[AB2, i] + table[BC2, i] + table[CA2, i]) / 6.0
-        volume6 = -(table[NORMAL, i] * ux + table[NORMAL + 1, i] * uy + table[NORMAL + 2, i] * uz)
         values[i] = ROOT2 * volume6 / (mean * np.sqrt(mean))
 
 
