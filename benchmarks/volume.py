@@ -120,12 +120,12 @@ def whole(surface, sizing, islands, changes: dict):
     """Return (points, tets, grain, surface) as decks have them, the crack closed."""
     from craftmesh.tetrahedra.flat_places import given_way
     from craftmesh.tetrahedra.options import TetrahedralizeOptions
-    from craftmesh.tetrahedra.surface_smoothing import smoothed_surface
     from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
+    from craftmesh.tetrahedra.whole_optimisation import optimised_whole
 
     grain_tets, _ = tetrahedralize(surface, sizing, islands, TetrahedralizeOptions(**changes))
     opened = given_way(surface, grain_tets)
-    found = smoothed_surface(opened.surface, opened.grain_tets)
+    found = optimised_whole(opened.surface, opened.grain_tets)
     return *merged(found.surface, found.grain_tets), found.surface
 
 

@@ -13,7 +13,7 @@ from craftmesh.tetrahedra.fallback import Completion, completed
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import with_counts
-from craftmesh.tetrahedra.surface_smoothing import smoothed_surface
+from craftmesh.tetrahedra.whole_optimisation import optimised_whole
 from craftmesh.types import Crack, GrainTets, Surface, TetMesh
 
 
@@ -39,7 +39,7 @@ def complete_mesh(
         warn(opened.warning)
     surface, grain_tets, poor, smooth = opened.surface, opened.grain_tets, opened.poor, None
     if options.optimise:
-        smoothed = smoothed_surface(surface, grain_tets)
+        smoothed = optimised_whole(surface, grain_tets)
         surface, grain_tets, smooth = smoothed.surface, smoothed.grain_tets, smoothed.report
         poor = dict.fromkeys(record.get("poor", {}) | poor, []) | smoothed.poor
     mesh, report = assemble(surface, grain_tets, crack)

@@ -47,6 +47,14 @@ class RowGroups:
         return np.stack([self.order[start], self.order[start + 1]], axis=1)
 
 
+def touching(tets: np.ndarray, marked: np.ndarray) -> np.ndarray:
+    """Return (m,) bool: the tets (m, 4) with a corner that is marked (n,)."""
+    result = marked[tets[:, 0]]
+    for corner in (1, 2, 3):
+        result |= marked[tets[:, corner]]
+    return result
+
+
 def half_faces(tets: np.ndarray) -> np.ndarray:
     """Return the corners (4m, 3) of all faces: row 4 * tet + face."""
     return np.take(tets, FACE_CORNERS.ravel(), axis=1).reshape(-1, 3)

@@ -2,20 +2,19 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from craftmesh.mesh.kernels.shape_measures import shape_measures
-from craftmesh.mesh.poor import is_flat, is_poor
-from craftmesh.mesh.tet_connectivity import tet_edges
-from craftmesh.sizing.surface_sizing import LocalSizing
+from craftmesh.mesh.tet_connectivity import tet_edges, touching
 from craftmesh.surface.measure import mean_edges, side_volumes, volume_drift
-from craftmesh.tetrahedra.grain_surface import grain_surfaces
+from craftmesh.tetrahedra.inside_grains import changed_inside
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
-from craftmesh.tetrahedra.kernels.tet_faults import OF_FLAT, OF_POOR, SOUND_FROM
+from craftmesh.tetrahedra.kernels.tet_faults import SOUND_FROM
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, Aim, all_qualities
 from craftmesh.tetrahedra.kernels.tet_surface_moves import move_nodes
-from craftmesh.tetrahedra.opening_stages import Stage, is_at_fault, is_stretched
+from craftmesh.tetrahedra.opening_stages import Stage, is_at_fault, is_narrow, weighed_faults
 from craftmesh.tetrahedra.optimise_tets import new_state, repaired_tets
 from craftmesh.tetrahedra.surface_contractions import joined
 from craftmesh.tetrahedra.surface_freedom import Freedom, freedom
@@ -75,7 +74,7 @@ class Opening:
 
     def faults(self) -> float:
         """Return the number of its flat, poor and stretched tets, by their weights."""
-        return OF_FLAT * self.count(is_flat) + OF_POOR * self.count(is_poor) + self.count(is_stretched)
+        return sum(weighed_faults(self.measures[one.grain]) for one in self.model.grain_tets)
 
     def replaced(self, model: Model, grains: np.ndarray, contracted: int = 0) -> "Opening":
         """Return the opening with another model, whose tets differ in `grains` alone."""
@@ -102,10 +101,10 @@ def _measures(
 
 
 def begun(surface: Surface, grain_tets: Sequence[GrainTets]) -> Opening | None:
-    """Return the opening of a surface and its grains' tets as they are; None where no tet is at fault."""
+    """Return the opening of a surface and its tets as they are; None where none is at fault or narrow."""
     model = Model(surface, list(grain_tets))
     measures = _measures(model, {}, surface.grains)
-    if not any(is_at_fault(one).any() for one in measures.values()):
+    if not any((is_at_fault(one) | is_narrow(one)).any() for one in measures.values()):
         return None
     return Opening(model, measures, surface.points, freedom(surface))
 
@@ -146,7 +145,7 @@ def _moved_points(
     nodes = _nodes_near(tets, bad, now.mobile(held))
     near = np.zeros(len(points), bool)
     near[nodes] = True
-    rows = np.flatnonzero(near[tets].any(axis=1))
+    rows = np.flatnonzero(touching(tets, near))
     used, local = np.unique(tets[rows], return_inverse=True)
     state = new_state(points[used], local.reshape(-1, 4))
     goal = stage.aim or Aim(WHOLE, SOUND_FROM)
@@ -164,14 +163,14 @@ def _moved_points(
     moved = points.copy()
     moved[used] = state.points[: len(used)]
     changed = (moved != points).any(axis=1)
-    return moved, np.unique(now.model.grain[changed[tets].any(axis=1)])
+    return moved, np.unique(now.model.grain[touching(tets, changed)])
 
 
 def _nodes_near(tets: np.ndarray, bad: np.ndarray, mobile: np.ndarray) -> np.ndarray:
     """Return the nodes of bad tets, and of those that share a node with them, that may move."""
     near = np.zeros(int(tets.max()) + 1, bool)
     near[tets[bad].ravel()] = True
-    near[tets[near[tets].any(axis=1)].ravel()] = True
+    near[tets[touching(tets, near)].ravel()] = True
     near[: len(mobile)] &= mobile
     return np.flatnonzero(near)
 
@@ -179,15 +178,4 @@ def _nodes_near(tets: np.ndarray, bad: np.ndarray, mobile: np.ndarray) -> np.nda
 def repaired(model: Model, grains: np.ndarray, aim: Aim | None) -> Model:
     """Return the model with the worst tets of `grains` by an aim repaired, the surface as it is."""
     measure = None if aim is None else aim.measure
-    result = list(model.grain_tets)
-    surfaces = {one.grain: one for one in grain_surfaces(model.surface, grains)}
-    for i, one in enumerate(model.grain_tets):
-        if one.grain not in surfaces:
-            continue
-        surface = surfaces[one.grain]
-        points = np.concatenate([model.surface.points[one.nodes], one.interior])
-        size = LocalSizing(surface.points, surface.facets).at(points)
-        internal = np.searchsorted(one.nodes, surface.nodes[surface.facets[surface.internal]])
-        points, tets = repaired_tets(points, one.tets, len(one.nodes), internal, size, measure)
-        result[i] = GrainTets(one.grain, one.nodes, points[len(one.nodes) :], tets)
-    return Model(model.surface, result)
+    return changed_inside(model, grains, partial(repaired_tets, measure=measure))

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.by_reference import by_reference
+from craftmesh.mesh.tet_connectivity import touching
+from craftmesh.sizing.lengths import Lengths
 from craftmesh.tetrahedra.kernels.tet_cavity import (
     POINTS,
     TETS,
@@ -35,6 +37,7 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     SOUND,
     VOLUME_LENGTH,
     WHOLE,
+    WIDE,
     Aim,
     all_aspect_ratios,
     all_qualities,
@@ -85,26 +88,36 @@ CONTRACT, MOVE = Step("contract", 0.35, fall=0.3), Step("aspect", 0.45)
 # that only falls ends in the next valley. Of 270,000 tets with voids and lengths that grow by .25 the mean
 # falls to 1.737 in 4 rounds and 1.735 in 8 where every swap lowers the sum, to 1.719 in 6 and 1.714 in 8
 # where all but the last may raise it by 2; by 1.5 or 2.5 to 1.717 or 1.715 in 8. Without contractions 6
-# end .005 higher. 16 rounds lower it by .004 more, of 1,890,000 tets in small grains.
-FREE_ROUNDS = 7
-FREE_ROUND = (CONTRACT, Step("swap", 0.35, fall=-2.0), MOVE)
-LAST_ROUND = (CONTRACT, Step("swap", 0.35, fall=0.01), MOVE)
+# end .005 higher. 16 rounds lower it by .004 more, of 1,890,000 tets in small grains. Rounds after the
+# surface has slid (`whole_optimisation`) lower it further: of these it is 1.714 with 7 rounds before and
+# 1.709 with 4 before and 2 after, 5 and 1, or 3 and 3.
+FREE_ROUNDS = 4
+RESUMED_ROUNDS = 3
+# Rounds that begin with contractions: of 550,000 tets they contract 461, 123 and 44 points in the first
+# three, 7 to 24 in later ones.
+CONTRACTIONS = 3
+FREE_ROUND = (Step("swap", 0.35, fall=-2.0), MOVE)
+LAST_ROUND = (Step("swap", 0.35, fall=0.01), MOVE)
 # Last the worst tets by SOUND go for a little more than POOR: up to .25 the mean rises by .0035, up to .20
 # by .001, and as many have a ratio under 5. By FORM they go for angles of 15..149 degrees, which costs 1%
 # of the time; at .30 more tets have a ratio over 5. All that spreads what the surface forces: in the
 # poorest 38 of 436 decks of random cracks, LIGHTEN and moves by weight leave 1,300 of 2,550 tets over a
 # ratio of 5. It ends when nothing gets lighter.
 LIGHTEN = Step("lighten", SOUND_FROM, WHOLE, rounds=8)
-FORMED = Step("repair", 0.26, FORM, rounds=4, inserts=True)
+FORMED = Step("repair", WIDE, FORM, rounds=4, inserts=True)
+ENDING = (*LAST_ROUND, Step("repair", 0.20, SOUND, rounds=4, inserts=True), FORMED, LIGHTEN)
 SCHEDULE = (
     Step("repair", 0.55),
     Step("smooth", 0.5),
-    *(FREE_ROUNDS * FREE_ROUND),
-    *LAST_ROUND,
-    Step("repair", 0.20, SOUND, rounds=4, inserts=True),
-    FORMED,
-    LIGHTEN,
+    *(CONTRACTIONS * (CONTRACT, *FREE_ROUND)),
+    *((FREE_ROUNDS - CONTRACTIONS) * FREE_ROUND),
+    *ENDING,
 )
+# Where the surface has slid.
+RESUMED = (CONTRACT, *(RESUMED_ROUNDS * FREE_ROUND), *ENDING)
+# How many layers of tets round those under its threshold a repair after moves may reach. Repairs of whole
+# grains take half as long again, of 550,000 tets.
+LAYERS = 4
 # Where surface points have moved: the worst tets by FORM, or by WHOLE a little over its limit. More rounds
 # by WHOLE take longer and leave as many stretched tets.
 AFTER_MOVES = {FORM: FORMED, WHOLE: Step("repair", 0.355, WHOLE, rounds=2, inserts=True)}
@@ -125,23 +138,63 @@ def optimise_tets(
     return *_result(state, frozen), {k: int(v) for k, v in zip(names, work.done)}
 
 
+def resumed_tets(
+    points: np.ndarray, tets: np.ndarray, frozen: int, blocked: np.ndarray, sizing: Lengths
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return (points, tets) of a lower mean aspect ratio, after the frozen points have moved.
+
+    All as `optimise_tets`; sizing: `at(points)` gives target edge lengths.
+    """
+    state = new_state(points, tets, frozen, blocked, sizing.at(points))
+    _do_all(state, RESUMED, new_scratch())
+    return _result(state, frozen)
+
+
 def repaired_tets(
     points: np.ndarray,
     tets: np.ndarray,
     frozen: int,
     blocked: np.ndarray,
-    size: np.ndarray,
+    sizing: Lengths,
     measure: int | None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (points, tets) with the worst tets repaired, by FORM or WHOLE, and faults that weigh less.
 
-    Without a measure the second alone; all as `optimise_tets`.
+    Without a measure the second alone; all as `resumed_tets`. What lies beyond LAYERS of tets round those
+    under the steps' thresholds stays as it is.
     """
-    state = new_state(points, tets, frozen, blocked, size)
-    work = new_scratch()
-    repairs = () if measure is None else (AFTER_MOVES[measure],)
-    _do_all(state, (*repairs, LIGHTEN), work)
-    return _result(state, frozen)
+    steps = (LIGHTEN,) if measure is None else (AFTER_MOVES[measure], LIGHTEN)
+    near = _near_poor(points, tets, steps)
+    if not near.any():
+        return points, tets
+    used, local = np.unique(tets[near], return_inverse=True)
+    inside = blocked[np.isin(blocked, used).all(axis=1)]
+    beyond = np.isin(used, tets[~near])
+    state = new_state(
+        points[used], local.reshape(-1, 4), 0, np.searchsorted(used, inside), sizing.at(points[used])
+    )
+    state.frozen[: len(used)] = beyond | (used < frozen)
+    _do_all(state, steps, new_scratch())
+    made = state.points[len(used) : state.counts[POINTS]]
+    ids = np.concatenate([used, len(points) + np.arange(len(made))])
+    points = points.copy()
+    points[used] = state.points[: len(used)]
+    return _without_unused(
+        np.concatenate([points, made]), np.concatenate([tets[~near], ids[_live_tets(state)]]), frozen
+    )
+
+
+def _near_poor(points: np.ndarray, tets: np.ndarray, steps: Sequence[Step]) -> np.ndarray:
+    """Return (m,) bool: the tets under a threshold of the steps, and LAYERS of those round them."""
+    quality, near = np.empty(len(tets)), np.zeros(len(tets), bool)
+    for step in steps:
+        all_qualities(points, tets, len(tets), quality, step.measure)
+        near |= quality < step.threshold
+    for _ in range(LAYERS if near.any() else 0):
+        joined = np.zeros(len(points), bool)
+        joined[tets[near]] = True
+        near = touching(tets, joined)
+    return near
 
 
 def _do_all(state: TetState, steps: Sequence[Step], work: Scratch) -> None:
@@ -263,11 +316,20 @@ def new_state(
 
 
 def _result(state: TetState, frozen: int) -> tuple[np.ndarray, np.ndarray]:
-    """Drop dead tets and points that no tet uses."""
+    """Return (points, tets) without dead tets and points that no tet uses."""
+    return _without_unused(state.points[: state.counts[POINTS]], _live_tets(state), frozen)
+
+
+def _live_tets(state: TetState) -> np.ndarray:
+    """Return the tets (m, 4) that are not dead."""
     tets = state.tets[: state.counts[TETS]]
-    tets = tets[tets[:, 0] >= 0]
-    used = np.zeros(state.counts[POINTS], bool)
+    return tets[tets[:, 0] >= 0]
+
+
+def _without_unused(points: np.ndarray, tets: np.ndarray, frozen: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return (points, tets) without points that no tet uses, but for the first `frozen`."""
+    used = np.zeros(len(points), bool)
     used[tets.ravel()] = True
     used[:frozen] = True
     new = np.cumsum(used) - 1
-    return state.points[: len(used)][used], new[tets]
+    return points[used], new[tets]

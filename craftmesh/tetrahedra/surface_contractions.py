@@ -12,6 +12,7 @@ from craftmesh.mesh.poor import (
     LEAST_DIHEDRAL,
     LEAST_SHAPE_FACTOR,
 )
+from craftmesh.mesh.tet_connectivity import touching
 from craftmesh.tetrahedra.contraction_reach import keeps_surface
 from craftmesh.tetrahedra.contraction_rules import keeps_topology, may_merge
 from craftmesh.tetrahedra.stars import Corners, Stars, classes_of, renamed, stars_of
@@ -84,7 +85,7 @@ def _near(tets: np.ndarray, bad: np.ndarray) -> np.ndarray:
     """Return the nodes of bad tets, and of those that share a node with them."""
     near = np.zeros(int(tets.max()) + 1, bool)
     near[tets[bad]] = True
-    near[tets[near[tets].any(axis=1)]] = True
+    near[tets[touching(tets, near)]] = True
     return np.flatnonzero(near)
 
 

@@ -8,16 +8,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from craftmesh.mesh.tet_connectivity import tet_edges
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.surface.vertex_classes import ON_INTERFACE, ON_LINE, VertexClasses, vertex_classes
 from craftmesh.tetrahedra.grain_surface import lowest_equal_point
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, new_scratch
-from craftmesh.tetrahedra.kernels.tet_faults import RAMP, SOUND_FROM
 from craftmesh.tetrahedra.kernels.tet_passes import aspect_pass
 from craftmesh.tetrahedra.kernels.tet_quality import POOR, WHOLE, Aim, all_aspect_ratios, all_qualities
-from craftmesh.tetrahedra.kernels.tet_surface_smoothing import smooth_on_surface
+from craftmesh.tetrahedra.kernels.tet_surface_smoothing import FREE_FROM, add_edges, smooth_on_surface
 from craftmesh.tetrahedra.optimise_tets import new_state
 from craftmesh.tetrahedra.poor_tets import poor_by_grain
 from craftmesh.tetrahedra.whole_mesh import Model
@@ -35,8 +33,6 @@ FLAT = 0.93
 # The cosine of the angle between a line's edges at a point and the way along it from which it is all but
 # straight there: 15 degrees, too.
 STRAIGHT = 0.966
-# The quality by WHOLE from which tets weigh nothing.
-FAULTLESS = SOUND_FROM + RAMP
 
 
 @dataclass(frozen=True)
@@ -53,13 +49,15 @@ class Smoothed:
     poor: dict[str, list[dict]] = field(default_factory=dict)
 
 
-def smoothed_surface(surface: Surface, grain_tets: Sequence[GrainTets]) -> Smoothed:
+def smoothed_surface(
+    surface: Surface, grain_tets: Sequence[GrainTets], rounds: int = ROUNDS, inside: bool = True
+) -> Smoothed:
     """Return the surface and all grains' tets with a lower mean aspect ratio, and no tet at fault more.
 
     Points inside a patch slide along it, on the tangent plane where they are, those on lines along these,
     for all neighbours alike: those where lines end, of the crack, and where the surface is bent stay. Where
-    one moves, the worst of the tets round it gets no worse. After these the interior points joined to the
-    surface move.
+    one moves, the worst of the tets round it gets no worse than FREE_FROM, or than it was. After
+    these the interior points joined to the surface move, if those `inside` are to.
     """
     # in one order, however the grains were meshed: the last bit of a mean depends on it
     model = Model(surface, sorted(grain_tets, key=lambda one: one.grain))
@@ -73,10 +71,12 @@ def smoothed_surface(surface: Surface, grain_tets: Sequence[GrainTets]) -> Smoot
     all_qualities(state.points, state.tets, count, state.quality, WHOLE)
     all_aspect_ratios(state.points, state.tets, count, ratio)
     before = float(ratio.mean())
-    _hold_all_but_neighbours(state, len(surface.points))
-    for _ in range(ROUNDS):
+    if inside:
+        _hold_all_but_neighbours(state, len(surface.points))
+    for _ in range(rounds):
         smooth_on_surface(state, nodes, points[nodes], ways, lengths, REACH, valence, work)
-        aspect_pass(state, Aim(WHOLE, FAULTLESS), work)
+        if inside:
+            aspect_pass(state, Aim(WHOLE, FREE_FROM), work)
     all_aspect_ratios(state.points, state.tets, count, ratio)
     model = model.moved(state.points[: len(points)])
     moves = np.linalg.norm(model.surface.points - surface.points, axis=1)
@@ -98,13 +98,15 @@ def _hold_all_but_neighbours(state: TetState, on_surface: int) -> None:
     """
     count, points = int(state.counts[TETS]), int(state.counts[POINTS])
     tets = state.tets[:count]
-    beside = tets[(tets < on_surface).any(axis=1)]
+    beside = tets[tets.min(axis=1) < on_surface]
     free = np.zeros(points, bool)
     free[beside] = True
     free[:on_surface] = False
-    free[tets[state.quality[:count] < FAULTLESS]] = False
+    free[tets[state.quality[:count] < FREE_FROM]] = False
     state.frozen[:points] = ~free
-    state.size[:points] = mean_edges(state.points[:points], tet_edges(beside).reshape(-1, 2))
+    total, count_at = np.zeros(points), np.zeros(points)
+    add_edges(state.points, beside, total, count_at)
+    state.size[:points] = total / np.maximum(count_at, 1)
 
 
 def _sliding(surface: Surface) -> tuple[np.ndarray, np.ndarray]:

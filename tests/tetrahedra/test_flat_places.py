@@ -16,7 +16,7 @@ from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.tetrahedra import opening_model, opening_ways
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.opening_model import Opening, begun
-from craftmesh.tetrahedra.opening_stages import STAGES
+from craftmesh.tetrahedra.opening_stages import AT_NARROW, STAGES, is_at_fault, is_narrow
 from craftmesh.tetrahedra.surface_freedom import CRACK_REACH, freedom
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
@@ -126,6 +126,32 @@ def test_stretched_tets_are_opened_as_poor_ones_and_nobody_is_warned():
     assert check_tets(assemble(opened.surface, opened.grain_tets)[0]) == []
 
 
+def test_small_moves_open_narrow_tets():
+    """Two nodes of the boundary go towards each other: angles at the edges opposite theirs close."""
+    surface, tets = structured_box((CELLS,) * 3, lambda c: np.where(c[:, 0] < 2, 1, 2))
+    points = surface.points.copy()
+    for at, step in ((PUSHED, 0.36), (PUSHED + [0, 1, 0], -0.36)):
+        points[(points == at).all(axis=1), 1] += step
+    before = begun(replace(surface, points=points), tets)
+    after = opening_ways.with_moves(before, AT_NARROW)
+    assert before.count(is_narrow) > 0 == after.count(is_narrow)
+    assert after.count(is_at_fault) <= before.count(is_at_fault)
+    moves = np.linalg.norm(after.model.points[: len(points)] - points, axis=1)
+    # the longest mean edge is less than a cube's diagonal
+    assert 0 < moves.max() < AT_NARROW.reaches[-1] * np.sqrt(3)
+    assert check_tets(assemble(after.model.surface, after.model.grain_tets)[0]) == []
+
+
+def test_a_narrow_tet_alone_is_given_way_to_and_nobody_is_warned():
+    long, short = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[0.5, 0.87, -0.11], [0.5, 0.87, 0.11]]
+    surface, tets = one_tet(np.array(long + short))
+    before = begun(surface, tets)
+    assert before.count(is_narrow) == 1 and before.count(is_at_fault) == 0
+    opened = given_way(surface, tets)
+    assert begun(opened.surface, opened.grain_tets) is None
+    assert opened.report["surface_points_moved"] > 0 and opened.warning is None
+
+
 def test_nodes_of_a_volume_that_is_held_stay():
     surface, tets = pushed_box(push=np.zeros(3))
     moved, _ = pushed_box()
@@ -146,13 +172,19 @@ def test_no_move_changes_a_volume_by_more_than_its_stage_allows():
     assert drifts[0] > 1e-3 >= drifts[1]
 
 
-def needle():
-    """A grain of one tet between two long edges: flat if one of them is parted, sound if both are."""
-    points = np.array([[77.5, 6.0, -17.2], [69.7, 6.5, -21.7], [68.9, 8.0, -19.6], [87.6, 8.0, -16.5]])
+def one_tet(points):
+    """A grain of one tet."""
     tets = np.array([[0, 1, 2, 3]])
     facets = tets[0][[[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]].astype(np.int32)
     surface = Surface(points, facets, np.array([[1, 0]] * 4, np.int32), np.full(4, INTERFACE))
     return surface, [GrainTets(1, np.arange(4), np.zeros((0, 3)), tets)]
+
+
+def needle():
+    """A grain of one tet between two long edges: flat if one of them is parted, sound if both are."""
+    return one_tet(
+        np.array([[77.5, 6.0, -17.2], [69.7, 6.5, -21.7], [68.9, 8.0, -19.6], [87.6, 8.0, -16.5]])
+    )
 
 
 def test_edges_are_parted_in_twos_where_neither_gains_alone():

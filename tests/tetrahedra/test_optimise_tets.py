@@ -5,12 +5,14 @@ import pytest
 from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
+from structured_box import structured_box
 
 from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.poor import LARGEST_DIHEDRAL, LEAST_DIHEDRAL, LEAST_SHAPE_FACTOR
 from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volumes
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, link_tets, new_scratch
 from craftmesh.tetrahedra.kernels.tet_cavity_filling import insert_in_cavity, join_in_cavity
+from craftmesh.tetrahedra.kernels.tet_faults import SOUND_FROM
 from craftmesh.tetrahedra.kernels.tet_insertion import LONGEST, contract, insert_on_edge
 from craftmesh.tetrahedra.kernels.tet_passes import CONTRACTIONS, aspect_contraction_pass, aspect_swap_pass
 from craftmesh.tetrahedra.kernels.tet_quality import (
@@ -28,7 +30,14 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
 from craftmesh.tetrahedra.kernels.tet_sum_contractions import contract_for_sum
 from craftmesh.tetrahedra.kernels.tet_sum_swaps import SumAim, remove_edge_for_sum
 from craftmesh.tetrahedra.kernels.tet_swaps import remove_edge, remove_face
-from craftmesh.tetrahedra.optimise_tets import _result, new_state, optimise_tets
+from craftmesh.tetrahedra.optimise_tets import (
+    FORMED,
+    LAYERS,
+    _result,
+    new_state,
+    optimise_tets,
+    repaired_tets,
+)
 
 # A change of topology for the sum of aspect ratios has to lower it by this much.
 FALL = 0.05
@@ -423,3 +432,46 @@ def test_an_edge_without_a_sound_triangulation_round_it_stays_however_poor_the_t
     aim = SumAim(VOLUME_LENGTH, 1.0, -1e300, FALL)
     assert not remove_edge_for_sum(state, 0, 0, aim, new_scratch())
     assert state.tets.tobytes() == before
+
+
+class Even:
+    """The same target edge length everywhere."""
+
+    def at(self, points):
+        return np.ones(len(points))
+
+
+def test_repairs_change_nothing_far_from_poor_tets():
+    surface, (grain,) = structured_box((13,) * 3, lambda c: np.ones(len(c), int))
+    points, tets, frozen = np.concatenate([surface.points, grain.interior]), grain.tets, len(grain.nodes)
+    pulled = frozen + int(np.flatnonzero((grain.interior == [3, 3, 3]).all(axis=1))[0])
+    spoilt = points.copy()
+    spoilt[pulled] += [0.93, 0.0, 0.0]  # to just before its neighbour
+    blocked = np.array([sorted(face) for face, times in faces_of(tets).items() if times == 2])[::50]
+    assert quality(spoilt, tets, FORM).min() < POOR
+    new, better = repaired_tets(spoilt, tets, frozen, blocked, Even(), FORM)
+    assert quality(new, better, FORM).min() > FORMED.threshold
+    assert new[:frozen].tobytes() == points[:frozen].tobytes()
+    assert boundary(better) == boundary(tets) and (tet_volumes(new, better) > 0).all()
+    faces = faces_of(better)
+    assert all(faces[frozenset(facet)] == 2 for facet in _renumbered(blocked, spoilt, new))
+    # a layer is a cell at most; the poor tets round the node pulled reach a cell from it
+    far = (abs(spoilt[tets] - [3, 3, 3]) > LAYERS + 2).any(axis=(1, 2))
+    assert 0 < far.sum() < len(tets)
+    kept = {corners.tobytes() for corners in new[better]}
+    assert all(corners.tobytes() in kept for corners in spoilt[tets[far]])
+
+
+def _renumbered(facets, before, after):
+    """Return the facets' corners by their places in `after`, of those that did not move."""
+    number = {place.tobytes(): i for i, place in enumerate(after)}
+    corners = [[number.get(before[v].tobytes(), -1) for v in facet] for facet in facets]
+    return [facet for facet in corners if min(facet) >= 0]
+
+
+def test_repairs_leave_tets_that_are_not_poor_as_they_are():
+    points, tets, frozen = random_ball(0)
+    sound = tets[quality(points, tets, WHOLE) >= SOUND_FROM]
+    assert len(sound) > 50
+    found = repaired_tets(points, sound, frozen, np.zeros((0, 3)), Even(), None)
+    assert found[0] is points and found[1] is sound

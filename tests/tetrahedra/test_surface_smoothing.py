@@ -16,7 +16,8 @@ from craftmesh.surface.measure import mean_edges, side_volumes
 from craftmesh.surface.vertex_classes import AT_JUNCTION, ON_INTERFACE, ON_LINE, vertex_classes
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
-from craftmesh.tetrahedra.opening_stages import is_stretched
+from craftmesh.tetrahedra.kernels.tet_surface_smoothing import FREE_FROM
+from craftmesh.tetrahedra.opening_stages import is_narrow, is_stretched
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
 from craftmesh.tetrahedra.surface_smoothing import REACH, smoothed_surface
@@ -60,10 +61,10 @@ def test_the_mean_aspect_ratio_falls_and_no_tet_is_at_fault_more(seed):
     before, after = measures_of(surface, tets), measures_of(found.surface, found.grain_tets)
     assert after[:, 1].mean() < before[:, 1].mean() - 0.02
     assert found.report["aspect_ratio_mean"] == pytest.approx([before[:, 1].mean(), after[:, 1].mean()])
-    for is_bad in (is_flat, is_poor, is_stretched):
+    for is_bad in (is_flat, is_poor, is_stretched, is_narrow):
         assert is_bad(after).sum() <= is_bad(before).sum()
     worst = [worst_round_points(*one).min() for one in ((surface, tets), (found.surface, found.grain_tets))]
-    assert worst[1] >= worst[0] - 1e-8
+    assert worst[1] >= min(worst[0], FREE_FROM) - 1e-8
     assert check_tets(assemble(found.surface, found.grain_tets)[0]) == []
     assert (found.surface.facets == surface.facets).all()
 
@@ -99,7 +100,7 @@ def test_points_where_a_line_is_bent_stay_and_interior_points_beside_the_surface
     inner = [np.concatenate([one.interior for one in each]) for each in (tets, found.grain_tets)]
     moved = (inner[0] != inner[1]).any(axis=1)
     beside = ((inner[0] < 1.5) | (inner[0] > CELLS - 1.5)).any(axis=1) | (abs(inner[0][:, 0] - 2.0) < 1.5)
-    assert moved[beside].mean() > 0.5 and not moved[~beside].any()
+    assert moved[beside].mean() > 0.3 and not moved[~beside].any()
 
 
 def test_the_crack_and_bent_places_stay():

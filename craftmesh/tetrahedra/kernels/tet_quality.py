@@ -20,6 +20,8 @@ ROOT2 = np.sqrt(2.0)
 # .1736, and half of sin 160 deg, .1710, and FACTOR_SCALE times .02: no better tet is poor by `mesh/poor`,
 # and by SOUND none has an aspect ratio over 5.
 POOR = 0.174
+# From this quality by FORM on, a little over sin 15 deg, dihedral angles lie in 15..149 degrees.
+WIDE = 0.26
 RATIO_SCALE = 0.87
 FACTOR_SCALE = 8.7
 # The shape factor is V / (8 sqrt3 / 27 R^3): with R = around / (24 V), this times (24 V)^4 / around^3.

@@ -24,10 +24,12 @@ MEAN_GAIN = 1e-4
 WAYS = 3
 # A climb counts when it raises the worst quality by this much.
 CLIMB_GAIN = 1e-6
-# Search for a lower aspect ratio: the first step in target lengths; rounds; how steps shrink.
-PATTERN_STEP = 0.12
+# Search for a lower aspect ratio: the first step in target lengths; rounds; how steps shrink. With .12 and
+# four rounds 560,000 tets take a tenth longer, and their mean ends .0004 lower; with .05 and two it ends
+# .001 higher.
+PATTERN_STEP = 0.08
 AXES = np.eye(3)
-PATTERN_ROUNDS = 4
+PATTERN_ROUNDS = 3
 SHORTER = 0.4
 # A place has to lower the sum of aspect ratios by the first, the move as a whole by the second.
 PLACE_FALL = 1e-6
