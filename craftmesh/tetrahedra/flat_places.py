@@ -71,7 +71,7 @@ def _report(before: Opening, after: Opening) -> dict:
         "largest_move": float(moves.max()),
         "edges_contracted": after.contracted,
         "edges_parted": after.parted,
-        "volume_drift_worst": max(map(abs, after.drifts().values()), default=0.0),
+        "volume_drift_worst": max(map(abs, after.drifts.values()), default=0.0),
     }
 
 

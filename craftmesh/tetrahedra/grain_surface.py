@@ -67,11 +67,21 @@ def grain_surfaces(surface: Surface, grains: Iterable[int] | None = None) -> lis
 
 def lowest_equal_point(points: np.ndarray) -> np.ndarray:
     """Return for each point (n, 3) the lowest id among the points with the same coordinates."""
-    order = np.lexsort(points.T)
+    lowest = np.arange(len(points))
+    rows = _of_equal_values(points[:, 0])
+    order = rows[np.lexsort(points[rows].T)]
     sorted_points = points[order]
-    is_new = np.ones(len(points), bool)
+    is_new = np.ones(len(order), bool)
     is_new[1:] = (sorted_points[1:] != sorted_points[:-1]).any(1)
-    lowest = np.empty(len(points), np.int64)
     # lexsort is stable: the first of a run has the lowest id
-    lowest[order] = order[np.maximum.accumulate(np.where(is_new, np.arange(len(points)), 0))]
+    lowest[order] = order[np.maximum.accumulate(np.where(is_new, np.arange(len(order)), 0))]
     return lowest
+
+
+def _of_equal_values(values: np.ndarray) -> np.ndarray:
+    """Return the rows (k,) of values (n,) that are there more than once, ascending."""
+    order = np.argsort(values)
+    equal = values[order[1:]] == values[order[:-1]]
+    among = np.zeros(len(values), bool)
+    among[order[1:][equal]] = among[order[:-1][equal]] = True
+    return np.flatnonzero(among)

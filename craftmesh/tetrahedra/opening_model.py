@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -54,6 +54,7 @@ class Opening:
         """Return how many tets are bad."""
         return int(self.bad(is_bad).sum())
 
+    @cached_property
     def drifts(self) -> dict[int, float]:
         """Return the relative changes of the volumes, by label."""
         surface = self.model.surface
@@ -64,7 +65,7 @@ class Opening:
         """Return the labels of volumes that have changed by more than `drift`, which may be infinite."""
         if drift == np.inf:
             return set()
-        return {label for label, change in self.drifts().items() if abs(change) > drift}
+        return {label for label, change in self.drifts.items() if abs(change) > drift}
 
     def mobile(self, held: set[int]) -> np.ndarray:
         """Return (n,) bool: surface nodes that may move, none of a volume whose label is held."""
@@ -72,8 +73,9 @@ class Opening:
         result[surface.facets[np.isin(surface.sides, list(held)).any(axis=1)]] = False
         return result
 
+    @cached_property
     def faults(self) -> float:
-        """Return the number of its flat, poor and stretched tets, by their weights."""
+        """Return the number of its flat, poor, stretched and narrow tets, by their weights."""
         return sum(weighed_faults(self.measures[one.grain]) for one in self.model.grain_tets)
 
     def replaced(self, model: Model, grains: np.ndarray, contracted: int = 0) -> "Opening":

@@ -1,6 +1,7 @@
 """Moves, contractions, partings and swaps at flat, poor and stretched tets, each kept if it gains."""
 
 from collections.abc import Iterator
+from operator import attrgetter
 
 import numpy as np
 
@@ -33,7 +34,7 @@ def with_moves(now: Opening, stage: Stage) -> Opening:
             held |= over
             after = moved(now, reach, bad, stage, held)
         now = after
-        best = min(best, now, key=Opening.faults)
+        best = min(best, now, key=attrgetter("faults"))
     return best
 
 
@@ -48,7 +49,7 @@ def with_contractions(now: Opening, stage: Stage) -> Opening:
         if not count:
             break
         now = with_moves(now.replaced(repaired(model, grains, stage.aim), grains, count), stage)
-        best = min(best, now, key=Opening.faults)
+        best = min(best, now, key=attrgetter("faults"))
     return best
 
 
@@ -61,7 +62,7 @@ def with_partings(now: Opening, stage: Stage) -> Opening:
             break
         now, grains = with_parting(now, parting)
         now = with_moves(now.replaced(repaired(now.model, grains, stage.aim), grains), stage)
-        best = min(best, now, key=Opening.faults)
+        best = min(best, now, key=attrgetter("faults"))
     return best
 
 
@@ -86,7 +87,7 @@ def parted_singly(now: Opening, stage: Stage) -> Opening:
             continue
         tried.add(place)
         after = with_partings(with_parting(best, parting)[0], stage)
-        if after.faults() < best.faults():
+        if after.faults < best.faults:
             best, offered = after, _at_flat(after)
     return best
 
@@ -100,7 +101,7 @@ def swapped_singly(now: Opening, stage: Stage) -> Opening:
             continue
         after, grains = swapped
         after = with_moves(after.replaced(repaired(after.model, grains, stage.aim), grains), stage)
-        if after.faults() < best.faults():
+        if after.faults < best.faults:
             return swapped_singly(after, stage)
     return best
 

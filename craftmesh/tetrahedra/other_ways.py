@@ -6,6 +6,7 @@ leaves some another often leaves none.
 
 from collections.abc import Callable
 from dataclasses import replace
+from operator import attrgetter
 
 from craftmesh.mesh.poor import is_flat
 from craftmesh.tetrahedra.opening_model import Opening
@@ -29,7 +30,7 @@ def opened_otherwise(before: Opening, after: Opening) -> Opening:
     for way in WAYS.values():
         if not best.count(is_flat):
             break
-        best = min(best, _ended(way(_begun(before))), key=Opening.faults)
+        best = min(best, _ended(way(_begun(before))), key=attrgetter("faults"))
     return best
 
 

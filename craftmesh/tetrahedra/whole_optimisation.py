@@ -43,5 +43,6 @@ def _resumed(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the points and tets of a grain optimised, or as they are where these are worth more."""
     found = resumed_tets(points, tets, frozen, internal, sizing)
-    before, after = (weighed_faults(shape_measures(*mesh)) for mesh in ((points, tets), found))
-    return found if after <= before else (points, tets)
+    faults = weighed_faults(shape_measures(*found))
+    is_worse = faults > 0 and faults > weighed_faults(shape_measures(points, tets))
+    return (points, tets) if is_worse else found

@@ -70,7 +70,7 @@ def test_a_flat_tet_less_is_no_gain_at_any_price(better, worse):
     def faults(counts):
         rows = np.repeat([flat, poor, stretched, sound], [counts[0], *np.diff(counts), 50], axis=0)
         model = Model(surface, tets[:1])
-        return Opening(model, {tets[0].grain: rows}, surface.points, freedom(surface)).faults()
+        return Opening(model, {tets[0].grain: rows}, surface.points, freedom(surface)).faults
 
     assert faults(better) < faults(worse)
 
@@ -156,7 +156,7 @@ def test_nodes_of_a_volume_that_is_held_stay():
     surface, tets = pushed_box(push=np.zeros(3))
     moved, _ = pushed_box()
     now = Opening(Model(moved, tets), {}, surface.points, freedom(moved))
-    drift = max(map(abs, now.drifts().values()))
+    drift = max(map(abs, now.drifts.values()))
     # a pyramid over the six or eight facets at the node, of 0.5 each, in a half of 4 x 4 x 2
     assert 0.03 < drift < 0.05
     assert not now.changed_by(1.01 * drift) and now.changed_by(0.99 * drift) == {1, 2}
@@ -168,7 +168,7 @@ def test_no_move_changes_a_volume_by_more_than_its_stage_allows():
     free, bound = (
         opening_ways.with_moves(now, replace(STAGES[2], drift=drift)) for drift in (np.inf, 1e-3)
     )
-    drifts = [max(map(abs, after.drifts().values())) for after in (free, bound)]
+    drifts = [max(map(abs, after.drifts.values())) for after in (free, bound)]
     assert drifts[0] > 1e-3 >= drifts[1]
 
 

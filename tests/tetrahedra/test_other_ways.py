@@ -12,14 +12,14 @@ from craftmesh.tetrahedra.other_ways import WAYS, opened_otherwise
 def test_each_way_leaves_no_more_faults_than_there_were():
     before = begun(*pushed_box())
     for way in WAYS.values():
-        assert other_ways._ended(way(other_ways._begun(before))).faults() <= before.faults()
+        assert other_ways._ended(way(other_ways._begun(before))).faults <= before.faults
 
 
 def test_flat_tets_that_are_left_are_opened_by_another_way():
     before = begun(*pushed_box())
     assert before.count(is_flat) > 0
     best = opened_otherwise(before, before)
-    assert best.count(is_flat) == 0 and best.faults() < before.faults()
+    assert best.count(is_flat) == 0 and best.faults < before.faults
     again = opened_otherwise(before, before)
     assert best.model.points.tobytes() == again.model.points.tobytes()
 
@@ -41,4 +41,4 @@ def test_ways_that_gain_nothing_are_not_kept(monkeypatch):
     before = begun(*pushed_box())
     monkeypatch.setattr(other_ways, "WAYS", {"nothing": lambda now: now})
     monkeypatch.setattr(other_ways, "_ended", lambda now: before)
-    assert opened_otherwise(before, before) is before and np.isfinite(before.faults())
+    assert opened_otherwise(before, before) is before and np.isfinite(before.faults)
