@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.mesh.poor import is_flat, is_poor
-from craftmesh.tetrahedra.kernels.tet_faults import OF_FLAT, OF_POOR
+from craftmesh.tetrahedra.kernels.tet_faults import OF_FLAT, OF_POOR, SOUND_FROM
 from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, WHOLE, WIDE, Aim
 
 
@@ -69,8 +69,7 @@ MOST_DRIFT = 0.05
 STAGES = (
     Stage(is_flat, REACHES, Aim(FORM, POOR), 0.0),
     Stage(is_poor, REACHES, Aim(FORM, POOR), 1.0),
-    # With SOUND_FROM moves for 72 stretched tets left one of 14.0 degrees.
-    Stage(is_stretched, REACHES, Aim(WHOLE, POOR + WIDE), None, MOST_DRIFT),
+    Stage(is_stretched, REACHES, Aim(WHOLE, SOUND_FROM), None, MOST_DRIFT),
     Stage(is_at_fault, REACHES, None, None, MOST_DRIFT),
 )
 # Last, small moves for narrow tets. Of 1,470,000 tets one of 14.5 degrees was left, with all corners on the
