@@ -16,6 +16,9 @@ ROUNDS = 10  # of halving edges along the front; each takes three quarters of wh
 # Of such an edge's stretch of the front: it is split at a corner of the front this far off its ends, and
 # not at its middle. Two split at 0.016 and 0.023 l_min beside a corner left wedges of 0.1 degrees.
 INNER = 0.1
+# Of the target size: such an edge that is longer is split, too, as those that are made are rounded. One of
+# 1.63, which gradation did not split as a needle of the crack lay beside it, kept a flat tet.
+LONGEST = 1.5
 
 
 def inside_traces(surface: CutSurface) -> tuple[np.ndarray, np.ndarray]:
@@ -32,7 +35,8 @@ def settle_chords(
     """Split trace edges that join two front points but are not the front's; return those that are (k, 2).
 
     A trace edge between neighbouring front points, close to the front, is the front's edge. Where it leaves
-    that by more than FIDELITY it is split, its middle moved onto the front, and the boundary with it.
+    that by more than FIDELITY, or is longer than LONGEST, it is split, its middle moved onto the front, and
+    the boundary with it.
     """
     for _ in range(ROUNDS):
         _, chords = inside_traces(surface)
@@ -43,7 +47,7 @@ def settle_chords(
         near = np.where(_in_flat_facets(surface, chords), ALONG_FLAT, ALONG) * length
         along = _neighbours(surface, sheet, chords) & (np.abs(phi) <= near)
         bent = along.copy()
-        bent[along] = _is_off(surface, sheet, chords[along], target)
+        bent[along] = _is_coarse(surface, sheet, chords[along], target)
         across = ~along & (phi > 0)
         if not (bent | across).any():
             return surface, chords[along]
@@ -51,8 +55,8 @@ def settle_chords(
     return surface, chords[along & ~bent]
 
 
-def _is_off(surface: CutSurface, sheet: Sheet, chords: np.ndarray, target: SizeAt) -> np.ndarray:
-    """Tell which edges between neighbouring front points leave the front by too much, or cut a corner."""
+def _is_coarse(surface: CutSurface, sheet: Sheet, chords: np.ndarray, target: SizeAt) -> np.ndarray:
+    """Tell which edges between neighbouring front points are too long, leave the front, or cut a corner."""
     off = np.zeros(len(chords), bool)
     front, start, end = stretches(surface, sheet, chords)
     for number in np.unique(front).tolist():
@@ -60,7 +64,7 @@ def _is_off(surface: CutSurface, sheet: Sheet, chords: np.ndarray, target: SizeA
         size = target(surface.points[chords[mine]].mean(axis=1))
         stretch = start[mine], end[mine]
         most = np.maximum(sagitta(sheet, number, *stretch), _corners_off(sheet, number, *stretch))
-        off[mine] = most > FIDELITY * size
+        off[mine] = (most > FIDELITY * size) | (edge_lengths(surface, chords[mine]) > LONGEST * size)
     return off
 
 
