@@ -26,7 +26,7 @@ def height_parts(points: np.ndarray, triangles: np.ndarray) -> tuple[list[np.nda
     """
     every = [np.arange(len(triangles))]
     fault = fold_of(points, triangles)
-    piece, sharpest = _between_kinks(points, triangles)
+    piece, sharpest = between_kinks(points, triangles)
     if not fault and sharpest < SHARP:
         return every, ""
     if not 0 < piece.max() < MOST_PARTS or sharpest > SHARPEST:
@@ -40,8 +40,11 @@ def height_parts(points: np.ndarray, triangles: np.ndarray) -> tuple[list[np.nda
     return every if faults or small else parts, ""
 
 
-def _between_kinks(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return each triangle's part between kinks (m,), in the order of first ones, and the sharpest kink."""
+def between_kinks(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return each triangle's part between kinks (m,), in the order of first ones, and the sharpest kink.
+
+    Kinks turn by KINK degrees and more.
+    """
     _, of_corner, count = unique_edges(triangles)
     f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
     normal = unit_normals(points, triangles)

@@ -5,7 +5,7 @@ Between a fold and a face lies a prism, under both limbs of the fold, or a strip
 
 import numpy as np
 
-from craftmesh.cracks.height_parts import height_parts
+from craftmesh.cracks.height_parts import MOST_PARTS, between_kinks
 from craftmesh.cracks.sheets import sheets
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.local_lengths import where_short
@@ -32,7 +32,9 @@ def fold_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField |
     """Return the lengths along folds near faces of the box (2, 3); None without such folds.
 
     A length is PER_WIDTH of the fold's distance from the face, SHORTEST_IN_SLIVERS of l_min at least.
-    Folds are where the crack is parted to be cut in (`height_parts`).
+    Folds are the crack's kinks (`height_parts`), but those of a rough crack. A kink of 54 degrees, 0.15
+    l_min from a face, among edges of 2 to 6 l_min, had 81 flat tets while only those at which the crack is
+    parted counted.
     """
     box = np.asarray(box, float)
     folds = fold_edges(crack)
@@ -49,13 +51,12 @@ def fold_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField |
 
 
 def fold_edges(crack: Crack) -> np.ndarray:
-    """Return the edges (k, 2, 3) along which a crack is parted into heights."""
+    """Return the edges (k, 2, 3) at which a crack has kinks, none of a sheet that is rough."""
     found = [np.zeros((0, 2, 3))]
     for sheet in sheets(crack):
-        parts, _ = height_parts(sheet.points, sheet.triangles)
-        part = np.zeros(len(sheet.triangles), np.int64)
-        for number, rows in enumerate(parts):
-            part[rows] = number
+        part, _ = between_kinks(sheet.points, sheet.triangles)
+        if part.max() >= MOST_PARTS:
+            continue
         edges, of_corner, count = unique_edges(sheet.triangles)
         f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
         found.append(sheet.points[edges[count == 2][part[f] != part[g]]])

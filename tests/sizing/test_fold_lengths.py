@@ -28,9 +28,10 @@ def sizing() -> Sizing:
     return Sizing(L_MIN, 6.0, 6.0, 4.0, 8.0, 1.0, np.zeros((0, 3)))
 
 
+@pytest.mark.parametrize("slope", [0.5, 1.5])  # kinks of 53 and 113 degrees: the sharper one is parted
 @pytest.mark.parametrize("depth", [0.01, 0.05, 0.2])
-def test_edges_along_a_fold_are_a_share_of_its_distance_from_a_face(depth):
-    found = fold_lengths(ridge(depth, depth), BOX, sizing())
+def test_edges_along_a_fold_are_a_share_of_its_distance_from_a_face(depth, slope):
+    found = fold_lengths(ridge(depth, depth, slope), BOX, sizing())
     wished = max(PER_WIDTH * depth, SHORTEST_IN_SLIVERS * L_MIN)
     assert np.allclose(found.lengths, wished)
     along = np.column_stack([np.full(50, 20.0), np.linspace(0.5, 39.5, 50), np.full(50, 20.0 - depth)])
@@ -50,3 +51,12 @@ def test_a_fold_that_is_deep_or_goes_steeply_out_of_the_face_asks_for_none(ends)
 def test_a_crack_without_folds_asks_for_none():
     gentle = ridge(0.05, 0.05, slope=0.2)
     assert not len(fold_edges(gentle)) and fold_lengths(gentle, BOX, sizing()) is None
+
+
+def test_a_rough_crack_has_no_folds():
+    """It has kinks everywhere; edges at all of them would be short along its whole mouth."""
+    x, y = (places.ravel() for places in np.mgrid[10:31, 10:31])
+    points = np.column_stack([x, y, 19.9 - np.random.default_rng(0).uniform(0, 2, len(x))]).astype(float)
+    a = (21 * np.arange(20)[:, None] + np.arange(20)).ravel()
+    triangles = np.concatenate([np.stack([a, a + 21, a + 22], 1), np.stack([a, a + 22, a + 1], 1)])
+    assert not len(fold_edges(Crack(points, triangles, ())))
