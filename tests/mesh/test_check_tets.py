@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
@@ -60,13 +62,11 @@ def shut(mesh):
     return joined(mesh, None)
 
 
-def torn_front(mesh):
-    """Give one element at a front node a node of its own."""
-    node = mesh.node_sets["CRACK_FRONT"][0]
-    lip = mesh.face_sets["CRACK_LIP_A"]
-    tet = next(t for t in lip[:, 0] if node in mesh.tets[t])
-    tets = mesh.tets.copy()
-    tets[tet][tets[tet] == node] = len(mesh.points)
+def torn(mesh, node, chosen):
+    """Give the elements at a node that are chosen (k,) bool, in their order, a node of their own."""
+    tets, at_node = mesh.tets.copy(), np.flatnonzero((mesh.tets == node).any(axis=1))
+    rows = tets[at_node[chosen]]
+    tets[at_node[chosen]] = np.where(rows == node, len(mesh.points), rows)
     return replace(mesh, points=np.concatenate([mesh.points, mesh.points[[node]]]), tets=tets)
 
 
@@ -118,7 +118,6 @@ BREACHES = {
     ),
     "set CRACK_LIP_A have a tetrahedron on both": welded,
     "same three nodes on both lips": shut,
-    "front nodes are not single": torn_front,
 }
 
 
@@ -131,6 +130,17 @@ def test_each_planted_breach_is_named(said):
     found = check_tets(BREACHES[said](sound()))
     assert any(said in breach for breach in found), found
     assert all("\n" not in breach and breach.endswith(".") for breach in found)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.data())
+def test_a_front_node_that_comes_apart_in_any_way_is_a_breach(data):
+    mesh = sound()
+    node = data.draw(st.sampled_from(mesh.node_sets["CRACK_FRONT"].tolist()))
+    count = int((mesh.tets == node).any(axis=1).sum())
+    chosen = np.array(data.draw(st.lists(st.booleans(), min_size=count, max_size=count)))
+    if chosen.any() and not chosen.all():
+        assert any("free faces are in no" in breach for breach in check_tets(torn(mesh, node, chosen)))
 
 
 @pytest.mark.parametrize(
