@@ -27,8 +27,8 @@ def check_tets(mesh: TetMesh) -> list[str]:
     Checked: finite points, positive volumes and, of 10-node elements, Jacobians at the integration points;
     no unused node; every face has two elements or is in exactly one face set, and faces in sets are free;
     box planes are exact; lips coincide facet by facet; node sets are those of their faces, fronts in order
-    and their edges shared by both lips; mid nodes are on their edges and shared with the neighbours. A front
-    node has twins only beyond other facets of the crack: else the faces between them are free, in no set.
+    and their edges shared by both lips; mid nodes are on their edges and shared with the neighbours.
+    A front node has twins beyond other facets of the crack only: else faces between them are in no set.
     """
     if not len(mesh.tets):
         return ["The mesh has no tetrahedra."]
