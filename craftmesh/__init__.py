@@ -3,6 +3,8 @@
 import importlib
 from typing import Any
 
+from craftmesh.bytecode import keep_bytecode_whole
+
 _EXPORTS = {
     "gradate": "craftmesh.gradation.gradate",
     "GradateOptions": "craftmesh.gradation.gradate",
@@ -20,6 +22,8 @@ _EXPORTS = {
     "TetMesh": "craftmesh.types",
 }
 __all__ = list(_EXPORTS)
+
+keep_bytecode_whole()
 
 
 def __getattr__(name: str) -> Any:
