@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
@@ -34,6 +35,17 @@ def _check_indices(owner: str, name: str, indices: np.ndarray, count: int) -> No
         )
 
 
+class Crystal(NamedTuple):
+    """A phase as its file describes it, "" where the file does not say.
+
+    structure: cubic, hexagonal, tetragonal, orthorhombic, trigonal, monoclinic or triclinic; name: the
+    material's, in the file's words.
+    """
+
+    structure: str = ""
+    name: str = ""
+
+
 @dataclass(frozen=True)
 class Voxels:
     """A labelled volume on a regular grid.
@@ -42,7 +54,8 @@ class Voxels:
     -k the enclosed void k. spacing, origin (3,) float64 in model units; the box is
     [origin, origin + shape * spacing]. orientations (g, 4) float64 or None: row = grain id, unit
     quaternion (w, x, y, z) of the active rotation that turns crystal axes into sample axes, NaN
-    where unknown. phases (g,) int32 or None: row = grain id.
+    where unknown. phases (g,) int32 or None: row = grain id. crystals: phase -> Crystal, only the phases
+    that the file describes; where phases is None, the crystal of all grains is that of phase 0.
     Raises CraftmeshError on shapes that do not fit or spacing <= 0.
     """
 
@@ -51,9 +64,11 @@ class Voxels:
     origin: np.ndarray
     orientations: np.ndarray | None = None
     phases: np.ndarray | None = None
+    crystals: Mapping[int, Crystal] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         put = object.__setattr__
+        put(self, "crystals", MappingProxyType(dict(self.crystals)))
         put(self, "labels", _array("Voxels", "labels", self.labels, np.int32, (None,) * 3))
         put(self, "spacing", _array("Voxels", "spacing", self.spacing, float, (3,)))
         put(self, "origin", _array("Voxels", "origin", self.origin, float, (3,)))

@@ -14,10 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.crystals import in_words, of_dream3d, of_grains
 from craftmesh.io.file_volume import EULERS, FileVolume, listed, pick
 from craftmesh.io.hdf5 import cells_xyz, is_by_cell, opened, volume_paths
+from craftmesh.types import Crystal
 
 _IDS = ("FeatureIds", "GrainIds", "FeatureID", "GrainID")
+_PHASE_NAMES = ("PhaseName", "MaterialName")
 _FEATURE_ANGLES = ("AvgEulerAngles", "EulerAngles", "AvgEulers")
 
 
@@ -50,7 +53,9 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
         ids = cells_xyz(file[name], image.dims)
         angles = _angles(image, matrix, ids)
         orientations = {} if angles is None else {EULERS: angles}
-        return FileVolume(ids, image.spacing, image.origin, orientations, _phases(image, matrix))
+        phases = _phases(image, matrix)
+        crystals = _crystals(image, phases)
+        return FileVolume(ids, image.spacing, image.origin, orientations, phases, crystals)
 
 
 def _images(file: h5py.File) -> list[_Image]:
@@ -65,7 +70,7 @@ def _images(file: h5py.File) -> list[_Image]:
             origin = item["ORIGIN"][()] if "ORIGIN" in item else np.zeros(3)
             within = item.parent if name.endswith("_SIMPL_GEOMETRY") else item
             found.append(_image(within, dims, spacing, origin))
-        elif _text(item.attrs.get("ObjectType", "")) == "ImageGeom" and "_DIMENSIONS" in item.attrs:
+        elif in_words(item.attrs.get("ObjectType", "")) == "ImageGeom" and "_DIMENSIONS" in item.attrs:
             values = [item.attrs[key] for key in ("_DIMENSIONS", "_SPACING", "_ORIGIN")]
             found.append(_image(item, *values))
 
@@ -80,10 +85,6 @@ def _image(group: h5py.Group, dims: ArrayLike, spacing: ArrayLike, origin: Array
 def _decimal(values: ArrayLike) -> np.ndarray:
     """Return float32 values as the doubles that were meant: 0.35, not 0.3499999940395355."""
     return np.array([float(str(v)) for v in np.asarray(values).ravel()])
-
-
-def _text(value: bytes | str) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)
 
 
 def _preferred(path: str | os.PathLike, by_path: Mapping[str, _Image]) -> tuple[str, ...]:
@@ -132,3 +133,27 @@ def _angles(image: _Image, matrix: h5py.Group, ids: np.ndarray) -> np.ndarray | 
 def _phases(image: _Image, matrix: h5py.Group) -> np.ndarray | None:
     phases = _feature_table(image, matrix, ("Phases",), 1)
     return None if phases is None else phases[:, 0]
+
+
+def _crystals(image: _Image, phases: np.ndarray | None) -> dict[int, Crystal]:
+    """Return the crystals of the ensembles, row = phase, row 0 a dummy.
+
+    The ensembles of the geometry, else those of the group around it; of the only phase where grains have
+    none.
+    """
+    for group in (image.group, image.group.parent):
+        tables = [g for g in group.values() if isinstance(g, h5py.Group) and "CrystalStructures" in g]
+        if len(tables) == 1:
+            break
+    else:
+        return {}
+    codes = tables[0]["CrystalStructures"][()].ravel().tolist()
+    names = next(
+        (tables[0][key][()].ravel() for key in _PHASE_NAMES if key in tables[0]), [""] * len(codes)
+    )
+    found = {
+        k: Crystal(of_dream3d(int(code)), in_words(name))
+        for k, (code, name) in enumerate(zip(codes, names))
+    }
+    found.pop(0, None)
+    return of_grains(found, phases)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.types import Crystal
 
 UNINDEXED = "unindexed"
 VOID = "void"
@@ -22,8 +23,9 @@ class FileVolume:
 
     labels (nx, ny, nz) of any number type, axes x, y, z; spacing, origin (3,) or None where the file has
     none; orientations: tables (g, k) by their kind, row = id in the file, or arrays (nx, ny, nz, k) of
-    voxels, over which a grain's mean is taken; phases (g,), row = id in the file, or None; zero: what label
-    0 means in this format; negative_voids: whether a label -k is the enclosed void k; notes for the report.
+    voxels, over which a grain's mean is taken; phases (g,), row = id in the file, or None; crystals: phase
+    -> Crystal, phase 0 where there are no phases; zero: what label 0 means in this format;
+    negative_voids: whether a label -k is the enclosed void k; notes for the report.
 
     Kinds of orientations: QUATERNIONS (w, x, y, z) of the active rotation from crystal to sample axes,
     RODRIGUES vectors of it, axis * tan(angle / 2), and EULERS, Bunge's angles in radians; NaN is unknown.
@@ -34,6 +36,7 @@ class FileVolume:
     origin: np.ndarray | None = None
     orientations: Mapping[str, np.ndarray] = field(default_factory=dict)
     phases: np.ndarray | None = None
+    crystals: Mapping[int, Crystal] = field(default_factory=dict)
     zero: str = UNINDEXED
     negative_voids: bool = False
     notes: tuple[str, ...] = ()

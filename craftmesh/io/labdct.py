@@ -6,8 +6,10 @@ import h5py
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.crystals import in_words, of_grains, of_space_group
 from craftmesh.io.file_volume import RODRIGUES, FileVolume, pick, table_rows
 from craftmesh.io.hdf5 import cells_xyz, opened, volume_paths
+from craftmesh.types import Crystal
 
 _DATA = "/LabDCT/Data"
 
@@ -32,9 +34,21 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
             rows = table_rows(path, labels)
             vectors = _vectors(data, labels)
             phases = _phases(data, labels, rows)
+        crystals = _crystals(file, phases)
         spacing = file["LabDCT/Spacing"][()]
     orientations = {} if vectors is None else {RODRIGUES: vectors}
-    return FileVolume(labels, spacing, None, orientations, phases, notes=("lengths are in mm",))
+    return FileVolume(labels, spacing, None, orientations, phases, crystals, notes=("lengths are in mm",))
+
+
+def _crystals(file: h5py.File, phases: np.ndarray | None) -> dict[int, Crystal]:
+    """Return the crystals of /PhaseInfo/Phase01 and on; of the only one where grains have no phases."""
+    found = {}
+    for key, group in file.get("PhaseInfo", {}).items():
+        number = key.removeprefix("Phase")
+        if number.isdigit() and "SpaceGroup" in group:
+            name = in_words(np.ravel(group["Name"][()])[0]) if "Name" in group else ""
+            found[int(number)] = Crystal(of_space_group(int(np.ravel(group["SpaceGroup"][()])[0])), name)
+    return of_grains(found, phases)
 
 
 def _vectors(data: h5py.Group, labels: np.ndarray) -> np.ndarray | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.crystals import as_table, from_table
 from craftmesh.io.file_volume import (
     EULERS,
     QUATERNIONS,
@@ -21,7 +22,7 @@ from craftmesh.io.file_volume import (
     pick,
     to_xyz,
 )
-from craftmesh.types import Voxels
+from craftmesh.types import Crystal, Voxels
 
 FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
 _BROKEN = (ValueError, OSError, EOFError, AttributeError, TypeError, zipfile.BadZipFile, zlib.error)
@@ -29,7 +30,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def write_labels(path: str | os.PathLike, voxels: Voxels) -> None:
-    """Write labels, spacing, origin and, where known, orientations and phases to an .npz.
+    """Write labels, spacing, origin and, where known, orientations, phases and crystals to an .npz.
 
     The same voxels give the same bytes; the file appears whole or not at all. Raises CraftmeshError where
     it cannot be written.
@@ -38,6 +39,8 @@ def write_labels(path: str | os.PathLike, voxels: Voxels) -> None:
     arrays |= {"spacing": voxels.spacing, "origin": voxels.origin}
     optional = {"orientations": voxels.orientations, "phases": voxels.phases}
     arrays |= {name: values for name, values in optional.items() if values is not None}
+    if voxels.crystals:
+        arrays["crystals"] = as_table(voxels.crystals)
     write_arrays(path, arrays)
 
 
@@ -59,7 +62,7 @@ def read_labels(path: str | os.PathLike) -> Voxels:
     if missing:
         raise CraftmeshError(f"{path}: no entry {missing[0]}; expected a labels.npz made by craftmesh")
     place = arrays["labels"], arrays["spacing"], arrays["origin"]
-    return Voxels(*place, arrays.get("orientations"), arrays.get("phases"))
+    return Voxels(*place, arrays.get("orientations"), arrays.get("phases"), _crystals(arrays))
 
 
 def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
@@ -83,10 +86,15 @@ def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
         arrays.get("origin"),
         _orientations(path, arrays),
         arrays.get("phases"),
+        _crystals(arrays) if is_ours else {},
         VOID if is_ours else UNINDEXED,
         negative_voids=is_ours,
         notes=note,
     )
+
+
+def _crystals(arrays: Mapping[str, np.ndarray]) -> dict[int, Crystal]:
+    return from_table(arrays["crystals"]) if "crystals" in arrays else {}
 
 
 def load(path: str | os.PathLike) -> dict[str, np.ndarray]:

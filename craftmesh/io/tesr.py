@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.crystals import of_symmetry
 from craftmesh.io.file_volume import EULERS, QUATERNIONS, RODRIGUES, VOID, FileVolume, table_rows
+from craftmesh.types import Crystal
 
 _BINARY = {
     "binary8": "u1",
@@ -42,8 +44,10 @@ def read(path: str | os.PathLike) -> FileVolume:
     shape, spacing = general[1:4].astype(np.int64), general[4:]
     cells = _cells(path, data, shape).reshape(shape, order="F")
     origin = _numbers(path, fields, "*origin") if "*origin" in fields else np.zeros(3)
+    symmetry = " ".join(fields.get("*crysym", []))
+    crystals = {0: Crystal(of_symmetry(symmetry))} if symmetry else {}
     if "*ori" not in fields and "*id" not in fields:
-        return FileVolume(cells, spacing, origin, zero=VOID)
+        return FileVolume(cells, spacing, origin, crystals=crystals, zero=VOID)
     count = int(np.append(_numbers(path, fields, "**cell"), 0)[0])
     ids = _numbers(path, fields, "*id").astype(np.int64) if "*id" in fields else np.arange(1, count + 1)
     if len(ids) != count or not 0 <= cells.min() <= cells.max() <= count or (ids <= 0).any():
@@ -52,7 +56,7 @@ def read(path: str | os.PathLike) -> FileVolume:
             f"expected 0 to {count} and {count} positive ids as **cell says"
         )
     labels = np.concatenate([[0], ids])[cells]
-    return FileVolume(labels, spacing, origin, _orientations(path, fields, ids), zero=VOID)
+    return FileVolume(labels, spacing, origin, _orientations(path, fields, ids), None, crystals, VOID)
 
 
 def _fields(words: list[str]) -> dict[str, list[str]]:

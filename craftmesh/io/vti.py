@@ -36,7 +36,7 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
         quaternions, phases = (vtk_xml.field_array(image, key) for key in (QUATERNIONS, "phases"))
         orientations = {} if quaternions is None else {QUATERNIONS: quaternions}
         place = exact["spacing"], exact["origin"]
-        return FileVolume(labels, *place, orientations, phases, VOID, negative_voids=True)
+        return FileVolume(labels, *place, orientations, phases, zero=VOID, negative_voids=True)
     spacing = np.array(image.GetSpacing())
     origin = np.array(image.GetOrigin()) + spacing * image.GetExtent()[::2]
     return FileVolume(labels, spacing, origin, zero=GRAIN if name == "material" else "unindexed")

@@ -5,6 +5,7 @@ boundaries smoothed, grains in several pieces split.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy import ndimage
@@ -194,7 +195,8 @@ def _with_labels(voxels: Voxels, labels: np.ndarray, parents: dict[int, int]) ->
             for new_id, parent in parents.items():
                 table[new_id] = table[parent]
         tables.append(table)
-    return Voxels(labels, voxels.spacing, voxels.origin, *tables)
+    orientations, phases = tables
+    return replace(voxels, labels=labels, orientations=orientations, phases=phases)
 
 
 def _census(labels: np.ndarray, raw: RawVolume, parents: dict[int, int]) -> dict:

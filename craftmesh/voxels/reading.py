@@ -69,7 +69,7 @@ def read_voxels(path: str | os.PathLike, options: ReadOptions = ReadOptions()) -
     if orientations is not None and not options.ignore_unknown_orientations:
         _refuse_unknown(path, orientations, renaming.remap)
     phases = by_grain(path, phase_table(path, content.phases, renaming.remap), renaming.remap)
-    voxels = Voxels(renaming.renamed(labels), spacing, origin, orientations, phases)
+    voxels = Voxels(renaming.renamed(labels), spacing, origin, orientations, phases, content.crystals)
     notes = content.notes + more_notes + renaming.notes
     return RawVolume(voxels, renaming.is_unindexed(labels), renaming.remap, notes)
 

@@ -9,13 +9,14 @@ import pytest
 import tifffile
 
 from craftmesh.io import vtk
+from craftmesh.io.crystals import of_space_group
 from craftmesh.io.npz import read_labels, write_labels
 from craftmesh.mechanics.orientation import (
     angle_between,
     bunge_to_quaternion,
     random_orientations,
 )
-from craftmesh.types import Voxels
+from craftmesh.types import Crystal, Voxels
 from craftmesh.voxels.clean import CleanOptions, clean
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 
@@ -54,6 +55,8 @@ def write_simpl(folder):
         image["CellData/FeatureIds"] = volume().transpose(2, 1, 0)[..., None]
         image["CellFeatureData/AvgEulerAngles"] = ANGLES.astype(np.float32)
         image["CellFeatureData/Phases"] = np.array([[0], [1], [1], [2]], np.int32)
+        image["CellEnsembleData/CrystalStructures"] = np.array([[999], [1], [0]], np.uint32)
+        image["CellEnsembleData/PhaseName"] = ["Unknown Phase Type", "Iron", "Titanium"]
     return folder / "v.dream3d", ReadOptions()
 
 
@@ -196,6 +199,8 @@ def write_labdct(folder):
         file["LabDCT/Data/PhaseId"] = np.ones(SHAPE[::-1], np.uint8)
         w, *xyz = np.moveaxis(bunge_to_quaternion(ANGLES), -1, 0)
         rodrigues = np.stack(xyz, axis=-1) / w[:, None]
+        file["PhaseInfo/Phase01/SpaceGroup"] = [194]
+        file["PhaseInfo/Phase01/Name"] = ["Titanium"]
         file["LabDCT/Data/Rodrigues"] = rodrigues[volume().transpose(2, 1, 0)].astype(np.float32)
     return folder / "v.h5", ReadOptions(origin=ORIGIN)
 
@@ -271,6 +276,27 @@ def test_phases_of_features(tmp_path, write):
     assert read_voxels(*write(tmp_path)).voxels.phases.tolist() == [0, 1, 1, 2]
 
 
+@pytest.mark.parametrize(
+    "write, crystals",
+    [
+        (write_simpl, {1: Crystal("cubic", "Iron"), 2: Crystal("hexagonal", "Titanium")}),
+        (write_labdct, {1: Crystal("hexagonal", "Titanium")}),
+        (write_tesr, {0: Crystal("cubic")}),
+        (write_damask, {}),
+    ],
+)
+def test_crystals_go_from_the_file_into_the_labels(tmp_path, write, crystals):
+    write_labels(tmp_path / "labels.npz", clean(read_voxels(*write(tmp_path)))[0])
+    assert read_labels(tmp_path / "labels.npz").crystals == crystals
+
+
+@pytest.mark.parametrize("structure", ["cubic", "hexagonal", "tetragonal", "orthorhombic", "trigonal"])
+def test_structures_by_space_group(structure):
+    """One known material each: copper, titanium, tin, uranium, quartz."""
+    group = {"cubic": 225, "hexagonal": 194, "tetragonal": 141, "orthorhombic": 63, "trigonal": 152}
+    assert of_space_group(group[structure]) == structure
+
+
 QUATERNIONS = bunge_to_quaternion(ANGLES[1:])
 HALF = np.arccos(QUATERNIONS[:, :1])
 
@@ -338,7 +364,8 @@ def voxels_with_all() -> Voxels:
     labels = np.pad(volume(), 1, constant_values=1)
     labels[2, 2, 2] = -1
     orientations = np.vstack([np.full((1, 4), np.nan), random_orientations(3, np.random.default_rng(0))])
-    return Voxels(labels, SPACING, ORIGIN, orientations, [0, 1, 1, 2])
+    crystals = {1: Crystal("cubic", "Kupfer \N{LATIN SMALL LETTER U WITH DIAERESIS}"), 2: Crystal("", "?")}
+    return Voxels(labels, SPACING, ORIGIN, orientations, [0, 1, 1, 2], crystals)
 
 
 def assert_same(read: Voxels, written: Voxels):
@@ -351,6 +378,7 @@ def test_labels_file_comes_back_and_is_the_same_bytes(tmp_path):
     for name in ("a.npz", "b.npz"):
         write_labels(tmp_path / name, written)
     assert_same(read_labels(tmp_path / "a.npz"), written)
+    assert read_labels(tmp_path / "a.npz").crystals == written.crystals
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.npz", "b.npz"]
 
