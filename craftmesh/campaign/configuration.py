@@ -1,5 +1,6 @@
 """Configurations held against their JSON schema: defaults filled in, the first fault told in one line."""
 
+import re
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from functools import cache
@@ -9,24 +10,28 @@ from typing import Any
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import BOUNDS, is_admitted
 
+# YAML 1.1 takes 4e-6 for text, as it lacks the point of 4.0e-6
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+
 
 def load_schema(path: Path) -> dict:
     import yaml
 
-    return yaml.safe_load(path.read_text(encoding="utf-8"))
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # in C: every job reads the schema
+    return yaml.load(path.read_text(encoding="utf-8"), loader)  # noqa: S506 - both are safe
 
 
 def completed(config: Mapping[str, Any], schema: dict) -> dict:
     """Return a copy of `config` with the schema's defaults; raises CraftmeshError for its first fault."""
-    filled = _with_defaults(config, schema)
-    faults = list(_validator()(schema).iter_errors(filled))
+    made = filled(config, schema)
+    faults = list(_validator()(schema).iter_errors(made))
     if faults:
         # an unknown key explains more than the missing key that it was meant to be
         faults.sort(
             key=lambda fault: (fault.validator != "additionalProperties", list(map(str, fault.path)))
         )
         raise CraftmeshError(_explain(faults[0]))
-    return filled
+    return made
 
 
 def is_valid(value: Any, schema: Mapping[str, Any]) -> bool:
@@ -53,23 +58,40 @@ def _validator() -> Any:
     )
 
 
-def _with_defaults(value: Any, schema: dict) -> Any:
-    """Return a copy of `value` where objects have the defaults of their properties, in the schema's order.
+def filled(value: Any, schema: Mapping[str, Any]) -> Any:
+    """Return a copy of `value` with its objects' defaults, and numbers where they are due and texts are.
 
-    A configuration whose keys are only reordered gives the same flags, so that nothing runs again.
+    Keys come in the schema's order: a configuration whose keys are only reordered gives the same flags, so
+    that nothing runs again.
     """
+    if isinstance(value, (list, tuple)):
+        return [filled(item, schema.get("items", {})) for item in value]
     if not isinstance(value, Mapping):
-        return list(value) if isinstance(value, tuple) else value
+        return _number(value, kinds_of(schema))
     properties = schema.get("properties", {})
-    filled = {
-        key: _with_defaults(value[key] if key in value else sub["default"], sub)
+    made = {
+        key: filled(value[key] if key in value else sub["default"], sub)
         for key, sub in properties.items()
         if key in value or "default" in sub
     }
     others = schema.get("additionalProperties") or {}
-    return filled | {
-        key: _with_defaults(item, others) for key, item in value.items() if key not in properties
-    }
+    return made | {key: filled(item, others) for key, item in value.items() if key not in properties}
+
+
+def kinds_of(schema: Mapping[str, Any]) -> list[str]:
+    """Return the types that a schema admits."""
+    kinds = schema.get("type", [])
+    return [kinds] if isinstance(kinds, str) else kinds
+
+
+def _number(value: Any, kinds: list[str]) -> Any:
+    """Return a text that is a number as one, where the kinds admit it; anything else as it is."""
+    if not isinstance(value, str) or not NUMBER.fullmatch(value):
+        return value
+    number = float(value)
+    if "number" in kinds:
+        return number
+    return int(number) if "integer" in kinds and number.is_integer() else value
 
 
 def _explain(fault: Any) -> str:
@@ -85,7 +107,10 @@ def _explain(fault: Any) -> str:
         key = next(key for key in fault.validator_value if key not in fault.instance)
         text = fault.schema["properties"][key].get("description", "")
         return f"key {f'{path}.{key}' if path else key} is missing; expected {text}"
-    return f"{path or 'the configuration'} is {fault.instance!r}; expected {_expectation(fault.schema)}"
+    is_text = isinstance(fault.instance, str) and "number" in kinds_of(fault.schema)
+    written = ", written as 0.5 or 5e-7" if is_text else ""
+    expected = _expectation(fault.schema) + written
+    return f"{path or 'the configuration'} is {fault.instance!r}; expected {expected}"
 
 
 def _expectation(schema: dict) -> str:
@@ -98,9 +123,7 @@ def _expectation(schema: dict) -> str:
         "boolean": "true or false",
     }
     names |= {"array": "a list", "object": "keys with values"}
-    kinds = schema.get("type", [])
-    kinds = [kinds] if isinstance(kinds, str) else kinds
-    text = " or ".join(names[kind] for kind in kinds if kind != "null")
+    text = " or ".join(names[kind] for kind in kinds_of(schema) if kind != "null")
     if "minItems" in schema:
         least = "" if schema.get("maxItems") == schema["minItems"] else "at least "
         text += f" of {least}{schema['minItems']} values"

@@ -5,10 +5,9 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cache
 from typing import Any
 
-from craftmesh.campaign.configuration import is_valid
+from craftmesh.campaign.configuration import filled, is_valid, kinds_of
 from craftmesh.errors import CraftmeshError
 
 # which files a deck consists of is asked before the cases are known; all run on one cluster, and one page
@@ -43,26 +42,13 @@ def check_key(key: str, known: Mapping[str, Any], place: str) -> None:
 
 
 def cell_value(text: str, place: str) -> Any:
-    """Return what a cell says, read as a value in the configuration is, but for 1e-3, which is a number."""
+    """Return what a cell says, read as a value in the configuration is."""
     import yaml
 
     try:
-        return yaml.load(text, _loader())  # noqa: S506 - a SafeLoader
+        return yaml.safe_load(text)
     except yaml.YAMLError:
         raise CraftmeshError(f"{place} is {text!r}; expected a value as in the configuration") from None
-
-
-@cache
-def _loader() -> Any:
-    """Return YAML's safe loader with the numbers that spreadsheets write, as 1E-03."""
-    import yaml
-
-    class CellLoader(yaml.SafeLoader):
-        pass
-
-    number = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$")
-    CellLoader.add_implicit_resolver("tag:yaml.org,2002:float", number, list("-+.0123456789"))
-    return CellLoader
 
 
 @dataclass(frozen=True)
@@ -75,15 +61,15 @@ class Choice:
 
 def choice(value: Any, schema: Mapping[str, Any], place: str) -> Choice:
     """Return the values of a key in one cell: its own, or those of a list that is no value of the key."""
-    kinds = schema.get("type", "string")
-    takes_lists = "array" in ([kinds] if isinstance(kinds, str) else kinds)
+    value = filled(value, schema)
+    takes_lists = "array" in kinds_of(schema)
     if not isinstance(value, list) or (takes_lists and is_valid(value, schema)):
         return Choice([value])
     if takes_lists and not all(isinstance(item, list) for item in value):
         return Choice([value])
     if not value:
         raise CraftmeshError(f"{place} is an empty list; expected a value or several")
-    return Choice(value, swept=True)
+    return Choice([filled(item, schema) for item in value], swept=True)
 
 
 def variants(name: str, cells: Mapping[str, Choice]) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from craftmesh.campaign.cases import Case
-from craftmesh.campaign.configuration import completed, listed
+from craftmesh.campaign.configuration import completed, filled, listed
 from craftmesh.campaign.overrides import (
     Choice,
     case_keys,
@@ -93,11 +93,13 @@ def _text(path: Path) -> str:
 
 def _sweep(rules: Rules) -> dict[str, Choice]:
     """Return the values of the configuration's sweep, each checked as the key itself."""
+    swept = {}
     for key, values in rules.config["sweep"].items():
         check_key(key, rules.keys, "sweep")
         for value in values:
             _checked(laid_over(rules.config, {key: value}), rules.schema, "sweep")
-    return {key: Choice(values, swept=True) for key, values in rules.config["sweep"].items()}
+        swept[key] = Choice([filled(value, rules.keys[key]) for value in values], swept=True)
+    return swept
 
 
 def _check_columns(columns: Sequence[str], known: Mapping[str, Any], place: str) -> None:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+import yaml
 
 from craftmesh.campaign.campaign import Campaign, command_flags, read_campaign
 from craftmesh.errors import CraftmeshError
@@ -136,7 +137,9 @@ def test_case_without_crack_has_no_crack_file(campaign):
         ({"sizing": {"l0": 1, "zzz": 2}}, "unknown key 'sizing.zzz'; expected one of l_min"),
         ({"sizing": {"l_min": 4, "l_max": 3}}, "sizing: l_min is 4.* l_max.* 3"),
         ({"sizing": {"l0": float("nan")}}, "sizing.l0 is nan; expected a number > 0"),
-        ({"sizing": {"l0": "1e-3"}}, "sizing.l0 is '1e-3'; expected a number > 0"),
+        ({"sizing": {"l0": "1,5"}}, "sizing.l0 is '1,5'; expected a number > 0.*written as 0.5 or 5e-7"),
+        ({"sizing": {"l0": "nan"}}, "sizing.l0 is 'nan'; expected a number > 0"),
+        ({"gradate": {"passes": "1e-3"}}, "gradate.passes is '1e-3'; expected a whole number >= 0"),
         ({"sizing": {"l0": 1, "r0": 8, "r1": 4}}, "sizing: r1 is 4.* r0.* 8"),
         ({"sizing": {"l0": 1, "r0": 20, "r1": 10}}, "sizing: r1 is 10.* r0.* 20"),
         ({"sizing": {"l0": 1, "l_min": 4}}, "sizing: l_min is 4.* l_max.* 3"),
@@ -152,6 +155,24 @@ def test_mistakes_in_the_configuration(campaign, keys, said):
     with pytest.raises(CraftmeshError, match=said) as caught:
         campaign(**keys)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["4e-6", "4E-06", "+4e-6", ".4e-5", "4.e-6", "0.000004", "40e-7"])
+def test_numbers_that_yaml_takes_for_text_are_numbers(campaign, text):
+    def as_yaml(source: str) -> dict:
+        return yaml.safe_load(source.replace("4e-6", text))
+
+    crack = as_yaml("{centre: [4e-6, 0, 4e-6], normal: [0, 0, 1], increments: [4e-6, '4e-6']}")
+    sizing = as_yaml("{l0: 4e-6}")
+    sweep = as_yaml("{solve.tolerance: [4e-6, 8.0e-6]}")
+    found = campaign("one\tsynthetic\tpenny\t2\n", cracks={"penny": crack}, sizing=sizing, sweep=sweep)
+    assert list(found.cases) == ["one-tolerance-4e-06", "one-tolerance-8e-06"]
+    settings = found.cases["one-tolerance-4e-06"].settings
+    assert settings["sizing"]["l0"] == settings["solve"]["tolerance"] == 4e-6
+    assert settings["cracks"]["penny"]["centre"] == [4e-6, 0, 4e-6]
+    assert settings["cracks"]["penny"]["increments"] == [4e-6, 4e-6]
+    passes = campaign(gradate={"passes": "1e1"}, tetrahedralize={"switches": "4e-6"}).config
+    assert repr(passes["gradate"]["passes"]) == "10" and passes["tetrahedralize"]["switches"] == "4e-6"
 
 
 @pytest.mark.parametrize(
