@@ -2,32 +2,33 @@
 
 import os
 import re
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.declared import DEFLATE, refuse_false_size
 from craftmesh.io.file_volume import FileVolume
 
 SUFFIXES = (".tif", ".tiff")
+_RATIOS = {1: 1, 8: DEFLATE, 32946: DEFLATE}  # by the tag Compression; the others have no bound
+# Layouts whose heads name other files are read as plain pages.
+_ALONE: dict[str, Any] = dict.fromkeys(("is_ome", "is_mmstack", "is_ndtiff"), False)
 
 
 def read(path: str | os.PathLike) -> FileVolume:
-    """Read a stack of integer slices; a folder's slices go by the numbers in their names.
+    """Read a stack of integer slices: one file, or a folder whose slices go by the number in their names.
 
     A TIFF has no spacing that could be relied on: the caller gives it. Raises CraftmeshError.
     """
     path = Path(path)
-    if path.is_dir():
-        slices = [_pages(file) for file in slice_files(path)]
-        _check_slices(path, slices)
-        volume = np.stack(slices)
-    else:
-        volume = _pages(path)
-    if volume.ndim != 3:
-        raise CraftmeshError(
-            f"{path}: pages have shape {volume.shape}; expected a stack of grey slices (z, y, x)"
-        )
+    files = slice_files(path) if path.is_dir() else [path]
+    slices = [_pages(file) for file in files]
+    if len(files) > 1:
+        _refuse_unlike(files, slices)
+    volume = np.concatenate(slices)
     notes: tuple[str, ...] = ()
     if volume.dtype == np.uint8 and volume.max(initial=0) == 255:
         notes = (
@@ -37,33 +38,91 @@ def read(path: str | os.PathLike) -> FileVolume:
 
 
 def slice_files(folder: Path) -> list[Path]:
-    """Return the .tif files of a folder, ordered by the numbers in their names (slice2 before slice10)."""
+    """Return the .tif files of a folder by the number in their names; hidden files are left out.
 
-    def key(file: Path) -> list:
-        return [
-            (0, int(part), "") if part.isdigit() else (1, 0, part) for part in re.split(r"(\d+)", file.name)
-        ]
+    The names differ in that number alone, with zeros before it or not, and it counts up by one. Raises
+    CraftmeshError that names two files which do not follow each other.
+    """
+    visible = (file for file in sorted(folder.iterdir()) if not file.name.startswith("."))
+    files = [file for file in visible if file.suffix.lower() in SUFFIXES and file.is_file()]
+    if not files:
+        raise CraftmeshError(
+            f"{folder}: has no .tif slices; give a folder of slices, or run craftmesh stitch on STL files"
+        )
+    if len(files) == 1:
+        return files
+    numbers = _numbers(folder, files)
+    in_order = sorted(files, key=lambda file: numbers[file])
+    for one, other in pairwise(in_order):
+        step = numbers[other] - numbers[one]
+        if step != 1:
+            fault = f"miss {step - 1} slices between them" if step else "have the same number"
+            raise CraftmeshError(
+                f"{folder}: {one.name} and {other.name} {fault}; expected each number once, without a gap"
+            )
+    return in_order
 
-    return sorted((file for file in folder.iterdir() if file.suffix.lower() in SUFFIXES), key=key)
+
+def _numbers(folder: Path, files: list[Path]) -> dict[Path, int]:
+    """Return the number of each file: what is between the start and the end that all names share."""
+    names = [file.stem for file in files]
+    start = os.path.commonprefix(names).rstrip("0123456789")
+    rests = [name[len(start) :] for name in names]
+    end = os.path.commonprefix([rest[::-1] for rest in rests]).rstrip("0123456789")
+    between = {file: rest[: len(rest) - len(end)] for file, rest in zip(files, rests)}
+    if all(re.fullmatch("[0-9]+", digits) for digits in between.values()):
+        return {file: int(digits) for file, digits in between.items()}
+    stems = [re.sub("[0-9]+", "#", name) for name in names]
+    other = next((file for file, stem in zip(files, stems) if stem != stems[0]), files[-1])
+    raise CraftmeshError(
+        f"{folder}: {files[0].name} and {other.name} do not differ in one number alone; expected the "
+        "slices of one stack, move other files away"
+    )
 
 
 def _pages(file: Path) -> np.ndarray:
+    """Return the pages (z, y, x) of a file, grey and of one size and type."""
     import tifffile
 
     try:
-        return tifffile.imread(file)
+        with tifffile.TiffFile(file, **_ALONE) as tif:
+            series = tif.series
+            _refuse_false_pages(file, tif.filehandle.size, series)
+            kinds = {(pages.shape[-2:], str(pages.dtype)) for pages in series}
+            colours = series[0].keyframe.samplesperpixel
+            if len(kinds) > 1 or colours > 1 or max(pages.ndim for pages in series) > 3:
+                raise CraftmeshError(
+                    f"{file}: holds pages of {len(kinds)} sizes or types, {colours} values a pixel, first of "
+                    f"shape {series[0].shape}; expected grey pages (z, y, x), one label a pixel"
+                )
+            # some writers make a series of each page
+            return np.concatenate([pages.asarray().reshape(-1, *pages.shape[-2:]) for pages in series])
+    except CraftmeshError:
+        raise
     except Exception as error:  # tifffile and its codecs raise many kinds
         reason = " ".join(str(error).split())
         raise CraftmeshError(f"{file}: cannot be read as TIFF ({reason}); export it uncompressed") from None
 
 
-def _check_slices(folder: Path, slices: list[np.ndarray]) -> None:
-    if not slices:
-        raise CraftmeshError(
-            f"{folder}: has no .tif slices; give a folder of slices, or run craftmesh stitch on STL files"
-        )
-    shapes = sorted({(s.shape, str(s.dtype)) for s in slices})
-    if len(shapes) > 1:
-        raise CraftmeshError(
-            f"{folder}: slices differ: {shapes[0]} and {shapes[1]}; expected one shape and type"
-        )
+def _refuse_false_pages(file: Path, there: int, series: list) -> None:
+    """Refuse pages, tiles or strips larger than what the file of `there` bytes can hold."""
+    for pages in series:
+        page = pages.keyframe
+        ratio = _RATIOS.get(int(page.compression))
+        refuse_false_size(file, "pages", pages.shape, pages.dtype.itemsize, there, ratio)
+        refuse_false_size(file, "a tile", page.chunks, page.dtype.itemsize, there, ratio)
+
+
+def _refuse_unlike(files: list[Path], slices: list[np.ndarray]) -> None:
+    for file, pages in zip(files, slices):
+        if len(pages) > 1:
+            raise CraftmeshError(
+                f"{file}: has {len(pages)} pages and lies beside {len(files) - 1} other .tif; "
+                "expected one slice a file, or one stack alone in the folder"
+            )
+        if (pages.shape, pages.dtype) != (slices[0].shape, slices[0].dtype):
+            first, this = (f"{s.shape[1:]} {s.dtype}" for s in (slices[0], pages))
+            raise CraftmeshError(
+                f"{file.parent}: slices differ: {files[0].name} has {first}, {file.name} {this}; "
+                "expected one shape and type"
+            )

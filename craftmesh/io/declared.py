@@ -1,0 +1,85 @@
+"""What a header declares, held against the bytes that are there before memory is taken for it."""
+
+import bz2
+import lzma
+import math
+import os
+import resource
+import zlib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from craftmesh.errors import CraftmeshError
+
+DEFLATE = 1032  # bytes of one: the most that zlib's method packs, 258 bytes in two bits
+_GIGABYTE = 1e9
+_OPENERS: dict[str, Callable[[], Any]] = {
+    "deflate": lambda: zlib.decompressobj(wbits=47),  # with the head of zlib or of gzip
+    "bzip2": bz2.BZ2Decompressor,
+    "lzma": lzma.LZMADecompressor,
+}
+
+
+def refuse_false_size(
+    path: str | os.PathLike,
+    what: str,
+    shape: Iterable[int],
+    itemsize: int,
+    there: int,
+    ratio: int | None = 1,
+) -> int:
+    """Return the bytes of an array of `shape` that a header declares, if the file can hold them.
+
+    there: the bytes stored; ratio: how many one stored byte may stand for, None where nothing bounds it.
+    Raises CraftmeshError for a false size, and for one beyond the memory of this machine or process.
+    """
+    counts = [int(count) for count in shape]
+    size = math.prod(counts) * itemsize
+    if min(counts, default=0) < 0 or (ratio is not None and size > there * ratio):
+        raise CraftmeshError(
+            f"{path}: {what} of shape {tuple(counts)} takes {size} bytes, and the file has {there} for it; "
+            "it was cut short or its head is false, copy it anew"
+        )
+    if size > memory_limit():
+        raise CraftmeshError(
+            f"{path}: {what} of shape {tuple(counts)} takes {size / _GIGABYTE:.1f} GB; expected at most "
+            f"the memory here, {memory_limit() / _GIGABYTE:.1f} GB: crop it or take a larger machine"
+        )
+    return size
+
+
+def memory_limit() -> int:
+    """Return the bytes that this process may take: the machine's memory, or what `ulimit -v` leaves."""
+    machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return machine if allowed == resource.RLIM_INFINITY else min(machine, allowed)
+
+
+def unpacked(path: str | os.PathLike, packed: bytes | memoryview, size: int, method: str) -> bytes:
+    """Return the first `size` bytes, or as many as there are, of what `method` packed, a key of _OPENERS.
+
+    No more are unpacked. Raises CraftmeshError for broken data.
+    """
+    try:
+        return _OPENERS[method]().decompress(packed, size) if size else b""
+    except (zlib.error, lzma.LZMAError, OSError, EOFError, ValueError) as error:
+        raise CraftmeshError(f"{path}: its data cannot be unpacked ({error}); save it anew") from None
+
+
+def data_file(header: Path, key: str, name: str) -> Path:
+    """Return the file of data that a header names, which lies in the header's own folder or below it.
+
+    Raises CraftmeshError for another place, lists of files, and one that is missing.
+    """
+    if name.split()[:1] == ["LIST"] or "%" in name:
+        raise CraftmeshError(f"{header}: its data are a file a slice; save it as one file")
+    other = header.parent / name
+    if not os.path.isfile(other):
+        raise CraftmeshError(f"{header}: {key} {other} is missing; put it beside the header")
+    homes = {header.parent.resolve(), header.resolve().parent}
+    if not any(other.resolve().is_relative_to(home) for home in homes):
+        raise CraftmeshError(
+            f"{header}: {key} {name} lies outside the header's folder; move it there and name it so"
+        )
+    return other
