@@ -59,8 +59,8 @@ def write_deck(
     (w, x, y, z) of the active rotation from crystal to sample axes, NaN unknown; phases (g,): row =
     grain id. Grains of unknown orientation get sections without one. The same input gives the same
     bytes. With `includes` the mesh goes to `mesh_file(target)`, both files or neither. Return counts,
-    those of the quarter points among them. Raises CraftmeshError when a cubic or anisotropic grain has
-    no orientation, a phase has no material, the element type does not fit the mesh, the load has no
+    those of the quarter points among them. Raises CraftmeshError when a grain whose material is not
+    isotropic has no orientation, a phase has no material, the element type does not fit the mesh, the load has no
     face to act on, or a stream should have includes.
     """
     model, report = elastic_model(mesh, options, orientations, phases)

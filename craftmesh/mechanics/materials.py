@@ -1,4 +1,4 @@
-"""Linear elastic materials: isotropic, cubic or with all 21 constants."""
+"""Linear elastic materials: isotropic, cubic, hexagonal or with all 21 constants."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 
-_COUNT = {"isotropic": 2, "cubic": 3, "anisotropic": 21}
+_COUNT = {"isotropic": 2, "cubic": 3, "hexagonal": 5, "anisotropic": 21}
 # Components of stress and strain in the order of all stiffnesses: 11, 22, 33, 12, 13, 23.
 _PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 # Column by column of the upper triangle over them: D1111, D1122, D2222, D1133, ...
@@ -18,10 +18,11 @@ _UPPER = tuple((row, column) for column in range(6) for row in range(column + 1)
 class Material:
     """A linear elastic material in its own axes; stresses in the model's unit.
 
-    kind and constants: "isotropic" (E, nu); "cubic" (c11, c12, c44); "anisotropic" the 21 constants
-    D1111, D1122, D2222, D1133, D2233, D3333, D1112, ... D2323 as Abaqus and CalculiX order them, with
-    engineering shear strains. Raises CraftmeshError for another kind, a wrong count, or constants
-    that do not give a positive strain energy for every strain.
+    kind and constants: "isotropic" (E, nu); "cubic" (c11, c12, c44); "hexagonal" (c11, c12, c13, c33, c44),
+    the c axis along the crystal's z, as Bunge angles, DREAM.3D and DAMASK have it; "anisotropic" the 21
+    constants D1111, D1122, D2222, D1133, D2233, D3333, D1112, ... D2323 as Abaqus and CalculiX order them,
+    with engineering shear strains. Raises CraftmeshError for another kind, a wrong count, or constants that
+    do not give a positive strain energy for every strain.
     """
 
     kind: str
@@ -50,21 +51,27 @@ class Material:
             for value, (row, column) in zip(self.constants, _UPPER):
                 stiffness[row, column] = stiffness[column, row] = value
             return stiffness
-        if self.kind == "cubic":
-            c11, c12, c44 = self.constants
+        if self.kind == "hexagonal":
+            c11, c12, c13, c33, c44 = self.constants
+            c66 = (c11 - c12) / 2
         else:
-            young, poisson = self.constants
-            c44 = young / (2 * (1 + poisson))
-            c12 = 2 * c44 * poisson / (1 - 2 * poisson)
-            c11 = c12 + 2 * c44
-        stiffness[:3, :3] = c12
-        np.fill_diagonal(stiffness, [c11] * 3 + [c44] * 3)
+            c11, c12, c44 = self.constants if self.kind == "cubic" else _lame(*self.constants)
+            c13, c33, c66 = c12, c11, c44
+        stiffness[:3, :3] = [[c11, c12, c13], [c12, c11, c13], [c13, c13, c33]]
+        np.fill_diagonal(stiffness[3:, 3:], [c66, c44, c44])
         return stiffness
 
     def upper_triangle(self) -> list[float]:
         """Return the 21 constants in the order of `anisotropic`."""
         stiffness = self.stiffness()
         return [float(stiffness[place]) for place in _UPPER]
+
+
+def _lame(young: float, poisson: float) -> tuple[float, float, float]:
+    """Return c11, c12 and c44 of an isotropic material."""
+    shear = young / (2 * (1 + poisson))
+    c12 = 2 * shear * poisson / (1 - 2 * poisson)
+    return c12 + 2 * shear, c12, shear
 
 
 def turned(stiffness: np.ndarray, matrix: np.ndarray) -> np.ndarray:

@@ -13,7 +13,8 @@ class ModelOptions(Options):
     material: tuple[str, ...] = option(
         ("isotropic:70000,0.33",),
         "KIND:CONSTANTS for all phases or PHASE=KIND:CONSTANTS each; kinds and constants: isotropic E,nu; "
-        "cubic c11,c12,c44; anisotropic 21 constants D1111,D1122,D2222,... in Abaqus' order",
+        "cubic c11,c12,c44; hexagonal c11,c12,c13,c33,c44, c along the crystal's z; anisotropic 21 "
+        "constants D1111,D1122,D2222,... in Abaqus' order",
     )
     load: str = option("strain", "what the step prescribes", choices=("strain", "stress", "none"))
     magnitude: float = option(1e-3, "the strain, or the stress in the materials' unit; tension is positive")

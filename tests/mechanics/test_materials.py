@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.materials import Material, parse_materials
+from craftmesh.mechanics.materials import Material, parse_materials, turned
+from craftmesh.mechanics.near_field import as_tensor
+from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
 
 
 def test_isotropic_stiffness_inverts_to_hooke():
@@ -17,6 +21,43 @@ def test_cubic_with_zener_ratio_one_is_isotropic():
     isotropic = Material("isotropic", (70e3, 0.33)).stiffness()
     c11, c12, c44 = isotropic[0, 0], isotropic[0, 1], isotropic[5, 5]
     assert np.allclose(Material("cubic", (c11, c12, c44)).stiffness(), isotropic, rtol=1e-14)
+
+
+TITANIUM = (162.4, 92.0, 69.0, 180.7, 46.7)
+
+
+def test_hexagonal_constants_are_those_of_the_tensor():
+    """c66 follows from isotropy about c; sigma = C : epsilon is written out index by index."""
+    c11, c12, c13, c33, c44 = TITANIUM
+    strain = np.array([[1.0, 0.4, -0.3], [0.4, -0.5, 0.2], [-0.3, 0.2, 0.7]])
+    stress = np.array(
+        [
+            [c11 * 1.0 + c12 * -0.5 + c13 * 0.7, (c11 - c12) * 0.4, 2 * c44 * -0.3],
+            [(c11 - c12) * 0.4, c12 * 1.0 + c11 * -0.5 + c13 * 0.7, 2 * c44 * 0.2],
+            [2 * c44 * -0.3, 2 * c44 * 0.2, c13 * 1.0 + c13 * -0.5 + c33 * 0.7],
+        ]
+    )
+    tensor = as_tensor(Material("hexagonal", TITANIUM).stiffness()[None])[0]
+    assert np.allclose(np.einsum("ijkl,kl->ij", tensor, strain), stress, rtol=1e-14)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(0, 2 * np.pi), st.integers(0, 2**32 - 1))
+def test_hexagonal_crystals_turn_as_tensors_and_about_c_not_at_all(angle, seed):
+    stiffness = Material("hexagonal", TITANIUM).stiffness()
+    turn = quaternion_to_matrix(random_orientations(1, np.random.default_rng(seed)))[0]
+    plain = np.einsum("ai,bj,ck,dl,ijkl->abcd", turn, turn, turn, turn, as_tensor(stiffness[None])[0])
+    assert np.allclose(as_tensor(turned(stiffness, turn)[None])[0], plain, atol=1e-12 * 180)
+    cos, sin = np.cos(angle), np.sin(angle)
+    about_c = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+    assert np.allclose(turned(stiffness, about_c), stiffness, atol=1e-12 * 180)
+
+
+def test_hexagonal_with_an_isotropic_solids_constants_is_isotropic():
+    isotropic = Material("isotropic", (70e3, 0.33)).stiffness()
+    c11, c12, c44 = isotropic[0, 0], isotropic[0, 1], isotropic[5, 5]
+    hexagonal = Material("hexagonal", (c11, c12, c12, c11, c44))
+    assert np.allclose(hexagonal.stiffness(), isotropic, rtol=1e-14)
 
 
 def test_anisotropic_constants_go_where_their_indices_say():
@@ -37,6 +78,9 @@ def test_anisotropic_constants_go_where_their_indices_say():
         ("elastic", (1, 2), "unknown"),
         ("cubic", (1, 2), "expected 3"),
         ("cubic", (61.3e3, 108.2e3, 28.5e3), "strain energy"),
+        ("hexagonal", (162.4, 92.0, 69.0), "expected 5"),
+        ("hexagonal", (162.4, 92.0, 69.0, 30.0, 46.7), "strain energy"),  # c33 (c11 + c12) < 2 c13^2
+        ("hexagonal", (92.0, 162.4, 69.0, 180.7, 46.7), "strain energy"),
         ("isotropic", (70e3, 0.5), "strain energy"),
         ("isotropic", (70e3, 0.7), "strain energy"),
         ("isotropic", (float("nan"), 0.3), "strain energy"),

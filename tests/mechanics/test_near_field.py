@@ -12,9 +12,9 @@ ISOTROPIC = Material("isotropic", (YOUNG, POISSON)).stiffness()
 COPPER = Material("cubic", (168.4, 121.4, 75.4)).stiffness()
 
 
-def crystals(count=3):
+def crystals(count=3, crystal=COPPER):
     turns = quaternion_to_matrix(random_orientations(count, np.random.default_rng(3)))
-    return in_axes(COPPER, turns)
+    return in_axes(crystal, turns)
 
 
 def gradients(displacement, angles):
@@ -50,7 +50,8 @@ def stresses(found, stiffness):
 
 
 def test_lips_are_free_and_k_is_that_of_the_stress_ahead():
-    stiffness = np.concatenate([ISOTROPIC[None], crystals()])
+    titanium = Material("hexagonal", (162.4, 92.0, 69.0, 180.7, 46.7)).stiffness()
+    stiffness = np.concatenate([ISOTROPIC[None], crystals(), crystals(crystal=titanium)])
     found = near_field(stiffness)
     stress = stresses(found, stiffness)
     for lip in (-np.pi, np.pi):
