@@ -1,5 +1,6 @@
-"""The one family of errors that craftmesh raises on purpose, and how their messages write places."""
+"""The one family of errors that craftmesh raises on purpose, and how messages write numbers and names."""
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -33,3 +34,15 @@ def told(places: "np.ndarray") -> list:
     import numpy as np  # not for `craftmesh --help`
 
     return np.reshape([float(f"{x:.6g}") for x in np.ravel(places)], np.shape(places)).tolist()
+
+
+def listed(names: Iterable) -> str:
+    """Return names for an error message, the first dozen where there are many."""
+    names = list(names)
+    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+    return (", ".join(map(str, names[:12])) or "none") + more
+
+
+def counted(voxels: int, total: int) -> str:
+    """Return a number of voxels and their share of the volume, in words."""
+    return f"{voxels} voxels ({100 * voxels / total:.2g} %)"

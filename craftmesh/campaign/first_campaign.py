@@ -9,15 +9,14 @@ import numpy as np
 
 from craftmesh.sizing.sizing import voxel_edge
 from craftmesh.types import Voxels
+from craftmesh.voxels.specks import median_grain
 
-# A piece of a grain under so many voxels, three across, is a speck to a mesh; but grains stay: at most
-# SPECK_SHARE of the median grain. The median grain of AL1050 has 2,000 voxels, that of the copper 90.
-SPECK, SPECK_SHARE = 27, 0.1
 # Eq. 3's default l_min, l0 / 2, makes three times the elements round the front; examples take 0.75 to 0.8.
 L_MIN, L_MAX, R0 = 0.8, 3.0, 8.0  # over l0
 ACROSS = 4.0  # elements across a grain at least: fewer leave the boundaries' curvature to chance
 RADIUS = 0.25  # of the box's shortest edge across the crack; as much again is left beside its front
 GROWTH = 0.25  # of the radius
+_ABOUT = {"background": "  # what label 0 is: grain, void, or unindexed, which is filled from around it"}
 OFF_CENTRE = 0.2  # of a voxel: planes between voxels are those in which flat grain boundaries lie
 
 
@@ -35,17 +34,6 @@ class FirstCampaign:
     materials: tuple[str, ...]
     grains: int
     across: float
-
-
-def median_grain(labels: np.ndarray) -> float:
-    """Return the median count of voxels of the grains, labels > 0; 0 without a grain."""
-    counts = np.bincount(labels[labels > 0])
-    return float(np.median(counts[counts > 0])) if counts.any() else 0.0
-
-
-def specks(labels: np.ndarray) -> int:
-    """Return the size in voxels under which pieces of grains are absorbed in a first campaign."""
-    return int(min(SPECK, SPECK_SHARE * median_grain(labels)))
 
 
 def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign:
@@ -85,7 +73,9 @@ def _materials(voxels: Voxels) -> tuple[str, ...]:
 def configuration_text(first: FirstCampaign, name: str, sheet: str, data: str) -> str:
     """Return the commented configuration of a first campaign, YAML for `snakemake --configfile`."""
     numbers = {key: _number(value) for key, value in ({**first.sizing, "across": first.across}).items()}
-    imported = "".join(f"  {key}: {_yaml(value)}\n" for key, value in first.imported.items())
+    imported = "".join(
+        f"  {key}: {_yaml(value)}{_ABOUT.get(key, '')}\n" for key, value in first.imported.items()
+    )
     section = f"import:  # how the file is read and cleaned\n{imported}\n" if imported else ""
     centre = ", ".join(_number(x, 6) for x in first.crack["centre"])
     cubic = first.materials[0].split("=")[-1].startswith("cubic")

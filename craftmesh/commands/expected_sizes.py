@@ -41,7 +41,8 @@ def voxels_of(campaign: Campaign, case: Case) -> Voxels:
     if case.microstructure == SYNTHETIC:
         volume = as_raw(generate(GenerateOptions(**settings["generate"])))
     else:
-        volume = read_voxels(case.microstructure, ReadOptions(**fields_of(ReadOptions, settings["import"])))
+        read = ReadOptions(**fields_of(ReadOptions, settings["import"]))
+        volume = read_voxels(case.microstructure, read, fills=settings["import"]["fill_unindexed"])
     return clean(volume, CleanOptions(**fields_of(CleanOptions, settings["import"])))[0]
 
 

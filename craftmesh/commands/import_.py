@@ -30,10 +30,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     if not (arguments.image or arguments.labels or arguments.islands):
         raise CraftmeshError("nothing to write; give at least one of --labels, --image, --islands")
-    raw = read_voxels(existing(arguments.input), options_from(arguments, ReadOptions))
+    options = options_from(arguments, CleanOptions)
+    read = options_from(arguments, ReadOptions)
+    raw = read_voxels(existing(arguments.input), read, fills=options.fill_unindexed)
     with ProgressLine("import") as progress:
         try:
-            voxels, report = clean(raw, options_from(arguments, CleanOptions), progress)
+            voxels, report = clean(raw, options, progress)
         except CraftmeshError as error:
             raise CraftmeshError(f"{arguments.input}: {error}") from error
     islands = find_islands(voxels)

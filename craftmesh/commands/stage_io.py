@@ -12,6 +12,7 @@ from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 
 SHORT = 12
+SENTENCES = ("changes", "notes")  # lists of a report that are printed whole
 
 
 def add_output(parser: argparse.ArgumentParser, what: str) -> None:
@@ -41,7 +42,9 @@ def _lines(report: dict, prefix: str = "") -> Iterator[str]:
     """Yield the report's lines; tables and lists of more than a few entries are only counted."""
     for key, value in report.items():
         name = f"{prefix}{key}".replace("_", " ")
-        if isinstance(value, dict) and len(value) <= SHORT:
+        if key in SENTENCES:
+            yield from (f"{key.rstrip('s')}: {sentence}" for sentence in value)
+        elif isinstance(value, dict) and len(value) <= SHORT:
             yield from _lines(value, f"{name}: ")
         elif isinstance(value, (dict, list, tuple)) and len(value) > SHORT:
             yield f"{name}: {len(value)} entries"

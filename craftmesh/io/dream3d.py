@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.crystals import in_words, of_dream3d, of_grains
-from craftmesh.io.file_volume import EULERS, FileVolume, listed, pick
+from craftmesh.io.file_volume import EULERS, UNINDEXED, FileVolume, listed, pick
 from craftmesh.io.hdf5 import cells_xyz, is_by_cell, opened, volume_paths
 from craftmesh.types import Crystal
 
@@ -55,7 +55,7 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
         orientations = {} if angles is None else {EULERS: angles}
         phases = _phases(image, matrix)
         crystals = _crystals(image, phases)
-        return FileVolume(ids, image.spacing, image.origin, orientations, phases, crystals)
+        return FileVolume(ids, image.spacing, image.origin, orientations, phases, crystals, UNINDEXED)
 
 
 def _images(file: h5py.File) -> list[_Image]:

@@ -1,18 +1,19 @@
 """What every reader of a microstructure format returns, and the checks that they share."""
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, listed
 from craftmesh.types import Crystal
 
 UNINDEXED = "unindexed"
 VOID = "void"
 GRAIN = "grain"
+UNSAID = ""
 QUATERNIONS, RODRIGUES, EULERS = "orientations", "rodrigues", "eulers"
 _TABLE_LIMIT = 10_000_000  # rows of orientations, 32 bytes each
 
@@ -24,8 +25,9 @@ class FileVolume:
     labels (nx, ny, nz) of any number type, axes x, y, z; spacing, origin (3,) or None where the file has
     none; orientations: tables (g, k) by their kind, row = id in the file, or arrays (nx, ny, nz, k) of
     voxels, over which a grain's mean is taken; phases (g,), row = id in the file, or None; crystals: phase
-    -> Crystal, phase 0 where there are no phases; zero: what label 0 means in this format;
-    negative_voids: whether a label -k is the enclosed void k; notes for the report.
+    -> Crystal, phase 0 where there are no phases; zero: what label 0 means in this format, UNSAID
+    where each file has its own way; negative_voids: whether a label -k is the enclosed void k; notes for
+    the report.
 
     Kinds of orientations: QUATERNIONS (w, x, y, z) of the active rotation from crystal to sample axes,
     RODRIGUES vectors of it, axis * tan(angle / 2), and EULERS, Bunge's angles in radians; NaN is unknown.
@@ -37,7 +39,7 @@ class FileVolume:
     orientations: Mapping[str, np.ndarray] = field(default_factory=dict)
     phases: np.ndarray | None = None
     crystals: Mapping[int, Crystal] = field(default_factory=dict)
-    zero: str = UNINDEXED
+    zero: str = UNSAID
     negative_voids: bool = False
     notes: tuple[str, ...] = ()
 
@@ -66,13 +68,6 @@ def table_rows(path: str | os.PathLike, labels: np.ndarray) -> int:
             "renumber the grains"
         )
     return rows
-
-
-def listed(names: Iterable) -> str:
-    """Return names for an error message, the first dozen where there are many."""
-    names = list(names)
-    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
-    return (", ".join(map(str, names[:12])) or "none") + more
 
 
 def pick(path: str | os.PathLike, dataset: str, present: list[str], wanted: tuple[str, ...]) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.crystals import in_words, of_grains, of_space_group
-from craftmesh.io.file_volume import RODRIGUES, FileVolume, pick, table_rows
+from craftmesh.io.file_volume import RODRIGUES, UNINDEXED, FileVolume, pick, table_rows
 from craftmesh.io.hdf5 import cells_xyz, opened, volume_paths
 from craftmesh.types import Crystal
 
@@ -37,7 +37,9 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
         crystals = _crystals(file, phases)
         spacing = file["LabDCT/Spacing"][()]
     orientations = {} if vectors is None else {RODRIGUES: vectors}
-    return FileVolume(labels, spacing, None, orientations, phases, crystals, notes=("lengths are in mm",))
+    return FileVolume(
+        labels, spacing, None, orientations, phases, crystals, UNINDEXED, notes=("lengths are in mm",)
+    )
 
 
 def _crystals(file: h5py.File, phases: np.ndarray | None) -> dict[int, Crystal]:

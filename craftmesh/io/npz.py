@@ -15,7 +15,7 @@ from craftmesh.io.file_volume import (
     EULERS,
     QUATERNIONS,
     RODRIGUES,
-    UNINDEXED,
+    UNSAID,
     VOID,
     FileVolume,
     as_numbers,
@@ -87,7 +87,7 @@ def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
         _orientations(path, arrays),
         arrays.get("phases"),
         _crystals(arrays) if is_ours else {},
-        VOID if is_ours else UNINDEXED,
+        VOID if is_ours else UNSAID,
         negative_voids=is_ours,
         notes=note,
     )

@@ -7,12 +7,13 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
-from craftmesh.io.file_volume import GRAIN, QUATERNIONS, VOID, FileVolume, pick
+from craftmesh.io.file_volume import GRAIN, QUATERNIONS, UNINDEXED, UNSAID, VOID, FileVolume, pick
 
 if TYPE_CHECKING:
     from vtkmodules.vtkCommonDataModel import vtkCellData
 
 _NAMES = ("labels", "material", "FeatureIds", "GrainIds", "grain", "grain_id", "MaterialId")
+_ZERO = {"material": GRAIN, "FeatureIds": UNINDEXED}  # of DAMASK, of DREAM.3D
 
 
 def read(path: str | os.PathLike, dataset: str) -> FileVolume:
@@ -39,7 +40,7 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
         return FileVolume(labels, *place, orientations, phases, zero=VOID, negative_voids=True)
     spacing = np.array(image.GetSpacing())
     origin = np.array(image.GetOrigin()) + spacing * image.GetExtent()[::2]
-    return FileVolume(labels, spacing, origin, zero=GRAIN if name == "material" else "unindexed")
+    return FileVolume(labels, spacing, origin, zero=_ZERO.get(name, UNSAID))
 
 
 def _scalars(cells: "vtkCellData") -> list[str]:

@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 from scipy import ndimage
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, counted
 from craftmesh.progress import silent
 from craftmesh.types import Voxels
+from craftmesh.voxels import label_changes
 from craftmesh.voxels.absorb import absorb_small_pieces
 from craftmesh.voxels.clean_options import CleanOptions
 from craftmesh.voxels.raw_volume import RawVolume, as_raw
@@ -31,15 +32,18 @@ def clean(
     options: CleanOptions = CleanOptions(),  # noqa: B008
     progress: Callable[[float, str], None] = silent,
 ) -> tuple[Voxels, dict]:
-    """Return voxels of which none is unindexed, and the report, which counts every changed voxel.
+    """Return voxels of which none is unindexed, and the report: counts, and every change in words.
 
     Grain ids stay; pieces that are split off get new ones and their grain's orientation. Raises
     CraftmeshError for unindexed voxels that are not to be filled, where no grain is left, and for one grain
     alone unless that is allowed.
     """
     raw = volume if isinstance(volume, RawVolume) else as_raw(volume)
+    total = raw.voxels.labels.size
     progress(0.0, "fill unindexed voxels")
     labels, filled = _filled(raw, options)
+    changes = label_changes.filling(filled, total)
+    changes += label_changes.voids(raw.voxels.labels, labels)
     progress(0.4, "absorb islands")
     pieces = find_pieces(labels)
     new_label = absorb_small_pieces(pieces, options.min_island_voxels)
@@ -48,12 +52,15 @@ def clean(
         "grains_in_pieces_before": len(pieces_per_grain(pieces)),
         **_absorption(pieces, new_label),
     }
+    changes += label_changes.absorption(pieces, new_label, options.min_island_voxels)
+    _check_absorption(pieces, new_label, options)
     if report["absorbed_pieces"]:
         labels = number_voids(new_label[pieces.of])
         pieces = find_pieces(labels)
     progress(0.6, "smooth grain boundaries")
     labels, smoothing = smooth_boundaries(labels, raw.voxels.spacing, options.smoothing_rounds)
     report |= smoothing
+    changes += label_changes.smoothing(report["smoothed_voxels"], total)
     if report["smoothed_voxels"]:
         pieces = find_pieces(labels)
     progress(0.8, "pieces of grains")
@@ -62,8 +69,9 @@ def clean(
     if options.split_pieces:
         labels, parents = split_pieces(pieces, int(raw.voxels.labels.max()))
     _check_grains(labels, options)
-    report |= _census(labels, raw, parents)
-    report["notes"] += _rough(report["roughness"], options)
+    changes += label_changes.splitting(parents, labels)
+    notes = [*raw.notes, *_rough(report["roughness"], options)]
+    report |= _census(labels, raw, parents) | {"changes": changes, "notes": notes}
     return _with_labels(raw.voxels, labels, parents), report
 
 
@@ -81,8 +89,8 @@ def _filled(raw: RawVolume, options: CleanOptions) -> tuple[np.ndarray, dict]:
     unindexed = int(raw.unindexed.sum())
     if unindexed and not options.fill_unindexed:
         raise CraftmeshError(
-            f"{unindexed} voxels have no grain: set fill_unindexed to give them to the grains around them, "
-            "or background to void if they are empty space"
+            f"{counted(unindexed, raw.unindexed.size)} have no grain: set fill_unindexed to give them to "
+            "the grains around them, or background to void if they are empty space, grain if they are one"
         )
     labels, filled = fill_unindexed(raw.voxels.labels, raw.unindexed)
     counts = {"filled_voxels": filled, "unindexed_voxels_left_empty": unindexed - filled}
@@ -172,6 +180,16 @@ def _absorption(pieces: Pieces, new_label: np.ndarray) -> dict:
     }
 
 
+def _check_absorption(pieces: Pieces, new_label: np.ndarray, options: CleanOptions) -> None:
+    """Refuse an absorption that leaves one label of several, unless that is allowed."""
+    if len(set(new_label.tolist())) > 1 or options.allow_single_grain or (pieces.label == new_label).all():
+        return
+    raise CraftmeshError(
+        f"min_island_voxels {options.min_island_voxels} leaves grain {new_label[0]} alone, nothing of "
+        f"{label_changes.emptied(pieces, new_label)}; lower it, or set allow_single_grain"
+    )
+
+
 def _check_grains(labels: np.ndarray, options: CleanOptions) -> None:
     low, high = int(labels.min()), int(labels.max())
     if high <= 0:
@@ -219,5 +237,4 @@ def _census(labels: np.ndarray, raw: RawVolume, parents: dict[int, int]) -> dict
         "split_grains": {str(new_id): parent for new_id, parent in parents.items()},
         "smallest_grains": [[k, n] for n, k in grains[:_SMALLEST_LISTED]],
         "remap": became,
-        "notes": list(raw.notes),
     }

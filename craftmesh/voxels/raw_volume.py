@@ -14,13 +14,15 @@ class RawVolume:
 
     voxels: labels > 0 grains, -k the declared void k, 0 background. unindexed (nx, ny, nz) bool: voxels of
     material whose grain is not known, their label is 0. remap: label in the file -> label in `voxels`, for
-    every label that occurs, sorted. notes: sentences for the report.
+    every label that occurs, sorted. notes: sentences for the report. background: what label 0 is taken for
+    where its file does not say it, else empty.
     """
 
     voxels: Voxels
     unindexed: np.ndarray
     remap: dict[int, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    background: str = ""
 
     def __post_init__(self) -> None:
         if self.unindexed.shape != self.voxels.labels.shape or self.unindexed.dtype != bool:

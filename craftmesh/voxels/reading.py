@@ -8,10 +8,11 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import dream3d, labdct, metaimage, npy, npz, nrrd_volume, tesr, tiff, vti
-from craftmesh.io.file_volume import GRAIN, UNINDEXED, VOID, FileVolume, as_numbers, listed
+from craftmesh.io.file_volume import GRAIN, UNINDEXED, UNSAID, VOID, FileVolume, as_numbers, listed
 from craftmesh.io.volume_format import SUFFIXES, format_of
 from craftmesh.options import Options, option
 from craftmesh.types import Voxels
+from craftmesh.voxels.background import background_shown
 from craftmesh.voxels.file_orientations import orientation_table
 from craftmesh.voxels.raw_volume import RawVolume
 from craftmesh.voxels.remapping import Meaning, by_grain, integer_labels, phase_table, rename
@@ -39,7 +40,7 @@ class ReadOptions(Options):
     )
     background: str = option(
         AUTO,
-        "what the background value means; auto: unindexed, save in formats that say otherwise",
+        "what the background value means; auto: what the format says, else what the file shows",
         choices=(AUTO, UNINDEXED, VOID, GRAIN),
     )
     background_value: int = option(0, "label that is the background")
@@ -49,12 +50,18 @@ class ReadOptions(Options):
     )
 
 
-def read_voxels(path: str | os.PathLike, options: ReadOptions = ReadOptions()) -> RawVolume:  # noqa: B008
+def read_voxels(
+    path: str | os.PathLike,
+    options: ReadOptions = ReadOptions(),  # noqa: B008
+    fills: bool = False,
+) -> RawVolume:
     """Read a labelled volume in one of FORMATS; a TIFF stack is a file or a folder.
 
     Ids in the file are kept as grain ids; only where 0 is a grain every id goes up by 1 (in `remap` and
-    `notes`). Raises CraftmeshError for what cannot be read or meshed: missing files or datasets, fewer than
-    two voxels along an axis, ids that are no integers or over int32, undeclared negative ids, spacing <= 0.
+    `notes`). fills: whether unindexed voxels are expected, which makes 0 unindexed where the format does
+    not say what it is; else the file shows it (`background_shown`). Raises CraftmeshError for what cannot
+    be read or meshed: missing files or datasets, fewer than two voxels along an axis, ids that are no
+    integers or over int32, undeclared negative ids, spacing <= 0.
     """
     path = Path(path)
     if not path.exists():
@@ -63,15 +70,17 @@ def read_voxels(path: str | os.PathLike, options: ReadOptions = ReadOptions()) -
     labels = integer_labels(path, content.labels)
     spacing = _spacing(path, content, options)
     origin = _origin(path, content, options)
-    renaming = rename(path, np.unique(labels), _meaning(content, options))
+    meaning, background = _meaning(content, labels, options, fills)
+    renaming = rename(path, np.unique(labels), meaning)
     table, more_notes = orientation_table(path, content.orientations, labels)
     orientations = by_grain(path, table, renaming.remap)
     if orientations is not None and not options.ignore_unknown_orientations:
         _refuse_unknown(path, orientations, renaming.remap)
     phases = by_grain(path, phase_table(path, content.phases, renaming.remap), renaming.remap)
     voxels = Voxels(renaming.renamed(labels), spacing, origin, orientations, phases, content.crystals)
-    notes = content.notes + more_notes + renaming.notes
-    return RawVolume(voxels, renaming.is_unindexed(labels), renaming.remap, notes)
+    notes = content.notes + more_notes + background + renaming.notes
+    taken = meaning.background if background else ""
+    return RawVolume(voxels, renaming.is_unindexed(labels), renaming.remap, notes, taken)
 
 
 def read_marked(
@@ -131,11 +140,21 @@ def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarra
     return spacing
 
 
-def _meaning(content: FileVolume, options: ReadOptions) -> Meaning:
+def _meaning(
+    content: FileVolume, labels: np.ndarray, options: ReadOptions, fills: bool
+) -> tuple[Meaning, tuple[str, ...]]:
+    """Return what the labels (nx, ny, nz) mean, and a note where neither format nor options say it of 0."""
+    notes: tuple[str, ...] = ()
     background = options.background
     if background == AUTO:
         background = content.zero if options.background_value == 0 else UNINDEXED
-    return Meaning(background, options.background_value, options.void_labels, content.negative_voids)
+    if background == UNSAID:
+        has_zero = 0 not in options.void_labels and bool((labels == 0).any())
+        tables = [*content.orientations.values()]
+        tables += [] if content.phases is None else [content.phases[:, None]]
+        tables = [table for table in tables if table.dtype.kind in "iuf" and table.ndim in (2, 4)]
+        background, notes = background_shown(labels, tables, fills) if has_zero else (UNINDEXED, ())
+    return Meaning(background, options.background_value, options.void_labels, content.negative_voids), notes
 
 
 def _origin(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarray:
