@@ -47,11 +47,15 @@ def check_mesh(file: Path, arguments: argparse.Namespace) -> list[str]:
     if flat:
         warn(flat)
     if arguments.quality:
-        from craftmesh.mesh.quality import quality
+        from craftmesh.mesh.quality import drift_sentence, quality
 
         voxels = read_labels(existing(arguments.labels)) if arguments.labels else None
         meshing = {"meshing": read_json(arguments.meshing).get("meshing")} if arguments.meshing else {}
-        write_json(arguments.quality, {"breaches": breaches} | quality(mesh, voxels) | meshing)
+        measured = quality(mesh, voxels)
+        write_json(arguments.quality, {"breaches": breaches} | measured | meshing)
+        off = drift_sentence(measured.get("volume_drift", {}))
+        if off:
+            warn(off)
     return breaches
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from craftmesh.mesh.quality import drift_sentence
 from craftmesh.report.case_files import Case, Increment
 from craftmesh.report.charts import against_size, histograms
 from craftmesh.report.convergence import compared
@@ -61,8 +62,10 @@ def _case(case: Case, rows: list, shown: list[str]) -> dict[str, Any]:
         "name": case.name,
         "record": case.record,
         "imported": case.imported,
+        "labels": [*case.imported.get("changes", []), *case.imported.get("notes", [])],
         "outcome": outcome(case),
         "rows": rows,
+        "off": [(inc.name, drift_sentence(inc.quality.get("volume_drift", {}))) for inc in case.increments],
         "grown": grown_rows(case),
         "charts": _charts(case),
         "increments": [

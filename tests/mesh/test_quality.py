@@ -1,6 +1,7 @@
 """Measures of elements and grains against shapes that have known ones."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from structured_box import hexagon, plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.deck.write_deck import DeckOptions, write_deck
 from craftmesh.mesh.kernels.shape_measures import shape_measures
-from craftmesh.mesh.quality import quality
+from craftmesh.mesh.quality import drift_sentence, quality
 from craftmesh.mesh.second_order import raise_order
 from craftmesh.types import TetMesh, Voxels
 
@@ -86,6 +87,20 @@ def test_drift_of_the_grains_against_voxels():
     labels[labels == 5] = 3
     drift = quality(mesh, Voxels(labels, [0.5, 0.5, 0.25], [0, 0, 0]))["volume_drift"]
     assert drift["without_voxels"] == [5] and drift["worst_grain"] == 9
+
+
+@pytest.mark.parametrize(
+    "drifts, words",
+    [
+        ({"3": 0.049, "5": -0.05}, None),
+        ({"3": 0.01, "5": -0.051}, "1 of 2 grains .* more than 5%: grain 5 by -5.1%$"),
+        ({"3": 0.3, "5": -1.0}, "2 of 2 grains .*: grain 5 by -100.0%, grain 3 by .30.0%$"),
+    ],
+)
+def test_grains_off_their_voxels_are_named_the_worst_first(drifts, words):
+    sentence = drift_sentence({"grains": len(drifts), "by_grain": drifts})
+    assert sentence is None if words is None else re.search(words, sentence)
+    assert drift_sentence({}) is None  # without labels nothing is known
 
 
 def test_crack_and_size_are_the_same_for_either_order():

@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 
 import pytest
 from shown_models import asked, write_front, write_increment
@@ -37,6 +38,20 @@ def test_nothing_is_fetched_from_elsewhere(results):
 def test_names_are_not_html(results):
     text = (results / "report.html").read_text()
     assert "a &lt;b&gt;.tsv" in text and "<b>.tsv" not in text
+
+
+def test_changed_labels_and_grains_off_their_voxels_are_said(results):
+    (case,) = read_cases(results)
+    case = replace(
+        case, imported={"grains": 2, "voids": {}, "changes": ["9 voxels <gone>"], "notes": ["0 is a grain"]}
+    )
+    drift = {"grains": 2, "by_grain": {"1": 0.0, "7": -0.4}}
+    case.increments[1] = replace(
+        case.increments[1], quality=case.increments[1].quality | {"volume_drift": drift}
+    )
+    text = page([case], ReportOptions())
+    assert "9 voxels &lt;gone&gt;" in text and "0 is a grain" in text
+    assert text.count("grain 7 by -40.0%") == 1 and "Increment 001:</strong> 1 of 2 grains" in text
 
 
 def test_the_same_cases_give_the_same_text(results):
