@@ -11,7 +11,7 @@ from craftmesh.insertion.cut import CutSurface
 from craftmesh.insertion.guarded_move import forced, guarded_move
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.surface.connectivity import unique_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, numbered
 from craftmesh.surface.patches import held_by_box
 from craftmesh.types import CRACK, Surface
 
@@ -152,12 +152,11 @@ def _wall_normals(surface: CutSurface, rows: np.ndarray) -> np.ndarray:
     place = np.full(len(surface.points), -1)
     place[rows] = np.arange(len(rows))
     is_wall = (surface.kind == 0) & (place[surface.facets] >= 0).any(axis=1)
-    facets, sides = surface.facets[is_wall], surface.sides[is_wall].astype(np.int64)
+    labels, sides = numbered(surface.sides[is_wall])
+    facets = surface.facets[is_wall]
     turned = sides[:, 0] > sides[:, 1]
     vector = area_vectors(surface.points, facets) * np.where(turned, -1.0, 1.0)[:, None]
-    low, high = sides.min(axis=1), sides.max(axis=1)
-    base = int(sides.min(initial=0))
-    pair = (high - base) * (int(sides.max(initial=0)) - base + 1) + low - base
+    pair = sides.max(axis=1) * len(labels) + sides.min(axis=1)
     at = place[facets].ravel()
     keep = at >= 0
     stride = int(pair.max(initial=0)) + 1

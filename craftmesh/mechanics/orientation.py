@@ -82,13 +82,13 @@ def mean_by_grain(labels: np.ndarray, quaternions: np.ndarray) -> tuple[np.ndarr
     """
     known = np.isfinite(quaternions).all(axis=1)
     labels, q = labels[known], quaternions[known]
-    size = int(labels.max(initial=0)) + 1
-    count = np.bincount(labels, minlength=size)
-    moments = np.empty((size, 4, 4))
+    present, of, count = np.unique(labels, return_inverse=True, return_counts=True)
+    moments = np.empty((len(present), 4, 4))
     for i in range(4):
         for j in range(4):
-            moments[:, i, j] = np.bincount(labels, q[:, i] * q[:, j], size)
-    values, vectors = np.linalg.eigh(moments / np.maximum(count, 1)[:, None, None])
-    mean = np.where(count[:, None] > 0, normalized(vectors[:, :, 3]), np.nan)
-    spread = 2 * np.arcsin(np.sqrt(np.clip(1 - values[count > 0, 3], 0, 1)))
+            moments[:, i, j] = np.bincount(of, q[:, i] * q[:, j], len(present))
+    values, vectors = np.linalg.eigh(moments / count[:, None, None])
+    mean = np.full((int(labels.max(initial=0)) + 1, 4), np.nan)
+    mean[present] = normalized(vectors[:, :, 3])
+    spread = 2 * np.arcsin(np.sqrt(np.clip(1 - values[:, 3], 0, 1)))
     return mean, float(np.degrees(spread.max(initial=0.0)))

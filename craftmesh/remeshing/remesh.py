@@ -12,7 +12,7 @@ from craftmesh.remeshing.kernels.marching import march
 from craftmesh.remeshing.kernels.smoothing import lap
 from craftmesh.surface.kernels.spoiled_facets import spoiled_facets
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, facet_angles
+from craftmesh.surface.measure import facet_angles, side_volumes
 from craftmesh.surface.patches import PLANES
 from craftmesh.surface.vertex_classes import (
     facets_beyond_box,
@@ -176,7 +176,7 @@ class _Laps:
     ) -> None:
         self.facets, self.sides, self.kind = raw.facets.astype(np.int64), raw.sides, raw.kind
         self.options, self.neighbours, self.drawn = options, neighbours, drawn
-        self.raw_volume = _label_volumes(raw.points, self.facets, raw.sides)
+        self.raw_volume = side_volumes(raw.points, self.facets, raw.sides)
 
     def sound(self, points: np.ndarray, weights: list[float], fixed: np.ndarray) -> np.ndarray:
         """Return points (n, 3) after a lap per weight that spoil no facet; who had to stay becomes `fixed`.
@@ -203,24 +203,18 @@ class _Laps:
         options, facets = self.options, self.facets
         bad = spoiled_facets(moved, points, facets, options.sliver_quality, options.sliver_edge)
         bad |= facets_beyond_box(moved, points, facets, self.kind)
-        bad |= _vanishing(moved, facets, self.sides, self.raw_volume, options.least_volume)
+        volume = side_volumes(moved, facets, self.sides)
+        bad |= _vanishing(volume, self.sides, self.raw_volume, options.least_volume)
         bad[intersecting_pairs(moved, facets).ravel()] = True
         return bad
 
 
-def _label_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Volumes of the grains and voids of a surface, in the order of their labels shifted to start at 0."""
-    swept = np.einsum("ij,ij->i", points[facets[:, 0]], area_vectors(points, facets)) / 3
-    index, count = sides - sides.min(), int(sides.max() - sides.min()) + 1
-    return np.bincount(index[:, 0], swept, count) - np.bincount(index[:, 1], swept, count)
-
-
 def _vanishing(
-    moved: np.ndarray, facets: np.ndarray, sides: np.ndarray, raw_volume: np.ndarray, least: float
+    volume: dict[int, float], sides: np.ndarray, raw_volume: dict[int, float], least: float
 ) -> np.ndarray:
     """(m,) bool: facets of grains and voids with less than the part `least` of their raw volume.
 
-    The outside and voids open to it have no volume of their own: a negative one is not looked at.
+    Voids open to the outside have no volume of their own: a negative one is not looked at.
     """
-    vanishes = (_label_volumes(moved, facets, sides) < least * raw_volume) & (raw_volume > 0)
-    return vanishes[sides - sides.min()].any(axis=1)
+    gone = [label for label, raw in raw_volume.items() if raw > 0 and volume[label] < least * raw]
+    return np.isin(sides[:, 0], gone) | np.isin(sides[:, 1], gone)

@@ -53,6 +53,17 @@ def facet_angles(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     return angles
 
 
+def numbered(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the labels (k,) that occur in sides (m, 2), sorted, and the place (m, 2) of each among them.
+
+    Tables and keys by that place are as large as there are labels, however large these are.
+    """
+    differs = np.ones(len(sides), bool)
+    differs[1:] = (sides[1:] != sides[:-1]).any(axis=1)
+    labels = np.unique(sides[differs])
+    return labels, np.searchsorted(labels, sides)
+
+
 def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> dict[int, float]:
     """Return the volume enclosed per label by the divergence theorem; label 0, the outside, is left out.
 
@@ -62,11 +73,7 @@ def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> d
     """
     centre = points.mean(axis=0) if len(points) else np.zeros(3)
     swept = np.einsum("ij,ij->i", points[facets[:, 0]] - centre, area_vectors(points, facets)) / 3
-    differs = np.ones(len(sides), bool)
-    behind, ahead = sides.T
-    differs[1:] = (behind[1:] != behind[:-1]) | (ahead[1:] != ahead[:-1])
-    labels = np.unique(sides[differs])
-    index = np.searchsorted(labels, sides)
+    labels, index = numbered(sides)
     volume = np.bincount(index[:, 0], swept, len(labels)) - np.bincount(index[:, 1], swept, len(labels))
     return {int(k): float(v) for k, v in zip(labels, volume) if k}
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import numbered
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Surface
 
 # For each plane of the box its kind, its axis and whether it is the upper one of the axis' two.
@@ -58,10 +59,8 @@ def patches(surface: Surface) -> Patches:
     Patches are numbered in the order of their larger label, smaller label and kind.
     """
     sides = np.where(_turned(surface)[:, None], surface.sides[:, ::-1], surface.sides)
-    columns = [column.astype(np.int64) for column in (*sides.T, surface.kind)]
-    base = min(int(column.min(initial=0)) for column in columns)
-    stride = max(int(column.max(initial=0)) for column in columns) - base + 1
-    key = ((columns[0] - base) * stride + columns[1] - base) * stride + columns[2] - base
+    labels, place = numbered(sides)
+    key = (place[:, 0] * len(labels) + place[:, 1]) * (CRACK + 1) + surface.kind
     start = np.flatnonzero(np.r_[True, key[1:] != key[:-1]][: len(key)])
     _, first, patch = np.unique(key[start], return_index=True, return_inverse=True)
     of_facet = np.repeat(patch.reshape(-1), np.diff(start, append=len(key))).astype(np.int64)

@@ -1,5 +1,6 @@
 """Short edges of grain boundaries and of the crack contracted where they force flat or poor tetrahedra."""
 
+from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,13 +42,13 @@ def contracted(model: Model, bad: np.ndarray, least: float) -> tuple[Model, np.n
     tets = model.tets
     worst = _worst_first(model.points, tets, bad)[:MOST]
     stars = stars_of(model, classes_of(model.surface), _near(tets, worst))
-    count, done = np.bincount(model.grain), 0
+    count, done = _tets_by_grain(model), 0
     for t in worst.tolist():
         if t in stars.gone_tets or _score(stars.points, [stars.tets[t]]) >= least:
             continue
         best = _best(stars, stars.tets[t], count, least)
         if best is not None:
-            np.subtract.at(count, stars.grain[_dying(stars, best)], 1)
+            count.subtract(stars.grain[_dying(stars, best)].tolist())
             stars.merge(best.kept, best.gone)
             done += 1
     if not done:
@@ -63,7 +64,7 @@ def joined(model: Model, one: int, other: int, crack_reach: float) -> tuple[Mode
     """
     rows = np.flatnonzero(np.isin(model.tets, (one, other)).any(axis=1))
     stars = stars_of(model, classes_of(model.surface), _near(model.tets, rows))
-    count = np.bincount(model.grain)
+    count = _tets_by_grain(model)
     for kept, gone in ((one, other), (other, one)):
         if not may_merge(stars, kept, gone):
             continue
@@ -93,10 +94,14 @@ def _dying(stars: Stars, one: Contraction) -> list[int]:
     return sorted(stars.tets_at[one.kept] & stars.tets_at[one.gone])
 
 
-def _best(stars: Stars, corners: Corners, count: np.ndarray, least: float) -> Contraction | None:
+def _tets_by_grain(model: Model) -> Counter[int]:
+    return Counter({one.grain: len(one.tets) for one in model.grain_tets})
+
+
+def _best(stars: Stars, corners: Corners, count: Counter[int], least: float) -> Contraction | None:
     """Return the contraction at a corner of a tet that leaves the best worst tet, None without any.
 
-    count (g,): how many tets each grain has.
+    count: how many tets each grain has.
     """
     found = []
     for gone in filter(stars.on_surface, corners):
@@ -139,10 +144,10 @@ def _scores(corners: np.ndarray) -> np.ndarray:
     return np.where(positive, np.minimum(np.minimum(small, large), shape), -np.inf)
 
 
-def _keeps_grains(stars: Stars, one: Contraction, count: np.ndarray) -> bool:
+def _keeps_grains(stars: Stars, one: Contraction, count: Counter[int]) -> bool:
     """Tell whether each grain has tets left."""
-    lost = np.bincount(stars.grain[_dying(stars, one)], minlength=len(count))
-    return bool((count[lost > 0] > lost[lost > 0]).all())
+    lost = Counter(stars.grain[_dying(stars, one)].tolist())
+    return all(count[grain] > gone for grain, gone in lost.items())
 
 
 def rebuilt(model: Model, stars: Stars) -> tuple[Model, np.ndarray]:
