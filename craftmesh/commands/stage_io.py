@@ -39,7 +39,7 @@ def warn(message: str) -> None:
 
 
 def _lines(report: dict, prefix: str = "") -> Iterator[str]:
-    """Yield the report's lines; tables and lists of more than a few entries are only counted."""
+    """Yield the report's lines, one a note; other tables and lists of many entries are only counted."""
     for key, value in report.items():
         name = f"{prefix}{key}".replace("_", " ")
         if key in SENTENCES:

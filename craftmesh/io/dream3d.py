@@ -15,13 +15,14 @@ from numpy.typing import ArrayLike
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.crystals import in_words, of_dream3d, of_grains
-from craftmesh.io.file_volume import EULERS, UNINDEXED, FileVolume, listed, pick
-from craftmesh.io.hdf5 import cells_xyz, is_by_cell, opened, volume_paths
+from craftmesh.io.file_volume import EULERS, UNINDEXED, FileVolume, Rotations, listed, pick
+from craftmesh.io.hdf5 import cells_xyz, datasets, opened, volume_paths
+from craftmesh.io.hdf5_tables import Beside
+from craftmesh.io.side_arrays import is_eulers, is_phases, left_unread, unit_said
 from craftmesh.types import Crystal
 
 _IDS = ("FeatureIds", "GrainIds", "FeatureID", "GrainID")
 _PHASE_NAMES = ("PhaseName", "MaterialName")
-_FEATURE_ANGLES = ("AvgEulerAngles", "EulerAngles", "AvgEulers")
 
 
 @dataclass(frozen=True)
@@ -34,11 +35,12 @@ class _Image:
     origin: np.ndarray
 
 
-def read(path: str | os.PathLike, dataset: str) -> FileVolume:
-    """Read FeatureIds (or the path `dataset`), the geometry, and orientations per feature or per cell.
+def read(path: str | os.PathLike, dataset: str, table: str = "") -> FileVolume:
+    """Read FeatureIds (or the path `dataset`), the geometry, orientations, phases and crystals.
 
-    Euler angles are Bunge's, in radians. Feature 0 is the format's dummy: its row becomes NaN. Raises
-    CraftmeshError.
+    Euler angles and phases are those of the table that belongs to the ids (or of `table`, an array or its
+    group), else those of the cells. Angles are Bunge's. Feature 0 is the format's dummy: its row becomes
+    NaN. Raises CraftmeshError.
     """
     with opened(path) as file:
         images = _images(file)
@@ -49,13 +51,34 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
             name: image for image in images for name in volume_paths(image.group, image.dims, ids_by_name)
         }
         name = pick(path, dataset, list(by_path), _preferred(path, by_path))
-        image, matrix = by_path[name], file[name].parent
+        image = by_path[name]
         ids = cells_xyz(file[name], image.dims)
-        angles = _angles(image, matrix, ids)
-        orientations = {} if angles is None else {EULERS: angles}
-        phases = _phases(image, matrix)
-        crystals = _crystals(image, phases)
-        return FileVolume(ids, image.spacing, image.origin, orientations, phases, crystals, UNINDEXED)
+        beside = Beside(path, file[name], ids, image.dims, _arrays(file, images, image), table)
+        eulers, phases = beside.find(is_eulers, 3), beside.find(is_phases, 1)
+        orientations = {}
+        if eulers:
+            data, angles = eulers[0], eulers[1].astype(float)
+            if angles.ndim == 2:
+                angles[:1] = np.nan
+            words = [data.name, *(f"{key} {value}" for key, value in data.attrs.items())]
+            orientations = {beside.told(data): Rotations(EULERS, angles, unit_said(*words))}
+        numbers = phases[1] if phases else None
+        notes = left_unread(beside.unread([found[0] for found in (eulers, phases) if found], by_path))
+        crystals = _crystals(image, numbers)
+        place = image.spacing, image.origin
+        return FileVolume(ids, *place, orientations, numbers, crystals, UNINDEXED, notes=notes)
+
+
+def _arrays(file: h5py.File, images: Sequence[_Image], image: _Image) -> list[h5py.Dataset]:
+    """Return the arrays that may describe an image's ids: those below it, and those of groups beside it."""
+    own = image.group.name
+    others = tuple(f"{other.group.name}/" for other in images if other.group.name != own)
+    found = {name: data for name, data in datasets(file).items() if not name.startswith(others)}
+    return [
+        data
+        for name, data in found.items()
+        if name.startswith(f"{own}/") or own.startswith(f"{data.parent.parent.name}/")
+    ]
 
 
 def _images(file: h5py.File) -> list[_Image]:
@@ -96,43 +119,6 @@ def _preferred(path: str | os.PathLike, by_path: Mapping[str, _Image]) -> tuple[
         if found:
             return found
     return _IDS
-
-
-def _matrices(image: _Image, cell_matrix: h5py.Group) -> list[h5py.Group]:
-    """Return the feature-level groups of the geometry: those beside its cell data."""
-    groups = [item for item in image.group.values() if isinstance(item, h5py.Group)]
-    return [group for group in groups if group.name != cell_matrix.name]
-
-
-def _feature_table(
-    image: _Image, matrix: h5py.Group, names: Sequence[str], width: int
-) -> np.ndarray | None:
-    for group in _matrices(image, matrix):
-        for name in names:
-            data = group.get(name)
-            if isinstance(data, h5py.Dataset) and data.shape[1:] in ((width,), () if width == 1 else None):
-                return data[()].reshape(-1, width)
-    return None
-
-
-def _angles(image: _Image, matrix: h5py.Group, ids: np.ndarray) -> np.ndarray | None:
-    """Return Bunge's angles (g, 3) by feature, else (nx, ny, nz, 3) by cell, NaN for the dummy 0."""
-    angles = _feature_table(image, matrix, _FEATURE_ANGLES, 3)
-    if angles is not None:
-        angles = angles.astype(float)
-        angles[:1] = np.nan
-        return angles
-    cells = matrix.get("EulerAngles")
-    if not isinstance(cells, h5py.Dataset) or not is_by_cell(cells, image.dims, 3) or ids.min() < 0:
-        return None
-    angles = cells_xyz(cells, image.dims).astype(float)
-    angles[ids == 0] = np.nan
-    return angles
-
-
-def _phases(image: _Image, matrix: h5py.Group) -> np.ndarray | None:
-    phases = _feature_table(image, matrix, ("Phases",), 1)
-    return None if phases is None else phases[:, 0]
 
 
 def _crystals(image: _Image, phases: np.ndarray | None) -> dict[int, Crystal]:

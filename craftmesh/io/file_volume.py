@@ -14,8 +14,26 @@ UNINDEXED = "unindexed"
 VOID = "void"
 GRAIN = "grain"
 UNSAID = ""
-QUATERNIONS, RODRIGUES, EULERS = "orientations", "rodrigues", "eulers"
+QUATERNIONS, RODRIGUES, MATRICES = "quaternions", "rodrigues", "matrices"
+EULERS, KOCKS, ROE = "eulers", "kocks", "roe"
+DEGREES, RADIANS = "degrees", "radians"
 _TABLE_LIMIT = 10_000_000  # rows of orientations, 32 bytes each
+
+
+@dataclass(frozen=True)
+class Rotations:
+    """Orientations as a file holds them: values (g, k), row = id, or (nx, ny, nz, k) of voxels.
+
+    kind: QUATERNIONS (w, x, y, z) of the active rotation from crystal to sample axes, RODRIGUES vectors of
+    it, axis * tan(angle / 2), MATRICES of Bunge, from sample to crystal axes, row by row, or angles after
+    EULERS (Bunge), KOCKS or ROE; unit: DEGREES or RADIANS as the file or its format says, "" where neither
+    does; inverse: whether the values are those of the inverse rotations; NaN is unknown.
+    """
+
+    kind: str
+    values: np.ndarray
+    unit: str = ""
+    inverse: bool = False
 
 
 @dataclass(frozen=True)
@@ -23,20 +41,17 @@ class FileVolume:
     """The arrays of one file, ids untouched.
 
     labels (nx, ny, nz) of any number type, axes x, y, z; spacing, origin (3,) or None where the file has
-    none; orientations: tables (g, k) by their kind, row = id in the file, or arrays (nx, ny, nz, k) of
-    voxels, over which a grain's mean is taken; phases (g,), row = id in the file, or None; crystals: phase
-    -> Crystal, phase 0 where there are no phases; zero: what label 0 means in this format, UNSAID
-    where each file has its own way; negative_voids: whether a label -k is the enclosed void k; notes for
-    the report.
-
-    Kinds of orientations: QUATERNIONS (w, x, y, z) of the active rotation from crystal to sample axes,
-    RODRIGUES vectors of it, axis * tan(angle / 2), and EULERS, Bunge's angles in radians; NaN is unknown.
+    none; orientations: Rotations by their name in the file, of which a grain takes the mean where they are
+    of voxels; phases (g,), row = id in the file, or (nx, ny, nz) of voxels, of which a grain takes the most
+    frequent, or None; crystals: phase -> Crystal, phase 0 where there are no phases; zero: what label 0
+    means in this format, UNSAID where each file has its own way; negative_voids: whether a label -k is the
+    enclosed void k; notes for the report.
     """
 
     labels: np.ndarray
     spacing: np.ndarray | None = None
     origin: np.ndarray | None = None
-    orientations: Mapping[str, np.ndarray] = field(default_factory=dict)
+    orientations: Mapping[str, Rotations] = field(default_factory=dict)
     phases: np.ndarray | None = None
     crystals: Mapping[int, Crystal] = field(default_factory=dict)
     zero: str = UNSAID

@@ -7,8 +7,9 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.crystals import in_words, of_grains, of_space_group
-from craftmesh.io.file_volume import RODRIGUES, UNINDEXED, FileVolume, pick, table_rows
-from craftmesh.io.hdf5 import cells_xyz, opened, volume_paths
+from craftmesh.io.file_volume import RODRIGUES, UNINDEXED, FileVolume, Rotations, pick
+from craftmesh.io.hdf5 import cells_xyz, is_by_cell, opened, volume_paths
+from craftmesh.io.side_arrays import is_described, left_unread
 from craftmesh.types import Crystal
 
 _DATA = "/LabDCT/Data"
@@ -28,18 +29,22 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
         ids = data.get("GrainId")
         present = volume_paths(data, ids.shape[::-1]) if ids is not None else []
         name = pick(path, dataset, present, (f"{_DATA}/GrainId",))
-        labels = cells_xyz(file[name], ids.shape[::-1])
-        vectors = phases = None
-        if labels.min(initial=0) >= 0:
-            rows = table_rows(path, labels)
-            vectors = _vectors(data, labels)
-            phases = _phases(data, labels, rows)
-        crystals = _crystals(file, phases)
+        shape = ids.shape[::-1]
+        labels = cells_xyz(file[name], shape)
+        described = {d.name: d for d in data.values() if isinstance(d, h5py.Dataset)}
+        described = {key: d for key, d in described.items() if is_described(key.rsplit("/", 1)[1])}
+        vectors, phases = (described.get(f"{_DATA}/{key}") for key in ("Rodrigues", "PhaseId"))
+        orientations, numbers = {}, None
+        if vectors is not None and is_by_cell(vectors, shape, 3):
+            orientations = {"Rodrigues": Rotations(RODRIGUES, cells_xyz(vectors, shape))}
+            del described[vectors.name]
+        if phases is not None and is_by_cell(phases, shape, 1):
+            numbers = cells_xyz(phases, shape)
+            del described[phases.name]
+        crystals = _crystals(file, numbers)
         spacing = file["LabDCT/Spacing"][()]
-    orientations = {} if vectors is None else {RODRIGUES: vectors}
-    return FileVolume(
-        labels, spacing, None, orientations, phases, crystals, UNINDEXED, notes=("lengths are in mm",)
-    )
+    notes = ("lengths are in mm", *left_unread(key for key in described if key != name))
+    return FileVolume(labels, spacing, None, orientations, numbers, crystals, UNINDEXED, notes=notes)
 
 
 def _crystals(file: h5py.File, phases: np.ndarray | None) -> dict[int, Crystal]:
@@ -51,22 +56,3 @@ def _crystals(file: h5py.File, phases: np.ndarray | None) -> dict[int, Crystal]:
             name = in_words(np.ravel(group["Name"][()])[0]) if "Name" in group else ""
             found[int(number)] = Crystal(of_space_group(int(np.ravel(group["SpaceGroup"][()])[0])), name)
     return of_grains(found, phases)
-
-
-def _vectors(data: h5py.Group, labels: np.ndarray) -> np.ndarray | None:
-    """Return the Rodrigues vectors (nx, ny, nz, 3) of the voxels, NaN where unindexed."""
-    if "Rodrigues" not in data or data["Rodrigues"].shape != (*labels.shape[::-1], 3):
-        return None
-    vectors = cells_xyz(data["Rodrigues"], labels.shape).astype(float)
-    vectors[labels == 0] = np.nan
-    return vectors
-
-
-def _phases(data: h5py.Group, labels: np.ndarray, rows: int) -> np.ndarray | None:
-    """Return the phase of each grain, the highest of its voxels'; the format gives one phase a grain."""
-    if "PhaseId" not in data or data["PhaseId"].shape != labels.shape[::-1]:
-        return None
-    phases = np.zeros(rows, np.int32)
-    np.maximum.at(phases, labels.ravel(), cells_xyz(data["PhaseId"], labels.shape).ravel().astype(np.int32))
-    phases[0] = 0
-    return phases

@@ -18,10 +18,11 @@ from craftmesh.io.file_volume import (
     UNSAID,
     VOID,
     FileVolume,
-    as_numbers,
+    Rotations,
     pick,
     to_xyz,
 )
+from craftmesh.io.side_arrays import is_described, is_eulers, left_unread, unit_said
 from craftmesh.types import Crystal, Voxels
 
 FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
@@ -66,11 +67,11 @@ def read_labels(path: str | os.PathLike) -> Voxels:
 
 
 def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
-    """Read `labels` (or `dataset`), spacing, origin and orientations from an .npz.
+    """Read `labels` (or `dataset`), spacing, origin, orientations and phases from an .npz.
 
     The axes are those of `axes`, else of the file's entry `axes`, else x, y, z. Orientations come from
-    `orientations` (quaternions), `rodrigues` and `eulers` (Bunge, radians), row = grain id. Raises
-    CraftmeshError.
+    `orientations` (quaternions), `rodrigues` and what is named after Euler (Bunge): tables, row = grain id,
+    or arrays of voxels, in the axes of the labels, as `phases`. Raises CraftmeshError.
     """
     arrays = load(path)
     volumes = [k for k, values in arrays.items() if values.ndim == 3 or k in ("labels", dataset)]
@@ -79,18 +80,42 @@ def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
     if sorted(axes) != list("xyz"):
         raise CraftmeshError(f"{path}: axes is {axes!r}; expected an order of x, y, z such as zyx")
     is_ours = str(arrays.get("format", "")) == FORMAT
-    note = () if "spacing" in arrays else ("no spacing in the file: one voxel is one unit of length",)
+    notes = () if "spacing" in arrays else ("no spacing in the file: one voxel is one unit of length",)
+    labels = to_xyz(arrays.pop(name), axes, f"{path}: {name}")
+    orientations = _orientations(arrays, axes, labels.size)
+    phases = arrays.get("phases")
+    if phases is not None and phases.ndim == 3:
+        phases = to_xyz(phases, axes, f"{path}: phases")
+    unread = [
+        k for k, v in arrays.items() if v.ndim and is_described(k) and k not in (*orientations, "phases")
+    ]
     return FileVolume(
-        to_xyz(arrays[name], axes, f"{path}: {name}"),
+        labels,
         arrays.get("spacing", np.ones(3)),
         arrays.get("origin"),
-        _orientations(path, arrays),
-        arrays.get("phases"),
+        orientations,
+        phases,
         _crystals(arrays) if is_ours else {},
         VOID if is_ours else UNSAID,
         negative_voids=is_ours,
-        notes=note,
+        notes=notes + left_unread(unread),
     )
+
+
+def _orientations(arrays: Mapping[str, np.ndarray], axes: str, voxels: int) -> dict[str, Rotations]:
+    """Return the orientations, of grains or of voxels; not those in a list of voxels without axes."""
+    kinds = {"orientations": QUATERNIONS, "rodrigues": RODRIGUES}
+    kinds |= {key: EULERS for key, values in arrays.items() if is_eulers(key) and values.ndim}
+    words = [f"{key} {values}" for key, values in arrays.items() if is_eulers(key) and not values.ndim]
+    found = {}
+    for key, kind in kinds.items():
+        values = arrays.get(key)
+        if values is None or values.ndim == 2 and len(values) == voxels:
+            continue
+        if values.ndim == 4:
+            values = values.transpose([*(axes.index(axis) for axis in "xyz"), 3])
+        found[key] = Rotations(kind, values, unit_said(key, *words) if kind == EULERS else "")
+    return found
 
 
 def _crystals(arrays: Mapping[str, np.ndarray]) -> dict[int, Crystal]:
@@ -115,11 +140,3 @@ def _fault(path: str | os.PathLike, error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         return error.strerror
     return str(error) if zipfile.is_zipfile(path) else "no zip archive, or one that was cut short"
-
-
-def _orientations(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    angles = as_numbers(f"{path}: {EULERS}", arrays.get(EULERS, ()))
-    largest = np.abs(angles, where=np.isfinite(angles), out=np.zeros_like(angles)).max(initial=0.0)
-    if largest > 4 * np.pi:
-        raise CraftmeshError(f"{path}: {EULERS} reach {largest:.0f}; expected Bunge angles in radians")
-    return {kind: arrays[kind] for kind in (QUATERNIONS, RODRIGUES, EULERS) if kind in arrays}

@@ -5,14 +5,29 @@ the sample's axes onto the crystal's, which is the one from crystal to sample co
 """
 
 import os
+import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.crystals import of_symmetry
-from craftmesh.io.file_volume import EULERS, QUATERNIONS, RODRIGUES, VOID, FileVolume, table_rows
+from craftmesh.io.file_volume import (
+    DEGREES,
+    EULERS,
+    KOCKS,
+    MATRICES,
+    QUATERNIONS,
+    RODRIGUES,
+    ROE,
+    VOID,
+    FileVolume,
+    Rotations,
+    table_rows,
+)
+from craftmesh.io.side_arrays import left_unread
 from craftmesh.types import Crystal
 
 _BINARY = {
@@ -22,13 +37,24 @@ _BINARY = {
     "binary32": "<i4",
     "binary32_big": ">i4",
 }
-_WIDTH = {"rodrigues": 3, "euler-bunge": 3, "quaternion": 4, "axis-angle": 4}
+# Neper's descriptors and the short names of older files: the kind, and how many numbers it has.
+_AXIS_ANGLE = "axis-angle"
+_DESCRIPTORS = {
+    **dict.fromkeys(("rodrigues", "R"), (RODRIGUES, 3)),
+    **dict.fromkeys(("euler-bunge", "e"), (EULERS, 3)),
+    **dict.fromkeys(("euler-kocks", "ek"), (KOCKS, 3)),
+    **dict.fromkeys(("euler-roe", "er"), (ROE, 3)),
+    **dict.fromkeys(("rotmat", "g"), (MATRICES, 9)),
+    **dict.fromkeys((_AXIS_ANGLE, "rtheta"), (_AXIS_ANGLE, 4)),
+    **dict.fromkeys(("quaternion", "q"), (QUATERNIONS, 4)),
+}
 
 
 def read(path: str | os.PathLike) -> FileVolume:
-    """Read the cells of the voxels, the voxel sizes, the origin and the cells' orientations.
+    """Read the cells of the voxels, the voxel sizes, the origin, the orientations and the symmetry.
 
-    Cells go by their `*id` where there is one; 0 is void. Raises CraftmeshError.
+    Cells go by their `*id` where there is one; 0 is void. Orientations are those of the cells (*ori), else
+    of the voxels (**oridata, where **oridef defines them). Raises CraftmeshError.
     """
     path = Path(path)
     content = path.read_bytes()
@@ -42,21 +68,29 @@ def read(path: str | os.PathLike) -> FileVolume:
             f"{path}: **general is {general.tolist()}; expected 3, three sizes, three lengths"
         )
     shape, spacing = general[1:4].astype(np.int64), general[4:]
-    cells = _cells(path, data, shape).reshape(shape, order="F")
     origin = _numbers(path, fields, "*origin") if "*origin" in fields else np.zeros(3)
+    cells, data = _cells(path, data, shape)
     symmetry = " ".join(fields.get("*crysym", []))
     crystals = {0: Crystal(of_symmetry(symmetry))} if symmetry else {}
-    if "*ori" not in fields and "*id" not in fields:
-        return FileVolume(cells, spacing, origin, crystals=crystals, zero=VOID)
     count = int(np.append(_numbers(path, fields, "**cell"), 0)[0])
     ids = _numbers(path, fields, "*id").astype(np.int64) if "*id" in fields else np.arange(1, count + 1)
+    if "*ori" in fields or "*id" in fields:
+        _check_ids(path, cells, ids, count)
+        cells = np.concatenate([[0], ids])[cells]
+    by_voxel = data.lstrip().startswith(b"**oridata")
+    if "*ori" in fields:
+        orientations, notes = _of_cells(path, fields, ids), left_unread(["**oridata"] * by_voxel)
+    else:
+        orientations, notes = _of_voxels(path, data, shape) if by_voxel else {}, ()
+    return FileVolume(cells, spacing, origin, orientations, None, crystals, VOID, notes=notes)
+
+
+def _check_ids(path: Path, cells: np.ndarray, ids: np.ndarray, count: int) -> None:
     if len(ids) != count or not 0 <= cells.min() <= cells.max() <= count or (ids <= 0).any():
         raise CraftmeshError(
             f"{path}: labels run from {cells.min()} to {cells.max()}, and *id has {len(ids)}; "
             f"expected 0 to {count} and {count} positive ids as **cell says"
         )
-    labels = np.concatenate([[0], ids])[cells]
-    return FileVolume(labels, spacing, origin, _orientations(path, fields, ids), None, crystals, VOID)
 
 
 def _fields(words: list[str]) -> dict[str, list[str]]:
@@ -81,21 +115,16 @@ def _numbers(path: Path, fields: Mapping[str, list[str]], name: str, skip: int =
         ) from None
 
 
-def _cells(path: Path, data: bytes, shape: np.ndarray) -> np.ndarray:
-    """Return the cells of all voxels; `data` is what follows **data."""
-    kind, _, rest = data.lstrip().partition(b"\n")
-    name = kind.decode("ascii", "replace").strip()
-    if rest.lstrip().startswith(b"*file"):
-        other = path.parent / rest.split()[1].decode("utf-8", "replace")
-        if not other.is_file():
-            raise CraftmeshError(f"{path}: *file {other} is missing; put it beside the .tesr")
-        rest = other.read_bytes()
+def _cells(path: Path, data: bytes, shape: np.ndarray) -> tuple[np.ndarray, bytes]:
+    """Return the cells (nx, ny, nz) of all voxels, and what follows; `data` is what follows **data."""
+    name, rest = _word(data)
+    rest, after = _inline_or_beside(path, rest)
     count = int(shape.prod())
     if name in _BINARY:
-        dtype = np.dtype(_BINARY[name])
-        cells = np.frombuffer(rest[: count * dtype.itemsize], dtype)
+        cells, tail = _binary(rest, np.dtype(_BINARY[name]), count)
     elif name == "ascii":
-        words = rest.split(b"*", 1)[0].split()[:count]
+        text, tail = _until_star(rest)
+        words = text.split()[:count]
         cells = np.array(words, np.int64) if all(w.isdigit() for w in words) else np.zeros(0)
     else:
         raise CraftmeshError(f"{path}: **data is {name!r}; expected ascii or {', '.join(_BINARY)}")
@@ -103,45 +132,97 @@ def _cells(path: Path, data: bytes, shape: np.ndarray) -> np.ndarray:
         raise CraftmeshError(
             f"{path}: **data has {len(cells)} of {count} whole labels >= 0; write it anew with Neper"
         )
-    return cells.astype(np.int64)
+    return cells.astype(np.int64).reshape(shape, order="F"), tail if after is None else after
 
 
-def _orientations(path: Path, fields: Mapping[str, list[str]], ids: np.ndarray) -> dict[str, np.ndarray]:
+def _inline_or_beside(path: Path, rest: bytes) -> tuple[bytes, bytes | None]:
+    """Return the bytes of a section's numbers and, where they are in a *file, what follows its name."""
+    if not rest.lstrip().startswith(b"*file"):
+        return rest, None
+    _, name, *after = rest.split(maxsplit=2)
+    other = path.parent / name.decode("utf-8", "replace")
+    if not other.is_file():
+        raise CraftmeshError(f"{path}: *file {other} is missing; put it beside the .tesr")
+    return other.read_bytes(), b"".join(after)
+
+
+def _binary(rest: bytes, dtype: np.dtype, count: int) -> tuple[np.ndarray, bytes]:
+    size = count * dtype.itemsize
+    return np.frombuffer(rest[: size - len(rest[:size]) % dtype.itemsize], dtype), rest[size:]
+
+
+def _until_star(rest: bytes) -> tuple[bytes, bytes]:
+    end = rest.find(b"*")
+    return (rest, b"") if end < 0 else (rest[:end], rest[end:])
+
+
+def _of_cells(path: Path, fields: Mapping[str, list[str]], ids: np.ndarray) -> dict[str, Rotations]:
     """Return the cells' orientations as a table (g, k) by id, NaN where there is none."""
-    if "*ori" not in fields:
-        return {}
-    descriptor, _, convention = (fields["*ori"] or [""])[0].partition(":")
-    if descriptor not in _WIDTH or convention not in ("", "active", "passive"):
+    rows = _numbers(path, fields, "*ori", skip=1)
+    name = (fields["*ori"] or [""])[0]
+    rotations = _rotations(path, "*ori", name, rows)
+    if len(rotations.values) != len(ids):
+        raise CraftmeshError(f"{path}: *ori has {len(rows)} numbers; expected {len(ids)} rows, one a cell")
+    table = np.full((table_rows(path, ids), rotations.values.shape[1]), np.nan)
+    table[ids] = rotations.values
+    return {"*ori": replace(rotations, values=table)}
+
+
+def _of_voxels(path: Path, data: bytes, shape: np.ndarray) -> dict[str, Rotations]:
+    """Return the voxels' orientations (nx, ny, nz, k), NaN where **oridef says that they are not defined.
+
+    data: from **oridata on.
+    """
+    count = int(shape.prod())
+    name, data = _word(_word(data)[1])
+    width = _DESCRIPTORS.get(name.partition(":")[0], ("", 0))[1]
+    numbers, data = _floats(path, "**oridata", data, "<f8", count * width)
+    rotations = _rotations(path, "**oridata", name, numbers)
+    values = rotations.values.copy()
+    section, data = _word(data)
+    if section == "**oridef":
+        values[_floats(path, section, data, "u1", count)[0] == 0] = np.nan
+    return {"**oridata": replace(rotations, values=values.reshape(*shape, -1, order="F"))}
+
+
+def _word(data: bytes) -> tuple[str, bytes]:
+    """Return the next word, and what follows it or its line."""
+    word, rest = re.match(rb"\s*(\S*)[ \t\r]*\n?(.*)", data, re.S).groups()  # type: ignore[union-attr]
+    return word.decode("ascii", "replace"), rest
+
+
+def _floats(path: Path, section: str, data: bytes, dtype: str, count: int) -> tuple[np.ndarray, bytes]:
+    """Return `count` numbers of a section, and what follows; they are text, or binary of `dtype`."""
+    kind, rest = _word(data)
+    rest, after = _inline_or_beside(path, rest)
+    if kind == "ascii":
+        text, tail = _until_star(rest)
+        numbers = _numbers(path, {section: text.decode("ascii", "replace").split()[:count]}, section)
+    else:
+        numbers, tail = _binary(rest, np.dtype(dtype), count)
+    if kind not in ("ascii", "binary") or len(numbers) != count:
         raise CraftmeshError(
-            f"{path}: *ori is {descriptor!r}; expected {', '.join(_WIDTH)}: write it with "
+            f"{path}: {section} ({kind}) has {len(numbers)} of {count} numbers; "
+            "expected ascii or binary and one row a voxel"
+        )
+    return numbers.astype(float), tail if after is None else after
+
+
+def _rotations(path: Path, section: str, name: str, numbers: np.ndarray) -> Rotations:
+    """Return a section's numbers as rows under their kind; angles of Neper are in degrees."""
+    descriptor, _, convention = name.partition(":")
+    if descriptor not in _DESCRIPTORS or convention not in ("", "active", "passive"):
+        raise CraftmeshError(
+            f"{path}: {section} is {name!r}; expected {', '.join(_DESCRIPTORS)}: write it with "
             "`neper -T -loadtesr FILE -oridescriptor rodrigues`"
         )
-    rows = _numbers(path, fields, "*ori", skip=1)
-    if len(rows) != len(ids) * _WIDTH[descriptor]:
-        raise CraftmeshError(f"{path}: *ori has {len(rows)} numbers; expected {_WIDTH[descriptor]} a cell")
-    kind, values = _as_kind(descriptor, rows.reshape(len(ids), -1))
-    if convention == "passive":
-        values = _inverse(kind, values)
-    table = np.full((table_rows(path, ids), values.shape[1]), np.nan)
-    table[ids] = values
-    return {kind: table}
-
-
-def _as_kind(descriptor: str, rows: np.ndarray) -> tuple[str, np.ndarray]:
-    if descriptor == "rodrigues":
-        return RODRIGUES, rows
-    if descriptor == "euler-bunge":
-        return EULERS, np.radians(rows)
-    if descriptor == "quaternion":
-        return QUATERNIONS, rows
-    half = np.radians(rows[:, 3:]) / 2
-    axes = rows[:, :3] / np.linalg.norm(rows[:, :3], axis=1, keepdims=True)
-    return QUATERNIONS, np.concatenate([np.cos(half), np.sin(half) * axes], axis=1)
-
-
-def _inverse(kind: str, values: np.ndarray) -> np.ndarray:
-    if kind == RODRIGUES:
-        return -values
-    if kind == EULERS:
-        return -values[:, ::-1]
-    return values * [1, -1, -1, -1]
+    kind, width = _DESCRIPTORS[descriptor]
+    if len(numbers) % width:
+        raise CraftmeshError(f"{path}: {section} has {len(numbers)} numbers; expected {width} a row")
+    rows = numbers.reshape(-1, width)
+    if kind == _AXIS_ANGLE:
+        kind, half = QUATERNIONS, np.radians(rows[:, 3:]) / 2
+        length = np.linalg.norm(rows[:, :3], axis=1, keepdims=True)
+        axes = rows[:, :3] / np.where(length > 0, length, 1)
+        rows = np.concatenate([np.cos(half), np.sin(half) * axes], axis=1)
+    return Rotations(kind, rows, DEGREES, inverse=convention == "passive")

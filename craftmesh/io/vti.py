@@ -7,10 +7,21 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
-from craftmesh.io.file_volume import GRAIN, QUATERNIONS, UNINDEXED, UNSAID, VOID, FileVolume, pick
+from craftmesh.io.file_volume import (
+    EULERS,
+    GRAIN,
+    QUATERNIONS,
+    UNINDEXED,
+    UNSAID,
+    VOID,
+    FileVolume,
+    Rotations,
+    pick,
+)
+from craftmesh.io.side_arrays import is_described, is_eulers, is_phases, left_unread, unit_said
 
 if TYPE_CHECKING:
-    from vtkmodules.vtkCommonDataModel import vtkCellData
+    from vtkmodules.vtkCommonDataModel import vtkCellData, vtkImageData
 
 _NAMES = ("labels", "material", "FeatureIds", "GrainIds", "grain", "grain_id", "MaterialId")
 _ZERO = {"material": GRAIN, "FeatureIds": UNINDEXED}  # of DAMASK, of DREAM.3D
@@ -34,13 +45,45 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
     labels = vtk_xml.named_array(path, image.GetCellData(), [name], "cell data").reshape(shape, order="F")
     exact = {key: vtk_xml.field_array(image, key) for key in ("spacing", "origin")}
     if name == "labels" and exact["spacing"] is not None and exact["origin"] is not None:
-        quaternions, phases = (vtk_xml.field_array(image, key) for key in (QUATERNIONS, "phases"))
-        orientations = {} if quaternions is None else {QUATERNIONS: quaternions}
+        quaternions, phases = (vtk_xml.field_array(image, key) for key in ("orientations", "phases"))
+        orientations = {} if quaternions is None else {"orientations": Rotations(QUATERNIONS, quaternions)}
         place = exact["spacing"], exact["origin"]
         return FileVolume(labels, *place, orientations, phases, zero=VOID, negative_voids=True)
     spacing = np.array(image.GetSpacing())
     origin = np.array(image.GetOrigin()) + spacing * image.GetExtent()[::2]
-    return FileVolume(labels, spacing, origin, zero=_ZERO.get(name, UNSAID))
+    orientations, phases, unread = _described(image, name, tuple(shape))
+    return FileVolume(
+        labels,
+        spacing,
+        origin,
+        orientations,
+        phases,
+        {},
+        _ZERO.get(name, UNSAID),
+        notes=left_unread(unread),
+    )
+
+
+def _described(
+    image: "vtkImageData", labels: str, shape: tuple[int, ...]
+) -> tuple[dict[str, Rotations], np.ndarray | None, list[str]]:
+    """Return Bunge's angles and the phases of the cells (nx, ny, nz), and the names of what is unread."""
+    orientations: dict[str, Rotations] = {}
+    phases, unread = None, []
+    for attributes in (image.GetCellData(), image.GetPointData(), image.GetFieldData()):
+        for name in filter(
+            is_described, map(attributes.GetArrayName, range(attributes.GetNumberOfArrays()))
+        ):
+            array = attributes.GetArray(name)
+            width = array.GetNumberOfComponents() if array and attributes is image.GetCellData() else 0
+            if is_eulers(name) and width == 3:
+                angles = vtk_xml.as_numpy(array).reshape(*shape, 3, order="F")
+                orientations[name] = Rotations(EULERS, angles, unit_said(name))
+            elif is_phases(name) and width == 1 and phases is None and name != labels:
+                phases = vtk_xml.as_numpy(array).reshape(shape, order="F")
+            elif name != labels:
+                unread.append(name)
+    return orientations, phases, unread
 
 
 def _scalars(cells: "vtkCellData") -> list[str]:

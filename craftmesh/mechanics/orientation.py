@@ -46,6 +46,23 @@ def rodrigues_to_quaternion(vectors: np.ndarray) -> np.ndarray:
     return normalized(np.concatenate([np.ones_like(vectors[..., :1]), vectors], axis=-1))
 
 
+def matrix_to_quaternion(matrices: np.ndarray) -> np.ndarray:
+    """Return (n, 4) quaternions of rotation matrices (n, 3, 3); NaN for those that are no rotations.
+
+    Products of two rows may be off by 0.01, as where a file has two decimals.
+    """
+    from scipy.spatial.transform import Rotation
+
+    matrices = np.asarray(matrices, float)
+    off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+    made = np.full((len(matrices), 4), np.nan)
+    rotations = np.flatnonzero(off <= 0.01)
+    rotations = rotations[np.linalg.det(matrices[rotations]) > 0]
+    if len(rotations):
+        made[rotations] = Rotation.from_matrix(matrices[rotations]).as_quat(scalar_first=True)
+    return normalized(made)
+
+
 def quaternion_to_matrix(quaternions: np.ndarray) -> np.ndarray:
     """Return rotation matrices (..., 3, 3); the columns are the crystal axes in the sample."""
     w, x, y, z = np.moveaxis(np.asarray(quaternions, float), -1, 0)

@@ -1,4 +1,4 @@
-"""Orientations by grain from what files hold: quaternions, Rodrigues vectors or Bunge's angles."""
+"""Orientations by grain from what files hold: quaternions, Rodrigues vectors, matrices or Euler angles."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -6,48 +6,134 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import EULERS, QUATERNIONS, RODRIGUES, as_numbers, table_rows
+from craftmesh.io.file_volume import (
+    DEGREES,
+    EULERS,
+    KOCKS,
+    MATRICES,
+    QUATERNIONS,
+    RADIANS,
+    RODRIGUES,
+    ROE,
+    Rotations,
+    as_numbers,
+    table_rows,
+)
 from craftmesh.mechanics.orientation import (
     angle_between,
     bunge_to_quaternion,
+    matrix_to_quaternion,
     mean_by_grain,
     normalized,
     rodrigues_to_quaternion,
 )
 
-_KINDS: dict[str, tuple[int, Callable[[np.ndarray], np.ndarray]]] = {
+# Kocks' and Roe's angles as Bunge's: R. Quey, orilib; U. F. Kocks et al., Texture and Anisotropy (1998), 2.
+_TO_QUATERNIONS: dict[str, tuple[int, Callable[[np.ndarray], np.ndarray]]] = {
     QUATERNIONS: (4, normalized),
     RODRIGUES: (3, rodrigues_to_quaternion),
+    MATRICES: (9, lambda rows: matrix_to_quaternion(rows.reshape(-1, 3, 3).transpose(0, 2, 1))),
     EULERS: (3, bunge_to_quaternion),
+    KOCKS: (3, lambda rows: bunge_to_quaternion(rows * [1, 1, -1] + [np.pi / 2, 0, np.pi / 2])),
+    ROE: (3, lambda rows: bunge_to_quaternion(rows + [np.pi / 2, 0, -np.pi / 2])),
 }
 _MIXED_UP = 1.0  # degrees between two tables of one file; float32 angles agree within 0.1
 _MIXED_ANGLES = 15.0  # degrees of spread within a grain above which an average says little
 
+_TURN = 2 * np.pi * (1 + 1e-4)  # float32 and files of four decimals round 2 pi up
+# Of random rotations one in a million has all three angles under 2 pi degrees; of sharp textures few have.
+_SMALL_SHARE = 0.01
+_UNINDEXED = 4 * np.pi  # all three angles of a point that OIM did not index
+
 
 def orientation_table(
-    path: str | os.PathLike, given: Mapping[str, np.ndarray], labels: np.ndarray
+    path: str | os.PathLike,
+    given: Mapping[str, Rotations],
+    labels: np.ndarray,
+    is_grain: np.ndarray,
+    unit: str = "",
 ) -> tuple[np.ndarray | None, tuple[str, ...]]:
     """Return quaternions (g, 4), row = label, NaN unknown, and notes; None where the file has none.
 
-    given: FileVolume.orientations; arrays (nx, ny, nz, k) become the means over the voxels of each of the
-    labels (nx, ny, nz). Raises CraftmeshError for tables of another width, and for several tables that do
-    not agree.
+    given: FileVolume.orientations; those of voxels become the means over the voxels of each of the labels
+    (nx, ny, nz), where is_grain; unit: of Euler angles, as the user says, "" for what the file says. Raises
+    CraftmeshError for arrays of another shape, and for several that do not agree.
     """
     tables: dict[str, np.ndarray] = {}
     notes: tuple[str, ...] = ()
-    for kind, values in given.items():
-        width, convert = _KINDS[kind]
-        per_voxel = values.ndim == 4
-        rows = values.reshape(-1, values.shape[-1]) if per_voxel else values
-        tables[kind] = convert(_checked(f"{path}: {kind}", rows, width))
-        if per_voxel:
+    largest = int(labels.max(where=is_grain, initial=0))
+    for name, rotations in given.items():
+        quaternions, told = _quaternions(path, name, rotations, unit, labels.shape)
+        notes += told
+        if rotations.values.ndim == 4:
             table_rows(path, labels)
-            tables[kind], spread = mean_by_grain(labels.ravel(), tables[kind])
+            quaternions, spread = mean_by_grain(labels[is_grain], quaternions[is_grain.ravel()])
             notes += _spread_notes(spread)
+        elif len(quaternions) > largest + 1:
+            notes += (f"{name} has {len(quaternions)} rows, ids reach {largest}: those beyond are unread",)
+        tables[name] = quaternions
     if not tables:
         return None, notes
     _refuse_disagreement(path, tables)
     return next(iter(tables.values())), notes
+
+
+def _quaternions(
+    path: str | os.PathLike, name: str, rotations: Rotations, unit: str, shape: tuple
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return quaternions (n, 4) of one array, by id or by voxel, and notes on the unit of its angles."""
+    width, convert = _TO_QUATERNIONS[rotations.kind]
+    values = as_numbers(f"{path}: {name}", rotations.values)
+    if values.shape[-1:] != (width,) or not (values.ndim == 2 or values.shape[:-1] == shape):
+        raise CraftmeshError(
+            f"{path}: {name} has shape {values.shape}; expected one row of {width} numbers per grain id"
+        )
+    rows = np.where(np.isfinite(values), values, np.nan).reshape(-1, width)
+    notes: tuple[str, ...] = ()
+    if rotations.kind in (EULERS, KOCKS, ROE):
+        rows, notes = _in_radians(path, name, rows, unit or rotations.unit)
+    return convert(rows) * ([1, -1, -1, -1] if rotations.inverse else 1), notes
+
+
+def _in_radians(
+    path: str | os.PathLike, name: str, angles: np.ndarray, unit: str
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return Euler angles (n, 3) in radians, NaN where not indexed, and notes on how their unit was told.
+
+    unit: DEGREES or RADIANS as the user, the file or its format says, or "": told by the range. Raises
+    CraftmeshError for angles that are neither, a mixture of both, or beyond two turns in their unit.
+    """
+    angles = np.where((np.abs(angles - _UNINDEXED) < 1e-3).all(axis=1, keepdims=True), np.nan, angles)
+    size = np.abs(angles[np.isfinite(angles).all(axis=1)])
+    size = size[size.any(axis=1)]
+    largest = size.max(initial=0.0)
+    by_range = _unit_by_range(size)
+    if unit and largest > 2 * (_TURN if unit == RADIANS else np.degrees(_TURN)):
+        raise CraftmeshError(
+            f"{path}: {name} reach {largest:.4g} and are said to be {unit}; give angles as what they are"
+        )
+    if not (unit or by_range):
+        small = int((size <= _TURN).all(axis=1).sum())
+        raise CraftmeshError(
+            f"{path}: {name} reach {largest:.4g}, {small} of {len(size)} rows stay under 2 pi; expected "
+            "all in radians or all in degrees: make them one, or give angles as radians or degrees"
+        )
+    notes: tuple[str, ...] = ()
+    if not unit and by_range == DEGREES:
+        notes = (f"{name} reach {largest:.4g} and are taken as degrees; angles: radians says otherwise",)
+    if unit == DEGREES and by_range == RADIANS and len(size):
+        notes = (f"{name} are taken as degrees, yet none exceeds 2 pi; angles: radians says otherwise",)
+    return (np.radians(angles) if (unit or by_range) == DEGREES else angles), notes
+
+
+def _unit_by_range(size: np.ndarray) -> str:
+    """Return the unit of absolute angles (n, 3), none of whose rows is 0; "" where it cannot be told."""
+    is_small = (size <= _TURN).all(axis=1)
+    if is_small.all():
+        return RADIANS
+    columns = size.max(axis=0)
+    one_unit = ((columns > _TURN) | (columns == 0)).all() and is_small.mean() <= _SMALL_SHARE
+    return DEGREES if one_unit and 2 * _TURN < size.max() <= np.degrees(_TURN) else ""
 
 
 def _spread_notes(spread: float) -> tuple[str, ...]:
@@ -55,15 +141,6 @@ def _spread_notes(spread: float) -> tuple[str, ...]:
     if spread > _MIXED_ANGLES:
         notes += (f"orientations spread by up to {spread:.0f} degrees within a grain: check the averages",)
     return notes
-
-
-def _checked(name: str, table: np.ndarray, width: int) -> np.ndarray:
-    table = as_numbers(name, table)
-    if table.ndim != 2 or table.shape[1] != width:
-        raise CraftmeshError(
-            f"{name} has shape {table.shape}; expected one row of {width} numbers per grain id"
-        )
-    return np.where(np.isfinite(table), table, np.nan)
 
 
 def _refuse_disagreement(path: str | os.PathLike, tables: Mapping[str, np.ndarray]) -> None:

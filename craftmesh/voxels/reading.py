@@ -8,14 +8,31 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import dream3d, labdct, metaimage, npy, npz, nrrd_volume, tesr, tiff, vti
-from craftmesh.io.file_volume import GRAIN, UNINDEXED, UNSAID, VOID, FileVolume, as_numbers, listed
+from craftmesh.io.file_volume import (
+    DEGREES,
+    GRAIN,
+    RADIANS,
+    UNINDEXED,
+    UNSAID,
+    VOID,
+    FileVolume,
+    as_numbers,
+    listed,
+)
 from craftmesh.io.volume_format import SUFFIXES, format_of
 from craftmesh.options import Options, option
 from craftmesh.types import Voxels
 from craftmesh.voxels.background import background_shown
 from craftmesh.voxels.file_orientations import orientation_table
 from craftmesh.voxels.raw_volume import RawVolume
-from craftmesh.voxels.remapping import Meaning, by_grain, integer_labels, phase_table, rename
+from craftmesh.voxels.remapping import (
+    Meaning,
+    by_grain,
+    integer_labels,
+    phase_table,
+    phases_by_voxels,
+    rename,
+)
 
 AUTO = "auto"
 FORMATS = (AUTO, *SUFFIXES)
@@ -45,6 +62,14 @@ class ReadOptions(Options):
     )
     background_value: int = option(0, "label that is the background")
     void_labels: tuple[int, ...] = option((), "labels that are voids: v becomes the void v, label -v")
+    table: str = option(
+        "", "HDF5 array, or group of arrays, with the grains' orientations and phases, where several fit"
+    )
+    angles: str = option(
+        AUTO,
+        "unit of the file's Euler angles; auto: by its words and their range",
+        choices=(AUTO, DEGREES, RADIANS),
+    )
     ignore_unknown_orientations: bool = option(
         False, "accept grains without an orientation in a file that has orientations"
     )
@@ -72,13 +97,19 @@ def read_voxels(
     origin = _origin(path, content, options)
     meaning, background = _meaning(content, labels, options, fills)
     renaming = rename(path, np.unique(labels), meaning)
-    table, more_notes = orientation_table(path, content.orientations, labels)
+    renamed = renaming.renamed(labels)
+    unit = "" if options.angles == AUTO else options.angles
+    table, notes = orientation_table(path, content.orientations, labels, renamed > 0, unit)
     orientations = by_grain(path, table, renaming.remap)
     if orientations is not None and not options.ignore_unknown_orientations:
         _refuse_unknown(path, orientations, renaming.remap)
-    phases = by_grain(path, phase_table(path, content.phases, renaming.remap), renaming.remap)
-    voxels = Voxels(renaming.renamed(labels), spacing, origin, orientations, phases, content.crystals)
-    notes = content.notes + more_notes + background + renaming.notes
+    phases = content.phases
+    if phases is not None and phases.ndim == 3:
+        phases, more_notes = phases_by_voxels(path, phases, labels, renamed > 0)
+        notes += more_notes
+    phases = by_grain(path, phase_table(path, phases, renaming.remap), renaming.remap)
+    voxels = Voxels(renamed, spacing, origin, orientations, phases, content.crystals)
+    notes = content.notes + notes + background + renaming.notes
     taken = meaning.background if background else ""
     return RawVolume(voxels, renaming.is_unindexed(labels), renaming.remap, notes, taken)
 
@@ -125,7 +156,9 @@ def _read_file(path: Path, options: ReadOptions) -> FileVolume:
         return tiff.read(path)
     if kind in ("tesr", "metaimage", "nrrd"):
         return {"tesr": tesr, "metaimage": metaimage, "nrrd": nrrd_volume}[kind].read(path)
-    return {"dream3d": dream3d, "labdct": labdct, "vti": vti}[kind].read(path, options.dataset)
+    if kind == "dream3d":
+        return dream3d.read(path, options.dataset, options.table)
+    return {"labdct": labdct, "vti": vti}[kind].read(path, options.dataset)
 
 
 def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarray:
@@ -150,8 +183,8 @@ def _meaning(
         background = content.zero if options.background_value == 0 else UNINDEXED
     if background == UNSAID:
         has_zero = 0 not in options.void_labels and bool((labels == 0).any())
-        tables = [*content.orientations.values()]
-        tables += [] if content.phases is None else [content.phases[:, None]]
+        tables = [rotations.values for rotations in content.orientations.values()]
+        tables += [] if content.phases is None else [content.phases[..., None]]
         tables = [table for table in tables if table.dtype.kind in "iuf" and table.ndim in (2, 4)]
         background, notes = background_shown(labels, tables, fills) if has_zero else (UNINDEXED, ())
     return Meaning(background, options.background_value, options.void_labels, content.negative_voids), notes

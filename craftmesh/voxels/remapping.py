@@ -95,6 +95,32 @@ def rename(path: str | os.PathLike, ids: np.ndarray, meaning: Meaning) -> Renami
     return Renaming({v: named.get(v, 0) for v in present}, (value,) if is_unindexed else (), notes)
 
 
+def phases_by_voxels(
+    path: str | os.PathLike, phases: np.ndarray, labels: np.ndarray, is_grain: np.ndarray
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return the phase (g,) that most voxels of each label have, of equals the lowest, and notes.
+
+    phases, labels, is_grain (nx, ny, nz); labels of no grain get 0. The note names grains of several phases
+    with the share of voxels that are of another. Raises CraftmeshError for another shape.
+    """
+    if phases.shape != labels.shape:
+        raise CraftmeshError(
+            f"{path}: phases has shape {phases.shape}; expected one number a voxel, {labels.shape}"
+        )
+    ids, grain = np.unique(labels[is_grain], return_inverse=True)
+    numbers, phase = np.unique(as_numbers(f"{path}: phases", phases)[is_grain], return_inverse=True)
+    votes = np.bincount(grain * len(numbers) + phase, minlength=len(ids) * len(numbers))
+    votes = votes.reshape(len(ids), len(numbers))
+    table = np.zeros(table_rows(path, ids))
+    table[ids] = numbers[votes.argmax(axis=1)] if len(ids) else 0
+    other = 1 - votes.max(axis=1, initial=0) / np.maximum(votes.sum(axis=1), 1)
+    mixed = sorted(np.flatnonzero(other > 0), key=lambda k: -other[k])
+    if not mixed:
+        return table, ()
+    worst = listed(f"{ids[k]} ({100 * other[k]:.2g}%)" for k in mixed)
+    return table, (f"grains of several phases take that of most voxels; share of other phases: {worst}",)
+
+
 def phase_table(
     path: str | os.PathLike, phases: np.ndarray | None, remap: dict[int, int]
 ) -> np.ndarray | None:

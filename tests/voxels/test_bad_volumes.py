@@ -93,7 +93,7 @@ def tesr(folder, **changed):
         ({"data": "binary9\n11111111"}, "binary8"),
         ({"data": "binary8\n*file gone.raw"}, "gone.raw is missing"),
         ({"id": "7"}, r"\*id has 1"),
-        ({"ori": "euler-kocks\n0 0 0\n0 0 1"}, "-oridescriptor rodrigues"),
+        ({"ori": "euler-matthies\n0 0 0\n0 0 1"}, "-oridescriptor rodrigues"),
         ({"ori": "rodrigues:left\n0 0 0\n0 0 1"}, "expected rodrigues"),
         ({"ori": "rodrigues\n0 0 0"}, r"\*ori has 3 numbers"),
         ({"ori": "rodrigues\n0 0 x\n0 0 1"}, "expected numbers"),
