@@ -60,8 +60,8 @@ def write_deck(
     grain id. Grains of unknown orientation get sections without one. The same input gives the same
     bytes. With `includes` the mesh goes to `mesh_file(target)`, both files or neither. Return counts,
     those of the quarter points among them. Raises CraftmeshError when a grain whose material is not
-    isotropic has no orientation, a phase has no material, the element type does not fit the mesh, the load has no
-    face to act on, or a stream should have includes.
+    isotropic has no orientation, a phase has no material, the element type does not fit the mesh, the load
+    has no face to act on, or a stream should have includes.
     """
     model, report = elastic_model(mesh, options, orientations, phases)
     write_model(target, model, options.includes)

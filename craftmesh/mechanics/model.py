@@ -60,9 +60,9 @@ def elastic_model(
     """Return the model of a 4- or 10-node mesh, and counts, those of the quarter points among them.
 
     orientations (n, 4): row = grain id, unit quaternion (w, x, y, z) of the active rotation from crystal to
-    sample axes, NaN unknown; phases (n,): row = grain id. Raises CraftmeshError when a grain whose material is
-    not isotropic has no orientation, a phase has no material, the element type does not fit the mesh, or the
-    load has no face to act on.
+    sample axes, NaN unknown; phases (n,): row = grain id. Raises CraftmeshError when a grain whose material
+    is not isotropic has no orientation, a phase has no material, the element type does not fit the mesh, or
+    the load has no face to act on.
     """
     mesh, report = as_elements(mesh, options.element, bool(options.quarter_points))
     grains = np.unique(mesh.grain)
