@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from craftmesh.deck.limits import deck_warning
 from craftmesh.deck.write_deck import write_model
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.displacement_table import FORM, read_table
@@ -30,7 +31,7 @@ _ITERATIVE = "iterative solver"
 
 @dataclass(frozen=True, eq=False)
 class ForeignField:
-    """Numbers (k,) of the deck's nodes, their displacements (k, 3), and the file they come from."""
+    """Numbers (k,) of the deck's nodes, their displacements (k, 3) in the model's unit, and their file."""
 
     numbers: np.ndarray
     displacement: np.ndarray
@@ -40,8 +41,12 @@ class ForeignField:
 def computed_field(model: ElasticModel, options: SolveOptions, folder: Path) -> ForeignField:
     """Write the deck into `folder`, run the solver on it there, and read the field.
 
-    Raises CraftmeshError for a program that fails, and for results that cannot be read.
+    Raises CraftmeshError for a deck that CalculiX would refuse, for a program that fails, and for results
+    that cannot be read.
     """
+    warning = deck_warning(model) if options.solver == CALCULIX else ""
+    if warning:
+        raise CraftmeshError(f"calculix: {warning}")
     folder.mkdir(parents=True, exist_ok=True)
     results = folder / (f"{JOB}.frd" if options.solver == CALCULIX else FIELD)
     results.unlink(missing_ok=True)
@@ -57,7 +62,13 @@ def computed_field(model: ElasticModel, options: SolveOptions, folder: Path) -> 
     if not results.exists():
         raise CraftmeshError(f"{options.solver}: left no {results.name}; see the files in {folder}")
     read = read_displacements if options.solver == CALCULIX else read_table
-    return ForeignField(*read(results), str(results))
+    return _in_model_unit(model, *read(results), str(results))
+
+
+def _in_model_unit(
+    model: ElasticModel, numbers: np.ndarray, displacement: np.ndarray, source: str
+) -> ForeignField:
+    return ForeignField(numbers, displacement / model.scale, source)
 
 
 def _words(call: str) -> list[str]:
@@ -79,4 +90,4 @@ def given_field(model: ElasticModel, path: str | os.PathLike) -> ForeignField:
             f"solver external: waits for {path}: {FORM}, a row for each node 1 to {count} of the deck that "
             "`craftmesh inp` writes with the same options; put it there and start again"
         )
-    return ForeignField(*read_table(path), str(path))
+    return _in_model_unit(model, *read_table(path), str(path))

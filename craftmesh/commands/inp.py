@@ -5,9 +5,11 @@ from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure, orientations_and_phases
-from craftmesh.commands.stage_io import add_output, add_report, tell
-from craftmesh.deck.write_deck import DeckOptions, write_deck
+from craftmesh.commands.stage_io import add_output, add_report, tell, warn
+from craftmesh.deck.limits import deck_warning
+from craftmesh.deck.write_deck import DeckOptions, write_model
 from craftmesh.io.vtk import read_tets
+from craftmesh.mechanics.model import elastic_model
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,5 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, DeckOptions)
     known = orientations_and_phases(arguments)
-    report = write_deck(arguments.output, read_tets(arguments.volume), options, **known)
+    model, report = elastic_model(read_tets(arguments.volume), options, **known)
+    write_model(arguments.output, model, options.includes)
+    warning = deck_warning(model)
+    if warning:
+        warn(warning)
     tell(report, arguments.report)

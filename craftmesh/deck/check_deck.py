@@ -7,13 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.deck.includes import DeckText, read_deck_text
+from craftmesh.deck.limits import (
+    LINE_LIMIT,
+    NUMBER_LIMIT,
+    ROW_LIMIT,
+    jacobians,
+    name_fault,
+    too_small_sentence,
+)
 from craftmesh.errors import CraftmeshError
-from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
-from craftmesh.mesh.tet_connectivity import tet_volumes
 
-LINE_LIMIT = 256
-NAME_LIMIT = 80
-ROW_LIMIT = 16
+_NAMES = ("NAME", "NSET", "ELSET", "MATERIAL", "ORIENTATION")  # parameters that name something
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,7 @@ def check_deck(path: str | os.PathLike) -> list[str]:
     Included files are read in their places. Checked: ASCII, length of lines, names and rows of sets, ids
     that occur twice, that elements, sets, surfaces and sections name nodes, elements, sets and materials
     that are there, and that Jacobians of C3D10 at the integration points, and volumes of C3D4, are
-    positive. Raises CraftmeshError for a deck in which numbers are missing.
+    positive and not too small for CalculiX. Raises CraftmeshError for a deck in which numbers are missing.
     """
     try:
         return _breaches(read_deck_text(path))
@@ -49,6 +53,10 @@ def _breaches(deck: DeckText) -> list[str]:
     nodes, elements = (np.sort(_ids(blocks, keyword)) for keyword in ("NODE", "ELEMENT"))
     for name, ids in (("node", nodes), ("element", elements)):
         twice = int((ids[1:] == ids[:-1]).sum())
+        if len(ids) and ids[-1] > NUMBER_LIMIT:
+            breaches.append(
+                f"the {name} id {ids[-1]} is over {NUMBER_LIMIT}, the largest that Abaqus takes"
+            )
         if not len(ids):
             breaches.append(f"the deck has no {name}s; expected at least one")
         elif twice:
@@ -84,8 +92,8 @@ def _check_lines(deck: DeckText) -> list[str]:
 
 
 def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[str]:
-    names = [value for value in block.parameters.values() if len(value) > NAME_LIMIT]
-    breaches = [f"name {name[:20]}... has over {NAME_LIMIT} characters" for name in names]
+    names = [block.parameters[key].strip('"') for key in _NAMES if key in block.parameters]
+    breaches = [f"the name {name[:40]!r} {fault}" for name in names if (fault := name_fault(name))]
     if block.keyword == "ELEMENT":
         table = _table(block)
         breaches += (
@@ -126,7 +134,7 @@ def _check_shapes(blocks: list[Block]) -> list[str]:
     nodes = np.concatenate([np.zeros((0, 4)), *(table for table in tables if table.shape[1] == 4)])
     nodes = nodes[np.argsort(nodes[:, 0], kind="stable")]
     points = np.ascontiguousarray(nodes[:, 1:])
-    breaches = []
+    breaches, sizes = [], [np.zeros(0)]
     for block in blocks:
         columns = {"C3D4": 5, "C3D10": 11}.get(block.parameters.get("TYPE", ""))
         if block.keyword != "ELEMENT" or columns is None:
@@ -136,15 +144,15 @@ def _check_shapes(blocks: list[Block]) -> list[str]:
             breaches.append(f"{block.place}: rows of {table.shape[1]} numbers; expected {columns}")
         elif not _unknown("node", table[:, 1:], nodes[:, 0]):
             tets = np.searchsorted(nodes[:, 0], table[:, 1:])
-            breaches += _check_sizes(block, table[:, 0], points, tets)
-    return breaches
+            sizes.append(jacobians(points, tets))
+            breaches += _check_sizes(block, table[:, 0], sizes[-1])
+    too_small = too_small_sentence(np.concatenate(sizes))
+    return breaches + [too_small] * bool(too_small)
 
 
-def _check_sizes(block: Block, ids: np.ndarray, points: np.ndarray, tets: np.ndarray) -> list[str]:
-    if tets.shape[1] == 4:
-        sizes, what = tet_volumes(points, tets), "a volume <= 0"
-    else:
-        sizes, what = smallest_jacobians(points, tets), "a Jacobian <= 0 at an integration point"
+def _check_sizes(block: Block, ids: np.ndarray, sizes: np.ndarray) -> list[str]:
+    is_linear = block.parameters["TYPE"] == "C3D4"
+    what = "a volume <= 0" if is_linear else "a Jacobian <= 0 at an integration point"
     bad = np.flatnonzero(~(sizes > 0))
     grain = block.parameters.get("ELSET", "no element set")
     first = f"the first is element {ids[bad[0]]} of {grain}" if len(bad) else ""

@@ -11,6 +11,7 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path, atomic_paths
 from craftmesh.deck.includes import include_line, mesh_file
+from craftmesh.deck.limits import check_writable
 from craftmesh.deck.mesh_lines import mesh_lines, set_lines
 from craftmesh.deck.section_lines import section_lines
 from craftmesh.deck.step_lines import step_lines
@@ -33,6 +34,10 @@ _ORIENTATION_NOTE = """\
 ** ORI_<id> gives the sample components of the crystal's axes [100] and [010] in grain id: columns 1 and 2
 ** of the active rotation matrix R of its unit quaternion (w, x, y, z), v_sample = R v_crystal. Constants
 ** of materials, and stresses where the solver reports them locally, refer to the crystal's axes.
+"""
+_SCALE_NOTE = """\
+** Lengths and displacements are {scale:g} times the model's (inp.scale). Stresses and moduli keep their
+** unit, so that forces are {forces:g} times the model's.
 """
 _MESH_NOTE = "** Mesh of {model}: nodes, elements of the grains, node sets and surfaces; included by it.\n"
 
@@ -61,7 +66,7 @@ def write_deck(
     bytes. With `includes` the mesh goes to `mesh_file(target)`, both files or neither. Return counts,
     those of the quarter points among them. Raises CraftmeshError when a grain whose material is not
     isotropic has no orientation, a phase has no material, the element type does not fit the mesh, the load
-    has no face to act on, or a stream should have includes.
+    has no face to act on, a set's name is none to the solvers, or a stream should have includes.
     """
     model, report = elastic_model(mesh, options, orientations, phases)
     write_model(target, model, options.includes)
@@ -70,12 +75,16 @@ def write_deck(
 
 def write_model(target: str | os.PathLike | TextIO, model: ElasticModel, includes: bool = False) -> None:
     """Write the complete deck of a model, as `write_deck` does."""
+    check_writable(model)
+    scale, model = model.scale, model.in_unit_of_deck()
     mesh, grains = model.mesh, model.grains
     header = _HEADER.format(
         nodes=len(mesh.points), elements=len(mesh.tets), element=model.element, grains=len(grains)
     )
     with _text_streams(target, includes) as (main, included):
         main.write(header + (_ORIENTATION_NOTE if model.axes else ""))
+        if scale != 1:
+            main.write(_SCALE_NOTE.format(scale=scale, forces=scale**2))
         if includes and isinstance(target, (str, os.PathLike)):
             main.write(include_line(target))
             included.write(_MESH_NOTE.format(model=Path(target).name))

@@ -1,6 +1,6 @@
 """The load of a tension test as data: which nodes are held, moved or under traction, and how."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,14 @@ class Load:
     held: tuple[Fixed, ...]
     moved: tuple[Fixed, ...] = ()
     pulled: tuple[Traction, ...] = ()
+
+    def with_lengths(self, scale: float) -> "Load":
+        """Return the load in another unit of length: displacements times `scale`, the same stresses."""
+        held, moved = (
+            tuple(replace(fixed, displacement=scale * fixed.displacement) for fixed in part)
+            for part in (self.held, self.moved)
+        )
+        return Load(held, moved, self.pulled)
 
 
 def tension(mesh: TetMesh, axis: int, magnitude: float, by_stress: bool, rollers: bool) -> Load:

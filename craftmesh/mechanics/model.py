@@ -4,7 +4,7 @@ The deck writes it and the solver solves it: what both must agree on is found he
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,7 +23,8 @@ class ElasticModel:
 
     mesh: with the nodes of `element`; grains (g,): the ids that occur, ascending; axes: per grain of known
     orientation the sample components (6,) of its axes [100] and [010]; materials: by phase; phase_of: the
-    key in them of each grain; load: None where none is asked for.
+    key in them of each grain; load: None where none is asked for; scale: of lengths in the
+    deck over those here.
     """
 
     mesh: TetMesh
@@ -33,6 +34,18 @@ class ElasticModel:
     materials: Mapping[int | None, Material]
     phase_of: Mapping[int, int | None]
     load: Load | None
+    scale: float = 1.0
+
+    def in_unit_of_deck(self) -> "ElasticModel":
+        """Return the model with lengths and displacements times `scale`.
+
+        Stresses and moduli stay, so forces are scale^2 times as large, and strains the same.
+        """
+        if self.scale == 1:
+            return self
+        mesh = replace(self.mesh, points=self.scale * self.mesh.points)
+        load = None if self.load is None else self.load.with_lengths(self.scale)
+        return replace(self, mesh=mesh, load=load, scale=1.0)
 
     def stiffness(self) -> np.ndarray:
         """Return the stiffness (g, 6, 6) of each grain in the sample's axes, as `Material.stiffness`.
@@ -70,7 +83,8 @@ def elastic_model(
     materials = parse_materials(options.material)
     phase_of = phases_of_grains(grains, materials, phases)
     _check_oriented(axes, materials, phase_of)
-    model = ElasticModel(mesh, options.element, grains, axes, materials, phase_of, _load(mesh, options))
+    load = _load(mesh, options)
+    model = ElasticModel(mesh, options.element, grains, axes, materials, phase_of, load, options.scale)
     return model, report | {"grains": len(grains)}
 
 

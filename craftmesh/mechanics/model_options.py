@@ -30,3 +30,9 @@ class ModelOptions(Options):
         "move the mid nodes of C3D10 next to the crack front to a quarter of their edges; none: only for "
         "cases whose cracks grow",
     )
+    scale: float = option(
+        1.0,
+        "lengths in the deck over the model's: 1000 writes a model in m in mm; stresses and moduli keep "
+        "their unit, and displacements of other solvers are turned back",
+        above=0,
+    )
