@@ -7,12 +7,12 @@ from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import add_sizing, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell, warn
 from craftmesh.cracks.split_voxels import split_along
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, listed
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.insert_split import insert_by_voxels
 from craftmesh.insertion.options import InsertOptions, WayOptions
 from craftmesh.io.npz import read_labels
-from craftmesh.io.surface_files import listed_suffixes, read_grain_folder
+from craftmesh.io.surface_files import listed_suffixes, read_grain_folder, unnumbered
 from craftmesh.io.vtk import read_crack, read_surface, write_surface
 from craftmesh.progress import ProgressLine
 from craftmesh.remeshing.remesh import RemeshOptions
@@ -43,9 +43,7 @@ def run(arguments: argparse.Namespace) -> None:
     refuse_two_sizings(arguments)
     report: dict = {}
     if existing(arguments.surface).is_dir():
-        surface, report = stitch_grains(
-            read_grain_folder(arguments.surface), options_from(arguments, StitchOptions)
-        )
+        surface, report = _of_folder(arguments.surface, options_from(arguments, StitchOptions))
     else:
         surface = read_surface(arguments.surface)
     if arguments.crack:
@@ -55,6 +53,17 @@ def run(arguments: argparse.Namespace) -> None:
         report = report | inserted
     write_surface(arguments.output, surface)
     tell(report, arguments.report)
+
+
+def _of_folder(folder: Path, options: StitchOptions) -> tuple[Surface, dict]:
+    """Return the surface of the grains in a folder, and the report; errors name the folder."""
+    grains, others = read_grain_folder(folder), unnumbered(folder)
+    try:
+        surface, report = stitch_grains(grains, options)
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{folder}: {error}") from None
+    left_out = [f"{listed(others)} left out: no grain id ends the name"] if others else []
+    return surface, report | {"notes": report["notes"] + left_out}
 
 
 def _with_crack(arguments: argparse.Namespace, surface: Surface, sizing: Sizing) -> tuple[Surface, dict]:

@@ -38,9 +38,11 @@ def read_triangles(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
     for a missing, broken or unknown file, one cut short or without triangles, and numbers not finite.
     """
     path = Path(path)
-    if not path.is_file():
-        raise CraftmeshError(f"{path}: no such file; give a triangulated surface ({listed_suffixes()})")
-    parts = _parts(path)
+    return _joined(path, _parts(path))
+
+
+def _joined(path: Path, parts: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points (n, 3) and triangles (m, 3) of the bodies of a file as one surface."""
     if not parts:
         raise CraftmeshError(f"{path}: holds no triangles; expected a triangulated surface")
     shifts = np.cumsum([0, *(len(points) for points, _ in parts)])
@@ -56,14 +58,14 @@ def read_triangles(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
 def read_grain_folder(folder: str | os.PathLike) -> list[tuple[int, np.ndarray, np.ndarray]]:
     """Return (grain id, points (n, 3), triangles (m, 3)) of every surface file `*<id>` in a folder, by id.
 
-    Files of other suffixes, and those whose names do not end with a number, are passed over. Raises
-    CraftmeshError for a folder without surface files or with several formats, an id met twice, or a
-    broken file.
+    Hidden files, those of other suffixes, and those whose names do not end with a number (`unnumbered`)
+    are passed over. Raises CraftmeshError for a folder without surface files or with several formats, an
+    id met twice, several solids in a file, or a broken file.
     """
     found: dict[int, Path] = {}
-    for path in sorted(Path(folder).iterdir()):
+    for path in _surfaces_in(folder):
         number = _GRAIN.search(path.stem)
-        if path.suffix.lower() not in SUFFIXES or not number:
+        if not number:
             continue
         grain = int(number.group())
         if grain in found:
@@ -76,7 +78,42 @@ def read_grain_folder(folder: str | os.PathLike) -> list[tuple[int, np.ndarray, 
             f"{folder}: no file named *<grain id> with suffix {listed_suffixes()}; expected one per grain"
         )
     _refuse_mixed(folder, list(found.values()))
-    return [(grain, *read_triangles(found[grain])) for grain in sorted(found)]
+    return [(grain, *_one_solid(found[grain])) for grain in sorted(found)]
+
+
+def unnumbered(folder: str | os.PathLike) -> list[str]:
+    """Return the names of the surface files in a folder that `read_grain_folder` passes over."""
+    return [path.name for path in _surfaces_in(folder) if not _GRAIN.search(path.stem)]
+
+
+def _surfaces_in(folder: str | os.PathLike) -> list[Path]:
+    paths = sorted(Path(folder).iterdir())
+    return [path for path in paths if path.suffix.lower() in SUFFIXES and not path.name.startswith(".")]
+
+
+def _one_solid(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and triangles as read_triangles does; raises CraftmeshError for several solids."""
+    parts = _parts(path)
+    solids = _objects(path) if path.suffix.lower() == ".obj" else len(parts)
+    if solids > 1:
+        raise CraftmeshError(
+            f"{path}: holds {solids} solids; expected one grain a file: write each to a file of its own, "
+            "named *<grain id>"
+        )
+    return _joined(path, parts)
+
+
+def _objects(path: Path) -> int:
+    """Return how many objects, or groups where there is none, of an OBJ have faces; trimesh joins them."""
+    _, *marked = re.split(rb"^[ \t]*([og])[ \t]+([^\r\n]*)", path.read_bytes(), flags=re.M)
+    named: dict[bytes, set[bytes | int]] = {b"o": set(), b"g": set()}
+    latest: dict[bytes, bytes | int] = {}
+    for row, (kind, name, text) in enumerate(zip(marked[::3], marked[1::3], marked[2::3])):
+        latest[kind] = name.strip() if kind == b"g" else row  # a group may be taken up again
+        if re.search(rb"^[ \t]*f[ \t]", text, re.M):
+            for each, of in latest.items():
+                named[each].add(of)
+    return len(named[b"o"] or named[b"g"])
 
 
 def write_triangles(path: str | os.PathLike, points: np.ndarray, triangles: np.ndarray) -> None:
@@ -133,6 +170,8 @@ def _parts(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return (points, triangles) of every body of the file with triangles, moved to its place."""
     import trimesh
 
+    if not path.is_file():
+        raise CraftmeshError(f"{path}: no such file; give a triangulated surface ({listed_suffixes()})")
     scene = _scene(path)
     flat = path.suffix.lower() in SUFFIXES[:-1]  # the others may place a body in several ways
     bodies = list(scene.geometry.values()) if flat else scene.dump()

@@ -1,4 +1,6 @@
-"""The facets of stitched grains that no other grain shares: gaps between grains, voids, the exterior."""
+"""The shells of stitched grains: gaps between grains, voids, the exterior, grains in pieces."""
+
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -103,7 +105,29 @@ def _refuse_flat(points: np.ndarray, facets: np.ndarray, grains: np.ndarray, vol
         )
 
 
-def grain_names(grains: np.ndarray) -> str:
+def in_pieces(points: np.ndarray, facets: np.ndarray, grain: np.ndarray) -> list[int]:
+    """Return the ids of grains that several closed surfaces bound from outside.
+
+    points (n, 3), facets (m, 3) with outward normals, grain (m,): their grains' ids, ascending.
+    """
+    found, node = [], np.empty(len(points), np.int64)
+    starts = np.flatnonzero(np.diff(grain, prepend=0))
+    for start, end in pairwise([*starts.tolist(), len(grain)]):
+        own = facets[start:end]
+        node[own.ravel()] = np.arange(own.size)
+        rows, columns = node[own[:, [0, 0]]].ravel(), node[own[:, 1:]].ravel()
+        graph = coo_matrix((np.ones(len(rows), bool), (rows, columns)), shape=[own.size] * 2)
+        shell = connected_components(graph, directed=False)[1][node[own[:, 0]]]
+        if (shell == shell[0]).all():
+            continue
+        middles = points[own].mean(axis=1)
+        swept = np.einsum("ij,ij->i", middles, area_vectors(points, own))
+        if (np.bincount(shell, swept) > 0).sum() > 1:
+            found.append(int(grain[start]))
+    return found
+
+
+def grain_names(grains: np.ndarray | list[int]) -> str:
     """Return the ids of the grains as text, the first eight of them by name."""
     names = [str(int(g)) for g in np.unique(grains)]
     return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")

@@ -11,7 +11,8 @@ from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
-from craftmesh.stitching.outer_shells import grain_names, refuse_gaps, with_voids
+from craftmesh.stitching.misfits import refuse_lost, refuse_misfits
+from craftmesh.stitching.outer_shells import grain_names, in_pieces, refuse_gaps, with_voids
 from craftmesh.surface.connectivity import compact, facet_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import INTERFACE, Surface
@@ -27,6 +28,7 @@ class StitchOptions(Options):
 
 
 Grain = tuple[int, np.ndarray, np.ndarray]  # id, points (n, 3), triangles (m, 3)
+LARGEST_ID = np.iinfo(np.int32).max  # that a surface's sides hold
 FACING_OUT = 0.9  # least cosine between the normal of a facet of the box and the axis
 
 
@@ -39,41 +41,40 @@ class _Soup:
     grain: np.ndarray
 
 
-def stitch_grains(
-    grains: Sequence[Grain], options: StitchOptions | None = None
-) -> tuple[Surface, dict[str, int]]:
+def stitch_grains(grains: Sequence[Grain], options: StitchOptions | None = None) -> tuple[Surface, dict]:
     """Return the conformal surface of grains given as (id, points (n, 3), triangles (m, 3)).
 
     Points closer than options.tolerance of the diagonal are one. A facet that two grains share becomes
     one facet between them; one without a partner bounds the box's planes, a void -k (a closed shell off
     the box, numbered by its lowest point) or the exterior 0. Box planes come out exact.
-    Raises CraftmeshError where a grain is open or neighbours do not match, naming grains and places.
+    Raises CraftmeshError where a grain is open or loses facets of area, where neighbours do not match, and
+    where surfaces intersect or touch no other, naming grains and places. The report's notes say what was
+    guessed: grains turned, voids, grains in pieces.
     """
     options = options or StitchOptions()
-    soup, merged, dropped = _joined(grains, options)
+    soup, joined = _joined(grains, options)
     facets, sides = _paired(soup)
     points, kind = _on_box(soup.points, facets, sides, options)
     alone = np.flatnonzero((sides[:, 1] == 0) & (kind == INTERFACE))
     refuse_gaps(points, facets, sides, alone)
     sides, voids = with_voids(points, facets, sides, kind, alone)
+    refuse_misfits(points, facets, sides)
     points, facets, _ = compact(points, facets)
-    report = {
-        "grains": len(grains),
-        "points": len(points),
-        "facets": len(facets),
-        "points_joined": merged,
-        "degenerate_facets_dropped": dropped,
+    exterior = int(((sides == 0).any(axis=1) & (kind == INTERFACE)).sum())
+    report = {"grains": len(grains), "points": len(points), "facets": len(facets)} | joined
+    report |= {
         "box_facets": int((kind != INTERFACE).sum()),
         "voids": voids,
-        "exterior_facets": int(((sides == 0).any(axis=1) & (kind == INTERFACE)).sum()),
+        "exterior_facets": exterior,
+        "notes": _notes(soup, voids, exterior, joined["grains_turned"]),
     }
     return Surface(points, facets, sides, kind), report
 
 
-def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, int, int]:
+def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dict]:
     """Merge coincident points of all grains; drop facets that collapse; turn inverted grains outward.
 
-    Return the soup, how many points were joined and how many facets were dropped.
+    Return the soup and the report's numbers.
     """
     known = sorted(
         ((int(g), np.asarray(p, float), np.asarray(t, np.int64)) for g, p, t in grains), key=itemgetter(0)
@@ -87,17 +88,48 @@ def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, int
     grain = np.repeat([g for g, _, _ in known], [len(t) for _, _, t in known])
     first, inverse = _distinct_points(points)
     inverse = _cluster(points[first], options.tolerance)[inverse]
-    points, facets = points[first], inverse[facets]
-    distinct = (facets != np.roll(facets, 1, axis=1)).all(axis=1)
-    facets, grain = facets[distinct], grain[distinct]
-    facets, grain = _without_folds(facets, grain)
-    swept = np.einsum(
-        "ij,ij->i", points[facets].mean(axis=1) - points.mean(axis=0), area_vectors(points, facets)
-    )
+    joined = inverse[facets]
+    distinct = (joined != np.roll(joined, 1, axis=1)).all(axis=1)
+    kept = distinct.copy()
+    kept[distinct] = ~_folded(joined[distinct], grain[distinct])
+    if not kept.all():
+        refuse_lost(points, facets, grain, kept)
+    soup, turned = _outward(points[first], joined[kept], grain[kept])
+    return soup, {
+        "points_joined": sum(sizes) - len(np.unique(soup.facets)),
+        "degenerate_facets_dropped": int((~distinct).sum()),
+        "folded_facets_dropped": int((distinct & ~kept).sum()),
+        "grains_turned": turned,
+    }
+
+
+def _outward(points: np.ndarray, facets: np.ndarray, grain: np.ndarray) -> tuple[_Soup, list[int]]:
+    """Return the soup with the facets of grains that are inside out turned, and the ids of those."""
+    middles = points[facets].mean(axis=1) - points.mean(axis=0)
     ids, row = np.unique(grain, return_inverse=True)
-    inverted = np.bincount(row, swept)[row] < 0
+    swept = np.bincount(row, np.einsum("ij,ij->i", middles, area_vectors(points, facets)))
+    inverted = swept[row] < 0
     facets[inverted] = facets[inverted][:, ::-1]
-    return _Soup(points, facets, grain), sum(sizes) - len(np.unique(facets)), int((~distinct).sum())
+    return _Soup(points, facets, grain), ids[swept < 0].tolist()
+
+
+def _notes(soup: _Soup, voids: int, exterior: int, turned: list[int]) -> list[str]:
+    """Return what was guessed of the grains, a sentence each."""
+    notes = []
+    if turned:
+        notes.append(f"the facets of grains {grain_names(turned)} looked inwards and were turned")
+    if voids or exterior:
+        ids = np.unique(soup.grain)
+        absent = np.setdiff1d(np.arange(1, min(ids[-1], 2 * len(ids))), ids)
+        notes.append(
+            f"{voids} voids within grains and {exterior} facets to the outside off the box: no grain is "
+            "there; where one should be, add its file"
+            + (f" (ids without one: {grain_names(absent)})" if len(absent) else "")
+        )
+    pieces = in_pieces(soup.points, soup.facets, soup.grain)
+    if pieces:
+        notes.append(f"grains {grain_names(pieces)} consist of pieces that do not touch")
+    return notes
 
 
 def _check_grains(grains: list[Grain]) -> None:
@@ -106,9 +138,9 @@ def _check_grains(grains: list[Grain]) -> None:
         raise CraftmeshError("no grains to stitch; expected one closed surface per grain")
     ids = [g for g, _, _ in grains]
     for i, (grain, points, triangles) in enumerate(grains):
-        if grain <= 0 or grain in ids[max(i - 1, 0) : i]:
+        if not 0 < grain <= LARGEST_ID or grain in ids[max(i - 1, 0) : i]:
             raise CraftmeshError(
-                f"grain id {grain} is not positive or given twice; expected distinct ids > 0"
+                f"grain id {grain} is not within 1 and {LARGEST_ID}, or given twice; expected distinct ids"
             )
         if points.ndim != 2 or points.shape[1:] != (3,) or not np.isfinite(points).all():
             raise CraftmeshError(
@@ -167,16 +199,16 @@ def _parity(facets: np.ndarray) -> np.ndarray:
     return (second < third).ravel()
 
 
-def _without_folds(facets: np.ndarray, grain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Drop pairs of facets of one grain that lie on each other, left over where thin parts collapsed."""
+def _folded(facets: np.ndarray, grain: np.ndarray) -> np.ndarray:
+    """Return (m,) bool: facets of one grain that lie on each other in pairs, where thin parts collapsed."""
     order, start = _groups(facets)
     length = np.diff(np.append(start, len(facets)))
     pair = start[length == 2]
     a, b = order[pair], order[pair + 1]
     folded = (grain[a] == grain[b]) & (_parity(facets[a]) != _parity(facets[b]))
-    keep = np.ones(len(facets), bool)
-    keep[a[folded]] = keep[b[folded]] = False
-    return facets[keep], grain[keep]
+    is_folded = np.zeros(len(facets), bool)
+    is_folded[a[folded]] = is_folded[b[folded]] = True
+    return is_folded
 
 
 def _paired(soup: _Soup) -> tuple[np.ndarray, np.ndarray]:

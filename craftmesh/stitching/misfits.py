@@ -1,0 +1,115 @@
+"""Surfaces of grains that are no body together: parts lost, through each other, apart, in other units."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from craftmesh.errors import CraftmeshError, told
+from craftmesh.stitching.outer_shells import grain_names
+from craftmesh.surface.extents import are_apart, size_of, span_of, spans_told, unit_hint
+from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.measure import area_vectors
+
+LOST = 0.01  # of a grain's area: slivers have next to none of it, a wall between two grains far more
+MOST_PAIRS = 1000  # that are looked for
+OTHER_UNIT = 30.0  # times as large or as small as the others: nearer to a factor of 100 than to 10
+
+
+class _Alone(NamedTuple):
+    """What is said of grains on their own, and whether they are far off or of another unit."""
+
+    words: str
+    is_elsewhere: bool
+
+
+def refuse_lost(points: np.ndarray, facets: np.ndarray, grain: np.ndarray, kept: np.ndarray) -> None:
+    """Raise where a grain has lost more than LOST of its area, or all, by the facets not `kept` (m,).
+
+    points (n, 3), facets (m, 3), grain (m,): the facets as they are given, and their grains' ids.
+    """
+    ids, row = np.unique(grain, return_inverse=True)
+    area = np.linalg.norm(area_vectors(points, facets), axis=1)
+    lost, whole = np.bincount(row, area * ~kept), np.bincount(row, area)
+    bad = np.flatnonzero((lost > LOST * whole) | (np.bincount(row, kept) == 0))
+    if len(bad):
+        own = row == bad[0]
+        spans = span_of(points[facets[own]]), span_of(points[facets])
+        told_spans = spans_told(("it spans", "all grains"), *spans)
+        raise CraftmeshError(
+            f"grain {ids[bad[0]]} has {int((~kept[own]).sum())} of its {int(own.sum())} facets, "
+            f"{100 * lost[bad[0]] / max(whole[bad[0]], 1e-300):.3g} % of its area, on each other or within "
+            f"the tolerance; {told_spans}; expected the surface of one grain in each file, all in one unit"
+        )
+
+
+def refuse_misfits(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> None:
+    """Raise where grains share no facet with the most of the others, and where facets intersect.
+
+    points (n, 3), facets (m, 3), sides (m, 2): the conformal surface. The message has the grains, the place
+    and, for grains on their own, what they and the others span.
+    """
+    lone = _lone(sides)
+    of_lone = np.asarray(np.isin(sides, lone).any(axis=1))
+    corners = points[facets]
+    said = _alone(corners, sides, lone, of_lone) if len(lone) else None
+    if said and said.is_elsewhere:
+        raise CraftmeshError(said.words)
+    pairs = intersecting_pairs(points, facets, limit=MOST_PAIRS)
+    if len(pairs):
+        labels = sides[pairs[0]]
+        names = grain_names(labels[labels > 0])
+        raise CraftmeshError(
+            f"the surfaces of grains {names} intersect near {told(corners[pairs[0]].mean(axis=(0, 1)))}, "
+            f"{len(pairs)} pairs of facets{' or more' * (len(pairs) == MOST_PAIRS)} of grains "
+            f"{grain_names(sides[pairs][sides[pairs] > 0])}; expected grains that only touch"
+        )
+    if said:
+        raise CraftmeshError(said.words)
+
+
+def _lone(sides: np.ndarray) -> np.ndarray:
+    """Return the ids of grains that hang together by facets, but not with the most; none in one body."""
+    ids = np.unique(sides[sides > 0])
+    met = np.searchsorted(ids, sides[(sides > 0).all(axis=1)])
+    graph = coo_matrix((np.ones(len(met)), met.T), shape=(len(ids), len(ids)))
+    count, body = connected_components(graph, directed=False)
+    others = np.flatnonzero(np.arange(count) != np.bincount(body).argmax())
+    return ids[body == others[0]] if len(others) else ids[:0]
+
+
+def _alone(corners: np.ndarray, sides: np.ndarray, lone: np.ndarray, of_lone: np.ndarray) -> _Alone:
+    """Return what is said of grains that share no facet with the others; of_lone (m,): their facets."""
+    spans = span_of(corners[of_lone]), span_of(corners[~of_lone])
+    sizes = [_usual_size(corners[own], sides[own]) for own in (of_lone, ~of_lone)]
+    is_of_other_unit = max(sizes) > OTHER_UNIT * min(sizes)
+    place = corners[of_lone][0, 0]
+    host = _grain_round(place, corners[~of_lone], sides[~of_lone])
+    all_spans = spans_told(("they span", "the others"), *spans)
+    hint = unit_hint(*sizes) if is_of_other_unit else ""
+    words = (
+        f"grains {grain_names(lone)} lie {f'inside grain {host}' if host else 'off the others'}, near "
+        f"{told(place)}, sharing no facet with any; {all_spans}{hint}; "
+        "expected grains that touch, all in one unit: mend those files, or leave them out"
+    )
+    return _Alone(words, is_of_other_unit or are_apart(*spans))
+
+
+def _usual_size(corners: np.ndarray, sides: np.ndarray) -> float:
+    """Return the median diagonal of the grains that facets (m, 3, 3) bound."""
+    own = (corners[(sides == grain).any(axis=1)] for grain in np.unique(sides[sides > 0]).tolist())
+    return float(np.median([size_of(span_of(one)) for one in own]))
+
+
+def _grain_round(place: np.ndarray, corners: np.ndarray, sides: np.ndarray) -> int:
+    """Return the grain inside which a place (3,) lies, by the solid angles of its facets; 0: none."""
+    a, b, c = np.moveaxis(corners - place, 1, 0)
+    to_a, to_b, to_c = (np.linalg.norm(way, axis=1) for way in (a, b, c))
+    over = np.einsum("ij,ij->i", a, np.cross(b, c))
+    under = to_a * to_b * to_c + (a * b).sum(1) * to_c + (b * c).sum(1) * to_a + (c * a).sum(1) * to_b
+    share = np.arctan2(over, under) / (2 * np.pi)  # of the whole sphere
+    for grain in np.unique(sides[sides > 0]).tolist():
+        if share[sides[:, 0] == grain].sum() - share[sides[:, 1] == grain].sum() > 0.5:
+            return grain
+    return 0
