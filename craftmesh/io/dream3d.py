@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.crystals import in_words, of_dream3d, of_grains
-from craftmesh.io.file_volume import EULERS, UNINDEXED, FileVolume, Rotations, listed, pick
+from craftmesh.io.file_volume import EULERS, QUATERNIONS, UNINDEXED, FileVolume, Rotations, listed, pick
 from craftmesh.io.hdf5 import cells_xyz, datasets, opened, volume_paths
 from craftmesh.io.hdf5_tables import Beside
-from craftmesh.io.side_arrays import is_eulers, is_phases, left_unread, unit_said
+from craftmesh.io.side_arrays import is_eulers, is_phases, is_quaternions, left_unread, unit_said
 from craftmesh.types import Crystal
 
 _IDS = ("FeatureIds", "GrainIds", "FeatureID", "GrainID")
@@ -39,8 +39,8 @@ def read(path: str | os.PathLike, dataset: str, table: str = "") -> FileVolume:
     """Read FeatureIds (or the path `dataset`), the geometry, orientations, phases and crystals.
 
     Euler angles and phases are those of the table that belongs to the ids (or of `table`, an array or its
-    group), else those of the cells. Angles are Bunge's. Feature 0 is the format's dummy: its row becomes
-    NaN. Raises CraftmeshError.
+    group), else those of the cells. Angles are Bunge's. Feature 0 is the format's dummy: a row
+    of zeros. Raises CraftmeshError.
     """
     with opened(path) as file:
         images = _images(file)
@@ -50,30 +50,38 @@ def read(path: str | os.PathLike, dataset: str, table: str = "") -> FileVolume:
         by_path = {
             name: image for image in images for name in volume_paths(image.group, image.dims, ids_by_name)
         }
-        name = pick(path, dataset, list(by_path), _preferred(path, by_path))
+        name = pick(path, dataset, list(by_path), () if dataset else _preferred(path, by_path))
         image = by_path[name]
         ids = cells_xyz(file[name], image.dims)
         beside = Beside(path, file[name], ids, image.dims, _arrays(file, images, image), table)
-        eulers, phases = beside.find(is_eulers, 3), beside.find(is_phases, 1)
-        orientations = {}
-        if eulers:
-            data, angles = eulers[0], eulers[1].astype(float)
-            if angles.ndim == 2:
-                angles[:1] = np.nan
-            words = [data.name, *(f"{key} {value}" for key, value in data.attrs.items())]
-            orientations = {beside.told(data): Rotations(EULERS, angles, unit_said(*words))}
+        rotations, phases = _rotations(beside), beside.find(is_phases, 1)
         numbers = phases[1] if phases else None
-        notes = left_unread(beside.unread([found[0] for found in (eulers, phases) if found], by_path))
-        crystals = _crystals(image, numbers)
+        crystals, others = _crystals(image, numbers)
+        found = [pair[0] for pair in (rotations, phases) if pair]
+        notes = left_unread([*beside.unread(found, by_path), *others])
+        orientations = {beside.told(rotations[0]): rotations[1]} if rotations else {}
         place = image.spacing, image.origin
         return FileVolume(ids, *place, orientations, numbers, crystals, UNINDEXED, notes=notes)
+
+
+def _rotations(beside: Beside) -> tuple[h5py.Dataset, Rotations] | None:
+    """Return the array of the grains' angles, else of their quaternions (x, y, z, w), sample to crystal."""
+    if eulers := beside.find(is_eulers, 3):
+        data, angles = eulers[0], eulers[1].astype(float)
+        if angles.ndim == 2 and not angles[:1].any():
+            angles[:1] = np.nan
+        words = [data.name, *(f"{key} {value}" for key, value in data.attrs.items())]
+        return data, Rotations(EULERS, angles, unit_said(*words))
+    if quaternions := beside.find(is_quaternions, 4):
+        return quaternions[0], Rotations(QUATERNIONS, quaternions[1][..., [3, 0, 1, 2]], inverse=True)
+    return None
 
 
 def _arrays(file: h5py.File, images: Sequence[_Image], image: _Image) -> list[h5py.Dataset]:
     """Return the arrays that may describe an image's ids: those below it, and those of groups beside it."""
     own = image.group.name
     others = tuple(f"{other.group.name}/" for other in images if other.group.name != own)
-    found = {name: data for name, data in datasets(file).items() if not name.startswith(others)}
+    found = {name: d for name, d in datasets(file).items() if d.shape and not name.startswith(others)}
     return [
         data
         for name, data in found.items()
@@ -121,25 +129,22 @@ def _preferred(path: str | os.PathLike, by_path: Mapping[str, _Image]) -> tuple[
     return _IDS
 
 
-def _crystals(image: _Image, phases: np.ndarray | None) -> dict[int, Crystal]:
-    """Return the crystals of the ensembles, row = phase, row 0 a dummy.
+def _crystals(image: _Image, phases: np.ndarray | None) -> tuple[dict[int, Crystal], list[str]]:
+    """Return the crystals of the ensembles, row = phase, row 0 a dummy, and the names of tables unread.
 
-    The ensembles of the geometry, else those of the group around it; of the only phase where grains have
-    none.
+    The ensembles are the only ones of the geometry, else of the group around it, with a row for each phase.
     """
-    for group in (image.group, image.group.parent):
-        tables = [g for g in group.values() if isinstance(g, h5py.Group) and "CrystalStructures" in g]
-        if len(tables) == 1:
-            break
-    else:
-        return {}
-    codes = tables[0]["CrystalStructures"][()].ravel().tolist()
-    names = next(
-        (tables[0][key][()].ravel() for key in _PHASE_NAMES if key in tables[0]), [""] * len(codes)
-    )
-    found = {
-        k: Crystal(of_dream3d(int(code)), in_words(name))
-        for k, (code, name) in enumerate(zip(codes, names))
-    }
-    found.pop(0, None)
-    return of_grains(found, phases)
+    tables: list[h5py.Dataset] = []
+    for around in (image.group, image.group.parent):
+        groups = [group for group in around.values() if isinstance(group, h5py.Group)]
+        tables = tables or [group["CrystalStructures"] for group in groups if "CrystalStructures" in group]
+    largest = 0 if phases is None else phases.max(initial=0)
+    fitting = [d for d in tables if d.dtype.kind in "iu" and d.size > largest]
+    if len(fitting) != 1:
+        return {}, [d.name for d in tables]
+    group = fitting[0].parent
+    codes = fitting[0][()].ravel().tolist()
+    names = next((list(group[key][()].ravel()) for key in _PHASE_NAMES if key in group), [])
+    rows = zip(codes, [*map(in_words, names), *[""] * len(codes)])
+    found = {phase: Crystal(of_dream3d(code), name) for phase, (code, name) in enumerate(rows) if phase}
+    return of_grains(found, phases), []

@@ -12,7 +12,13 @@ from craftmesh.io.file_volume import listed
 from craftmesh.io.hdf5 import cells_xyz, is_by_cell
 from craftmesh.io.side_arrays import belonging, is_described, is_ids
 
-_USUAL = ("AvgEulerAngles", "EulerAngles")  # which is taken of several in one group
+_USUAL = (
+    "AvgEulerAngles",
+    "EulerAngles",
+    "AvgQuats",
+    "Quats",
+    "Phases",
+)  # which is taken of several in one group
 _ENSEMBLES = "CrystalStructures"  # an array of groups that have a row a phase, not a row a grain
 
 
@@ -49,13 +55,13 @@ class Beside:
         shapes = ((width,), ()) if width == 1 else ((width,),)
         tables = [d for d in named if d not in cells and d.ndim and d.shape[1:] in shapes]
         rows = {d.name: len(d) for d in _one_a_group(self._linked(tables))}
-        name = belonging(self.path, rows, int(self.ids.max(initial=0)), self._claimed())
+        name = belonging(self.path, rows, self._largest, self._claimed())
         found = next((d for d in tables if d.name == name), None)
         if found is not None:
             return found, found[()].reshape(len(found), -1)[:, slice(None) if width > 1 else 0]
         if self._chosen(tables):
             raise CraftmeshError(
-                f"{self.path}: ids reach {self.ids.max()}, and the table given has {listed(rows.values())} "
+                f"{self.path}: ids reach {self._largest}, and the table given has {listed(rows.values())} "
                 f"rows ({listed(rows)}); expected a row for each id and for 0"
             )
         cells = _one_a_group(sorted(cells, key=lambda d: d.parent != self.labels.parent))
@@ -89,12 +95,23 @@ class Beside:
         lists = {d.name: d.parent.get(_last(self.labels)) for d in tables}
         lists = {name: ids for name, ids in lists.items() if ids is not None and ids != self.labels}
         own = [n for n, ids in lists.items() if np.array_equal(np.ravel(ids[()]), np.arange(len(ids)))]
-        return [d for d in tables if d.name in own] or [d for d in tables if d.name not in lists]
+        rest = [d for d in tables if d.name not in lists]
+        parents = {_last(d) for d in self._other_ids()}  # a table that lists these is not theirs
+        of_children = [d for d in rest if len(d) == self._largest + 1 and parents & {*d.parent}]
+        return [d for d in tables if d.name in own] or of_children or rest
 
     def _claimed(self) -> set[int]:
         """Return the counts of rows that other ids of the cells need."""
-        others = [d for d in self.arrays if is_ids(_last(d)) and is_by_cell(d, self.dims, 1)]
-        return {int(d[()].max(initial=0)) + 1 for d in others if d != self.labels}
+        return {int(d[()].max(initial=0)) + 1 for d in self._other_ids()}
+
+    def _other_ids(self) -> list[h5py.Dataset]:
+        ids = [d for d in self.arrays if is_ids(_last(d)) and d.dtype.kind in "iu" and d != self.labels]
+        return [d for d in ids if is_by_cell(d, self.dims, 1)]
+
+    @property
+    def _largest(self) -> int:
+        largest = self.ids.max(initial=0)
+        return int(largest) if np.isfinite(largest) else 0
 
 
 def _last(data: h5py.Dataset) -> str:

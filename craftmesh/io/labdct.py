@@ -49,10 +49,13 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
 
 def _crystals(file: h5py.File, phases: np.ndarray | None) -> dict[int, Crystal]:
     """Return the crystals of /PhaseInfo/Phase01 and on; of the only one where grains have no phases."""
+    info = file.get("PhaseInfo")
     found = {}
-    for key, group in file.get("PhaseInfo", {}).items():
+    for key, group in info.items() if isinstance(info, h5py.Group) else ():
         number = key.removeprefix("Phase")
-        if number.isdigit() and "SpaceGroup" in group:
-            name = in_words(np.ravel(group["Name"][()])[0]) if "Name" in group else ""
-            found[int(number)] = Crystal(of_space_group(int(np.ravel(group["SpaceGroup"][()])[0])), name)
+        if number.isdigit() and isinstance(group, h5py.Group) and "SpaceGroup" in group:
+            space_group = np.ravel(group["SpaceGroup"][()])[:1]
+            names = np.ravel(group["Name"][()])[:1] if "Name" in group else ()
+            structure = "".join(of_space_group(int(n)) for n in space_group)
+            found[int(number)] = Crystal(structure, "".join(map(in_words, names)))
     return of_grains(found, phases)

@@ -22,7 +22,7 @@ from craftmesh.io.file_volume import (
     pick,
     to_xyz,
 )
-from craftmesh.io.side_arrays import is_described, is_eulers, left_unread, unit_said
+from craftmesh.io.side_arrays import is_described, is_eulers, is_phases, left_unread, unit_said
 from craftmesh.types import Crystal, Voxels
 
 FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
@@ -82,13 +82,13 @@ def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
     is_ours = str(arrays.get("format", "")) == FORMAT
     notes = () if "spacing" in arrays else ("no spacing in the file: one voxel is one unit of length",)
     labels = to_xyz(arrays.pop(name), axes, f"{path}: {name}")
-    orientations = _orientations(arrays, axes, labels.size)
-    phases = arrays.get("phases")
+    orientations = _orientations(arrays, axes, labels.size)  # lists of voxels say no order: left unread
+    key = next((k for k in ("phases", *arrays) if k in arrays and is_phases(k)), "")
+    phases = None if arrays.get(key, labels).shape == (labels.size,) else arrays.get(key)
     if phases is not None and phases.ndim == 3:
-        phases = to_xyz(phases, axes, f"{path}: phases")
-    unread = [
-        k for k, v in arrays.items() if v.ndim and is_described(k) and k not in (*orientations, "phases")
-    ]
+        phases = to_xyz(phases, axes, f"{path}: {key}")
+    read = (*orientations, "" if phases is None else key)
+    unread = [k for k, values in arrays.items() if values.ndim and is_described(k) and k not in read]
     return FileVolume(
         labels,
         arrays.get("spacing", np.ones(3)),

@@ -8,6 +8,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io.file_volume import DEGREES, RADIANS, listed
 
 _EULERS = re.compile(r"euler", re.I)
+_QUATERNIONS = re.compile(r"quat", re.I)
 _ORIENTATIONS = re.compile(r"euler|quat|rodrig|orient|rotation", re.I)
 _PHASES = re.compile(r"(cell|feature|grain|parent)?_?phases?(_?ids?)?", re.I)
 _IDS = re.compile(r"(cell|feature|grain|parent|region|twin|material)_?ids?|material|labels?", re.I)
@@ -20,6 +21,11 @@ _UNITS = {
 def is_eulers(name: str) -> bool:
     """Return whether an array's name says that it holds Euler angles."""
     return bool(_EULERS.search(name))
+
+
+def is_quaternions(name: str) -> bool:
+    """Return whether an array's name says that it holds quaternions."""
+    return bool(_QUATERNIONS.search(name))
 
 
 def is_phases(name: str) -> bool:

@@ -70,8 +70,8 @@ def read(path: str | os.PathLike) -> FileVolume:
     shape, spacing = general[1:4].astype(np.int64), general[4:]
     origin = _numbers(path, fields, "*origin") if "*origin" in fields else np.zeros(3)
     cells, data = _cells(path, data, shape)
-    symmetry = " ".join(fields.get("*crysym", []))
-    crystals = {0: Crystal(of_symmetry(symmetry))} if symmetry else {}
+    structure = of_symmetry(" ".join(fields.get("*crysym", [])))
+    crystals = {0: Crystal(structure)} if structure else {}
     count = int(np.append(_numbers(path, fields, "**cell"), 0)[0])
     ids = _numbers(path, fields, "*id").astype(np.int64) if "*id" in fields else np.arange(1, count + 1)
     if "*ori" in fields or "*id" in fields:

@@ -361,3 +361,81 @@ def test_phases_of_voxels_stay_apart(tmp_path, write, codes, phases, words):
 def test_phases_of_a_table_that_does_not_fit_are_those_of_the_cells(tmp_path, version):
     path = dream3d(tmp_path, version, [("", "Phases", PHASES[1:])], [("Phases", CODES)])
     assert outcome(path, None, r"unread: .*Phases \(3 rows\)").phases.tolist() == [0, 1, 1, 2]
+
+
+# What goes along ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("version", [4, 5, 7, 8])
+@pytest.mark.parametrize("by_cell", [False, True])
+def test_quaternions_of_dream3d_where_there_are_no_angles(tmp_path, version, by_cell):
+    """They are (x, y, z, w) of the rotation from sample to crystal axes; row 0 is a row of zeros."""
+    stored = (QUATERNIONS * [1, -1, -1, -1])[:, [1, 2, 3, 0]]
+    stored[0] = 0
+    tables, cells = [("", "AvgQuats", stored)], [("Quats", stored[LABELS])]
+    path = dream3d(tmp_path, version, *(([], cells) if by_cell else (tables, [])))
+    outcome(path, True, "means over" if by_cell else "")
+
+
+@pytest.mark.parametrize("version", [7, 8])
+def test_a_table_beside_the_geometry(tmp_path, version):
+    outcome(dream3d(tmp_path, version, [("/Features", "EulerAngles", RADIANS)]), True, "")
+
+
+@pytest.mark.parametrize("version", [4, 5, 7, 8])
+@pytest.mark.parametrize("first", [0.0, 0.4])
+def test_a_first_row_of_zeros_is_no_orientation(tmp_path, version, first):
+    """A feature 0 that the user declares a grain has an orientation only where its row is not the dummy."""
+    table = RADIANS.copy()
+    table[0] = first
+    path = dream3d(tmp_path, version, [("", "EulerAngles", table)])
+    with h5py.File(path, "a") as file:
+        file[ids_of(version)][:1] = 0
+    options = ReadOptions(background="grain")
+    if first:
+        wanted = bunge_to_quaternion(np.vstack([table[:1], table]))
+        outcome(path, True, r"\+ 1", options, wanted)
+    else:
+        outcome(path, False, "no orientation for grains 0", options)
+
+
+@pytest.mark.parametrize("version", [7, 8])  # the others have one volume a file
+def test_other_volumes_are_noted(tmp_path, version):
+    path = dream3d(tmp_path, version, [EULERS])
+    with h5py.File(path, "a") as file:
+        image = file[ids_of(version)].parent.parent
+        image.copy(image, image.parent, "Other")
+    outcome(path, False, "several volumes")
+    outcome(path, True, "unread: .*Other/CellData/FeatureIds", ReadOptions(dataset=ids_of(version)))
+
+
+@pytest.mark.parametrize("version", [4, 5, 7, 8])
+@pytest.mark.parametrize(
+    "places, crystals, words",
+    [
+        ({"Ensembles": [999, 1, 0]}, {1: ("cubic", "a"), 2: ("hexagonal", "b")}, ""),
+        ({"Ensembles": [999, 1, 999]}, {1: ("cubic", "a"), 2: ("", "b")}, ""),
+        ({"Ensembles": [999, 1]}, {}, "unread: .*CrystalStructures"),  # no row for phase 2
+        ({"Ensembles": [999, 1], "More": [999, 10, 8]}, {1: ("trigonal", "a"), 2: ("tetragonal", "b")}, ""),
+        ({"Ensembles": [999, 1, 1], "More": [999, 0, 8]}, {}, "unread: .*CrystalStructures"),
+    ],
+)
+def test_crystals_are_those_of_the_phases(tmp_path, version, places, crystals, words):
+    path = dream3d(tmp_path, version, [("", "Phases", PHASES)])
+    with h5py.File(path, "a") as file:
+        for name, codes in places.items():
+            group = file[ids_of(version)].parent.parent.create_group(name)
+            group["CrystalStructures"] = np.array(codes, np.uint32)[:, None]
+            group["MaterialName"] = ["?", "a", "b"][: len(codes)]
+    assert outcome(path, None, words).crystals == crystals
+
+
+@pytest.mark.parametrize(
+    "word, structure",
+    [("cubic", "cubic"), ("m-3m", "cubic"), ("6/mmm", "hexagonal"), ("-3m", "trigonal"), ("unknown", None)],
+)
+def test_symmetries_of_neper(tmp_path, word, structure):
+    raw = read_voxels(tesr(tmp_path, ori=f"  *crysym\n   {word}\n"))
+    assert [crystal.structure for crystal in raw.voxels.crystals.values()] == (
+        [structure] if structure else []
+    )
