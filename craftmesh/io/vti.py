@@ -16,12 +16,13 @@ from craftmesh.io.file_volume import (
     VOID,
     FileVolume,
     Rotations,
+    listed,
     pick,
 )
 from craftmesh.io.side_arrays import is_described, is_eulers, is_phases, left_unread, unit_said
 
 if TYPE_CHECKING:
-    from vtkmodules.vtkCommonDataModel import vtkCellData, vtkImageData
+    from vtkmodules.vtkCommonDataModel import vtkFieldData, vtkImageData
 
 _NAMES = ("labels", "material", "FeatureIds", "GrainIds", "grain", "grain_id", "MaterialId")
 _ZERO = {"material": GRAIN, "FeatureIds": UNINDEXED}  # of DAMASK, of DREAM.3D
@@ -40,7 +41,9 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
             f"{path}: its axes are turned (Direction {direction.ravel().tolist()}); "
             "resample it on axes x, y, z"
         )
-    name = pick(path, dataset, _scalars(image.GetCellData()), _NAMES)
+    at_cells, at_points = (_scalars(data) for data in (image.GetCellData(), image.GetPointData()))
+    _refuse_at_points(path, dataset, at_cells, at_points)
+    name = pick(path, dataset, at_cells, _NAMES)
     shape = [max(n - 1, 1) for n in image.GetDimensions()]
     labels = vtk_xml.named_array(path, image.GetCellData(), [name], "cell data").reshape(shape, order="F")
     exact = {key: vtk_xml.field_array(image, key) for key in ("spacing", "origin")}
@@ -86,7 +89,23 @@ def _described(
     return orientations, phases, unread
 
 
-def _scalars(cells: "vtkCellData") -> list[str]:
-    """Return the names of the cell arrays that have one number a cell."""
-    arrays = [cells.GetArray(i) for i in range(cells.GetNumberOfArrays())]
+def _refuse_at_points(
+    path: str | os.PathLike, dataset: str, at_cells: list[str], at_points: list[str]
+) -> None:
+    """Refuse labels at points where no cell array has the name asked for, or a usual one."""
+    wanted = [dataset] if dataset else _NAMES
+    if any(name in at_cells for name in wanted):
+        return
+    found = [name for name in wanted if name in at_points]
+    if found or (at_points and not at_cells and not dataset):
+        raise CraftmeshError(
+            f"{path}: {listed(found or at_points)} is point data; expected labels as cell data: turn it by "
+            "ImageData.points_to_cells() of pyvista (each point a voxel), or ParaView's Point Data "
+            "to Cell Data with Categorical Data ticked"
+        )
+
+
+def _scalars(data: "vtkFieldData") -> list[str]:
+    """Return the names of the arrays that have one number a cell or point."""
+    arrays = [data.GetArray(i) for i in range(data.GetNumberOfArrays())]
     return [a.GetName() for a in arrays if a is not None and a.GetNumberOfComponents() == 1]

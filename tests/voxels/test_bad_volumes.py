@@ -6,6 +6,7 @@ import pytest
 import tifffile
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.io import vtk_xml
 from craftmesh.io.npz import read_labels
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 
@@ -268,3 +269,25 @@ def test_labels_file_of_another_kind(tmp_path):
     np.savez(tmp_path / "v.npz", points=np.zeros((3, 3)))
     with pytest.raises(CraftmeshError, match="no entry labels"):
         read_labels(tmp_path / "v.npz")
+
+
+@pytest.mark.parametrize(
+    "at_points, at_cells, dataset, named",
+    [
+        ("FeatureIds", "", "", "FeatureIds"),
+        ("scalars", "", "", "scalars"),
+        ("labels", "quality", "", "labels"),
+        ("ids", "labels", "ids", "ids"),
+    ],
+)
+def test_labels_as_point_data_are_told_what_to_do(tmp_path, at_points, at_cells, dataset, named):
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    image = vtkImageData()
+    image.SetDimensions(4, 5, 6)
+    vtk_xml.add_arrays(image.GetPointData(), {at_points: np.ones(120, np.uint16)})
+    if at_cells:
+        vtk_xml.add_arrays(image.GetCellData(), {at_cells: np.ones(60, np.int32)})
+    vtk_xml.write_dataset(tmp_path / "v.vti", image, "ImageData")
+    way = f"{named} is point data.*points_to_cells.*Point Data to Cell Data"
+    refuse(tmp_path / "v.vti", way, ReadOptions(dataset=dataset))
