@@ -91,8 +91,7 @@ def view_mesh(file: Path) -> bytes:
         from craftmesh.report.pictures import as_png, deformed_body
 
         points = vtk_xml.points_of(grid)
-        connectivity, offsets = vtk_xml.cells_of(grid.GetCells())
-        tets = connectivity.reshape(len(offsets) - 1, -1)[:, :4]
+        tets = vtk_xml.rows_of(file, grid.GetCells())[:, :4]
         free = free_half_faces(_one_point_a_place(points)[tets])
         moved = vtk_xml.named_array(file, grid.GetPointData(), ["displacement"], "point data")
         return as_png(deformed_body(points, half_face_corners(tets, free), moved))

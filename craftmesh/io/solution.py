@@ -71,7 +71,6 @@ def read_solution_vtu(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, 
     Stresses are 11, 22, 33, 12, 13, 23. Raises CraftmeshError for a file of another kind.
     """
     grid = vtk_xml.read_dataset(path, "UnstructuredGrid")
-    connectivity, offsets = vtk_xml.cells_of(grid.GetCells())
+    elements = vtk_xml.rows_of(path, grid.GetCells())
     stress = vtk_xml.named_array(path, grid.GetPointData(), ["stress"], "point data")
-    elements = connectivity.reshape(len(offsets) - 1, -1)
     return vtk_xml.points_of(grid), elements, stress[:, _VTK_ORDER]
