@@ -5,8 +5,10 @@ import lzma
 import math
 import os
 import resource
+import zipfile
 import zlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +58,32 @@ def memory_limit() -> int:
     return machine if allowed == resource.RLIM_INFINITY else min(machine, allowed)
 
 
+@contextmanager
+def enough_memory(path: str | os.PathLike) -> Iterator[None]:
+    """Turn a lack of memory within into a CraftmeshError that names the file."""
+    try:
+        yield
+    except MemoryError:
+        raise CraftmeshError(
+            f"{path}: takes more than the memory here, {memory_limit() / _GIGABYTE:.1f} GB; crop it or "
+            "take a larger machine"
+        ) from None
+
+
+def refuse_false_zip(path: str | os.PathLike) -> None:
+    """Refuse a zip archive whose entries are larger than what it can hold, or than memory.
+
+    Raises CraftmeshError, and zipfile.BadZipFile for another file.
+    """
+    with zipfile.ZipFile(path) as archive:
+        entries = archive.infolist()
+    is_bounded = all(entry.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED) for entry in entries)
+    size = sum(entry.file_size for entry in entries)
+    refuse_false_size(
+        path, "its content", [size], 1, os.path.getsize(path), DEFLATE if is_bounded else None
+    )
+
+
 def unpacked(path: str | os.PathLike, packed: bytes | memoryview, size: int, method: str) -> bytes:
     """Return the first `size` bytes, or as many as there are, of what `method` packed, a key of _OPENERS.
 
@@ -73,7 +101,7 @@ def data_file(header: Path, key: str, name: str) -> Path:
     Raises CraftmeshError for another place, lists of files, and one that is missing.
     """
     if name.split()[:1] == ["LIST"] or "%" in name:
-        raise CraftmeshError(f"{header}: its data are a file a slice; save it as one file")
+        raise CraftmeshError(f"{header}: its data are a file a slice; save it as one .mha or .nrrd")
     other = header.parent / name
     if not os.path.isfile(other):
         raise CraftmeshError(f"{header}: {key} {other} is missing; put it beside the header")

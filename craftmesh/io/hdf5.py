@@ -8,20 +8,47 @@ import h5py
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.declared import DEFLATE, refuse_false_size
 
 
 @contextmanager
 def opened(path: str | os.PathLike) -> Iterator[h5py.File]:
-    """Yield the open file; raises CraftmeshError when it is missing, not HDF5, or damaged."""
+    """Yield the open file; raises CraftmeshError when it is missing, not HDF5, or damaged.
+
+    Refused too are files whose data lie in other files, and sizes that the file cannot hold.
+    """
     try:
         with h5py.File(path, "r") as file:
+            _refuse_other_files(path, file)
             yield file
     except FileNotFoundError:
         raise CraftmeshError(f"{path}: no such file; check the path") from None
-    except OSError as error:
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:  # h5py's, at broken objects
         raise CraftmeshError(
             f"{path}: is not a whole HDF5 file ({error}); copy or export it anew"
         ) from None
+
+
+def _refuse_other_files(path: str | os.PathLike, file: h5py.File) -> None:
+    """Refuse external links, external and virtual data, and data sets larger than the file can hold."""
+
+    def link(name: str, item: h5py.HardLink | h5py.SoftLink | h5py.ExternalLink) -> None:
+        if isinstance(item, h5py.ExternalLink):
+            raise CraftmeshError(f"{path}: {name} is in {item.filename}; expected all data in one file")
+
+    def data(name: str, item: h5py.Group | h5py.Dataset) -> None:
+        if not isinstance(item, h5py.Dataset):
+            return
+        if item.external or item.is_virtual:
+            raise CraftmeshError(f"{path}: {name} lies in other files; expected all data in one file")
+        refuse_false_size(path, name, item.shape or (), item.dtype.itemsize, os.path.getsize(path), DEFLATE)
+        chunk = item.chunks or ()
+        refuse_false_size(
+            path, f"a chunk of {name}", chunk, item.dtype.itemsize, os.path.getsize(path), DEFLATE
+        )
+
+    file.visititems_links(link)
+    file.visititems(data)
 
 
 def datasets(group: h5py.Group) -> dict[str, h5py.Dataset]:
@@ -63,6 +90,9 @@ def is_by_cell(data: h5py.Dataset, dims: Sequence[int] | np.ndarray, width: int)
 
 def cells_xyz(data: h5py.Dataset, dims: Sequence[int] | np.ndarray) -> np.ndarray:
     """Return a dataset by cell, flat or not, as (nx, ny, nz) or (nx, ny, nz, c)."""
+    ratio = DEFLATE if data.id.get_create_plist().get_nfilters() else 1
+    stored = data.id.get_storage_size()
+    refuse_false_size(data.file.filename, data.name, data.shape, data.dtype.itemsize, stored, ratio)
     values = data[()].reshape(*(int(n) for n in dims[::-1]), -1)
     if values.shape[3] == 1:
         values = values[..., 0]

@@ -4,14 +4,15 @@ VTK's reader crashes on labels of 64 bits, and ITK is too large to carry for a h
 Source: the documentation of MetaIO in the wiki of ITK.
 """
 
+import math
 import os
-import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.declared import DEFLATE, data_file, refuse_false_size, unpacked
 from craftmesh.io.file_volume import FileVolume
 from craftmesh.io.oriented import along_axes
 
@@ -29,6 +30,7 @@ _TYPES = {
     "FLOAT": "f4",
     "DOUBLE": "f8",
 }
+_WIDEST = 8  # bytes of a number
 _LAST = "ElementDataFile"  # the key after which the data begin
 
 
@@ -45,7 +47,8 @@ def read(path: str | os.PathLike) -> FileVolume:
         raise CraftmeshError(f"{path}: DimSize is {header.get('DimSize')}; expected three counts of voxels")
     if header.get("ElementNumberOfChannels", "1") != "1":
         raise CraftmeshError(f"{path}: has several numbers a voxel; expected one label a voxel")
-    labels = _labels(path, header, _content(path, header, rest), shape)
+    counts = [int(n) for n in shape]
+    labels = _labels(path, header, _content(path, header, rest, counts), counts)
     spacing = _numbers(path, header, ("ElementSpacing", "ElementSize"), float, 3)
     first = _numbers(path, header, ("Offset", "Position", "Origin"), float, 3)
     turn = _numbers(path, header, ("TransformMatrix", "Rotation", "Orientation"), float, 9)
@@ -76,32 +79,26 @@ def _header(path: Path) -> tuple[dict[str, str], bytes]:
     return header, content[start:]
 
 
-def _content(path: Path, header: Mapping[str, str], rest: bytes) -> bytes:
-    """Return the data behind the header or in the file that it names, unpacked."""
-    name = header[_LAST]
-    if name.split()[:1] == ["LIST"] or "%" in name:
-        raise CraftmeshError(f"{path}: its data are a file a slice; save it as one .mha")
-    if name.upper() != "LOCAL":
-        other = path.parent / name
-        if not other.is_file():
-            raise CraftmeshError(f"{path}: {_LAST} {other} is missing; put it beside the header")
-        rest = other.read_bytes()
-    if header.get("CompressedData", "False").lower() == "true":
-        try:
-            return zlib.decompress(rest, wbits=47)  # of zlib or gzip
-        except zlib.error as error:
-            raise CraftmeshError(f"{path}: its data cannot be unpacked ({error}); save it anew") from None
-    return rest
+def _content(path: Path, header: Mapping[str, str], rest: bytes, shape: Sequence[int]) -> bytes:
+    """Return the data behind the header or in the file that it names, unpacked as far as needed."""
+    if header[_LAST].upper() != "LOCAL":
+        rest = data_file(path, _LAST, header[_LAST]).read_bytes()
+    size = _numbers(path, header, ("HeaderSize",), np.int64)
+    rest = rest if size is None else rest[max(int(size[0]), 0) :]
+    if header.get("CompressedData", "False").lower() != "true":
+        return rest
+    most = _WIDEST * refuse_false_size(path, "DimSize", shape, 1, len(rest), DEFLATE)
+    return unpacked(path, rest, most, "deflate")
 
 
-def _labels(path: Path, header: Mapping[str, str], content: bytes, shape: np.ndarray) -> np.ndarray:
+def _labels(path: Path, header: Mapping[str, str], content: bytes, shape: Sequence[int]) -> np.ndarray:
     kind = header.get("ElementType", "").removeprefix("MET_")
     if kind not in _TYPES:
         raise CraftmeshError(
             f"{path}: ElementType is {header.get('ElementType')}; "
             f"expected one of MET_{', MET_'.join(_TYPES)}"
         )
-    count = int(shape.prod())
+    count = math.prod(shape)
     if header.get("BinaryData", "True").lower() == "false":
         values = np.array([word for word in content.split()[:count] if word.isdigit()], np.int64)
     else:
@@ -109,9 +106,9 @@ def _labels(path: Path, header: Mapping[str, str], content: bytes, shape: np.nda
         kind = f"{kind}_LONG" if kind == "ULONG" and len(content) >= 8 * count else kind
         big = header.get("BinaryDataByteOrderMSB", header.get("ElementByteOrderMSB", "False"))
         dtype = np.dtype((">" if big.lower() == "true" else "<") + _TYPES[kind])
-        size = _numbers(path, header, ("HeaderSize",), np.int64)
-        skipped = 0 if size is None else max(int(size[0]), 0)
-        values = np.frombuffer(content[skipped : skipped + count * dtype.itemsize], dtype)
+        ends_with = header.get("HeaderSize") == "-1"  # the data are the end of the file
+        start = max(len(content) - count * dtype.itemsize, 0) if ends_with else 0
+        values = np.frombuffer(content[start : start + count * dtype.itemsize], dtype)
     if len(values) != count:
         raise CraftmeshError(
             f"{path}: has {len(values)} of {count} labels; the data are cut off, copy it anew"
@@ -127,7 +124,7 @@ def _numbers(
         if name in header:
             try:
                 numbers: np.ndarray = np.array(header[name].split(), kind)
-            except ValueError:
+            except (ValueError, OverflowError):
                 numbers = np.zeros(0)
             if not numbers.size or count not in (0, numbers.size):
                 raise CraftmeshError(f"{path}: {name} is {header[name]!r}; expected {count or ''} numbers")

@@ -1,16 +1,19 @@
 """NumPy files: labels.npz of a case (written and read back exactly), and volumes from other tools' .npz."""
 
+import lzma
 import os
 import zipfile
 import zlib
 from collections.abc import Mapping
 from io import BytesIO
+from typing import IO
 
 import numpy as np
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.crystals import as_table, from_table
+from craftmesh.io.declared import refuse_false_size, refuse_false_zip
 from craftmesh.io.file_volume import (
     EULERS,
     QUATERNIONS,
@@ -26,7 +29,11 @@ from craftmesh.io.side_arrays import is_described, is_eulers, is_phases, left_un
 from craftmesh.types import Crystal, Voxels
 
 FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
-_BROKEN = (ValueError, OSError, EOFError, AttributeError, TypeError, zipfile.BadZipFile, zlib.error)
+_BROKEN = (ValueError, OSError, EOFError, AttributeError, TypeError, RuntimeError, ArithmeticError) + (
+    zipfile.BadZipFile,
+    zlib.error,
+    lzma.LZMAError,
+)
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
@@ -125,7 +132,11 @@ def _crystals(arrays: Mapping[str, np.ndarray]) -> dict[int, Crystal]:
 def load(path: str | os.PathLike) -> dict[str, np.ndarray]:
     """Return the entries of an .npz; raises CraftmeshError when it is not one or holds Python objects."""
     try:
+        refuse_false_zip(path)
         with np.load(path, allow_pickle=False) as archive:
+            for entry in archive.zip.infolist():
+                with archive.zip.open(entry) as stream:
+                    refuse_false_head(path, entry.filename, stream, entry.file_size)
             return {name: archive[name] for name in archive.files}
     except FileNotFoundError:
         raise CraftmeshError(f"{path}: no such file; check the path") from None
@@ -133,6 +144,18 @@ def load(path: str | os.PathLike) -> dict[str, np.ndarray]:
         raise CraftmeshError(
             f"{path}: is not an .npz of plain arrays ({_fault(path, error)}); write it anew"
         ) from None
+
+
+def refuse_false_head(path: str | os.PathLike, name: str, stream: IO[bytes], there: int) -> None:
+    """Refuse the array at the start of a stream whose head declares more than the bytes that are there.
+
+    Raises CraftmeshError, and ValueError where there is no such head.
+    """
+    version = np.lib.format.read_magic(stream)
+    is_first = version == (1, 0)
+    read = np.lib.format.read_array_header_1_0 if is_first else np.lib.format.read_array_header_2_0
+    shape, _, dtype = read(stream)
+    refuse_false_size(path, name, shape, dtype.itemsize, there)
 
 
 def _fault(path: str | os.PathLike, error: Exception) -> str:

@@ -4,6 +4,7 @@ Source: the chapter on file formats of Neper's reference manual. Neper calls the
 the sample's axes onto the crystal's, which is the one from crystal to sample components here.
 """
 
+import math
 import os
 import re
 from collections.abc import Mapping
@@ -14,6 +15,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.crystals import of_symmetry
+from craftmesh.io.declared import data_file, refuse_false_size
 from craftmesh.io.file_volume import (
     DEGREES,
     EULERS,
@@ -67,13 +69,18 @@ def read(path: str | os.PathLike) -> FileVolume:
         raise CraftmeshError(
             f"{path}: **general is {general.tolist()}; expected 3, three sizes, three lengths"
         )
-    shape, spacing = general[1:4].astype(np.int64), general[4:]
+    if not (np.isfinite(general).all() and (general[1:4] == np.round(general[1:4])).all()):
+        raise CraftmeshError(f"{path}: **general is {general.tolist()}; expected counts and finite lengths")
+    shape, spacing = tuple(int(n) for n in general[1:4]), general[4:]
     origin = _numbers(path, fields, "*origin") if "*origin" in fields else np.zeros(3)
     cells, data = _cells(path, data, shape)
     structure = of_symmetry(" ".join(fields.get("*crysym", [])))
     crystals = {0: Crystal(structure)} if structure else {}
-    count = int(np.append(_numbers(path, fields, "**cell"), 0)[0])
-    ids = _numbers(path, fields, "*id").astype(np.int64) if "*id" in fields else np.arange(1, count + 1)
+    first = np.append(_numbers(path, fields, "**cell"), 0)[0]
+    count = int(first) if 0 <= first <= len(head) else 0  # each has an id or an orientation in the head
+    with np.errstate(invalid="ignore"):  # what is no whole number ends below
+        listed_ids = _numbers(path, fields, "*id").astype(np.int64)
+    ids = listed_ids if "*id" in fields else np.arange(1, count + 1)
     if "*ori" in fields or "*id" in fields:
         _check_ids(path, cells, ids, count)
         cells = np.concatenate([[0], ids])[cells]
@@ -115,11 +122,12 @@ def _numbers(path: Path, fields: Mapping[str, list[str]], name: str, skip: int =
         ) from None
 
 
-def _cells(path: Path, data: bytes, shape: np.ndarray) -> tuple[np.ndarray, bytes]:
+def _cells(path: Path, data: bytes, shape: tuple[int, ...]) -> tuple[np.ndarray, bytes]:
     """Return the cells (nx, ny, nz) of all voxels, and what follows; `data` is what follows **data."""
     name, rest = _word(data)
     rest, after = _inline_or_beside(path, rest)
-    count = int(shape.prod())
+    count = math.prod(shape)
+    refuse_false_size(path, "**data", shape, 1, len(rest))
     if name in _BINARY:
         cells, tail = _binary(rest, np.dtype(_BINARY[name]), count)
     elif name == "ascii":
@@ -139,11 +147,8 @@ def _inline_or_beside(path: Path, rest: bytes) -> tuple[bytes, bytes | None]:
     """Return the bytes of a section's numbers and, where they are in a *file, what follows its name."""
     if not rest.lstrip().startswith(b"*file"):
         return rest, None
-    _, name, *after = rest.split(maxsplit=2)
-    other = path.parent / name.decode("utf-8", "replace")
-    if not other.is_file():
-        raise CraftmeshError(f"{path}: *file {other} is missing; put it beside the .tesr")
-    return other.read_bytes(), b"".join(after)
+    _, name, after = (*rest.split(maxsplit=2), b"", b"")[:3]
+    return data_file(path, "*file", name.decode("utf-8", "replace")).read_bytes(), after
 
 
 def _binary(rest: bytes, dtype: np.dtype, count: int) -> tuple[np.ndarray, bytes]:
@@ -168,12 +173,12 @@ def _of_cells(path: Path, fields: Mapping[str, list[str]], ids: np.ndarray) -> d
     return {"*ori": replace(rotations, values=table)}
 
 
-def _of_voxels(path: Path, data: bytes, shape: np.ndarray) -> dict[str, Rotations]:
+def _of_voxels(path: Path, data: bytes, shape: tuple[int, ...]) -> dict[str, Rotations]:
     """Return the voxels' orientations (nx, ny, nz, k), NaN where **oridef says that they are not defined.
 
     data: from **oridata on.
     """
-    count = int(shape.prod())
+    count = math.prod(shape)
     name, data = _word(_word(data)[1])
     width = _DESCRIPTORS.get(name.partition(":")[0], ("", 0))[1]
     numbers, data = _floats(path, "**oridata", data, "<f8", count * width)

@@ -92,7 +92,7 @@ def _pages(file: Path) -> np.ndarray:
             colours = series[0].keyframe.samplesperpixel
             if len(kinds) > 1 or colours > 1 or max(pages.ndim for pages in series) > 3:
                 raise CraftmeshError(
-                    f"{file}: holds pages of {len(kinds)} sizes or types, {colours} values a pixel, first of "
+                    f"{file}: holds pages of {len(kinds)} sizes or types, {colours} values a pixel, of "
                     f"shape {series[0].shape}; expected grey pages (z, y, x), one label a pixel"
                 )
             # some writers make a series of each page

@@ -74,6 +74,6 @@ def _of_hdf5(path: Path) -> str:
         for group, kind in _BY_GROUP.items():
             if group in file:
                 return kind
-        if any("EBSD" in item for item in file.values()):
+        if any(f"{name}/EBSD" in file for name in file):
             raise CraftmeshError(f"{path}: {_MAP}")
         raise CraftmeshError(f"{path}: has groups {listed(file)}; expected one of {', '.join(_BY_GROUP)}")

@@ -8,6 +8,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import dream3d, labdct, metaimage, npy, npz, nrrd_volume, tesr, tiff, vti
+from craftmesh.io.declared import enough_memory
 from craftmesh.io.file_volume import (
     DEGREES,
     GRAIN,
@@ -91,7 +92,11 @@ def read_voxels(
     path = Path(path)
     if not path.exists():
         raise CraftmeshError(f"{path}: no such file; check the path")
-    content = _read_file(path, options)
+    with enough_memory(path):
+        return _understood(path, _read_file(path, options), options, fills)
+
+
+def _understood(path: Path, content: FileVolume, options: ReadOptions, fills: bool) -> RawVolume:
     labels = integer_labels(path, content.labels)
     spacing = _spacing(path, content, options)
     origin = _origin(path, content, options)
