@@ -82,7 +82,7 @@ def configuration_text(first: FirstCampaign, name: str, sheet: str, data: str) -
     about = (
         "c11, c12, c44 of copper in MPa: put those of your crystal"
         if cubic
-        else "no orientations in the file, so isotropic: E in MPa, Poisson's ratio"
+        else "no orientations are read, so isotropic: E in MPa, Poisson's ratio"
     )
     return f"""\
 # A first campaign for {name}: {first.grains} grains, the median one {numbers["across"]} across.

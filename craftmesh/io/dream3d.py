@@ -78,15 +78,12 @@ def _rotations(beside: Beside) -> tuple[h5py.Dataset, Rotations] | None:
 
 
 def _arrays(file: h5py.File, images: Sequence[_Image], image: _Image) -> list[h5py.Dataset]:
-    """Return the arrays that may describe an image's ids: those below it, and those of groups beside it."""
+    """Return the arrays that may describe an image's ids: those below it, and below none as deep."""
     own = image.group.name
     others = tuple(f"{other.group.name}/" for other in images if other.group.name != own)
     found = {name: d for name, d in datasets(file).items() if d.shape and not name.startswith(others)}
-    return [
-        data
-        for name, data in found.items()
-        if name.startswith(f"{own}/") or own.startswith(f"{data.parent.parent.name}/")
-    ]
+    deepest = own.count("/") + 2
+    return [d for name, d in found.items() if name.startswith(f"{own}/") or name.count("/") <= deepest]
 
 
 def _images(file: h5py.File) -> list[_Image]:

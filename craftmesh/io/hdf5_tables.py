@@ -12,13 +12,8 @@ from craftmesh.io.file_volume import listed
 from craftmesh.io.hdf5 import cells_xyz, is_by_cell
 from craftmesh.io.side_arrays import belonging, is_described, is_ids
 
-_USUAL = (
-    "AvgEulerAngles",
-    "EulerAngles",
-    "AvgQuats",
-    "Quats",
-    "Phases",
-)  # which is taken of several in one group
+# What is taken of several in one group, the first first.
+_USUAL = ("AvgEulerAngles", "EulerAngles", "AvgQuats", "Quats", "Phases")
 _ENSEMBLES = "CrystalStructures"  # an array of groups that have a row a phase, not a row a grain
 
 
@@ -55,7 +50,10 @@ class Beside:
         shapes = ((width,), ()) if width == 1 else ((width,),)
         tables = [d for d in named if d not in cells and d.ndim and d.shape[1:] in shapes]
         rows = {d.name: len(d) for d in _one_a_group(self._linked(tables))}
-        name = belonging(self.path, rows, self._largest, self._claimed())
+        near = {name: count for name, count in rows.items() if name.startswith(self._within)}
+        name = next(
+            (n for r in (near, rows) if (n := belonging(self.path, r, self._largest, self._claimed()))), ""
+        )
         found = next((d for d in tables if d.name == name), None)
         if found is not None:
             return found, found[()].reshape(len(found), -1)[:, slice(None) if width > 1 else 0]
@@ -70,22 +68,18 @@ class Beside:
     def unread(self, found: Iterable[h5py.Dataset], volumes: Iterable[str]) -> list[str]:
         """Return what else describes grains, and the other volumes of ids, by their names."""
         used = {self.labels.name, *(d.name for d in found)}
-        others = {
-            d.name: self.told(d) for d in self.arrays if is_described(_last(d)) and not _is_of_phases(d)
-        }
+        arrays = [d for d in self.arrays if is_described(_last(d)) and _ENSEMBLES not in d.parent]
+        others = {d.name: self.told(d) for d in arrays}
         others |= {name: name for name in volumes if is_ids(name.rsplit("/", 1)[1]) and name not in others}
         return [told for name, told in others.items() if name not in used]
 
     def told(self, data: h5py.Dataset) -> str:
         """Return an array's name within the file, with its rows where it is a table."""
-        rows = (
-            "" if int(np.prod(data.shape)) >= self.ids.size else f" ({len(data)} rows)" if data.ndim else ""
-        )
-        return data.name.removeprefix(f"{self.labels.parent.parent.name}/") + rows
+        rows = "" if np.prod(data.shape) >= self.ids.size else f" ({len(data)} rows)"
+        return data.name.removeprefix(self._within) + rows
 
     def _chosen(self, arrays: Sequence[h5py.Dataset]) -> list[h5py.Dataset]:
-        names = (self.table.rstrip("/"), f"{self.table.rstrip('/')}/")
-        return [d for d in arrays if self.table and (d.name == names[0] or d.name.startswith(names[1]))]
+        return [d for d in arrays if self.table and f"{d.name}/".startswith(f"{self.table.rstrip('/')}/")]
 
     def _linked(self, tables: Sequence[h5py.Dataset]) -> list[h5py.Dataset]:
         """Return the tables that may be the ids': a group that holds an array of their name lists them.
@@ -109,6 +103,10 @@ class Beside:
         return [d for d in ids if is_by_cell(d, self.dims, 1)]
 
     @property
+    def _within(self) -> str:
+        return f"{self.labels.parent.parent.name}/"
+
+    @property
     def _largest(self) -> int:
         largest = self.ids.max(initial=0)
         return int(largest) if np.isfinite(largest) else 0
@@ -116,10 +114,6 @@ class Beside:
 
 def _last(data: h5py.Dataset) -> str:
     return data.name.rsplit("/", 1)[1]
-
-
-def _is_of_phases(data: h5py.Dataset) -> bool:
-    return _ENSEMBLES in data.parent
 
 
 def _one_a_group(arrays: Iterable[h5py.Dataset]) -> list[h5py.Dataset]:

@@ -112,7 +112,7 @@ def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
 def _orientations(arrays: Mapping[str, np.ndarray], axes: str, voxels: int) -> dict[str, Rotations]:
     """Return the orientations, of grains or of voxels; not those in a list of voxels without axes."""
     kinds = {"orientations": QUATERNIONS, "rodrigues": RODRIGUES}
-    kinds |= {key: EULERS for key, values in arrays.items() if is_eulers(key) and values.ndim}
+    kinds |= {key: EULERS for key, values in arrays.items() if is_eulers(key) and values.shape[-1:] == (3,)}
     words = [f"{key} {values}" for key, values in arrays.items() if is_eulers(key) and not values.ndim]
     found = {}
     for key, kind in kinds.items():

@@ -9,7 +9,7 @@ from craftmesh.io.file_volume import DEGREES, RADIANS, listed
 
 _EULERS = re.compile(r"euler", re.I)
 _QUATERNIONS = re.compile(r"quat", re.I)
-_ORIENTATIONS = re.compile(r"euler|quat|rodrig|orient|rotation", re.I)
+_ORIENTATIONS = re.compile(r"euler|bunge|quat|rodrig|orient|rotation|axis_?angle|^phi_?[12]$", re.I)
 _PHASES = re.compile(r"(cell|feature|grain|parent)?_?phases?(_?ids?)?", re.I)
 _IDS = re.compile(r"(cell|feature|grain|parent|region|twin|material)_?ids?|material|labels?", re.I)
 _UNITS = {

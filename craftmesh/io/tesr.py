@@ -84,11 +84,12 @@ def read(path: str | os.PathLike) -> FileVolume:
     if "*ori" in fields or "*id" in fields:
         _check_ids(path, cells, ids, count)
         cells = np.concatenate([[0], ids])[cells]
-    by_voxel = data.lstrip().startswith(b"**oridata")
-    if "*ori" in fields:
-        orientations, notes = _of_cells(path, fields, ids), left_unread(["**oridata"] * by_voxel)
-    else:
-        orientations, notes = _of_voxels(path, data, shape) if by_voxel else {}, ()
+    unread: list[str] = [name for name in ("*lam", "*mode", "*group") if name in fields]
+    orientations = _of_cells(path, fields, ids) if "*ori" in fields else {}
+    if data.lstrip().startswith(b"**oridata"):
+        unread += ["**oridata"] * bool(orientations)
+        orientations = orientations or _of_voxels(path, data, shape)
+    notes = left_unread(unread)
     return FileVolume(cells, spacing, origin, orientations, None, crystals, VOID, notes=notes)
 
 

@@ -113,10 +113,10 @@ def _in_radians(
             f"{path}: {name} reach {largest:.4g} and are said to be {unit}; give angles as what they are"
         )
     if not (unit or by_range):
-        small = int((size <= _TURN).all(axis=1).sum())
+        small, tops = (size <= _TURN).all(axis=1).sum(), [f"{top:.4g}" for top in size.max(axis=0)]
         raise CraftmeshError(
-            f"{path}: {name} reach {largest:.4g}, {small} of {len(size)} rows stay under 2 pi; expected "
-            "all in radians or all in degrees: make them one, or give angles as radians or degrees"
+            f"{path}: {name} reach {', '.join(tops)}, and {small} of {len(size)} rows stay under 2 pi; "
+            "expected all in radians or all in degrees: make them one, or give angles as radians or degrees"
         )
     notes: tuple[str, ...] = ()
     if not unit and by_range == DEGREES:

@@ -161,6 +161,8 @@ def test_parents_have_the_table_of_parents(tmp_path, version, parents, more, rig
     wanted = bunge_to_quaternion(tables[2][2])
     options = ReadOptions(dataset=ids_of(version, "ParentIds"))
     made = outcome(path, right, "unread: .*FeatureIds" if right else "several tables", options, wanted)
+    if more and parents is not PARENTS:
+        outcome(path, True, "unread: .*NewGrainData")  # what lists parents is the features'
     if parents is PARENTS:
         assert made.phases.tolist() == [0, 2, 1]
         assert outcome(path, True, "unread: .*ParentIds").phases.tolist() == PHASES.tolist()
@@ -257,6 +259,7 @@ FAULTS = [
     (tesr, "short", ori("rodrigues", VECTORS[2:]), False, "expected 3 rows"),
     (tesr, "cells only", oridata("rodrigues", VECTORS), True, "means over"),
     (tesr, "radians by cell", oridata("euler-bunge", RADIANS), True, "none exceeds 2 pi"),
+    (tesr, "groups", {"ori": "  *group\n   1 1 2\n"}, None, "unread: .group"),
     (tesr, "short by cell", oridata("rodrigues", VECTORS[:, :2]), False, "120 of 180"),
     (
         tesr,
@@ -378,8 +381,10 @@ def test_quaternions_of_dream3d_where_there_are_no_angles(tmp_path, version, by_
 
 
 @pytest.mark.parametrize("version", [7, 8])
-def test_a_table_beside_the_geometry(tmp_path, version):
-    outcome(dream3d(tmp_path, version, [("/Features", "EulerAngles", RADIANS)]), True, "")
+@pytest.mark.parametrize("place", ["/Features", "/Container/Features"])
+def test_a_table_beside_the_geometry_after_those_within(tmp_path, version, place):
+    outcome(dream3d(tmp_path, version, [(place, "EulerAngles", RADIANS)]), True, "")
+    outcome(dream3d(tmp_path, version, [(place, "EulerAngles", OTHER), EULERS]), True, "unread: .*Features")
 
 
 @pytest.mark.parametrize("version", [4, 5, 7, 8])
