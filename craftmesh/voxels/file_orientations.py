@@ -61,7 +61,6 @@ def orientation_table(
     """
     tables: dict[str, np.ndarray] = {}
     notes: tuple[str, ...] = ()
-    largest = int(labels.max(where=is_grain, initial=0))
     for name, rotations in given.items():
         quaternions, told = _quaternions(path, name, rotations, unit, labels.shape)
         notes += told
@@ -69,13 +68,26 @@ def orientation_table(
             table_rows(path, labels)
             quaternions, spread = mean_by_grain(labels[is_grain], quaternions[is_grain.ravel()])
             notes += _spread_notes(spread)
-        elif len(quaternions) > largest + 1:
-            notes += (f"{name} has {len(quaternions)} rows, ids reach {largest}: those beyond are unread",)
+        else:
+            notes += _fit(path, name, len(quaternions), np.unique(labels[is_grain]))
         tables[name] = quaternions
     if not tables:
         return None, notes
     _refuse_disagreement(path, tables)
     return next(iter(tables.values())), notes
+
+
+def _fit(path: str | os.PathLike, name: str, rows: int, ids: np.ndarray) -> tuple[str, ...]:
+    """Return a note on a table with more rows than its ids (k,) need; refuses one that counts them."""
+    largest = int(ids.max(initial=0))
+    if rows == len(ids) <= largest:
+        raise CraftmeshError(
+            f"{path}: {name} has {rows} rows for {rows} ids up to {largest}; expected row = id from 0 on, "
+            "fill rows of ids that are not there with NaN"
+        )
+    if rows <= largest + 1:
+        return ()
+    return (f"{name} has {rows} rows, ids reach {largest}: those beyond are unread",)
 
 
 def _quaternions(

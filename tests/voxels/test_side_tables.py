@@ -178,7 +178,7 @@ def test_the_table_of_the_features_is_not_that_of_the_parents(tmp_path, version)
 
 
 def npz(folder, **arrays):
-    np.savez(folder / "v.npz", labels=LABELS, spacing=np.ones(3), **arrays)
+    np.savez(folder / "v.npz", **({"labels": LABELS, "spacing": np.ones(3)} | arrays))
     return folder / "v.npz"
 
 
@@ -241,7 +241,13 @@ FAULTS = [
     (npz, "neither", {"eulers": NEITHER}, False, "reach 1000"),
     (npz, "cells only", {"rodrigues": VECTORS[LABELS]}, True, "means over"),
     (npz, "two that differ", {"rodrigues": VECTORS, "eulers": OTHER}, False, "differ by"),
-    (npz, "table not numbered", {"eulers": RADIANS[1:]}, False, "no orientation for grains 3"),
+    (
+        npz,
+        "table not numbered",
+        {"eulers": RADIANS[1:]},
+        False,
+        "3 rows for 3 ids up to 3; expected row = id",
+    ),
     (npz, "long", {"eulers": longer(RADIANS)}, True, "6 rows, ids reach 3"),
     (npz, "list of voxels", {"eulers": RADIANS[LABELS].reshape(-1, 3)}, None, "unread: eulers"),
     (npz, "other shape", {"eulers": RADIANS[LABELS][1:]}, False, "has shape"),
@@ -281,6 +287,19 @@ def test_tables_of_the_other_formats(tmp_path, write, fault, arrays, right, word
         assert any(words in note for note in read_voxels(path).notes)
         words = "means over" if "cell" in fault else ""
     outcome(path, right, words, ReadOptions(angles=unit))
+
+
+def test_a_table_that_counts_the_grains_is_refused_whatever_is_ignored(tmp_path):
+    """Each grain would get the next one's orientation."""
+    path = npz(tmp_path, eulers=RADIANS[1:])
+    outcome(path, False, "expected row = id", ReadOptions(ignore_unknown_orientations=True))
+    sparse = npz(tmp_path, labels=LABELS * 4, eulers=RADIANS[1:])
+    outcome(sparse, False, "3 rows for 3 ids up to 12")
+
+
+def test_ids_from_0_have_the_rows_from_0(tmp_path):
+    path = npz(tmp_path, labels=LABELS - 1, eulers=RADIANS[1:])
+    outcome(path, True, r"id \+ 1")
 
 
 def test_arrays_of_voxels_in_the_axes_of_the_labels(tmp_path):
