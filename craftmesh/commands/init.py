@@ -17,6 +17,7 @@ from craftmesh.errors import CraftmeshError, counted, listed
 from craftmesh.io.file_volume import VOID
 from craftmesh.progress import ProgressLine
 from craftmesh.types import Voxels
+from craftmesh.voxels.background import lies_in_specks
 from craftmesh.voxels.clean import ROUGH, clean
 from craftmesh.voxels.clean_options import CleanOptions
 from craftmesh.voxels.raw_volume import RawVolume
@@ -76,12 +77,14 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _read(source: Path, options: ReadOptions) -> RawVolume:
-    """Return a volume; much of it without a grain is empty space, whatever the format says.
+    """Return a volume; much of it without a grain is empty space, unless it lies in specks.
 
     It is the space round a sample: filled, the grains at its faces would grow into it.
     """
     raw = read_voxels(source, options)
-    if raw.unindexed.mean() <= MUCH or options.background != AUTO:
+    is_much = raw.unindexed.mean() > MUCH and options.background == AUTO
+    labels = raw.voxels.labels
+    if not is_much or lies_in_specks(find_pieces(labels), speck_size(labels)):
         return raw
     note = (
         f"label {options.background_value}, {counted(int(raw.unindexed.sum()), raw.unindexed.size)}, "

@@ -41,7 +41,7 @@ def role_of_zero(labels: np.ndarray, tables: Sequence[np.ndarray]) -> tuple[str,
     enclosed = int((pieces.voxels[zero] >= max(least, 1)).sum())
     if _surrounds(labels, pieces):
         return VOID, "it surrounds the rest"
-    if _lies_in_specks(pieces, least):
+    if lies_in_specks(pieces, least):
         return UNINDEXED, "most of it lies in specks"
     if enclosed > 1 and not pieces.touches_box[zero].any():
         return VOID, f"it lies in {enclosed} enclosed pieces"
@@ -83,7 +83,7 @@ def _surrounds(labels: np.ndarray, pieces: Pieces) -> bool:
     return bool(2 * sizes.max(initial=0) > sizes.sum())
 
 
-def _lies_in_specks(pieces: Pieces, least: int) -> bool:
+def lies_in_specks(pieces: Pieces, least: int) -> bool:
     """Whether most of 0 is in pieces of fewer voxels, and no other label is dispersed like that."""
     voxels = pieces.voxels[pieces.label == 0]
     in_specks = 2 * voxels[voxels < least].sum() > voxels.sum()

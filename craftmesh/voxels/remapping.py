@@ -64,7 +64,8 @@ def integer_labels(path: str | os.PathLike, labels: np.ndarray) -> np.ndarray:
     low, high = labels.min().item(), labels.max().item()
     if high >= _LARGEST or low < -_LARGEST:
         raise CraftmeshError(
-            f"{path}: labels run from {low} to {high}; expected ids below {_LARGEST} (int32), renumber them"
+            f"{path}: labels run from {low} to {high}; expected ids below {_LARGEST} (int32), "
+            "renumber them: numpy.unique with return_inverse"
         )
     return labels.astype(np.int64)
 
