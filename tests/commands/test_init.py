@@ -92,6 +92,48 @@ def test_much_without_a_grain_is_the_space_round_a_sample(tmp_path, monkeypatch,
     assert config["cracks"]["notch"]["radius"] == pytest.approx(15 / 4)
 
 
+def test_what_zero_is_taken_for_is_written_and_said(tmp_path, monkeypatch, capsys):
+    labels = generate(GenerateOptions(shape=(16, 15, 14), grains=5, voids=0)).labels
+    scattered = np.where(np.random.default_rng(2).random(labels.shape) < 0.08, 0, labels)
+    for role, values in (("grain", labels - 1), ("unindexed", scattered), ("void", np.pad(labels, 4))):
+        folder = tmp_path / role
+        folder.mkdir()
+        config = init(folder, monkeypatch, volume(folder, labels=values))["import"]
+        assert config["background"] == role and config.get("fill_unindexed", False) == (role == "unindexed")
+        assert "background: " in (folder / "scan_1.yaml").read_text().split("# what label 0 is")[0][-30:]
+        assert f"label 0, {(values == 0).sum()} voxels" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("labels", ["precipitates", "checkerboard"])
+def test_grains_in_many_small_pieces_stay(tmp_path, monkeypatch, capsys, labels):
+    shape = (18, 18, 18)
+    made = np.ones(shape, int)
+    if labels == "precipitates":
+        made[1::3, 1::3, 1::3] = 2
+    else:
+        made = 1 + np.indices(shape).sum(axis=0) % 2
+    config = init(tmp_path, monkeypatch, volume(tmp_path, labels=made))
+    assert not {"min_island_voxels", "smoothing_rounds"} & config.get("import", {}).keys()
+    said = capsys.readouterr().out
+    assert "grains: 2" in said and "min_island_voxels and smoothing_rounds stay 0" in said
+    (tmp_path / "scan_1.yaml").unlink()
+    assert main(["import", "scan 1.npz", "--labels", "l.npz", "--report", "r.json"]) == 0
+    np.testing.assert_array_equal(np.load("l.npz")["labels"], made)
+
+
+def test_import_says_changes_and_notes_line_by_line(tmp_path, monkeypatch, capsys):
+    noisy = generate(GenerateOptions(shape=(16, 15, 14), grains=5, voids=0)).labels.copy()
+    noisy[3, 3, 3], noisy[8, 8, 8] = 0, 77
+    path = volume(tmp_path, labels=noisy)
+    flags = ["--fill-unindexed", "--min-island-voxels", "3", "--labels", str(tmp_path / "l.npz")]
+    assert main(["import", str(path), *flags]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert sum(line.startswith("change: ") for line in lines) == 2
+    assert any(
+        line.startswith("note: label 0, 1 voxels (0.03 %), is taken as not indexed") for line in lines
+    )
+
+
 def test_lengths_in_metres_are_numbers(tmp_path, monkeypatch):
     config = init(tmp_path, monkeypatch, volume(tmp_path, spacing=np.full(3, 1e-6), origin=np.zeros(3)))
     assert config["sizing"]["l0"] == 1e-6  # 1e-06 without a point is text to YAML 1.1

@@ -1,5 +1,7 @@
 """Cleaning: nothing unindexed is left, every change is counted, ids are kept."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from scipy import ndimage
 from craftmesh.errors import CraftmeshError
 from craftmesh.types import Voxels
 from craftmesh.voxels.clean import CleanOptions, clean, fill_unindexed, number_voids
+from craftmesh.voxels.islands import find_islands
 from craftmesh.voxels.raw_volume import RawVolume
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 
@@ -138,6 +141,63 @@ def test_pieces_become_grains_with_their_parents_orientation():
     assert (made.labels[6, 3, 2], made.labels[5, 0, 0]) == (8, 9)
     np.testing.assert_array_equal(made.orientations[[4, 8, 9]], np.tile([1.0, 0, 0, 0], (3, 1)))
     assert all(components(made.labels, k) == 1 for k in (4, 7, 8, 9))
+
+
+def precipitates() -> np.ndarray:
+    """Grain 1, and 27 voxels of grain 2 apart from one another."""
+    labels = np.ones((9, 9, 9), np.int32)
+    labels[1::3, 1::3, 1::3] = 2
+    return labels
+
+
+def test_an_absorption_that_leaves_one_grain_names_what_it_took():
+    options = CleanOptions(min_island_voxels=2)
+    words = r"^min_island_voxels 2 leaves grain 1 alone.*grain 2 \(27 pieces, 27 voxels, to grain 1\)"
+    with pytest.raises(CraftmeshError, match=words):
+        clean(voxels(precipitates()), options)
+    labels = precipitates()
+    labels[:2] = 3
+    (change,) = clean(voxels(labels), options)[1]["changes"]
+    assert (
+        "18 pieces, 18 voxels (2.5 %)" in change and "grain 2 (18 pieces, 18 voxels, to grain 1)" in change
+    )
+
+
+def test_every_step_says_its_share_and_its_option():
+    labels = halves((10, 10, 10))
+    labels[2, 2, 2] = labels[7, 7, 7] = 0
+    labels[5, 4, 4], labels[8, 2:4, 2] = 4, 11
+    labels[0, 0, 0], labels[4:6, 7, 7] = -5, -6
+    labels[9, 9, 8:] = 4
+    options = CleanOptions(fill_unindexed=True, min_island_voxels=2, split_pieces=True)
+    report = clean(raw(labels, labels == 0), options)[1]
+    said = {
+        "fill_unindexed": r"2 voxels \(0.2 %\) without a grain",
+        "void_labels": r"3 voxels \(0.3 %\) are empty: 1 enclosed voids, and 1 voxels.*; voids 5 touch",
+        "min_island_voxels": r"1 pieces, 1 voxels \(0.1 %\)",
+        "split_pieces": r"1 pieces of 1 grains, 2 voxels \(0.2 %\)",
+    }
+    for change, (option, words) in zip(report["changes"], said.items(), strict=True):
+        assert option in change and re.search(words, change), (option, change)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.integers(0, 10**6),
+    st.lists(st.integers(1, 2**31 - 20), min_size=4, max_size=4, unique=True).map(sorted),
+    st.booleans(),
+)
+def test_how_large_ids_are_makes_no_difference(seed, ids, split):
+    few = np.random.default_rng(seed).choice([-1, 1, 2, 3, 4], (6, 7, 5), p=[0.1, 0.3, 0.2, 0.2, 0.2])
+    many = np.array([0, *ids, -1], np.int32)[few]
+    options = CleanOptions(min_island_voxels=4, smoothing_rounds=1, split_pieces=split)
+    (made, report), (other, others) = (clean(voxels(labels), options) for labels in (few, many))
+    ids += range(ids[-1] + 1, ids[-1] + 1 + len(report["split_grains"]))
+    named = np.where(made.labels > 0, np.array([0, *ids])[np.maximum(made.labels, 0)], made.labels)
+    np.testing.assert_array_equal(named, other.labels)
+    assert [island.voxels for island in find_islands(made)] == [one.voxels for one in find_islands(other)]
+    for count in ("grains", "absorbed_pieces", "smoothed_voxels", "roughness"):
+        assert report[count] == others[count]
 
 
 def test_volumes_without_boundary_are_refused():
