@@ -133,8 +133,10 @@ def _crystals(image: _Image, phases: np.ndarray | None) -> tuple[dict[int, Cryst
     """
     tables: list[h5py.Dataset] = []
     for around in (image.group, image.group.parent):
-        groups = [group for group in around.values() if isinstance(group, h5py.Group)]
-        tables = tables or [group["CrystalStructures"] for group in groups if "CrystalStructures" in group]
+        found = [
+            group.get("CrystalStructures") for group in around.values() if isinstance(group, h5py.Group)
+        ]
+        tables = tables or [codes for codes in found if isinstance(codes, h5py.Dataset)]
     largest = 0 if phases is None else phases.max(initial=0)
     fitting = [d for d in tables if d.dtype.kind in "iu" and d.size > largest]
     if len(fitting) != 1:
@@ -143,5 +145,5 @@ def _crystals(image: _Image, phases: np.ndarray | None) -> tuple[dict[int, Cryst
     codes = fitting[0][()].ravel().tolist()
     names = next((list(group[key][()].ravel()) for key in _PHASE_NAMES if key in group), [])
     rows = zip(codes, [*map(in_words, names), *[""] * len(codes)])
-    found = {phase: Crystal(of_dream3d(code), name) for phase, (code, name) in enumerate(rows) if phase}
-    return of_grains(found, phases), []
+    crystals = {phase: Crystal(of_dream3d(code), name) for phase, (code, name) in enumerate(rows) if phase}
+    return of_grains(crystals, phases), []

@@ -70,7 +70,7 @@ def read_labels(path: str | os.PathLike) -> Voxels:
     if missing:
         raise CraftmeshError(f"{path}: no entry {missing[0]}; expected a labels.npz made by craftmesh")
     place = arrays["labels"], arrays["spacing"], arrays["origin"]
-    return Voxels(*place, arrays.get("orientations"), arrays.get("phases"), _crystals(arrays))
+    return Voxels(*place, arrays.get("orientations"), arrays.get("phases"), _crystals(path, arrays))
 
 
 def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
@@ -102,7 +102,7 @@ def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
         arrays.get("origin"),
         orientations,
         phases,
-        _crystals(arrays) if is_ours else {},
+        _crystals(path, arrays) if is_ours else {},
         VOID if is_ours else UNSAID,
         negative_voids=is_ours,
         notes=notes + left_unread(unread),
@@ -125,8 +125,13 @@ def _orientations(arrays: Mapping[str, np.ndarray], axes: str, voxels: int) -> d
     return found
 
 
-def _crystals(arrays: Mapping[str, np.ndarray]) -> dict[int, Crystal]:
-    return from_table(arrays["crystals"]) if "crystals" in arrays else {}
+def _crystals(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> dict[int, Crystal]:
+    try:
+        return from_table(arrays["crystals"]) if "crystals" in arrays else {}
+    except (ValueError, TypeError) as error:
+        raise CraftmeshError(
+            f"{path}: crystals cannot be read ({error}); expected rows of phase, structure and name"
+        ) from None
 
 
 def load(path: str | os.PathLike) -> dict[str, np.ndarray]:

@@ -153,8 +153,8 @@ def _inline_or_beside(path: Path, rest: bytes) -> tuple[bytes, bytes | None]:
 
 
 def _binary(rest: bytes, dtype: np.dtype, count: int) -> tuple[np.ndarray, bytes]:
-    size = count * dtype.itemsize
-    return np.frombuffer(rest[: size - len(rest[:size]) % dtype.itemsize], dtype), rest[size:]
+    there = min(count, len(rest) // dtype.itemsize)
+    return np.frombuffer(rest, dtype, there), rest[there * dtype.itemsize :]
 
 
 def _until_star(rest: bytes) -> tuple[bytes, bytes]:
@@ -228,7 +228,8 @@ def _rotations(path: Path, section: str, name: str, numbers: np.ndarray) -> Rota
     rows = numbers.reshape(-1, width)
     if kind == _AXIS_ANGLE:
         kind, half = QUATERNIONS, np.radians(rows[:, 3:]) / 2
-        length = np.linalg.norm(rows[:, :3], axis=1, keepdims=True)
+        with np.errstate(over="ignore"):  # numbers that are none of an axis
+            length = np.linalg.norm(rows[:, :3], axis=1, keepdims=True)
         axes = rows[:, :3] / np.where(length > 0, length, 1)
         rows = np.concatenate([np.cos(half), np.sin(half) * axes], axis=1)
     return Rotations(kind, rows, DEGREES, inverse=convention == "passive")

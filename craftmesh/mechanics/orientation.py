@@ -54,7 +54,8 @@ def matrix_to_quaternion(matrices: np.ndarray) -> np.ndarray:
     from scipy.spatial.transform import Rotation
 
     matrices = np.asarray(matrices, float)
-    off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+    with np.errstate(over="ignore", invalid="ignore"):  # at numbers that are none of a rotation
+        off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
     made = np.full((len(matrices), 4), np.nan)
     rotations = np.flatnonzero(off <= 0.01)
     rotations = rotations[np.linalg.det(matrices[rotations]) > 0]

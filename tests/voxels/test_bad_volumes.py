@@ -174,6 +174,13 @@ def test_damaged_files(tmp_path, name):
     refuse(tmp_path / name, "v\\.", ReadOptions(axes="xyz"))
 
 
+@pytest.mark.parametrize("table", [["1", "cubic"], [["a", "cubic", ""]], [["1", "cubic"]], 7])
+def test_broken_crystals_of_labels(tmp_path, table):
+    path = npz(tmp_path, spacing=np.ones(3), origin=np.zeros(3), crystals=np.array(table))
+    with pytest.raises(CraftmeshError, match="bad.npz: crystals cannot be read .*rows of phase"):
+        read_labels(path)
+
+
 def test_truncated_npz(tmp_path):
     path = npz(tmp_path)
     path.write_bytes(path.read_bytes()[:-40])
