@@ -1,11 +1,13 @@
 """Fields of the stages' frozen option classes: one definition serves library, CLI and config."""
 
+import importlib
 import math
 import operator
 import types
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, field, fields
+from difflib import get_close_matches
 from functools import cache
 from numbers import Integral, Real
 from typing import Any, NamedTuple
@@ -143,3 +145,29 @@ def _described(hint: Any, metadata: Mapping[str, Any]) -> str:
         hint = items[0]
     limits = metadata.get("bounds", {}).items() if {float, int} & set(alternatives(hint)) else ()
     return text + " and".join(f" {BOUNDS[name].sign} {limit:g}" for name, limit in limits)
+
+
+def own_code(key: str, name: str, known: Sequence[str]) -> Any:
+    """Return what the option `key` names as package.module:NAME, a class or function of the user's own.
+
+    known: the names that the option has besides. Raises CraftmeshError for what is neither, for a module
+    that cannot be imported, whatever it raises, and for what cannot be called.
+    """
+    module, colon, attribute = name.partition(":")
+    if not colon:
+        near = get_close_matches(name, known, 1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise CraftmeshError(
+            f"{key} is {name!r}; expected one of {', '.join(known)}, or package.module:NAME of your "
+            f"own{hint}"
+        )
+    try:
+        found = getattr(importlib.import_module(module), attribute)
+    except Exception as error:  # a plug-in's own fault is one too
+        raise CraftmeshError(
+            f"{key} {name!r} cannot be loaded ({type(error).__name__}: {error}); expected a name in an "
+            "installed module"
+        ) from error
+    if not callable(found):
+        raise CraftmeshError(f"{key} {name!r} is {found!r}; expected a class or a function")
+    return found

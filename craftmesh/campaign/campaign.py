@@ -7,7 +7,7 @@ files exist; the Snakefile only calls them.
 import json
 import shlex
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,22 +17,20 @@ from craftmesh.campaign.cases import (
     UNTIL,
     Case,
     check_case,
-    check_exists,
     located,
 )
-from craftmesh.campaign.configuration import completed, load_schema
+from craftmesh.campaign.configuration import completed, fields_of, load_schema
 from craftmesh.campaign.digest import digest
+from craftmesh.campaign.meaning import SIZE_FILES, check_meaning, small_cracks
 from craftmesh.campaign.sheet import Rules, read_cases
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
-from craftmesh.errors import CraftmeshError
 from craftmesh.growth.options import CorrectionOptions, GrowthOptions, SmoothingOptions
 from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.voxels.clean_options import CleanOptions
 
 SCHEMAS = Path(__file__).with_name("schemas")
-SIZE_FILES = ("points", "field")
 CRACK_LENGTHS = ("l_min", "l0")
 GrowthReport = Callable[[str, str], str]
 
@@ -51,6 +49,11 @@ class Campaign:
     @property
     def chunks(self) -> int:
         return self.config["chunks"]
+
+    @property
+    def notes(self) -> list[str]:
+        """What may be meant, but seldom is."""
+        return list(small_cracks(self.cases.values()))
 
     def increments(
         self, pattern: str, growth: GrowthReport, growing: bool = False, others: Collection[str] = ()
@@ -209,11 +212,6 @@ class Campaign:
         return digest(f"craftmesh.commands.{verb}")
 
 
-def fields_of(options: type, keys: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those of a section's keys that are fields of one of its option classes."""
-    return {field.name: keys[field.name] for field in fields(options)}
-
-
 def _reached(case: Case, growth: GrowthReport) -> Iterator[str]:
     """Yield the names of the increments that a case has: all, or those before its crack stops."""
     for inc in case.increment_names:
@@ -238,54 +236,14 @@ def read_campaign(config: Mapping[str, Any]) -> Campaign:
     rules = Rules(load_schema(SCHEMAS / "cases.schema.yaml"), schema, config)
     cases = read_cases(Path(config["cases"]), rules)
     for case in cases.values():
-        _check_settings(case, config)
+        check_case(case)
+        check_meaning(case, config)
     data = Path(config["data"])
     cases = {
         name: replace(case, microstructure=located(case.microstructure, data))
         for name, case in cases.items()
     }
     return Campaign(config, cases)
-
-
-def _check_settings(case: Case, config: Mapping[str, Any]) -> None:
-    """Raise CraftmeshError unless the keys of a case fit each other and its files are there.
-
-    config: the campaign's; a fault of what the case has from it is told as its own.
-    """
-    about = {
-        section: "" if case.settings[section] == config[section] else f"{case.place}: "
-        for section in ("sizing", "cracks")
-    }
-    try:
-        check_sizes(case.settings["sizing"])
-        for key in SIZE_FILES:
-            check_exists(f"sizing.{key}", case.settings["sizing"][key])
-    except CraftmeshError as error:
-        raise CraftmeshError(f"{about['sizing']}{error}") from None
-    check_case(case, about["cracks"])
-    element = case.settings["inp"]["element"]
-    if case.grows and element != "C3D10":
-        raise CraftmeshError(
-            f"{case.place}: inp.element is {element}, and the crack grows; expected C3D10, whose "
-            "displacements give its stress intensities"
-        )
-
-
-def check_sizes(sizing: Mapping[str, Any]) -> None:
-    """Raise CraftmeshError unless the numbers of Eq. 3, defaults included, fit each other.
-
-    Without l0, which the microstructure gives later, there are no defaults to hold the others against.
-    """
-    import numpy as np
-
-    from craftmesh.sizing.sizing import SizingOptions, sizing_for
-
-    try:
-        options = SizingOptions(**sizing)
-        if options.l0 is not None:
-            sizing_for(None, options, np.zeros((0, 3)))
-    except CraftmeshError as error:
-        raise CraftmeshError(f"sizing: {error}") from None
 
 
 def command_flags(options: Mapping[str, Any]) -> str:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from craftmesh.campaign.configuration import listed
-from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.errors import CraftmeshError
 
 SYNTHETIC = "synthetic"
@@ -51,11 +50,8 @@ class Case:
         return tuple(f"{k:03d}" for k in range(self.increments))
 
 
-def check_case(case: Case, about_cracks: str = "") -> None:
-    """Raise CraftmeshError unless the case's crack, its increments and all its files are there.
-
-    about_cracks: what a fault in the keys of a crack begins with.
-    """
+def check_case(case: Case) -> None:
+    """Raise CraftmeshError unless the case's cracks are known, and its microstructure is there."""
     config, place = case.settings, case.place
     known = (*config["cracks"], NO_CRACK)
     for name in case.cracks:
@@ -70,27 +66,11 @@ def check_case(case: Case, about_cracks: str = "") -> None:
         raise CraftmeshError(f"{place}: increments is {case.increments} without a crack; expected 1")
     if case.crack == NO_CRACK and case.grows:
         raise CraftmeshError(f"{place}: growth is {case.growth} without a crack; expected {PRESCRIBED}")
-    for name in case.cracks:
-        _check_series(case, name, f"{about_cracks}cracks.{name}")
     path = Path(located(case.microstructure, Path(config["data"])))
     if case.microstructure != SYNTHETIC and not path.exists():
         raise CraftmeshError(
             f"{place}: microstructure {path} is not there; expected a file, or a path under the key `data`"
         )
-
-
-def _check_series(case: Case, crack: str, key: str) -> None:
-    """Raise, naming the crack's key, where a crack of the case lacks an increment, or a file of one."""
-    options = CrackOptions(**case.settings["cracks"][crack])
-    series, prescribed = options.increments, 1 if case.grows else case.increments
-    if series and len(series) < prescribed:
-        raise CraftmeshError(
-            f"{key}.increments prescribes {len(series)} increments; "
-            f"case {case.name!r} of {case.settings['cases']} asks for {prescribed}"
-        )
-    for increment in range(prescribed):
-        for name, path in crack_files(options, increment).items():
-            check_exists(f"{key}.{name}", path)
 
 
 def check_exists(key: str, path: str | None) -> None:

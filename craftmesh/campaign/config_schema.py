@@ -17,7 +17,7 @@ from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.options import BOUNDS, alternatives, hints_of, items_of
 
 SECTIONS = {
-    "generate": ("the synthetic microstructure", ["voxels.generate.GenerateOptions"]),
+    "generate": ("the synthetic microstructure", ["voxels.generate_options.GenerateOptions"]),
     "import": (
         "reading and cleaning of microstructure files",
         ["voxels.reading.ReadOptions", "voxels.clean_options.CleanOptions"],

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import fields
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
@@ -76,6 +77,11 @@ def filled(value: Any, schema: Mapping[str, Any]) -> Any:
     }
     others = schema.get("additionalProperties") or {}
     return made | {key: filled(item, others) for key, item in value.items() if key not in properties}
+
+
+def fields_of(options: type, keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those of a section's keys that are fields of one of its option classes."""
+    return {field.name: keys[field.name] for field in fields(options)}
 
 
 def kinds_of(schema: Mapping[str, Any]) -> list[str]:

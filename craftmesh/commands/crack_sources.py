@@ -4,6 +4,7 @@ import numpy as np
 
 from craftmesh.cracks.measured import Numbers, crack_through_fronts, crack_through_points
 from craftmesh.cracks.options import CrackOptions, crack_files, given_file
+from craftmesh.cracks.prescription import check_crack
 from craftmesh.cracks.series import GivenSurface
 from craftmesh.cracks.swept_path import crack_along_path
 from craftmesh.cracks.voxel_crack import crack_through_voxels
@@ -24,6 +25,7 @@ def given_surface(
     box (2, 3): the model's; grid: its voxels where they are known. Raises CraftmeshError that names the key
     or the file.
     """
+    check_crack(options, increment)
     if options.shape == "surface":
         return _triangulated(options, increment), {}
     if options.shape == "fronts":
@@ -31,9 +33,7 @@ def given_surface(
         fronts = [_one_front(name) for name in names or [str(given_file(options, increment))]]
         return crack_through_fronts(fronts, box, options.spacing, options.inside)
     if options.shape == "points":
-        if not options.front:
-            raise CraftmeshError("crack.front is not given; expected the csv of the front of a point cloud")
-        cloud, fronts = read_points(given_file(options, increment)), read_fronts(options.front)
+        cloud, fronts = read_points(given_file(options, increment)), read_fronts(str(options.front))
         return crack_through_points(cloud, fronts, box, options.spacing)
     if options.shape == "path":
         return crack_along_path(read_path(given_file(options, increment)), options, increment, box)

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from craftmesh.campaign.campaign import Campaign, fields_of
+from craftmesh.campaign.campaign import Campaign
 from craftmesh.campaign.cases import SYNTHETIC, Case
+from craftmesh.campaign.configuration import fields_of
 from craftmesh.campaign.effort import Sizes, expected_elements, expected_facets
 from craftmesh.commands.crack_sources import given_surface
 from craftmesh.cracks.options import BY_NUMBERS, IN_BOUNDARIES, CrackOptions
+from craftmesh.cracks.prescription import is_sized, semi_axes
 from craftmesh.cracks.series import crack_of_increment
-from craftmesh.cracks.shapes import semi_axes
 from craftmesh.io.npz import read_labels
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for, voxel_edge
 from craftmesh.types import Voxels
@@ -60,6 +61,8 @@ def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
     for name in case.cracks:
         crack_options = CrackOptions(**case.settings["cracks"][name])
         if crack_options.shape == IN_BOUNDARIES:
+            if not is_sized(crack_options):
+                continue
             crack_options = _round(crack_options, increment)
         which = 0 if case.grows else increment
         if case.grows and crack_options.shape in BY_NUMBERS:
@@ -81,4 +84,4 @@ def _grown(options: CrackOptions, factor: float) -> CrackOptions:
 def _round(options: CrackOptions, increment: int) -> CrackOptions:
     """Return a penny in place of a crack along grain boundaries."""
     radius, _ = semi_axes(options, increment)
-    return CrackOptions(centre=options.centre, radius=radius, normal=options.normal, axis=options.axis)
+    return CrackOptions(centre=options.centre, radius=radius)

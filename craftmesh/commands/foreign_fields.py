@@ -1,7 +1,6 @@
 """Fields from other programs: CalculiX and Abaqus run on the deck, or a file that the user brings."""
 
 import os
-import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from craftmesh.io.frd import read_displacements
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.processes import job
 from craftmesh.processes.program import run_program
-from craftmesh.solve.options import ABAQUS, CALCULIX, SolveOptions
+from craftmesh.solve.options import ABAQUS, CALCULIX, SolveOptions, words_of
 
 JOB, FIELD = "model", "field.csv"
 _CALLS = {
@@ -51,10 +50,11 @@ def computed_field(model: ElasticModel, options: SolveOptions, folder: Path) -> 
     results = folder / (f"{JOB}.frd" if options.solver == CALCULIX else FIELD)
     results.unlink(missing_ok=True)
     write_model(folder / f"{JOB}.inp", model)
+    script = Path(job.__file__).with_name("abaqus_displacements.py")
     limits = job.Limits(options.time_limit, options.memory_limit)
     for number, call in enumerate(options.command or _CALLS[options.solver], 1):
         log = folder.resolve() / f"{options.solver}_{number}.log"
-        said = run_program(_words(call), folder.resolve(), limits, log)
+        said = run_program(words_of(call, JOB, str(script), FIELD), folder.resolve(), limits, log)
         if options.solver == CALCULIX and _ITERATIVE in said:
             raise CraftmeshError(
                 f"calculix: took its {_ITERATIVE}, which is not exact; take a ccx with SPOOLES"
@@ -69,17 +69,6 @@ def _in_model_unit(
     model: ElasticModel, numbers: np.ndarray, displacement: np.ndarray, source: str
 ) -> ForeignField:
     return ForeignField(numbers, displacement / model.scale, source)
-
-
-def _words(call: str) -> list[str]:
-    """Return the words of a call with what stands for {job}, {script} and {field}."""
-    script = Path(job.__file__).with_name("abaqus_displacements.py")
-    try:
-        return [word.format(job=JOB, script=script, field=FIELD) for word in shlex.split(call)]
-    except (KeyError, IndexError, ValueError) as error:
-        raise CraftmeshError(
-            f"command {call!r}: {error} is not known; expected {{job}}, {{script}} and {{field}} alone"
-        ) from None
 
 
 def given_field(model: ElasticModel, path: str | os.PathLike) -> ForeignField:

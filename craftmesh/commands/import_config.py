@@ -4,10 +4,10 @@ import argparse
 from pathlib import Path
 
 from craftmesh.atomic import atomic_path
-from craftmesh.campaign.campaign import check_sizes
 from craftmesh.campaign.config_schema import config_schema
 from craftmesh.campaign.configuration import completed
 from craftmesh.campaign.craftmesher import converted, read_config
+from craftmesh.campaign.meaning import checked_sizing
 from craftmesh.commands.stage_io import add_output, existing
 from craftmesh.errors import CraftmeshError
 
@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> None:
     try:
         sections, notes = converted(read_config(existing(arguments.config)), arguments.config.parent)
         config = {"cases": CASES} | sections
-        check_sizes(completed(config, config_schema())["sizing"])
+        checked_sizing(completed(config, config_schema())["sizing"])
     except CraftmeshError as error:
         place = "" if str(error).startswith(str(arguments.config)) else f"{arguments.config}: "
         raise CraftmeshError(f"{place}{error}") from None

@@ -119,6 +119,7 @@ def wall_seconds(efforts: list[tuple[Job, Effort]], campaign: Campaign, cores: i
 def notes(campaign: Campaign) -> Iterator[str]:
     """Yield what the figures leave out."""
     yield "times are without the compilation of kernels, some four minutes once per machine"
+    yield from campaign.notes
     for case in campaign.cases.values():
         if case.growth == UNTIL:
             yield f"case {case.name}: jobs after the first increment are planned as the crack grows"

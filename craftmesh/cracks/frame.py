@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.optimize import nnls
 
+from craftmesh.cracks.prescription import frame_along
 from craftmesh.surface.measure import area_vectors
 
 # Slopes of up to 45 degrees stretch lengths in the plane by 1.4 at most; a direction in which all triangles
@@ -58,11 +59,3 @@ def least_steep(normals: np.ndarray) -> np.ndarray:
             break
         chosen.append(steepest)
     return direction
-
-
-def frame_along(normal: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Return rows u, v, normal, right-handed: u is `axis` made perpendicular to `normal`."""
-    normal = normal / np.linalg.norm(normal)
-    u = axis - (axis @ normal) * normal
-    u = u / np.linalg.norm(u)
-    return np.stack([u, np.cross(normal, u), normal])

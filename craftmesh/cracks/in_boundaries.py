@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.cracks.one_sheet import turned_alike
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import semi_axes
+from craftmesh.cracks.prescription import boundary_pairs, is_sized, semi_axes, vector
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.front import among_edges
@@ -35,16 +35,17 @@ def crack_in_boundaries(surface: Surface, options: CrackOptions, increment: int)
     facet ends within the material, parted where more than two meet. Raises CraftmeshError for grains that
     do not touch and a sphere that holds nothing of their boundaries.
     """
-    facets, sides = _chosen(surface, _pairs(options))
+    facets, sides = _chosen(surface, boundary_pairs(options))
     turned = sides[:, 0] > sides[:, 1]
     facets = np.where(turned[:, None], facets[:, ::-1], facets)
-    if options.radius is None and not options.increments:
+    if not is_sized(options):
         clipped = _Clipped(surface.points, facets, np.zeros((0, 2), np.int64))
     else:
-        clipped = _within(surface.points, facets, options.centre, semi_axes(options, increment)[0])
+        centre = vector("centre", options.centre)
+        clipped = _within(surface.points, facets, centre, semi_axes(options, increment)[0])
     if not len(clipped.triangles):
         raise CraftmeshError(
-            f"crack.centre {list(options.centre)} and radius hold nothing of the boundaries "
+            f"crack.centre {list(options.centre or ())} and radius hold nothing of the boundaries "
             f"{' '.join(options.boundaries or ())}; expected a sphere that meets them"
         )
     try:
@@ -56,19 +57,6 @@ def crack_in_boundaries(surface: Surface, options: CrackOptions, increment: int)
     new = np.full(len(clipped.points), -1)
     new[kept] = np.arange(len(kept))
     return Crack(points, triangles, tuple(new[front] for front in fronts))
-
-
-def _pairs(options: CrackOptions) -> np.ndarray:
-    """Return the pairs of grains (k, 2) that options.boundaries names, the lower first."""
-    pairs = []
-    for text in options.boundaries or ():
-        words = text.split("-")
-        if len(words) != 2 or not all(word.strip().isdecimal() for word in words):
-            raise CraftmeshError(f"crack.boundaries has {text!r}; expected two grains, such as 3-7")
-        pairs.append(sorted(map(int, words)))
-    if not pairs:
-        raise CraftmeshError("crack.boundaries is not given; expected pairs of grains, such as 3-7")
-    return np.array(pairs)
 
 
 def _chosen(surface: Surface, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -88,15 +76,15 @@ def _chosen(surface: Surface, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return surface.facets[chosen].astype(np.int64), surface.sides[chosen]
 
 
-def _within(points: np.ndarray, facets: np.ndarray, centre: tuple, radius: float) -> _Clipped:
+def _within(points: np.ndarray, facets: np.ndarray, centre: np.ndarray, radius: float) -> _Clipped:
     """Return what of the facets (m, 3) lies within a sphere, edges parted where the sphere crosses them.
 
     An edge that is crossed near an end is not parted: the crack ends at that end. Of a facet with two
     corners inside the shorter diagonal parts what is left, as where a surface is cut.
     """
-    side = np.sign(radius - np.linalg.norm(points - np.asarray(centre, float), axis=1))
+    side = np.sign(radius - np.linalg.norm(points - centre, axis=1))
     edges, of_corner, _ = unique_edges(facets)
-    share = _shares(points[edges], side[edges], np.asarray(centre, float), radius)
+    share = _shares(points[edges], side[edges], centre, radius)
     side[edges[share < AT_END, 0]] = 0
     side[edges[share > 1 - AT_END, 1]] = 0
     crossed = np.flatnonzero(side[edges].prod(axis=1) < 0)

@@ -6,10 +6,10 @@ import numpy as np
 import shapely
 
 from craftmesh.cracks.behind_front import Plane, cracked_part
-from craftmesh.cracks.frame import frame_along
 from craftmesh.cracks.height_fit import fitted_heights, interpolation
 from craftmesh.cracks.in_plane import filled
 from craftmesh.cracks.polyline import feet, polyline
+from craftmesh.cracks.prescription import frame_along
 from craftmesh.cracks.series import GivenSurface
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import area_vectors

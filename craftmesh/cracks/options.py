@@ -1,8 +1,10 @@
 """Options of the crack: its shape, its growth, and the files of a given surface."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
@@ -17,6 +19,19 @@ BY_FILES = {
 }
 IN_BOUNDARIES = "boundaries"
 SHAPES = (*BY_NUMBERS, *BY_FILES, IN_BOUNDARIES)
+_PLANE, _SERIES = ("centre", "normal", "axis"), ("growth", "increments")
+# the keys that each shape takes; the others would be left out in silence
+TAKEN = {
+    "penny": (*_PLANE, "radius", *_SERIES),
+    "ellipse": (*_PLANE, "semi_axes", *_SERIES),
+    "through_edge": (*_PLANE, "radius", *_SERIES),
+    "surface": ("file", "front", "increments"),
+    "points": ("file", "front", "spacing", "increments"),
+    "fronts": ("file", "spacing", "inside", "increments"),
+    "path": ("file", *_PLANE, "radius", "scale", "start", "slant", "growth"),
+    "voxels": ("file", "label", "spacing", "increments"),
+    IN_BOUNDARIES: ("boundaries", "centre", "radius", *_SERIES),
+}
 
 
 @dataclass(frozen=True)
@@ -28,8 +43,8 @@ class CrackOptions(Options):
     """
 
     shape: str = option("penny", "kind of crack", choices=SHAPES)
-    centre: tuple[float, float, float] = option(
-        (0.0, 0.0, 0.0), "centre of the ellipse; for through_edge a point of the mouth", "model units"
+    centre: tuple[float, float, float] | None = option(
+        None, "centre of the ellipse; for through_edge a point of the mouth", "model units"
     )
     normal: tuple[float, float, float] = option((0.0, 0.0, 1.0), "normal of the crack plane")
     axis: tuple[float, float, float] = option(
@@ -80,6 +95,19 @@ class CrackOptions(Options):
     increments: tuple[float | str | tuple[float, float], ...] | None = option(
         None, "(a, b), radius or file of each increment, instead of growth", above=0
     )
+
+    def __post_init__(self) -> None:
+        """Raise CraftmeshError for values out of bounds, and for a key that the shape does not take."""
+        super().__post_init__()
+        taken = TAKEN[self.shape]
+        for item in fields(self):
+            value = getattr(self, item.name)
+            is_default = value is None or np.array_equal(value, item.default)  # type: ignore[arg-type]
+            if item.name not in ("shape", *taken) and not is_default:
+                raise CraftmeshError(
+                    f"{item.name} is {value!r}, which shape {self.shape} does not take; it takes "
+                    f"{', '.join(taken)}"
+                )
 
 
 def crack_files(options: CrackOptions, increment: int) -> dict[str, str]:

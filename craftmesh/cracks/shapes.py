@@ -1,12 +1,10 @@
 """Prescribed cracks: pennies, ellipses (whole, semi, quarter), through edge cracks."""
 
-from typing import Any
-
 import numpy as np
 import shapely
 
-from craftmesh.cracks.frame import frame_along
-from craftmesh.cracks.options import BY_NUMBERS, CrackOptions, of_series
+from craftmesh.cracks.options import BY_NUMBERS, CrackOptions
+from craftmesh.cracks.prescription import frame_of, semi_axes, vector
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.types import Crack
@@ -25,59 +23,13 @@ def prescribed_crack(options: CrackOptions, increment: int, box: np.ndarray) -> 
             f"shape is {options.shape!r}; expected one of {', '.join(BY_NUMBERS)} for a prescribed crack"
         )
     box = np.asarray(box, float)
-    centre, normal, axis = (_vector(name, getattr(options, name)) for name in ("centre", "normal", "axis"))
-    sizes = semi_axes(options, increment)
-    is_round = sizes[0] == sizes[1] and options.shape != "through_edge"
-    # any axis will do for a round crack, the default one of a crack square to x too
-    frame = _frame(normal, np.roll(axis, 1) if is_round and _is_along(axis, normal) else axis)
+    centre, sizes = vector("centre", options.centre), semi_axes(options, increment)
+    frame = frame_of(options, sizes)
     outline = _edge_outline(centre, sizes[0], box) if options.shape == "through_edge" else _ellipse(sizes)
     points = centre + outline @ frame[:2]
     _check_reaches(points, frame, box)
     triangles = _triangles_of(outline)
     return crack_from_triangles(points, triangles, None, box, frame)
-
-
-def semi_axes(options: CrackOptions, increment: int) -> tuple[float, float]:
-    """Return the semi-axes (a, b) of an increment; a penny has a = b, a through crack the depth a."""
-    if options.increments:
-        sizes, grown = of_series(options.increments, increment), 0
-    else:
-        sizes, grown = options.semi_axes if options.semi_axes is not None else options.radius, increment
-    try:
-        pair = np.broadcast_to(np.asarray(sizes, float), (2,)) + grown * options.growth
-    except (TypeError, ValueError):
-        pair = np.full(2, np.nan)
-    if not (np.isfinite(pair).all() and (pair > 0).all()):
-        raise CraftmeshError(
-            f"crack size is {sizes!r} at increment {increment}; expected radius > 0 or semi_axes (a, b) > 0"
-        )
-    return float(pair[0]), float(pair[1])
-
-
-def _vector(name: str, value: Any) -> np.ndarray:
-    try:
-        vector = np.asarray(value, float)
-    except (TypeError, ValueError):
-        vector = np.zeros(0)
-    if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise CraftmeshError(f"crack.{name} is {value!r}; expected three finite numbers")
-    return vector
-
-
-def _frame(normal: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    if not np.linalg.norm(normal) > 0:
-        raise CraftmeshError(f"crack.normal is {normal.tolist()}; expected a vector that is not zero")
-    if not axis.any() or _is_along(axis, normal):
-        raise CraftmeshError(
-            f"crack.axis is {axis.tolist()}, normal {normal.tolist()}; expected an axis across the normal"
-        )
-    return frame_along(normal, axis)
-
-
-def _is_along(axis: np.ndarray, normal: np.ndarray) -> bool:
-    return bool(
-        np.linalg.norm(np.cross(normal, axis)) <= 1e-6 * np.linalg.norm(normal) * np.linalg.norm(axis)
-    )
 
 
 def _ellipse(sizes: tuple[float, float]) -> np.ndarray:

@@ -6,8 +6,8 @@ import numpy as np
 import shapely
 
 from craftmesh.cracks.behind_front import Plane
-from craftmesh.cracks.frame import frame_along
 from craftmesh.cracks.height_fit import interpolation
+from craftmesh.cracks.prescription import frame_along
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
 

@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from craftmesh.cracks.frame import frame_along
 from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.prescription import frame_of, semi_axes, vector
 from craftmesh.cracks.series import GivenSurface
-from craftmesh.cracks.shapes import semi_axes
 from craftmesh.errors import CraftmeshError
 
 
@@ -29,20 +28,21 @@ def crack_along_path(
             f"the crack's path turns back after its point {back[0] + 1}, x = {path[back[0], 0]:g}; "
             "expected ascending x: sort the points, or leave out those in which it overhangs"
         )
-    depth = semi_axes(options, increment)[0]
+    sizes = semi_axes(options, increment)
+    depth = sizes[0]
     if not along[0] <= 0 < depth <= along[-1]:
         raise CraftmeshError(
             f"the crack's path goes from {along[0]:.4g} to {along[-1]:.4g} along the axis, in model units "
             f"from its start; expected it to hold the crack, 0 to {depth:.4g}: change start or radius"
         )
     above = above - np.interp(0.0, along, above)
-    centre = np.asarray(options.centre, float)
+    centre = vector("centre", options.centre)
     reach = float(np.linalg.norm(box[1] - box[0]) + np.linalg.norm(centre - np.mean(box, axis=0)))
     inner = (along > -reach) & (along < depth)
     ends = np.array([min(-reach, along[0]), depth])
     at = np.concatenate([ends[:1], along[inner], ends[1:]])
     profile = np.stack([at, np.interp(at, along, above)], axis=1)
-    frame = frame_along(np.asarray(options.normal, float), np.asarray(options.axis, float))
+    frame = frame_of(options, sizes)
     sweep = frame[1] + np.tan(np.radians(options.slant)) * frame[2]
     lines = [centre + profile @ frame[[0, 2]] + side * reach * sweep for side in (-1, 1)]
     return GivenSurface(np.concatenate(lines), _strip(len(at))), {"path_points": int(inner.sum())}

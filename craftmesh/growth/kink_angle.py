@@ -1,12 +1,12 @@
 """Kink angles of a crack front from its stress intensities, and the intensity that drives the growth."""
 
-import importlib
 from collections.abc import Callable
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.options import CRITERIA
+from craftmesh.options import own_code
 
 # Angles over which the energy release rate is searched, degrees: it peaks at 76 in pure mode II.
 WIDEST = 85.0
@@ -32,10 +32,10 @@ def kink_angles(k: np.ndarray, criterion: str, poisson: float = 0.3) -> np.ndarr
         return largest_tangential_stress(opened[:, 0], opened[:, 1])
     if criterion == "energy_release":
         return np.where(size[:, 0] > 0, largest_energy_release(opened, poisson), 0.0)
-    angles = np.asarray(_own_criterion(criterion)(opened), float)
+    angles = np.asarray(own_code("criterion", criterion, CRITERIA)(opened), float)
     if angles.shape != (len(k),) or not np.isfinite(angles).all():
         raise CraftmeshError(
-            f"grow.criterion {criterion} returned an array of shape {angles.shape}; expected {len(k)} "
+            f"criterion {criterion} returned an array of shape {angles.shape}; expected {len(k)} "
             "finite angles in radians"
         )
     return angles
@@ -102,15 +102,7 @@ def kink_factors(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray,
     return even @ np.array(f11), odd @ np.array(f12), odd @ np.array(f21), even @ np.array(f22)
 
 
-def _own_criterion(name: str) -> Criterion:
-    module, colon, function = name.partition(":")
-    if not colon:
-        raise CraftmeshError(
-            f"grow.criterion is {name!r}; expected {', '.join(CRITERIA)} or package.module:function"
-        )
-    try:
-        return getattr(importlib.import_module(module), function)
-    except (ImportError, AttributeError) as error:
-        raise CraftmeshError(
-            f"grow.criterion {name} cannot be loaded ({error}); expected a function that is installed"
-        ) from error
+def check_criterion(name: str) -> None:
+    """Raise CraftmeshError unless `name` is one of CRITERIA, or names a function of one's own."""
+    if name not in CRITERIA:
+        own_code("criterion", name, CRITERIA)

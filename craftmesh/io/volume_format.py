@@ -4,7 +4,6 @@ from pathlib import Path
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.file_volume import listed
-from craftmesh.io.hdf5 import opened
 
 SUFFIXES: dict[str, tuple[str, ...]] = {
     "npz": (".npz",),
@@ -49,7 +48,12 @@ _NO_GRAINS = {
 
 
 def format_of(path: Path) -> str:
-    """Return the format of a file or folder, a key of SUFFIXES.
+    """Return the format of a file or folder, a key of SUFFIXES; errors as format_by_name."""
+    return format_by_name(path) or _of_hdf5(path)
+
+
+def format_by_name(path: Path) -> str:
+    """Return the format of a file or folder, a key of SUFFIXES, "" for HDF5, where its contents tell.
 
     Raises CraftmeshError for files that hold no grains, with the way from there, and for unknown ones.
     """
@@ -63,13 +67,15 @@ def format_of(path: Path) -> str:
         if suffix in suffixes:
             raise CraftmeshError(f"{path}: {reason}")
     if suffix in (".h5", ".hdf5"):
-        return _of_hdf5(path)
+        return ""
     raise CraftmeshError(
         f"{path}: format not known by its name; give format as one of {', '.join(SUFFIXES)}"
     )
 
 
 def _of_hdf5(path: Path) -> str:
+    from craftmesh.io.hdf5 import opened  # h5py takes long to import, and names alone need none
+
     with opened(path) as file:
         for group, kind in _BY_GROUP.items():
             if group in file:

@@ -8,6 +8,8 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 
 _COUNT = {"isotropic": 2, "cubic": 3, "hexagonal": 5, "anisotropic": 21}
+_NAMES = {"isotropic": "E, nu", "cubic": "c11, c12, c44", "hexagonal": "c11, c12, c13, c33, c44"}
+_NAMES |= {"anisotropic": "D1111, D1122, D2222, ... D2323"}
 # Components of stress and strain in the order of all stiffnesses: 11, 22, 33, 12, 13, 23.
 _PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 # Column by column of the upper triangle over them: D1111, D1122, D2222, D1133, ...
@@ -35,7 +37,8 @@ class Material:
         object.__setattr__(self, "constants", constants)
         if len(constants) != _COUNT[self.kind]:
             raise CraftmeshError(
-                f"{self.kind} material has {len(constants)} constants; expected {_COUNT[self.kind]}"
+                f"{self.kind} material has {len(constants)} constants; expected {_COUNT[self.kind]}: "
+                f"{_NAMES[self.kind]}"
             )
         stable = np.isfinite(constants).all() and (self.kind != "isotropic" or -1 < constants[1] < 0.5)
         if not stable or np.linalg.eigvalsh(self.stiffness()).min() <= 0:
@@ -98,6 +101,7 @@ def parse_materials(texts: Iterable[str]) -> dict[int | None, Material]:
         phase, named, kind = head.rpartition("=")
         try:
             key = int(phase) if named else None
+            found = found if key is None or key >= 0 else ""
             values = tuple(float(value) for value in constants.split(","))
         except ValueError:
             found = ""

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 
 
@@ -36,3 +37,16 @@ class ModelOptions(Options):
         "their unit, and displacements of other solvers are turned back",
         above=0,
     )
+
+    def __post_init__(self) -> None:
+        """Raise CraftmeshError for values out of bounds, and for those that do not fit each other."""
+        super().__post_init__()
+        if self.quarter_points and self.element != "C3D10":
+            raise CraftmeshError(
+                f"quarter_points is true, and {self.element} has no mid nodes; expected element C3D10"
+            )
+        if self.load == "strain" and abs(self.magnitude) > 1:
+            raise CraftmeshError(
+                f"magnitude is {self.magnitude:g}, a strain that more than doubles the body; expected a "
+                "small one such as 0.001, or load stress"
+            )

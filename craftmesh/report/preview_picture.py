@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-from craftmesh.cracks.frame import best_fit_frame, frame_along
+from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.prescription import frame_along
 from craftmesh.report.pictures import as_png, frame_box, new_figure
 from craftmesh.report.preview import Preview
 from craftmesh.surface.front import front_edges

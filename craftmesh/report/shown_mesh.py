@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.cracks.frame import best_fit_frame, frame_along
+from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.prescription import frame_along
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.mesh_sets import is_lip, lip_faces
 from craftmesh.mesh.tet_connectivity import free_half_faces, group_edges, half_face_corners, tet_edges

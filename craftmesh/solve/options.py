@@ -1,7 +1,9 @@
 """How the field is found."""
 
+import shlex
 from dataclasses import dataclass
 
+from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 
 BUILTIN, CALCULIX, ABAQUS, EXTERNAL = "builtin", "calculix", "abaqus", "external"
@@ -39,3 +41,22 @@ class SolveOptions(Options):
         "GB",
         above=0,
     )
+
+    def __post_init__(self) -> None:
+        """Raise CraftmeshError for values out of bounds, and for calls that are none."""
+        super().__post_init__()
+        for call in self.command:
+            words_of(call, "job", "script", "field")
+
+
+def words_of(call: str, job: str, script: str, field: str) -> list[str]:
+    """Return the words of a call of a program, {job}, {script} and {field} filled in."""
+    try:
+        words = [word.format(job=job, script=script, field=field) for word in shlex.split(call)]
+    except (KeyError, IndexError, ValueError) as error:
+        raise CraftmeshError(
+            f"command {call!r}: {error} is not known; expected {{job}}, {{script}} and {{field}} alone"
+        ) from None
+    if not words:
+        raise CraftmeshError(f"command {call!r} is empty; expected a program and its arguments")
+    return words

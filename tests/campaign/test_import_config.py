@@ -109,7 +109,7 @@ def test_what_is_left_out_has_craftmeshers_defaults_and_a_note_for_l0(imported):
         ("<R0>8</R0>", "<R0>-8</R0>", "R0 is '-8'; expected a number >= 0"),
         ("<R0>8</R0>", "<R0>8</R0><R0>9</R0>", "key R0 is there twice"),
         ("<R0>8</R0>", "<R0>8</RO>", "not XML"),
-        ("Length>3<", "Length>0.1<", "sizing: l_min is 0.5"),
+        ("Length>3<", "Length>0.1<", "l_min is 0.5"),
     ],
 )
 def test_mistakes_are_one_line_that_names_file_and_key(imported, old, new, line):

@@ -6,6 +6,7 @@ from craftmesh.campaign.campaign import Campaign, read_campaign
 from craftmesh.errors import CraftmeshError
 
 COLUMNS = ["case", "microstructure", "crack", "increments"]
+PENNY = {"centre": [0.0, 0.0, 0.0], "radius": 5.0}
 ROW = ["one", "synthetic", "penny", "1"]
 
 
@@ -18,7 +19,7 @@ def sheet(tmp_path):
         lines += ["\t".join([name, *ROW[1:], cell]) for name, cell in zip("abc", cells)]
         path = tmp_path / "cases.tsv"
         path.write_text("\n".join(lines))
-        config = {"cases": str(path), "sizing": {"l0": 1.0}, "cracks": {"penny": {"radius": 5.0}}}
+        config = {"cases": str(path), "sizing": {"l0": 1.0}, "cracks": {"penny": PENNY}}
         return read_campaign(config | keys)
 
     return read
@@ -106,7 +107,7 @@ def test_a_list_that_is_a_value_of_the_key_is_no_sweep(sheet):
 
 
 def test_cracks_and_growth_may_be_swept_too(sheet):
-    cracks = {"penny": {"radius": 5.0}, "small": {"radius": 2.0}}
+    cracks = {"penny": PENNY, "small": PENNY | {"radius": 2.0}}
     found = sheet("growth", "[prescribed, until]", cracks=cracks)
     assert {name: case.growth for name, case in found.cases.items()} == {
         "a-growth-prescribed": "prescribed",
@@ -134,10 +135,10 @@ def test_cracks_and_growth_may_be_swept_too(sheet):
         ("sizing.l_min", ["[]"], "line 2, case 'a', column sizing.l_min is an empty list"),
         ("sizing.l_min", ["[0.4"], "line 2, case 'a', column sizing.l_min is '.0.4'; expected a value"),
         ("sizing.l_min", ["[0.4, 0.4]"], "line 2: case 'a-l_min-0.4' is there twice"),
-        ("sizing.l_min", ["4"], "line 2, case 'a': sizing: l_min is 4.* l_max"),
+        ("sizing.l_min", ["4"], "line 2, case 'a': sizing.l_min is 4.* l_max"),
         ("sizing.points", ["gone.csv"], "line 2, case 'a': sizing.points: gone.csv is not there"),
         ("inp.load", ["", "pull"], "line 3, case 'b': inp.load is 'pull'; expected one of strain"),
-        ("cracks.penny.file", ["gone.stl"], "case 'a': cracks.penny.file: gone.stl is not there"),
+        ("cracks.penny.file", ["a.stl"], "case 'a': cracks.penny.file is 'a.stl', which shape penny does"),
         (
             "cracks.penny.centre",
             ["[1, 2]"],

@@ -17,8 +17,8 @@ from trials import chain, crack_checks, deck_file, one_seed, verdict  # noqa: E4
 from trials.drawing import Drawn  # noqa: E402
 from trials.sheets import Relief, Sheet, disc, placed  # noqa: E402
 
-from craftmesh.cracks.frame import frame_along  # noqa: E402
 from craftmesh.cracks.options import CrackOptions  # noqa: E402
+from craftmesh.cracks.prescription import frame_along  # noqa: E402
 from craftmesh.io.vtk import read_tets  # noqa: E402
 from craftmesh.mechanics.holding import rigid_motions  # noqa: E402
 from craftmesh.mechanics.model import elastic_model  # noqa: E402

@@ -34,6 +34,7 @@ def test_plan_of_a_new_campaign(new_folder):
     wanted |= {"crack": 4, "report": 1, "all": 1}
     assert run.status == 0, run.text
     assert run.jobs == wanted | {"total": sum(wanted.values())}
+    assert "craftmesh: note: case a and 1 more: crack tiny is 3.5 large" in run.text
 
 
 def test_plan_of_a_crack_that_grows(new_folder):
@@ -113,6 +114,8 @@ def test_slurm_profile_plans_the_same_jobs_in_groups(new_folder):
         (HEADER + "a\tsynthetic\ttiny\t1\n" * 2, "", "case 'a' is there twice"),
         (HEADER + "a\tgone.npz\ttiny\t1\n", "", "gone.npz is not there"),
         (HEADER + "a\tsynthetic\ttiny\t1\n", "gradte: {}", "unknown key 'gradte'; did you mean 'gradate'?"),
+        (HEADER + "a\tsynthetic\ttiny\t1\n", "inp: {material: ['cubic:1,2']}", "inp.material: cubic"),
+        (HEADER + "a\tsynthetic\ttiny\t1\n", "grow: {criterion: mts}", "grow.criterion is 'mts'"),
     ],
 )
 def test_mistakes_stop_the_campaign_with_one_line(new_folder, cases, line, said):

@@ -1,11 +1,11 @@
 """What a tetrahedral mesher has to do, and how one is found by name."""
 
-import importlib
 from typing import Protocol
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.options import own_code
 
 BUILT_IN = {
     "tetgen": "craftmesh.tetrahedra.meshers.tetgen:TetGenMesher",
@@ -43,13 +43,14 @@ class Mesher(Protocol):
 
 def load_mesher(name: str) -> Mesher:
     """Return the mesher called `name`: a built-in one, or `package.module:Class` of another."""
-    module, colon, attribute = BUILT_IN.get(name, name).partition(":")
-    if not colon:
-        raise CraftmeshError(
-            f"mesher is {name!r}; expected {', '.join([*BUILT_IN, TETWILD])} or package.module:Class of "
-            "your own"
-        )
+    made = own_code("mesher", BUILT_IN.get(name, name), (*BUILT_IN, TETWILD))
     try:
-        return getattr(importlib.import_module(module), attribute)()
-    except (ImportError, AttributeError) as error:
-        raise CraftmeshError(f"mesher {name!r} cannot be loaded ({error}); install it") from error
+        return made()
+    except TypeError as error:
+        raise CraftmeshError(f"mesher {name!r}: {error}; expected a class without arguments") from error
+
+
+def check_mesher(name: str) -> None:
+    """Raise CraftmeshError unless `name` is a mesher; programs are looked for where grains are meshed."""
+    if name not in (*BUILT_IN, TETWILD) and not callable(getattr(load_mesher(name), "mesh", None)):
+        raise CraftmeshError(f"mesher {name!r} has no method mesh; see craftmesh.tetrahedra.meshers.base")

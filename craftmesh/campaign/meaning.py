@@ -1,0 +1,179 @@
+"""What a stage would refuse of a case's keys, asked of the stage itself before any job starts."""
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import replace
+from math import prod
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from craftmesh.campaign.cases import SYNTHETIC, Case, check_exists, located
+from craftmesh.campaign.configuration import fields_of
+from craftmesh.cracks.options import CrackOptions, crack_files
+from craftmesh.cracks.prescription import changing, check_crack, is_sized
+from craftmesh.errors import CraftmeshError
+from craftmesh.growth.kink_angle import check_criterion
+from craftmesh.io.volume_format import format_by_name
+from craftmesh.mechanics.materials import parse_materials, phases_of_grains
+from craftmesh.mechanics.model_options import ModelOptions
+from craftmesh.sizing.sizing import SizingOptions, sizing_for
+from craftmesh.solve.options import SolveOptions
+from craftmesh.tetrahedra.meshers.base import check_mesher
+from craftmesh.voxels.generate_options import GenerateOptions
+
+SIZE_FILES = ("points", "field")
+# K of a penny errs by twice as much with five edges to the radius as with ten (docs/fracture.md)
+EDGES = 10
+
+
+def check_meaning(case: Case, config: Mapping[str, Any]) -> None:
+    """Raise CraftmeshError, naming the key, for what can be known of a case without its volume.
+
+    config: the campaign's; a fault of what the case has from it is told as its own, any other with the
+    case's line.
+    """
+    for section, check in _CHECKS.items():
+        keys = case.settings[section]
+        with_place = "" if keys == config[section] else f"{case.place}: "
+        try:
+            check(keys, case)
+        except CraftmeshError as error:
+            raise CraftmeshError(with_place + _keyed(section, str(error), keys)) from None
+    for name in case.cracks:
+        keys = case.settings["cracks"][name]
+        with_place = "" if keys == config["cracks"].get(name) else f"{case.place}: "
+        try:
+            _check_crack(keys, case)
+        except CraftmeshError as error:
+            message = _keyed(f"cracks.{name}", str(error).removeprefix("crack."), keys)
+            raise CraftmeshError(with_place + message) from None
+    _check_increments(case)
+
+
+def _keyed(section: str, message: str, keys: Collection[str]) -> str:
+    """Return a stage's message with the section before the key that it begins with."""
+    key = message.split()[0].rstrip(":,").partition("[")[0]
+    return f"{section}.{message}" if key in keys else f"{section}: {message}"
+
+
+def _check_generate(keys: Mapping[str, Any], case: Case) -> None:
+    if case.microstructure == SYNTHETIC:
+        GenerateOptions(**keys)
+
+
+def _check_import(keys: Mapping[str, Any], case: Case) -> None:
+    if case.microstructure != SYNTHETIC and keys["format"] == "auto":
+        format_by_name(Path(located(case.microstructure, Path(case.settings["data"]))))
+
+
+def _check_sizing(keys: Mapping[str, Any], case: Case) -> None:
+    for key in SIZE_FILES:
+        check_exists(key, keys[key])
+    sizing_of(case)
+
+
+def sizing_of(case: Case) -> SizingOptions:
+    """Return the checked sizes of a case, with l0 where the configuration says how large a voxel is."""
+    section = "generate" if case.microstructure == SYNTHETIC else "import"
+    spacing = case.settings[section]["spacing"]
+    return checked_sizing(case.settings["sizing"], float(np.cbrt(prod(spacing))) if spacing else None)
+
+
+def checked_sizing(keys: Mapping[str, Any], edge: float | None = None) -> SizingOptions:
+    """Return the numbers of Eq. 3, l0 the voxel's `edge` by default.
+
+    Without l0, which the microstructure then gives, there are no defaults to hold the others against.
+    Raises CraftmeshError where they do not fit each other.
+    """
+    options = SizingOptions(**keys)
+    if options.l0 is None:
+        options = replace(options, l0=edge)
+    if options.l0 is not None:
+        sizing_for(None, options, np.zeros((0, 3)))
+    return options
+
+
+def _check_inp(keys: Mapping[str, Any], case: Case) -> None:
+    options = ModelOptions(**fields_of(ModelOptions, keys))
+    try:
+        materials = parse_materials(options.material)
+        if case.microstructure == SYNTHETIC:  # one phase, 1
+            phases_of_grains(np.array([1]), materials, np.array([0, 1]))
+    except CraftmeshError as error:
+        raise CraftmeshError(f"material: {str(error).removeprefix('material: ')}") from None
+
+
+_CHECKS: dict[str, Callable[[Mapping[str, Any], Case], Any]] = {
+    "generate": _check_generate,
+    "import": _check_import,
+    "sizing": _check_sizing,
+    "tetrahedralize": lambda keys, _: check_mesher(keys["mesher"]),
+    "inp": _check_inp,
+    "solve": lambda keys, _: SolveOptions(**keys),
+    "grow": lambda keys, _: check_criterion(keys["criterion"]),
+}
+
+
+def _check_crack(keys: Mapping[str, Any], case: Case) -> None:
+    """Raise CraftmeshError where a crack lacks a key, an increment or a file of one, or shrinks."""
+    options, prescribed = CrackOptions(**keys), 1 if case.grows else case.increments
+    series = options.increments
+    if series and len(series) < prescribed:
+        raise CraftmeshError(
+            f"increments prescribes {len(series)} increments; "
+            f"case {case.name!r} of {case.settings['cases']} asks for {prescribed}"
+        )
+    for increment in range(prescribed):
+        check_crack(options, increment)
+        for name, path in crack_files(options, increment).items():
+            check_exists(name, path)
+        if increment and is_sized(options):
+            was, now = (changing(options, k) for k in (increment - 1, increment))
+            if prod(now) < prod(was):
+                raise CraftmeshError(f"increments shrinks from {was} to {now}; expected a crack that grows")
+
+
+def _check_increments(case: Case) -> None:
+    """Raise CraftmeshError for a crack that should grow and cannot, and for increments that are alike."""
+    load = fields_of(ModelOptions, case.settings["inp"])
+    if case.grows and load["element"] != "C3D10":
+        raise CraftmeshError(
+            f"{case.place}: inp.element is {load['element']}, and the crack grows; expected C3D10, whose "
+            "displacements give its stress intensities"
+        )
+    if case.grows and (load["load"] == "none" or not load["magnitude"]):
+        raise CraftmeshError(
+            f"{case.place}: inp.load is {load['load']}, inp.magnitude {load['magnitude']:g}, and the crack "
+            "grows; expected a strain or a stress"
+        )
+    cracks = [CrackOptions(**case.settings["cracks"][name]) for name in case.cracks]
+    for increment in range(1, 1 if case.grows else case.increments):
+        before, now = ([changing(one, k) for one in cracks] for k in (increment - 1, increment))
+        if before == now:
+            raise CraftmeshError(
+                f"{case.place}: increments is {case.increments}, and increment {increment} is the same as "
+                f"{increment - 1}; expected cracks.{case.cracks[0]}.growth or .increments that differ, "
+                "growth grow in the sheet, or fewer increments"
+            )
+
+
+def small_cracks(cases: Collection[Case]) -> Iterator[str]:
+    """Yield a note for each crack that is smaller than EDGES edges of its front, with its cases."""
+    found: dict[tuple[str, float, float], list[str]] = {}
+    for case in cases:
+        options = sizing_of(case)
+        if options.l_min is None and options.l0 is None:
+            continue
+        l_min = sizing_for(None, replace(options, l0=options.l0 or options.l_min), np.zeros((0, 3))).l_min
+        for name in case.cracks:
+            crack = CrackOptions(**case.settings["cracks"][name])
+            size = min(changing(crack, 0)) if is_sized(crack) else np.inf
+            if size < EDGES * l_min * (1 - 1e-9):
+                found.setdefault((name, size, l_min), []).append(case.name)
+    for (name, size, l_min), names in found.items():
+        others = f" and {len(names) - 1} more" * (len(names) > 1)
+        yield (
+            f"case {names[0]}{others}: crack {name} is {size:g} large and its front's edges sizing.l_min "
+            f"{l_min:g}; {EDGES} edges or more give stress intensities within a per cent"
+        )

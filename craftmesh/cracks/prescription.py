@@ -1,0 +1,122 @@
+"""What the options of a crack prescribe before any box is known: its plane, sizes and pairs of grains."""
+
+from typing import Any
+
+import numpy as np
+
+from craftmesh.cracks.options import (
+    BY_FILES,
+    BY_NUMBERS,
+    IN_BOUNDARIES,
+    CrackOptions,
+    given_file,
+    of_series,
+)
+from craftmesh.errors import CraftmeshError
+
+_SIZES = ("a radius or depth > 0", "semi_axes a, b > 0")
+
+
+def check_crack(options: CrackOptions, increment: int) -> None:
+    """Raise CraftmeshError, naming the key, for options of which no box and no file could make a crack."""
+    if options.shape in BY_FILES:
+        given_file(options, increment)
+    if options.shape == "points" and not options.front:
+        raise CraftmeshError("crack.front is not given; expected the csv of the front of a point cloud")
+    if options.shape == IN_BOUNDARIES:
+        boundary_pairs(options)
+    if is_sized(options):
+        vector("centre", options.centre)
+        sizes = semi_axes(options, increment)
+        if options.shape != IN_BOUNDARIES:
+            frame_of(options, sizes)
+
+
+def is_sized(options: CrackOptions) -> bool:
+    """Return whether a crack has a size: one along boundaries without a radius goes as far as they do."""
+    if options.shape == IN_BOUNDARIES:
+        return options.radius is not None or bool(options.increments)
+    return options.shape in (*BY_NUMBERS, "path")
+
+
+def changing(options: CrackOptions, increment: int) -> tuple:
+    """Return what an increment changes of a crack: its semi-axes, or its file."""
+    if is_sized(options):
+        return semi_axes(options, increment)
+    return (given_file(options, increment),) if options.shape in BY_FILES else ()
+
+
+def semi_axes(options: CrackOptions, increment: int) -> tuple[float, float]:
+    """Return the semi-axes (a, b) of an increment; a penny has a = b, a through crack the depth a."""
+    key = "semi_axes" if options.shape == "ellipse" else "radius"
+    if options.increments:
+        key, sizes, grown = f"increments[{increment}]", of_series(options.increments, increment), 0
+    else:
+        sizes, grown = getattr(options, key), increment
+    try:
+        pair = np.broadcast_to(np.asarray(sizes, float), (2,)) + grown * options.growth
+    except (TypeError, ValueError):
+        pair = np.full(2, np.nan)
+    if not (np.isfinite(pair).all() and (pair > 0).all()):
+        raise CraftmeshError(
+            f"crack.{key} is {_shown(sizes)}; expected {_SIZES[options.shape == 'ellipse']}, for shape "
+            f"{options.shape}"
+        )
+    return float(pair[0]), float(pair[1])
+
+
+def frame_of(options: CrackOptions, sizes: tuple[float, float]) -> np.ndarray:
+    """Return the rows axis, across, normal (3, 3) of the plane of a crack with semi-axes `sizes`."""
+    normal, axis = vector("normal", options.normal), vector("axis", options.axis)
+    if not np.linalg.norm(normal) > 0:
+        raise CraftmeshError(f"crack.normal is {normal.tolist()}; expected a vector that is not zero")
+    is_round = options.shape in ("penny", "ellipse") and sizes[0] == sizes[1]
+    if is_round and _is_along(axis, normal):
+        axis = np.roll(axis, 1)  # any axis will do, the default one of a crack square to x too
+    if not axis.any() or _is_along(axis, normal):
+        raise CraftmeshError(
+            f"crack.axis is {axis.tolist()}, normal {normal.tolist()}; expected an axis across the normal"
+        )
+    return frame_along(normal, axis)
+
+
+def frame_along(normal: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Return rows u, v, normal, right-handed: u is `axis` made perpendicular to `normal`."""
+    normal = normal / np.linalg.norm(normal)
+    u = axis - (axis @ normal) * normal
+    u = u / np.linalg.norm(u)
+    return np.stack([u, np.cross(normal, u), normal])
+
+
+def boundary_pairs(options: CrackOptions) -> np.ndarray:
+    """Return the pairs of grains (k, 2) that options.boundaries names, the lower first."""
+    pairs = []
+    for text in options.boundaries or ():
+        words = text.split("-")
+        if len(words) != 2 or not all(word.strip().isdecimal() for word in words):
+            raise CraftmeshError(f"crack.boundaries has {text!r}; expected two grains, such as 3-7")
+        pairs.append(sorted(map(int, words)))
+    if not pairs:
+        raise CraftmeshError("crack.boundaries is not given; expected pairs of grains, such as 3-7")
+    return np.array(pairs)
+
+
+def vector(name: str, value: Any) -> np.ndarray:
+    """Return the vector (3,) that the option `name` of a crack is; raises CraftmeshError for none."""
+    try:
+        found = np.asarray(value, float)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    if found.shape != (3,) or not np.isfinite(found).all():
+        raise CraftmeshError(f"crack.{name} is {_shown(value)}; expected three finite numbers")
+    return found
+
+
+def _shown(value: Any) -> str:
+    return "not given" if value is None else repr(value)
+
+
+def _is_along(axis: np.ndarray, normal: np.ndarray) -> bool:
+    return bool(
+        np.linalg.norm(np.cross(normal, axis)) <= 1e-6 * np.linalg.norm(normal) * np.linalg.norm(axis)
+    )
