@@ -18,6 +18,7 @@ from craftmesh.voxels.absorb import absorb_small_pieces
 from craftmesh.voxels.clean_options import CleanOptions
 from craftmesh.voxels.raw_volume import RawVolume, as_raw
 from craftmesh.voxels.smoothing import smooth_boundaries
+from craftmesh.voxels.specks import SPECK, dispersed
 from craftmesh.voxels.voxel_graph import Pieces, find_pieces, pieces_per_grain
 
 _SMALLEST_LISTED = 10
@@ -70,13 +71,14 @@ def clean(
         labels, parents = split_pieces(pieces, int(raw.voxels.labels.max()))
     _check_grains(labels, options)
     changes += label_changes.splitting(parents, labels)
-    notes = [*raw.notes, *_rough(report["roughness"], options)]
+    notes = [*raw.notes, *_rough(report["roughness"], pieces, options)]
     report |= _census(labels, raw, parents) | {"changes": changes, "notes": notes}
     return _with_labels(raw.voxels, labels, parents), report
 
 
-def _rough(roughness: float, options: CleanOptions) -> list[str]:
-    if roughness <= ROUGH or options.smoothing_rounds:
+def _rough(roughness: float, pieces: Pieces, options: CleanOptions) -> list[str]:
+    """Return the advice to smooth rough boundaries; those of grains in small pieces are meant to be so."""
+    if roughness <= ROUGH or options.smoothing_rounds or (dispersed(pieces, SPECK) > 0).any():
         return []
     return [
         f"grain boundaries are rough: {100 * roughness:.0f}% of their area is steps and specks, expected "
