@@ -31,24 +31,26 @@ def opened(path: str | os.PathLike) -> Iterator[h5py.File]:
 
 def _refuse_other_files(path: str | os.PathLike, file: h5py.File) -> None:
     """Refuse external links, external and virtual data, and data sets larger than the file can hold."""
+    links: list[str] = []
+    data_sets = []
 
-    def link(name: str, item: h5py.HardLink | h5py.SoftLink | h5py.ExternalLink) -> None:
+    def note_link(name: str, item: h5py.HardLink | h5py.SoftLink | h5py.ExternalLink) -> None:
         if isinstance(item, h5py.ExternalLink):
-            raise CraftmeshError(f"{path}: {name} is in {item.filename}; expected all data in one file")
+            links.append(name)
 
-    def data(name: str, item: h5py.Group | h5py.Dataset) -> None:
-        if not isinstance(item, h5py.Dataset):
-            return
-        if item.external or item.is_virtual:
-            raise CraftmeshError(f"{path}: {name} lies in other files; expected all data in one file")
-        refuse_false_size(path, name, item.shape or (), item.dtype.itemsize, os.path.getsize(path), DEFLATE)
-        chunk = item.chunks or ()
-        refuse_false_size(
-            path, f"a chunk of {name}", chunk, item.dtype.itemsize, os.path.getsize(path), DEFLATE
-        )
+    def note_data(_: str, item: h5py.Group | h5py.Dataset) -> None:
+        if isinstance(item, h5py.Dataset):
+            data_sets.append(item)
 
-    file.visititems_links(link)
-    file.visititems(data)
+    file.visititems_links(note_link)
+    file.visititems(note_data)
+    outside = links + [data.name for data in data_sets if data.external or data.is_virtual]
+    if outside:
+        raise CraftmeshError(f"{path}: {outside[0]} lies in another file; expected all data in this one")
+    there = os.path.getsize(path)
+    for data in data_sets:
+        for what, shape in ((data.name, data.shape), (f"a chunk of {data.name}", data.chunks)):
+            refuse_false_size(path, what, shape or (), data.dtype.itemsize, there, DEFLATE)
 
 
 def datasets(group: h5py.Group) -> dict[str, h5py.Dataset]:

@@ -108,7 +108,8 @@ def _labels(path: Path, header: Mapping[str, str], content: bytes, shape: Sequen
         dtype = np.dtype((">" if big.lower() == "true" else "<") + _TYPES[kind])
         ends_with = header.get("HeaderSize") == "-1"  # the data are the end of the file
         start = max(len(content) - count * dtype.itemsize, 0) if ends_with else 0
-        values = np.frombuffer(content[start : start + count * dtype.itemsize], dtype)
+        whole = min(count, (len(content) - start) // dtype.itemsize)
+        values = np.frombuffer(content, dtype, whole, start) if whole else np.zeros(0, dtype)
     if len(values) != count:
         raise CraftmeshError(
             f"{path}: has {len(values)} of {count} labels; the data are cut off, copy it anew"

@@ -6,6 +6,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from io import BytesIO
+from tokenize import TokenError
 from typing import IO
 
 import numpy as np
@@ -159,7 +160,10 @@ def refuse_false_head(path: str | os.PathLike, name: str, stream: IO[bytes], the
     version = np.lib.format.read_magic(stream)
     is_first = version == (1, 0)
     read = np.lib.format.read_array_header_1_0 if is_first else np.lib.format.read_array_header_2_0
-    shape, _, dtype = read(stream)
+    try:
+        shape, _, dtype = read(stream)
+    except TokenError as error:
+        raise ValueError(f"its head has no end: {error}") from None
     refuse_false_size(path, name, shape, dtype.itemsize, there)
 
 

@@ -8,13 +8,18 @@ trimesh is imported on first use. Its clean-up is off: points are neither joined
 import os
 import re
 import warnings
+import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from h5py import is_hdf5
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.declared import data_file, enough_memory, refuse_false_zip
+from craftmesh.io.hdf5 import opened
+from craftmesh.io.heard import heard
 from craftmesh.types import Surface
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off", ".3mf")
@@ -26,6 +31,7 @@ _FACE_COUNT = {
     ".off": re.compile(rb"OFF(?:\s|#.*)*\d+\s+(\d+)"),
 }
 _HEAD = 1 << 16  # bytes in which it is looked for
+_NO_SURFACES = {"bz2", "zip", "xdmf", "xmf"}  # archives, and heads of data in other files
 _DIGITS = {".obj": 17, ".off": 17}  # behind the decimal point
 
 
@@ -190,7 +196,7 @@ def _scene(path: Path) -> Any:
     import trimesh
 
     suffix = path.suffix.lower()
-    if suffix[1:] not in trimesh.available_formats():
+    if suffix[1:] not in trimesh.available_formats() - _NO_SURFACES:
         raise CraftmeshError(
             f"{path}: suffix {path.suffix!r} is not known; expected {listed_suffixes()}, or another format "
             "that trimesh reads"
@@ -203,17 +209,39 @@ def _scene(path: Path) -> Any:
         "fix_texture": False,
     }
     try:
-        with warnings.catch_warnings(), open(path, "rb") as stream:
+        _refuse_false_containers(path)
+        with warnings.catch_warnings(), enough_memory(path), heard("trimesh"), open(path, "rb") as stream:
             warnings.filterwarnings("error", _TEXT_CUT_SHORT, DeprecationWarning)
-            beside = trimesh.resolvers.FilePathResolver(str(path))
+            beside: Any = _Beside(path)
             return trimesh.load_scene(stream, file_type=suffix[1:], resolver=beside, **plain)
-    except MemoryError:
+    except CraftmeshError:
         raise
     except Exception as error:  # each of trimesh's readers fails in its own ways
         raise CraftmeshError(
             f"{path}: is not a whole {suffix[1:].upper()} file ({type(error).__name__}: {error}); "
             "write it anew"
         ) from None
+
+
+class _Beside:
+    """Gives trimesh the files that a surface file names, which lie in its folder or below it."""
+
+    def __init__(self, path: Path):
+        self.path = path
+
+    def get(self, name: str) -> bytes:
+        return data_file(self.path, "its part", name).read_bytes()
+
+    __getitem__ = get
+
+
+def _refuse_false_containers(path: Path) -> None:
+    """Refuse zip archives that unpack to more than memory, and HDF5 files whose data lie in others."""
+    if zipfile.is_zipfile(path):
+        refuse_false_zip(path)
+    if is_hdf5(path):
+        with opened(path):
+            pass
 
 
 def _refuse_cut_short(path: Path, triangles: int) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.declared import DEFLATE, refuse_false_size
 from craftmesh.io.file_volume import FileVolume
+from craftmesh.io.heard import heard
 
 SUFFIXES = (".tif", ".tiff")
 _RATIOS = {1: 1, 8: DEFLATE, 32946: DEFLATE}  # by the tag Compression; the others have no bound
@@ -85,7 +86,7 @@ def _pages(file: Path) -> np.ndarray:
     import tifffile
 
     try:
-        with tifffile.TiffFile(file, **_ALONE) as tif:
+        with heard("tifffile") as said, tifffile.TiffFile(file, **_ALONE) as tif:
             series = tif.series
             _refuse_false_pages(file, tif.filehandle.size, series)
             kinds = {(pages.shape[-2:], str(pages.dtype)) for pages in series}
@@ -96,7 +97,11 @@ def _pages(file: Path) -> np.ndarray:
                     f"shape {series[0].shape}; expected grey pages (z, y, x), one label a pixel"
                 )
             # some writers make a series of each page
-            return np.concatenate([pages.asarray().reshape(-1, *pages.shape[-2:]) for pages in series])
+            found = np.concatenate([pages.asarray().reshape(-1, *pages.shape[-2:]) for pages in series])
+        missed = [fault for fault in said if fault.startswith("<tifffile.TiffPage")]
+        if missed:  # the pages behind it are left out, or zero
+            raise ValueError(missed[0])
+        return found
     except CraftmeshError:
         raise
     except Exception as error:  # tifffile and its codecs raise many kinds
