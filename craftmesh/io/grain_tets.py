@@ -2,7 +2,6 @@
 
 import json
 import os
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.npz import load
 from craftmesh.types import GrainTets
 
 _FIELDS = ("nodes", "interior", "tets")
@@ -54,10 +54,8 @@ def read_record(path: str | os.PathLike) -> dict:
 def _arrays(path: str | os.PathLike, names: Sequence[str]) -> dict[str, np.ndarray]:
     if not Path(path).is_file():
         raise CraftmeshError(f"{path}: no such file; run tetrahedralize for this chunk")
-    try:
-        with np.load(path) as archive:
-            return {name: archive[name] for name in names}
-    except (KeyError, ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise CraftmeshError(
-            f"{path}: not a chunk of grains ({error}); run tetrahedralize again"
-        ) from error
+    arrays = load(path, names)
+    missing = [name for name in names if name not in arrays]
+    if missing:
+        raise CraftmeshError(f"{path}: not a chunk of grains, no {missing[0]}; run tetrahedralize again")
+    return arrays

@@ -4,7 +4,7 @@ import lzma
 import os
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from io import BytesIO
 from tokenize import TokenError
 from typing import IO
@@ -135,15 +135,18 @@ def _crystals(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> dict
         ) from None
 
 
-def load(path: str | os.PathLike) -> dict[str, np.ndarray]:
-    """Return the entries of an .npz; raises CraftmeshError when it is not one or holds Python objects."""
+def load(path: str | os.PathLike, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
+    """Return the entries of an .npz, all or those of `names` that it has.
+
+    Raises CraftmeshError when it is not one, holds Python objects or declares more than it holds.
+    """
     try:
         refuse_false_zip(path)
         with np.load(path, allow_pickle=False) as archive:
             for entry in archive.zip.infolist():
                 with archive.zip.open(entry) as stream:
                     refuse_false_head(path, entry.filename, stream, entry.file_size)
-            return {name: archive[name] for name in archive.files}
+            return {name: archive[name] for name in archive.files if names is None or name in names}
     except FileNotFoundError:
         raise CraftmeshError(f"{path}: no such file; check the path") from None
     except _BROKEN as error:
