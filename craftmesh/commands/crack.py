@@ -9,8 +9,8 @@ import numpy as np
 from craftmesh.commands.crack_sources import given_surface
 from craftmesh.commands.flags import Parser, add_options, options_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
+from craftmesh.cracks.fit_bounds import Numbers, notes_on_size
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
-from craftmesh.cracks.measured import Numbers
 from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.series import crack_of_increment, refuse_shrunk
@@ -62,18 +62,22 @@ def run(arguments: argparse.Namespace) -> None:
     box, edge, grid = body_of(arguments.volume)
     heights = options_from(arguments, WayOptions).insertion == "cut"
     lengths, cracks, reports = options_from(arguments, SizingOptions), [], {}
+    l_min = l_min_of(lengths, edge)
     given = options_of(arguments)
     for number, options in enumerate(given, 1):
         if options.shape == IN_BOUNDARIES:
             cracks.append(crack_in_boundaries(_whole_surface(arguments), options, increment))
             report: Numbers = {}
         else:
-            surface, report = given_surface(options, increment, box, grid)
+            surface, report = given_surface(options, increment, box, grid, l_min)
+            if surface is not None:
+                notes = report.get("notes", []) + notes_on_size(surface.points, box, l_min)
+                report |= {"notes": notes} if notes else {}
             cracks.append(crack_of_increment(options, increment, box, surface, heights))
         reports[f"crack_{number}"] = report
     of_facets = [number for number, options in enumerate(given) if options.shape == IN_BOUNDARIES]
     is_guess = lengths.l_min is None and lengths.l0 is None
-    crack = meshable(cracks, box, l_min_of(lengths, edge), of_facets, is_guess)
+    crack = meshable(cracks, box, l_min, of_facets, is_guess)
     if arguments.previous:
         refuse_shrunk(crack, read_crack(arguments.previous), increment)
     write_crack(arguments.output, crack)

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from craftmesh.cracks.measured import Numbers, crack_through_fronts, crack_through_points
+from craftmesh.cracks.fit_bounds import Numbers
+from craftmesh.cracks.measured import crack_through_fronts, crack_through_points
 from craftmesh.cracks.options import CrackOptions, crack_files, given_file
 from craftmesh.cracks.prescription import check_crack
 from craftmesh.cracks.series import GivenSurface
@@ -18,12 +19,16 @@ from craftmesh.voxels.reading import read_marked
 
 
 def given_surface(
-    options: CrackOptions, increment: int, box: np.ndarray, grid: Voxels | None = None
+    options: CrackOptions,
+    increment: int,
+    box: np.ndarray,
+    grid: Voxels | None = None,
+    l_min: float | None = None,
 ) -> tuple[GivenSurface | None, Numbers]:
     """Return the surface of `increment`, None for shapes by numbers, and how far it is from its source.
 
-    box (2, 3): the model's; grid: its voxels where they are known. Raises CraftmeshError that names the key
-    or the file.
+    box (2, 3): the model's; grid: its voxels where they are known; l_min: by which a surface may be off
+    measured points. Raises CraftmeshError that names the key or the file.
     """
     check_crack(options, increment)
     if options.shape == "surface":
@@ -34,7 +39,7 @@ def given_surface(
         return crack_through_fronts(fronts, box, options.spacing, options.inside)
     if options.shape == "points":
         cloud, fronts = read_points(given_file(options, increment)), read_fronts(str(options.front))
-        return crack_through_points(cloud, fronts, box, options.spacing)
+        return crack_through_points(cloud, fronts, box, options.spacing, l_min)
     if options.shape == "path":
         return crack_along_path(read_path(given_file(options, increment)), options, increment, box)
     if options.shape == "voxels":

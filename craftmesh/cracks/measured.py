@@ -6,6 +6,14 @@ import numpy as np
 import shapely
 
 from craftmesh.cracks.behind_front import Plane, cracked_part
+from craftmesh.cracks.fit_bounds import (
+    SCATTERS,
+    Numbers,
+    refuse_other_place,
+    refuse_step,
+    scatter_of,
+    within_bound,
+)
 from craftmesh.cracks.height_fit import fitted_heights, interpolation
 from craftmesh.cracks.in_plane import filled
 from craftmesh.cracks.polyline import feet, polyline
@@ -20,23 +28,34 @@ MOST_TRIANGLES = 400_000  # a minute of one core
 SAME_PLACE = 1e-9  # of the extent: what is this near to a front lies on it
 ON_BOX = 1e-6  # of the box's diagonal: points of the surface this near a plane of the box are put on it
 
-Numbers = dict[str, int | float]
-
 
 def crack_through_points(
-    cloud: np.ndarray, fronts: Sequence[np.ndarray], box: np.ndarray, spacing: float | None = None
+    cloud: np.ndarray,
+    fronts: Sequence[np.ndarray],
+    box: np.ndarray,
+    spacing: float | None = None,
+    l_min: float | None = None,
 ) -> tuple[GivenSurface, Numbers]:
     """Return the surface within the fronts that is nearest to a measured cloud, and how far that is.
 
     cloud (n, 3), in any order; fronts: polylines (k, 3), closed where the last point is the first, or one
     open front that ends on the box (2, 3). The surface is a height over the plane of least squares, with
     edges of `spacing` (model units; None: two points a triangle), exact at the fronts' points. The report
-    has the distances of the cloud from it. Raises CraftmeshError for points that fix no plane, and as
-    cracked_part does.
+    has the distances of the cloud from it, with a note where one is over the bound, l_min (None: the
+    spacing) or three times the points' scatter. Raises CraftmeshError where their root mean square is, for
+    points that fix no plane or are not where the front is, and as cracked_part does.
     """
     fronts = [finite(f"front {k}", front) for k, front in enumerate(fronts, 1)]
     cloud = finite("point cloud", cloud)
-    return _spanned(cloud, fronts, fronts, box, spacing, cloud)
+    refuse_other_place(cloud, fronts)
+    surface, numbers = _spanned(cloud, fronts, fronts, box, spacing, cloud)
+    bound = max(numbers["spacing"] if l_min is None else l_min, SCATTERS * scatter_of(cloud))
+    return surface, within_bound(
+        numbers,
+        bound,
+        f"{bound:.4g} (l_min, or {SCATTERS:g} times the points' scatter); expected points of one sheet "
+        "that is a height over a plane: leave out those that are not, or give a shorter crack.spacing",
+    )
 
 
 def crack_through_fronts(
@@ -72,8 +91,10 @@ def _spanned(
     plane = plane_of(every)
     witnesses = np.concatenate([witnesses, *fronts[: len(fronts) - len(bounding)]])
     polygon = cracked_part(bounding, plane, box, witnesses, plane.of(every)[:, 2])
-    if spacing is None:
-        spacing = _spacing(polygon, plane.of(cloud), bounding)
+    length = _spacing(polygon, plane.of(cloud), bounding)
+    if len(cloud):
+        refuse_step(plane.of(cloud), [plane.of(front) for front in fronts], length)
+    spacing = length if spacing is None else spacing
     return height_surface(polygon, plane, fronts, cloud, spacing, box)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from craftmesh.cracks.fit_bounds import Numbers
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.prescription import frame_of, semi_axes, vector
 from craftmesh.cracks.series import GivenSurface
@@ -10,7 +11,7 @@ from craftmesh.errors import CraftmeshError
 
 def crack_along_path(
     path: np.ndarray, options: CrackOptions, increment: int, box: np.ndarray
-) -> tuple[GivenSurface, dict[str, int | float]]:
+) -> tuple[GivenSurface, Numbers]:
     """Return the surface that a measured path (k, 2) sweeps through the box (2, 3), as deep as asked for.
 
     path: x along the crack, ascending, and y out of its plane, one to options.scale model units. The place
@@ -33,7 +34,8 @@ def crack_along_path(
     if not along[0] <= 0 < depth <= along[-1]:
         raise CraftmeshError(
             f"the crack's path goes from {along[0]:.4g} to {along[-1]:.4g} along the axis, in model units "
-            f"from its start; expected it to hold the crack, 0 to {depth:.4g}: change start or radius"
+            f"from its start; expected it to hold the crack, 0 to {depth:.4g}: change scale, start or "
+            "radius"
         )
     above = above - np.interp(0.0, along, above)
     centre = vector("centre", options.centre)
@@ -45,7 +47,13 @@ def crack_along_path(
     frame = frame_of(options, sizes)
     sweep = frame[1] + np.tan(np.radians(options.slant)) * frame[2]
     lines = [centre + profile @ frame[[0, 2]] + side * reach * sweep for side in (-1, 1)]
-    return GivenSurface(np.concatenate(lines), _strip(len(at))), {"path_points": int(inner.sum())}
+    numbers: Numbers = {"path_points": int(inner.sum())}
+    if len(along) > 2 and not ((along > 0) & (along < depth)).any():
+        numbers["notes"] = [
+            f"none of the path's {len(along)} points, from {along[0]:.4g} to {along[-1]:.4g}, is within "
+            f"the crack, 0 to {depth:.4g}: it is straight there; is crack.scale right?"
+        ]
+    return GivenSurface(np.concatenate(lines), _strip(len(at))), numbers
 
 
 def _strip(count: int) -> np.ndarray:

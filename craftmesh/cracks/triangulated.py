@@ -16,6 +16,7 @@ from craftmesh.cracks.one_sheet import (
 from craftmesh.cracks.within_box import is_in
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, pieces, unique_edges
+from craftmesh.surface.extents import span_of, spans_told, unit_hint
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, meets_box
 from craftmesh.types import Crack
@@ -61,7 +62,7 @@ def crack_from_triangles(
         _check_simple((points - points.mean(axis=0)) @ frame[:2].T, loops)
     crack = with_fronts(points, triangles, loops, fronts, box)
     if not crack.fronts:
-        _refuse_no_crack(crack.points[crack.triangles], fronts is not None, box)
+        _refuse_no_crack(crack.points[crack.triangles], fronts, box)
     return crack
 
 
@@ -156,17 +157,22 @@ def _check_simple(uv: np.ndarray, loops: list[np.ndarray]) -> None:
             raise CraftmeshError("the crack front crosses itself; expected a front without crossings")
 
 
-def _refuse_no_crack(corners: np.ndarray, front_given: bool, box: np.ndarray) -> None:
+def _refuse_no_crack(corners: np.ndarray, fronts: Sequence[np.ndarray] | None, box: np.ndarray) -> None:
     """Raise CraftmeshError for a crack (m, 3, 3) without a front that has no part in the box (2, 3)."""
-    if front_given:
+    span = span_of(corners)
+    if fronts is not None:
+        front = span_of(np.concatenate(fronts))
+        hint = unit_hint(front, span) or unit_hint(front, box)
         raise CraftmeshError(
-            f"the crack has no front within the box {told(box)} along the given one; expected a front on "
+            f"the crack has no front within the box {told(box)} along the given one; "
+            f"{spans_told(('that goes', 'the crack'), front, span)}{hint}; expected a front on "
             "the surface's boundary, or none for a crack that parts the body"
         )
+    spans = f"the crack spans {told(span)}{unit_hint(span, box)}"
     if not is_in(corners, box):
         raise CraftmeshError(
             f"the crack lies outside the box {told(box)}: it has no front within it, nor any other part; "
-            "move it"
+            f"{spans}; move it"
         )
 
 

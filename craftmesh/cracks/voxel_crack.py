@@ -5,6 +5,7 @@ import shapely
 from scipy.ndimage import gaussian_filter1d
 
 from craftmesh.cracks.behind_front import MARGIN, Plane
+from craftmesh.cracks.fit_bounds import VOXELS, Numbers, within_bound
 from craftmesh.cracks.measured import finite, height_surface, plane_of
 from craftmesh.cracks.series import GivenSurface
 from craftmesh.errors import CraftmeshError
@@ -25,13 +26,13 @@ def crack_through_voxels(
     origin: np.ndarray,
     box: np.ndarray,
     edge_length: float | None = None,
-) -> tuple[GivenSurface, dict[str, int | float]]:
+) -> tuple[GivenSurface, Numbers]:
     """Return the surface through the voxels (nx, ny, nz) that are the crack, and their distances from it.
 
     spacing, origin (3,): those of the voxels; box (2, 3): the model's. The surface is a height over the
     plane of least squares and ends at the outermost voxels' faces; where those touch the box it goes on
-    past it. edge_length: of its edges, None: two voxels. Raises CraftmeshError for too few voxels and for
-    several pieces.
+    past it. edge_length: of its edges, None: two voxels. Raises CraftmeshError for too few voxels, for
+    several pieces, and for voxels that the surface is off by more than two of their edges.
     """
     places = np.argwhere(is_crack)
     edge = float(np.max(spacing))
@@ -41,6 +42,13 @@ def crack_through_voxels(
     polygon = smoothed(_outline(plane, centres, edge, box), edge)
     surface, numbers = height_surface(
         polygon, plane, (), centres, SPACING * edge if edge_length is None else edge_length, box
+    )
+    bound = VOXELS * edge
+    numbers = within_bound(
+        numbers,
+        bound,
+        f"{bound:.4g}, {VOXELS:g} voxels; expected a layer of voxels that is a height over a plane: name "
+        "its label by crack.label, make it thinner, or give a shorter crack.spacing",
     )
     return surface, {"voxels": len(centres)} | numbers
 

@@ -87,7 +87,7 @@ def _alone(corners: np.ndarray, sides: np.ndarray, lone: np.ndarray, of_lone: np
     place = corners[of_lone][0, 0]
     host = _grain_round(place, corners[~of_lone], sides[~of_lone])
     all_spans = spans_told(("they span", "the others"), *spans)
-    hint = unit_hint(*sizes) if is_of_other_unit else ""
+    hint = unit_hint(*spans, sizes[0] / sizes[1]) if is_of_other_unit else ""
     words = (
         f"grains {grain_names(lone)} lie {f'inside grain {host}' if host else 'off the others'}, near "
         f"{told(place)}, sharing no facet with any; {all_spans}{hint}; "

@@ -19,9 +19,9 @@ def size_of(span: np.ndarray) -> float:
     return float(np.linalg.norm(span[1] - span[0]))
 
 
-def are_apart(first: np.ndarray, second: np.ndarray) -> bool:
-    """Tell whether two spans (2, 3) have no place in common."""
-    return bool((np.maximum(first[0], second[0]) > np.minimum(first[1], second[1])).any())
+def are_apart(first: np.ndarray, second: np.ndarray, gap: float = 0.0) -> bool:
+    """Tell whether two spans (2, 3) have no place in common, and more than a gap between them."""
+    return bool((np.maximum(first[0], second[0]) > np.minimum(first[1], second[1]) + gap).any())
 
 
 def spans_told(names: tuple[str, str], first: np.ndarray, second: np.ndarray) -> str:
@@ -31,10 +31,17 @@ def spans_told(names: tuple[str, str], first: np.ndarray, second: np.ndarray) ->
     )
 
 
-def unit_hint(first: float, second: float) -> str:
-    """Return in words what power of ten lies between two sizes, and which units do so; empty for none."""
-    power = round(float(np.log10(first / second))) if min(first, second) > 0 else 0
-    if not power:
+def unit_hint(first: np.ndarray, second: np.ndarray, ratio: float | None = None) -> str:
+    """Return in words what power of ten parts two spans (2, 3), and which units do so; empty for none.
+
+    ratio: of sizes that should be alike, that of the spans where it is None. The power has to bring the
+    first span to where the second one is.
+    """
+    sizes = size_of(first), size_of(second)
+    if min(sizes) == 0:
+        return ""
+    power = round(float(np.log10(sizes[0] / sizes[1] if ratio is None else ratio)))
+    if not power or are_apart(first / 10.0**power, second):
         return ""
     text = f", about {10 ** abs(power)} times as {'large' if power > 0 else 'small'}"
     if abs(power) not in UNITS:
