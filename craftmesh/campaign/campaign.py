@@ -5,6 +5,7 @@ files exist; the Snakefile only calls them.
 """
 
 import json
+import os
 import shlex
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -17,14 +18,15 @@ from craftmesh.campaign.cases import (
     UNTIL,
     Case,
     check_case,
-    located,
 )
 from craftmesh.campaign.configuration import completed, fields_of, load_schema
 from craftmesh.campaign.digest import digest
-from craftmesh.campaign.meaning import SIZE_FILES, check_meaning, small_cracks
+from craftmesh.campaign.meaning import check_meaning, small_cracks
+from craftmesh.campaign.paths import SIZE_FILES, read_path, with_paths, written_path
 from craftmesh.campaign.sheet import Rules, read_cases
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
+from craftmesh.errors import CraftmeshError
 from craftmesh.growth.options import CorrectionOptions, GrowthOptions, SmoothingOptions
 from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.mechanics.model_options import ModelOptions
@@ -232,18 +234,31 @@ def read_campaign(config: Mapping[str, Any]) -> Campaign:
     expected.
     """
     schema = load_schema(SCHEMAS / "config.schema.yaml")
-    config = completed(config, schema)
+    config = with_paths(completed(config, schema))
+    config |= {key: read_path(key, config[key]) for key in ("cases", "data")}
+    config["results"] = written_path("results", config["results"])
     rules = Rules(load_schema(SCHEMAS / "cases.schema.yaml"), schema, config)
-    cases = read_cases(Path(config["cases"]), rules)
+    cases = {
+        name: _with_paths(case, config) for name, case in read_cases(Path(config["cases"]), rules).items()
+    }
     for case in cases.values():
         check_case(case)
         check_meaning(case, config)
-    data = Path(config["data"])
-    cases = {
-        name: replace(case, microstructure=located(case.microstructure, data))
-        for name, case in cases.items()
-    }
     return Campaign(config, cases)
+
+
+def _with_paths(case: Case, config: Mapping[str, Any]) -> Case:
+    """Return a case whose paths are those that its workflow takes; a fault is told as the case's own."""
+    written_path(f"{case.place}: its folder", f"{config['results']}/{case.name}")
+    path = case.microstructure
+    if path != SYNTHETIC:
+        path = read_path(f"{case.place}: microstructure", path, Path(config["data"]))
+        path = os.path.abspath(path) if path == SYNTHETIC else path  # ./synthetic is a file
+    try:
+        settings = with_paths(case.settings)
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{case.place}: {error}") from None
+    return replace(case, microstructure=path, settings=settings)
 
 
 def command_flags(options: Mapping[str, Any]) -> str:

@@ -1,8 +1,8 @@
 """The cases of a campaign, and that what they name is there."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from craftmesh.campaign.configuration import listed
@@ -66,8 +66,8 @@ def check_case(case: Case) -> None:
         raise CraftmeshError(f"{place}: increments is {case.increments} without a crack; expected 1")
     if case.crack == NO_CRACK and case.grows:
         raise CraftmeshError(f"{place}: growth is {case.growth} without a crack; expected {PRESCRIBED}")
-    path = Path(located(case.microstructure, Path(config["data"])))
-    if case.microstructure != SYNTHETIC and not path.exists():
+    path = case.microstructure
+    if path != SYNTHETIC and not os.path.exists(path):
         raise CraftmeshError(
             f"{place}: microstructure {path} is not there; expected a file, or a path under the key `data`"
         )
@@ -75,10 +75,5 @@ def check_case(case: Case) -> None:
 
 def check_exists(key: str, path: str | None) -> None:
     """Raise CraftmeshError, naming the key, where a path is given and nothing is there."""
-    if path and not Path(path).exists():
+    if path and not os.path.exists(path):
         raise CraftmeshError(f"{key}: {path} is not there; expected a file")
-
-
-def located(microstructure: str, data: Path) -> str:
-    """Return the path of a microstructure that the sheet names, or SYNTHETIC."""
-    return microstructure if microstructure == SYNTHETIC else str(data / microstructure)

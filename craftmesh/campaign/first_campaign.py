@@ -1,12 +1,16 @@
 """A first configuration for a microstructure: sizes from its voxels and grains, a crack in a face."""
 
+import csv
+import io
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from craftmesh.campaign.cases import SYNTHETIC
 from craftmesh.sizing.sizing import voxel_edge
 from craftmesh.types import Voxels
 from craftmesh.voxels.specks import median_grain
@@ -112,8 +116,16 @@ inp:  # the deck; its load is a strain of 0.1 % along z, unless load, magnitude 
 
 
 def sheet_text(name: str, microstructure: str) -> str:
-    """Return the sheet of a first campaign: one case of one increment."""
-    return f"case\tmicrostructure\tcrack\tincrements\n{name}\t{microstructure}\tnotch\t1\n"
+    """Return the sheet of a first campaign: one case of one increment.
+
+    A file is ./FILE where its name alone would be a list of cases, or the synthetic volume.
+    """
+    is_plain = re.match(r"\w", microstructure) and microstructure != SYNTHETIC
+    text = io.StringIO()
+    rows = csv.writer(text, delimiter="\t", lineterminator="\n")
+    rows.writerow(["case", "microstructure", "crack", "increments"])
+    rows.writerow([name, microstructure if is_plain else f"./{microstructure}", "notch", 1])
+    return text.getvalue()
 
 
 def _number(value: float, digits: int = 4) -> str:
@@ -123,4 +135,5 @@ def _number(value: float, digits: int = 4) -> str:
 
 
 def _yaml(value: Any) -> str:
-    return json.dumps(list(value) if isinstance(value, tuple) else value)  # JSON is YAML on one line
+    # JSON is YAML on one line, but for letters written as two \u
+    return json.dumps(list(value) if isinstance(value, tuple) else value, ensure_ascii=False)

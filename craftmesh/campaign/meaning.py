@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from craftmesh.campaign.cases import SYNTHETIC, Case, check_exists, located
+from craftmesh.campaign.cases import SYNTHETIC, Case, check_exists
 from craftmesh.campaign.configuration import fields_of
+from craftmesh.campaign.paths import SIZE_FILES
 from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.cracks.prescription import changing, check_crack, is_sized
 from craftmesh.errors import CraftmeshError
@@ -22,7 +23,6 @@ from craftmesh.solve.options import SolveOptions
 from craftmesh.tetrahedra.meshers.base import check_mesher
 from craftmesh.voxels.generate_options import GenerateOptions
 
-SIZE_FILES = ("points", "field")
 # K of a penny errs by twice as much with five edges to the radius as with ten (docs/fracture.md)
 EDGES = 10
 
@@ -64,7 +64,7 @@ def _check_generate(keys: Mapping[str, Any], case: Case) -> None:
 
 def _check_import(keys: Mapping[str, Any], case: Case) -> None:
     if case.microstructure != SYNTHETIC and keys["format"] == "auto":
-        format_by_name(Path(located(case.microstructure, Path(case.settings["data"]))))
+        format_by_name(Path(case.microstructure))
 
 
 def _check_sizing(keys: Mapping[str, Any], case: Case) -> None:

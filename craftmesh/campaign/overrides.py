@@ -1,12 +1,12 @@
 """Keys of the configuration that hold for single cases: columns `section.key` of the sheet, and sweeps."""
 
 import itertools
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
 
+from craftmesh.campaign.case_names import as_case_name
 from craftmesh.campaign.configuration import filled, is_valid, kinds_of
 from craftmesh.errors import CraftmeshError
 
@@ -89,7 +89,7 @@ def variants(name: str, cells: Mapping[str, Choice]) -> Iterator[tuple[str, dict
 
 def _word(number: int, value: Any) -> str:
     """Return a value as part of a folder's name, or its number in the list where that would be long."""
-    word = re.sub(r"[^A-Za-z0-9_.-]+", "_", _text(value)).strip("_")
+    word = as_case_name(_text(value))
     return word if 0 < len(word) <= LONGEST_VALUE else str(number)
 
 

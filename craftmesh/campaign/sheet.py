@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from craftmesh.campaign.case_names import check_capitals, check_case_name
 from craftmesh.campaign.cases import Case
 from craftmesh.campaign.configuration import completed, filled, listed
 from craftmesh.campaign.overrides import (
@@ -22,7 +23,6 @@ from craftmesh.errors import CraftmeshError
 
 COLUMNS = ("case", "microstructure", "crack", "increments")
 OPTIONAL = ("growth",)  # a column that a sheet may have besides those
-RESERVED = ("logs", "benchmarks")
 
 
 @dataclass(frozen=True)
@@ -71,6 +71,7 @@ def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
             cases[case.name] = case
     if not cases:
         raise CraftmeshError(f"{path}: no case; expected at least one row under the header")
+    check_capitals(cases, str(path))
     return cases
 
 
@@ -129,8 +130,7 @@ def _cases(
         changes = {key: value for key, value in values.items() if key in rules.keys}
         columns = {key: _counted(value) for key, value in values.items() if key not in rules.keys}
         columns = _checked({"case": name} | columns, rules.row, at)
-        if name in RESERVED:
-            raise CraftmeshError(f"{place}: case {name!r} is a folder of the results; choose another name")
+        check_case_name(name, place)
         yield Case(
             columns.pop("case"),
             **columns,

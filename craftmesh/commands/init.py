@@ -1,7 +1,7 @@
 """Write a first configuration for a microstructure: one that runs, with a crack in the middle of a face."""
 
 import argparse
-import re
+import shlex
 from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
@@ -9,8 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.atomic import atomic_paths
+from craftmesh.campaign.campaign import read_campaign
+from craftmesh.campaign.case_names import RESERVED, as_case_name
 from craftmesh.campaign.first_campaign import configuration_text, first_campaign, sheet_text
-from craftmesh.campaign.sheet import RESERVED
+from craftmesh.campaign.home import read_config
+from craftmesh.campaign.paths import read_path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import existing
 from craftmesh.errors import CraftmeshError, counted, listed
@@ -44,13 +47,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     source = existing(arguments.input)
-    name = re.sub(r"\W+", "_", source.stem).strip("_") or "mine"
-    name = f"{name}_case" if name in RESERVED else name
+    name = as_case_name(source.stem).lstrip(".-") or "mine"
+    name = f"{name}_case" if name.casefold() in RESERVED else name
     config = arguments.output or Path(f"{name}.yaml")
     sheet = config.with_suffix(".tsv")
     for path in (config, sheet):
         if path.exists():
             raise CraftmeshError(f"{path}: is there already; remove it, or name another file with -o")
+    read_path("the microstructure", str(source))
     raw = _read(source, options_from(arguments, ReadOptions))
     with ProgressLine("init") as progress:
         options, voxels, report = _cleaned(raw, progress)
@@ -64,6 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
     with atomic_paths([config, sheet]) as temporaries:
         for temporary, content in zip(temporaries, (text, sheet_text(name, source.name))):
             temporary.write_text(content, "utf-8")
+        _check(source, *temporaries)
     shape = " x ".join(map(str, voxels.labels.shape))
     across = f"{first.across:.4g} across in the file's unit of length"
     print(f"{source}: {shape} voxels, grains: {first.grains}, the median one {across}")
@@ -72,8 +77,17 @@ def run(arguments: argparse.Namespace) -> None:
     for note in report["notes"]:
         print(f"note: {note}")
     print(f"wrote {config} and {sheet}; look them over, then")
-    print(f"  craftmesh plan {config}")
-    print(f"  snakemake -s $(craftmesh snakefile) --cores all --configfile {config}")
+    quoted = shlex.quote(str(config))
+    print(f"  craftmesh plan {quoted}")
+    print(f"  snakemake -s $(craftmesh snakefile) --cores all --configfile {quoted}")
+
+
+def _check(source: Path, config: Path, sheet: Path) -> None:
+    """Raise CraftmeshError unless the campaign of a configuration and its sheet is accepted."""
+    try:
+        read_campaign(read_config(config) | {"cases": str(sheet)})
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{source}: its campaign would be refused, {error}") from None
 
 
 def _read(source: Path, options: ReadOptions) -> RawVolume:

@@ -189,7 +189,7 @@ def test_numbers_that_yaml_takes_for_text_are_numbers(campaign, text):
         ("one\tsynthetic\tpenny\t0\n", "case 'one': increments is 0"),
         ("one\tsynthetic\tpenny\n", "case 'one': 3 columns; expected 4, case, mic"),
         ("a/b\tsynthetic\tpenny\t1\n", "case is 'a/b'"),
-        ("logs\tsynthetic\tpenny\t1\n", "case 'logs' is a folder of the results"),
+        ("logs\tsynthetic\tpenny\t1\n", "case 'logs' is a name of the results"),
         ("one\tsynthetic\tpeny\t1\n", "case 'one': crack is 'peny'; expected one of penny, none"),
         ("one\tsynthetic\tnone\t2\n", "increments is 2 without a crack; expected 1"),
         ("one\tgone.npz\tpenny\t1\n", "case 'one': microstructure .*gone.npz is not there"),

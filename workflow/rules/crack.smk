@@ -21,5 +21,5 @@ rule crack:
         ),
         code=CAMPAIGN.code("crack"),
     shell:
-        "craftmesh crack {input.labels} --increment {params.increment} {params.others} -o {output}"
-        " {params.options} > {log} 2>&1"
+        "craftmesh crack {input.labels:q} --increment {params.increment:q} {params.others} -o {output:q}"
+        " {params.options} > {log:q} 2>&1"

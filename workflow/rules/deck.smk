@@ -20,7 +20,8 @@ rule inp:
         options=lambda wildcards: CAMPAIGN.deck_flags(wildcards.case),
         code=CAMPAIGN.code("inp"),
     shell:
-        "craftmesh inp {input.volume} --microstructure {input.labels} {params.options} -o {output.model} > {log} 2>&1"
+        "craftmesh inp {input.volume:q} --microstructure {input.labels:q} {params.options} -o {output.model:q}"
+        " > {log:q} 2>&1"
 
 
 rule export:
@@ -43,7 +44,7 @@ rule export:
         options=lambda wildcards: CAMPAIGN.mesh_flags(wildcards.case),
         code=CAMPAIGN.code("export"),
     shell:
-        "craftmesh export {input} {params.options} -o {output} > {log} 2>&1"
+        "craftmesh export {input:q} {params.options} -o {output:q} > {log:q} 2>&1"
 
 
 rule check:
@@ -67,5 +68,5 @@ rule check:
     params:
         code=CAMPAIGN.code("check"),
     shell:
-        "craftmesh check {input.volume} --labels {input.labels} --meshing {input.meshing} --quality {output}"
-        " > {log} 2>&1"
+        "craftmesh check {input.volume:q} --labels {input.labels:q} --meshing {input.meshing:q} --quality {output:q}"
+        " > {log:q} 2>&1"

@@ -24,6 +24,6 @@ rule fracture:
         growth=lambda wildcards: CAMPAIGN.growth_flags(wildcards.case),
         code=CAMPAIGN.code("fracture"),
     shell:
-        "craftmesh fracture {input.volume} {input.solution} --crack {input.crack}"
-        " --microstructure {input.labels} {params.model} {params.options} {params.growth}"
-        " -o {output.sif} --json {output.report} > {log} 2>&1"
+        "craftmesh fracture {input.volume:q} {input.solution:q} --crack {input.crack:q}"
+        " --microstructure {input.labels:q} {params.model} {params.options} {params.growth}"
+        " -o {output.sif:q} --json {output.report:q} > {log:q} 2>&1"

@@ -26,5 +26,6 @@ checkpoint grow:
         ),
         code=CAMPAIGN.code("grow"),
     shell:
-        "craftmesh grow {input.crack} {input.sif} {input.front} --volume {input.labels} {params.options} {params.until}"
-        " {params.last} -o {output.grown} --base {output.base} --step {output.step} --report {output.report} > {log} 2>&1"
+        "craftmesh grow {input.crack:q} {input.sif:q} {input.front:q} --volume {input.labels:q} {params.options}"
+        " {params.until} {params.last} -o {output.grown:q} --base {output.base:q} --step {output.step:q}"
+        " --report {output.report:q} > {log:q} 2>&1"

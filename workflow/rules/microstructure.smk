@@ -16,7 +16,7 @@ rule generate:
         options=lambda wildcards: CAMPAIGN.flags("generate", wildcards.case),
         code=CAMPAIGN.code("generate"),
     shell:
-        "craftmesh generate {params.options} -o {output} > {log} 2>&1"
+        "craftmesh generate {params.options} -o {output:q} > {log:q} 2>&1"
 
 
 rule import_microstructure:
@@ -42,5 +42,5 @@ rule import_microstructure:
         options=lambda wildcards: CAMPAIGN.import_flags(wildcards.case),
         code=CAMPAIGN.code("import_"),
     shell:
-        "craftmesh import {input} {params.options} --image {output.image} --labels {output.labels}"
-        " --islands {output.islands} --report {output.report} > {log} 2>&1"
+        "craftmesh import {input:q} {params.options} --image {output.image:q} --labels {output.labels:q}"
+        " --islands {output.islands:q} --report {output.report:q} > {log:q} 2>&1"

@@ -17,7 +17,7 @@ rule depict:
         solution=lambda wildcards, input: command_flags({"solution": input.get("solution")}),
         code=CAMPAIGN.code("depict"),
     shell:
-        "craftmesh depict {input.volume} {params.solution} -o {output} > {log} 2>&1"
+        "craftmesh depict {input.volume:q} {params.solution} -o {output:q} > {log:q} 2>&1"
 
 
 rule report:
@@ -38,8 +38,9 @@ rule report:
         "../envs/craftmesh.yaml"
     params:
         results=subpath(output.page, parent=True),
-        campaign=campaign_record(CAMPAIGN),
-        options=command_flags(CAMPAIGN.config["report"]),
+        # functions: in texts Snakemake takes braces for wildcards
+        campaign=lambda wildcards: campaign_record(CAMPAIGN),
+        options=lambda wildcards: command_flags(CAMPAIGN.config["report"]),
         code=CAMPAIGN.code("report"),
     script:
         "../scripts/report.py"

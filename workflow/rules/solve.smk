@@ -21,5 +21,5 @@ rule solve:
         options=lambda wildcards: CAMPAIGN.flags("solve", wildcards.case),
         code=CAMPAIGN.code("solve"),
     shell:
-        "craftmesh solve {input.volume} --microstructure {input.labels} {params.model} {params.options}"
-        " -o {output.solution} --vtu {output.view} > {log} 2>&1"
+        "craftmesh solve {input.volume:q} --microstructure {input.labels:q} {params.model} {params.options}"
+        " -o {output.solution:q} --vtu {output.view:q} > {log:q} 2>&1"

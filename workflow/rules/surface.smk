@@ -16,7 +16,7 @@ rule remesh:
         options=lambda wildcards: CAMPAIGN.flags("remesh", wildcards.case),
         code=CAMPAIGN.code("remesh"),
     shell:
-        "craftmesh remesh {input} {params.options} -o {output} > {log} 2>&1"
+        "craftmesh remesh {input:q} {params.options} -o {output:q} > {log:q} 2>&1"
 
 
 rule size:
@@ -43,8 +43,8 @@ rule size:
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("size"),
     shell:
-        "craftmesh size {input.surface} {params.crack} --labels {input.labels} {params.options}"
-        " -o {output} > {log} 2>&1"
+        "craftmesh size {input.surface:q} {params.crack} --labels {input.labels:q} {params.options}"
+        " -o {output:q} > {log:q} 2>&1"
 
 
 rule stitch:
@@ -73,8 +73,8 @@ rule stitch:
         ),
         code=CAMPAIGN.code("stitch"),
     shell:
-        "craftmesh stitch {input.surface} {params.crack} --sizing {input.sizing} {params.options}"
-        " -o {output} > {log} 2>&1"
+        "craftmesh stitch {input.surface:q} {params.crack} --sizing {input.sizing:q} {params.options}"
+        " -o {output:q} > {log:q} 2>&1"
 
 
 rule gradate:
@@ -100,5 +100,5 @@ rule gradate:
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("gradate"),
     shell:
-        "craftmesh gradate {input.surface} {params.crack} --sizing {input.sizing} {params.options}"
-        " -o {output} > {log} 2>&1"
+        "craftmesh gradate {input.surface:q} {params.crack} --sizing {input.sizing:q} {params.options}"
+        " -o {output:q} > {log:q} 2>&1"

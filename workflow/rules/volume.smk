@@ -19,9 +19,9 @@ rule tetrahedralize:
         options=lambda wildcards: CAMPAIGN.flags("tetrahedralize", wildcards.case),
         code=CAMPAIGN.code("tetrahedralize"),
     shell:
-        "craftmesh tetrahedralize {input.surface} --islands {input.islands} --sizing {input.sizing}"
-        " {params.options} --chunk {wildcards.part}/{wildcards.parts} --workers {threads}"
-        " -o {output} > {log} 2>&1"
+        "craftmesh tetrahedralize {input.surface:q} --islands {input.islands:q} --sizing {input.sizing:q}"
+        " {params.options} --chunk {wildcards.part:q}/{wildcards.parts:q} --workers {threads:q}"
+        " -o {output:q} > {log:q} 2>&1"
 
 
 rule assemble:
@@ -54,5 +54,5 @@ rule assemble:
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("assemble"),
     shell:
-        "craftmesh assemble {input.surface} {input.chunks} {params.crack} --sizing {input.sizing} {params.options}"
-        " -o {output.volume} --front-csv {output.front} --report {output.meshing} > {log} 2>&1"
+        "craftmesh assemble {input.surface:q} {input.chunks:q} {params.crack} --sizing {input.sizing:q}"
+        " {params.options} -o {output.volume:q} --front-csv {output.front:q} --report {output.meshing:q} > {log:q} 2>&1"
