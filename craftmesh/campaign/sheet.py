@@ -1,6 +1,5 @@
 """The sheet of cases: rows, columns, and the cases that come of them."""
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,6 +19,7 @@ from craftmesh.campaign.overrides import (
     variants,
 )
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.text_table import read_rows
 
 COLUMNS = ("case", "microstructure", "crack", "increments")
 OPTIONAL = ("growth",)  # a column that a sheet may have besides those
@@ -40,7 +40,7 @@ class Rules:
 
 
 def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
-    """Read the tab-separated sheet of cases; lines that start with # are left out.
+    """Read the sheet of cases, a table as text; lines that start with # are left out.
 
     A column `section.key` has the key's value for each case; where the cell is empty, or missing at the end
     of a line, the configuration's holds. A list of values, there or under the configuration's `sweep`,
@@ -48,23 +48,21 @@ def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
     Raises CraftmeshError that names the file, and the line and the case where they matter.
     """
     if not path.is_file():
-        raise CraftmeshError(
-            f"cases: {path} is not there; expected a tab-separated sheet with {listed(COLUMNS)}"
-        )
+        raise CraftmeshError(f"cases: {path} is not there; expected a sheet with {listed(COLUMNS)}")
     swept = _sweep(rules)
-    lines = _text(path).splitlines()
-    numbered = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
-    columns = _cells(numbered[0][1]) if numbered else []
+    rows = [(number, _without_last_empty(cells)) for number, cells in read_rows(path)]
+    columns = rows[0][1] if rows else []
     _check_columns(columns, rules.keys, str(path))
     cases: dict[str, Case] = {}
-    for number, line in numbered[1:]:
+    for number, row in rows[1:]:
         place = f"{path}, line {number}"
-        row = _cells(line)
         lacking = columns[len(row) :]
         if len(row) > len(columns) or set(lacking) & set(COLUMNS):
             raise CraftmeshError(
                 f"{place}, case {row[0]!r}: {len(row)} columns; expected {len(columns)}, {listed(columns)}"
             )
+        if any("\ufffd" in cell for cell in row):
+            raise CraftmeshError(f"{place}: letters that are not UTF-8; expected text saved as UTF-8")
         for case in _cases(dict(zip(columns, row + [""] * len(lacking))), swept, rules, place):
             if case.name in cases:
                 raise CraftmeshError(f"{place}: case {case.name!r} is there twice; names must differ")
@@ -75,21 +73,11 @@ def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
     return cases
 
 
-def _cells(line: str) -> list[str]:
-    """Return the cells of a line, without the empty ones that spreadsheets leave at its end."""
-    cells = [cell.strip() for cell in next(csv.reader([line], delimiter="\t"))]
+def _without_last_empty(cells: list[str]) -> list[str]:
+    """Return the cells of a line without the empty ones that spreadsheets leave at its end."""
     while len(cells) > 1 and not cells[-1]:
-        cells.pop()
+        cells = cells[:-1]
     return cells
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise CraftmeshError(
-            f"cases: {path}: {error}; expected text with tabs between columns, saved as UTF-8"
-        ) from None
 
 
 def _sweep(rules: Rules) -> dict[str, Choice]:
@@ -104,15 +92,10 @@ def _sweep(rules: Rules) -> dict[str, Choice]:
 
 
 def _check_columns(columns: Sequence[str], known: Mapping[str, Any], place: str) -> None:
-    if len(columns) == 1 and columns[0] not in COLUMNS:
-        raise CraftmeshError(
-            f"{place}: no tab in the header {columns[0]!r}; expected text with tabs between the columns "
-            f"{listed(COLUMNS)}, save the sheet so"
-        )
     if not set(COLUMNS) <= set(columns) or len(set(columns)) < len(columns):
         raise CraftmeshError(
             f"{place}: columns {listed(columns) or 'nothing'}; expected {listed(COLUMNS)} and perhaps "
-            f"{listed(OPTIONAL)} and section.key, each once, separated by tabs"
+            f"{listed(OPTIONAL)} and section.key, each once"
         )
     for column in columns:
         if column not in COLUMNS + OPTIONAL:

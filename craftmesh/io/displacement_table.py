@@ -1,12 +1,12 @@
 """Displacements of nodes from other programs: csv with the columns node, ux, uy, uz, or .npz."""
 
-import csv
 import os
 from pathlib import Path
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.io import text_table
 from craftmesh.io.npz import load
 
 COLUMNS = ("node", "ux", "uy", "uz")
@@ -21,16 +21,10 @@ def read_table(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
     """
     if Path(path).suffix == ".npz":
         return _from_npz(path)
-    with open(path, newline="", encoding="utf-8-sig", errors="replace") as stream:
-        names = [name.strip().lower() for name in next(csv.reader(stream), [])]
-        missing = [name for name in COLUMNS if name not in names]
-        if missing:
-            raise CraftmeshError(f"{path}: no column {missing[0]!r} in its first line; expected {FORM}")
-        try:
-            columns = [names.index(name) for name in COLUMNS]
-            rows = np.loadtxt(stream, delimiter=",", ndmin=2, usecols=columns)
-        except (ValueError, IndexError) as error:
-            raise CraftmeshError(f"{path}: {error}; expected {FORM}") from None
+    try:
+        rows = text_table.read_table(path, COLUMNS).numbers(COLUMNS)
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{error}; expected {FORM}") from None
     numbers = rows[:, 0].astype(np.int64)
     if (numbers != rows[:, 0]).any():
         raise CraftmeshError(f"{path}: column 'node' holds fractions; expected the deck's node numbers")

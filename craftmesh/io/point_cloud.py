@@ -9,13 +9,14 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
 from craftmesh.io.front_csv import read_front_points
 from craftmesh.io.surface_files import listed_suffixes, vertices_of
+from craftmesh.io.text_table import read_table
 
 TEXTS = (".txt", ".xyz", ".asc", ".pts")
 
 
 def read_points(path: str | os.PathLike) -> np.ndarray:
-    """Return the points (n, 3) of a file: a .csv with columns x, y, z, text whose first three columns are
-    x, y, z, a .vtp, or a file that trimesh reads (.ply, .obj, ...), triangles or not.
+    """Return the points (n, 3) of a file: a .csv with columns x, y, z, text with these or with them as its
+    first three columns, a .vtp, or a file that trimesh reads (.ply, .obj, ...), triangles or not.
 
     Raises CraftmeshError for a missing or broken file and numbers that are not finite.
     """
@@ -37,11 +38,5 @@ def read_points(path: str | os.PathLike) -> np.ndarray:
 
 
 def _columns(path: Path) -> np.ndarray:
-    text = path.read_text(encoding="utf-8-sig", errors="replace").replace(",", " ").replace(";", " ")
-    rows = [line.split() for line in text.splitlines() if line.strip() and line.lstrip()[0] not in "#/"]
-    try:
-        return np.array([row[:3] for row in rows], float).reshape(-1, 3)
-    except ValueError:
-        raise CraftmeshError(
-            f"{path}: is not text of numbers; expected x, y and z in the first three columns of each line"
-        ) from None
+    table = read_table(path, "xyz")
+    return (table if table.names else table.named("xyz")).numbers("xyz")

@@ -88,8 +88,8 @@ def test_pores_outside_the_box_are_refused(tmp_path):
 @pytest.mark.parametrize(
     "row, words",
     [
-        ("1,2,3", "pore 1 has .*'2', '3', '1'.; expected numbers for barycenterx"),
-        ("1,2,3,4\n1,2,-,4", "pore 2 has .*'-'"),
+        ("1,2,3", "line 2: has 3 columns; expected 4"),
+        ("1,2,3,4\n1,2,-,4", "line 3: barycentery is '-'; expected a finite number"),
         ("0,1,2,3", "void 1 .*r > 0"),
     ],
 )
@@ -106,7 +106,7 @@ def test_void_list_with_a_bad_radius_is_refused(tmp_path):
     with pytest.raises(CraftmeshError, match="void 2 is .*r > 0"):
         read_source_points(path)
     path.write_text("id,x,y,z,r\n0,0.5,0.5,0.5,big\n")
-    with pytest.raises(CraftmeshError, match="row 1: r is 'big'; expected a finite number"):
+    with pytest.raises(CraftmeshError, match="line 2: r is 'big'; expected a finite number"):
         read_source_points(path)
 
 

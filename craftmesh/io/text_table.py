@@ -1,0 +1,210 @@
+"""Tables in text as spreadsheets and other programs write them: one reader for all of them.
+
+Columns are parted by tabs, semicolons, commas or blanks, the first of these in the header. A comma within a
+cell is a decimal mark, of which a table has one. Names may be in capitals, a unit in brackets behind them.
+Lines that begin with # or // are comments. UTF-8, or UTF-16 with its mark.
+"""
+
+import codecs
+import csv
+import os
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+
+TITLE_LINES = 3  # at most, above the names of the columns, as in tables of Avizo
+_HEAD = re.compile(r"(.*?)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?")
+_MICRO = str.maketrans("\u00b5\u03bc", "uu")
+_DECIMAL_COMMAS = "; save numbers with points, or with semicolons between the columns"
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """names: of the columns, none where the file has no header; units: "" where a name has none.
+
+    rows: cells of text, as many in each as there are columns; lines: the number of each row in the file.
+    """
+
+    path: str | os.PathLike
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    rows: list[list[str]]
+    lines: list[int]
+
+    def named(self, names: Sequence[str]) -> "Table":
+        """Return the table with names for its first columns."""
+        rest = len(self.rows[0]) - len(names)
+        return replace(self, names=(*names, *[""] * rest), units=("",) * len(self.rows[0]))
+
+    def has(self, names: Collection[str]) -> bool:
+        """Tell whether there are columns with these names, which are in small letters."""
+        return set(names) <= {own.casefold() for own in self.names}
+
+    def words(self, name: str) -> list[str] | None:
+        """Return the cells of a column; None where there is no such column."""
+        return [row[self._place(name)] for row in self.rows] if self.has([name]) else None
+
+    def column(self, name: str) -> np.ndarray | None:
+        """Return a column (k,) as numbers; None where a cell is none.
+
+        Raises CraftmeshError where the table has decimal points and decimal commas.
+        """
+        at = self._place(name)
+        try:
+            return np.array([row[at] for row in self.rows], float)
+        except ValueError:
+            numbers = np.array([_number(row[at]) for row in self.rows])
+        if not all(np.isfinite(numbers) | np.array([row[at].casefold() == "nan" for row in self.rows])):
+            return None
+        for line, row in zip(self.lines, self.rows):
+            if any("." in cell and _is_number(cell) for cell in row):
+                raise CraftmeshError(
+                    f"{self.path}, line {line}: a decimal point, and column {name} has decimal commas; "
+                    f"expected one of them for all numbers{_DECIMAL_COMMAS}"
+                )
+        return numbers
+
+    def numbers(self, names: Sequence[str]) -> np.ndarray:
+        """Return columns (k, n) of finite numbers in one unit; raises CraftmeshError, naming the line."""
+        missing = [name for name in names if not self.has([name])]
+        if missing:
+            raise CraftmeshError(
+                f"{self.path}: no column {missing[0]!r} (found: {', '.join(self.names)}); the header must "
+                f"name {', '.join(names)}"
+            )
+        units = {name: self.units[self._place(name)] for name in names}
+        if len({unit.translate(_MICRO).casefold() for unit in units.values() if unit}) > 1:
+            told = ", ".join(f"{name} [{unit}]" for name, unit in units.items())
+            raise CraftmeshError(f"{self.path}: columns {told}; expected one unit for all of them")
+        if not self.rows:
+            raise CraftmeshError(f"{self.path}: no row under the header; expected at least one point")
+        columns = [self.column(name) for name in names]
+        for name, column in zip(names, columns):
+            if column is None or not np.isfinite(column).all():
+                raise self._not_finite(name)
+        return np.column_stack([column for column in columns if column is not None])
+
+    def _place(self, name: str) -> int:
+        return [own.casefold() for own in self.names].index(name.casefold())
+
+    def _not_finite(self, name: str) -> CraftmeshError:
+        cells = [row[self._place(name)] for row in self.rows]
+        at = next(i for i, cell in enumerate(cells) if not np.isfinite(_number(cell)))
+        return CraftmeshError(
+            f"{self.path}, line {self.lines[at]}: {name} is {cells[at]!r}; expected a finite number"
+        )
+
+
+def read_table(path: str | os.PathLike, *kinds: Sequence[str]) -> Table:
+    """Read the table whose header names the columns of one of `kinds`, in small letters, and others.
+
+    The header may stand in a comment, and titles above it. Raises CraftmeshError, naming the file and the
+    line, for names that are there twice, and rows that are longer or shorter than the header.
+    """
+    lines, comments = _lines(path)
+    if not lines:
+        raise CraftmeshError(f"{path}: empty; expected a table with the columns {', '.join(kinds[-1])}")
+    wanted = [set(kind) for kind in kinds]
+    for skipped, (_, line) in enumerate(lines[: TITLE_LINES + 1]):
+        heads = _heads(line)
+        if any(kind <= {name.casefold() for name, _ in heads} for kind in wanted):
+            return _table(path, heads, lines[skipped + 1 :], _separator(line))
+    first = lines[0][1]
+    separator = _separator(first)
+    if not all(map(_is_number, _cells(path, [lines[0]], separator)[0])):
+        return _table(path, _heads(first), lines[1:], separator)
+    for heads in map(_heads, comments):
+        if any(kind <= {name.casefold() for name, _ in heads} for kind in wanted):
+            return _table(path, heads, lines, separator)
+    return _table(path, [], lines, separator)
+
+
+def read_rows(path: str | os.PathLike) -> list[tuple[int, list[str]]]:
+    """Return the cells of each line but comments, with its number; the first line tells what parts them."""
+    lines, _ = _lines(path)
+    rows = _cells(path, lines, _separator(lines[0][1])) if lines else []
+    return [(number, row) for (number, _), row in zip(lines, rows)]
+
+
+def _lines(path: str | os.PathLike) -> tuple[list[tuple[int, str]], list[str]]:
+    """Return the numbered lines of a file that hold something, and the texts of its comments."""
+    if not Path(path).is_file():
+        raise CraftmeshError(f"{path}: no such file; expected a table as text")
+    content = Path(path).read_bytes()
+    is_wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    text = content.decode("utf-16" if is_wide else "utf-8-sig", errors="replace")
+    if "\0" in text:
+        raise CraftmeshError(f"{path}: is not text; expected a table saved as text, .csv in UTF-8")
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip(' ,;\t"')]
+    is_comment = [line.lstrip().startswith(("#", "//")) for _, line in lines]
+    comments = [line.strip(" \t#/") for (_, line), apart in zip(lines, is_comment) if apart]
+    return [line for line, apart in zip(lines, is_comment) if not apart], comments
+
+
+def _separator(line: str) -> str:
+    """Return what parts the cells of a line; "" for blanks, tabs between bare numbers among them."""
+    words = line.split()
+    is_bare = len(words) > 1 and all(map(_is_number, words))
+    return "" if is_bare else next((mark for mark in "\t;," if mark in line), "")
+
+
+def _cells(path: str | os.PathLike, lines: list[tuple[int, str]], separator: str) -> list[list[str]]:
+    """Return the cells of each line."""
+    if not separator:
+        return [[cell.strip('"') for cell in re.findall(r'"[^"]*"|\S+', line)] for _, line in lines]
+    try:
+        found = list(csv.reader((line for _, line in lines), delimiter=separator, skipinitialspace=True))
+    except csv.Error as error:
+        raise CraftmeshError(f"{path}: {error}; expected a table as text") from None
+    if len(found) != len(lines):
+        raise CraftmeshError(f"{path}: a quotation mark is not closed on its line; close it or take it out")
+    return [[cell.strip() for cell in row] for row in found]
+
+
+def _heads(line: str) -> list[tuple[str, str]]:
+    """Return the names in a header and their units, as `x [um]` has them."""
+    joined = re.sub(r"\s+(?=[(\[])", "", line)
+    cells = _cells("", [(0, joined)], _separator(joined))[0] if joined.count('"') % 2 == 0 else [joined]
+    while cells and not cells[-1]:
+        cells.pop()
+    return [(match[1], match[2] or "") for match in map(_HEAD.fullmatch, cells) if match]
+
+
+def _table(
+    path: str | os.PathLike, heads: list[tuple[str, str]], lines: list[tuple[int, str]], separator: str
+) -> Table:
+    rows = _cells(path, lines, separator)
+    width = len(heads) or len(rows[0])
+    for (number, _), row in zip(lines, rows):
+        if len(row) != width and (len(row) < width or any(row[width:])):
+            hint = _DECIMAL_COMMAS if separator == "," else ""
+            raise CraftmeshError(f"{path}, line {number}: has {len(row)} columns; expected {width}{hint}")
+    names = [name.casefold() for name, _ in heads if name]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice:
+        raise CraftmeshError(f"{path}: column {twice!r} is there twice; expected each name once")
+    rows = [row[:width] for row in rows]
+    return Table(
+        path,
+        tuple(name for name, _ in heads),
+        tuple(unit for _, unit in heads),
+        rows,
+        [number for number, _ in lines],
+    )
+
+
+def _number(cell: str) -> float:
+    """Return the number in a cell, perhaps with a decimal comma; NaN for anything else."""
+    try:
+        return float(cell if "." in cell or cell.endswith(",") else cell.replace(",", "."))
+    except ValueError:
+        return float("nan")
+
+
+def _is_number(cell: str) -> bool:
+    return np.isfinite(_number(cell)) or cell.casefold() == "nan"
