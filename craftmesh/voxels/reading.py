@@ -131,7 +131,8 @@ def read_marked(
     path = Path(path)
     if not path.exists():
         raise CraftmeshError(f"{path}: no such file; check the path")
-    content = _read_file(path, ReadOptions(axes="xyz" if path.suffix.lower() == ".npy" else ""))
+    with enough_memory(path):
+        content = _read_file(path, ReadOptions(axes="xyz" if path.suffix.lower() == ".npy" else ""))
     marked = content.labels != 0 if label is None else content.labels == label
     if not marked.any():
         raise CraftmeshError(

@@ -118,6 +118,17 @@ def test_pages_written_one_by_one_are_one_stack_of_one_size(tmp_path, last, coun
         assert "2 sizes" in refusal(tmp_path / "s.tif")
 
 
+@pytest.mark.parametrize("compression", [None, "zlib"])
+def test_a_stack_that_was_cut_short_is_refused(tmp_path, capfd, compression):
+    path = tmp_path / "s.tif"
+    write(path, np.arange(6400, dtype=np.uint16).reshape(4, 40, 40), compression=compression, metadata=None)
+    content = path.read_bytes()
+    for share in (0.2, 0.5, 0.9):
+        path.write_bytes(content[: int(share * len(content))])
+        assert "s.tif" in refusal(path)
+    assert capfd.readouterr().err == ""
+
+
 def test_a_file_is_read_alone_whatever_others_its_head_names(tmp_path):
     names = [tmp_path / f"s{k}.ome.tif" for k in range(2)]
     planes = "".join(
