@@ -151,7 +151,8 @@ class Campaign:
 
     def deck_flags(self, case: str) -> str:
         """Return the flags of a case's deck."""
-        return command_flags(self._deck(case))
+        units = list(self.cases[case].settings["units"].values())
+        return command_flags(self._deck(case) | {"units": units if any(units) else []})
 
     def mesh_flags(self, case: str) -> str:
         """Return the flags of `inp` that an export takes too, so that its mesh is the deck's."""

@@ -22,6 +22,7 @@ SECTIONS = {
         "reading and cleaning of microstructure files",
         ["voxels.reading.ReadOptions", "voxels.clean_options.CleanOptions"],
     ),
+    "units": ("names of your units: labels, nothing is converted", ["mechanics.units.UnitsOptions"]),
     "remesh": ("surface from labelled voxels", ["remeshing.remesh.RemeshOptions"]),
     "sizing": ("the sizing function, Eq. 2-3", ["sizing.sizing.SizingOptions"]),
     "stitch": (

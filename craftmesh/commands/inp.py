@@ -10,12 +10,20 @@ from craftmesh.deck.limits import deck_warning
 from craftmesh.deck.write_deck import DeckOptions, write_model
 from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.model import elastic_model
+from craftmesh.mechanics.units import UnitsOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     add_output(parser, "input deck .inp")
     add_microstructure(parser)
+    parser.add_argument(
+        "--units",
+        nargs=2,
+        metavar=("LENGTH", "STRESS"),
+        default=("", ""),
+        help="names of your units, as um MPa, for the deck's heading; nothing is converted",
+    )
     add_report(parser)
     add_options(parser, DeckOptions)
 
@@ -24,7 +32,7 @@ def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, DeckOptions)
     known = orientations_and_phases(arguments)
     model, report = elastic_model(read_tets(arguments.volume), options, **known)
-    write_model(arguments.output, model, options.includes)
+    write_model(arguments.output, model, options.includes, UnitsOptions(*arguments.units))
     warning = deck_warning(model)
     if warning:
         warn(warning)

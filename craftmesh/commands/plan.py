@@ -120,6 +120,9 @@ def notes(campaign: Campaign) -> Iterator[str]:
     """Yield what the figures leave out."""
     yield "times are without the compilation of kernels, some four minutes once per machine"
     yield from campaign.notes
+    units = [f"{name} {unit}" for name, unit in campaign.config["units"].items() if unit]
+    if units:
+        yield f"units, as labels: {', '.join(units)}"
     for case in campaign.cases.values():
         if case.growth == UNTIL:
             yield f"case {case.name}: jobs after the first increment are planned as the crack grows"

@@ -18,6 +18,7 @@ from craftmesh.deck.step_lines import step_lines
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
+from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.options import option
 from craftmesh.types import TetMesh
 
@@ -73,8 +74,13 @@ def write_deck(
     return report
 
 
-def write_model(target: str | os.PathLike | TextIO, model: ElasticModel, includes: bool = False) -> None:
-    """Write the complete deck of a model, as `write_deck` does."""
+def write_model(
+    target: str | os.PathLike | TextIO,
+    model: ElasticModel,
+    includes: bool = False,
+    units: UnitsOptions = UnitsOptions(),  # noqa: B008 (frozen)
+) -> None:
+    """Write the complete deck of a model, as `write_deck` does; units: named in its heading."""
     check_writable(model)
     scale, model = model.scale, model.in_unit_of_deck()
     mesh, grains = model.mesh, model.grains
@@ -83,6 +89,7 @@ def write_model(target: str | os.PathLike | TextIO, model: ElasticModel, include
     )
     with _text_streams(target, includes) as (main, included):
         main.write(header + (_ORIENTATION_NOTE if model.axes else ""))
+        main.write(_units_note(units))
         if scale != 1:
             main.write(_SCALE_NOTE.format(scale=scale, forces=scale**2))
         if includes and isinstance(target, (str, os.PathLike)):
@@ -93,6 +100,13 @@ def write_model(target: str | os.PathLike | TextIO, model: ElasticModel, include
         main.writelines(section_lines(model))
         if model.load is not None:
             main.writelines(step_lines(model.load))
+
+
+def _units_note(units: UnitsOptions) -> str:
+    """Return the comment that names the model's units, in ASCII: micro is u."""
+    named = ", ".join(f"{quantity} {unit}" for quantity, unit in units.by_quantity().items())
+    text = named.translate({0xB5: "u", 0x3BC: "u"}).encode("ascii", "replace").decode("ascii")
+    return f"** Units of the model: {text[:200]}\n" if named else ""
 
 
 @contextmanager

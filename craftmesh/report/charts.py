@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from craftmesh.report.convergence import Converged
 from craftmesh.report.options import QUANTITIES
-from craftmesh.report.pictures import COLOURS, new_figure
+from craftmesh.report.pictures import COLOURS, new_figure, plain
 from craftmesh.report.sweeps import Sweep
 
 # Histograms of quality.json: their names in words, and whether small or large values are bad.
@@ -59,8 +59,13 @@ def _bars(axes: Axes, share: np.ndarray, edges: Sequence[float | None]) -> None:
     axes.set_xticks(ticks - 0.5, ["∞" if edges[k] is None else f"{edges[k]:g}" for k in ticks], fontsize=7)
 
 
-def against_size(sweep: Sweep, found: Sequence[Converged], tolerance: float) -> Figure:
-    """Return quantities against a sweep's sizes, in logarithmic steps, with the band of the tolerance."""
+def against_size(
+    sweep: Sweep, found: Sequence[Converged], tolerance: float, words: Mapping[str, str] = QUANTITIES
+) -> Figure:
+    """Return quantities against a sweep's sizes, in logarithmic steps, with the band of the tolerance.
+
+    words: what the quantities are called.
+    """
     columns = min(PER_ROW, len(found))
     rows = -(-len(found) // columns)
     figure = new_figure(11.0 * columns / PER_ROW, 2.9 * rows)
@@ -79,7 +84,7 @@ def against_size(sweep: Sweep, found: Sequence[Converged], tolerance: float) -> 
         axes.minorticks_off()
         axes.invert_xaxis()
         axes.set_xlabel(sweep.key)
-        axes.set_title(QUANTITIES[one.quantity], fontsize=9)
+        axes.set_title(plain(words[one.quantity]), fontsize=9)
         axes.grid(alpha=0.3)
     for axes in places[len(found) :]:
         axes.set_axis_off()

@@ -15,6 +15,8 @@ QUANTITIES = {
     "mean_aspect_ratio": "mean aspect ratio of the elements",
     "elements": "number of elements",
 }
+# The unit of each, of those that UnitsOptions knows.
+MEASURED_IN = {"K_I": "K", "largest_K_I": "K", "J": "J", "reaction": "force", "crack_area": "area"}
 SOLVED = ("K_I", "J", "kink_angle", "largest_K_I", "reaction")
 
 

@@ -10,12 +10,13 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.mesh.quality import drift_sentence
 from craftmesh.report.case_files import Case, Increment
 from craftmesh.report.charts import against_size, histograms
 from craftmesh.report.convergence import compared
 from craftmesh.report.measures import UNIFORM_TETS, grown_rows, outcome, table_row, totals
-from craftmesh.report.options import QUANTITIES, ReportOptions
+from craftmesh.report.options import MEASURED_IN, QUANTITIES, ReportOptions
 from craftmesh.report.pictures import along_front, as_webp, crack_by_increment
 from craftmesh.report.sweeps import sweeps
 
@@ -62,6 +63,7 @@ def _case(case: Case, rows: list, shown: list[str]) -> dict[str, Any]:
         "name": case.name,
         "record": case.record,
         "imported": case.imported,
+        "units": _units(case),
         "labels": [*case.imported.get("changes", []), *case.imported.get("notes", [])],
         "outcome": outcome(case),
         "rows": rows,
@@ -82,6 +84,19 @@ def _case(case: Case, rows: list, shown: list[str]) -> dict[str, Any]:
     }
 
 
+def _units(case: Case) -> dict[str, str]:
+    """Return the units by quantity that a case's configuration names."""
+    return UnitsOptions(**case.record["config"].get("units", {})).by_quantity()
+
+
+def _words(units: Mapping[str, str]) -> dict[str, str]:
+    """Return what the quantities of a sweep are called, with their units."""
+    return {
+        key: f"{words} [{units[MEASURED_IN[key]]}]" if MEASURED_IN.get(key) in units else words
+        for key, words in QUANTITIES.items()
+    }
+
+
 def _charts(case: Case) -> list[tuple[str, str]]:
     """Return captions and pictures of a whole case: how its crack grew, and its elements' shapes."""
     charts = []
@@ -90,7 +105,7 @@ def _charts(case: Case) -> list[tuple[str, str]]:
     cracks = {inc.name: inc.crack for inc in case.increments if inc.crack is not None}
     if solved:
         text = "Stress intensities and kink angle along the front by increment; dashed: its second front."
-        charts.append((text, along_front(solved)))
+        charts.append((text, along_front(solved, _units(case).get("K", ""))))
     if solved and len(cracks) > 1 and last.scene is not None:
         text = "The crack in the body, and along its normal: what each increment added, and its fronts."
         box, towards = np.array(last.scene["box"]), np.array(last.scene["towards"])
@@ -137,13 +152,14 @@ def _sweeps(cases: Mapping[str, Case], options: ReportOptions) -> list[dict[str,
     for sweep in sweeps({name: case.record for name, case in cases.items()}):
         increment, quantities = compared(sweep, cases, options.quantity, options.tolerance)
         if quantities:
-            picture = against_size(sweep, quantities, options.tolerance)
+            words = _words(_units(cases[sweep.cases[0]]))
+            picture = against_size(sweep, quantities, options.tolerance, words)
             found.append(
                 {
                     "sweep": sweep,
                     "increment": increment,
                     "quantities": quantities,
-                    "words": QUANTITIES,
+                    "words": words,
                     "picture": _embedded(as_webp(picture)),
                 }
             )

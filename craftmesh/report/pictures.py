@@ -97,15 +97,22 @@ def draw_directions(axes: Axes, view: View) -> None:
             axes.annotate(name, root + 1.4 * arrow, fontsize=9, ha="center", va="center")
 
 
-def along_front(rows: Mapping[str, Mapping[str, np.ndarray]]) -> Figure:
+def plain(text: str) -> str:
+    """Return a user's text as one that matplotlib does not take for a formula."""
+    return text.replace("$", r"\$")
+
+
+def along_front(rows: Mapping[str, Mapping[str, np.ndarray]], unit: str = "") -> Figure:
     """Return K_I, K_II, K_III and the kink angle along the fronts, a line for each increment.
 
-    rows: columns of sif.csv by the increments' names; s is shown over its largest value, front by front.
+    rows: columns of sif.csv by the increments' names; unit: of K; s is shown over its largest value, front
+    by front.
     """
     figure = new_figure(9.0, 5.6)
     axes = figure.subplots(2, 2, sharex=True).ravel()
     colours = matplotlib.colormaps[COLOURS](np.linspace(0.1, 0.95, len(rows)))
-    shown = (("K_I", "K_I"), ("K_II", "K_II"), ("K_III", "K_III"), ("kink_angle", "kink angle [degrees]"))
+    shown = [(key, f"{key} [{plain(unit)}]" if unit else key) for key in ("K_I", "K_II", "K_III")]
+    shown.append(("kink_angle", "kink angle [degrees]"))
     for (name, columns), colour in zip(rows.items(), colours):
         for front in np.unique(columns["front"]):
             row = np.flatnonzero(columns["front"] == front)

@@ -20,6 +20,7 @@ from craftmesh.io.solution import read_solution
 from craftmesh.io.vtk import write_tets
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
+from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.solve.solve import solve
 from craftmesh.types import TetMesh
 
@@ -83,6 +84,29 @@ def test_the_factor_that_a_warning_names_is_enough(element, power):
         factor = int(said.split(" times smaller")[0].split()[-1])
         assert not deck_warning(model_of(mesh, element=element, scale=float(factor)))
         assert deck_warning(model_of(mesh, element=element, scale=factor / 1000))
+
+
+@pytest.mark.parametrize(
+    ("units", "said"),
+    [
+        ((), []),
+        (("um", ""), ["** Units of the model: length um, area um^2"]),
+        (("", "MPa"), ["** Units of the model: stress MPa"]),
+        (
+            ("\u00b5m", "MPa"),
+            ["area um^2, force MPa um^2, K MPa sqrt(um), J MPa um, stress MPa"],
+        ),
+        (("a\n*NODE", "x" * 300), ["length a *NODE"]),
+    ],
+)
+def test_units_are_named_in_the_heading_and_nowhere_else(tmp_path, units, said):
+    write_model(tmp_path / "a.inp", model_of(block()))
+    write_model(tmp_path / "b.inp", model_of(block()), units=UnitsOptions(*units))
+    lines = (tmp_path / "b.inp").read_text("ascii").splitlines()
+    added = [line for line in lines if line.startswith("** Units")]
+    assert len(added) == len(said) and all(text in line for text, line in zip(said, added))
+    assert [line for line in lines if line not in added] == (tmp_path / "a.inp").read_text().splitlines()
+    assert check_deck(tmp_path / "b.inp") == []
 
 
 NODES, FACES = np.array([0, 1]), np.array([[0, 0]])

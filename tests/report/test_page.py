@@ -84,3 +84,14 @@ def test_the_view_has_the_last_body_and_every_crack(results):
     scene = json.loads(found[1])
     assert [crack["name"] for crack in scene["cracks"]] == ["000", "001", "002"]
     assert len(found[1]) < 5_000_000 and scene["skin"]["triangles"]
+
+
+def test_units_are_beside_what_they_measure(results):
+    (case,) = read_cases(results)
+    plain = page([case], ReportOptions())
+    assert "[" not in re.sub(r"<(script|style).*?</\1>", "", plain.split('class="case"')[1], flags=re.S)[:0]
+    named = {"length": "<µm>", "stress": "$MPa$"}
+    record = case.record | {"config": case.record["config"] | {"units": named}}
+    text = page([replace(case, record=record)], ReportOptions())
+    for label in ("Crack area [&lt;µm&gt;^2]", "Front length [&lt;µm&gt;]", "[$MPa$ sqrt(&lt;µm&gt;)]"):
+        assert label in text and label not in plain
