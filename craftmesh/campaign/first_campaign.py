@@ -6,13 +6,15 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from craftmesh.campaign.cases import SYNTHETIC
+from craftmesh.io.crystals import of_grains
+from craftmesh.mechanics.crystals import known_material
 from craftmesh.sizing.sizing import voxel_edge
-from craftmesh.types import Voxels
+from craftmesh.types import Crystal, Voxels
 from craftmesh.voxels.specks import median_grain
 
 # Eq. 3's default l_min, l0 / 2, makes three times the elements round the front; examples take 0.75 to 0.8.
@@ -24,18 +26,26 @@ _ABOUT = {"background": "  # what label 0 is: grain, void, or unindexed, which i
 OFF_CENTRE = 0.2  # of a voxel: planes between voxels are those in which flat grain boundaries lie
 
 
+class FirstMaterial(NamedTuple):
+    """A text of inp.material, what it is, and whether it stands in for a phase's own constants."""
+
+    text: str
+    about: str
+    is_stand_in: bool
+
+
 @dataclass(frozen=True)
 class FirstCampaign:
     """The values of a first configuration, in model units, and what was seen of the microstructure.
 
     imported: the keys of the section import; sizing: l0, l_min, l_max, r0, r1; crack: centre, radius and
-    growth; materials: the texts of inp.material; grains: how many; across: median diameter of a grain.
+    growth; materials: of inp.material; grains: how many; across: median diameter of a grain.
     """
 
     imported: Mapping[str, Any]
     sizing: Mapping[str, float]
     crack: Mapping[str, Any]
-    materials: tuple[str, ...]
+    materials: tuple[FirstMaterial, ...]
     grains: int
     across: float
 
@@ -65,13 +75,22 @@ def _material_box(voxels: Voxels) -> np.ndarray:
     return voxels.origin + voxels.spacing * cells
 
 
-def _materials(voxels: Voxels) -> tuple[str, ...]:
+def _materials(voxels: Voxels) -> tuple[FirstMaterial, ...]:
     """Return a material for each phase: crystals where orientations are known, else isotropic."""
     grains = np.unique(voxels.labels[voxels.labels > 0])
     known = voxels.orientations is not None and np.isfinite(voxels.orientations[grains]).all()
-    kind = "cubic:168400,121400,75400" if known else "isotropic:200000,0.3"
-    phases = np.unique(voxels.phases[grains]) if voxels.phases is not None else np.zeros(1)
-    return (kind,) if len(phases) < 2 else tuple(f"{phase}={kind}" for phase in phases.tolist())
+    phases = np.unique(voxels.phases[grains]) if voxels.phases is not None else np.zeros(1, int)
+    crystals = of_grains(voxels.crystals, voxels.phases)
+    found = []
+    for phase in phases.tolist():
+        crystal = crystals.get(phase, Crystal())
+        text, what, is_stand_in = known_material(crystal)
+        if not known:
+            text, what, is_stand_in = "isotropic:200000,0.3", "no orientations are read, so isotropic", True
+        own = " ".join(" ".join(crystal).split()) or "unknown crystal"
+        about = f"{what}, in MPa" + (f", a stand-in for phase {phase} ({own})" if is_stand_in else "")
+        found.append(FirstMaterial(text if len(phases) < 2 else f"{phase}={text}", about, is_stand_in))
+    return tuple(found)
 
 
 def configuration_text(first: FirstCampaign, name: str, sheet: str, data: str) -> str:
@@ -82,12 +101,7 @@ def configuration_text(first: FirstCampaign, name: str, sheet: str, data: str) -
     )
     section = f"import:  # how the file is read and cleaned\n{imported}\n" if imported else ""
     centre = ", ".join(_number(x, 6) for x in first.crack["centre"])
-    cubic = first.materials[0].split("=")[-1].startswith("cubic")
-    about = (
-        "c11, c12, c44 of copper in MPa: put those of your crystal"
-        if cubic
-        else "no orientations are read, so isotropic: E in MPa, Poisson's ratio"
-    )
+    materials = "".join(f"  - {_yaml(one.text)}  # {one.about}\n" for one in first.materials)
     return f"""\
 # A first campaign for {name}: {first.grains} grains, the median one {numbers["across"]} across.
 # Lengths are in the file's units. Only what differs from the defaults is named; `craftmesh VERB --help`
@@ -111,7 +125,10 @@ cracks:
     growth: {_number(first.crack["growth"])}  # added at each increment that the sheet asks for
 
 inp:  # the deck; its load is a strain of 0.1 % along z, unless load, magnitude and axis say otherwise
-  material: {_yaml(list(first.materials))}  # {about}
+  material:  # put the constants of your phases in place of stand-ins
+{materials}
+units:  # names beside the numbers that you read; add that of your lengths, as length: um
+  stress: MPa
 """
 
 

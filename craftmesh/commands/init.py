@@ -74,7 +74,8 @@ def run(arguments: argparse.Namespace) -> None:
     print(f"{source}: {shape} voxels, grains: {first.grains}, the median one {across}")
     for change in report["changes"]:
         print(f"change: {change}")
-    for note in report["notes"]:
+    stand_ins = [f"inp.material {one.text}: {one.about}" for one in first.materials if one.is_stand_in]
+    for note in [*report["notes"], *stand_ins]:
         print(f"note: {note}")
     print(f"wrote {config} and {sheet}; look them over, then")
     quoted = shlex.quote(str(config))

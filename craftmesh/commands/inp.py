@@ -33,7 +33,6 @@ def run(arguments: argparse.Namespace) -> None:
     known = orientations_and_phases(arguments)
     model, report = elastic_model(read_tets(arguments.volume), options, **known)
     write_model(arguments.output, model, options.includes, UnitsOptions(*arguments.units))
-    warning = deck_warning(model)
-    if warning:
+    for warning in filter(None, [*report.get("notes", ()), deck_warning(model)]):
         warn(warning)
     tell(report, arguments.report)

@@ -2,10 +2,10 @@
 
 import argparse
 from pathlib import Path
-
-import numpy as np
+from typing import Any
 
 from craftmesh.commands.stage_io import existing
+from craftmesh.io.crystals import of_grains
 from craftmesh.io.npz import read_labels
 
 
@@ -18,9 +18,10 @@ def add_microstructure(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def orientations_and_phases(arguments: argparse.Namespace) -> dict[str, np.ndarray | None]:
-    """Return `orientations` and `phases` of the labels that the flag names; empty without it."""
+def orientations_and_phases(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return `orientations`, `phases` and `crystals` of the labels that the flag names, empty without."""
     if not arguments.microstructure:
         return {}
     voxels = read_labels(existing(arguments.microstructure))
-    return {"orientations": voxels.orientations, "phases": voxels.phases}
+    crystals = of_grains(voxels.crystals, voxels.phases)
+    return {"orientations": voxels.orientations, "phases": voxels.phases, "crystals": crystals}

@@ -5,16 +5,18 @@ The deck writes it and the solver solves it: what both must agree on is found he
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.crystals import misfits
 from craftmesh.mechanics.load import Load, tension
 from craftmesh.mechanics.materials import Material, parse_materials, phases_of_grains, turned
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
 from craftmesh.mesh.second_order import as_elements
-from craftmesh.types import TetMesh
+from craftmesh.types import Crystal, TetMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +71,11 @@ def elastic_model(
     options: ModelOptions,
     orientations: np.ndarray | None = None,
     phases: np.ndarray | None = None,
+    crystals: Mapping[int, Crystal] = MappingProxyType({}),
 ) -> tuple[ElasticModel, dict]:
     """Return the model of a 4- or 10-node mesh, and counts, those of the quarter points among them.
+
+    The counts have `notes` where materials have not the symmetry of the crystals, by phase.
 
     orientations (n, 4): row = grain id, unit quaternion (w, x, y, z) of the active rotation from crystal to
     sample axes, NaN unknown; phases (n,): row = grain id. Raises CraftmeshError when a grain whose material
@@ -85,7 +90,8 @@ def elastic_model(
     _check_oriented(axes, materials, phase_of)
     load = _load(mesh, options)
     model = ElasticModel(mesh, options.element, grains, axes, materials, phase_of, load, options.scale)
-    return model, report | {"grains": len(grains)}
+    notes = misfits(phase_of, materials, phases, crystals)
+    return model, report | {"grains": len(grains)} | ({"notes": notes} if notes else {})
 
 
 def _crystal_axes(grains: np.ndarray, orientations: np.ndarray | None) -> dict[int, np.ndarray]:

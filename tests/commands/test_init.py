@@ -8,6 +8,9 @@ from craftmesh.campaign.campaign import read_campaign
 from craftmesh.cli import main
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.io.npz import write_labels
+from craftmesh.mechanics.crystals import METALS
+from craftmesh.types import Crystal, Voxels
 from craftmesh.voxels.generate import GenerateOptions, generate
 
 
@@ -69,6 +72,23 @@ def test_each_phase_has_a_material(tmp_path, monkeypatch):
     path = volume(tmp_path, orientations=quaternions, phases=np.array([0, 1, 1, 2, 2, 2]))
     materials = init(tmp_path, monkeypatch, path)["inp"]["material"]
     assert [text.split(":")[0] for text in materials] == ["1=cubic", "2=cubic"]
+
+
+def test_stand_ins_are_said_and_known_metals_are_none(tmp_path, monkeypatch, capsys):
+    quaternions = np.tile([1.0, 0, 0, 0], (6, 1))
+    made = generate(GenerateOptions(shape=(16, 15, 14), grains=5, voids=0, embedded_grains=0))
+    crystals = {1: Crystal("cubic", "Aluminum"), 2: Crystal("hexagonal")}
+    phases = np.array([0, 1, 1, 2, 2, 2])
+    path = tmp_path / "scan_1.npz"
+    grid = (np.minimum(made.labels, 5), made.spacing, made.origin)
+    write_labels(path, Voxels(*grid, quaternions, phases, crystals))
+    config = init(tmp_path, monkeypatch, path)
+    assert config["inp"]["material"] == [f"1={METALS['aluminium']}", f"2={METALS['titanium']}"]
+    assert config["units"] == {"stress": "MPa"}
+    notes = [line for line in capsys.readouterr().out.splitlines() if "stand-in" in line]
+    assert len(notes) == 1 and "titanium" in notes[0] and "phase 2 (hexagonal)" in notes[0]
+    assert "stand-in for phase 2" in (tmp_path / "scan_1.yaml").read_text()
+    read_campaign(config)
 
 
 def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):

@@ -1,0 +1,79 @@
+"""Materials beside the crystals of a file: whether they fit, and which are known by structure and name."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from craftmesh.mechanics.materials import Material, turned
+from craftmesh.types import Crystal
+
+# Turns (axis, degrees) that every class of a structure has in its elastic constants.
+# Source: J. F. Nye, Physical Properties of Crystals (1985), table 9.
+_TURNS = {
+    "cubic": (("x", 90), ("z", 90)),
+    "hexagonal": (("z", 60),),
+    "tetragonal": (("z", 90),),
+    "trigonal": (("z", 120),),
+    "orthorhombic": (("x", 180), ("z", 180)),
+}
+_MISFIT = 0.01  # constants are measured to about a percent
+# Constants in MPa at room temperature.
+# Source: G. Simmons and H. Wang, Single Crystal Elastic Constants (1971).
+METALS = {
+    "aluminium": "cubic:106750,60410,28340",
+    "copper": "cubic:168400,121400,75400",
+    "nickel": "cubic:246500,147300,124700",
+    "magnesium": "hexagonal:59700,26200,21700,61700,16400",
+    "titanium": "hexagonal:162400,92000,69000,180700,46700",
+    "zirconium": "hexagonal:143400,72800,65300,164800,32000",
+}
+
+
+def misfits(
+    phase_of: Mapping[int, int | None],
+    materials: Mapping[int | None, Material],
+    phases: np.ndarray | None,
+    crystals: Mapping[int, Crystal],
+) -> list[str]:
+    """Return a sentence for each phase whose material has not the symmetry of its crystal.
+
+    phase_of: the key in `materials` by grain; phases (n,): row = grain id, None: all are phase 0; crystals:
+    by phase. A material that any turn leaves as it is, an isotropic one, fits every crystal.
+    """
+    pairs = {(0 if phases is None else int(phases[grain]), key) for grain, key in phase_of.items()}
+    found = []
+    for phase, key in sorted(pairs, key=lambda pair: pair[0]):
+        crystal, material = crystals.get(phase, Crystal()), materials[key]
+        stiffness = material.stiffness()
+        for axis, degrees in _TURNS.get(crystal.structure, ()):
+            matrix = Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
+            change = np.abs(turned(stiffness, matrix) - stiffness).max() / np.abs(stiffness).max()
+            if change > _MISFIT:
+                found.append(
+                    f"phase {phase}{_named(crystal)} is {crystal.structure} in its file, and its material "
+                    f"({material.kind}) is not: a turn of {degrees} degrees about the crystal's {axis} "
+                    f"changes the stiffness by {100 * change:.0f} %; check inp.material"
+                )
+                break
+    return found
+
+
+def known_material(crystal: Crystal) -> tuple[str, str, bool]:
+    """Return a material for a crystal, what it is, and whether it stands in for the crystal's own.
+
+    A metal of METALS that has the crystal's structure and name; else copper for cubic and unknown
+    structures, titanium for hexagonal ones, and an isotropic material for others: they need 21 constants.
+    """
+    name = {"aluminum": "aluminium"}.get(crystal.name.strip().lower(), crystal.name.strip().lower())
+    text = METALS.get(name, "")
+    if text and text.partition(":")[0] == crystal.structure:
+        return text, f"{name} (Simmons and Wang, 1971)", False
+    metal = {"": "copper", "cubic": "copper", "hexagonal": "titanium"}.get(crystal.structure)
+    if metal is None:
+        return "isotropic:200000,0.3", f"isotropic, for a {crystal.structure} crystal's constants", True
+    return METALS[metal], metal, True
+
+
+def _named(crystal: Crystal) -> str:
+    return f" ({' '.join(crystal.name.split())})" if crystal.name.strip() else ""
