@@ -203,12 +203,12 @@ def test_a_deck_with_includes_is_there_whole_or_not_at_all(tmp_path, monkeypatch
     with monkeypatch.context() as patched:
         patched.setattr("craftmesh.deck.write_deck.set_lines", no_space)
         with pytest.raises(CraftmeshError, match="No space left"):
-            write_deck(tmp_path / "m.inp", cracked_mesh(), replace(options, magnitude=9.0))
+            write_deck(tmp_path / "m.inp", cracked_mesh(), replace(options, magnitude=0.9))
     assert files_in(tmp_path) == before
     (tmp_path / "m_mesh.inp").unlink()
     (tmp_path / "m_mesh.inp").mkdir()
     with pytest.raises(CraftmeshError, match="m.inp: cannot be written"):
-        write_deck(tmp_path / "m.inp", cracked_mesh(), replace(options, magnitude=9.0))
+        write_deck(tmp_path / "m.inp", cracked_mesh(), replace(options, magnitude=0.9))
     assert (tmp_path / "m.inp").read_bytes() == before["m.inp"]
 
 
