@@ -3,8 +3,9 @@
 import numpy as np
 
 from craftmesh.surface.check_surface import FLAT
+from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, side_volumes, volume_drift
+from craftmesh.surface.measure import area_vectors, mean_edges, side_volumes, volume_drift
 from craftmesh.surface.vertex_classes import (
     facets_beyond_box,
     smoothing_neighbours,
@@ -100,13 +101,16 @@ def _report(before: Surface, after: Surface, first: np.ndarray, left: np.ndarray
         return report
     grains = np.unique(before.sides[first])
     moves = np.linalg.norm(after.points - before.points, axis=1)
+    moved = np.flatnonzero(moves)
+    edges = mean_edges(after.points, unique_edges(after.facets)[0])
     volumes = [side_volumes(s.points, s.facets, s.sides) for s in (before, after)]
     drift = volume_drift(*volumes)
     return report | {
         "facets": np.flatnonzero(first)[:MAX_NAMED].tolist(),
         "grains": grains[grains > 0].tolist(),
-        "points_moved": int((moves > 0).sum()),
+        "points_moved": len(moved),
         "largest_move": float(moves.max()),
+        "largest_move_edges": float((moves[moved] / edges[moved]).max(initial=0.0)),
         "volume_drift_worst": max(map(abs, drift.values()), default=0.0),
         "faults_left": int(left.sum()),
     }

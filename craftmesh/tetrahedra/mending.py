@@ -30,6 +30,8 @@ def mended(surface: Surface) -> Mended:
     warning = (
         f"{report['faults']} facets of the surface intersect or are degenerate, at grains "
         f"{', '.join(map(str, report['grains'][:6]))}: {report['points_moved']} points were moved by up to "
-        f"{report['largest_move']:.3g}, {report['faults_left']} such facets are left"
+        f"{report['largest_move']:.3g}, {report['largest_move_edges']:.2g} edges there, "
+        f"{report['faults_left']} such facets are left, the largest change of a volume is "
+        f"{100 * report['volume_drift_worst']:.2g} %"
     )
     return Mended(found, report, faulty, warning)

@@ -160,3 +160,11 @@ def test_voids_open_to_the_outside_do_not_keep_the_smoothing_from_ending():
     surface, report = remesh(Voxels(labels, [1, 1, 1], [0, 0, 0]))
     assert len(surface.grains) == 3
     assert report["volumes"]["worst_drift_after"] < 0.03
+
+
+def test_points_that_smoothing_takes_far_off_their_voxels_are_noted():
+    voxels = voronoi(2, 3, (16, 16, 16))
+    _, usual = remesh(voxels)
+    _, far = remesh(voxels, RemeshOptions(laplace_laps=150, taubin_laps=0))
+    assert usual["largest_move_voxels"] < 1 and "notes" not in usual
+    assert far["largest_move_voxels"] > 1.75 and "over 1.75, a voxel's diagonal" in far["notes"][0]

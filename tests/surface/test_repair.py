@@ -52,6 +52,8 @@ def test_a_pulled_vertex_goes_back_and_all_grains_mesh(sound, rank, seed):
     assert report["faults"] > 0 and report["faults_left"] == 0
     assert check_surface(repaired) == []
     moved = np.flatnonzero((repaired.points != broken.points).any(axis=1))
+    largest = np.linalg.norm(repaired.points - broken.points, axis=1).max()
+    assert report["largest_move"] == largest and 0.5 * largest < report["largest_move_edges"] < 3 * largest
     # a few vertices around the pulled one, and no other
     assert vertex in moved and len(moved) == report["points_moved"] < 60
     near = np.linalg.norm(sound.points[moved] - sound.points[vertex], axis=1)
