@@ -3,11 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, DTypeLike
+from numpy.typing import DTypeLike
 
+from craftmesh.arguments import as_array, check_indices, refuse_others
 from craftmesh.errors import CraftmeshError
 
 # Facet kinds of a Surface. Box planes are numbered 1..6 in the order of BOX_PLANES.
@@ -18,21 +19,15 @@ BOX_PLANES = ("XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX")
 BOX_FACES = tuple((axis, upper) for axis in range(3) for upper in (0, 1))
 
 
-def _array(owner: str, name: str, value: ArrayLike, dtype: DTypeLike, shape: tuple) -> np.ndarray:
-    """Return `value` as a read-only C-contiguous array of `dtype`; None in `shape` admits any length."""
-    array = np.array(value, dtype=dtype, order="C")
-    if array.ndim != len(shape) or any(s is not None and s != n for s, n in zip(shape, array.shape)):
-        wanted = "(" + ", ".join("n" if s is None else str(s) for s in shape) + ")"
-        raise CraftmeshError(f"{owner}.{name} has shape {array.shape}; expected {wanted}")
-    array.flags.writeable = False
-    return array
+def _convert(owner: object, name: str, dtype: DTypeLike, shape: tuple, *, finite: bool = True) -> None:
+    """Replace a field of a frozen type by a checked, read-only array, see `as_array`."""
+    array = as_array(f"{type(owner).__name__}.{name}", getattr(owner, name), dtype, shape, finite=finite)
+    object.__setattr__(owner, name, array)
 
 
-def _check_indices(owner: str, name: str, indices: np.ndarray, count: int) -> None:
-    if indices.size and (indices.min() < 0 or indices.max() >= count):
-        raise CraftmeshError(
-            f"{owner}.{name} refers to points {indices.min()}..{indices.max()}; there are {count} points"
-        )
+def _mapping(name: str, value: object) -> Mapping:
+    refuse_others(name, value, (Mapping,))
+    return MappingProxyType(dict(cast(Mapping, value)))
 
 
 class Crystal(NamedTuple):
@@ -67,16 +62,15 @@ class Voxels:
     crystals: Mapping[int, Crystal] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "crystals", MappingProxyType(dict(self.crystals)))
-        put(self, "labels", _array("Voxels", "labels", self.labels, np.int32, (None,) * 3))
-        put(self, "spacing", _array("Voxels", "spacing", self.spacing, float, (3,)))
-        put(self, "origin", _array("Voxels", "origin", self.origin, float, (3,)))
+        object.__setattr__(self, "crystals", _mapping("Voxels.crystals", self.crystals))
+        _convert(self, "labels", np.int32, (None,) * 3)
+        _convert(self, "spacing", float, (3,))
+        _convert(self, "origin", float, (3,))
         if self.orientations is not None:
-            put(self, "orientations", _array("Voxels", "orientations", self.orientations, float, (None, 4)))
+            _convert(self, "orientations", float, (None, 4), finite=False)
         if self.phases is not None:
-            put(self, "phases", _array("Voxels", "phases", self.phases, np.int32, (None,)))
-        if not (np.isfinite(self.spacing).all() and (self.spacing > 0).all()):
+            _convert(self, "phases", np.int32, (None,))
+        if not (self.spacing > 0).all():
             raise CraftmeshError(f"spacing is {self.spacing.tolist()}; expected three numbers > 0")
 
     @property
@@ -101,14 +95,14 @@ class Crack:
     fronts: tuple
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "points", _array("Crack", "points", self.points, float, (None, 3)))
-        put(self, "triangles", _array("Crack", "triangles", self.triangles, np.int32, (None, 3)))
-        fronts = tuple(_array("Crack", "fronts", f, np.int32, (None,)) for f in self.fronts)
-        put(self, "fronts", fronts)
-        _check_indices("Crack", "triangles", self.triangles, len(self.points))
+        _convert(self, "points", float, (None, 3))
+        _convert(self, "triangles", np.int32, (None, 3))
+        refuse_others("Crack.fronts", self.fronts, (tuple, list))
+        fronts = tuple(as_array("Crack.fronts", front, np.int32, (None,)) for front in self.fronts)
+        object.__setattr__(self, "fronts", fronts)
+        check_indices("Crack.triangles", self.triangles, len(self.points))
         for front in fronts:
-            _check_indices("Crack", "fronts", front, len(self.points))
+            check_indices("Crack.fronts", front, len(self.points))
 
     @property
     def front_edges(self) -> np.ndarray:
@@ -133,12 +127,11 @@ class Surface:
     kind: np.ndarray
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "points", _array("Surface", "points", self.points, float, (None, 3)))
-        put(self, "facets", _array("Surface", "facets", self.facets, np.int32, (None, 3)))
-        put(self, "sides", _array("Surface", "sides", self.sides, np.int32, (len(self.facets), 2)))
-        put(self, "kind", _array("Surface", "kind", self.kind, np.uint8, (len(self.facets),)))
-        _check_indices("Surface", "facets", self.facets, len(self.points))
+        _convert(self, "points", float, (None, 3))
+        _convert(self, "facets", np.int32, (None, 3))
+        _convert(self, "sides", np.int32, (len(self.facets), 2))
+        _convert(self, "kind", np.uint8, (len(self.facets),))
+        check_indices("Surface.facets", self.facets, len(self.points))
 
     @classmethod
     def of_facets(
@@ -149,6 +142,7 @@ class Surface:
         crack (m,) bool: which facets are the crack's, none by default. A facet that is open to one side and
         whose corners lie exactly on a plane of the facets' bounding box belongs to that plane.
         """
+        facets = as_array("facets", facets, np.int32, (None, 3))
         kind = np.full(len(facets), INTERFACE, np.uint8)
         surface = cls(points, facets, sides, kind)
         if len(kind):
@@ -157,12 +151,20 @@ class Surface:
                 on_plane = (surface.points[surface.facets, plane // 2] == limits[plane]).all(axis=1)
                 kind[on_plane & is_open] = plane + 1
         if crack is not None:
-            kind[np.asarray(crack, bool)] = CRACK
+            is_crack = np.asarray(crack)
+            if is_crack.dtype != bool or is_crack.shape != kind.shape:
+                raise CraftmeshError(
+                    f"crack is an array {is_crack.shape} of {is_crack.dtype}; expected a truth value for "
+                    f"each of {len(kind)} facets"
+                )
+            kind[is_crack] = CRACK
         return cls(points, facets, sides, kind)
 
     @property
     def box(self) -> np.ndarray:
         """(2, 3) lower and upper corner of the box around the facets."""
+        if not len(self.facets):
+            raise CraftmeshError("the surface has no facets; expected those of one or more grains")
         used = np.zeros(len(self.points), bool)
         used[self.facets] = True
         corners = self.points[used]
@@ -195,16 +197,16 @@ class TetMesh:
     face_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "points", _array("TetMesh", "points", self.points, float, (None, 3)))
-        width = 10 if np.shape(self.tets)[1:] == (10,) else 4
-        put(self, "tets", _array("TetMesh", "tets", self.tets, np.int64, (None, width)))
-        put(self, "grain", _array("TetMesh", "grain", self.grain, np.int32, (len(self.tets),)))
-        _check_indices("TetMesh", "tets", self.tets, len(self.points))
-        nodes = {k: _array("TetMesh", k, v, np.int64, (None,)) for k, v in self.node_sets.items()}
-        faces = {k: _array("TetMesh", k, v, np.int64, (None, 2)) for k, v in self.face_sets.items()}
-        put(self, "node_sets", MappingProxyType(nodes))
-        put(self, "face_sets", MappingProxyType(faces))
+        _convert(self, "points", float, (None, 3))
+        _convert(self, "tets", np.int64, (None, None))
+        if self.tets.shape[1] not in (4, 10):
+            raise CraftmeshError(f"TetMesh.tets has shape {self.tets.shape}; expected (n, 4) or (n, 10)")
+        _convert(self, "grain", np.int32, (len(self.tets),))
+        check_indices("TetMesh.tets", self.tets, len(self.points))
+        for field_name, shape in (("node_sets", (None,)), ("face_sets", (None, 2))):
+            sets = _mapping(f"TetMesh.{field_name}", getattr(self, field_name))
+            arrays = {name: as_array(f"set {name}", ids, np.int64, shape) for name, ids in sets.items()}
+            object.__setattr__(self, field_name, MappingProxyType(arrays))
 
     @property
     def box(self) -> np.ndarray:
@@ -231,12 +233,11 @@ class GrainTets:
     tets: np.ndarray
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "grain", int(self.grain))
-        put(self, "nodes", _array("GrainTets", "nodes", self.nodes, np.int64, (None,)))
-        put(self, "interior", _array("GrainTets", "interior", self.interior, float, (None, 3)))
-        put(self, "tets", _array("GrainTets", "tets", self.tets, np.int64, (None, 4)))
-        _check_indices("GrainTets", "tets", self.tets, len(self.nodes) + len(self.interior))
+        object.__setattr__(self, "grain", int(as_array("GrainTets.grain", self.grain, np.int32, ())))
+        _convert(self, "nodes", np.int64, (None,))
+        _convert(self, "interior", float, (None, 3))
+        _convert(self, "tets", np.int64, (None, 4))
+        check_indices("GrainTets.tets", self.tets, len(self.nodes) + len(self.interior))
 
 
 @dataclass(frozen=True)
@@ -253,8 +254,6 @@ class Solution:
     record: Mapping[str, str | int | float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        moved = _array("Solution", "displacement", self.displacement, float, (None, 3))
-        put(self, "displacement", moved)
-        put(self, "reactions", _array("Solution", "reactions", self.reactions, float, (len(moved), 3)))
-        put(self, "record", MappingProxyType(dict(self.record)))
+        _convert(self, "displacement", float, (None, 3))
+        _convert(self, "reactions", float, (len(self.displacement), 3))
+        object.__setattr__(self, "record", _mapping("Solution.record", self.record))

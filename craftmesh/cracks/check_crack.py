@@ -14,8 +14,6 @@ def check_crack(crack: Crack) -> list[str]:
     """Return one sentence per breach: empty, degenerate or folded triangles, bad boundary, bad fronts."""
     if not len(crack.triangles):
         return ["the crack has no triangles"]
-    if not np.isfinite(crack.points).all():
-        return ["the crack has points that are not finite"]
     breaches = _facet_breaches(crack)
     edges, _, count = unique_edges(crack.triangles)
     boundary = {frozenset(edge) for edge in edges[count == 1].tolist()}

@@ -15,15 +15,12 @@ FLAT = 1e-10
 def check_surface(surface: Surface) -> list[str]:
     """Return one sentence per kind of breach of a surface's invariants; an empty list when it keeps them.
 
-    Checked are: finite and used points; degenerate and duplicate facets; sides and kinds that fit each
+    Checked are: used points; degenerate and duplicate facets; sides and kinds that fit each
     other; planes of the box; closedness, orientation and volume per grain and void; intersections.
     Crack facets inside a grain belong to no boundary.
     """
     if not len(surface.facets):
         return ["the surface has no facets"]
-    if not np.isfinite(surface.points).all():
-        bad = np.flatnonzero(~np.isfinite(surface.points).all(axis=1))
-        return [f"{len(bad)} points are not finite; first: point {bad[0]}"]
     checks = (_points, _shapes, _duplicates, _labels, _planes, _closedness, _volumes, _intersections)
     return [breach for check in checks for breach in check(surface)]
 

@@ -212,7 +212,6 @@ def test_each_breach_of_a_crack_is_told():
     breaches = {
         "1 triangles are turned over": Crack(outside, fan, (rim,)),
         "no triangles": Crack(square, np.zeros((0, 3)), ()),
-        "not finite": Crack(square * np.nan, fan, (rim,)),
         "4 triangles have no area": Crack(square * 0, fan, (rim,)),
         "1 triangles have no area": Crack(square, [*fan.tolist(), [0, 1, 1]], (rim,)),
         "front 2 has 1 edges": Crack(square, fan, (rim[:3], np.array([3, 0, 4]))),

@@ -97,7 +97,6 @@ BREACHES = {
     "volume <= 0": turned,
     "grain id <= 0": lambda m: replace(m, grain=np.where(np.arange(len(m.grain)) == 5, 0, m.grain)),
     "1 nodes belong to no": lambda m: replace(m, points=np.concatenate([m.points, [[1.5, 1.5, 1.5]]])),
-    "not finite": lambda m: moved(m, 3, np.nan),
     "no tetrahedra": lambda m: replace(m, tets=m.tets[:0], grain=m.grain[:0], face_sets={}, node_sets={}),
     "more than two": lambda m: replace(m, tets=np.r_[m.tets, m.tets[:1]], grain=np.r_[m.grain, 4]),
     "2 free faces are in no": lambda m: with_faces(m, "XMIN", m.face_sets["XMIN"][2:]),

@@ -101,10 +101,6 @@ def test_an_unused_point_is_found(sound):
     assert sentence == "1 points belong to no facet; first at (1, 2, 3)"
 
 
-def test_a_point_that_is_not_finite_is_found(sound):
-    assert "not finite" in breach(moved(sound, 3, np.nan))
-
-
 def test_a_point_off_its_plane_by_one_bit_is_found(sound):
     facet = sound.facets[(sound.kind == 6)][0]
     level = np.nextafter(4.0, 0)
