@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
+from craftmesh.arguments import as_array, check_indices
 from craftmesh.assembly.foreign_mesh import foreign_facets, foreign_with_crack, tet_mesh_of
 from craftmesh.assembly.opening import is_closed, opened_tets, same_turn
-from craftmesh.cracks.one_sheet import turned_alike
+from craftmesh.cracks.one_sheet import lip_a_ahead, turned_alike
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.mesh_sets import crack_sets, is_front, is_lip, lip_faces, node_sets_of
@@ -57,20 +58,22 @@ def open_crack(mesh: AnyMesh, facets: np.ndarray | str) -> tuple[AnyMesh, dict[s
 
     A node comes apart into as many as there are groups of elements round it that share faces off the crack:
     nodes inside the front stay single, a mouth on the mesh's boundary opens, and a junction of branches
-    comes apart into one node a sector. What hangs together by edges is one crack; several, and those that
-    the mesh has already, are numbered in the order of their facets. Lip A is ahead of the facets' normals
-    (right-hand rule), which are first turned alike across edges with two crack facets. Old nodes keep their
-    ids.
+    comes apart into one node a sector. What hangs together by edges is one crack; several are
+    numbered after those that the mesh has already, from the lowest first corner up (by z, then y, then x).
+    Lip A is on the side of the facets that `lip_a_ahead` tells. Neither order nor turn of the facets makes
+    a difference. Old nodes keep their ids.
 
     Sets: CRACK_LIP_A and CRACK_LIP_B, or CRACK_1_LIP_A ... of several cracks, and the fronts in order, see
     `node_sets_of`. Other node sets get the new nodes of theirs as well; other face sets stay, but for the
     one that is opened. A meshio mesh gets the lips as cells and cell sets, see `foreign_with_crack`.
-    Raises CraftmeshError for facets that are no faces of the mesh, a crack with one side, and a mesh whose
-    faces belong to more than two elements.
+    Raises CraftmeshError for facets that are no faces of the mesh or cannot open, a crack with one side,
+    and a mesh whose faces belong to more than two elements.
     """
     if isinstance(mesh, TetMesh):
         result, _, report = _opened(mesh, facets)
         return result, report
+    if not hasattr(mesh, "cell_sets_dict"):  # meshio is not imported for a TetMesh
+        raise CraftmeshError(f"mesh is a {type(mesh).__name__}; expected a TetMesh or a meshio.Mesh")
     if isinstance(facets, str):
         facets = foreign_facets(mesh, facets)
     opened, parent, report = _opened(tet_mesh_of(mesh), facets)
@@ -105,6 +108,11 @@ def _named(mesh: TetMesh, faces: np.ndarray | None, name: str) -> np.ndarray:
 def _known_lips(face_sets: Mapping[str, np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the lips A and B of the cracks that a mesh has."""
     names = [name for name in face_sets if is_lip(name) and name.endswith("A")]
+    alone = [name for name in names if f"{name[:-1]}B" not in face_sets]
+    if alone:
+        raise CraftmeshError(
+            f"the mesh has {alone[0]} without its lip B; give both lips of a crack, or none"
+        )
     return [(face_sets[name], face_sets[f"{name[:-1]}B"]) for name in names]
 
 
@@ -153,7 +161,7 @@ def _report(opened: Opened, points: np.ndarray, fronts: list) -> dict[str, int |
 
 def opened_along(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> Opened:
     """Return the tetrahedra (m, 4) or (m, 10) opened along faces with the corners facets (k, 3)."""
-    facets = turned_alike(points, _checked(points, tets, facets))
+    facets = lip_a_ahead(points, turned_alike(points, _checked(points, tets, facets)))
     groups = group_triples(np.concatenate([half_faces(tets[:, :4]), facets]))
     n_half = 4 * len(tets)
     row = groups.order[groups.first[1:] - 1] - n_half  # facets have the highest rows
@@ -167,6 +175,11 @@ def opened_along(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> Op
     linked = pairs[(count == 2) & (row < 0)]
     by_corners, _ = opened_tets(tets[:, :4], linked, across.ravel(), len(points))
     shut = is_closed(by_corners, across)
+    if shut.all():
+        raise CraftmeshError(
+            f"none of the {len(shut)} crack facets within the mesh opens, for all their corners are on the "
+            "crack's front; expected facets round at least one node inside the crack, or on its mouth"
+        )
     linked = np.concatenate([linked, across[shut]])
     opened, parent = opened_tets(tets, linked, across.ravel(), len(points))
     order = np.argsort(facet[~shut], kind="stable")
@@ -178,23 +191,26 @@ def opened_along(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> Op
 
 
 def _checked(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return the facets (k, 3), each once; raises CraftmeshError for bad ones and for bad elements."""
-    facets = np.asarray(facets)
-    if facets.ndim != 2 or facets.shape[1] != 3 or not len(facets) or facets.dtype.kind not in "iu":
-        raise CraftmeshError(
-            f"facets is an array {facets.shape} of {facets.dtype}; expected node ids (k, 3) of faces, k > 0"
-        )
-    facets = facets.astype(np.int64)
-    if facets.min() < 0 or facets.max() >= len(points):
-        raise CraftmeshError(f"facets name nodes {facets.min()} to {facets.max()} of {len(points)}")
+    """Return the facets (k, 3), each once, facets and corners from the lowest up: by z, then y, then x.
+
+    Raises CraftmeshError for bad ones and for bad elements.
+    """
+    facets = as_array("facets", facets, np.int64, (None, 3))
+    if not len(facets):
+        raise CraftmeshError("facets is empty; expected node ids (k, 3) of faces between two tetrahedra")
+    check_indices("facets", facets, len(points), "nodes")
     inverted = np.flatnonzero(tet_volumes(points, tets) <= 0)
     if len(inverted):
         raise CraftmeshError(
             f"tet {inverted[0]} and {len(inverted) - 1} more have no positive volume; expected nodes in "
             "Abaqus' order, corners 1, 2, 3 turning right-handed towards corner 4"
         )
-    _, first = np.unique(np.sort(facets, axis=1), axis=0, return_index=True)
-    return facets[np.sort(first)]
+    place = np.empty(len(points), np.int64)  # of each node from the lowest up
+    place[np.lexsort(points.T)] = np.arange(len(points))
+    corners = np.take_along_axis(facets, np.argsort(place[facets], axis=1), axis=1)
+    first = np.unique(place[corners], axis=0, return_index=True)[1]
+    found: np.ndarray = corners[first]
+    return found
 
 
 def _refuse(points: np.ndarray, facets: np.ndarray, groups: RowGroups, count: np.ndarray) -> None:
@@ -206,7 +222,7 @@ def _refuse(points: np.ndarray, facets: np.ndarray, groups: RowGroups, count: np
         place = np.round(points[corners].mean(axis=0), 6).tolist()
         raise CraftmeshError(
             f"{len(lost)} of {len(facets)} facets are no faces of the mesh, the first has the nodes "
-            f"{corners.tolist()} at {place}; expected faces between two tetrahedra"
+            f"{corners.tolist()} at {place}; expected faces between two tetrahedra, none opened before"
         )
     if (count > 2).any():
         raise CraftmeshError(
@@ -215,5 +231,5 @@ def _refuse(points: np.ndarray, facets: np.ndarray, groups: RowGroups, count: np
     if not ((count == 2) & (rows >= 0)).any():
         raise CraftmeshError(
             f"all {len(facets)} facets lie on the mesh's boundary, which is open; expected faces between "
-            "two tetrahedra: merge nodes that are there twice"
+            "two tetrahedra: merge nodes that are there twice, and open a crack once only"
         )

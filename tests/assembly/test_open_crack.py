@@ -117,9 +117,16 @@ def test_nodes_of_any_crack_come_apart_as_a_slow_reference_says(seed):
     if not len(facets):
         return
     for raised in (mesh, raise_order(mesh)):
-        opened, report = open_crack(raised, random.permutation(facets))
-        assert np.array_equal(opened.points[opened.tets], raised.points[raised.tets])
         faces = {frozenset(face) for face in facets.tolist()}
+        if slow_opening(mesh.tets, faces) == len(mesh.points):
+            with pytest.raises(CraftmeshError, match="none of the .* opens"):
+                open_crack(raised, facets)
+            continue
+        opened, report = open_crack(raised, random.permutation(facets))
+        turned = np.array([random.permutation(face) for face in random.permutation(facets)])
+        again, numbers = open_crack(raised, np.concatenate([turned, turned[:3]]))
+        assert np.array_equal(again.tets, opened.tets) and same_sets(again, opened) and numbers == report
+        assert np.array_equal(opened.points[opened.tets], raised.points[raised.tets])
         shut = report["crack_facets_not_opened"]
         corners = len(np.unique(opened.tets[:, :4]))
         assert corners == slow_opening(mesh.tets, faces)
@@ -261,9 +268,9 @@ def test_what_is_no_crack_of_the_mesh_is_refused():
     facets = facets_in(mesh, 2, 1, lambda c: c[:, 0] < 2)
     with pytest.raises(CraftmeshError, match="2 of 13 facets are no faces of the mesh"):
         open_crack(mesh, np.concatenate([facets[:11], [[0, 1, 63], [0, 2, 63]]]))
-    with pytest.raises(CraftmeshError, match="name nodes 0 to 64 of 64"):
+    with pytest.raises(CraftmeshError, match="facets refers to nodes 0..64; there are 64 nodes"):
         open_crack(mesh, [[0, 1, 64]])
-    with pytest.raises(CraftmeshError, match="expected node ids"):
+    with pytest.raises(CraftmeshError, match="facets has shape .2, 4.; expected .n, 3."):
         open_crack(mesh, np.zeros((2, 4), int))
     with pytest.raises(CraftmeshError, match="boundary, which is open"):
         open_crack(mesh, facets_in(mesh, 2, 0, lambda c: c[:, 0] < 2))
@@ -279,6 +286,66 @@ def test_what_is_no_crack_of_the_mesh_is_refused():
     hexahedra = meshio.Mesh(mesh.points, [("hexahedron", np.arange(8)[None])])
     with pytest.raises(CraftmeshError, match="the mesh has hexahedron; expected tetrahedra"):
         open_crack(hexahedra, facets)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_lips_a_of_flat_cracks_are_on_one_side_however_the_facets_are_turned(axis):
+    mesh, random = box((4, 4, 4)), np.random.default_rng(axis)
+    parts = [facets_in(mesh, axis, at, lambda c: c[:, (axis + 1) % 3] < 2) for at in (1, 3)]
+    facets = np.array([random.permutation(face) for face in random.permutation(np.concatenate(parts))])
+    for order in (facets, facets[:, ::-1]):
+        opened, report = open_crack(mesh, order)
+        assert report["cracks"] == 2 and check_tets(opened) == []
+        for number, at in ((1, 1), (2, 3)):
+            tets = opened.tets[opened.face_sets[f"CRACK_{number}_LIP_A"][:, 0]]
+            assert (opened.points[tets].mean(axis=1)[:, axis] > at).all()
+
+
+def test_a_closed_crack_has_lip_a_outside():
+    mesh = box((4, 4, 4))
+    inner = ((mesh.points[mesh.tets].mean(axis=1) > 1) & (mesh.points[mesh.tets].mean(axis=1) < 3)).all(
+        axis=1
+    )
+    faces = np.sort(half_faces(mesh.tets[inner]), axis=1)
+    facets = np.array(
+        [face for face, count in zip(*np.unique(faces, axis=0, return_counts=True)) if count < 2]
+    )
+    opened, report = open_crack(mesh, facets)
+    assert report["fronts"] == 0 and not inner[opened.face_sets["CRACK_LIP_A"][:, 0]].any()
+
+
+def one_facet(mesh):
+    return facets_in(mesh, 2, 1, lambda c: (c[:, :2] > 1).all(axis=1) & (c[:, :2] < 2).all(axis=1))[:1]
+
+
+@pytest.mark.parametrize(
+    ("said", "facets"),
+    [
+        ("none of the 1 crack facets", one_facet),
+        ("facets is empty", lambda mesh: np.zeros((0, 3), int)),
+        ("facets has shape .3,.", lambda mesh: one_facet(mesh)[0]),
+        ("facets refers to nodes -1", lambda mesh: -one_facet(mesh) // 100),
+        ("facets holds", lambda mesh: one_facet(mesh) + 0.5),
+        ("facets is an array of bool", lambda mesh: one_facet(mesh) > 0),
+    ],
+)
+@pytest.mark.parametrize("as_meshio", [False, True])
+def test_facets_that_cannot_open_are_one_line_for_both_kinds_of_mesh(said, facets, as_meshio):
+    mesh = box((3, 3, 3))
+    given_mesh = meshio.Mesh(mesh.points, [("tetra", mesh.tets)]) if as_meshio else mesh
+    with pytest.raises(CraftmeshError, match=said) as error:
+        open_crack(given_mesh, facets(mesh))
+    assert "\n" not in str(error.value)
+
+
+def test_a_crack_opens_once_and_other_libraries_meshes_are_refused():
+    mesh = box((3, 3, 3))
+    facets = facets_in(mesh, 2, 1, lambda c: c[:, 0] < 2)
+    for one in (mesh, meshio.Mesh(mesh.points, [("tetra", mesh.tets)])):
+        with pytest.raises(CraftmeshError, match="once only|none opened before"):
+            open_crack(open_crack(one, facets)[0], facets)
+    with pytest.raises(CraftmeshError, match="mesh is a ndarray; expected a TetMesh or a meshio.Mesh"):
+        open_crack(mesh.points, facets)
 
 
 def test_the_library_exports_it():
