@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from craftmesh import check_surface, gradate, insert_crack, sizing_for
 from craftmesh.errors import CraftmeshError
 from craftmesh.types import Crack, GrainTets, Solution, Surface, TetMesh, Voxels
 
@@ -103,3 +104,12 @@ def test_labels_do_not_wrap(label):
 def test_what_facets_the_crack_has_is_a_truth_value_each(crack):
     with pytest.raises(CraftmeshError, match="expected a truth value for each of 1 facets"):
         Surface.of_facets(POINTS, [[0, 1, 2]], [[1, 1]], crack)
+
+
+@pytest.mark.parametrize("function", [check_surface, gradate, insert_crack, sizing_for])
+def test_other_objects_than_a_surface_are_refused_by_name(function):
+    rest = {check_surface: (), gradate: (None,), insert_crack: (None,), sizing_for: (None, POINTS)}[
+        function
+    ]
+    with pytest.raises(CraftmeshError, match="surface is a Body; expected Surface"):
+        function(Body(), *rest)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.cleaning import clean_facets, loosened, split_ears
 from craftmesh.gradation.folds import short_beside_folds
@@ -96,6 +97,7 @@ class GradateOptions(Options):
     )
 
 
+@typed
 def gradate(
     surface: Surface,
     sizing: Sizing,

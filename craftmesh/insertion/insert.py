@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from craftmesh.arguments import typed
 from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.cracks.grazing_fronts import ending_on_faces
 from craftmesh.cracks.sheets import heights_of, sheets
@@ -50,6 +51,7 @@ COUNTED = (
 BULGES = 3  # rounds in which edges are split that a curved crack bulges through
 
 
+@typed
 def insert_crack(
     surface: Surface,
     crack: Crack,

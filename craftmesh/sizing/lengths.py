@@ -1,10 +1,11 @@
 """What every wish for edge lengths can be asked."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 
+@runtime_checkable
 class Lengths(Protocol):
     """Target edge lengths by place, as `Sizing` (Eq. 3), a LengthField or a surface's own give them."""
 

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
+from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 from craftmesh.sizing.length_field import LengthField, curvature_lengths
@@ -177,6 +178,7 @@ def voxel_edge(voxels: Voxels) -> float:
     return float(np.cbrt(voxels.spacing.prod()))
 
 
+@typed
 def sizing_for(
     surface: Surface | None, options: SizingOptions, sources: np.ndarray, others: tuple[Lengths, ...] = ()
 ) -> Sizing:

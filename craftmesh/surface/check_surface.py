@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from craftmesh.arguments import typed
 from craftmesh.surface.connectivity import facet_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, side_volumes
@@ -12,6 +13,7 @@ from craftmesh.types import BOX_PLANES, CRACK, Surface
 FLAT = 1e-10
 
 
+@typed
 def check_surface(surface: Surface) -> list[str]:
     """Return one sentence per kind of breach of a surface's invariants; an empty list when it keeps them.
 
