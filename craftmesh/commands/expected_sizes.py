@@ -1,7 +1,9 @@
 """The sizes of a campaign's increments before they are made: voxels, facets, elements."""
 
+import json
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -38,13 +40,20 @@ def voxels_of(campaign: Campaign, case: Case) -> Voxels:
     made = Path(campaign.results) / case.name / "labels.npz"
     if made.is_file():
         return read_labels(made)
-    settings = case.settings
-    if case.microstructure == SYNTHETIC:
-        volume = as_raw(generate(GenerateOptions(**settings["generate"])))
+    section = "generate" if case.microstructure == SYNTHETIC else "import"
+    return _cleaned(case.microstructure, *(json.dumps(case.settings[key]) for key in (section, "import")))
+
+
+@lru_cache(maxsize=1)  # the cases of a sweep follow one another
+def _cleaned(microstructure: str, made: str, imported: str) -> Voxels:
+    """Return the volume that a file and its keys, as JSON, make."""
+    keys = json.loads(imported)
+    if microstructure == SYNTHETIC:
+        volume = as_raw(generate(GenerateOptions(**json.loads(made))))
     else:
-        read = ReadOptions(**fields_of(ReadOptions, settings["import"]))
-        volume = read_voxels(case.microstructure, read, fills=settings["import"]["fill_unindexed"])
-    return clean(volume, CleanOptions(**fields_of(CleanOptions, settings["import"])))[0]
+        read = ReadOptions(**fields_of(ReadOptions, keys))
+        volume = read_voxels(microstructure, read, fills=keys["fill_unindexed"])
+    return clean(volume, CleanOptions(**fields_of(CleanOptions, keys)))[0]
 
 
 def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:

@@ -7,9 +7,10 @@ from typing import Any
 
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_output, existing, read_json, write_json
+from craftmesh.commands.stage_io import add_output, existing, read_json, warn, write_json
 from craftmesh.errors import CraftmeshError
 from craftmesh.report.case_files import RECORD, read_cases
+from craftmesh.report.failures import failures
 from craftmesh.report.options import ReportOptions
 from craftmesh.report.page import page
 from craftmesh.report.versions import versions
@@ -32,10 +33,12 @@ def run(arguments: argparse.Namespace) -> None:
         write_records(existing(arguments.results), read_asked(arguments.campaign))
     cases = read_cases(existing(arguments.results))
     if not cases:
-        raise CraftmeshError(
-            f"{arguments.results}: no case with a {RECORD} and an increment; run the workflow"
-        )
-    text = page(cases, options_from(arguments, ReportOptions))
+        raise CraftmeshError(f"{arguments.results}: no case with a {RECORD}; run the workflow")
+    failed = [failure for case in cases for failure in failures(case, arguments.results)]
+    for failure in failed:
+        warn(f"case {failure.case}, {failure.log or 'logs'}: {failure.line}")
+    made = [case for case in cases if case.increments]
+    text = page(made, options_from(arguments, ReportOptions), failed)
     with atomic_path(arguments.output) as temporary:
         temporary.write_text(text, encoding="utf-8")
 

@@ -56,10 +56,8 @@ class Case:
 
 
 def read_cases(results: Path) -> list[Case]:
-    """Return the cases of all campaigns in a folder of results that have an increment, by name."""
-    records = sorted(results.glob(f"*/{RECORD}"))
-    cases = [read_case(path.parent) for path in records]
-    return [case for case in cases if case.increments]
+    """Return the cases of all campaigns in a folder of results, by name."""
+    return [read_case(path.parent) for path in sorted(results.glob(f"*/{RECORD}"))]
 
 
 def read_case(folder: Path) -> Case:

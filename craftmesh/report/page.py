@@ -15,6 +15,7 @@ from craftmesh.mesh.quality import drift_sentence
 from craftmesh.report.case_files import Case, Increment
 from craftmesh.report.charts import against_size, histograms
 from craftmesh.report.convergence import compared
+from craftmesh.report.failures import Failure
 from craftmesh.report.measures import UNIFORM_TETS, grown_rows, outcome, table_row, totals
 from craftmesh.report.options import MEASURED_IN, QUANTITIES, ReportOptions
 from craftmesh.report.pictures import along_front, as_webp, crack_by_increment
@@ -32,8 +33,8 @@ CAPTIONS = {
 }
 
 
-def page(cases: Sequence[Case], options: ReportOptions) -> str:
-    """Return the page of cases; the same cases give the same text.
+def page(cases: Sequence[Case], options: ReportOptions, failed: Sequence[Failure] = ()) -> str:
+    """Return the page of cases with increments, and what failed of any; the same cases give the same text.
 
     What the jobs took is between `<!--times-->` and `<!--/times-->`: it differs from run to run.
     """
@@ -45,6 +46,7 @@ def page(cases: Sequence[Case], options: ReportOptions) -> str:
         .render(
             cases=[_case(case, rows[case.name], shown[case.name]) for case in cases],
             campaigns=list(dict.fromkeys(case.record["campaign"] for case in cases)),
+            failed=failed,
             totals=totals([row for own in rows.values() for row in own]),
             increments=sum(len(case.increments) for case in cases),
             seconds=sum(cost.cpu_seconds for case in cases for cost in case.costs),
