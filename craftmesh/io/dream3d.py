@@ -143,7 +143,7 @@ def _crystals(image: _Image, phases: np.ndarray | None) -> tuple[dict[int, Cryst
         return {}, [d.name for d in tables]
     group = fitting[0].parent
     codes = fitting[0][()].ravel().tolist()
-    names = next((list(group[key][()].ravel()) for key in _PHASE_NAMES if key in group), [])
+    names = next((list(np.ravel(group[key][()])) for key in _PHASE_NAMES if key in group), [])
     rows = zip(codes, [*map(in_words, names), *[""] * len(codes)])
     crystals = {phase: Crystal(of_dream3d(code), name) for phase, (code, name) in enumerate(rows) if phase}
     return of_grains(crystals, phases), []

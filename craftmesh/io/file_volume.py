@@ -1,7 +1,8 @@
 """What every reader of a microstructure format returns, and the checks that they share."""
 
 import os
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +18,7 @@ UNSAID = ""
 QUATERNIONS, RODRIGUES, MATRICES = "quaternions", "rodrigues", "matrices"
 EULERS, KOCKS, ROE = "eulers", "kocks", "roe"
 DEGREES, RADIANS = "degrees", "radians"
+_ID = re.compile(rb"-?[0-9]{1,18}")
 _TABLE_LIMIT = 10_000_000  # rows of orientations, 32 bytes each
 
 
@@ -72,6 +74,15 @@ def as_numbers(name: str, values: ArrayLike) -> np.ndarray:
     if found.dtype.kind not in "iufb":
         raise CraftmeshError(f"{name} is of type {found.dtype}; expected real numbers")
     return found.astype(float)
+
+
+def ids_in_text(path: str | os.PathLike, words: Sequence[bytes]) -> np.ndarray:
+    """Return the ids (n,) in the words of a file as int64; CraftmeshError for what is no whole number."""
+    wrong = next((word for word in words if not _ID.fullmatch(word)), None)
+    if wrong is not None:
+        label = wrong[:30].decode("ascii", "replace")
+        raise CraftmeshError(f"{path}: label {label} is not a whole number of int64; expected grain ids")
+    return np.array(words, np.int64)
 
 
 def table_rows(path: str | os.PathLike, labels: np.ndarray) -> int:

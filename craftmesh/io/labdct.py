@@ -21,15 +21,14 @@ def read(path: str | os.PathLike, dataset: str) -> FileVolume:
     Id 0 is unindexed; the origin is taken as 0. Raises CraftmeshError.
     """
     with opened(path) as file:
-        data = file.get(_DATA)
-        if data is None or "LabDCT/Spacing" not in file:
+        data, ids = file.get(_DATA), file.get(f"{_DATA}/GrainId")
+        if not isinstance(ids, h5py.Dataset) or ids.ndim != 3 or "LabDCT/Spacing" not in file:
             raise CraftmeshError(
-                f"{path}: no {_DATA} with LabDCT/Spacing; expected a LabDCT reconstruction"
+                f"{path}: no {_DATA}/GrainId over three axes with LabDCT/Spacing; "
+                "expected a LabDCT reconstruction"
             )
-        ids = data.get("GrainId")
-        present = volume_paths(data, ids.shape[::-1]) if ids is not None else []
-        name = pick(path, dataset, present, (f"{_DATA}/GrainId",))
         shape = ids.shape[::-1]
+        name = pick(path, dataset, volume_paths(data, shape), (f"{_DATA}/GrainId",))
         labels = cells_xyz(file[name], shape)
         described = {d.name: d for d in data.values() if isinstance(d, h5py.Dataset)}
         described = {key: d for key, d in described.items() if is_described(key.rsplit("/", 1)[1])}
@@ -53,9 +52,14 @@ def _crystals(file: h5py.File, phases: np.ndarray | None) -> dict[int, Crystal]:
     found = {}
     for key, group in info.items() if isinstance(info, h5py.Group) else ():
         number = key.removeprefix("Phase")
-        if number.isdigit() and isinstance(group, h5py.Group) and "SpaceGroup" in group:
-            space_group = np.ravel(group["SpaceGroup"][()])[:1]
-            names = np.ravel(group["Name"][()])[:1] if "Name" in group else ()
-            structure = "".join(of_space_group(int(n)) for n in space_group)
+        if number.isdecimal() and isinstance(group, h5py.Group):
+            space_group, names = _first(group, "SpaceGroup"), _first(group, "Name")
+            structure = "".join(of_space_group(n) for n in space_group if space_group.dtype.kind in "iuf")
             found[int(number)] = Crystal(structure, "".join(map(in_words, names)))
     return of_grains(found, phases)
+
+
+def _first(group: h5py.Group, key: str) -> np.ndarray:
+    """Return the first value of an array of a group (1,), (0,) where there is none."""
+    data = group.get(key)
+    return np.ravel(data[()])[:1] if isinstance(data, h5py.Dataset) else np.zeros(0)

@@ -13,7 +13,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.declared import DEFLATE, data_file, refuse_false_size, unpacked
-from craftmesh.io.file_volume import FileVolume
+from craftmesh.io.file_volume import FileVolume, ids_in_text
 from craftmesh.io.oriented import along_axes
 
 _TYPES = {
@@ -100,7 +100,7 @@ def _labels(path: Path, header: Mapping[str, str], content: bytes, shape: Sequen
         )
     count = math.prod(shape)
     if header.get("BinaryData", "True").lower() == "false":
-        values = np.array([word for word in content.split()[:count] if word.isdigit()], np.int64)
+        values = ids_in_text(path, content.split()[:count])
     else:
         kind = f"LONG_{kind}" if kind == "LONG" and len(content) >= 8 * count else kind
         kind = f"{kind}_LONG" if kind == "ULONG" and len(content) >= 8 * count else kind

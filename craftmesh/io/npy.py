@@ -7,7 +7,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.file_volume import FileVolume, to_xyz
-from craftmesh.io.npz import refuse_false_head
+from craftmesh.io.npz import BROKEN, refuse_false_head
 
 
 def read(path: str | os.PathLike, axes: str) -> FileVolume:
@@ -20,6 +20,6 @@ def read(path: str | os.PathLike, axes: str) -> FileVolume:
         with open(path, "rb") as stream:
             refuse_false_head(path, "its array", stream, os.path.getsize(path))
         labels = np.load(path, allow_pickle=False)
-    except (ValueError, OSError, EOFError, ArithmeticError) as error:
+    except BROKEN as error:
         raise CraftmeshError(f"{path}: is not a .npy of numbers ({error}); write it anew") from None
     return FileVolume(to_xyz(labels, axes, str(path)))

@@ -30,7 +30,8 @@ from craftmesh.io.side_arrays import is_described, is_eulers, is_phases, left_un
 from craftmesh.types import Crystal, Voxels
 
 FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
-_BROKEN = (ValueError, OSError, EOFError, AttributeError, TypeError, RuntimeError, ArithmeticError) + (
+# What numpy, zipfile and their codecs raise at a broken file.
+BROKEN = (ValueError, OSError, EOFError, AttributeError, TypeError, RuntimeError, ArithmeticError) + (
     zipfile.BadZipFile,
     zlib.error,
     lzma.LZMAError,
@@ -149,7 +150,7 @@ def load(path: str | os.PathLike, names: Collection[str] | None = None) -> dict[
             return {name: archive[name] for name in archive.files if names is None or name in names}
     except FileNotFoundError:
         raise CraftmeshError(f"{path}: no such file; check the path") from None
-    except _BROKEN as error:
+    except BROKEN as error:
         raise CraftmeshError(
             f"{path}: is not an .npz of plain arrays ({_fault(path, error)}); write it anew"
         ) from None

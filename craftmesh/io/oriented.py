@@ -23,9 +23,10 @@ def along_axes(
         raise CraftmeshError(
             f"{path}: has {labels.ndim} axes; expected a volume of three, export one label a voxel"
         )
-    if not (np.isfinite(steps).all() and np.isfinite(first).all()):
+    if not (np.isfinite(steps).all() and np.isfinite(first).all() and steps.any(axis=1).all()):
         raise CraftmeshError(
-            f"{path}: its steps are {told(steps)} from {told(first)}; expected finite spacing and origin"
+            f"{path}: its steps are {told(steps)} from {told(first)}; "
+            "expected a finite spacing, not 0, and a finite origin"
         )
     order = next((list(p) for p in permutations(range(3)) if _is_diagonal(steps[list(p)])), None)
     if order is None:

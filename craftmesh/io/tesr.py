@@ -27,6 +27,7 @@ from craftmesh.io.file_volume import (
     VOID,
     FileVolume,
     Rotations,
+    ids_in_text,
     table_rows,
 )
 from craftmesh.io.side_arrays import left_unread
@@ -133,8 +134,7 @@ def _cells(path: Path, data: bytes, shape: tuple[int, ...]) -> tuple[np.ndarray,
         cells, tail = _binary(rest, np.dtype(_BINARY[name]), count)
     elif name == "ascii":
         text, tail = _until_star(rest)
-        words = text.split()[:count]
-        cells = np.array(words, np.int64) if all(w.isdigit() for w in words) else np.zeros(0)
+        cells = ids_in_text(path, text.split()[:count])
     else:
         raise CraftmeshError(f"{path}: **data is {name!r}; expected ascii or {', '.join(_BINARY)}")
     if len(cells) != count:

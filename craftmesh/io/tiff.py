@@ -45,7 +45,10 @@ def slice_files(folder: Path) -> list[Path]:
     CraftmeshError that names two files which do not follow each other.
     """
     visible = (file for file in sorted(folder.iterdir()) if not file.name.startswith("."))
-    files = [file for file in visible if file.suffix.lower() in SUFFIXES and file.is_file()]
+    files = [file for file in visible if file.suffix.lower() in SUFFIXES]
+    for file in files:
+        if not file.is_file():
+            raise CraftmeshError(f"{file}: is a folder or a broken link; expected slices, move it away")
     if not files:
         raise CraftmeshError(
             f"{folder}: has no .tif slices; give a folder of slices, or run craftmesh stitch on STL files"

@@ -174,8 +174,13 @@ def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarra
             f"{path}: the format has no voxel spacing; give spacing as three lengths, --spacing DX DY DZ"
         )
     spacing = as_numbers(f"{path}: spacing", spacing)
-    if spacing.shape != (3,) or not (np.isfinite(spacing).all() and (spacing > 0).all()):
-        raise CraftmeshError(f"{path}: spacing is {spacing.tolist()}; expected three lengths > 0")
+    with np.errstate(over="ignore", under="ignore"):
+        volumes = spacing**3  # of grains: have to be numbers too
+    if spacing.shape != (3,) or not ((volumes > np.finfo(float).tiny) & np.isfinite(volumes)).all():
+        raise CraftmeshError(
+            f"{path}: spacing is {spacing.tolist()}; expected three lengths > 0, "
+            "in a unit in which volumes are numbers"
+        )
     return spacing
 
 

@@ -67,6 +67,11 @@ def integer_labels(path: str | os.PathLike, labels: np.ndarray) -> np.ndarray:
             f"{path}: labels run from {low} to {high}; expected ids below {_LARGEST} (int32), "
             "renumber them: numpy.unique with return_inverse"
         )
+    if labels.dtype.kind == "f" and max(high, -low) >= (exact := 2 ** (np.finfo(labels.dtype).nmant + 1)):
+        raise CraftmeshError(
+            f"{path}: labels run from {low:.0f} to {high:.0f} as {labels.dtype}, which rounds ids from "
+            f"{exact} on, so that grains merge; export them as integers"
+        )
     return labels.astype(np.int64)
 
 

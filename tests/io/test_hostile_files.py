@@ -210,6 +210,8 @@ FAULTS = {
     "mhd_list.mhd": lambda p: mha(p, data=b"../outside/data.raw\n", ElementDataFile="LIST"),
     "mhd_pattern.mhd": lambda p: mha(p, data=b"", ElementDataFile="../outside/%d.raw 1 4 1"),
     "nrrd_sizes.nrrd": lambda p: nrrd(p, f"{HUGE} {HUGE} {HUGE}"),
+    "npy_text.npy": lambda p: p.write_bytes(npy_head((9, 9, 9), "<U0") + RAW),
+    "npy_count.npy": lambda p: p.write_bytes(npy_head((True, 4, 4)) + RAW),
     "nrrd_negative.nrrd": lambda p: nrrd(p, "4 -4 -4"),
     "nrrd_packed_sizes.nrrd": lambda p: nrrd(p, f"{HUGE} {HUGE} {HUGE}", "gzip", gzip.compress(BOMB)),
     "nrrd_skip.nrrd": lambda p: nrrd(p, more=f"byte skip: {HUGE**3}\n"),

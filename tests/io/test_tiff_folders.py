@@ -1,5 +1,6 @@
 """Folders of TIFF slices: one stack by the number in its names, or one line that names two files."""
 
+import os
 import string
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -76,6 +77,13 @@ def test_slices_go_by_their_number_and_none_may_lack(stem, end, first, count, pa
 def test_two_files_of_no_one_stack_are_named(tmp_path, names, two, fault):
     said = refusal(folder(tmp_path, *(f"{name}.tif" for name in names)))
     assert fault in said and all(f"{name}.tif" in said for name in two), said
+
+
+@pytest.mark.parametrize("make", [Path.mkdir, lambda path: path.symlink_to("gone.tif"), os.mkfifo])
+def test_no_slice_is_left_out_in_silence(tmp_path, make):
+    stack = folder(tmp_path, "s_0.tif", "s_1.tif")
+    make(stack / "s_2.tif")
+    assert "s_2.tif: is a folder or a broken link" in refusal(stack)
 
 
 def test_slices_come_in_the_order_of_their_numbers(tmp_path):

@@ -89,7 +89,9 @@ def tesr(folder, **changed):
     [
         ({"general": "2\n2 2\n1 1"}, "expected 3, three sizes"),
         ({"data": "ascii\n1 1 1"}, "3 of 8"),
-        ({"data": "ascii\n1 1 1 1 2 2 2 -1"}, "of 8 whole labels"),
+        ({"data": "ascii\n1 1 1 1 2 2 2 -1"}, "labels run from -1"),
+        ({"data": "ascii\n1 1 1 1 2 2 2 2.0"}, "label 2.0 is not a whole number"),
+        ({"data": f"ascii\n1 1 1 1 2 2 2 {10**30}"}, "label 1000.* is not a whole number"),
         ({"data": "ascii\n1 1 1 1 2 2 2 3"}, "labels run from 1 to 3"),
         ({"data": "binary9\n11111111"}, "binary8"),
         ({"data": "binary8\n*file gone.raw"}, "gone.raw is missing"),
@@ -126,6 +128,8 @@ def metaimage(folder, **changed):
         ({"DimSize": "2 2 a"}, "DimSize is '2 2 a'"),
         ({"DimSize": "2 2 3"}, "8 of 12"),
         ({"ElementSpacing": "1 1"}, "ElementSpacing is '1 1'; expected 3"),
+        ({"ElementSpacing": "1 0 1"}, "expected a finite spacing, not 0"),
+        ({"BinaryData": "False"}, "is not a whole number"),
         ({"ElementType": "MET_OTHER"}, "MET_UCHAR"),
         ({"ElementNumberOfChannels": "3"}, "one label a voxel"),
         ({"ElementDataFile": "gone.raw"}, "gone.raw is missing"),
@@ -206,6 +210,14 @@ def test_other_hdf5_files_list_their_groups(tmp_path):
     with h5py.File(tmp_path / "v.h5", "w") as file:
         file.create_group("Measurement")
     refuse(tmp_path / "v.h5", "Measurement.*LabDCT")
+
+
+@pytest.mark.parametrize("place", ["LabDCT/Data", "LabDCT/Data/GrainId", "LabDCT/Data/GrainId/Group"])
+@pytest.mark.parametrize("shape", [(), (2, 3), (2, 2, 2, 2)])
+def test_labdct_without_ids_over_three_axes(tmp_path, place, shape):
+    with h5py.File(tmp_path / "v.h5", "w") as file:
+        file["LabDCT/Spacing"], file[place] = np.ones(3), np.ones(shape, int)
+    refuse(tmp_path / "v.h5", "no /LabDCT/Data/GrainId over three axes")
 
 
 def test_flat_and_empty_volumes(tmp_path):
