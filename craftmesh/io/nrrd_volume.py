@@ -25,7 +25,7 @@ def read(path: str | os.PathLike) -> FileVolume:
     import nrrd
 
     try:
-        with open(path, "rb") as stream, np.errstate(invalid="ignore"):  # counts that are none end below
+        with open(path, "rb") as stream:
             header = nrrd.read_header(stream)
             rest = stream.read()
         plain = _unpacked(Path(path), header, rest)

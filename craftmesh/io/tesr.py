@@ -79,11 +79,10 @@ def read(path: str | os.PathLike) -> FileVolume:
     crystals = {0: Crystal(structure)} if structure else {}
     first = np.append(_numbers(path, fields, "**cell"), 0)[0]
     count = int(first) if 0 <= first <= len(head) else 0  # each has an id or an orientation in the head
-    with np.errstate(invalid="ignore"):  # what is no whole number ends below
-        listed_ids = _numbers(path, fields, "*id").astype(np.int64)
-    ids = listed_ids if "*id" in fields else np.arange(1, count + 1)
+    ids = _numbers(path, fields, "*id") if "*id" in fields else np.arange(1, count + 1)
     if "*ori" in fields or "*id" in fields:
         _check_ids(path, cells, ids, count)
+        ids = ids.astype(np.int64)
         cells = np.concatenate([[0], ids])[cells]
     unread: list[str] = [name for name in ("*lam", "*mode", "*group") if name in fields]
     orientations = _of_cells(path, fields, ids) if "*ori" in fields else {}
@@ -95,10 +94,12 @@ def read(path: str | os.PathLike) -> FileVolume:
 
 
 def _check_ids(path: Path, cells: np.ndarray, ids: np.ndarray, count: int) -> None:
-    if len(ids) != count or not 0 <= cells.min() <= cells.max() <= count or (ids <= 0).any():
+    different = np.unique(ids[(ids > 0) & (ids <= np.iinfo(np.int32).max) & (ids == np.floor(ids))])
+    if not (0 <= cells.min() <= cells.max() <= count == len(ids) == len(different)):
         raise CraftmeshError(
-            f"{path}: labels run from {cells.min()} to {cells.max()}, and *id has {len(ids)}; "
-            f"expected 0 to {count} and {count} positive ids as **cell says"
+            f"{path}: labels run from {cells.min()} to {cells.max()}, and *id has {len(ids)}, "
+            f"{len(different)} of them different whole numbers > 0; "
+            f"expected labels 0 to {count} and {count} different ids as **cell says"
         )
 
 
@@ -228,8 +229,7 @@ def _rotations(path: Path, section: str, name: str, numbers: np.ndarray) -> Rota
     rows = numbers.reshape(-1, width)
     if kind == _AXIS_ANGLE:
         kind, half = QUATERNIONS, np.radians(rows[:, 3:]) / 2
-        with np.errstate(over="ignore"):  # numbers that are none of an axis
-            length = np.linalg.norm(rows[:, :3], axis=1, keepdims=True)
+        length = np.linalg.norm(rows[:, :3], axis=1, keepdims=True)
         axes = rows[:, :3] / np.where(length > 0, length, 1)
         rows = np.concatenate([np.cos(half), np.sin(half) * axes], axis=1)
     return Rotations(kind, rows, DEGREES, inverse=convention == "passive")

@@ -14,12 +14,12 @@ _ROUNDING = 1e-14
 
 
 def normalized(quaternions: np.ndarray) -> np.ndarray:
-    """Return quaternions (..., 4) of unit length with w >= 0; rows of zeros or NaN become NaN."""
+    """Return quaternions (..., 4) of unit length with w >= 0; NaN for lengths of 0, NaN or infinity."""
     q = np.asarray(quaternions, float)
-    length = np.linalg.norm(q, axis=-1, keepdims=True)
-    length[np.abs(length - 1) < _ROUNDING] = 1  # so that normalizing again changes no bit
-    with np.errstate(invalid="ignore", divide="ignore"):
-        q = np.where(length > 0, q / length, np.nan)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        length = np.linalg.norm(q, axis=-1, keepdims=True)
+        length[np.abs(length - 1) < _ROUNDING] = 1  # so that normalizing again changes no bit
+        q = np.where((length > 0) & np.isfinite(length), q / length, np.nan)
     return np.where(q[..., :1] < 0, -q, q)
 
 

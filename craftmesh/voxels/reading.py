@@ -76,6 +76,7 @@ class ReadOptions(Options):
     )
 
 
+@np.errstate(all="ignore")  # what is no number, its check refuses
 def read_voxels(
     path: str | os.PathLike,
     options: ReadOptions = ReadOptions(),  # noqa: B008
@@ -119,6 +120,7 @@ def _understood(path: Path, content: FileVolume, options: ReadOptions, fills: bo
     return RawVolume(voxels, renaming.is_unindexed(labels), renaming.remap, notes, taken)
 
 
+@np.errstate(all="ignore")
 def read_marked(
     path: str | os.PathLike, label: int | None, grid: Voxels | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -174,8 +176,7 @@ def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarra
             f"{path}: the format has no voxel spacing; give spacing as three lengths, --spacing DX DY DZ"
         )
     spacing = as_numbers(f"{path}: spacing", spacing)
-    with np.errstate(over="ignore", under="ignore"):
-        volumes = spacing**3  # of grains: have to be numbers too
+    volumes = spacing**3  # of grains: have to be numbers too
     if spacing.shape != (3,) or not ((volumes > np.finfo(float).tiny) & np.isfinite(volumes)).all():
         raise CraftmeshError(
             f"{path}: spacing is {spacing.tolist()}; expected three lengths > 0, "

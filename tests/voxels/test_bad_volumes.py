@@ -96,6 +96,8 @@ def tesr(folder, **changed):
         ({"data": "binary9\n11111111"}, "binary8"),
         ({"data": "binary8\n*file gone.raw"}, "gone.raw is missing"),
         ({"id": "7"}, r"\*id has 1"),
+        ({"id": "7 7"}, r"\*id has 2, 1 of them different"),
+        ({"id": "7 7.5"}, r"\*id has 2, 1 of them different"),
         ({"ori": "euler-matthies\n0 0 0\n0 0 1"}, "-oridescriptor rodrigues"),
         ({"ori": "rodrigues:left\n0 0 0\n0 0 1"}, "expected rodrigues"),
         ({"ori": "rodrigues\n0 0 0"}, r"\*ori has 3 numbers"),

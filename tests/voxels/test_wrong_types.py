@@ -33,6 +33,8 @@ def npz(tmp_path, **arrays):
         ({"origin": np.array(["0", "0", "0"])}, "origin is of type <U1"),
         ({"orientations": np.full((3, 4), "a")}, "orientations is of type <U1"),
         ({"orientations": np.ones((3, 4), complex)}, "orientations is of type complex128"),
+        ({"orientations": np.full((3, 4), 1e200)}, "no orientation for grains 1, 2"),
+        ({"rodrigues": np.full((3, 3), 1e200)}, "no orientation for grains 1, 2"),
         ({"eulers": np.full((3, 3), "a")}, "eulers is of type <U1"),
         ({"eulers": np.full((3, 3), np.inf)}, "no orientation for grains 1, 2"),
         ({"phases": np.array(["a", "b", "c"])}, "phases is of type <U1"),
