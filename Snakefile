@@ -1,9 +1,5 @@
-# The workflow of this folder, taken in as any other folder may take it in.
-module craftmesh:
-    snakefile:
-        "workflow/Snakefile"
-    config:
-        config
+# The workflow of this folder. Other folders take it in as a module: see the README, From any folder.
+include: "workflow/Snakefile"
 
 
-use rule * from craftmesh
+workflow.default_target = "all"  # which Snakemake does not take over from what is included
