@@ -31,6 +31,7 @@ from craftmesh.gradation.tied_nodes import release_tied_nodes
 from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Sizing
+from craftmesh.surface.check_surface import refuse_open
 from craftmesh.surface.kernels.facet_shape import score_of_angle
 from craftmesh.surface.volumes import RestoringLimits, restore_volumes
 from craftmesh.types import Crack, Surface
@@ -116,11 +117,12 @@ def gradate(
     and keeps its topology, and no step makes facets intersect. The report counts operations and
     refusals and holds size adherence, angles, drift of volumes, and the facets and wedges left under 12
     degrees.
-    Raises CraftmeshError on a surface without facets.
+    Raises CraftmeshError on a surface without facets, and on grains that are open or inside out.
     """
     options = options or GradateOptions()
     if not len(surface.facets):
         raise CraftmeshError("the surface has no facets; expected at least one to gradate")
+    refuse_open(surface)
     progress(0.0, "preprocess")
     before = figures_before(surface)
     held = HeldArea(surface, crack, sizing.l_min)

@@ -34,6 +34,7 @@ from craftmesh.insertion.traces import follow_traces
 from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.sizing.sizing import Sizing
+from craftmesh.surface.check_surface import refuse_open
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.measure import area_vectors, total_area
 from craftmesh.surface.patches import is_on_box
@@ -66,9 +67,11 @@ def insert_crack(
     is left out, and several sheets go in one after another. sizing.at(points) gives the lengths of front
     edges and crack facets; None: the surface's median edge length. Grain boundaries keep their shape but
     for points snapped onto the crack (options.snap).
-    Raises CraftmeshError where the crack meets no grain, its traces cannot be triangulated, or its facets
-    would meet others, as where a curved crack runs along a plane of the box.
+    Raises CraftmeshError for grains that are open or inside out, and where the crack meets no grain, its
+    traces cannot be triangulated, or its facets would meet others, as where a curved crack runs along a
+    plane of the box.
     """
+    refuse_open(surface)
     options = options or InsertOptions()
     target = target_of(surface, sizing)
     reports = []

@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.arguments import typed
+from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import facet_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, side_volumes
@@ -25,6 +26,13 @@ def check_surface(surface: Surface) -> list[str]:
         return ["the surface has no facets"]
     checks = (_points, _shapes, _duplicates, _labels, _planes, _closedness, _volumes, _intersections)
     return [breach for check in checks for breach in check(surface)]
+
+
+def refuse_open(surface: Surface) -> None:
+    """Raise CraftmeshError unless facets close and face out of each grain, with a volume above 0."""
+    breaches = _closedness(surface) or _volumes(surface)
+    if breaches:
+        raise CraftmeshError(f"{breaches[0]}; expected closed boundaries that face out of their grains")
 
 
 def _at(point: np.ndarray) -> str:
