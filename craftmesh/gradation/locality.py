@@ -12,13 +12,16 @@ BLOCK = 2048
 def spatially_sorted(surface: Surface) -> Surface:
     """Return `surface` with points along a Morton curve through the box and facets by their points.
 
-    Points of one cell, a 1024th of the longest extent, and facets of one least point keep their order.
+    Points of one cell, a 1024th of the longest extent, go by x, y and z: the order of the input, in which
+    ties are broken, does not matter.
     """
-    order = np.argsort(_morton_keys(surface.points), kind="stable")
+    order = np.lexsort((*surface.points.T[::-1], _morton_keys(surface.points)))
     new = np.empty(len(order), surface.facets.dtype)
     new[order] = np.arange(len(order), dtype=new.dtype)
     facets = new[surface.facets]
-    rows = np.argsort(np.minimum.reduce(facets.T), kind="stable")
+    turns = np.argmin(facets, axis=1)[:, None] + np.arange(3)
+    facets = np.take_along_axis(facets, turns % 3, axis=1)
+    rows = np.lexsort(np.sort(facets, axis=1).T[::-1])
     return Surface(surface.points[order], facets[rows], surface.sides[rows], surface.kind[rows])
 
 

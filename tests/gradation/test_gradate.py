@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from models import real_grains, voronoi
+from scipy.spatial import cKDTree
 
 from craftmesh import GradateOptions, Sizing, Surface, gradate
 from craftmesh.cracks.options import CrackOptions
@@ -54,6 +55,43 @@ def test_random_polycrystals_keep_what_they_are(seed, l):
     # The tolerance of single operations; restored volumes are far closer.
     assert max(abs(new[g] / old[g] - 1) for g in old) < 0.02
     assert report["facets"] == [len(before.facets), len(after.facets)]
+
+
+@settings(deadline=None, max_examples=6)
+@given(st.integers(0, 2**32 - 1))
+def test_the_order_and_turn_of_points_and_facets_make_no_difference(seed):
+    random, before = np.random.default_rng(seed), polycrystal(3, n=12)
+    sizing = Sizing(0.6, 1.0, 3.0, 3.0, 6.0, 1.0, np.array([[3.0, y, 8.0] for y in np.arange(0.0, 6, 0.5)]))
+    order, rows = random.permutation(len(before.points)), random.permutation(len(before.facets))
+    facets, sides = np.argsort(order)[before.facets[rows]], before.sides[rows]
+    turns = random.integers(3, size=(len(rows), 1)) + np.arange(3)
+    facets = np.take_along_axis(facets, turns % 3, axis=1)
+    turned = random.random(len(rows)) < 0.5
+    facets[turned], sides = facets[turned, ::-1], np.where(turned[:, None], sides[:, ::-1], sides)
+    one, other = (
+        gradate(surface, sizing)[0]
+        for surface in (before, Surface(before.points[order], facets, sides, before.kind[rows]))
+    )
+    assert len(one.facets) == len(other.facets) and len(one.points) == len(other.points)
+    assert cKDTree(one.points).query(other.points)[0].max() < 1e-9  # sums round to 1e-14 in other orders
+
+
+def test_open_and_inverted_surfaces_are_refused():
+    sound = polycrystal(3, n=12)
+    for keep, turn in ((slice(1, None), slice(0)), (slice(None), slice(None)), (slice(None), slice(1))):
+        facets = sound.facets[keep].copy()
+        facets[turn] = facets[turn, ::-1]
+        bad = Surface(sound.points, facets, sound.sides[keep], sound.kind[keep])
+        with pytest.raises(CraftmeshError, match="closed boundaries that face out") as refused:
+            gradate(bad, uniform(1.0))
+        assert "\n" not in str(refused.value)
+        crack = prescribed_crack(
+            CrackOptions(centre=(5, 0, 8), normal=(0, 0, 1), radius=3.0),
+            0,
+            np.array([[-3.0, 0, 2], [9, 12, 14]]),
+        )
+        with pytest.raises(CraftmeshError, match="closed boundaries that face out"):
+            insert_crack(bad, crack)
 
 
 def test_box_planes_are_kept_bitwise():
