@@ -3,7 +3,7 @@
 import os
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +37,14 @@ def read_path(key: str, text: str, folder: Path = Path()) -> str:
     """
     is_there = os.path.lexists(folder / text)
     return _for_commands(key, str(folder / (text if is_there else _expanded(key, text))))
+
+
+def refuse_unexpanded(words: Sequence[str], given: str, results: str) -> None:
+    """Raise CraftmeshError for a target in results `given` as `~/x`, which Snakemake does not expand."""
+    for word in words:
+        if given != results and word.startswith(f"{given}/"):
+            named = results + word.removeprefix(given)
+            raise CraftmeshError(f"the target {word!r} is not expanded by Snakemake; name it {named!r}")
 
 
 def with_paths(settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from craftmesh.campaign.campaign import read_campaign
 from craftmesh.campaign.case_names import RESERVED, as_case_name
-from craftmesh.campaign.paths import read_path, written_path
+from craftmesh.campaign.paths import read_path, refuse_unexpanded, written_path
 from craftmesh.errors import CraftmeshError
 
 HEADER = "case\tmicrostructure\tcrack\tincrements\n"
@@ -131,3 +131,9 @@ def test_a_file_in_the_place_of_a_case_is_refused(campaign, tmp_path):
     (tmp_path / "one").touch()
     with pytest.raises(CraftmeshError, match="one is no folder"):
         campaign(results=".")
+
+
+def test_a_target_that_stays_unexpanded_is_refused_with_its_path():
+    refuse_unexpanded(["snakemake", "/home/me/r/v/labels.npz", "grow"], "~/r", "/home/me/r")
+    with pytest.raises(CraftmeshError, match="name it '/home/me/r/v/labels.npz'"):
+        refuse_unexpanded(["snakemake", "~/r/v/labels.npz"], "~/r", "/home/me/r")
