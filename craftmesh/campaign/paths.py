@@ -42,7 +42,7 @@ def read_path(key: str, text: str, folder: Path = Path()) -> str:
 def refuse_unexpanded(words: Sequence[str], given: str, results: str) -> None:
     """Raise CraftmeshError for a target in results `given` as `~/x`, which Snakemake does not expand."""
     for word in words:
-        if given != results and word.startswith(f"{given}/"):
+        if given not in ("", results) and word.startswith(f"{given}/"):
             named = results + word.removeprefix(given)
             raise CraftmeshError(f"the target {word!r} is not expanded by Snakemake; name it {named!r}")
 
