@@ -116,7 +116,8 @@ def test_a_bar_strains_as_hooke_says(element, load):
 @pytest.mark.parametrize("quarter_points", [False, True])
 @pytest.mark.parametrize(("load", "magnitude"), [("strain", 0.01), ("stress", 50.0)])
 def test_reactions_and_loads_are_in_balance(load, magnitude, quarter_points):
-    model = copper(cracked(), load=load, magnitude=magnitude, sides="rollers", quarter_points=quarter_points)
+    loaded = {"load": load, "magnitude": magnitude, "sides": "rollers"}
+    model = copper(cracked(), quarter_points=quarter_points, **loaded)
     solution, report = solve(model)
     assert report["residual"] <= 1e-8 and report["iterations"] < 60
     forces = solution.reactions + problem_of(model).forces
