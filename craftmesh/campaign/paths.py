@@ -41,10 +41,10 @@ def read_path(key: str, text: str, folder: Path = Path()) -> str:
 
 def refuse_unexpanded(words: Sequence[str], given: str, results: str) -> None:
     """Raise CraftmeshError for a target in results `given` as `~/x`, which Snakemake does not expand."""
-    for word in words:
-        if given not in ("", results) and word.startswith(f"{given}/"):
-            named = results + word.removeprefix(given)
-            raise CraftmeshError(f"the target {word!r} is not expanded by Snakemake; name it {named!r}")
+    word = next((word for word in words if word.startswith(f"{given}/")), None)
+    if word and given != results:
+        named = results + word.removeprefix(given)
+        raise CraftmeshError(f"the target {word!r} is not expanded by Snakemake; name it {named!r}")
 
 
 def with_paths(settings: Mapping[str, Any]) -> dict[str, Any]:

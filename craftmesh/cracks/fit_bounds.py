@@ -9,10 +9,8 @@ from scipy.spatial import cKDTree
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.extents import are_apart, size_of, span_of, spans_told, unit_hint
 
-LEAST, MOST = (
-    0.3,
-    30.0,
-)  # a cloud over less of its front's width leaves most of the crack to guess; OF it more
+# of a front's width: a cloud over less leaves most of the crack to guess, one over more is of another size
+LEAST, MOST = 0.3, 30.0
 BESIDE = 0.25  # of the front's diagonal: a cloud this far beside it is of another place
 NEIGHBOURS = 12  # points of which the scatter about a plane is taken
 SAMPLED = 2000  # of the points, for their scatter

@@ -12,8 +12,8 @@ BLOCK = 2048
 def spatially_sorted(surface: Surface) -> Surface:
     """Return `surface` with points along a Morton curve through the box and facets by their points.
 
-    Points of one cell, a 1024th of the longest extent, go by x, y and z: the order of the input, in which
-    ties are broken, does not matter.
+    Points of one cell, a 1024th of the longest extent, go by x, y and z, and facets begin with their least
+    point: the order of the input, in which ties are broken, does not matter.
     """
     order = np.lexsort((*surface.points.T[::-1], _morton_keys(surface.points)))
     new = np.empty(len(order), surface.facets.dtype)

@@ -135,6 +135,6 @@ def test_a_file_in_the_place_of_a_case_is_refused(campaign, tmp_path):
 
 def test_a_target_that_stays_unexpanded_is_refused_with_its_path():
     refuse_unexpanded(["snakemake", "/home/me/r/v/labels.npz", "grow"], "~/r", "/home/me/r")
-    refuse_unexpanded(["/bin/snakemake", "results/v/labels.npz"], "", "results")
+    refuse_unexpanded(["/bin/snakemake", "results/v/labels.npz"], "results", "results")
     with pytest.raises(CraftmeshError, match="name it '/home/me/r/v/labels.npz'"):
         refuse_unexpanded(["snakemake", "~/r/v/labels.npz"], "~/r", "/home/me/r")
