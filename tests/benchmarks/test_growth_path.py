@@ -1,5 +1,6 @@
 """How the growth benchmark measures one path against another."""
 
+import importlib
 import sys
 from pathlib import Path
 
@@ -12,8 +13,9 @@ BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 @pytest.fixture
 def growth(monkeypatch):
     monkeypatch.syspath_prepend(str(BENCHMARKS))
-    yield __import__("growth")
-    sys.modules.pop("growth")
+    yield importlib.import_module("grown.inclined")
+    for name in [name for name in sys.modules if name.split(".")[0] in ("grown", "measure")]:
+        sys.modules.pop(name)
 
 
 def test_distances_are_to_the_nearest_place_of_each_ones_own_path(growth):

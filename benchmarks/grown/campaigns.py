@@ -1,0 +1,56 @@
+"""Campaigns of one case whose crack grows, and what they say of it."""
+
+import csv
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+SHEET = "case\tmicrostructure\tcrack\tincrements\tgrowth\npath\tsynthetic\tcrack\t{count}\t{growth}\n"
+SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
+
+
+class Check(NamedTuple):
+    """What was found of a case, what is known of it, and how far off that may be; all in one unit."""
+
+    what: str
+    found: float
+    known: float
+    within: float
+
+    @property
+    def holds(self) -> bool:
+        return bool(abs(self.found - self.known) <= self.within)
+
+
+def grown(folder: Path, config: str, increments: int, target: str = "", growth: str = "grow") -> Path:
+    """Run a campaign of one case and return the folder of its increments.
+
+    config: YAML without `cases` and `chunks`, with a crack named `crack`. target: a file under results/path
+    in place of the report.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "config.yaml").write_text(f"cases: cases.tsv\nchunks: 2\n{config}")
+    (folder / "cases.tsv").write_text(SHEET.format(count=increments, growth=growth))
+    flags = ["-s", str(SNAKEFILE), "--cores", "2", "--configfile", "config.yaml", "--quiet", "all"]
+    snakemake = Path(sys.executable).parent / "snakemake"
+    wanted = f"results/{target and 'path/'}{target or 'report.html'}"
+    subprocess.run([str(snakemake), wanted, *flags], cwd=folder, check=True)
+    return folder / "results" / "path"
+
+
+def columns(case: Path, increment: int) -> dict[str, np.ndarray]:
+    """Return the columns of numbers of an increment's sif.csv."""
+    with open(case / f"{increment:03d}" / "sif.csv", newline="", encoding="ascii") as stream:
+        rows = list(csv.DictReader(stream))
+    return {key: np.array([float(row[key]) for row in rows]) for key in rows[0] if key != "flags"}
+
+
+def front(case: Path, increment: int, name: str = "base") -> np.ndarray:
+    """Return the points (k, 3) of the first front of an increment's crack: base, crack or grown."""
+    from craftmesh.io.vtk import read_crack
+
+    crack = read_crack(case / f"{increment:03d}" / f"{name}.vtp")
+    return crack.points[crack.fronts[0]]
