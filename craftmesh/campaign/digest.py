@@ -42,11 +42,17 @@ def digest(module: str, root: Path | None = None) -> str:
 @cache
 def source_file(module: str, root: Path) -> Path | None:
     """Return the file that holds `module`, or None where the package has no such module."""
-    path = root.joinpath(*module.split(".")[1:])
-    for candidate in (path.with_suffix(".py"), path / "__init__.py"):
-        if module.split(".")[0] == PACKAGE and candidate.is_file():
-            return candidate
-    return None
+    return _files(root).get(module)
+
+
+@cache
+def _files(root: Path) -> dict[str, Path]:
+    """Return the package's files by the names of their modules."""
+    found = {}
+    for path in root.rglob("*.py"):
+        parts = path.relative_to(root).with_suffix("").parts
+        found[".".join([PACKAGE, *(parts[:-1] if parts[-1] == "__init__" else parts)])] = path
+    return found
 
 
 @cache
@@ -61,12 +67,14 @@ def _source(module: str, root: Path) -> bytes:
 def imports_of(module: str, root: Path) -> tuple[str, ...]:
     """Return the craftmesh modules that `module` imports; parent packages are not followed."""
     text = _source(module, root).decode()
-    names = IMPORT.findall(text)
-    for start, members in FROM.findall(text):
+    names, starts = IMPORT.findall(text), FROM.findall(text)
+    imported = sum("." in name for name in names)
+    imported += sum(start.startswith(f"{PACKAGE}.") for start, _ in starts)
+    for start, members in starts:
         base = _absolute(start, module, root)
         found = [f"{base}.{member}" for member in re.findall(r"\w+", members)]
         names += [name if source_file(name, root) else base for name in found]
-    if NAMED.search(IMPORT.sub("", FROM.sub("", text))):
+    if len(NAMED.findall(text)) > imported:
         names += _named_in_texts(text)
     return tuple(name for name in dict.fromkeys(names) if source_file(name, root))
 

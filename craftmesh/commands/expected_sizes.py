@@ -1,7 +1,7 @@
 """The sizes of a campaign's increments before they are made: voxels, facets, elements."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -26,22 +26,37 @@ from craftmesh.voxels.raw_volume import as_raw
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 
 
-def sizes_of(campaign: Campaign, case: Case) -> Iterator[tuple[str, Sizes]]:
-    """Yield the sizes of each increment of a case, of which the sheet knows the last at most."""
-    voxels = voxels_of(campaign, case)
+def sizes_of(campaign: Campaign, cases: Collection[Case]) -> dict[str, dict[str, Sizes]]:
+    """Return by case the sizes of each increment, of which the sheet knows the last at most.
+
+    Cases that differ in nothing that sizes depend on are counted once.
+    """
+    sizes: dict[str, dict[str, Sizes]] = {}
+    known: dict[str, dict[str, Sizes]] = {}
+    for case in cases:
+        made = Path(campaign.results) / case.name / "labels.npz"
+        volume = [str(made)] if made.is_file() else _volume(case)
+        asked = {key: case.settings[key] for key in ("cracks", "sizing", "stitch")}
+        key = json.dumps([volume, asked, case.crack, case.increments, case.growth, case.settings["grow"]])
+        if key not in known:
+            voxels = read_labels(made) if made.is_file() else _cleaned(*volume)
+            known[key] = dict(_sizes_by_increment(case, voxels))
+        sizes[case.name] = known[key]
+    return sizes
+
+
+def _sizes_by_increment(case: Case, voxels: Voxels) -> Iterator[tuple[str, Sizes]]:
     facets = expected_facets(voxels)
     for inc in case.increment_names:
         elements = expected_elements(voxels, sizing_of_increment(case, voxels, int(inc)))
         yield inc, Sizes(voxels.labels.size, facets, elements)
 
 
-def voxels_of(campaign: Campaign, case: Case) -> Voxels:
-    """Return the cleaned volume of a case: as imported, where it is, else read and cleaned again."""
-    made = Path(campaign.results) / case.name / "labels.npz"
-    if made.is_file():
-        return read_labels(made)
+def _volume(case: Case) -> list[str]:
+    """Return what makes a case's volume, keys as JSON; seed 0 stands for all, whose sizes are alike."""
     section = "generate" if case.microstructure == SYNTHETIC else "import"
-    return _cleaned(case.microstructure, *(json.dumps(case.settings[key]) for key in (section, "import")))
+    keys = case.settings[section] | ({"seed": 0} if section == "generate" else {})
+    return [case.microstructure, json.dumps(keys), json.dumps(case.settings["import"])]
 
 
 @lru_cache(maxsize=1)  # the cases of a sweep follow one another

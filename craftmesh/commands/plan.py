@@ -9,7 +9,7 @@ from typing import Any
 from craftmesh.campaign.campaign import Campaign, read_campaign
 from craftmesh.campaign.cases import UNTIL
 from craftmesh.campaign.dry_run import Job, planned_jobs
-from craftmesh.campaign.effort import Effort, Sizes, effort
+from craftmesh.campaign.effort import RULES, Effort, Sizes, effort
 from craftmesh.campaign.home import or_default, read_config
 from craftmesh.commands.expected_sizes import sizes_of
 from craftmesh.commands.stage_io import add_report, existing, write_json
@@ -36,22 +36,23 @@ def run(arguments: argparse.Namespace) -> None:
     campaign = read_campaign(or_default(read_config(existing(path)) if path else {}))
     jobs = planned_jobs(["--configfile", str(path)] if path else [])
     report: dict[str, Any] = {"jobs": len(jobs), "by_rule": _by_rule(jobs), "cases": {}}
-    efforts: list[tuple[Job, Effort]] = [
-        (job, effort(job.rule, Sizes(0, 0, 0))) for job in jobs if not job.case
-    ]
-    for case in campaign.cases.values():
-        own = [job for job in jobs if job.case == case.name]
+    jobs_by_case: dict[str, list[Job]] = {}
+    for job in jobs:
+        jobs_by_case.setdefault(job.case, []).append(job)
+    efforts = [(job, effort(job.rule, Sizes(0, 0, 0))) for job in jobs_by_case.get("", [])]
+    sizes = sizes_of(campaign, [case for name, case in campaign.cases.items() if name in jobs_by_case])
+    for name in campaign.cases:
+        own, by_increment = jobs_by_case.get(name, []), sizes.get(name, {})
+        report["cases"][name] = {"jobs": 0}
         if own:
-            sizes = dict(sizes_of(campaign, case))
-            first = next(iter(sizes.values()))
+            first = next(iter(by_increment.values()))
             mine = [
-                (job, effort(job.rule, sizes.get(job.increment, first), campaign.chunks)) for job in own
+                (job, effort(job.rule, by_increment.get(job.increment, first), campaign.chunks))
+                for job in own
             ]
             efforts += mine
-            elements = {inc: int(one.elements) for inc, one in sizes.items()}
-            report["cases"][case.name] = _figures(mine) | {"by_rule": _by_rule(own), "elements": elements}
-        else:
-            report["cases"][case.name] = {"jobs": 0}
+            elements = {inc: int(one.elements) for inc, one in by_increment.items()}
+            report["cases"][name] = _figures(mine) | {"by_rule": _by_rule(own), "elements": elements}
     report |= _figures(efforts)
     report["minutes"] = round(wall_seconds(efforts, campaign, arguments.cores) / 60, 2)
     report["notes"] = list(notes(campaign))
@@ -62,7 +63,8 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _by_rule(jobs: list[Job]) -> dict[str, int]:
-    return dict(Counter(job.rule for job in jobs))
+    counts = Counter(job.rule for job in jobs)
+    return {rule: counts[rule] for rule in RULES if rule in counts}
 
 
 def _figures(efforts: list[tuple[Job, Effort]]) -> dict[str, Any]:

@@ -8,7 +8,6 @@ import pytest
 import yaml
 
 from craftmesh.campaign.campaign import read_campaign
-from craftmesh.campaign.dry_run import Job, jobs_of
 from craftmesh.campaign.effort import (
     TETS_PER_CUBE,
     Sizes,
@@ -75,8 +74,7 @@ def test_elements_of_the_examples(example, elements, shared_data, monkeypatch):
     monkeypatch.chdir(ROOT)
     config = yaml.safe_load((ROOT / "examples" / example).read_text()) | {"data": str(shared_data)}
     campaign = read_campaign(config | {"results": "no-results-there"})
-    (case,) = campaign.cases.values()
-    sizes = dict(sizes_of(campaign, case))
+    (sizes,) = sizes_of(campaign, campaign.cases.values()).values()
     for inc, count in elements.items():
         assert count / FACTOR < sizes[inc].elements < count * FACTOR
 
@@ -118,26 +116,3 @@ def test_more_chunks_share_the_tetrahedra():
     two, four = (effort("tetrahedralize", AL1050, chunks) for chunks in (2, 4))
     least = effort("tetrahedralize", Sizes(0, 0, 0)).seconds
     assert four.seconds - least == pytest.approx((two.seconds - least) / 2)
-
-
-def test_jobs_are_read_from_a_dry_run():
-    text = """
-[date]
-localrule crack:
-    input: a
-    wildcards: case=one, inc=000
-Group job surface (jobs in lexicogr. order):
-    [date]
-    rule gradate:
-        input: b
-        wildcards: case=one, inc=001
-        resources: mem_mb=4000
-[date]
-localcheckpoint grow:
-    wildcards: case=two, inc=002
-[date]
-rule all:
-    input: c
-"""
-    wanted = [Job("crack", "one", "000"), Job("gradate", "one", "001"), Job("grow", "two", "002")]
-    assert jobs_of(text) == wanted

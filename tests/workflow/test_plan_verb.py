@@ -27,6 +27,7 @@ def test_the_jobs_are_those_of_snakemake(new_folder):
     assert told["jobs"] == jobs.pop("total") - jobs.pop("all")
     assert told["by_rule"] == jobs
     assert set(told["cases"]["a"]["elements"]) == {"000", "001"}
+    assert told["cases"]["a"]["by_rule"]["tetrahedralize"] == 4  # two increments in two chunks
     assert told["cases"]["b"]["by_rule"]["inp"] == 1 and "crack" not in told["cases"]["b"]["by_rule"]
     assert "2 increments" in done.stdout and "on 2 cores" in done.stdout
     assert not (folder.path / "results").exists()
