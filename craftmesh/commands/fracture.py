@@ -16,8 +16,9 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import FrontParameters, fracture_parameters
 from craftmesh.growth.extension import NEAR_FIELD, KinksAndExtensions, crack_radius, kinks_and_extensions
+from craftmesh.growth.gate import AVERAGED, Evidence, doubts
 from craftmesh.growth.options import GrowthOptions
-from craftmesh.io.front_csv import write_front
+from craftmesh.io.front_csv import has_word, write_front
 from craftmesh.io.solution import read_solution
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.load import Load
@@ -29,6 +30,7 @@ from craftmesh.solve.foreign import foreign_solution
 from craftmesh.solve.options import EXTERNAL
 from craftmesh.solve.problem import DECK_RULE, problem_of
 from craftmesh.solve.solve import FULL_RULE
+from craftmesh.solve.stress import mean_stress
 from craftmesh.types import Solution
 
 # A field of the same model is as far out of balance as before, but for rounding; without the quarter points
@@ -79,9 +81,11 @@ def run(arguments: argparse.Namespace) -> None:
         radius = crack_radius(read_crack(existing(arguments.crack)), model.mesh.box)
         options = options_from(arguments, GrowthOptions)
         crystals = local_stiffness(model) if options.criterion == NEAR_FIELD else None
-        growth = kinks_and_extensions(intensities(parameters), radius, options, crystals)
+        stress = mean_stress(model, displacement)
+        doubt = evidence(parameters, solution, stress, radius)
+        growth = kinks_and_extensions(intensities(parameters), radius, options, doubt, crystals)
         columns |= growth_columns(growth) | {"flags": columns.pop("flags")}
-        report["growth"] = {"radius": radius, "cycles": growth.cycles}
+        report["growth"] = {"radius": radius, "stress": stress, "cycles": growth.cycles}
     write_front(arguments.output, columns)
     if arguments.json:
         write_json(arguments.json, report)
@@ -92,6 +96,13 @@ def run(arguments: argparse.Namespace) -> None:
 def intensities(parameters: FrontParameters) -> np.ndarray:
     """Return K_I, K_II, K_III (n, 3) of the front nodes."""
     return np.column_stack([parameters.K_I, parameters.K_II, parameters.K_III])
+
+
+def evidence(parameters: FrontParameters, solution: Solution, stress: float, radius: float) -> Evidence:
+    """Return how far K of the front nodes says something, in a body of that mean stress."""
+    doubt = doubts(intensities(parameters), parameters.front, parameters.spread, stress, radius)
+    trusted = ~has_word(parameters.flags, AVERAGED)
+    return Evidence(parameters.points, doubt, trusted, "contact_closed" in solution.record)
 
 
 def local_stiffness(model: ElasticModel) -> np.ndarray:
@@ -105,7 +116,8 @@ def local_stiffness(model: ElasticModel) -> np.ndarray:
 def growth_columns(growth: KinksAndExtensions) -> dict[str, np.ndarray]:
     """Return the columns of sif.csv that say how a front goes on; kink angles in degrees."""
     angle = np.degrees(growth.kink_angle)
-    return {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}
+    way = {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}
+    return way | {"stays": growth.stays}
 
 
 def _check_field(model: ElasticModel, solution: Solution, source: str) -> None:

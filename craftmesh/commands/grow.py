@@ -1,6 +1,7 @@
 """Grow a crack by one increment: its fronts go by the kink angles and extensions of sif.csv."""
 
 import argparse
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.correct import Step, corrected
+from craftmesh.growth.gate import AVERAGED, CLOSED, NOISE, STAYS
 from craftmesh.growth.grow import grow, row_spacing
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import CorrectionOptions, SmoothingOptions
@@ -22,14 +24,14 @@ from craftmesh.types import Crack, Voxels
 GOES = ("kink_angle", "extension")
 TRUSTED = "trusted"
 FRAMES = tuple(f"{name}_{axis}" for name in ("normal", "binormal") for axis in "xyz")
-# Flags of rows that do not turn a front: their K is a mean of two grains' limits, or of a segment too short
-# for it, or of lips that overlap, where the kink angle is the 70 degrees of pure mode II.
-DOUBTFUL = frozenset(("limit", "short", "closed"))
+# Flags of rows that do not turn a front: of those whose lips overlap the kink angle is the 70 degrees of
+# pure mode II.
+DOUBTFUL = AVERAGED | {"closed"}
 # Of the front's edges: a shorter step is a kink within one element of the next mesh, and K there says
 # little. Steps of 0.8 edges kinked by 53 degrees, and by 58 the same way again, where one kink was due.
 LEAST_STEP = 1.0
 LEFT = "every front has left the body: the crack severs it"
-STANDS = "no point of the front extends: Delta K is nowhere over grow.threshold"
+STANDS = "no point of the front extends"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -72,6 +74,7 @@ def run(arguments: argparse.Namespace) -> None:
     crack = read_crack(existing(arguments.crack))
     box, _, voxels = body_of(arguments.volume)
     along = front_extensions(arguments.intensities, arguments.front)
+    stays = counted(read_words(arguments.intensities, "stays") or [])
     warn_of_short_steps(along, arguments.intensities)
     last = last_step(arguments) if options_from(arguments, CorrectionOptions).correct else None
     step = Step(crack, along)
@@ -80,7 +83,7 @@ def run(arguments: argparse.Namespace) -> None:
         step, grown = grown_step(
             step, last, box, options_from(arguments, SmoothingOptions), arguments.crack
         )
-    ended = LEFT if grown is None else STANDS if grown is crack else severed(voxels, grown)
+    ended = LEFT if grown is None else standing(stays) if grown is crack else severed(voxels, grown)
     if ended and not arguments.until:
         raise CraftmeshError(
             f"{arguments.crack}: the crack stops here, {ended}; ask for no further increment of this case, "
@@ -90,7 +93,7 @@ def run(arguments: argparse.Namespace) -> None:
     write_crack(arguments.output, left)
     write_step(step, arguments)
     report = growth_report((crack, left), box, along, ended)
-    tell(report | {"corrected": turned(step, along)}, arguments.report)
+    tell(report | {"stays": stays, "corrected": turned(step, along)}, arguments.report)
 
 
 def grown_step(
@@ -118,14 +121,29 @@ def turned(step: Step, along: FrontExtensions) -> list[float]:
 
 
 def warn_of_short_steps(along: FrontExtensions, intensities: Path) -> None:
-    """Print a warning where the median extension is under LEAST_STEP of the front's edges."""
-    step, edge = float(np.median(along.extension)), row_spacing(along.points)
-    if 0 < step < LEAST_STEP * edge:
+    """Print a warning where points go on by less than LEAST_STEP of the front's edges, in the median."""
+    goes = along.extension > 0
+    if not goes.any():
+        return
+    step, edge = float(np.median(along.extension[goes])), row_spacing(along.points)
+    if step < LEAST_STEP * edge:
         warn(
             f"{intensities}: the front goes on by {step:.4g}, and its edges are {edge:.4g} long; the next "
             "mesh cannot tell how it kinked: give a longer step (grow.extension, grow.share) or shorter "
             "edges (sizing.l_min)"
         )
+
+
+def counted(words: Iterable[str]) -> dict[str, int]:
+    """Return how many points of a front stay, by why."""
+    words = list(words)
+    return {word: words.count(word) for word in STAYS if word in words}
+
+
+def standing(stays: Mapping[str, int]) -> str:
+    """Return in words that all points of a front stay, and why."""
+    why = ", ".join(f"{count} {word} ({STAYS[word]})" for word, count in stays.items())
+    return f"{STANDS}: {why}" if why else STANDS
 
 
 def severed(voxels: Voxels | None, crack: Crack) -> str:
@@ -141,7 +159,7 @@ def severed(voxels: Voxels | None, crack: Crack) -> str:
 def front_extensions(intensities: Path, front: Path) -> FrontExtensions:
     """Read where the points of a front go, by the nodes that sif.csv and front.csv both name.
 
-    Rows whose `flags` hold one of DOUBTFUL are not trusted; without that column all are.
+    Rows whose `flags` hold one of DOUBTFUL, or that stay for K says nothing, are not trusted.
     Raises CraftmeshError for missing columns, bad numbers, and files of different meshes.
     """
     goes = _columns(intensities, ("node", *GOES), "made by `craftmesh fracture --crack`")
@@ -150,9 +168,10 @@ def front_extensions(intensities: Path, front: Path) -> FrontExtensions:
         raise CraftmeshError(
             f"{intensities} and {front} name different nodes; expected the files of one mesh, row by row"
         )
-    flags = read_words(intensities, "flags") or [""] * len(goes["node"])
-    angle = np.radians(goes["kink_angle"])
-    return FrontExtensions(*_frames(frames), angle, goes["extension"], ~has_word(flags, DOUBTFUL))
+    trusted = np.ones(len(goes["node"]), bool)
+    for name, words in (("flags", DOUBTFUL), ("stays", (CLOSED, NOISE))):
+        trusted &= ~has_word(read_words(intensities, name) or [""] * len(trusted), words)
+    return FrontExtensions(*_frames(frames), np.radians(goes["kink_angle"]), goes["extension"], trusted)
 
 
 def last_step(arguments: argparse.Namespace) -> Step | None:
@@ -206,8 +225,13 @@ def _columns(path: Path, names: tuple[str, ...], made: str) -> dict[str, np.ndar
 
 
 def growth_report(cracks: tuple[Crack, Crack], box: np.ndarray, along: FrontExtensions, ended: str) -> dict:
-    """Return what of both cracks lies in the box, kink angles in degrees, extensions, and why it ended."""
+    """Return what of both cracks lies in the box, the ranges of extensions and kinks, and why it ended.
+
+    Kink angles are in degrees, those of the points that go on.
+    """
     angle = np.degrees(along.kink_angle)
+    goes = along.extension > 0
+    angle = angle[goes] if goes.any() else angle
     return {
         "area": [area_within(crack, box) for crack in cracks],
         "kink_angle": [float(angle.min()), float(angle.max())],

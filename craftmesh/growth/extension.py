@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 from craftmesh.cracks.polyline import polyline
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.crystal_kink import largest_near_stress
+from craftmesh.growth.gate import ARRESTED, Evidence, reasons
 from craftmesh.growth.kink_angle import driving_intensity, kink_angles
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.surface.measure import meets_box
@@ -21,34 +22,45 @@ TOLERANCE = 1e-3
 class KinksAndExtensions(NamedTuple):
     """Kink angle (n,) in radians, extension (n,) and driving intensity (n,) of each point of a front.
 
-    cycles: the load cycles that the extension takes; None without Paris' law, and where nothing extends.
+    stays (n,): why a point does not extend, see `reasons`; the kink angle is 0 where K says none. cycles:
+    the load cycles that the extension takes; None without Paris' law, and where nothing extends.
     """
 
     kink_angle: np.ndarray
     extension: np.ndarray
     driving: np.ndarray
+    stays: np.ndarray
     cycles: float | None
 
 
 def kinks_and_extensions(
-    k: np.ndarray, radius: float, options: GrowthOptions, stiffness: np.ndarray | None = None
+    k: np.ndarray,
+    radius: float,
+    options: GrowthOptions,
+    known: Evidence | None = None,
+    stiffness: np.ndarray | None = None,
 ) -> KinksAndExtensions:
     """Return which way and how far points with K_I, K_II, K_III (n, 3) go in a crack of that radius.
 
-    The way is that of the criterion (Erdogan & Sih 1963 by default). No point goes where Delta K of the
-    driving intensity is nowhere over the threshold. stiffness (n, 6, 6): as in `largest_near_stress`, which
-    the criterion near_field asks for. Raises CraftmeshError as kink_angles and extensions do.
+    The way is that of the criterion (Erdogan & Sih 1963 by default). Points stay as `reasons` says; without
+    what is known of K it counts as exact. stiffness (n, 6, 6): as in `largest_near_stress`, which
+    the criterion near_field asks for. Raises CraftmeshError as kink_angles does.
     """
     if options.criterion == NEAR_FIELD:
         angle, driving = _in_crystals(k, stiffness)
     else:
         angle = kink_angles(k, options.criterion, options.poisson)
         driving = driving_intensity(k, angle)
-    if (1 - options.stress_ratio) * driving.max() <= options.threshold:
-        return KinksAndExtensions(angle, np.zeros(len(angle)), driving, None)
+    span = (1 - options.stress_ratio) * np.maximum(driving, 0.0)
+    stays = reasons(k, driving, span, options.threshold, known)
+    goes = stays == ""
+    angle = np.where(goes | (stays == ARRESTED), angle, 0.0)
+    size = np.zeros(len(angle))
+    if not goes.any():
+        return KinksAndExtensions(angle, size, driving, stays, None)
     median = options.extension if options.extension is not None else options.share * radius
-    size = extensions(driving, median, options)
-    return KinksAndExtensions(angle, size, driving, load_cycles(driving, size, options))
+    size[goes] = extensions(driving[goes], median, options)
+    return KinksAndExtensions(angle, size, driving, stays, load_cycles(span[goes], size[goes], options))
 
 
 def _in_crystals(k: np.ndarray, stiffness: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
@@ -61,34 +73,27 @@ def _in_crystals(k: np.ndarray, stiffness: np.ndarray | None) -> tuple[np.ndarra
 
 
 def extensions(driving: np.ndarray, median: float, options: GrowthOptions) -> np.ndarray:
-    """Return the extension (n,) of front points with the driving intensity (n,); their median is `median`.
+    """Return the extension (n,) of points that go on, of driving intensity (n,) over 0; median: `median`.
 
-    Uniform, or median (K / K_median)^m; both within least and most times the median.
+    Uniform, or median (K / K_median)^m, within least and most times the median; a law with a threshold
+    has no least.
     """
     if options.law == "uniform":
         return np.full(len(driving), median)
-    middle = np.median(driving)
-    if not middle > 0:
-        raise CraftmeshError(
-            f"the median driving stress intensity along the front is {middle:.4g}; expected one over 0 for "
-            "grow.law power: more than half of the front is closed"
-        )
-    ratio = np.clip(
-        driving / middle, 0.0, options.most
-    )  # as a power of 1 or more it would be capped all the same
-    return median * np.clip(ratio**options.exponent, options.least, options.most)
+    # as a power of 1 or more it would be capped all the same
+    ratio = np.minimum(driving / np.median(driving), options.most)
+    least = 0.0 if options.threshold > 0 else options.least
+    return median * np.clip(ratio**options.exponent, least, options.most)
 
 
-def load_cycles(driving: np.ndarray, extension: np.ndarray, options: GrowthOptions) -> float | None:
+def load_cycles(span: np.ndarray, extension: np.ndarray, options: GrowthOptions) -> float | None:
     """Return the load cycles of one extension by Paris' law, their median along the front; None without C.
 
-    da/dN = C (Delta K)^m with Delta K = (1 - R) K of the largest load.
+    da/dN = C (Delta K)^m; span (n,): Delta K, over 0.
     """
     if options.coefficient is None:
         return None
-    span = (1 - options.stress_ratio) * np.maximum(driving, 0.0)
-    with np.errstate(divide="ignore"):
-        return float(np.median(extension / (options.coefficient * span**options.exponent)))
+    return float(np.median(extension / (options.coefficient * span**options.exponent)))
 
 
 def crack_radius(crack: Crack, box: np.ndarray) -> float:

@@ -26,14 +26,16 @@ class GrowthOptions(Options):
         None, "median extension in place of that share", "model units", above=0
     )
     exponent: float = option(3.0, "power m of Delta K, in the power law and in Paris' law", at_least=0)
-    least: float = option(0.2, "smallest extension, over the median", above=0, at_most=1)
+    least: float = option(
+        0.2, "smallest extension, over the median, of a law without a threshold", above=0, at_most=1
+    )
     most: float = option(2.0, "largest extension, over the median", at_least=1)
     coefficient: float | None = option(
         None, "C of Paris' law da/dN = C Delta K^m: load cycles are then summed", above=0
     )
     stress_ratio: float = option(0.0, "least over largest load of a cycle, R", at_least=0, below=1)
     threshold: float = option(
-        0.0, "the crack stops where all along its front Delta K is below this", at_least=0
+        0.0, "points of the front where Delta K is not over this stay where they are", at_least=0
     )
     poisson: float = option(
         0.3, "Poisson's ratio that weighs mode III in energy_release", above=-1, below=0.5

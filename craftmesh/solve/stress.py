@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.integration import tet_rule
-from craftmesh.mesh.tet_connectivity import EDGE_CORNERS
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, tet_volumes
 from craftmesh.solve.elements import elements_of
 from craftmesh.solve.kernels.stress import add_stresses
 from craftmesh.solve.problem import DECK_RULE
@@ -39,6 +39,17 @@ def grain_stress(model: ElasticModel, displacement: np.ndarray) -> GrainStress:
     spread = _to_nodes(mesh.tets.shape[1], elements.rule)
     add_stresses(*elements.tables, displacement, spread, tets, stress, volume)
     return GrainStress(found % len(mesh.points), tets, stress / volume[:, None])
+
+
+def mean_stress(model: ElasticModel, displacement: np.ndarray) -> float:
+    """Return the mean over the body of the principal stress that is largest by size: of tension, that."""
+    found = grain_stress(model, displacement)
+    matrix = found.stress[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
+    size = np.abs(np.linalg.eigvalsh(matrix)[:, [0, 2]]).max(axis=1)
+    corners = model.mesh.tets[:, :4]
+    return float(
+        np.average(size[found.tets[:, :4]].mean(axis=1), weights=tet_volumes(model.mesh.points, corners))
+    )
 
 
 def _to_nodes(width: int, rule: int) -> np.ndarray:
