@@ -3,7 +3,7 @@
 import inspect
 from collections.abc import Callable
 from functools import wraps
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar, cast, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
@@ -13,6 +13,8 @@ from craftmesh.options import alternatives
 
 Function = TypeVar("Function", bound=Callable)
 
+LARGEST = 1e100  # of a coordinate or length: the volume, its cube, is still a float
+
 
 def as_array(
     name: str, value: ArrayLike, dtype: DTypeLike, shape: tuple, *, finite: bool = True
@@ -21,7 +23,7 @@ def as_array(
 
     Whole numbers may be given as floats such as 3.0. Raises CraftmeshError for what is no array of numbers
     (truth values, text, other libraries' objects), another shape, numbers that `dtype` does not hold
-    without loss, and, unless `finite` is False, floats that are not finite.
+    without loss, and, unless `finite` is False, floats that are not finite or over LARGEST.
     """
     whole = np.dtype(dtype).kind in "iu"
     lengths = ", ".join("n" if length is None else str(length) for length in shape)
@@ -33,14 +35,17 @@ def as_array(
     if given.dtype.kind not in "iuf" or np.ma.is_masked(value):
         what = f"a {type(value).__name__}" if not isinstance(value, (list, tuple, np.ndarray)) else None
         raise CraftmeshError(f"{name} is {what or f'an array of {given.dtype}'}; expected {wanted}")
+    if given.shape == (0,) and shape[:1] == (None,):  # []: none, of whatever shape
+        given = given.reshape([length or 0 for length in shape])
     if given.ndim != len(shape) or any(s is not None and s != n for s, n in zip(shape, given.shape)):
         raise CraftmeshError(f"{name} has shape {given.shape}; expected ({lengths})")
     if whole and not np.can_cast(given.dtype, dtype) and given.size:
         _refuse_lossy(name, given, np.iinfo(dtype))  # type: ignore[arg-type]  # it is whole
     array = np.array(given, dtype=dtype, order="C")
-    if finite and not whole and not np.isfinite(array).all():
-        place = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
-        raise CraftmeshError(f"{name}{list(place)} is {array[place]}; expected finite numbers")
+    if finite and not whole and not (held := np.abs(array) <= LARGEST).all():
+        place = tuple(np.argwhere(~held)[0].tolist())
+        wanted = "finite numbers" + f" up to {LARGEST:g}" * bool(np.isfinite(array[place]))
+        raise CraftmeshError(f"{name}{list(place) or ''} is {array[place]}; expected {wanted}")
     array.flags.writeable = False
     return array
 
@@ -52,7 +57,7 @@ def _refuse_lossy(name: str, given: np.ndarray, limits: np.iinfo) -> None:
             broken = given % 1 != 0  # nan and inf too
         if broken.any():
             raise CraftmeshError(f"{name} holds {given[broken][0]}; expected whole numbers")
-    low, high = int(given.min()), int(given.max())
+    low, high = given.min(), given.max()
     if low < limits.min or high > limits.max:
         found = low if low < limits.min else high
         raise CraftmeshError(f"{name} holds {found}; expected whole numbers {limits.min} to {limits.max}")
@@ -69,15 +74,15 @@ def check_indices(name: str, indices: np.ndarray, count: int, of: str = "points"
 def typed(function: Function) -> Function:
     """Return `function`, refusing arguments that are not of the classes in its signature.
 
-    Arrays and generic types are the function's own matter. Raises CraftmeshError.
+    Arrays, and what iterables hold that are no lists or tuples, are the function's own matter. Raises
+    CraftmeshError.
     """
     signature = inspect.signature(function)
-    classes = {name: _classes(item.annotation) for name, item in signature.parameters.items()}
 
     @wraps(function)
     def checked(*args: Any, **kwargs: Any) -> Any:
         for name, value in signature.bind(*args, **kwargs).arguments.items():
-            refuse_others(f"{function.__name__}: {name}", value, classes[name])
+            refuse_unlike(f"{function.__name__}: {name}", value, signature.parameters[name].annotation)
         return function(*args, **kwargs)
 
     return cast(Function, checked)
@@ -90,7 +95,16 @@ def refuse_others(name: str, value: object, classes: tuple[type, ...]) -> None:
         raise CraftmeshError(f"{name} is a {type(value).__name__}; expected {wanted}")
 
 
-def _classes(hint: Any) -> tuple[type, ...]:
+def refuse_unlike(name: str, value: object, hint: Any) -> None:
+    """Raise CraftmeshError unless `value`, and what a list or tuple holds, is of the hint's classes."""
     parts = alternatives(hint)
-    plain = all(isinstance(part, type) and part is not np.ndarray for part in parts)
-    return parts if plain else ()
+    classes = tuple(get_origin(part) or part for part in parts)
+    if any(not isinstance(kind, type) or kind in (np.ndarray, Any) for kind in classes):
+        return
+    refuse_others(name, value, classes)
+    items = get_args(parts[0]) if isinstance(value, (list, tuple, str)) else ()
+    if len(items) == 1 or items[1:] == (Ellipsis,):
+        for place, item in enumerate(cast(list, value)):
+            refuse_unlike(f"{name}[{place}]", item, items[0])
+    elif items and len(items) != len(cast(tuple, value)):
+        raise CraftmeshError(f"{name} has {len(cast(tuple, value))} items; expected {len(items)}")

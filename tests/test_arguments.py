@@ -3,8 +3,14 @@
 import numpy as np
 import pytest
 
-from craftmesh import check_surface, gradate, insert_crack, sizing_for
+from craftmesh import Sizing, check_surface, crack_from_triangles, gradate, insert_crack, sizing_for
+from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
+from craftmesh.remeshing.remesh import remesh
+from craftmesh.stitching.stitch import stitch_grains
+from craftmesh.tetrahedra.grain_surface import grain_surfaces
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
+from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 from craftmesh.types import Crack, GrainTets, Solution, Surface, TetMesh, Voxels
 
 
@@ -14,6 +20,9 @@ class Body:
 
 POINTS = np.eye(4, 3)
 TETS = np.array([[3, 0, 1, 2]])
+BOX = np.array([[-2.0] * 3, [2.0] * 3])
+HULL = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])[:, ::-1]
+TETRAHEDRON = Surface.of_facets(POINTS, HULL, [[1, 0]] * 4)
 DOORS = {
     "labels": lambda a: Voxels(a, (1, 1, 1), (0, 0, 0)),
     "phases": lambda a: Voxels(np.ones((1, 1, 1), int), (1, 1, 1), (0, 0, 0), None, a),
@@ -30,6 +39,15 @@ DOORS = {
     "nodes": lambda a: GrainTets(1, a, np.zeros((0, 3)), TETS),
     "interior": lambda a: GrainTets(1, [], a, TETS),
     "displacement": lambda a: Solution(a, POINTS),
+    "the crack's points": lambda a: crack_from_triangles(a, [[0, 1, 2]], None, BOX),
+    "the crack's triangles": lambda a: crack_from_triangles(POINTS, a, None, BOX),
+    "box": lambda a: crack_from_triangles(POINTS, [[0, 1, 2]], None, a),
+    "frame": lambda a: crack_from_triangles(POINTS, [[0, 1, 3]], None, BOX, a),
+    "a front": lambda a: crack_from_triangles(POINTS, [[0, 1, 2]], [a], BOX),
+    "sources": lambda a: Sizing(1, 2, 3, 4, 5, 1, a),
+    "a grain's points": lambda a: stitch_grains([(1, a, HULL)]),
+    "a grain's triangles": lambda a: stitch_grains([(1, POINTS, a)]),
+    "a grain's id": lambda a: stitch_grains([(a, POINTS, HULL)]),
 }  # fmt: skip
 GOOD = {
     "labels": np.ones((2, 2, 2), int), "phases": np.array([0, 1]), "spacing": np.ones(3),
@@ -37,6 +55,9 @@ GOOD = {
     "facets": np.array([[0, 1, 2]]), "facets of others": np.array([[0, 1, 2]]), "sides": np.array([[1, 0]]),
     "surface points": POINTS, "tets": TETS, "grain": np.array([1]), "nodes": np.arange(4),
     "interior": POINTS, "displacement": POINTS,
+    "the crack's points": POINTS, "the crack's triangles": np.array([[0, 1, 2]]), "box": BOX,
+    "frame": np.eye(3), "a front": POINTS[[0, 1, 2, 0]], "sources": POINTS,
+    "a grain's points": POINTS, "a grain's triangles": HULL, "a grain's id": np.array(1),
 }  # fmt: skip
 IDS = {
     "labels",
@@ -49,6 +70,9 @@ IDS = {
     "tets",
     "grain",
     "nodes",
+    "the crack's triangles",
+    "a grain's triangles",
+    "a grain's id",
 }
 
 
@@ -61,6 +85,7 @@ def put(array, value):
 WRONG = {
     "not a number": (lambda a: put(a, np.nan), ("nan", "finite", "whole")),
     "infinite": (lambda a: put(a, np.inf), ("inf",)),
+    "beyond all lengths": (lambda a: put(a, 1e200), ("1e+200", "there are")),
     "truth values": (lambda a: a.astype(bool), ("bool",)),
     "text": (lambda a: a.astype(str), ("<U",)),
     "complex": (lambda a: a.astype(complex), ("complex",)),
@@ -82,7 +107,7 @@ def test_wrong_arrays_are_refused_in_one_line_and_right_ones_are_not(door):
     DOORS[door](GOOD[door].tolist())
     DOORS[door](GOOD[door].astype(float))  # whole numbers as floats
     for name, (spoil, words) in (WRONG | (WRONG_IDS if door in IDS else {})).items():
-        if (door, name) == ("phases", "none"):
+        if (door, name) in (("phases", "none"), ("frame", "none")):
             continue
         with pytest.raises(CraftmeshError) as error:
             DOORS[door](spoil(GOOD[door]))
@@ -106,10 +131,34 @@ def test_what_facets_the_crack_has_is_a_truth_value_each(crack):
         Surface.of_facets(POINTS, [[0, 1, 2]], [[1, 1]], crack)
 
 
-@pytest.mark.parametrize("function", [check_surface, gradate, insert_crack, sizing_for])
-def test_other_objects_than_a_surface_are_refused_by_name(function):
-    rest = {check_surface: (), gradate: (None,), insert_crack: (None,), sizing_for: (None, POINTS)}[
-        function
-    ]
-    with pytest.raises(CraftmeshError, match="surface is a Body; expected Surface"):
-        function(Body(), *rest)
+UNLIKE = {
+    "surface is a Body; expected Surface": [
+        lambda: check_surface(Body()),
+        lambda: gradate(Body(), None),
+        lambda: insert_crack(Body(), None),
+        lambda: sizing_for(Body(), None, POINTS),
+        lambda: tetrahedralize(Body(), None, None, TetrahedralizeOptions()),
+        lambda: assemble(Body(), []),
+    ],
+    "voxels is a Body; expected Voxels": [lambda: remesh(Body())],
+    "grains is a Body; expected Sequence": [lambda: stitch_grains(Body())],
+    r"grains\[1\] is a Body; expected tuple": [lambda: stitch_grains([(1, POINTS, HULL), Body()])],
+    r"grains\[0\] has 2 items; expected 3": [lambda: stitch_grains([(1, POINTS)])],
+    r"grain_tets\[0\] is a Body; expected GrainTets": [lambda: assemble(TETRAHEDRON, [Body()])],
+    r"islands\[0\] is a str; expected Island": [
+        lambda: tetrahedralize(TETRAHEDRON, None, "x", TetrahedralizeOptions())
+    ],
+    "grains holds 1.5; expected whole": [lambda: grain_surfaces(TETRAHEDRON, [1.5])],
+    r"others\[0\] is a Body; expected Lengths": [lambda: Sizing(1, 2, 3, 4, 5, 1, POINTS, None, (Body(),))],
+    "polylines of 2 points or more": [
+        lambda: crack_from_triangles(POINTS, [[0, 1, 2]], [], BOX),
+        lambda: crack_from_triangles(POINTS, [[0, 1, 2]], [POINTS[:1]], BOX),
+    ],
+}
+
+
+@pytest.mark.parametrize("words", UNLIKE)
+def test_other_objects_are_refused_by_name(words):
+    for call in UNLIKE[words]:
+        with pytest.raises(CraftmeshError, match=words):
+            call()

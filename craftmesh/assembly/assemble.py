@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from craftmesh.arguments import typed
 from craftmesh.assembly.opening import drop_unused, is_closed, opened_tets, same_turn
 from craftmesh.cracks.crack_numbers import crack_numbers
 from craftmesh.errors import CraftmeshError
@@ -23,6 +24,7 @@ from craftmesh.types import BOX_PLANES, CRACK, Crack, GrainTets, Surface, TetMes
 _NO_FACET = -1
 
 
+@typed
 def assemble(
     surface: Surface, grain_tets: Sequence[GrainTets], crack: Crack | None = None
 ) -> tuple[TetMesh, dict]:

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from craftmesh.arguments import as_array, check_indices
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, edge_sides, facet_edges, joined, unique_edges
 from craftmesh.surface.measure import area_vectors, meets_box
@@ -19,13 +20,11 @@ REACH = 0.25  # of the box's diagonal: triangles farther from the box than this 
 def clean_triangles(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Merge coincident points, drop degenerate triangles and unused points, turn all alike.
 
-    Raises CraftmeshError for points that are not finite and where there are no triangles.
+    Raises CraftmeshError for arrays that are none of points (n, 3) and ids (m, 3), and for no triangles.
     """
-    points = np.asarray(points, float).reshape(-1, 3)
-    triangles = np.asarray(triangles, np.int64).reshape(-1, 3)
-    if not np.isfinite(points).all():
-        row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
-        raise CraftmeshError(f"crack point {row} is {points[row].tolist()}; expected three finite numbers")
+    points = as_array("the crack's points", points, float, (None, 3))
+    triangles = as_array("the crack's triangles", triangles, np.int64, (None, 3))
+    check_indices("the crack's triangles", triangles, len(points))
     if not len(triangles):
         raise CraftmeshError("the crack surface has no triangles; expected a triangulated sheet")
     step = max(np.ptp(points, axis=0).max(), 1e-300) * MERGE

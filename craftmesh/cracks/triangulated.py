@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from craftmesh.arguments import as_array, typed
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.height_parts import height_parts
 from craftmesh.cracks.one_sheet import (
@@ -25,6 +26,7 @@ ON_PLANE = 1e-7  # share of the box's diagonal within which a point counts as on
 ALONG = 0.25  # of its length: a boundary edge whose middle is this near a given front is front
 
 
+@typed
 def crack_from_triangles(
     points: np.ndarray,
     triangles: np.ndarray,
@@ -43,7 +45,11 @@ def crack_from_triangles(
     Raises CraftmeshError for bad numbers, for surfaces that are non-manifold, folded, through themselves or
     in pieces, and for cracks outside the box.
     """
-    box = np.asarray(box, float)
+    box = as_array("box", box, float, (2, 3))
+    if fronts is not None:
+        fronts = [as_array("a front of the crack", front, float, (None, 3)) for front in fronts]
+        if min(map(len, fronts), default=0) < 2:
+            raise CraftmeshError("a front of the crack is missing; expected polylines of 2 points or more")
     points, triangles = clean_triangles(points, triangles)
     if frame is None:
         triangles = _one_piece(points, triangles, box)
@@ -52,7 +58,7 @@ def crack_from_triangles(
         else:
             points, triangles, _ = compact(points, without_slivers(points, triangles))
     else:
-        frame = np.asarray(frame, float)
+        frame = as_array("frame", frame, float, (3, 3))
         turned = area_vectors(points, triangles) @ frame[2] < 0
         triangles = np.where(turned[:, None], triangles[:, ::-1], triangles)
     loops = boundary_loops(triangles)
@@ -78,9 +84,8 @@ def with_fronts(
     loops: the boundary's (`boundary_loops`); fronts: polylines (k, 3) along it, None takes all of it
     that is within the box.
     """
-    wanted = None if fronts is None else [np.asarray(front, float).reshape(-1, 3) for front in fronts]
     points, triangles, loops = _split_at_box(points, triangles, loops, box)
-    return Crack(points, triangles, tuple(_fronts_within(points, loops, box, wanted)))
+    return Crack(points, triangles, tuple(_fronts_within(points, loops, box, fronts)))
 
 
 def boundary_loops(triangles: np.ndarray) -> list[np.ndarray]:
@@ -220,7 +225,7 @@ def _crossings(a: np.ndarray, b: np.ndarray, box: np.ndarray) -> list[np.ndarray
 
 
 def _fronts_within(
-    points: np.ndarray, loops: list[np.ndarray], box: np.ndarray, wanted: list[np.ndarray] | None
+    points: np.ndarray, loops: list[np.ndarray], box: np.ndarray, wanted: Sequence[np.ndarray] | None
 ) -> list[np.ndarray]:
     """Chain the boundary edges that lie within the box, and on the wanted polylines where given."""
     near = ON_PLANE * np.linalg.norm(box[1] - box[0])
@@ -237,7 +242,7 @@ def _fronts_within(
     return polylines
 
 
-def _along(points: np.ndarray, a: np.ndarray, b: np.ndarray, wanted: list[np.ndarray]) -> np.ndarray:
+def _along(points: np.ndarray, a: np.ndarray, b: np.ndarray, wanted: Sequence[np.ndarray]) -> np.ndarray:
     """Tell which edges a-b lie along the wanted polylines (their middles within ALONG of their length)."""
     middle = (points[a] + points[b]) / 2
     length = np.linalg.norm(points[b] - points[a], axis=1)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.options import Options, option
 from craftmesh.progress import silent
@@ -58,6 +59,7 @@ class RemeshOptions(Options):
     )
 
 
+@typed
 def remesh(
     voxels: Voxels, options: RemeshOptions | None = None, progress: Callable[[float, str], None] = silent
 ) -> tuple[Surface, dict]:

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.arguments import typed
+from craftmesh.arguments import as_array, refuse_unlike, typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 from craftmesh.sizing.length_field import LengthField, curvature_lengths
@@ -99,16 +99,14 @@ class Sizing:
     others: tuple[Lengths, ...] = ()
 
     def __post_init__(self) -> None:
-        sources = np.array(self.sources, float).reshape(-1, 3)
-        if not np.isfinite(sources).all():
-            bad = int(np.flatnonzero(~np.isfinite(sources).all(1))[0])
-            raise CraftmeshError(f"sources[{bad}] is {sources[bad].tolist()}; expected finite coordinates")
-        sources.flags.writeable = False
-        object.__setattr__(self, "sources", sources)
+        object.__setattr__(self, "sources", as_array("sources", self.sources, float, (None, 3)))
         numbers = {k: getattr(self, k) for k in ("l_min", "l0", "l_max", "r0", "r1", "exponent")}
+        for name, value in numbers.items():
+            as_array(name, value, float, ())
         SizingOptions(**numbers)
-        if self.growth is not None and not 0 < self.growth < np.inf:
+        if self.growth is not None and not as_array("growth", self.growth, float, ()) > 0:
             raise CraftmeshError(f"growth is {self.growth}; expected a finite number > 0, or None")
+        refuse_unlike("others", self.others, tuple[Lengths, ...])
 
     @cached_property
     def _tree(self) -> cKDTree:

@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from operator import itemgetter
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from craftmesh.arguments import as_array, check_indices, typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 from craftmesh.stitching.misfits import refuse_lost, refuse_misfits
@@ -28,7 +28,6 @@ class StitchOptions(Options):
 
 
 Grain = tuple[int, np.ndarray, np.ndarray]  # id, points (n, 3), triangles (m, 3)
-LARGEST_ID = np.iinfo(np.int32).max  # that a surface's sides hold
 FACING_OUT = 0.9  # least cosine between the normal of a facet of the box and the axis
 
 
@@ -41,6 +40,7 @@ class _Soup:
     grain: np.ndarray
 
 
+@typed
 def stitch_grains(grains: Sequence[Grain], options: StitchOptions | None = None) -> tuple[Surface, dict]:
     """Return the conformal surface of grains given as (id, points (n, 3), triangles (m, 3)).
 
@@ -76,10 +76,7 @@ def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dic
 
     Return the soup and the report's numbers.
     """
-    known = sorted(
-        ((int(g), np.asarray(p, float), np.asarray(t, np.int64)) for g, p, t in grains), key=itemgetter(0)
-    )
-    _check_grains(known)
+    known = _by_id(grains)
     sizes = [len(points) for _, points, _ in known]
     shift = np.concatenate([[0], np.cumsum(sizes)])[:-1]
     points = np.concatenate([points for _, points, _ in known])
@@ -132,24 +129,22 @@ def _notes(soup: _Soup, voids: int, exterior: int, turned: list[int]) -> list[st
     return notes
 
 
-def _check_grains(grains: list[Grain]) -> None:
-    """Raise where an id is not positive or comes twice, or arrays have the wrong shape (grains by id)."""
+def _by_id(grains: Sequence[Grain]) -> list[Grain]:
+    """Return the grains by ascending id; raise for ids that are not positive or twice, and bad arrays."""
     if not grains:
         raise CraftmeshError("no grains to stitch; expected one closed surface per grain")
-    ids = [g for g, _, _ in grains]
-    for i, (grain, points, triangles) in enumerate(grains):
-        if not 0 < grain <= LARGEST_ID or grain in ids[max(i - 1, 0) : i]:
-            raise CraftmeshError(
-                f"grain id {grain} is not within 1 and {LARGEST_ID}, or given twice; expected distinct ids"
-            )
-        if points.ndim != 2 or points.shape[1:] != (3,) or not np.isfinite(points).all():
-            raise CraftmeshError(
-                f"grain {grain}: expected finite points of shape (n, 3), got {points.shape}"
-            )
-        if triangles.ndim != 2 or triangles.shape[1:] != (3,) or not len(triangles):
-            raise CraftmeshError(f"grain {grain}: expected triangles (m, 3), got {triangles.shape}")
-        if triangles.min() < 0 or triangles.max() >= len(points):
-            raise CraftmeshError(f"grain {grain}: triangles refer past its {len(points)} points")
+    known: dict[int, Grain] = {}
+    for given, points, triangles in grains:
+        grain = int(as_array("grain id", given, np.int32, ()))
+        if grain <= 0 or grain in known:
+            raise CraftmeshError(f"grain id {grain} is not above 0, or given twice; expected distinct ids")
+        points = as_array(f"grain {grain}: points", points, float, (None, 3))
+        triangles = as_array(f"grain {grain}: triangles", triangles, np.int64, (None, 3))
+        if not len(triangles):
+            raise CraftmeshError(f"grain {grain}: no triangles; expected a closed surface")
+        check_indices(f"grain {grain}: triangles", triangles, len(points))
+        known[grain] = grain, points, triangles
+    return [known[grain] for grain in sorted(known)]
 
 
 def _distinct_points(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

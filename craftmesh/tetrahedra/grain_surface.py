@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.measure import area_vectors
@@ -41,7 +42,8 @@ def grain_surfaces(surface: Surface, grains: Iterable[int] | None = None) -> lis
     Points with the same coordinates count as one, the one of the lowest id. Raises CraftmeshError for
     a grain that has no facets.
     """
-    wanted = surface.grains if grains is None else np.unique(np.asarray(list(grains), np.int64))
+    ids = surface.grains if grains is None else as_array("grains", list(grains), np.int64, (None,))
+    wanted = np.unique(ids)
     missing = np.setdiff1d(wanted, surface.grains)
     if len(missing):
         raise CraftmeshError(f"grain {missing[0]} has no facets; expected ids among those of the surface")

@@ -1,11 +1,11 @@
 """Fill each grain with tetrahedra by its own call of a mesher, in worker processes that may fail."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from craftmesh.arguments import typed
 from craftmesh.errors import MeshingError
 from craftmesh.processes.job import Job, Limits
 from craftmesh.processes.pool import run_tasks
@@ -18,12 +18,14 @@ from craftmesh.tetrahedra.ladder import Ladder
 from craftmesh.tetrahedra.meshers.base import BUILT_IN, load_mesher
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.types import GrainTets, Surface
+from craftmesh.voxels.islands import Island
 
 
+@typed
 def tetrahedralize(
     surface: Surface,
     sizing: Lengths | None,
-    islands: Iterable[Any] | None,
+    islands: Sequence[Island] | None,
     options: TetrahedralizeOptions,
     grains: Iterable[int] | None = None,
     workers: int = 1,

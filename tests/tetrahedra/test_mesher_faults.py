@@ -2,6 +2,7 @@
 
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -65,7 +66,8 @@ def test_an_unknown_mesher_and_a_sizing_that_cannot_travel_are_refused():
     with pytest.raises(CraftmeshError, match="nothing_there"):
         load_mesher("nothing_there:Mesher")
     with pytest.raises(CraftmeshError, match="cannot receive the sizing"):
-        tetrahedralize(three_grains(), lambda points: 1.0, None, TetrahedralizeOptions())
+        sizing = SimpleNamespace(at=lambda points: 1.0)
+        tetrahedralize(three_grains(), sizing, None, TetrahedralizeOptions())
 
 
 def pierced_cube() -> GrainSurface:

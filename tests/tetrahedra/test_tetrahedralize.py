@@ -1,7 +1,6 @@
 """Tetrahedra fill each grain exactly, whatever its shape, and keep the surface."""
 
 import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from craftmesh.tetrahedra.grain_surface import grain_surfaces, lowest_equal_poin
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 from craftmesh.types import CRACK, Surface
+from craftmesh.voxels.islands import Island
 
 DEFAULT = TetrahedralizeOptions()
 
@@ -152,8 +152,8 @@ def test_the_result_does_not_depend_on_workers():
 def test_island_seeds_are_taken_where_they_lie_inside_and_found_elsewhere():
     labels = row_of((5, 5, 5), (-1, 1, 1, 1), (2, 3, 3, 3))
     surface, _ = structured_box(labels.shape, by_cell(labels))
-    good = SimpleNamespace(host=1, seeds=np.array([[1.5, 1.5, 1.5]]))
-    bad = SimpleNamespace(host=1, seeds=np.array([[0.5, 3.5, 3.5]]))
+    good = Island(1, (-1,), np.array([[1.5, 1.5, 1.5]]), (1,))
+    bad = Island(1, (2,), np.array([[0.5, 3.5, 3.5]]), (1,))
     result, report = tetrahedralize(surface, None, (good, bad), DEFAULT, grains=[1])
     check_fill(surface, result)
     assert (report["holes"], report["island_seeds_off"]) == (2, 1)
