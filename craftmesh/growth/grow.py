@@ -9,6 +9,7 @@ from craftmesh.cracks.polyline import Polyline, feet, polyline
 from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
+from craftmesh.growth.at_rest import beside_rest, points_at_rest
 from craftmesh.growth.moves import FrontExtensions, moves_along
 from craftmesh.growth.new_front import NewFront, new_front
 from craftmesh.growth.options import SmoothingOptions
@@ -112,15 +113,24 @@ def _with_strips(
     options: SmoothingOptions,
     coarser: float,
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Return points, triangles and new fronts (k, 3) of a sheet with a strip before each front."""
+    """Return points, triangles and new fronts (k, 3) of a sheet with a strip before each front.
+
+    Where rows stay so does the front, and there is no strip.
+    """
     spacing = row_spacing(along.points) / FINENESS
     frame = best_fit_frame(crack.points, crack.triangles)
     points, triangles = crack.points, crack.triangles.astype(np.int64)
     fronts = []
     for front, (row, s) in zip(crack.fronts, rows):
+        own = along.rows(row)
+        goes = own.extension > 0
+        if not goes.any():
+            fronts.append(crack.points[front])
+            continue
         points, triangles, ids = with_front_points(points, triangles, front, spacing)
         old = polyline(points[ids])
-        moves = moves_along(old, s, along.rows(row), options, coarser)
+        rest = points_at_rest(old, s, goes)
+        moves = beside_rest(old, rest, moves_along(old, s, own, options, coarser))
         moved = new_front(old, moves, box, frame, spacing)
         points, triangles = _joined(points, triangles, ids, old, moved)
         fronts.append(moved.points)
@@ -168,9 +178,12 @@ def _joined(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points and triangles with the strip from the old front (ids) to the new one."""
     count = len(moved.points) - old.closed  # a closed front ends with its first point
-    new = len(points) + np.arange(len(moved.points)) % count
+    added = ~moved.stays[:count]
+    new = np.where(added, len(points) + np.cumsum(added) - 1, 0)
+    new[~added] = ids[np.searchsorted(old.arc, moved.origin[:count][~added])]
+    new = np.append(new, new[:1]) if old.closed else new
     strip = strip_triangles(ids, old.arc, new, moved.origin)
-    return np.concatenate([points, moved.points[:count]]), np.concatenate([triangles, strip])
+    return np.concatenate([points, moved.points[:count][added]]), np.concatenate([triangles, strip])
 
 
 def _meets(front: np.ndarray, box: np.ndarray) -> bool:

@@ -36,7 +36,8 @@ class FrontExtensions:
 
     points, normal, binormal (n, 3): the crack plane's normal, and the direction out of the crack, square to
     it and to the front. kink_angle (n,) radians from the binormal towards the normal; extension (n,).
-    trusted (n,) bool: whether its way says something; others go as the trusted ones beside them.
+    trusted (n,) bool: whether its way says something; others go as the trusted ones beside them. What has
+    no extension stays.
     """
 
     points: np.ndarray
@@ -68,21 +69,23 @@ def moves_along(
 ) -> np.ndarray:
     """Return the moves (k, 3) of the points of a front `line` from its rows `along` at ascending s (n,).
 
-    The parts ahead and aside are made smooth, and laid along the directions there, which are made smooth
-    too: at an end the crack's normal may be that of one facet, turned by 40 degrees. Of a front whose own
-    directions turn to and fro that is not enough: with coarser over 1 the moves themselves are made smooth,
-    the fit's knots so many times farther apart.
+    Of rows that go on, one at least, the parts ahead and aside are made smooth, and laid along the
+    directions of all, which are made smooth too: at an end the crack's normal may be that of one facet,
+    turned by 40 degrees. Of a front whose own directions turn to and fro that is not enough: with coarser
+    over 1 the moves themselves are made smooth, the fit's knots so many times farther apart.
     """
-    least = PER_STEP * float(np.median(along.extension))
+    goes = along.extension > 0
+    trusted = along.trusted & goes if (along.trusted & goes).any() else goes
+    least = PER_STEP * float(np.median(along.extension[goes]))
 
     def fitted(values: np.ndarray, trusted: np.ndarray | None) -> np.ndarray:
         return smoothed(s, values, line.length, line.closed, line.arc, options, trusted, least, coarser)
 
-    lengths = fitted(along.extension[:, None], along.trusted)
+    lengths = fitted(along.extension[:, None], trusted)
     if coarser > 1:
-        moves = fitted(along.moves, along.trusted)
+        moves = fitted(along.moves, trusted)
         return _as_long(moves, lengths)
-    ahead, aside = fitted(along.parts, along.trusted).T
+    ahead, aside = fitted(along.parts, trusted).T
     tangent = line.tangents()
     normal, binormal = (fitted(directions, None) for directions in (along.normal, along.binormal))
     binormal -= (binormal * tangent).sum(axis=1, keepdims=True) * tangent

@@ -21,11 +21,13 @@ BEYOND = 0.25
 class NewFront(NamedTuple):
     """The new front's points (m, 3), in order, and the arc lengths (m,) of the old front they come from.
 
-    A closed one ends with its first point, at the old front's length.
+    A closed one ends with its first point, at the old front's length. stays (m,) bool: points of the old
+    front, where they are.
     """
 
     points: np.ndarray
     origin: np.ndarray
+    stays: np.ndarray
 
 
 def new_front(
@@ -35,7 +37,7 @@ def new_front(
 
     box (2, 3); frame (3, 3): rows u, v, normal of a plane over which the new front has no loops. An open
     front's ends lie beyond the planes of the box that its old ends lie on. Where the front is concave
-    and goes farther than its radius it would form loops; those are cut off.
+    and goes farther than its radius it would form loops; those are cut off. Points without a move stay.
     """
     points, origin = old.points + moves, old.arc
     if old.closed:
@@ -45,7 +47,11 @@ def new_front(
             found = _carried_out(points[order], origin[order], end, box)
             points, origin = (part[order] for part in found)
     points, origin = without_loops(points, origin, frame[:2], old.closed)
-    return _sampled(points, origin, old.closed, spacing)
+    stays = np.isin(origin, old.arc[~moves.any(axis=1)])
+    if not stays.any():
+        points, origin = _sampled(points, origin, old.closed, spacing)
+        return NewFront(points, origin, np.zeros(len(points), bool))
+    return _sampled_between(points, origin, stays, spacing)
 
 
 def _carried_out(
@@ -134,20 +140,39 @@ def _first_crossing(uv: np.ndarray, closed: bool) -> tuple[int, int, float]:
     return -1, -1, 0.0
 
 
-def _sampled(points: np.ndarray, origin: np.ndarray, closed: bool, spacing: float) -> NewFront:
-    """Return the cubic spline through the points by arc length, sampled about every `spacing`."""
+def _sampled_between(points: np.ndarray, origin: np.ndarray, stays: np.ndarray, spacing: float) -> NewFront:
+    """Return the front through points (k, 3): those that stay (k,) bool are its own, others sampled."""
+    breaks = np.unique([0, *np.flatnonzero(stays), len(points) - 1])
+    found = [NewFront(points[:1], origin[:1], stays[:1])]
+    for i, j in zip(breaks[:-1].tolist(), breaks[1:].tolist()):
+        places, arcs = points[[i, j]], origin[[i, j]]
+        if j > i + 1:
+            places, arcs = _sampled(points[i : j + 1], origin[i : j + 1], False, spacing)
+        ends = np.append(np.zeros(len(places) - 2, bool), stays[j])
+        found.append(NewFront(places[1:], arcs[1:], ends))
+    return NewFront(*map(np.concatenate, zip(*found)))
+
+
+def _sampled(
+    points: np.ndarray, origin: np.ndarray, closed: bool, spacing: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points on the cubic spline through points (k, 3) by arc length about every `spacing`.
+
+    With them comes their origin; of an open one there are three at least, but of two points.
+    """
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     keep = _spaced(arc, CLOSE * spacing)
     line = polyline(points[keep])
     origin = origin[keep]
-    places = np.linspace(0, line.length, max(round(line.length / spacing), 3 if closed else 1) + 1)
+    parts = max(round(line.length / spacing), 3 if closed else min(len(points) - 1, 2))
+    places = np.linspace(0, line.length, parts + 1)
     if len(line.points) < 4:
         sampled = line.at(places[:-1] if closed else places)
         sampled = np.concatenate([sampled, line.points[-1:]]) if closed else sampled
     else:
         sampled = CubicSpline(line.arc, line.points, bc_type="periodic" if closed else "not-a-knot")(places)
     sampled[0], sampled[-1] = line.points[0], line.points[-1]
-    return NewFront(sampled, np.interp(places, line.arc, origin))
+    return sampled, np.interp(places, line.arc, origin)
 
 
 def _spaced(arc: np.ndarray, least: float) -> np.ndarray:

@@ -33,7 +33,8 @@ def strip_triangles(old: np.ndarray, arc: np.ndarray, new: np.ndarray, origin: n
     """Return triangles (m, 3) between the fronts `old` and `new` (ids), turned as the surface behind.
 
     arc: arc lengths of the old front's points; origin: those that the new front's come from, ascending.
-    Each next triangle takes the point that comes first along the old front.
+    Each next triangle takes the point that comes first along the old front. Where both fronts have the same
+    points there is no triangle.
     """
     rows = []
     i, j = 0, 0
@@ -45,4 +46,5 @@ def strip_triangles(old: np.ndarray, arc: np.ndarray, new: np.ndarray, origin: n
         else:
             rows.append((old[i], new[j], new[j + 1]))
             j += 1
-    return np.array(rows)
+    strip = np.array(rows)
+    return strip[(strip != np.roll(strip, 1, axis=1)).all(axis=1)]
