@@ -75,11 +75,11 @@ def _onto_fronts(crack: Crack, along: FrontExtensions) -> np.ndarray:
     """Return the points (n, 3) of the crack's fronts next to the rows' points."""
     lines = [polyline(crack.points[front]) for front in crack.fronts]
     nearest, arc, off = nearest_feet(lines, along.points)
-    far = int(np.argmax(off - along.extension))
-    if off[far] > along.extension[far]:
+    far, step = int(np.argmax(off)), along.extension.max()
+    if off[far] > step:
         raise CraftmeshError(
-            f"its front would lie {off[far]:.4g} off, at row {far + 1}; expected less than the step of "
-            f"{along.extension[far]:.4g}"
+            f"its front would lie {off[far]:.4g} off, at row {far + 1}; expected less than the "
+            f"step of {step:.4g}"
         )
     places = np.empty_like(along.points)
     for number, line in enumerate(lines):

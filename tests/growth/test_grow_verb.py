@@ -65,13 +65,14 @@ def test_a_crack_goes_on(grow, tmp_path):
 def second(grow, tmp_path):
     """Return a function that takes a step of 1 straight on and another with the kinks found there."""
 
-    def run(kink, *flags):
+    def run(kink, *flags, extension=1.0):
         ends = ["--base", str(tmp_path / "base.vtp"), "--step", str(tmp_path / "step.csv")]
         grow(1.0, *ends)
         (tmp_path / "grown.vtp").rename(tmp_path / "first.vtp")
         last = [f"--last-{ends[0][2:]}", ends[1], f"--last-{ends[2][2:]}", ends[3]]
         again = [ends[0], str(tmp_path / "base2.vtp"), ends[2], str(tmp_path / "step2.csv")]
-        return grow(1.0, *last, *again, *flags, grown="first.vtp", tip=7.0, kink_angle=np.full(11, kink))
+        kinks = np.full(11, kink)
+        return grow(extension, *last, *again, *flags, grown="first.vtp", tip=7.0, kink_angle=kinks)
 
     return run
 
@@ -96,6 +97,14 @@ def test_the_strip_of_the_step_before_is_turned_by_half_of_the_kinks_at_its_end(
     kept = (tmp_path / "grown.vtp").read_bytes()
     second(20.0)
     assert (tmp_path / "grown.vtp").read_bytes() == kept
+
+
+def test_the_strip_behind_rows_that_stay_is_turned_too(second, tmp_path):
+    """Their K is known, their Delta K is under the threshold."""
+    report = second(20.0, extension=np.where(np.arange(11) > 6, 0.0, 1.0))
+    assert report["corrected"] == pytest.approx([10.0, 10.0])
+    base = read_crack(tmp_path / "base2.vtp")
+    assert np.abs(base.points[base.fronts[0]][:, 2] - 6) == pytest.approx(np.sin(np.radians(10)), abs=1e-6)
 
 
 def test_without_correction_the_strip_of_the_step_before_stays(second, tmp_path):
@@ -137,6 +146,30 @@ def test_rows_of_doubtful_intensities_do_not_turn_the_front(grow, tmp_path, word
     grow(2.0, kink_angle=np.where(np.arange(11) == 5, 70.0, 0.0), flags=flags)
     height = np.abs(read_crack(tmp_path / "grown.vtp").points[:, 2] - 6).max()
     assert height > 0.1 if word == "pierce" else height < 1e-9
+
+
+def test_the_end_says_why_points_stay(grow, capsys):
+    words = np.array([*["closed"] * 7, "arrested", *["noise"] * 3], object)
+    report = grow(0.0, "--until", stays=words)
+    assert report["stays"] == {"closed": 7, "arrested": 1, "noise": 3}
+    said = "no point of the front extends: 7 closed (K_I is not over 0), 1 arrested (Delta K"
+    assert report["ended"].startswith(said)
+    capsys.readouterr()
+    assert grow(0.0, stays=words) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+
+
+def test_rows_that_stay_say_no_way_and_the_rest_goes_on(grow, tmp_path):
+    rest = np.arange(11) > 6
+    kink, words = np.where(rest, 70.0, 0.0), np.where(rest, "closed", "")
+    report = grow(np.where(rest, 0.0, 2.0), stays=words, kink_angle=kink)
+    assert report["ended"] == "" and report["stays"] == {"closed": 4} and report["kink_angle"] == [0.0, 0.0]
+    grown = read_crack(tmp_path / "grown.vtp")
+    front = grown.points[grown.fronts[0]]
+    # the spline through the corner where the new front turns towards the old one goes .005 past it
+    assert np.abs(front[:, 2] - 6).max() < 1e-9 and front[:, 0].max() == pytest.approx(8.0, abs=0.01)
+    assert (front[:, 0] == 6.0).any()
 
 
 @pytest.mark.parametrize(
