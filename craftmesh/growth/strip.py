@@ -34,12 +34,19 @@ def strip_triangles(old: np.ndarray, arc: np.ndarray, new: np.ndarray, origin: n
 
     arc: arc lengths of the old front's points; origin: those that the new front's come from, ascending.
     Each next triangle takes the point that comes first along the old front. Where both fronts have the same
-    points there is no triangle.
+    points there is no triangle, nor has one all its corners on the old front.
     """
-    rows = []
+    rows, shared = [], set(old.tolist()) & set(new.tolist())
     i, j = 0, 0
     while i < len(old) - 1 or j < len(new) - 1:
-        ahead = i < len(old) - 1 and (j == len(new) - 1 or arc[i + 1] + arc[i] <= origin[j + 1] + origin[j])
+        if j == len(new) - 1 or i == len(old) - 1:
+            ahead = i < len(old) - 1
+        elif old[i] == new[j]:
+            ahead = False
+        elif new[j + 1] in shared:
+            ahead = old[i] != new[j + 1]
+        else:
+            ahead = arc[i + 1] + arc[i] <= origin[j + 1] + origin[j]
         if ahead:
             rows.append((old[i + 1], old[i], new[j]))
             i += 1

@@ -21,7 +21,14 @@ from craftmesh.surface.measure import area_vectors
 STEP = GrowthOptions(extension=2.0)
 COUNT = 48
 TURN = np.arange(COUNT) * 2 * np.pi / COUNT
-PLACES = 6 * np.stack([np.cos(TURN), np.sin(TURN), 0 * TURN], axis=1)
+
+
+def ring(count):
+    turn = np.arange(count) * 2 * np.pi / count
+    return 6 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+
+
+PLACES = ring(COUNT)
 
 
 def front(k_1, k_2=0.0, k_3=0.0):
@@ -100,11 +107,12 @@ def test_a_point_between_two_grains_stays_with_the_points_next_to_it():
     assert stays[5] == "" and stays[30] == CLOSED
 
 
-def disc(y):
-    """A disc of 48 triangles round (20, y, 20), whose corners are 6 from there."""
-    around = np.arange(COUNT)
-    triangles = np.stack([around, np.roll(around, -1), np.full(COUNT, COUNT)], axis=1)
-    return crack_from_triangles(np.append(PLACES, [[0, 0, 0]], axis=0) + [20, y, 20], triangles, None, BOX)
+def disc(y, count):
+    """A disc of triangles round (20, y, 20), whose corners are 6 from there."""
+    around = np.arange(count)
+    triangles = np.stack([around, np.roll(around, -1), np.full(count, count)], axis=1)
+    places = np.append(ring(count), [[0, 0, 0]], axis=0) + [20, y, 20]
+    return crack_from_triangles(places, triangles, None, BOX)
 
 
 def edge():
@@ -118,7 +126,8 @@ def edge():
     return crack_from_triangles(points, triangles, None, BOX)
 
 
-GIVEN = {"penny": disc(20), "half": disc(0), "edge": edge()}
+# rows are 0.8 apart; one disc has a front of shorter edges than the quarters of that
+GIVEN = {"penny": disc(20, 48), "fine": disc(20, 400), "half": disc(0, 48), "edge": edge()}
 
 
 @cache
