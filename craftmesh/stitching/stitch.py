@@ -10,7 +10,9 @@ from scipy.spatial import cKDTree
 
 from craftmesh.arguments import as_array, check_indices, typed
 from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.kernels.row_groups import group_rows
 from craftmesh.options import Options, option
+from craftmesh.stitching.kernels.distinct_points import distinct_points
 from craftmesh.stitching.misfits import refuse_lost, refuse_misfits
 from craftmesh.stitching.outer_shells import grain_names, in_pieces, refuse_gaps, with_voids
 from craftmesh.surface.connectivity import compact, facet_edges
@@ -83,7 +85,7 @@ def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dic
     points += 0.0  # makes 0.0 of -0.0: equal points have equal bytes, whichever grain comes first
     facets = np.concatenate([triangles + s for (_, _, triangles), s in zip(known, shift)])
     grain = np.repeat([g for g, _, _ in known], [len(t) for _, _, t in known])
-    first, inverse = _distinct_points(points)
+    first, inverse = distinct_points(points)
     inverse = _cluster(points[first], options.tolerance)[inverse]
     joined = inverse[facets]
     distinct = (joined != np.roll(joined, 1, axis=1)).all(axis=1)
@@ -102,9 +104,9 @@ def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dic
 
 def _outward(points: np.ndarray, facets: np.ndarray, grain: np.ndarray) -> tuple[_Soup, list[int]]:
     """Return the soup with the facets of grains that are inside out turned, and the ids of those."""
-    middles = points[facets].mean(axis=1) - points.mean(axis=0)
+    corners = points[facets[:, 0]] - points.mean(axis=0)
     ids, row = np.unique(grain, return_inverse=True)
-    swept = np.bincount(row, np.einsum("ij,ij->i", middles, area_vectors(points, facets)))
+    swept = np.bincount(row, np.einsum("ij,ij->i", corners, area_vectors(points, facets)))
     inverted = swept[row] < 0
     facets[inverted] = facets[inverted][:, ::-1]
     return _Soup(points, facets, grain), ids[swept < 0].tolist()
@@ -147,24 +149,6 @@ def _by_id(grains: Sequence[Grain]) -> list[Grain]:
     return [known[grain] for grain in sorted(known)]
 
 
-def _distinct_points(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first rows of distinct points, and each point's place among them.
-
-    As np.unique over rows would, numbered by first appearance. That sorts rows as structures: 2.3 s on the
-    2.2 million corners of 100 grains, against 0.6 s for the three stable sorts of columns here.
-    """
-    order = np.lexsort(points.T)
-    row = points[order]
-    is_new = np.r_[True, (row[1:] != row[:-1]).any(axis=1)]
-    first = order[is_new]
-    by_appearance = np.argsort(first)
-    rank = np.empty(len(first), np.int64)
-    rank[by_appearance] = np.arange(len(first))
-    place = np.empty(len(points), np.int64)
-    place[order] = rank[np.cumsum(is_new) - 1]
-    return first[by_appearance], place
-
-
 def _cluster(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Return for each point the first point of its cluster within the tolerance."""
     reach = tolerance * np.linalg.norm(np.ptp(points, axis=0))
@@ -180,10 +164,10 @@ def _cluster(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 def _groups(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return an order that puts facets of equal corners together, and the start of each such group."""
-    corner = np.sort(facets, axis=1)
-    order = np.lexsort(corner.T[::-1])
-    changed = (corner[order][1:] != corner[order][:-1]).any(axis=1)
-    return order, np.concatenate([[0], np.flatnonzero(changed) + 1])
+    low, middle, high = np.sort(facets, axis=1).T
+    stride = int(facets.max(initial=0)) + 1
+    order, start = group_rows(low.copy(), middle * stride + high, stride)
+    return order, start[:-1]
 
 
 def _parity(facets: np.ndarray) -> np.ndarray:
@@ -235,14 +219,11 @@ def _paired(soup: _Soup) -> tuple[np.ndarray, np.ndarray]:
 def _refuse_open(soup: _Soup) -> None:
     """Raise where the facets of a grain do not close, naming the grains and a place."""
     edges = facet_edges(soup.facets)
-    owner = np.repeat(np.searchsorted(np.unique(soup.grain), soup.grain), 3)
-    forward, stride = edges[:, 0] < edges[:, 1], len(soup.points)
-    key = np.minimum(*edges.T) * stride + np.maximum(*edges.T)
-    order = np.lexsort([key, owner])
-    changed = (np.diff(key[order]) != 0) | (np.diff(owner[order]) != 0)
-    start = np.concatenate([[0], np.flatnonzero(changed) + 1])
-    balance = np.add.reduceat(np.where(forward, 1, -1)[order], start)
-    rows = order[start[balance != 0]]
+    owner = np.repeat(np.unique(soup.grain, return_inverse=True)[1], 3)
+    key = np.maximum(*edges.T) * (owner[-1] + 1) + owner
+    order, start = group_rows(np.minimum(*edges.T), key, len(soup.points))
+    balance = np.add.reduceat(np.where(edges[:, 0] < edges[:, 1], 1, -1)[order], start[:-1])
+    rows = order[start[:-1][balance != 0]]
     if len(rows):
         grains = np.unique(soup.grain[rows // 3])
         middle = soup.points[edges[rows[0]]].mean(axis=0)
