@@ -12,7 +12,7 @@ from craftmesh.io.solution import read_solution, write_solution, write_solution_
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations
-from craftmesh.solve.stress import grain_stress
+from craftmesh.solve.stress import grain_stress, mean_stress
 from craftmesh.types import Solution
 
 
@@ -46,6 +46,15 @@ def test_a_quadratic_field_has_its_linear_stress_at_the_nodes():
     for grain, stiffness in zip(model.grains, model.stiffness()):
         points = np.unique(found.tets[model.mesh.grain == grain])
         assert np.allclose(found.stress[points], (stiffness @ strain).T[points])
+
+
+@pytest.mark.parametrize("stress", [[3.0, 0, 0, 0, 0, 0], [0, 0, -2.0, 0, 0, 0], [0, 0, 0, 4.0, 0, 0]])
+def test_the_mean_stress_of_even_tension_compression_and_shear_is_that(stress):
+    mesh = assemble(*structured_box((2, 2, 2), lambda centres: np.ones(len(centres), int)))[0]
+    model = elastic_model(mesh, ModelOptions(material=("isotropic:70000,0.3",)))[0]
+    xx, yy, zz, xy, xz, yz = np.linalg.solve(model.stiffness()[0], stress) / [1, 1, 1, 2, 2, 2]
+    gradient = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    assert mean_stress(model, model.mesh.points @ gradient) == pytest.approx(np.abs(stress).max())
 
 
 def test_solutions_read_back_bit_for_bit(tmp_path):
