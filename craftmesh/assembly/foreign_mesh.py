@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, listed
 from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.tet_connectivity import (
     RowGroups,
@@ -32,8 +32,14 @@ def tet_mesh_of(mesh: "Mesh") -> TetMesh:
     """Return the tetrahedra of all blocks, one after the other, and the point sets; grains are all 1.
 
     Inverted elements are turned right. Raises CraftmeshError for other solid elements, for 4-node ones
-    beside 10-node ones, and for points that are not in space.
+    beside 10-node ones, for points that are not in space, and for lips, whose names new ones would take.
     """
+    lips = sorted(name for name in {*mesh.cell_sets, *mesh.field_data, *mesh.point_sets} if is_lip(name))
+    if lips:
+        raise CraftmeshError(
+            f"the mesh has the lips {listed(lips)} of a crack opened before; expected all cracks in one "
+            "call, or the lips under other names"
+        )
     kinds = {block.type for block in mesh.cells}
     others = sorted(kinds - {*TETRAHEDRA, *FACES, *EDGES, "vertex"})
     if others or len(kinds & TETRAHEDRA.keys()) != 1:

@@ -59,7 +59,7 @@ def open_crack(mesh: AnyMesh, facets: np.ndarray | str) -> tuple[AnyMesh, dict[s
     A node comes apart into as many as there are groups of elements round it that share faces off the crack:
     nodes inside the front stay single, a mouth on the mesh's boundary opens, and a junction of branches
     comes apart into one node a sector. What hangs together by edges is one crack; several are
-    numbered after those that the mesh has already, from the lowest first corner up (by z, then y, then x).
+    numbered after those that a TetMesh has already, from the lowest first corner up (by z, then y, then x).
     Lip A is on the side of the facets that `lip_a_ahead` tells. Neither order nor turn of the facets makes
     a difference. Old nodes keep their ids.
 

@@ -168,6 +168,8 @@ def refuse_false_head(path: str | os.PathLike, name: str, stream: IO[bytes], the
         shape, _, dtype = read(stream)
     except TokenError as error:
         raise ValueError(f"its head has no end: {error}") from None
+    if dtype.hasobject:
+        raise CraftmeshError(f"{path}: {name} holds Python objects; expected an array of numbers or text")
     refuse_false_size(path, name, shape, dtype.itemsize, there)
 
 

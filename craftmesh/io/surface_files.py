@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from h5py import is_hdf5
 
+from craftmesh.arguments import as_array
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.declared import data_file, enough_memory, refuse_false_zip
@@ -55,9 +56,7 @@ def _joined(path: Path, parts: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.
     _refuse_cut_short(path, sum(len(triangles) for _, triangles in parts))
     points = np.concatenate([points for points, _ in parts])
     triangles = np.concatenate([triangles + shift for (_, triangles), shift in zip(parts, shifts)])
-    if not np.isfinite(points).all():
-        row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
-        raise CraftmeshError(f"{path}: a corner is {points[row].tolist()}; expected three finite numbers")
+    as_array(f"{path}: points", points, float, (None, 3))
     return points, triangles
 
 

@@ -84,6 +84,10 @@ def read(path: str | os.PathLike) -> FileVolume:
         _check_ids(path, cells, ids, count)
         ids = ids.astype(np.int64)
         cells = np.concatenate([[0], ids])[cells]
+    elif "**cell" in fields and cells.max(initial=0) > first:
+        raise CraftmeshError(
+            f"{path}: labels reach {cells.max()}, and **cell says {first:g}; expected labels up to that"
+        )
     unread: list[str] = [name for name in ("*lam", "*mode", "*group") if name in fields]
     orientations = _of_cells(path, fields, ids) if "*ori" in fields else {}
     if data.lstrip().startswith(b"**oridata"):

@@ -93,11 +93,12 @@ def _pages(file: Path) -> np.ndarray:
             series = tif.series
             _refuse_false_pages(file, tif.filehandle.size, series)
             kinds = {(pages.shape[-2:], str(pages.dtype)) for pages in series}
-            colours = series[0].keyframe.samplesperpixel
+            colours = _samples(series[0].keyframe)
             if len(kinds) > 1 or colours > 1 or max(pages.ndim for pages in series) > 3:
                 raise CraftmeshError(
                     f"{file}: holds pages of {len(kinds)} sizes or types, {colours} values a pixel, of "
-                    f"shape {series[0].shape}; expected grey pages (z, y, x), one label a pixel"
+                    f"shape {series[0].shape}; expected grey pages (z, y, x), one label a pixel, said to "
+                    "be grey (photometric minisblack)"
                 )
             # some writers make a series of each page
             found = np.concatenate([pages.asarray().reshape(-1, *pages.shape[-2:]) for pages in series])
@@ -110,6 +111,12 @@ def _pages(file: Path) -> np.ndarray:
     except Exception as error:  # tifffile and its codecs raise many kinds
         reason = " ".join(str(error).split())
         raise CraftmeshError(f"{file}: cannot be read as TIFF ({reason}); export it uncompressed") from None
+
+
+def _samples(page: Any) -> int:
+    """Return the values a pixel of a page: 1 of a grey one, whose further samples are a stack's."""
+    is_grey = page.photometric <= 1 and not any(page.extrasamples)
+    return 1 if is_grey else int(page.samplesperpixel)
 
 
 def _refuse_false_pages(file: Path, there: int, series: list) -> None:

@@ -58,11 +58,15 @@ def format_by_name(path: Path) -> str:
     Raises CraftmeshError for files that hold no grains, with the way from there, and for unknown ones.
     """
     suffix = path.suffix.lower()
+    kind = next((kind for kind, suffixes in SUFFIXES.items() if suffix in suffixes), "")
     if path.is_dir():
+        if kind not in ("", "tiff"):
+            raise CraftmeshError(
+                f"{path}: is a folder; expected a {suffix} file, or a folder of .tif slices"
+            )
         return "tiff"
-    for kind, suffixes in SUFFIXES.items():
-        if suffix in suffixes:
-            return kind
+    if kind:
+        return kind
     for reason, suffixes in _NO_GRAINS.items():
         if suffix in suffixes:
             raise CraftmeshError(f"{path}: {reason}")

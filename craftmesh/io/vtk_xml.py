@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from craftmesh.arguments import as_array
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.declared import enough_memory
@@ -128,16 +129,19 @@ def read_dataset(path: str | os.PathLike, kind: str) -> Any:
     """Read a VTK XML file of `kind` (PolyData, ImageData, UnstructuredGrid) that is one piece.
 
     Raises CraftmeshError if it is missing, broken or of another kind, where counts, extents and data do not
-    fit together, and for cells of points that there are not.
+    fit together, for cells of points that there are not, and for points that are not finite.
     """
     if not Path(path).is_file():
         raise CraftmeshError(f"{path}: no such file; run the stage that writes it or give another path")
     build = {"ImageData": _image, "PolyData": _poly, "UnstructuredGrid": _grid}[kind]
     try:
         with enough_memory(path), _without_messages():
-            return build(VtkFile(path, kind))
+            dataset = build(VtkFile(path, kind))
     except (ValueError, LookupError, TypeError, ArithmeticError, SyntaxError) as error:
         raise CraftmeshError(f"{path}: not a whole VTK XML {kind} file ({error}); write it again") from None
+    if kind != "ImageData":
+        as_array(f"{path}: points", points_of(dataset), float, (None, 3))
+    return dataset
 
 
 def _image(file: VtkFile) -> "vtkDataObject":

@@ -154,3 +154,13 @@ def test_a_file_is_read_alone_whatever_others_its_head_names(tmp_path):
     assert tifffile.imread(names[0]).shape == (2, 2, 3)
     assert read(tmp_path).labels.shape == (3, 2, 2)
     assert read(names[0]).labels.shape == (3, 2, 1)
+
+
+@pytest.mark.parametrize("width", [3, 4])
+def test_three_or_four_pixels_a_row_are_colours_only_where_the_file_says_so(width, tmp_path):
+    labels = np.arange(5 * 6 * width, dtype=np.uint16).reshape(5, 6, width)
+    tifffile.imwrite(tmp_path / "grey.tif", labels, photometric="minisblack", planarconfig="contig")
+    assert (read(tmp_path / "grey.tif").labels == labels.transpose(2, 1, 0)).all()
+    tifffile.imwrite(tmp_path / "colour.tif", labels, photometric="rgb")
+    with pytest.raises(CraftmeshError, match=f"{width} values a pixel.*photometric minisblack"):
+        read(tmp_path / "colour.tif")

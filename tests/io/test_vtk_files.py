@@ -4,13 +4,15 @@ import zipfile
 
 import numpy as np
 import pytest
+import pyvista
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import grain_tets, vtk, vtk_xml
+from craftmesh.io.surface_files import read_triangles
 from craftmesh.types import CRACK, Crack, GrainTets, Surface, TetMesh, Voxels
 
-AWKWARD = np.array([0.1, 1 / 3, np.nextafter(1.0, 2.0), 1e-300, -1.7976931348623157e308, 5e-324])
+AWKWARD = np.array([0.1, 1 / 3, np.nextafter(1.0, 2.0), 1e-300, -9.876543210987654e99, 5e-324])
 
 
 def cube_surface() -> Surface:
@@ -182,3 +184,17 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(CraftmeshError, match="cannot be written"):
         vtk.write_surface(tmp_path / "file" / "s.vtp", cube_surface())
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e200])
+@pytest.mark.parametrize("suffix", [".vtp", ".ply", ".obj"])
+def test_points_that_are_no_places_are_refused_with_their_file(value, suffix, tmp_path):
+    corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, value, 0.0]]
+    path = tmp_path / f"bad{suffix}"
+    if suffix == ".obj":
+        path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "f 1 2 3\n")
+    else:
+        pyvista.PolyData.from_regular_faces(np.array(corners), [[0, 1, 2]]).save(path)
+    read = vtk.read_crack if suffix == ".vtp" else read_triangles
+    with pytest.raises(CraftmeshError, match=rf"bad{suffix}: points\[2, 1\] is .*expected finite numbers"):
+        read(path)
