@@ -136,7 +136,7 @@ def read_dataset(path: str | os.PathLike, kind: str) -> Any:
     build = {"ImageData": _image, "PolyData": _poly, "UnstructuredGrid": _grid}[kind]
     try:
         with enough_memory(path), _without_messages():
-            dataset = build(VtkFile(path, kind))
+            dataset: Any = build(VtkFile(path, kind))
     except (ValueError, LookupError, TypeError, ArithmeticError, SyntaxError) as error:
         raise CraftmeshError(f"{path}: not a whole VTK XML {kind} file ({error}); write it again") from None
     if kind != "ImageData":
