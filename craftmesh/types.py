@@ -246,14 +246,18 @@ class Solution:
 
     displacement (n, 3) float64; reactions (n, 3) float64: the supports' forces on the body, 0 at free
     nodes. record: the solver's name and its figures by name (residual, iterations, ...), plain numbers and
-    texts.
+    texts. contact (n, 3) float64: the forces by which lips that touch push each other apart, None where
+    contact was not asked for or no lips would overlap.
     """
 
     displacement: np.ndarray
     reactions: np.ndarray
     record: Mapping[str, str | int | float] = field(default_factory=dict)
+    contact: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         _convert(self, "displacement", float, (None, 3))
         _convert(self, "reactions", float, (len(self.displacement), 3))
+        if self.contact is not None:
+            _convert(self, "contact", float, (len(self.displacement), 3))
         object.__setattr__(self, "record", _mapping("Solution.record", self.record))

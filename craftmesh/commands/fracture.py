@@ -75,6 +75,7 @@ def run(arguments: argparse.Namespace) -> None:
         model.stiffness(),
         options_from(arguments, FractureOptions),
         loaded_planes(model.load),
+        solution.contact,
     )
     columns = parameters.columns()
     if arguments.crack:
@@ -123,10 +124,11 @@ def growth_columns(growth: KinksAndExtensions) -> dict[str, np.ndarray]:
 def _check_field(model: ElasticModel, solution: Solution, source: str) -> None:
     """Raise CraftmeshError for a field that is not in balance as it was when it was found."""
     numbers = np.arange(1, len(solution.displacement) + 1)
-    foreign_solution(model, numbers, solution.displacement, EXTERNAL, source)
+    foreign_solution(model, numbers, solution.displacement, EXTERNAL, source, solution.contact)
     recorded = float(solution.record.get("residual", np.inf))
     residual = min(
-        problem_of(model, rule).balance(solution.displacement)[2] for rule in (DECK_RULE, FULL_RULE)
+        problem_of(model, rule).balance(solution.displacement, solution.contact)[2]
+        for rule in (DECK_RULE, FULL_RULE)
     )
     if residual > MORE * max(recorded, ROUNDING):
         raise CraftmeshError(

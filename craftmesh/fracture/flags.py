@@ -25,16 +25,17 @@ def flags_of(
     j: np.ndarray,
     g: np.ndarray,
     material: np.ndarray,
+    touch: np.ndarray,
 ) -> np.ndarray:
     """Return for each corner node of a front its words joined by +, empty where all is well.
 
     end: of an open front. pierce: grains meet in the node. limit: the material changes here, and values
     are the mean of both sides' limits. short: on a segment shorter than a test is wide. narrow: there is no
     room for three edges of radius. spread: K changes by over 5 % of |K| with a smaller tube. J: the root of
-    J differs from that of the K by over 5 %. closed: K_I is negative and more than 5 % of |K|: the lips
-    would overlap. interface: elements of several materials (m,), numbers by element, lie round an edge of
-    the front at the node, as where the crack runs in a grain boundary; K is then that of the fields of one
-    of them, not of a crack between two crystals.
+    J differs from that of the K by over 5 %. closed: the lips touch at the node, touch (k,), or K_I is
+    negative and more than 5 % of |K|: they would overlap. interface: elements of several materials (m,),
+    numbers by element, lie round an edge of the front at the node, as where the crack runs in a grain
+    boundary; K is then that of the fields of one of them, not of a crack between two crystals.
     """
     count = len(line.s)
     size = np.sqrt((k * k).sum(axis=1))
@@ -58,7 +59,7 @@ def flags_of(
         "narrow": radius < (LEAST_RADIUS + 0.5) * line.sizes * (1 - 1e-9),
         "spread": spread > LARGE_CHANGE * size,
         "J": np.abs(ratio - 1) > LARGE_CHANGE,
-        "closed": k[:, 0] < -LARGE_CHANGE * size,
+        "closed": touch | (k[:, 0] < -LARGE_CHANGE * size),
         "interface": _at_interface(mesh, front, material),
     }
     return np.array(

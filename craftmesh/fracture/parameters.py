@@ -10,6 +10,7 @@ from craftmesh.fracture.fit import Fitted, FrontLine, falloff, fit_segment
 from craftmesh.fracture.flags import flags_of
 from craftmesh.fracture.front_strain import FrontStrain, strains_along_front, stress_along_binormal
 from craftmesh.fracture.kernels.forces import ROWS, add_element_forces, add_face_forces
+from craftmesh.fracture.lip_pressure import FaceTractions, contact_tractions, lips_touch
 from craftmesh.fracture.options import LEAST_RADIUS, FractureOptions
 from craftmesh.fracture.quadrature import element_rule, face_rules
 from craftmesh.fracture.room import radii
@@ -33,7 +34,8 @@ class FrontParameters:
 
     front (k,) from 1; node (k,) id from 0; s (k,); points (k, 3); J (k,) by its own integral; G (k,) the
     energy release rate of the K; K_I, K_II, K_III (k,): with K_II > 0 lip A goes along the binormal, with
-    K_III > 0 along the tangent; T (k,) the stress along the binormal that stays finite; radius (k,) of the
+    K_III > 0 along the tangent; T (k,) the stress along the binormal that stays finite, NaN where the lips
+    touch, for it is found for lips free of traction; radius (k,) of the
     tube; spread (k,): the largest change of a K with a smaller tube; flags (k,) words joined by +, see
     `flags_of`. Where the material changes values are the mean of both limits. probe_angle, probe_stress
     (k,): see `probed`, NaN where it was not asked for.
@@ -75,12 +77,14 @@ def fracture_parameters(
     stiffness: np.ndarray,
     options: FractureOptions = FractureOptions(),  # noqa: B008 (frozen)
     loaded: Collection[str] = (),
+    contact: np.ndarray | None = None,
 ) -> tuple[FrontParameters, dict]:
     """Return the parameters along all fronts of a solved 10-node mesh, and a report.
 
     displacement (n, 3) of all nodes; stiffness (g, 6, 6) of grains (g,), ascending ids, over 11, 22, 33,
     12, 13, 23 in the sample's axes. Units are those of stiffness and mesh: K in stress times root of
     length. loaded: face sets (XMIN, ...) that are not free of traction, where a front may end.
+    contact (n, 3): forces by which lips that touch push each other apart, none where they do not.
     Raises CraftmeshError for 4-node meshes, displacements that do not fit, and meshes without a front.
     """
     if mesh.tets.shape[1] != 10:
@@ -95,13 +99,24 @@ def fracture_parameters(
     fronts = fronts_of(mesh)
     if not fronts:
         raise CraftmeshError("fracture: the mesh has no crack front; give a mesh with an opened crack")
+    tractions = contact_tractions(mesh, contact)
     corner_points = [mesh.points[front.corners] for front in fronts]
     parts, reports = [], []
     for number, front in enumerate(fronts):
         sizes = local_sizes(corner_points[number], front.closed)
         wide = radii(corner_points, number, front.closed, front.curve, sizes, options.radius)
         parameters, report = _of_front(
-            mesh, displacement, grains, stiffness, front, number + 1, wide, options, loaded
+            mesh,
+            displacement,
+            grains,
+            stiffness,
+            front,
+            number + 1,
+            wide,
+            options,
+            loaded,
+            tractions,
+            contact,
         )
         parts.append(parameters)
         reports.append(report)
@@ -120,11 +135,13 @@ def _of_front(
     wide: np.ndarray,
     options: FractureOptions,
     loaded: Collection[str],
+    tractions: FaceTractions,
+    contact: np.ndarray | None,
 ) -> tuple[FrontParameters, dict]:
     line, segments = _line_and_segments(mesh, grains, stiffness, front)
     stations = stations_of(segments, front.curve)
     reach = max(wide.max(), ((options.probe or 0) + 1) * line.sizes.max())
-    around = surroundings(mesh, displacement, grains, stiffness, front, segments, reach, loaded)
+    around = surroundings(mesh, displacement, grains, stiffness, front, segments, reach, loaded, tractions)
     weights = _weights(front, stations, around)
     narrow = np.maximum(SMALLER * wide, LEAST_RADIUS * line.sizes)
     found = [_along(line, segments, around, weights, radius, options.knots) for radius in (wide, narrow)]
@@ -133,7 +150,8 @@ def _of_front(
     k, t, j, g, one_sided = values[0]
     spread = np.abs(k - values[1][0]).max(axis=1)
     material = material_numbers(stiffness)[np.searchsorted(grains, mesh.grain)]
-    flags = flags_of(mesh, front, line, segments, wide, k, spread, j, g, material)
+    touch = lips_touch(mesh, contact, front.corners)
+    flags = flags_of(mesh, front, line, segments, wide, k, spread, j, g, material, touch)
     count = len(front.corners)
     parameters = FrontParameters(
         front=np.full(count, number),
@@ -143,7 +161,7 @@ def _of_front(
         J=j,
         G=g,
         **{name: k[:, column] for column, name in enumerate(("K_I", "K_II", "K_III"))},
-        T=t,
+        T=np.where(touch, np.nan, t),
         radius=wide,
         spread=spread,
         flags=flags,
@@ -186,9 +204,12 @@ def _weights(front: Front, stations: Stations, around: Surroundings) -> np.ndarr
         stations.fields,
         around.faces,
         around.sides,
+        around.at_front,
         around.loaded,
+        around.traction,
         rules.rule,
         rules.outward,
+        rules.share,
         forces,
     )
     return np.einsum("nmi,ni->nm", forces, around.binormal)

@@ -19,10 +19,14 @@ _CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 
 
 class FaceRules(NamedTuple):
-    """Points on the four faces: value (4, p, 10), slope (4, p, 10, 3), weight (p,), outward (4, 3)."""
+    """Points on the four faces: value (4, p, 10), slope (4, p, 10, 3), weight (p,), outward (4, 3).
+
+    share (p, 3): barycentric coordinates by the face's corners.
+    """
 
     rule: Rule
     outward: np.ndarray
+    share: np.ndarray
 
 
 def element_rule() -> Rule:
@@ -34,15 +38,16 @@ def element_rule() -> Rule:
 def face_rules() -> FaceRules:
     """Return the points on the four faces; weights add up to 1 / 2, outward is twice the area's vector."""
     flat, weight = triangle_points()
+    on_face = np.column_stack([1 - flat.sum(axis=1), flat])
     rules, outward = [], []
     for corners in FACE_CORNERS:
         a, b, c = _CORNERS[corners]
         share = np.zeros((len(flat), 4))
-        share[:, corners] = np.column_stack([1 - flat.sum(axis=1), flat])
+        share[:, corners] = on_face
         rules.append(_rule(share, weight))
         outward.append(-np.cross(b - a, c - a))  # by the right-hand rule they point inwards
     value, slope = (np.stack([rule[k] for rule in rules]) for k in (0, 1))
-    return FaceRules(Rule(value, slope, weight), np.array(outward))
+    return FaceRules(Rule(value, slope, weight), np.array(outward), on_face)
 
 
 def triangle_points() -> tuple[np.ndarray, np.ndarray]:

@@ -8,6 +8,7 @@ from scipy.spatial import KDTree
 
 from craftmesh.fracture.kernels.curve import Curve, nearest_points
 from craftmesh.fracture.kernels.forces import Tube
+from craftmesh.fracture.lip_pressure import FaceTractions
 from craftmesh.fracture.segments import Segments
 from craftmesh.mesh.front_curve import FrontCurve
 from craftmesh.mesh.front_frames import Front
@@ -25,8 +26,9 @@ class Surroundings:
     """A front's tube and what its nodes need for q.
 
     nodes (n,): ids in the mesh; distance (n,) from the front; binormal (n, 3) at their nearest points;
-    faces (f, 2): free faces (element of the tube, face), those of the lips that touch the front left out;
-    sides (f,): as in Tube; loaded (f,): whether there may be tractions.
+    faces (f, 2): outer faces (element of the tube, face), those of the lips that touch the front only where
+    there are tractions; sides (f,): as in Tube; at_front (f, 3): which corners of lips are on it; loaded
+    (f,): whether there may be tractions that are not known; traction (f, 3, 3): known ones, at the corners.
     """
 
     tube: Tube
@@ -35,7 +37,9 @@ class Surroundings:
     binormal: np.ndarray
     faces: np.ndarray
     sides: np.ndarray
+    at_front: np.ndarray
     loaded: np.ndarray
+    traction: np.ndarray
 
 
 def kernel_curve(curve: FrontCurve) -> Curve:
@@ -53,10 +57,12 @@ def surroundings(
     segments: Segments,
     reach: float,
     loaded: Collection[str],
+    tractions: FaceTractions,
 ) -> Surroundings:
     """Return the tube of elements with a corner nearer to the front than `reach`.
 
-    displacement (n, 3); stiffness (g, 6, 6) of grains (g,); loaded: face sets that bear tractions.
+    displacement (n, 3); stiffness (g, 6, 6) of grains (g,); loaded: face sets that bear
+    unknown tractions; tractions: known ones, of lips.
     """
     corner_distance = _corner_distances(mesh, front.curve, reach)
     chosen = np.flatnonzero((corner_distance[mesh.tets[:, :4]] < reach).any(axis=1))
@@ -73,7 +79,8 @@ def surroundings(
         side=_sides(mesh, chosen),
         stiffness=np.ascontiguousarray(stiffness),
     )
-    return Surroundings(tube, nodes, distance, binormal, *_faces(mesh, chosen, front, tube.side, loaded))
+    faces = _faces(mesh, chosen, front, tube.side, loaded, tractions)
+    return Surroundings(tube, nodes, distance, binormal, *faces)
 
 
 def without_rigid_motion(points: np.ndarray, displacement: np.ndarray) -> np.ndarray:
@@ -137,21 +144,26 @@ def _sides(mesh: TetMesh, chosen: np.ndarray) -> np.ndarray:
 
 
 def _faces(
-    mesh: TetMesh, chosen: np.ndarray, front: Front, side: np.ndarray, loaded: Collection[str]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the outer faces (f, 2) of chosen elements, by their rows, their sides, which are loaded."""
+    mesh: TetMesh,
+    chosen: np.ndarray,
+    front: Front,
+    side: np.ndarray,
+    loaded: Collection[str],
+    tractions: FaceTractions,
+) -> tuple[np.ndarray, ...]:
+    """Return the outer faces (f, 2) of chosen elements, by their rows, and the rest of `Surroundings`."""
     row = np.full(len(mesh.tets), -1)
     row[chosen] = np.arange(len(chosen))
-    at_front = np.zeros(len(mesh.points), bool)
-    at_front[front.corners] = True
-    faces, sides, bears = [np.zeros((0, 2), np.int64)], [np.zeros(0)], [np.zeros(0, bool)]
-    for name, rows in mesh.face_sets.items():
-        kept = rows[row[rows[:, 0]] >= 0]
-        if is_lip(name):
-            kept = kept[~at_front[face_nodes(mesh.tets[:, :4], kept)].any(axis=1)]
-            sides.append(np.full(len(kept), 1.0 if name.endswith("A") else -1.0))
-        else:
-            sides.append(side[row[kept[:, 0]]])
-        bears.append(np.full(len(kept), name in loaded))
-        faces.append(np.column_stack([row[kept[:, 0]], kept[:, 1]]))
-    return np.concatenate(faces), np.concatenate(sides), np.concatenate(bears)
+    is_front = np.zeros(len(mesh.points), bool)
+    is_front[front.corners] = True
+    parts = []
+    for name, faces in mesh.face_sets.items():
+        faces = faces[row[faces[:, 0]] >= 0]
+        lip, traction = is_lip(name), tractions.on(faces)
+        touches = is_front[face_nodes(mesh.tets[:, :4], faces)] & lip
+        own = np.full(len(faces), 1.0 if name.endswith("A") else -1.0) if lip else side[row[faces[:, 0]]]
+        part = faces, own, touches, np.full(len(faces), name in loaded), traction
+        kept = ~touches.any(axis=1) | traction.any(axis=(1, 2))
+        parts.append([values[kept] for values in part])
+    faces, *rest = (np.concatenate(values) for values in zip(*parts))
+    return np.column_stack([row[faces[:, 0]], faces[:, 1]]), *rest

@@ -17,10 +17,15 @@ _VTK_ORDER = [0, 1, 2, 3, 5, 4]
 
 
 def write_solution(path: str | os.PathLike, solution: Solution) -> None:
-    """Write an .npz with `displacement`, `reactions` and `record` (JSON text), always in the same bytes."""
+    """Write an .npz with `displacement`, `reactions` and `record` (JSON text), always in the same bytes.
+
+    `contact` too where the solution has it.
+    """
     text = json.dumps(dict(solution.record), sort_keys=True)
     arrays = {"format": np.array(FORMAT), "record": np.array(text)}
     arrays |= {"displacement": solution.displacement, "reactions": solution.reactions}
+    if solution.contact is not None:
+        arrays["contact"] = solution.contact
     write_arrays(path, arrays)
 
 
@@ -29,7 +34,8 @@ def read_solution(path: str | os.PathLike) -> Solution:
     arrays = load(path)
     if str(arrays.get("format")) != FORMAT:
         raise CraftmeshError(f"{path}: is no solution; expected a solution.npz made by `craftmesh solve`")
-    return Solution(arrays["displacement"], arrays["reactions"], json.loads(str(arrays["record"])))
+    record = json.loads(str(arrays["record"]))
+    return Solution(arrays["displacement"], arrays["reactions"], record, arrays.get("contact"))
 
 
 def write_solution_vtu(

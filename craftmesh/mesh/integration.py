@@ -1,4 +1,4 @@
-"""Rules of integration over tetrahedra, and the slopes of their shape functions."""
+"""Rules of integration over tetrahedra, and the shape functions of them and their faces."""
 
 from itertools import permutations
 
@@ -44,3 +44,17 @@ def shape_slopes(places: np.ndarray, width: int) -> np.ndarray:
     corners = (4 * places - 1)[:, :, None] * _CORNER_SLOPES
     middles = 4 * (places[:, a, None] * _CORNER_SLOPES[b] + places[:, b, None] * _CORNER_SLOPES[a])
     return np.concatenate([corners, middles], axis=1)
+
+
+def face_shape(s: float, t: float, is_linear: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return values (k,) and slopes (k, 2) of a triangle's 3 or 6 shape functions at (s, t)."""
+    r = 1 - s - t
+    turns = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
+    areas = np.array([r, s, t])
+    if is_linear:
+        return areas, turns
+    following = [1, 2, 0]
+    corners, middles = areas * (2 * areas - 1), 4 * areas * areas[following]
+    corner_slopes = (4 * areas - 1)[:, None] * turns
+    middle_slopes = 4 * (areas[following, None] * turns + areas[:, None] * turns[following])
+    return np.concatenate([corners, middles]), np.concatenate([corner_slopes, middle_slopes])

@@ -15,19 +15,24 @@ _SUPPORT = 1e-4
 
 
 def foreign_solution(
-    model: ElasticModel, numbers: np.ndarray, displacement: np.ndarray, solver: str, source: str
+    model: ElasticModel,
+    numbers: np.ndarray,
+    displacement: np.ndarray,
+    solver: str,
+    source: str,
+    contact: np.ndarray | None = None,
 ) -> tuple[Solution, dict]:
     """Return the solution that a program found, and a report.
 
     numbers (k,): the deck's numbers of nodes; displacement (k, 3) in the same order; source: what they
-    come from, for errors. Raises CraftmeshError for nodes that are missing, there twice or unknown, values
-    that are not finite, and a field that does not keep the supports or is far from balance: one of another
-    mesh, load or material.
+    come from, for errors; contact (n, 3): as in `Solution`, by the mesh's nodes. Raises CraftmeshError for
+    nodes that are missing, there twice or unknown, values that are not finite, and a field that does not
+    keep the supports or is far from balance: one of another mesh, load or material.
     """
     problem = problem_of(model)
     field = _in_order(numbers, displacement, len(model.mesh.points), source)
     _check_supports(problem, field, source)
-    _, reactions, residual = problem.balance(field)
+    _, reactions, residual = problem.balance(field, contact)
     if not residual <= _LARGEST_RESIDUAL:
         raise CraftmeshError(
             f"{source}: the field leaves {residual:.2g} of the forces out of balance, expected at most "
@@ -35,7 +40,7 @@ def foreign_solution(
             "or a direct solver"
         )
     record: dict[str, str | int | float] = {"solver": solver, "residual": residual}
-    return Solution(field, reactions, record), {"unknowns": field.size} | record
+    return Solution(field, reactions, record, contact), {"unknowns": field.size} | record
 
 
 def _in_order(numbers: np.ndarray, displacement: np.ndarray, count: int, source: str) -> np.ndarray:

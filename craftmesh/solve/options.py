@@ -30,6 +30,9 @@ class SolveOptions(Options):
         "which quarter points carry uniform strain exactly too",
         choices=("deck", "full"),
     )
+    contact: bool = option(
+        True, "builtin: where lips of the crack would overlap they press on each other, without friction"
+    )
     command: tuple[str, ...] = option(
         (),
         "in place of the calls of calculix or abaqus, each a text with {job}, {script} and {field}",

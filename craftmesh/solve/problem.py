@@ -25,19 +25,28 @@ class Problem:
     supports: Supports
     forces: np.ndarray
 
-    def balance(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    def balance(
+        self, displacement: np.ndarray, contact: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, float]:
         """Return of a field (n, 3): forces out of balance (n, 3), reactions (n, 3), and the residual.
 
         The residual is the length of all forces out of balance over that of all reactions and forces that
-        act; 0 where nothing is loaded.
+        act; 0 where nothing is loaded. contact (n, 3): forces by which lips that touch push each other
+        apart, which do not count as forces that act.
         """
         left = self.forces - self.elements.forces(displacement)
+        if contact is not None:
+            left += contact
         fixed = self.supports.fixed
         reactions = np.where(fixed, -left, 0.0)
         left[fixed] = 0.0
-        size = np.sqrt((reactions**2).sum() + (self.forces**2).sum())
+        size = self.size(reactions)
         out = np.sqrt((left**2).sum())
         return left, reactions, float(out / size) if size > 0 else float(out)
+
+    def size(self, reactions: np.ndarray) -> float:
+        """Return the length of all reactions (n, 3) and forces that act."""
+        return float(np.sqrt((reactions**2).sum() + (self.forces**2).sum()))
 
 
 def problem_of(model: ElasticModel, rule: int = DECK_RULE) -> Problem:

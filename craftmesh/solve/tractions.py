@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.mechanics.load import Load
+from craftmesh.mesh.integration import face_shape
 from craftmesh.mesh.tet_connectivity import FACE_CORNERS, FACE_EDGES
 from craftmesh.types import TetMesh
 
@@ -21,23 +22,9 @@ def nodal_forces(load: Load, mesh: TetMesh) -> np.ndarray:
         nodes = mesh.tets[tets[:, None], nodes_of[sides]]
         places = mesh.points[nodes]
         for s, t in (_MIDDLE if is_linear else _THREE).tolist():
-            values, slopes = _face_shape(s, t, is_linear)
+            values, slopes = face_shape(s, t, is_linear)
             u, v = np.einsum("ka,fki->afi", slopes, places)
             inward = np.cross(u, v)  # by the order of FACE_CORNERS
             weight = -traction.stress * (0.5 if is_linear else 1 / 6)
             np.add.at(forces, nodes, weight * values[:, None] * inward[:, None, :])
     return forces
-
-
-def _face_shape(s: float, t: float, is_linear: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return values (k,) and slopes (k, 2) of a triangle's 3 or 6 shape functions at (s, t)."""
-    r = 1 - s - t
-    turns = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
-    areas = np.array([r, s, t])
-    if is_linear:
-        return areas, turns
-    following = [1, 2, 0]
-    corners, middles = areas * (2 * areas - 1), 4 * areas * areas[following]
-    corner_slopes = (4 * areas - 1)[:, None] * turns
-    middle_slopes = 4 * (areas[following, None] * turns + areas[:, None] * turns[following])
-    return np.concatenate([corners, middles]), np.concatenate([corner_slopes, middle_slopes])

@@ -79,7 +79,7 @@ def write_csv(path: Path, field: np.ndarray) -> None:
     ],
 )
 def test_calculix_finds_the_same_field(folder, flags):
-    assert run(folder, *flags) == 0
+    assert run(folder, "--no-contact", *flags) == 0  # the deck has none
     own = read_solution(folder / "solution.npz")
     assert run(folder, "--solver", "calculix", *flags) == 0
     other = read_solution(folder / "solution.npz")

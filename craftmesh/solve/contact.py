@@ -1,0 +1,92 @@
+"""Frictionless contact of a crack's lips: which pairs of nodes are closed, found by an active set."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.lip_pairs import LipPairs
+from craftmesh.solve.closed_pairs import ClosedPairs
+from craftmesh.solve.iteration import Found, Iteration
+
+# An overlap counts from so many residuals of the largest displacement on.
+_OVERLAP = 100.0
+# Residual of the fields that only tell which pairs close: overlaps and forces that decide are larger.
+_ROUGH = 1e-5
+# A pair that closed again as often stays closed.
+_MOST_RELEASES = 3
+_MOST_STEPS = 100
+
+
+class Contact(NamedTuple):
+    """The field with contact, which pairs (p,) are closed, the steps it took, the overlap that is left."""
+
+    found: Found
+    closed: np.ndarray
+    steps: int
+    overlap: float
+
+    def figures(self) -> dict[str, int | float]:
+        """Return what a solution's record says of it; the overlap is a length."""
+        return {
+            "contact_pairs": len(self.closed),
+            "contact_closed": int(self.closed.sum()),
+            "contact_steps": self.steps,
+            "overlap": self.overlap,
+        }
+
+
+def overlap_of(pairs: LipPairs, displacement: np.ndarray) -> float:
+    """Return how deep the lips overlap in a field (n, 3), 0 where they do not."""
+    return float(max(-pairs.gaps(displacement).min(initial=0.0), 0.0))
+
+
+def least_overlap(displacement: np.ndarray, tolerance: float) -> float:
+    """Return the overlap from which on a field (n, 3) found to a residual is taken to overlap."""
+    return _OVERLAP * tolerance * float(np.ptp(displacement, axis=0).max())
+
+
+def with_contact(iteration: Iteration, pairs: LipPairs, start: np.ndarray) -> Contact:
+    """Return the field whose lips press on each other where they touch, from the one without contact.
+
+    Primal-dual active set (Hintermueller, Ito & Kunisch 2002): pairs that overlap are closed, and those
+    that pull are released, until there are none. A corner of 10-node elements is released where the
+    pressure around it pulls too: even pressure has no force on corners.
+    """
+    tolerance, fixed = iteration.options.tolerance, iteration.problem.supports.fixed
+    around = _around(pairs)
+    closed = pairs.gaps(start) < -least_overlap(start, tolerance)
+    aim, displacement = max(_ROUGH, tolerance), start
+    releases = np.zeros(len(closed), int)
+    for step in range(1, _MOST_STEPS + 1):
+        text = f"contact {step}, {closed.sum()} of {len(closed)} pairs closed, "
+        found = iteration.solved(displacement, ClosedPairs(pairs, closed, fixed, text), aim)
+        displacement, least_pull = found.displacement, aim * found.size
+        pulls = (found.push < -least_pull) & (found.push + around @ found.push < -least_pull)
+        opens = closed & pulls & (releases < _MOST_RELEASES)
+        closes = ~closed & (pairs.gaps(displacement) < -least_overlap(displacement, aim))
+        if not (opens | closes).any():
+            if aim == tolerance:
+                return Contact(found, closed, step, overlap_of(pairs, displacement))
+            aim = tolerance
+        closed = (closed & ~opens) | closes
+        releases += opens
+    raise CraftmeshError(
+        f"contact: which lip nodes touch is not found in {_MOST_STEPS} steps; look for flat elements "
+        "(craftmesh check), or switch contact off"
+    )
+
+
+def _around(pairs: LipPairs) -> csr_array:
+    """Return the matrix (p, p) that gives corners half of the forces at the middles of their edges.
+
+    With their own that is the force on the linear function that is 1 there.
+    """
+    count = len(pairs.nodes)
+    if pairs.facets.shape[1] == 3:
+        return csr_array((count, count))
+    mids, corners = pairs.facets[:, [3, 4, 5, 3, 4, 5]].ravel(), pairs.facets[:, [0, 1, 2, 1, 2, 0]].ravel()
+    known = (mids >= 0) & (corners >= 0)
+    rows = np.unique(np.stack([corners[known], mids[known]], axis=1), axis=0)
+    return csr_array((np.full(len(rows), 0.5), tuple(rows.T)), (count, count))
