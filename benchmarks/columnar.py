@@ -67,7 +67,8 @@ def run(crack_file: str, near: float, far: float, target: str | None) -> dict:
 
     target: a file for the crack that has grown by one increment.
     """
-    from craftmesh.growth.extension import crack_radius, kinks_and_extensions
+    from craftmesh.growth.crack_size import crack_size
+    from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
     from craftmesh.growth.grow import grow
     from craftmesh.growth.moves import FrontExtensions
     from craftmesh.growth.options import GrowthOptions, SmoothingOptions
@@ -82,7 +83,7 @@ def run(crack_file: str, near: float, far: float, target: str | None) -> dict:
     figures = {"tets": len(mesh.tets)} | {key: measures[key] for key in COLUMNS.keys() & measures.keys()}
     (k, model), solving = timed(intensities_of, mesh, voxels.orientations)
     frames = front_frames(model.mesh)
-    growth = kinks_and_extensions(k, crack_radius(crack, voxels.box), GrowthOptions())
+    growth = kinks_and_extensions(k, CrackFronts(crack_size(crack, voxels.box)), GrowthOptions(share=0.25))
     if target:
         trusted = np.ones(len(k), bool)
         along = FrontExtensions(

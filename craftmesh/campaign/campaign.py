@@ -110,6 +110,11 @@ class Campaign:
         before = f"{self.results}/{case}/{int(inc) - 1:03d}"
         return {"base": f"{before}/base.vtp", "step": f"{before}/step.csv"} if int(inc) else {}
 
+    def last_front(self, case: str, inc: str) -> dict[str, str]:
+        """Return the report of K of the increment that this one grew from as `last`; else nothing."""
+        grown = self.cases[case].grows and int(inc)
+        return {"last": f"{self.results}/{case}/{int(inc) - 1:03d}/fracture.json"} if grown else {}
+
     def crack_options(self, case: str, inc: str) -> list[dict[str, Any]]:
         """Return the keys of each crack of an increment; those that have grown are surfaces in one file."""
         if self.cases[case].grows and int(inc):

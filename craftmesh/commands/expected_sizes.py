@@ -16,6 +16,7 @@ from craftmesh.commands.crack_sources import given_surface
 from craftmesh.cracks.options import BY_NUMBERS, IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.prescription import is_sized, semi_axes
 from craftmesh.cracks.series import crack_of_increment
+from craftmesh.growth.crack_size import share_of_size
 from craftmesh.io.npz import read_labels
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for, voxel_edge
 from craftmesh.types import Voxels
@@ -74,7 +75,7 @@ def _cleaned(microstructure: str, made: str, imported: str) -> Voxels:
 def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
     """Return the sizing round the fronts of an increment, as far as they are known before it is solved.
 
-    A crack that grows is taken as larger by grow.share at each increment; of a shape from files that grows,
+    A crack that grows is taken as larger by a step at each increment; of a shape from files that grows,
     the first is taken; one along grain boundaries, which are not there yet, as a penny of its radius.
     """
     options = SizingOptions(**{**case.settings["sizing"], "field": None, "points": None, "curvature": None})
@@ -90,7 +91,8 @@ def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
             crack_options = _round(crack_options, increment)
         which = 0 if case.grows else increment
         if case.grows and crack_options.shape in BY_NUMBERS:
-            crack_options = _grown(crack_options, (1 + case.settings["grow"]["share"]) ** increment)
+            share = case.settings["grow"]["share"] or share_of_size(case.settings["grow"]["change"])
+            crack_options = _grown(crack_options, (1 + share) ** increment)
         surface, _ = given_surface(crack_options, which, voxels.box, voxels)
         heights = case.settings["stitch"]["insertion"] == "cut"
         crack = crack_of_increment(crack_options, which, voxels.box, surface, heights)

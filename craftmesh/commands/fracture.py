@@ -11,13 +11,19 @@ import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure, orientations_and_phases
-from craftmesh.commands.stage_io import add_output, existing, tell, write_json
+from craftmesh.commands.stage_io import add_output, existing, read_json, tell, write_json
+from craftmesh.cracks.polyline import polyline
 from craftmesh.errors import CraftmeshError
 from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import FrontParameters, fracture_parameters
-from craftmesh.growth.extension import NEAR_FIELD, KinksAndExtensions, crack_radius, kinks_and_extensions
+from craftmesh.growth.crack_size import crack_size
+from craftmesh.growth.cycles import Counted
+from craftmesh.growth.extension import NEAR_FIELD, CrackFronts, KinksAndExtensions, kinks_and_extensions
 from craftmesh.growth.gate import AVERAGED, Evidence, doubts
+from craftmesh.growth.grow import row_spacing
 from craftmesh.growth.options import GrowthOptions
+from craftmesh.growth.rates import laws_of, local_rates
+from craftmesh.growth.relaxation import rows_along
 from craftmesh.io.front_csv import has_word, write_front
 from craftmesh.io.solution import read_solution
 from craftmesh.io.vtk import read_crack, read_tets
@@ -31,11 +37,12 @@ from craftmesh.solve.options import EXTERNAL
 from craftmesh.solve.problem import DECK_RULE, problem_of
 from craftmesh.solve.solve import FULL_RULE
 from craftmesh.solve.stress import mean_stress
-from craftmesh.types import Solution
+from craftmesh.types import Crack, Solution
 
 # A field of the same model is as far out of balance as before, but for rounding; without the quarter points
 # of a penny it was 8e-2.
 MORE, ROUNDING = 10.0, 1e-10
+CYCLES = ("cycles", "doubt", "ahead", "ahead_doubt")
 TOLD = ("front", "nodes", "radius", "largest_K", "largest_spread", "root_of_J_over_G", "flagged")
 
 
@@ -52,6 +59,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FILE",
         help="crack surface .vtp: find how it grows as well, columns kink_angle and extension",
+    )
+    parser.add_argument(
+        "--last",
+        type=Path,
+        metavar="FILE",
+        help="the --json of the increment before, made with --crack: load cycles are counted on from there",
     )
     add_options(parser, FractureOptions, ModelOptions, GrowthOptions)
 
@@ -79,19 +92,57 @@ def run(arguments: argparse.Namespace) -> None:
     )
     columns = parameters.columns()
     if arguments.crack:
-        radius = crack_radius(read_crack(existing(arguments.crack)), model.mesh.box)
         options = options_from(arguments, GrowthOptions)
-        crystals = local_stiffness(model) if options.criterion == NEAR_FIELD else None
+        crack, options = read_crack(existing(arguments.crack)), options_from(arguments, GrowthOptions)
+        fronts = crack_fronts(model, parameters, crack)
         stress = mean_stress(model, displacement)
-        doubt = evidence(parameters, solution, stress, radius)
-        growth = kinks_and_extensions(intensities(parameters), radius, options, doubt, crystals)
+        growth = kinks_and_extensions(
+            intensities(parameters),
+            fronts,
+            options,
+            evidence(parameters, solution, stress, fronts.size),
+            read_counted(arguments.last) if arguments.last else None,
+            local_rates(laws_of(options), front_frames(model.mesh).grain, model.phase_of),
+            local_stiffness(model) if options.criterion == NEAR_FIELD else None,
+        )
         columns |= growth_columns(growth) | {"flags": columns.pop("flags")}
-        report["growth"] = {"radius": radius, "stress": stress, "cycles": growth.cycles}
+        report["growth"] = {"stress": stress} | counted_report(growth.counted, options)
     write_front(arguments.output, columns)
     if arguments.json:
         write_json(arguments.json, report)
     for front in report["fronts"]:
         tell({key: front[key] for key in TOLD}, None)
+    if arguments.crack:
+        tell(report["growth"], None)
+
+
+def crack_fronts(model: ElasticModel, parameters: FrontParameters, crack: Crack) -> CrackFronts:
+    """Return the fronts of a crack as growth takes them."""
+    frames = front_frames(model.mesh)
+    lines = [polyline(crack.points[front]) for front in crack.fronts]
+    return CrackFronts(
+        crack_size(crack, model.mesh.box),
+        rows_along(lines, frames.points, frames.binormal),
+        row_spacing(frames.points),
+        float(np.median(parameters.spread)),
+    )
+
+
+def counted_report(counted: Counted, options: GrowthOptions) -> dict[str, float | None]:
+    """Return a front's cycles as `read_counted` reads them; null without a law that gives them."""
+    known = options.coefficient is not None or bool(options.rates)
+    return {key: value if known or key not in CYCLES else None for key, value in counted._asdict().items()}
+
+
+def read_counted(path: Path) -> Counted | None:
+    """Read the front before; None where it did not go on. Raises CraftmeshError for another file."""
+    found = read_json(existing(path)).get("growth", {})
+    if not set(Counted._fields) <= found.keys():
+        raise CraftmeshError(
+            f"{path}: no growth to count on from; expected the --json of `craftmesh fracture --crack`"
+        )
+    last = Counted(*(found[key] or 0.0 for key in Counted._fields))
+    return last if last.rate > 0 else None
 
 
 def intensities(parameters: FrontParameters) -> np.ndarray:
@@ -118,7 +169,7 @@ def growth_columns(growth: KinksAndExtensions) -> dict[str, np.ndarray]:
     """Return the columns of sif.csv that say how a front goes on; kink angles in degrees."""
     angle = np.degrees(growth.kink_angle)
     way = {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}
-    return way | {"stays": growth.stays}
+    return way | {"rate": growth.rate, "power": np.full(len(angle), growth.power), "stays": growth.stays}
 
 
 def _check_field(model: ElasticModel, solution: Solution, source: str) -> None:

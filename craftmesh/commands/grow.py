@@ -13,6 +13,7 @@ from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.correct import Step, corrected
+from craftmesh.growth.crack_size import LEAST_STEP
 from craftmesh.growth.gate import AVERAGED, CLOSED, NOISE, STAYS
 from craftmesh.growth.grow import grow, row_spacing
 from craftmesh.growth.moves import FrontExtensions
@@ -22,14 +23,12 @@ from craftmesh.io.vtk import read_crack, write_crack
 from craftmesh.types import Crack, Voxels
 
 GOES = ("kink_angle", "extension")
+RATES = ("rate", "power")
 TRUSTED = "trusted"
 FRAMES = tuple(f"{name}_{axis}" for name in ("normal", "binormal") for axis in "xyz")
 # Flags of rows that do not turn a front: of those whose lips overlap the kink angle is the 70 degrees of
 # pure mode II.
 DOUBTFUL = AVERAGED | {"closed"}
-# Of the front's edges: a shorter step is a kink within one element of the next mesh, and K there says
-# little. Steps of 0.8 edges kinked by 53 degrees, and by 58 the same way again, where one kink was due.
-LEAST_STEP = 1.0
 LEFT = "every front has left the body: the crack severs it"
 STANDS = "no point of the front extends"
 
@@ -77,7 +76,7 @@ def run(arguments: argparse.Namespace) -> None:
     stays = counted(read_words(arguments.intensities, "stays") or [])
     warn_of_short_steps(along, arguments.intensities)
     last = last_step(arguments) if options_from(arguments, CorrectionOptions).correct else None
-    step = Step(crack, along)
+    step = Step(crack, along, *rates_of(read_front(arguments.intensities)))
     grown: Crack | None = crack
     if (along.extension > 0).any():
         step, grown = grown_step(
@@ -107,10 +106,10 @@ def grown_step(
     if last is not None:
         try:
             better = corrected(last, step, box, options)
-            return better, grow(*better, box, options)
+            return better, grow(better.crack, better.along, box, options)
         except CraftmeshError as error:
             warn(f"{crack}: its last strip stays as it is, not turned by the kinks at its end: {error}")
-    return step, grow(*step, box, options)
+    return step, grow(step.crack, step.along, box, options)
 
 
 def turned(step: Step, along: FrontExtensions) -> list[float]:
@@ -129,7 +128,7 @@ def warn_of_short_steps(along: FrontExtensions, intensities: Path) -> None:
     if step < LEAST_STEP * edge:
         warn(
             f"{intensities}: the front goes on by {step:.4g}, and its edges are {edge:.4g} long; the next "
-            "mesh cannot tell how it kinked: give a longer step (grow.extension, grow.share) or shorter "
+            "mesh cannot tell how it kinked: give a longer step (grow.extension, grow.change) or shorter "
             "edges (sizing.l_min)"
         )
 
@@ -189,7 +188,14 @@ def last_step(arguments: argparse.Namespace) -> Step | None:
     rows = _columns(step, (*FRAMES, *GOES, TRUSTED), "made by `craftmesh grow --step`")
     angle = np.radians(rows["kink_angle"])
     along = FrontExtensions(*_frames(rows), angle, rows["extension"], rows[TRUSTED] > 0)
-    return Step(read_crack(existing(base)), along)
+    return Step(read_crack(existing(base)), along, *rates_of(rows))
+
+
+def rates_of(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray | None, float]:
+    """Return the columns of RATES as a Step has them; None and 0 where one of them is not there."""
+    if not set(RATES) <= columns.keys():
+        return None, 0.0
+    return columns["rate"], float(np.median(columns["power"]))
 
 
 def write_step(step: Step, arguments: argparse.Namespace) -> None:
@@ -200,6 +206,8 @@ def write_step(step: Step, arguments: argparse.Namespace) -> None:
         along = step.along
         columns = {"points": along.points, "normal": along.normal, "binormal": along.binormal}
         columns |= {"kink_angle": np.degrees(along.kink_angle), "extension": along.extension}
+        if step.rate is not None:
+            columns |= {"rate": step.rate, "power": np.full(len(step.rate), step.power)}
         write_front(arguments.step, columns | {TRUSTED: along.trusted.astype(np.int64)})
 
 

@@ -1,4 +1,4 @@
-"""The last strip of a grown crack laid again, by the kinks found at its end."""
+"""The last strip of a grown crack laid again, by the kinks and the rates found at its end."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -12,6 +12,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.growth.grow import grow, nearest_feet
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
+from craftmesh.growth.relaxation import over_step_again, rows_along
 from craftmesh.types import Crack
 
 # Of the kink at a step's end by which the step itself is turned: the chord of a path that turns evenly
@@ -26,38 +27,60 @@ NEAREST = 2  # trusted points of a front between which a kink is taken
 
 
 class Step(NamedTuple):
-    """A crack and where the points of its fronts go: what a strip is laid from."""
+    """A crack and where the points of its fronts go: what a strip is laid from.
+
+    rate (n,): what their extensions go with, da/dN over its median; power: d ln(rate) / d ln(K). Without
+    them all points go equally far.
+    """
 
     crack: Crack
     along: FrontExtensions
+    rate: np.ndarray | None = None
+    power: float = 0.0
 
 
 def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOptions) -> Step:
     """Return the step `reached` by `last` from where it had begun if that one were a path's chord.
 
     The strip of `last` is laid again in the box (2, 3), turned at each point by SHARE of the kink found
-    where that point came to. The points of the new front lie beside those of `reached` and kink by LEFT of
-    what those do. Raises CraftmeshError as grow does, and where the crack has other sheets or fronts then,
-    or a front farther off than it goes.
+    where that point came to, and as long as the rate there says. The points of the new front lie beside
+    those of `reached` and kink by LEFT of what those do. Raises CraftmeshError as grow does, and where the
+    crack has other sheets or fronts then, or a front farther off than it goes.
     """
-    ends = last.along.points + last.along.moves
-    angle = last.along.kink_angle + SHARE * _kinks_at(reached.along, ends)
-    crack = grow(last.crack, replace(last.along, kink_angle=angle), box, options)
+    before, after = last.along, reached.along
+    ends = before.points + before.moves
+    laid = replace(
+        before,
+        kink_angle=before.kink_angle + SHARE * _found_at(after, ends, after.kink_angle),
+        extension=_extension_again(last, reached, ends),
+    )
+    crack = grow(last.crack, laid, box, options)
     parts = [len(sheets(each)) for each in (crack, reached.crack) if each is not None]
     if crack is None or parts[0] != parts[1] or len(crack.fronts) != len(reached.crack.fronts):
         raise CraftmeshError("its sheets and fronts would be others; expected those of the crack as it is")
-    along = _turned(reached.along, _kinks_at(reached.along, reached.along.points))
-    return Step(crack, replace(along, points=_onto_fronts(crack, along)))
+    along = _turned(after, _found_at(after, after.points, after.kink_angle))
+    return reached._replace(crack=crack, along=replace(along, points=_onto_fronts(crack, along)))
 
 
-def _kinks_at(along: FrontExtensions, places: np.ndarray) -> np.ndarray:
-    """Return the kink angles (k,) of trusted rows next to places (k, 3); 0 where none is trusted."""
-    points, kinks = along.points[along.trusted], along.kink_angle[along.trusted]
+def _extension_again(last: Step, reached: Step, ends: np.ndarray) -> np.ndarray:
+    """Return the extensions (n,) of a step whose points came to `ends` (n, 3), by the rates found there."""
+    along = last.along
+    if last.rate is None or reached.rate is None or not reached.along.trusted.any():
+        return along.extension
+    lines = [polyline(last.crack.points[front]) for front in last.crack.fronts]
+    fronts = rows_along(lines, along.points, along.binormal)
+    found = _found_at(reached.along, ends, reached.rate)
+    return over_step_again(last.rate, along.extension, found, last.power, fronts)
+
+
+def _found_at(along: FrontExtensions, places: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the values (n,) of trusted rows next to places (k, 3): (k,), 0 where none is trusted."""
+    points, values = along.points[along.trusted], values[along.trusted]
     if not len(points):
         return np.zeros(len(places))
     off, row = cKDTree(points).query(places, range(1, min(NEAREST, len(points)) + 1))
     weight = 1 / np.maximum(off, np.finfo(float).tiny ** 0.5)
-    return (weight * kinks[row]).sum(axis=1) / weight.sum(axis=1)
+    return (weight * values[row]).sum(axis=1) / weight.sum(axis=1)
 
 
 def _turned(along: FrontExtensions, kink: np.ndarray) -> FrontExtensions:

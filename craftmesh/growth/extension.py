@@ -1,66 +1,107 @@
 """Which way and how far each point of a front goes, and how many load cycles that takes."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from craftmesh.cracks.polyline import polyline
 from craftmesh.errors import CraftmeshError
+from craftmesh.growth.crack_size import step_length
 from craftmesh.growth.crystal_kink import largest_near_stress
+from craftmesh.growth.cycles import ROOT, Counted, counted, growth_to
 from craftmesh.growth.gate import ARRESTED, Evidence, reasons
 from craftmesh.growth.kink_angle import driving_intensity, kink_angles
 from craftmesh.growth.options import GrowthOptions
-from craftmesh.surface.measure import meets_box
-from craftmesh.types import Crack
+from craftmesh.growth.rates import LocalRates, laws_of, local_rates, open_share
+from craftmesh.growth.relaxation import FrontRows, over_step
 
 NEAR_FIELD = "near_field"
-# Of itself: how far the crack's radius may be off, and of a front's length: the spacing of places on it.
-TOLERANCE = 1e-3
+
+
+class CrackFronts(NamedTuple):
+    """The fronts of a crack: its size, the rows of each, the edges of their mesh, and the error of K."""
+
+    size: float
+    rows: Sequence[FrontRows] = ()
+    edge: float = 0.0
+    error: float = 0.0
 
 
 class KinksAndExtensions(NamedTuple):
     """Kink angle (n,) in radians, extension (n,) and driving intensity (n,) of each point of a front.
 
-    stays (n,): why a point does not extend, see `reasons`; the kink angle is 0 where K says none. cycles:
-    the load cycles that the extension takes; None without Paris' law, and where nothing extends.
+    rate (n,): da/dN over its median, what the extensions of law power go with, and power: d ln(rate) / d
+    ln(K) of it; 1 and 0 of law uniform. stays (n,): why a point does not extend, see `reasons`; the kink
+    angle is 0 where K says none. counted: the load cycles.
     """
 
     kink_angle: np.ndarray
     extension: np.ndarray
     driving: np.ndarray
+    rate: np.ndarray
+    power: float
     stays: np.ndarray
-    cycles: float | None
+    counted: Counted
 
 
 def kinks_and_extensions(
     k: np.ndarray,
-    radius: float,
+    fronts: CrackFronts,
     options: GrowthOptions,
     known: Evidence | None = None,
+    last: Counted | None = None,
+    laws: LocalRates | None = None,
     stiffness: np.ndarray | None = None,
 ) -> KinksAndExtensions:
-    """Return which way and how far points with K_I, K_II, K_III (n, 3) go in a crack of that radius.
+    """Return which way and how far points with K_I, K_II, K_III (n, 3) of a crack's fronts go.
 
     The way is that of the criterion (Erdogan & Sih 1963 by default). Points stay as `reasons` says; without
-    what is known of K it counts as exact. stiffness (n, 6, 6): as in `largest_near_stress`, which
-    the criterion near_field asks for. Raises CraftmeshError as kink_angles does.
+    what is known of K it counts as exact. last: the front before; laws: of the points, those of the options
+    by default; stiffness (n, 6, 6): as in `largest_near_stress`, which the criterion near_field asks for.
+    Raises CraftmeshError as kink_angles does.
     """
     if options.criterion == NEAR_FIELD:
         angle, driving = _in_crystals(k, stiffness)
     else:
         angle = kink_angles(k, options.criterion, options.poisson)
         driving = driving_intensity(k, angle)
-    span = (1 - options.stress_ratio) * np.maximum(driving, 0.0)
-    stays = reasons(k, driving, span, options.threshold, known)
+    laws = laws or local_rates(laws_of(options), np.zeros(len(k), int), {})
+    opened = open_share(options.closure, options.stress_ratio)
+    span = opened * np.maximum(driving, 0.0)
+    stays = reasons(k, driving, span, laws.threshold, known)
     goes = stays == ""
     angle = np.where(goes | (stays == ARRESTED), angle, 0.0)
-    size = np.zeros(len(angle))
+    rate, power, count = _rates(span, goes, opened * fronts.error, fronts, options, laws, last)
+    extension = over_step(rate, power, count.step, fronts.rows)
+    return KinksAndExtensions(angle, extension, driving, rate, power, stays, count)
+
+
+def _rates(
+    span: np.ndarray,
+    goes: np.ndarray,
+    error: float,
+    fronts: CrackFronts,
+    options: GrowthOptions,
+    laws: LocalRates,
+    last: Counted | None,
+) -> tuple[np.ndarray, float, Counted]:
+    """Return rates (n,) over their median, their power of K, and the step with its cycles.
+
+    span (n,): Delta K; goes (n,) bool: the points that go on; the others' rate is 0. error: of Delta K.
+    """
+    rate = np.where(goes, laws.rate(span), 0.0)
+    goes = rate > 0
     if not goes.any():
-        return KinksAndExtensions(angle, size, driving, stays, None)
-    median = options.extension if options.extension is not None else options.share * radius
-    size[goes] = extensions(driving[goes], median, options)
-    return KinksAndExtensions(angle, size, driving, stays, load_cycles(span[goes], size[goes], options))
+        return rate, 0.0, counted(last, fronts.size, 0.0, 0.0, 0.0, 0.0)
+    middle, power = float(np.median(rate[goes])), float(np.median(laws.power(span)[goes]))
+    growth = growth_to(last, middle, power)
+    front = min((one.length for one in fronts.rows), default=np.inf)
+    step = step_length(options, fronts.size, front, fronts.edge, growth / power if power else ROOT)
+    count = counted(last, fronts.size, step, middle, power, error / float(np.median(span[goes])))
+    if options.law == "uniform":
+        return goes.astype(float), 0.0, count
+    least = np.where(laws.threshold > 0, 0.0, options.least)
+    return np.where(goes, np.clip(rate / middle, least, options.most), 0.0), power, count
 
 
 def _in_crystals(k: np.ndarray, stiffness: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
@@ -70,57 +111,3 @@ def _in_crystals(k: np.ndarray, stiffness: np.ndarray | None) -> tuple[np.ndarra
             "grow.criterion is near_field, and the crystals are not known; expected their stiffness"
         )
     return largest_near_stress(np.column_stack([np.maximum(k[:, 0], 0.0), k[:, 1:]]), stiffness)
-
-
-def extensions(driving: np.ndarray, median: float, options: GrowthOptions) -> np.ndarray:
-    """Return the extension (n,) of points that go on, of driving intensity (n,) over 0; median: `median`.
-
-    Uniform, or median (K / K_median)^m, within least and most times the median; a law with a threshold
-    has no least.
-    """
-    if options.law == "uniform":
-        return np.full(len(driving), median)
-    # as a power of 1 or more it would be capped all the same
-    ratio = np.minimum(driving / np.median(driving), options.most)
-    least = 0.0 if options.threshold > 0 else options.least
-    return median * np.clip(ratio**options.exponent, least, options.most)
-
-
-def load_cycles(span: np.ndarray, extension: np.ndarray, options: GrowthOptions) -> float | None:
-    """Return the load cycles of one extension by Paris' law, their median along the front; None without C.
-
-    da/dN = C (Delta K)^m; span (n,): Delta K, over 0.
-    """
-    if options.coefficient is None:
-        return None
-    return float(np.median(extension / (options.coefficient * span**options.exponent)))
-
-
-def crack_radius(crack: Crack, box: np.ndarray) -> float:
-    """Return the crack's radius: the largest distance of a point of it in the box (2, 3) from its fronts.
-
-    That is a penny's radius, a half penny's too, the lesser semi-axis of an ellipse, the depth of an edge
-    crack. Triangles that may hold a farther point than the farthest centre known are split, and again.
-    """
-    fronts = [polyline(crack.points[front]) for front in crack.fronts]
-    step = TOLERANCE * max(line.length for line in fronts)
-    places = [line.at(np.linspace(0, line.length, int(line.length / step) + 2)) for line in fronts]
-    front = cKDTree(np.concatenate(places))
-    farthest = 0.0
-    corners = crack.points[crack.triangles]
-    while len(corners):
-        centre = corners.mean(axis=1)
-        off, _ = front.query(centre)
-        within = ((centre >= box[0]) & (centre <= box[1])).all(axis=1)
-        farthest = max(farthest, off[within].max(initial=0.0))
-        reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
-        further = (off + reach > farthest * (1 + TOLERANCE)) & (reach > TOLERANCE * step)
-        corners = _split(corners[meets_box(corners, box) & further])
-    return farthest
-
-
-def _split(corners: np.ndarray) -> np.ndarray:
-    """Return the triangles (4 m, 3, 3) into which the middles of their edges part triangles (m, 3, 3)."""
-    middles = (corners + np.roll(corners, -1, axis=1)) / 2
-    at_corners = [np.stack([corners[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)]
-    return np.concatenate([*at_corners, middles])

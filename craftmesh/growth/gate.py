@@ -48,7 +48,11 @@ def doubts(k: np.ndarray, front: np.ndarray, error: np.ndarray, stress: float, r
 
 
 def reasons(
-    k: np.ndarray, driving: np.ndarray, span: np.ndarray, threshold: float, known: Evidence | None = None
+    k: np.ndarray,
+    driving: np.ndarray,
+    span: np.ndarray,
+    threshold: float | np.ndarray,
+    known: Evidence | None = None,
 ) -> np.ndarray:
     """Return why each point stays, a word of STAYS, or "" where it goes on: (n,) texts.
 

@@ -19,21 +19,32 @@ class GrowthOptions(Options):
         "crystal), or package.module:function",
     )
     law: str = option(
-        "uniform", "extension: the same all along, or by a power of the stress intensity", choices=LAWS
+        "uniform", "extension: the same all along, or as da/dN, a power of Delta K", choices=LAWS
     )
-    share: float = option(0.25, "median extension, as a share of the crack's radius", above=0)
-    extension: float | None = option(
-        None, "median extension in place of that share", "model units", above=0
+    change: float = option(
+        0.1, "step: the share by which K changes over it, where it is not given", above=0, at_most=1
     )
+    share: float | None = option(
+        None, "median extension in place of that, as a share of the crack's size", above=0
+    )
+    extension: float | None = option(None, "median extension in place of both", "model units", above=0)
     exponent: float = option(3.0, "power m of Delta K, in the power law and in Paris' law", at_least=0)
+    rates: tuple[str, ...] = option(
+        (),
+        "da/dN in place of coefficient, exponent and threshold: paris:C,m or paris:C,m,THRESHOLD or "
+        "table:DELTA_K,RATE,DELTA_K,RATE,...; PHASE= or GRAIN_<id>= before it where it is not for all",
+    )
+    closure: str = option(
+        "none", "share of a cycle in which the crack is open: none, open:U, or newman:ALPHA,SMAX"
+    )
     least: float = option(
         0.2, "smallest extension, over the median, of a law without a threshold", above=0, at_most=1
     )
     most: float = option(2.0, "largest extension, over the median", at_least=1)
     coefficient: float | None = option(
-        None, "C of Paris' law da/dN = C Delta K^m: load cycles are then summed", above=0
+        None, "C of Paris' law da/dN = C Delta K^m: load cycles are then counted", above=0
     )
-    stress_ratio: float = option(0.0, "least over largest load of a cycle, R", at_least=0, below=1)
+    stress_ratio: float = option(0.0, "least over largest load of a cycle, R", at_least=-2, below=1)
     threshold: float = option(
         0.0, "points of the front where Delta K is not over this stay where they are", at_least=0
     )

@@ -79,7 +79,8 @@ def test_a_growing_case_takes_the_crack_that_the_increment_before_left(campaign)
     assert found.crack_files("one", "002") == ["results/one/001/grown.vtp"]
     assert "--shape surface --file results/one/001/grown.vtp" in found.crack_flags("one", "002")
     assert found.previous_crack("one", "002") == {"previous": "results/one/001/crack.vtp"}
-    assert found.last_step("one", "000") == {}
+    assert found.last_step("one", "000") == found.last_front("one", "000") == {}
+    assert found.last_front("one", "002") == {"last": "results/one/001/fracture.json"}
     assert set(found.last_step("one", "002").values()) == {
         "results/one/001/base.vtp",
         "results/one/001/step.csv",

@@ -65,6 +65,31 @@ def test_kink_angles_by_the_near_field_are_those_of_erdogan_and_sih_in_isotropic
     assert found["driving"] == pytest.approx(known["driving"], rel=1e-4)
 
 
+def test_cycles_are_counted_on_from_the_front_before(folder, capsys):
+    law = (
+        "--quarter-points",
+        "--crack",
+        str(folder / "crack.vtp"),
+        "--share",
+        "0.2",
+        "--coefficient",
+        "1e-6",
+    )
+    assert run(folder, *law) == 0
+    first = json.loads((folder / "fracture.json").read_text())["growth"]
+    assert first["cycles"] == 0 and first["size"] == pytest.approx(5, rel=2e-3)
+    (folder / "fracture.json").rename(folder / "first.json")
+    assert run(folder, *law, "--last", str(folder / "first.json")) == 0
+    second = json.loads((folder / "fracture.json").read_text())["growth"]
+    # the field is the same: K stays as it is from front to front
+    assert second["cycles"] == pytest.approx(first["step"] / first["rate"])
+    (folder / "first.json").write_text('{"fronts": []}')
+    capsys.readouterr()
+    assert run(folder, *law, "--last", str(folder / "first.json")) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "first.json" in line and "--crack" in line
+
+
 def test_the_same_input_gives_the_same_bytes(folder):
     assert run(folder, "--quarter-points") == 0
     first = (folder / "sif.csv").read_bytes()

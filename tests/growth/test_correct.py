@@ -47,7 +47,7 @@ def test_kinks_that_stay_the_same_make_chords_of_a_circle():
     up = np.sign(rows_of(crack, 0.0, straight_ahead(0.0)).normal[0, 2])
     last, tips = Step(crack, rows_of(crack, 0.0, straight_ahead(0.0))), []
     for k in range(STEPS):
-        grown = grow(*last, BOX, FIT)
+        grown = grow(last.crack, last.along, BOX, FIT)
         reached = Step(grown, rows_of(grown, KINK, straight_ahead(up * k * TURN)))
         last = corrected(last, reached, BOX, FIT)
         tips.append(last.crack.points[last.crack.fronts[0]][:, [0, 2]])
@@ -68,7 +68,7 @@ def test_a_front_goes_on_from_its_corrected_place_by_what_is_left_of_the_kink():
 
     crack = prescribed_crack(PENNY, 0, BOX)
     last = Step(crack, rows_of(crack, 0.0, ()))
-    reached = grow(*last, BOX, FIT)
+    reached = grow(last.crack, last.along, BOX, FIT)
     along = rows_of(reached, wave, ())
     step = corrected(last, Step(reached, along), BOX, FIT)
     ways = np.degrees(
@@ -78,7 +78,7 @@ def test_a_front_goes_on_from_its_corrected_place_by_what_is_left_of_the_kink():
     # the strip lies in its new direction, at half of the kink; 0.01: the fit of the moves along the front
     moved = step.along.points - along.points
     assert np.abs(moved[:, 2] - STEP * np.sin(wave(along.points) / 2) * along.normal[:, 2]).max() < 0.01
-    grown = grow(*step, BOX, FIT)
+    grown = grow(step.crack, step.along, BOX, FIT)
     assert len(grown.fronts) == 1
 
 
@@ -90,7 +90,7 @@ def _ways(along):
 def test_rows_that_are_not_trusted_turn_no_strip():
     crack = prescribed_crack(EDGE, 0, BOX)
     last = Step(crack, rows_of(crack, 0.0, straight_ahead(0.0)))
-    reached = grow(*last, BOX, FIT)
+    reached = grow(last.crack, last.along, BOX, FIT)
     along = rows_of(reached, 0.1, straight_ahead(0.0))
     wild = np.arange(len(along.points)) % 7 == 3
     doubtful = replace(along, kink_angle=np.where(wild, 1.2, 0.1), trusted=~wild)

@@ -5,7 +5,7 @@ import pytest
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.crystal_kink import largest_near_stress, tangential_stress
-from craftmesh.growth.extension import kinks_and_extensions
+from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
 from craftmesh.growth.gate import Evidence
 from craftmesh.growth.kink_angle import driving_intensity, kink_angles
 from craftmesh.growth.options import GrowthOptions
@@ -49,12 +49,12 @@ def test_opening_on_a_mirror_plane_of_the_cube_pulls_alike_on_both_sides():
 
 
 def test_growth_takes_it_and_closed_cracks_count_as_without_opening():
-    options = GrowthOptions(criterion="near_field")
+    options = GrowthOptions(criterion="near_field", share=0.25)
     stiffness = np.repeat(COPPER[None], 2, axis=0)
     k, exact = np.array([[-1e-9, 1, 0], [0, 1, 0.0]]), np.full(2, 1e-6)
     known = Evidence(np.eye(2, 3), exact, np.ones(2, bool), contact=True)
-    found = kinks_and_extensions(k, 4.0, options, known, stiffness)
+    found = kinks_and_extensions(k, CrackFronts(4.0), options, known, stiffness=stiffness)
     assert found.kink_angle[0] == found.kink_angle[1] < 0
     assert (found.extension == 1.0).all()
     with pytest.raises(CraftmeshError, match="near_field"):
-        kinks_and_extensions(np.ones((2, 3)), 4.0, options)
+        kinks_and_extensions(np.ones((2, 3)), CrackFronts(4.0), options)

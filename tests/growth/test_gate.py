@@ -12,7 +12,7 @@ from test_grow import BOX, along
 from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.cracks.series import crack_area
 from craftmesh.cracks.triangulated import boundary_loops, crack_from_triangles
-from craftmesh.growth.extension import kinks_and_extensions
+from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
 from craftmesh.growth.gate import ARRESTED, CLOSED, NOISE, Evidence, doubts
 from craftmesh.growth.grow import grow
 from craftmesh.growth.options import GrowthOptions, SmoothingOptions
@@ -40,7 +40,7 @@ def found(k, options=STEP, error=0.0, contact=False, trusted=None):
     """The growth of a penny of radius 6 in a body under a stress of 1."""
     doubt = doubts(k, np.ones(COUNT), np.broadcast_to(error, COUNT), 1.0, 6.0)
     trusted = np.ones(COUNT, bool) if trusted is None else trusted
-    return kinks_and_extensions(k, 6.0, options, Evidence(PLACES, doubt, trusted, contact))
+    return kinks_and_extensions(k, CrackFronts(6.0), options, Evidence(PLACES, doubt, trusted, contact))
 
 
 def test_a_closed_crack_stays_whatever_its_sliding():
@@ -71,7 +71,10 @@ def test_a_crack_along_the_load_is_noise(criterion):
 def test_noise_beside_a_large_k_of_the_same_front_stays_with_no_stress_in_the_body():
     k = front(np.where(np.cos(TURN) > 0, 3.0, 0.02))
     stays = kinks_and_extensions(
-        k, 6.0, STEP, Evidence(PLACES, doubts(k, np.ones(COUNT), np.zeros(COUNT), 0.0, 6.0), k[:, 0] > 0)
+        k,
+        CrackFronts(6.0),
+        STEP,
+        Evidence(PLACES, doubts(k, np.ones(COUNT), np.zeros(COUNT), 0.0, 6.0), k[:, 0] > 0),
     ).stays
     assert ((stays == NOISE) == (k[:, 0] < 1)).all()
     # the small crack beside a large one has fronts of its own
@@ -93,9 +96,9 @@ def test_the_threshold_holds_point_by_point():
         assert under.any() and not under.all()
         assert ((growth.stays == ARRESTED) == under).all() and ((growth.extension == 0) == under).all()
         assert np.median(growth.extension[~under]) == pytest.approx(2.0, rel=0.1)
-        assert np.isfinite(growth.cycles)
+        assert np.isfinite(growth.counted.ahead)
     nothing = found(k, GrowthOptions(threshold=3.0))
-    assert (nothing.stays == ARRESTED).all() and nothing.cycles is None
+    assert (nothing.stays == ARRESTED).all() and nothing.counted.ahead == 0
 
 
 def test_a_point_between_two_grains_stays_with_the_points_next_to_it():

@@ -14,7 +14,8 @@ from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.sheets import cracks_from_triangles, joined, sheets
 from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.extension import crack_radius, extensions, kinks_and_extensions, load_cycles
+from craftmesh.growth.crack_size import crack_size
+from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
 from craftmesh.growth.grow import grow
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import GrowthOptions, SmoothingOptions
@@ -41,7 +42,7 @@ def along(crack, options, k=opened):
     faces = area_vectors(crack.points, crack.triangles).sum(axis=0)
     normal = np.tile(faces / np.linalg.norm(faces), (len(s), 1))
     points = line.at(s)
-    growth = kinks_and_extensions(k(points), crack_radius(crack, BOX), options)
+    growth = kinks_and_extensions(k(points), CrackFronts(crack_size(crack, BOX)), options)
     trusted = np.ones(len(s), bool)
     return FrontExtensions(
         points, normal, np.cross(tangent, normal), growth.kink_angle, growth.extension, trusted
@@ -68,7 +69,7 @@ def test_a_penny_in_tension_grows_to_a_larger_penny():
     ids=["penny", "half", "edge", "ellipse"],
 )
 def test_the_radius_is_the_depth_behind_the_front(options, radius):
-    assert crack_radius(prescribed_crack(options, 0, BOX), BOX) == pytest.approx(radius, rel=2e-3)
+    assert crack_size(prescribed_crack(options, 0, BOX), BOX) == pytest.approx(radius, rel=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -293,8 +294,11 @@ def test_a_sheet_that_has_left_the_box_ends_no_other():
 
 def test_nothing_goes_under_the_threshold():
     k = np.tile([1.0, 0.2, 0.1], (5, 1))
-    assert (kinks_and_extensions(k, 3.0, GrowthOptions(threshold=2.0)).extension == 0).all()
-    assert (kinks_and_extensions(k, 3.0, GrowthOptions(threshold=0.9)).extension == 0.75).all()
+    found = [
+        kinks_and_extensions(k, CrackFronts(3.0), GrowthOptions(threshold=threshold, share=0.25)).extension
+        for threshold in (2.0, 0.9)
+    ]
+    assert (found[0] == 0).all() and (found[1] == 0.75).all()
 
 
 def test_rows_of_another_crack_are_refused():
@@ -308,15 +312,10 @@ def test_rows_of_another_crack_are_refused():
 @settings(max_examples=50)
 def test_extensions_stay_within_their_caps(driving):
     driving = np.array([1.0, 1.0, *driving])
-    options = GrowthOptions(law="power", exponent=2.5)
-    size = extensions(driving, 3.0, options)
+    options = GrowthOptions(law="power", exponent=2.5, extension=3.0)
+    k = np.outer(driving, [1.0, 0.0, 0.0])
+    size = kinks_and_extensions(k, CrackFronts(3.0), options).extension
     assert size.min() >= 0.6 and size.max() <= 6.0
     assert (np.diff(size[np.argsort(driving)]) >= 0).all()
-    with_threshold = extensions(driving, 3.0, replace(options, threshold=1e-4))
-    assert with_threshold.min() == pytest.approx(3.0 * (driving.min() / np.median(driving)) ** 2.5)
-
-
-def test_cycles_by_paris():
-    options = GrowthOptions(coefficient=1e-3, exponent=2.0, stress_ratio=0.5)
-    assert load_cycles(np.full(5, 2.0), np.full(5, 1.0), options) == pytest.approx(250.0)
-    assert load_cycles(np.full(5, 4.0), np.full(5, 1.0), GrowthOptions()) is None
+    with_threshold = kinks_and_extensions(k, CrackFronts(3.0), replace(options, threshold=1e-4)).extension
+    assert with_threshold.min() == pytest.approx(3.0 * driving.min() ** 2.5 / np.median(driving**2.5))

@@ -1,5 +1,6 @@
 rule fracture:
     input:
+        unpack(lambda wildcards: CAMPAIGN.last_front(wildcards.case, wildcards.inc)),
         crack=f"{INC}/crack.vtp",
         volume=f"{INC}/volume.vtu",
         labels=f"{CASE}/labels.npz",
@@ -22,8 +23,9 @@ rule fracture:
         model=lambda wildcards: CAMPAIGN.model_flags(wildcards.case),
         options=lambda wildcards: CAMPAIGN.flags("fracture", wildcards.case),
         growth=lambda wildcards: CAMPAIGN.growth_flags(wildcards.case),
+        last=lambda wildcards, input: command_flags({"last": input.get("last")}),
         code=CAMPAIGN.code("fracture"),
     shell:
         "craftmesh fracture {input.volume:q} {input.solution:q} --crack {input.crack:q}"
         " --microstructure {input.labels:q} {params.model} {params.options} {params.growth}"
-        " -o {output.sif:q} --json {output.report:q} > {log:q} 2>&1"
+        " {params.last} -o {output.sif:q} --json {output.report:q} > {log:q} 2>&1"

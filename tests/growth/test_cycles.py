@@ -1,0 +1,148 @@
+"""Load cycles along a path whose K are known, and the laws that they are counted by."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.growth.crack_size import step_length
+from craftmesh.growth.cycles import counted
+from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
+from craftmesh.growth.options import GrowthOptions
+from craftmesh.growth.rates import laws_of, local_rates, open_share, opening_level, parse_rates
+
+C, SIZE = 1e-3, 6.0
+
+
+def penny(options, steps, slope=0.5):
+    """Return the fronts of a penny whose K goes with a power of its radius, and how far it has come."""
+    size, last, found = SIZE, None, []
+    for _ in range(steps):
+        k = np.outer(np.full(5, size**slope), [1.0, 0.0, 0.0])
+        last = kinks_and_extensions(k, CrackFronts(size), options, last=last).counted
+        found.append(last)
+        size += last.step
+    return found
+
+
+@given(st.floats(0.05, 0.5), st.floats(2.1, 5))
+@settings(max_examples=20)
+def test_cycles_of_a_penny_are_exact_however_long_the_steps(share, m):
+    *_, last = penny(GrowthOptions(share=share, exponent=m, coefficient=C), 5)
+    powers = [size ** (1 - m / 2) for size in (SIZE, last.size, last.size + last.step)]
+    exact = -np.diff(powers) / (C * (m / 2 - 1))
+    assert [last.cycles, last.ahead] == pytest.approx(exact, rel=1e-9)
+
+
+def test_cycles_where_k_goes_otherwise_are_within_their_doubt():
+    def k_of(size):
+        return np.sqrt(size) * (1 + (size / 20) ** 3)
+
+    options = GrowthOptions(share=0.25, exponent=3.0, coefficient=C, law="uniform")
+    size, last = SIZE, None
+    for _ in range(5):
+        k = np.outer(np.full(5, k_of(size)), [1.0, 0.0, 0.0])
+        last = kinks_and_extensions(k, CrackFronts(size), options, last=last).counted
+        size += last.step
+    sizes = np.linspace(SIZE, last.size, 100_001)
+    exact = np.trapezoid(1 / (C * k_of(sizes) ** 3), sizes)
+    assert abs(last.cycles - exact) < last.doubt < 0.02 * exact
+    sizes = np.linspace(last.size, size, 100_001)
+    assert abs(last.ahead - np.trapezoid(1 / (C * k_of(sizes) ** 3), sizes)) < last.ahead_doubt
+
+
+def test_an_error_of_k_that_is_the_same_everywhere_is_in_the_doubt():
+    first = counted(None, 6.0, 1.5, 1e-3, 3.0, 0.01)
+    second = counted(first, 7.5, 1.5, 1.3e-3, 3.0, 0.01)
+    off = counted(first._replace(rate=1e-3 * 1.01**3), 7.5, 1.5, 1.3e-3 * 1.01**3, 3.0, 0.01)
+    # 3 %, and the way between the fronts
+    assert abs(off.cycles / second.cycles - 1) < second.doubt / second.cycles < 0.035
+
+
+def test_a_front_that_stands_has_the_cycles_that_were_foreseen():
+    options = GrowthOptions(share=0.25, coefficient=C, threshold=1.0)
+    first = kinks_and_extensions(np.eye(4, 3) + [1.5, 0, 0], CrackFronts(6.0), options).counted
+    stands = kinks_and_extensions(np.full((4, 3), [0.5, 0, 0]), CrackFronts(7.5), options, last=first)
+    assert (stands.extension == 0).all() and stands.counted.ahead == 0
+    assert stands.counted.cycles == first.ahead > 0 and stands.counted.doubt == first.ahead_doubt > 0
+
+
+def test_a_step_is_as_long_as_k_lets_it_and_the_front_and_its_edges():
+    options = GrowthOptions()
+    assert step_length(options, 6.0, np.inf, 0.5, 0.5) == pytest.approx(6 * 0.21)
+    assert step_length(options, 6.0, np.inf, 0.1, 2.0) == pytest.approx(6 * (1.1**0.5 - 1))
+    assert step_length(options, 6.0, 4.0, 0.5, 0.5) == pytest.approx(0.8)  # a thin plate
+    assert step_length(options, 6.0, 4.0, 1.0, 0.5) == 1.0
+    assert step_length(GrowthOptions(share=0.25), 6.0, 4.0, 1.0, 0.5) == 1.5
+    assert step_length(GrowthOptions(share=0.25, extension=2.0), 6.0, 4.0, 1.0, 0.5) == 2.0
+
+
+def test_a_table_goes_through_its_points_and_stands_up_to_the_first():
+    laws = parse_rates(["table:5,1e-9,10,1e-7,40,1e-5"])
+    here = local_rates(laws, np.arange(7), {})
+    span = np.array([4.0, 5.0, 10.0, 20.0, 40.0, 80.0, np.sqrt(50)])
+    assert here.rate(span) == pytest.approx([0, 0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-8])
+    steep, slow = np.log(100) / np.log(2), np.log(10) / np.log(2)
+    power = np.diagonal([here.power(np.full(7, each)) for each in span])
+    assert power == pytest.approx([steep, steep, steep, slow, slow, slow, steep])
+    assert (here.threshold == 5).all()
+
+
+def test_laws_are_those_of_the_grain_then_of_its_phase_then_of_all():
+    laws = parse_rates(["paris:1,0", "2=paris:2,0", "GRAIN_7=paris:3,0,0.5"])
+    here = local_rates(laws, np.array([1, 5, 7, 7]), {1: 1, 5: 2, 7: 2})
+    assert here.rate(np.array([1.0, 1.0, 1.0, 0.5])).tolist() == [1, 2, 3, 0]
+    with pytest.raises(CraftmeshError, match="no law for grain 1 of phase 1"):
+        local_rates(parse_rates(["2=paris:2,0"]), np.array([1]), {1: 1})
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "paris",
+        "paris:1",
+        "paris:-1,3",
+        "paris:1,2,3,4",
+        "walker:1,2",
+        "table:1,2",
+        "table:2,1,1,2",
+        "A=paris:1,3",
+    ]
+    + ["table:1,2,3", "table:1,2,2,1", "paris:nan,3", "GRAIN_x=paris:1,3", "paris:1,3:4"],
+)
+def test_texts_that_are_no_law_are_refused(text):
+    with pytest.raises(CraftmeshError, match="^grow.rates: "):
+        parse_rates([text])
+
+
+def test_two_laws_for_one_place_are_refused():
+    with pytest.raises(CraftmeshError, match="second law"):
+        parse_rates(["1=paris:1,3", "1=paris:2,3"])
+    with pytest.raises(CraftmeshError, match="grow.coefficient"):
+        laws_of(GrowthOptions(rates=("paris:1,3",), coefficient=1.0))
+
+
+@given(st.floats(1, 3), st.floats(0.05, 0.95))
+@settings(max_examples=20)
+def test_newmans_crack_opens_between_the_least_load_and_the_largest(alpha, largest):
+    ratios = np.linspace(-1, 0.999, 50)
+    levels = np.array([opening_level(ratio, alpha, largest) for ratio in ratios])
+    assert (levels >= ratios).all() and (levels < 1).all() and (np.diff(levels) > -1e-9).all()
+
+
+def test_the_share_of_a_cycle_in_which_the_crack_is_open():
+    # plane stress and plane strain: A_0 of Newman's (1984) fit by hand
+    assert opening_level(0.0, 1.0, 0.0) == pytest.approx(0.535)
+    assert opening_level(0.0, 3.0, 0.5) == pytest.approx(0.255 * 2 ** (-1 / 6))
+    assert open_share("none", 0.5) == 0.5 and open_share("none", -1.0) == 1.0
+    assert open_share("open:0.8", 0.5) == pytest.approx(0.4)
+    assert open_share("newman:2,0.3", 0.1) == 1 - opening_level(0.1, 2.0, 0.3)
+
+
+@pytest.mark.parametrize(
+    "text", ["half", "open:0", "open:1.5", "open", "newman:2", "newman:4,0.3", "none:1"]
+)
+def test_other_closures_are_refused(text):
+    with pytest.raises(CraftmeshError, match="^grow.closure is "):
+        open_share(text, 0.0)
