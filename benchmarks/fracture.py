@@ -51,7 +51,7 @@ class Case:
     material: "isotropic", "crystal", one of copper, or "polycrystal" of it; cap: the crack is a cap of a
     sphere; pulled: by a stress on planes of the box, whose other planes are free; layered: of two grains
     whose boundary is in the middle of the box, across z; kinked: the crack is a strip with a kink; halved:
-    errors are those against edges half as long.
+    errors are those against edges half as long; closed: the lips press on each other, without friction.
     """
 
     crack: dict
@@ -67,6 +67,7 @@ class Case:
     layered: bool = False
     kinked: bool = False
     halved: bool = False
+    closed: bool = False
 
 
 def _normal(degrees: float) -> tuple:
@@ -77,6 +78,17 @@ def _penny(degrees: float, loads: dict) -> Case:
     normal = np.array(_normal(degrees))
     crack = {"shape": "penny", "centre": tuple(CENTRE), "radius": RADIUS, "normal": tuple(normal)}
     return Case(crack, loads, lambda stress, _: exact_cracks.penny(RADIUS, normal, stress))
+
+
+def _closed(degrees: float) -> Case:
+    """A penny under pressure: its lips slide, and pass on all of the stress across them."""
+    open_penny = _penny(degrees, {"pressure": -TENSION})
+
+    def exact(stress, tensor):
+        k_of = open_penny.exact(stress, tensor)
+        return lambda *frames: k_of(*frames) * [0, 1, 1]
+
+    return replace(open_penny, exact=exact, closed=True)
 
 
 def _ellipse(a: float, b: float) -> Case:
@@ -126,6 +138,9 @@ CASES = {
     "inclined 30": _penny(30, {"tension": TENSION}),
     "inclined 45": _penny(45, {"tension": TENSION}),
     "inclined 60": _penny(60, {"tension": TENSION}),
+    "closed 30": _closed(30),
+    "closed 45": _closed(45),
+    "closed 60": _closed(60),
     "ellipse 2:1": _ellipse(8.0, 4.0),
     "ellipse 25:6": _ellipse(12.5, 3.0),
     "crystal": _crystal(),
@@ -231,8 +246,8 @@ def model_of(mesh, material_name: str, poisson: float):
     return elastic_model(mesh, options, turns if crystal else None)[0]
 
 
-def solved(model, stress, tensor):
-    """Return the displacements (n, 3) under a stress far away in an infinite body."""
+def solved(model, stress, tensor, contact: bool):
+    """Return the field under a stress far away in an infinite body, with contact of the lips or without."""
     from craftmesh.mechanics.load import Fixed, Load
     from craftmesh.solve.solve import SolveOptions, solve
 
@@ -244,22 +259,22 @@ def solved(model, stress, tensor):
     moved = uniform
     for tolerance in (ROUGH, FINE):
         held = tuple(Fixed(outer, axis, moved[:, axis]) for axis in range(3))
-        options = SolveOptions(tolerance=tolerance)
-        displacement = solve(replace(model, load=Load(held)), options)[0].displacement
+        options = SolveOptions(tolerance=tolerance, contact=contact)
+        solution, _ = solve(replace(model, load=Load(held)), options)
         if tolerance == ROUGH:
-            places, jumps, normals = openings(mesh, displacement)
+            places, jumps, normals = openings(mesh, solution.displacement)
             far = exact_cracks.displacements_of_opening(mesh.points[outer], places, jumps, normals, tensor)
             moved = uniform + far
-    return displacement
+    return solution
 
 
 def pulled(model):
-    """Return the displacements (n, 3) under unit stress along z on the box's planes."""
+    """Return the field under unit stress along z on the box's planes."""
     from craftmesh.mechanics.load import tension
     from craftmesh.solve.solve import SolveOptions, solve
 
     load = tension(model.mesh, 2, 1.0, by_stress=True, rollers=False)
-    return solve(replace(model, load=load), SolveOptions(tolerance=FINE))[0].displacement
+    return solve(replace(model, load=load), SolveOptions(tolerance=FINE))[0]
 
 
 def _strain(tensor, stress):
@@ -324,9 +339,12 @@ def run(name: str, edges: float) -> list[dict]:
     rows = []
     for load, stress in case.loads.items():
         start = time.process_time()
-        displacement = pulled(model) if case.pulled else solved(model, stress, tensor)
+        solution = pulled(model) if case.pulled else solved(model, stress, tensor, case.closed)
         middle = time.process_time()
-        found, _ = fracture_parameters(model.mesh, displacement, model.grains, model.stiffness())
+        stiffness, contact = model.stiffness(), solution.contact
+        found, _ = fracture_parameters(
+            model.mesh, solution.displacement, model.grains, stiffness, contact=contact
+        )
         figures = errors(model.mesh, found, case.exact and case.exact(stress, tensor), case.pulled)
         if case.printed:
             figures["printed"] = off_printed(found, case)
@@ -347,7 +365,8 @@ def halved(name: str, edges: float) -> list[dict]:
     for cut in (1, 2):
         mesh = meshed(case, case.size / edges / cut)
         model = model_of(mesh, case.material, case.poisson)
-        found, _ = fracture_parameters(model.mesh, pulled(model), model.grains, model.stiffness())
+        moved = pulled(model).displacement
+        found, _ = fracture_parameters(model.mesh, moved, model.grains, model.stiffness())
         fronts.append((found.points, np.column_stack([found.K_I, found.K_II, found.K_III]), len(mesh.tets)))
     (places, k, tets), (others, finer, _) = fronts
     if case.cap:  # a closed front

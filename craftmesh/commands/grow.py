@@ -26,9 +26,6 @@ GOES = ("kink_angle", "extension")
 RATES = ("rate", "power")
 TRUSTED = "trusted"
 FRAMES = tuple(f"{name}_{axis}" for name in ("normal", "binormal") for axis in "xyz")
-# Flags of rows that do not turn a front: of those whose lips overlap the kink angle is the 70 degrees of
-# pure mode II.
-DOUBTFUL = AVERAGED | {"closed"}
 LEFT = "every front has left the body: the crack severs it"
 STANDS = "no point of the front extends"
 
@@ -158,7 +155,7 @@ def severed(voxels: Voxels | None, crack: Crack) -> str:
 def front_extensions(intensities: Path, front: Path) -> FrontExtensions:
     """Read where the points of a front go, by the nodes that sif.csv and front.csv both name.
 
-    Rows whose `flags` hold one of DOUBTFUL, or that stay for K says nothing, are not trusted.
+    Rows whose `flags` hold one of AVERAGED, or that stay for K says nothing, are not trusted.
     Raises CraftmeshError for missing columns, bad numbers, and files of different meshes.
     """
     goes = _columns(intensities, ("node", *GOES), "made by `craftmesh fracture --crack`")
@@ -168,7 +165,7 @@ def front_extensions(intensities: Path, front: Path) -> FrontExtensions:
             f"{intensities} and {front} name different nodes; expected the files of one mesh, row by row"
         )
     trusted = np.ones(len(goes["node"]), bool)
-    for name, words in (("flags", DOUBTFUL), ("stays", (CLOSED, NOISE))):
+    for name, words in (("flags", AVERAGED), ("stays", (CLOSED, NOISE))):
         trusted &= ~has_word(read_words(intensities, name) or [""] * len(trusted), words)
     return FrontExtensions(*_frames(frames), np.radians(goes["kink_angle"]), goes["extension"], trusted)
 
