@@ -1,5 +1,6 @@
 """Fixtures that all tests share."""
 
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -7,9 +8,20 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 
+@pytest.hookimpl(tryfirst=True)  # before those that are not asked for are left out
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the campaigns first: each is a long chain for one worker; the other runs the rest beside it."""
+    """Put the campaigns first, and mark the rows of a sampled table slow, but every n-th.
+
+    Each campaign is a long chain for one worker; the other runs the rest beside it.
+    """
     items.sort(key=lambda item: ROOT / "tests" / "workflow" not in item.path.parents)
+    rows: Counter[str] = Counter()
+    for item in items:
+        if sampled := item.get_closest_marker("sampled"):
+            table = item.nodeid.partition("[")[0]
+            if rows[table] % sampled.args[0]:
+                item.add_marker(pytest.mark.slow)
+            rows[table] += 1
 
 
 @pytest.fixture(scope="session")

@@ -101,6 +101,7 @@ def test_the_users_cache_folder_is_used(package, tmp_path):
     assert not package.files()
 
 
+@pytest.mark.slow
 def test_a_read_only_package_compiles_into_the_users_folder_or_for_itself(package, tmp_path):
     (package.kernels / "__pycache__").write_text("a file here lets nobody make the folder")
     home = tmp_path / "home"
@@ -110,6 +111,7 @@ def test_a_read_only_package_compiles_into_the_users_folder_or_for_itself(packag
     assert package.run(HOME=os.devnull, XDG_CACHE_HOME=os.devnull) == [9, 0]
 
 
+@pytest.mark.slow
 def test_processes_that_compile_at_once_leave_a_sound_cache(package):
     calls = {"1, 2": 9, "1.5, 2": 10.5, "1, 2.5": 10.5}
     with ThreadPoolExecutor(3) as pool:
@@ -129,6 +131,7 @@ print(scaled_sum({arguments}), sum(scaled_sum.stats.cache_hits.values()))
 """
 
 
+@pytest.mark.slow
 def test_processes_that_start_together_compile_a_kernel_once(package):
     with ThreadPoolExecutor(3) as pool:
         said = list(pool.map(lambda call: package.run(call, TOGETHER), ["1, 2"] * 3))

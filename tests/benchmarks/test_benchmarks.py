@@ -24,6 +24,7 @@ def figures(name: str, folder: Path, *flags: str) -> list[dict]:
     return rows
 
 
+@pytest.mark.slow
 def test_gradation_measures_a_gradated_surface(tmp_path):
     (row,) = figures("gradation.py", tmp_path)
     assert row["facets_out"] < row["facets_in"]
@@ -55,6 +56,7 @@ def test_noise_takes_a_volume_through_the_chain_as_it_is_and_smoothed(tmp_path):
     assert smoothed["tets"] > 0 and smoothed["drift"] < 1
 
 
+@pytest.mark.slow
 def test_deck_measures_the_model_in_every_form(tmp_path):
     target = tmp_path / "figures.json"
     command = [sys.executable, str(BENCHMARKS / "deck.py"), "--elements", "5000", "--runs", "1"]

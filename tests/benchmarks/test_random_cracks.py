@@ -325,6 +325,7 @@ def test_further_kinds_of_cracks_are_cracks_for_the_chain(kind):
         assert crack_area(crack) > 0 and case.prescribed is None
 
 
+@pytest.mark.slow
 def test_a_pair_may_be_refused_where_one_of_it_may():
     case = penny_case((6, 6, 5), (0.2, 0, 1))
     beside = sheets.placed(case.sheet, np.array([0.0, 0.0, 99.0]), np.eye(3))

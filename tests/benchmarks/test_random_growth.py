@@ -21,6 +21,7 @@ DECK = {
 }
 
 
+@pytest.mark.slow
 def test_a_crack_grows_and_every_deck_is_checked(monkeypatch, tmp_path):
     monkeypatch.setattr(volumes, "MEASURED", {name: Path("/nowhere") for name in volumes.MEASURED})
     monkeypatch.setattr(drawing, "MOST_TETS", 3_000)

@@ -17,7 +17,8 @@ def test_the_cube_is_a_sound_surface_with_one_straight_front():
     assert (cube.points[front_edges(cube)][..., [0, 2]] == 3).all()
 
 
-@pytest.mark.parametrize("part", ["volume", pytest.param("all", marks=pytest.mark.slow)])
+@pytest.mark.slow  # `make test` itself begins with both
+@pytest.mark.parametrize("part", ["volume", "all"])
 def test_every_stage_runs_and_nothing_is_left_behind(part, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     assert main(["compile", part]) == 0

@@ -45,6 +45,7 @@ def colours(path) -> int:
     return len(np.unique((pixels.reshape(-1, 3) * 255).astype(np.uint8), axis=0))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", [*FILES.split(), "solution.vtu"])
 def test_every_stage_file_has_a_picture(stages, name, tmp_path):
     for picture in ("a.png", "b.png"):

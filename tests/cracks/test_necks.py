@@ -26,8 +26,7 @@ def two_discs(gap: float, height: float = 0.0):
     ]
 
 
-@pytest.mark.parametrize("gap", [0.0, 0.01, -0.01, -0.03])
-@pytest.mark.parametrize("height", [0.0, 0.015])
+@pytest.mark.parametrize(("gap", "height"), [(0.0, 0.0), (0.01, 0.015), (-0.01, 0.0), (-0.03, 0.015)])
 def test_discs_that_all_but_touch_are_one_sheet_whose_front_is_hardly_moved(gap, height):
     given = two_discs(gap, height)
     merged = meshable(given, BOX, L_MIN)

@@ -188,6 +188,7 @@ def slow_angle(k1, k2):
     return np.degrees(angles[np.argmax(pull)])
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("k1", "k2"), [(1.0, 0.0), (1.0, 0.5), (0.3, -1.0)])
 def test_the_largest_tangential_stress_is_found_by_probes(k1, k2):
     mesh = straight()

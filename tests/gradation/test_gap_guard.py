@@ -174,6 +174,7 @@ def narrow_gaps(surface: Surface, share: float) -> int:
     return count
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", [3, 8, 21])
 def test_a_gradated_surface_has_no_narrow_gap_without_one_in_the_input(seed):
     case = random_case(seed)

@@ -83,6 +83,7 @@ def shrunk(crack: Crack) -> float:
     return held.times_off(after)
 
 
+@pytest.mark.slow
 def test_what_creases_lose_is_won_back_with_narrower_tolerances(monkeypatch):
     cracks = [creased(degrees) for degrees in (46.0, 48.0, 58.0)]
     assert max(shrunk(crack) for crack in cracks) <= 1

@@ -157,6 +157,7 @@ def test_five_increments_make_one_sheet():
     assert np.linalg.norm(away, axis=1) == pytest.approx(6 * 1.1**5, rel=0.01)
 
 
+@pytest.mark.slow
 @given(
     middle=st.tuples(*[st.floats(1.0, 39.0)] * 3),
     near=st.sets(st.integers(0, 2), min_size=1),

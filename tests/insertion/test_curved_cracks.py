@@ -92,6 +92,7 @@ def test_facets_of_a_void_that_lie_on_the_crack_are_no_crack_facets():
     assert report["crack_area"] == pytest.approx(np.pi * 2.2**2 - 4, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_rough_crack_that_grazes_a_boundary_and_the_box_is_inserted():
     """Rough at the size of the facets and nearly along a boundary: sound with smaller facets there."""
     model, _ = structured_box((8, 8, 8), lambda c: 1 + (c[:, 2] > 4).astype(int))
@@ -104,6 +105,7 @@ def test_a_rough_crack_that_grazes_a_boundary_and_the_box_is_inserted():
     assert check_surface(surface) == []
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("height", [-0.1, 0.0, 0.05])
 def test_a_crack_that_bulges_through_a_boundary_between_its_points_is_inserted(height):
     """A wavy crack along a flat boundary that it crosses and touches again and again."""

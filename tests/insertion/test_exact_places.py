@@ -59,6 +59,7 @@ def sized(crack: Crack, l_min: float) -> Sizing:
     return Sizing(l_min, max(1.0, l_min), 4.0, 2.0, 8.0, 1.0, sources)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("name", CRACKS)
 def test_a_crack_at_exact_places_comes_in_with_its_corners_and_sound_facets(surface, name):
     corners = CRACKS[name]

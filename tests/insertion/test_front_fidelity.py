@@ -96,6 +96,7 @@ def in_boundary(slope: float, off: float, mouth: bool) -> Crack:
     return prescribed_crack(options, 0, BOX)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("mouth", [False, True], ids=["inner", "mouth"])
 @pytest.mark.parametrize("off", [0.0, 0.05, 0.1, 0.3])
 @pytest.mark.parametrize("l_min", [0.4, 1.1])
@@ -114,6 +115,7 @@ def polygon(corners: int, slope: float, tilt: float) -> Crack:
     return crack_from_triangles(points, np.array(fan), None, BOX)
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("corners", [3, 4, 5, 7])
 @pytest.mark.parametrize("tilt", [0.0, 0.01, 0.03])
 @pytest.mark.parametrize("l_min", [0.4, 0.7, 1.1])
@@ -127,6 +129,7 @@ def test_a_polygon_along_a_boundary_keeps_its_corners(blocks, corners, tilt, l_m
     assert off.max() < 0.0201 * l_min  # an edge along the boundary may cut one off by FIDELITY
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("off", [0.0, 0.05, 0.1, 0.3])
 @pytest.mark.parametrize("bend", [0.0, 0.5])
 @pytest.mark.parametrize("l_min", [0.4, 1.1])

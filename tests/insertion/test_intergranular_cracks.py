@@ -63,6 +63,7 @@ CASES = {
 }
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", CASES)
 def test_an_intergranular_crack_is_facets_of_its_boundaries_and_opens(name):
     crack, fronts = CASES[name]

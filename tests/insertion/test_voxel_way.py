@@ -165,6 +165,7 @@ OPEN = {
 }
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", OPEN)
 def test_cracks_that_fold_smoothly_come_in_by_voxels(name):
     points, triangles = OPEN[name]
@@ -251,6 +252,7 @@ def test_facets_that_end_before_the_front_are_refused():
         insert_split(surface, bits, split_along(VOXELS, large), Uniform())
 
 
+@pytest.mark.slow
 def test_cracks_that_voxels_do_not_bring_in_are_cut():
     """Halves of a smaller crack stand for voxels that are too coarse."""
     small, large = (penny(centre=(9, 9, 9.2), normal=(0.2, 0.1, 1), radius=r) for r in (4.0, 7.0))
@@ -308,6 +310,7 @@ def shortest_from_front(surface: Surface) -> float:
     )
 
 
+@pytest.mark.slow
 def test_what_neither_way_brings_in_is_refused_for_the_voxels():
     whole, _ = remesh(VOXELS)
     given = crack_from_triangles(*bowl((9, 9, 9), 5.5, 120.0), None, BOX, heights=False)
@@ -327,6 +330,7 @@ def test_mouths_at_small_angles_to_a_face_are_where_the_crack_meets_it(degrees):
     assert off_crack(surface, crack).max() < 0.02 * L_MIN
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("fold", [30.0, 60.0, 100.0])
 @pytest.mark.parametrize("turn", [0.0, 33.0])
 def test_facets_follow_the_kinks_of_a_crack(fold, turn):

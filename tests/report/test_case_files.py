@@ -28,6 +28,7 @@ def results(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_a_campaign_leaves_the_cases_of_another_where_they_are(results):
     cases = read_cases(results)
     assert [(case.name, case.record["campaign"]) for case in cases] == [

@@ -61,6 +61,7 @@ def test_one_value_and_measures_of_the_mesh_are_not_judged():
     assert not converged("elements", (0.9, 0.8), [10, 20], 0.05).judged
 
 
+@pytest.mark.slow
 def test_the_page_names_the_size(tmp_path):
     sizes = {"coarse": 0.9, "middle": 0.7, "fine": 0.6}
     settings = {name: {"sizing": config(size)["sizing"]} for name, size in sizes.items()}

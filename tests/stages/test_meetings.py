@@ -188,6 +188,7 @@ def front_ends(deck) -> list[str]:
     return sorted(found)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("name", PLANE)
 def test_a_crack_meets_what_is_in_its_way(name, tmp_path):
     voxels, (sheet, options), ends = PLANE[name]
@@ -204,6 +205,7 @@ def test_a_crack_meets_what_is_in_its_way(name, tmp_path):
     assert least < length.min() / L_MIN and length.max() / L_MIN < 1.1
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("name", PAIRS)
 def test_cracks_meet_each_other(name, tmp_path):
     sheet, ends = PAIRS[name]
@@ -244,6 +246,7 @@ SEVERED = {
 }
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", SEVERED)
 def test_a_crack_that_severs_the_specimen_is_told_and_both_bodies_are_held(name, tmp_path, capsys):
     (sheet, options), volume_off = SEVERED[name]

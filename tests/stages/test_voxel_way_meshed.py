@@ -54,6 +54,7 @@ def stitch(folder, *options):
     return main(["stitch", *files, *options, *FLAGS, "-o", str(folder / "surface.vtp")])
 
 
+@pytest.mark.slow
 def test_a_bowl_is_refused_by_the_cut_and_meshed_by_voxels(folder, capsys):
     assert crack(folder) == 1
     assert "is folded near" in capsys.readouterr().err

@@ -1,5 +1,6 @@
 """`--front-csv`: the ordered front beside the mesh, whichever verb makes it."""
 
+import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh import cli
@@ -9,6 +10,7 @@ from craftmesh.io.vtk import write_surface
 QUICK = ["--switches", "pYQ", "--no-interior-points", "--no-optimise"]
 
 
+@pytest.mark.slow
 def test_tetrahedralize_writes_the_front_that_assemble_does(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     crack = plane_crack(2, 3, hexagon((3, 3), 2))

@@ -47,6 +47,7 @@ def distance_to_triangle(point, corners):
     return np.linalg.norm(on_it - point, axis=1).min()
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("sizing", [Graded(1.0, 0.0), Graded(0.4, 0.15)], ids=["uniform", "graded"])
 def test_points_keep_their_distances(sizing):
     surface, nodes, tets = bent_bar()

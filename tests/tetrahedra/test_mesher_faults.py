@@ -93,6 +93,7 @@ def test_the_facets_at_fault_are_found_in_two_ways():
     assert len(named) and np.isin(named, rows).all()
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.skipif(shutil.which("tetgen") is None, reason="the program tetgen is not installed")
 @pytest.mark.parametrize("interior_points", [True, False])
 def test_the_program_keeps_surface_holes_crack_and_points(interior_points):

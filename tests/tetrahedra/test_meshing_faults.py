@@ -136,6 +136,7 @@ def on_full_disk(limit, *words):
     )
 
 
+@pytest.mark.slow
 def test_a_full_disk_leaves_nothing_half_written_and_keeps_other_chunks(folder):
     assert run("tetrahedralize", "sound.vtp", "--chunk", "1/2", "-o", "1.npz", *QUICK) == 0
     kept = (folder / "1.npz").read_bytes()

@@ -41,11 +41,11 @@ def test_each_entry_plans_the_demo_in_an_empty_folder(entry, run_snakemake):
         assert "workflow specific profile" in run.text  # by which a failed job's log is shown
 
 
-def test_each_entry_plans_a_campaign_of_ones_own_without_values_of_the_demo(entry, run_snakemake):
-    folder, flags = entry
-    (folder / "own.yaml").write_text(OWN)
-    (folder / "mine.tsv").write_text(OWN_CASES)
-    run = run_snakemake(folder, *flags, "--dry-run", "--printshellcmds", "--configfile", "own.yaml")
+def test_a_module_plans_a_campaign_of_ones_own_without_values_of_the_demo(tmp_path, run_snakemake):
+    (tmp_path / "Snakefile").write_text(MODULE)
+    (tmp_path / "own.yaml").write_text(OWN)
+    (tmp_path / "mine.tsv").write_text(OWN_CASES)
+    run = run_snakemake(tmp_path, "--dry-run", "--printshellcmds", "--configfile", "own.yaml")
     assert run.status == 0, run.text
     assert run.jobs["inp"] == 1 and "crack" not in run.jobs
     assert "--l-min 0.9" not in run.text and "--grains 20" not in flags_of(run.text, "generate")
@@ -80,7 +80,6 @@ def test_missing_package_is_one_line(tmp_path, run_snakemake):
     assert "Traceback" not in run.text
 
 
-@pytest.mark.parametrize("snakefile", [ROOT / "Snakefile", WORKFLOW])
-def test_snakemakes_linter_finds_nothing(snakefile, tmp_path, run_snakemake):
-    run = run_snakemake(tmp_path, "--lint", "-s", str(snakefile))
+def test_snakemakes_linter_finds_nothing(tmp_path, run_snakemake):
+    run = run_snakemake(tmp_path, "--lint", "-s", str(WORKFLOW))  # the root's: make lint
     assert run.status == 0 and "Lints for" not in run.text, run.text

@@ -19,10 +19,9 @@ def test_first_campaign_of_a_tiny_volume_gives_a_deck(tmp_path, run_snakemake):
     done = subprocess.run([command, "init", "tiny.npz"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "snakemake" in done.stdout
-    run = run_snakemake(
-        tmp_path, "-s", str(ROOT / "Snakefile"), "--cores", "2", "--configfile", "tiny.yaml"
-    )
-    assert run.status == 0, run.text[-2000:]
     deck = tmp_path / "results/tiny/000/model.inp"
+    flags = ("-s", str(ROOT / "Snakefile"), "--cores", "2", "--configfile", "tiny.yaml")
+    run = run_snakemake(tmp_path, str(deck.relative_to(tmp_path)), *flags)
+    assert run.status == 0, run.text[-2000:]
     assert check_deck(deck) == []
     assert "NSET=CRACK_FRONT" in deck.read_text()

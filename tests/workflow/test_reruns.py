@@ -125,6 +125,7 @@ def test_changes_of_the_cookbook_plan_the_jobs_that_it_names(finished, change, w
     assert planned(finished) == jobs(wanted)
 
 
+@pytest.mark.slow
 def test_what_is_there_is_accepted(finished):
     all_of_it, some_of_it, for_once = (flags(command) for _, command, _ in rows("Accept what is there"))
     sheet("prescribed\t", "prescribed\t0.6")(finished)
@@ -137,6 +138,7 @@ def test_what_is_there_is_accepted(finished):
     assert planned(finished) == {}
 
 
+@pytest.mark.slow
 def test_a_column_of_empty_cells_reruns_nothing(finished):
     text = (finished.path / "cases.tsv").read_text().splitlines()
     rows = [text[0] + "\tinp.load", *(row + "\t" for row in text[1:])]
@@ -144,6 +146,7 @@ def test_a_column_of_empty_cells_reruns_nothing(finished):
     assert planned(finished) == {}
 
 
+@pytest.mark.slow
 def test_a_longer_sweep_runs_its_new_case_alone(finished):
     edit(finished, "cases.tsv", "prescribed\t\n", "prescribed\t[0.6]\n")
     assert finished.snakemake("--cores", "2").status == 0
