@@ -130,7 +130,9 @@ def test_includes_and_exports_make_their_files_and_rerun_nothing_else(finished, 
     jobs = folder.snakemake("--dry-run").jobs
     assert jobs == {"inp": 2, "export": 4, "report": 1, "all": 1, "total": 8}
     case = folder.path / "results" / "tiny" / "001"
-    run = folder.snakemake("--cores", "2", *(f"results/tiny/001/model.{end}" for end in ("inp", "msh")))
+    run = folder.snakemake(
+        "--cores", "2", *(f"results/tiny/001/model{end}" for end in ("_mesh.inp", ".msh"))
+    )
     assert run.status == 0 and run.jobs == {"inp": 1, "export": 1, "total": 2}, run.text
     assert check_deck(case / "model.inp") == []
     corners = read_tets(case / "volume.vtu")
