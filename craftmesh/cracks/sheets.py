@@ -1,5 +1,6 @@
 """The sheets of a crack that is several: each has its own fronts, and its own plane."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -46,6 +47,13 @@ def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
         if is_in(points[triangles], box):
             found.append(crack_from_triangles(points, triangles, None, box))
     return found
+
+
+def seam_ends(sheet: Crack, parts: list[Crack]) -> np.ndarray:
+    """Return the points (k, 3) in which a front of a sheet passes from one of its parts to another."""
+    front = {tuple(point) for ids in sheet.fronts for point in sheet.points[ids].tolist()}
+    times = Counter(tuple(point) for part in parts for point in part.points.tolist())
+    return np.array([point for point in sorted(front) if times[point] > 1]).reshape(-1, 3)
 
 
 def joined(cracks: Sequence[Crack]) -> Crack:

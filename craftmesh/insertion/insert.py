@@ -7,7 +7,7 @@ import numpy as np
 from craftmesh.arguments import typed
 from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.cracks.grazing_fronts import ending_on_faces
-from craftmesh.cracks.sheets import heights_of, sheets
+from craftmesh.cracks.sheets import heights_of, seam_ends, sheets
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.attempts import refuse_gross, soundest
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
@@ -87,8 +87,9 @@ def insert_crack(
         sheet = ending_on_faces(sheet, box, least, only_whole=True)
         refuse_along_faces(sheet, box, least)
         parts = heights_of(sheet, box)
+        held = seam_ends(sheet, parts)
         for part in parts:
-            given = Given(part, box, least)
+            given = Given(part, box, least, held)
             surface, numbers = _with_part(surface, given, target, options, progress)
             reports.append(numbers)
         if len(parts) > 1:
@@ -130,7 +131,7 @@ def _with_part(
     progress: Callable[[float, str], None],
 ) -> tuple[Surface, dict[str, int | float]]:
     """Return the surface with a part of a crack in it."""
-    sheet, least = sheet_of(given.crack, surface.box), given.least
+    sheet, least = sheet_of(given.crack, surface.box, given.held), given.least
     best = soundest(
         prepared(surface, sheet, given.least),
         sheet,

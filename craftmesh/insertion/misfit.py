@@ -42,11 +42,11 @@ class Misfit(NamedTuple):
 class Given:
     """A crack in a box (2, 3) as it is given; what is inserted is held to it.
 
-    least: the length of which it may be off in shares.
+    least: the length of which it may be off in shares; held: as in rim_of.
     """
 
-    def __init__(self, crack: Crack, box: np.ndarray, least: float) -> None:
-        self.crack, self.least = crack, least
+    def __init__(self, crack: Crack, box: np.ndarray, least: float, held: np.ndarray | None = None) -> None:
+        self.crack, self.least, self.held = crack, least, held
         self.look = NearSheet(crack, box)
         self.area = area_within(crack, box)
 

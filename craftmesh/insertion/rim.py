@@ -22,8 +22,8 @@ class Rim:
     domain: polygon that the crack covers, given: without what was pushed out, past: how far past that the
     crack may count. segments (k, 2, 2): its boundary, those of fronts first;
     front_number, front_start (f,): front and arc length at the start of the first f. tree: of all
-    segments, front_tree: of the first f. curves: (j, 3) rows u, v, arc length per front; closed: which
-    fronts are.
+    segments, front_tree: of the first f. curves: (j, 3) rows u, v, arc length per front; held: which of
+    these rows (j,) keep a node as corners do; closed: which fronts are.
     """
 
     domain: shapely.Polygon
@@ -35,6 +35,7 @@ class Rim:
     front_number: np.ndarray
     front_start: np.ndarray
     curves: tuple[np.ndarray, ...]
+    held: tuple[np.ndarray, ...]
     closed: tuple[bool, ...]
 
     def inside(self, uv: np.ndarray) -> np.ndarray:
@@ -69,6 +70,7 @@ class Rim:
         step = np.diff(curve[:, :2], axis=0)
         step /= np.linalg.norm(step, axis=1)[:, None]
         sharp = np.einsum("ij,ij->i", step, np.roll(step, 1, axis=0)) < CORNER
+        sharp |= self.held[front][:-1]
         sharp[0] &= self.closed[front]
         return curve[np.flatnonzero(sharp), 2]
 
@@ -101,8 +103,14 @@ def feet_on_segments(
     return nearest, start + t[:, None] * step, t * np.sqrt(square)
 
 
-def rim_of(crack: Crack, nodes: np.ndarray, frame: np.ndarray, box: np.ndarray) -> Rim:
-    """Return the rim of a crack; nodes (n, 2): its points in (u, v), frame (3, 3): rows u, v, normal."""
+def rim_of(
+    crack: Crack, nodes: np.ndarray, frame: np.ndarray, box: np.ndarray, held: np.ndarray | None = None
+) -> Rim:
+    """Return the rim of a crack; nodes (n, 2): its points in (u, v), frame (3, 3): rows u, v, normal.
+
+    held (k, 3): points of its fronts that keep a node.
+    """
+    kept = set() if held is None else set(map(tuple, held.tolist()))
     curves = tuple(_with_arc_length(nodes[front]) for front in crack.fronts)
     given = _polygon(boundary_loops(crack.triangles), nodes)
     domain = _push_out_mouth(given, crack, nodes, frame, box)
@@ -119,6 +127,7 @@ def rim_of(crack: Crack, nodes: np.ndarray, frame: np.ndarray, box: np.ndarray) 
         front_number=front_number,
         front_start=front_start,
         curves=curves,
+        held=tuple(np.array([tuple(p) in kept for p in crack.points[f].tolist()]) for f in crack.fronts),
         closed=tuple(bool(front[0] == front[-1]) for front in crack.fronts),
     )
 

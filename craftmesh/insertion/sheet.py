@@ -139,8 +139,8 @@ class Sheet:
         return shapely.get_coordinates(lines).reshape(-1, 2, 2)[:, 0], cell
 
 
-def sheet_of(crack: Crack, box: np.ndarray) -> Sheet:
-    """Return the evaluator of `crack` in the box (2, 3); planar cracks are exact."""
+def sheet_of(crack: Crack, box: np.ndarray, held: np.ndarray | None = None) -> Sheet:
+    """Return the evaluator of `crack` in the box (2, 3); planar cracks are exact. held: as in rim_of."""
     box = np.asarray(box, float)
     points, triangles = crack.points, crack.triangles.astype(np.int64)
     frame = best_fit_frame(points, triangles)
@@ -158,7 +158,7 @@ def sheet_of(crack: Crack, box: np.ndarray) -> Sheet:
         planar=planar,
         cells=shapely.STRtree(shapely.polygons(nodes[triangles])),
         bins=bins_of(nodes, triangles),
-        rim=rim_of(crack, nodes, frame, box),
+        rim=rim_of(crack, nodes, frame, box, held),
     )
 
 
