@@ -10,11 +10,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from grown.campaigns import Check
+from grown.flat import ellipse, penny
 from grown.inclined import inclined
 from measure import print_table, write_json
 
 # a case grows its crack in campaigns within the folder that it gets
 CASES: dict[str, Callable[[Path], list[Check]]] = {
+    "penny": penny,
+    "ellipse": ellipse,
     "inclined": inclined,
 }
 COLUMNS = {

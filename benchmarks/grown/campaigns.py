@@ -1,6 +1,7 @@
 """Campaigns of one case whose crack grows, and what they say of it."""
 
 import csv
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 SHEET = "case\tmicrostructure\tcrack\tincrements\tgrowth\npath\tsynthetic\tcrack\t{count}\t{growth}\n"
+WORDS = ("flags", "stays")  # columns of sif.csv that are no numbers
 SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
 
 
@@ -45,7 +47,13 @@ def columns(case: Path, increment: int) -> dict[str, np.ndarray]:
     """Return the columns of numbers of an increment's sif.csv."""
     with open(case / f"{increment:03d}" / "sif.csv", newline="", encoding="ascii") as stream:
         rows = list(csv.DictReader(stream))
-    return {key: np.array([float(row[key]) for row in rows]) for key in rows[0] if key != "flags"}
+    return {key: np.array([float(row[key]) for row in rows]) for key in rows[0] if key not in WORDS}
+
+
+def growth(case: Path, increment: int) -> dict[str, float]:
+    """Return how an increment's crack goes on, and the cycles to it: `growth` of fracture.json."""
+    report = case / f"{increment:03d}" / "fracture.json"
+    return json.loads(report.read_text(encoding="utf-8"))["growth"]
 
 
 def front(case: Path, increment: int, name: str = "base") -> np.ndarray:
