@@ -51,7 +51,7 @@ def ellipse(folder: Path) -> list[Check]:
         Check(f"b / a over that of the axes' path, step {step}", b / a / known, 1.0, 0.01)
         for step, ((a, b), known) in enumerate(zip(axes, exact), 1)
     ]
-    # found: 1.5 %, for the front is no ellipse any more
+    # found: 1.5 %, over the 1 % that was meant; the cause is not known
     return [*checks, Check("cycles over those of the axes' path", found / cycles, 1.0, 0.02)]
 
 
