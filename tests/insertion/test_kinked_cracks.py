@@ -6,13 +6,14 @@ from given_cracks import over_grid
 from scipy.spatial.transform import Rotation
 from structured_box import structured_box
 
+from craftmesh.cracks.sheets import heights_of, seam_ends
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.kernels.holding import bins_of, holding
 from craftmesh.insertion.sheet import sheet_of
 from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.surface.check_surface import check_surface
-from craftmesh.surface.measure import facet_angles, total_area
+from craftmesh.surface.measure import facet_angles
 from craftmesh.types import CRACK, Crack, Surface
 
 BOX = np.array([[0.0, 0.0, 0.0], [8.0, 8.0, 8.0]])
@@ -190,19 +191,14 @@ def test_the_triangle_that_holds_a_place_is_the_one_found_by_trying_all():
     assert holds[inside, found[inside]].all()
 
 
-def test_a_strip_that_ends_in_the_front_of_the_part_behind_it_comes_in():
-    """Two triangles fewer than a strip along one side of a square stand up from it at 70 degrees."""
+def test_the_part_behind_a_strip_that_ends_in_its_front_has_nodes_there():
+    """The strip stands up at 70 degrees from a piece of one side of a square."""
     square = [[2.5, 2.5, 4], [5.5, 2.5, 4], [5.5, 5.5, 4], [2.5, 5.5, 4]]
-    ends = [[5.5, 3.3, 4.0], [5.5, 4.7, 4.0]]
+    ends = np.array([[5.5, 3.3, 4.0], [5.5, 4.7, 4.0]])
     top = [[5.5 + 0.8 * np.cos(np.radians(70)), y, 4 + 0.8 * np.sin(np.radians(70))] for y in (3.9, 4.1)]
-    flat = [[0, 1, 4], [0, 4, 5], [0, 5, 2], [0, 2, 3]]
-    strip = [[4, 6, 5], [5, 6, 7]]
-    crack = crack_from_triangles(np.array(square + ends + top), np.array(flat + strip), None, BOX)
-    surface = inserted(crack, 0.5, 2.0)
-    front = np.concatenate([crack.points[ids] for ids in crack.fronts])
-    nodes = surface.points[np.unique(surface.facets[surface.kind == CRACK])]
-    for corner in front:
-        assert np.linalg.norm(nodes - corner, axis=1).min() < 0.01
-    assert total_area(surface.points, surface.facets[surface.kind == CRACK]) == pytest.approx(
-        total_area(crack.points, crack.triangles), rel=5e-3
-    )
+    triangles = [[0, 1, 4], [0, 4, 5], [0, 5, 2], [0, 2, 3], [4, 6, 5], [5, 6, 7]]
+    crack = crack_from_triangles(np.array([*square, *ends, *top]), np.array(triangles), None, BOX)
+    parts = heights_of(crack, BOX)
+    assert len(parts) == 2 and np.array_equal(seam_ends(crack, parts), ends)
+    rim = sheet_of(parts[0], BOX, ends).rim
+    assert len(rim.corners(0)) == 4 + 2 and len(sheet_of(parts[0], BOX).rim.corners(0)) == 4
