@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy.signal import savgol_filter
+from scipy.sparse import vstack
 
 from craftmesh.cracks.polyline import Polyline
 from craftmesh.growth.options import SmoothingOptions
@@ -12,16 +13,16 @@ from craftmesh.mesh.cubic_basis import even_basis
 # Spacing of the knots of the fit in front spacings. 4 follow a kink angle along an inclined penny of ten
 # spacings' radius within its noise, as they do for the intensities themselves.
 KNOTS = 4.0
-# Least spacing of those knots over the extension: what turns to and fro along less than a step folds its
-# strip. Kink angles of a wavy crack went from -20 to 47 degrees along half a step, and it stood in spikes.
-PER_STEP = 1.0
-# Weight of the spline's changes of slope against the rows: holds the fit where a front has no rows,
-# at its ends and across a void. At an end noise of the rows comes through doubled with it, and twentyfold
-# with a thousandth of it, which folded a crack whose kink angles jump by 10 degrees between grains; one
-# wave round forty rows of a closed front loses 0.06 %.
-STIFFNESS = 1e-2
-# With fewer rows off the ends, those at the ends count too.
-LEAST_ROWS = 3
+# The fit halves waves along the front of wave number 1 / reach. That is so many front spacings at least: at
+# an end noise of the rows comes through doubled, and twentyfold with a sixth of it, which folded a crack
+# whose kink angles jump by 10 degrees between grains.
+REACH = 1.0
+# And so much of the extension. A front that is off its plane by a wave of number k turns back by k times
+# that in a unit of extension (Movchan, Gao & Willis 1998; Poisson's ratio 0), so that a step of over 1 / k
+# takes it past the plane. 3^(3/4) / 4 is the least share with which the fit lets no wave do so.
+OF_STEP = 0.57
+# Mean square of a cubic B-spline over a spacing of its knots.
+MEAN_SQUARE = 151 / 315
 # Rows this near to an end of a front, in front spacings, are left out of the fit, which goes on straight
 # there. K_II and K_III have no bound where a front meets a free surface, and the integrals reach over it:
 # with those rows the ends of a tilted half penny kinked by 35 degrees, to and fro at each increment.
@@ -72,14 +73,14 @@ def moves_along(
     Of rows that go on, one at least, the parts ahead and aside are made smooth, and laid along the
     directions of all, which are made smooth too: at an end the crack's normal may be that of one facet,
     turned by 40 degrees. Of a front whose own directions turn to and fro that is not enough: with coarser
-    over 1 the moves themselves are made smooth, the fit's knots so many times farther apart.
+    over 1 the moves themselves are made smooth, over so many times the length.
     """
     goes = along.extension > 0
     trusted = along.trusted & goes if (along.trusted & goes).any() else goes
-    least = PER_STEP * float(np.median(along.extension[goes]))
+    step = float(np.median(along.extension[goes]))
 
     def fitted(values: np.ndarray, trusted: np.ndarray | None) -> np.ndarray:
-        return smoothed(s, values, line.length, line.closed, line.arc, options, trusted, least, coarser)
+        return smoothed(s, values, line.length, line.closed, line.arc, options, trusted, step, coarser)
 
     lengths = fitted(along.extension[:, None], trusted)
     if coarser > 1:
@@ -106,30 +107,54 @@ def smoothed(
     at: np.ndarray,
     options: SmoothingOptions,
     trusted: np.ndarray | None = None,
-    least: float = 0.0,
+    step: float = 0.0,
     coarser: float = 1.0,
 ) -> np.ndarray:
     """Return values (k, m) at arc lengths (k,) of a front, from those (n, m) of its rows at s (n,).
 
-    `length` is the front's; trusted (n,) bool: the rows that count, all where there are none. fit: least
-    squares on cubic B-splines with knots KNOTS row spacings apart, or `least` where that is more, `coarser`
-    times that, END off a front's ends; savitzky_golay: a parabola in a window of rows (the paper, section
-    2); none: straight between the rows.
+    `length` is the front's; trusted (n,) bool: the rows that count, all where there are none. fit: see
+    `_fitted`, smooth over REACH row spacings or OF_STEP of the extension `step`, `coarser` times that;
+    savitzky_golay: a parabola in a window of rows (the paper, section 2); none: straight between the rows.
     """
     counts = np.ones(len(s), bool) if trusted is None or not trusted.any() else trusted
     if options.smoothing == "fit":
         spacing = np.median(np.diff(s)) if len(s) > 1 else length
         inside = counts & _off_ends(s, length, closed, spacing)
-        if inside.sum() <= LEAST_ROWS:
-            inside = counts
-        s, values = s[inside], values[inside]
-        basis = even_basis(length, closed, coarser * max(KNOTS * spacing, least))
-        return basis.design(at) @ basis.solve(basis.design(s), values, np.ones(len(s)), STIFFNESS)
+        rows = inside if inside.any() else counts
+        reach = coarser * max(REACH * spacing, OF_STEP * step)
+        return _fitted(s[rows], values[rows], length, closed, at, KNOTS * spacing, reach)
     values = interpolated(s[counts], values[counts], length, closed, s)
     if options.smoothing == "savitzky_golay" and len(s) >= options.window:
         width = options.window // 2 * 2 + 1
         values = savgol_filter(values, width, 2, axis=0, mode="wrap" if closed else "interp")
     return interpolated(s, values, length, closed, at)
+
+
+def _fitted(
+    s: np.ndarray,
+    values: np.ndarray,
+    length: float,
+    closed: bool,
+    at: np.ndarray,
+    knots: float,
+    reach: float,
+) -> np.ndarray:
+    """Return values (k, m) at arc lengths (k,) of the cubic spline nearest to those (n, m) at s (n,).
+
+    Least squares, and reach^4 times the second derivative's square: 1 / (1 + (k reach)^4) of a wave of
+    number k is left, and an open front goes on straight at its ends. Its trend from end to end costs
+    reach^3 times its square: a plate of few edges, whose rows off the ends tell of none, does not twist on
+    their noise.
+    """
+    basis = even_basis(length, closed, knots)
+    rows, weights = basis.design(s), np.ones(len(s))
+    if not closed:
+        trend = (basis.design(np.array([length])) - basis.design(np.zeros(1))) / length
+        rows, values = vstack([rows, trend]), np.append(values, 0 * values[:1], axis=0)
+        weights = np.append(weights, reach**3 * KNOTS / knots)
+    gap = length / (basis.size if closed else basis.size - 1)
+    stiffness = (reach / gap) ** 4 / MEAN_SQUARE
+    return basis.design(at) @ basis.solve(rows, values, weights, stiffness)
 
 
 def interpolated(
@@ -146,7 +171,10 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _off_ends(s: np.ndarray, length: float, closed: bool, spacing: float) -> np.ndarray:
-    """Tell which rows at ascending arc lengths s (n,) are no nearer than END spacings to an end."""
+    """Tell which rows at ascending arc lengths s (n,) are no nearer than END spacings to an end.
+
+    Of a front too short for any, those in its middle.
+    """
     ahead = np.append(s[1:], s[0] + length) - s
     wide = ahead > GAP * spacing
     if not closed:
@@ -154,4 +182,4 @@ def _off_ends(s: np.ndarray, length: float, closed: bool, spacing: float) -> np.
     tails, heads = s[wide], np.roll(s, -1)[wide]
     ends = np.concatenate([tails, heads, tails - length, heads - length, tails + length, heads + length])
     off = np.abs(s[:, None] - ends).min(axis=1, initial=np.inf)
-    return off >= END * spacing
+    return off >= min(END * spacing, off.max(initial=0.0))

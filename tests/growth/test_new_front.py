@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from craftmesh.cracks.polyline import feet, polyline
+from craftmesh.growth.correct import LEFT, SHARE
 from craftmesh.growth.moves import smoothed
 from craftmesh.growth.new_front import new_front
 from craftmesh.growth.options import SmoothingOptions
@@ -125,12 +126,38 @@ def test_the_fit_takes_most_of_the_noise_away():
     assert np.std(smooth - 1) < 0.65 * np.std(noise)
 
 
-def test_noise_is_not_blown_up_at_the_ends():
-    s = np.arange(40.0)
-    noise = np.random.default_rng(2).normal(0, 1, (40, 300))
-    spread = smoothed(s, noise, 39.0, False, s, SmoothingOptions()).std(axis=1)
+@pytest.mark.parametrize("rows", [6, 11, 41])
+def test_noise_is_not_blown_up_at_the_ends(rows):
+    s = np.arange(float(rows))
+    gain = smoothed(s, np.eye(rows), rows - 1.0, False, s, SmoothingOptions())
     # a line through the four rows next to the two that are left out goes on with 1.8
-    assert spread[[0, -1]].max() < 2.2 and spread[10:30].max() < 0.6
+    assert np.linalg.norm(gain, axis=1).max() < 2.2
+    assert gain.sum(axis=1) == pytest.approx(1)
+
+
+def one_step(rows, step):
+    """Return the matrix that takes a nearly straight front's places and moves, out of plane, a step on.
+
+    Where its front moved by m in the last step and is h off its plane, it goes on by -|k| h per length,
+    for waves of number k (Movchan, Gao & Willis 1998; Poisson's ratio 0). Free faces mirror the waves.
+    """
+    s = np.linspace(0, rows - 1.0, rows)
+    fit = smoothed(s, np.eye(rows), rows - 1.0, False, s, SmoothingOptions(), step=step)
+    waves = np.cos(np.pi * np.outer(s / s[-1], np.arange(rows)))
+    back = waves @ np.diag(np.pi * step / s[-1] * np.arange(rows)) @ np.linalg.inv(waves)
+    one = np.eye(rows)
+    kink = np.hstack([-back, -one - back])
+    place, move = np.hstack([one, 0 * one]), np.hstack([0 * one, one])
+    return np.vstack([place + fit @ (move + SHARE * kink), fit @ (move + (SHARE + LEFT) * kink)])
+
+
+@pytest.mark.parametrize("rows", [4, 6, 11, 31])
+@pytest.mark.parametrize("step", [1.0, 2.0, 4.0, 10.0])
+def test_no_wave_of_a_straight_front_grows_from_step_to_step(rows, step):
+    """Waves shorter than a step turn back farther than due, unless the fit takes them away."""
+    sizes = np.abs(np.linalg.eigvals(one_step(rows, step)))
+    # 1: the front as a whole, and waves that the fit takes away, stay where they are
+    assert sizes.max() == pytest.approx(1, abs=1e-6)
 
 
 @pytest.mark.parametrize("wrong", [[0], [1], [-1], [29, 30]], ids=["first", "second", "last", "at a gap"])
