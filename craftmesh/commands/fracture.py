@@ -5,6 +5,7 @@ Planes that the load holds, moves or pulls count as loaded where a front ends on
 """
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -92,7 +93,6 @@ def run(arguments: argparse.Namespace) -> None:
     )
     columns = parameters.columns()
     if arguments.crack:
-        options = options_from(arguments, GrowthOptions)
         crack, options = read_crack(existing(arguments.crack)), options_from(arguments, GrowthOptions)
         fronts = crack_fronts(model, parameters, crack)
         stress = mean_stress(model, displacement)
@@ -105,8 +105,8 @@ def run(arguments: argparse.Namespace) -> None:
             local_rates(laws_of(options), front_frames(model.mesh).grain, model.phase_of),
             local_stiffness(model) if options.criterion == NEAR_FIELD else None,
         )
-        columns |= growth_columns(growth) | {"flags": columns.pop("flags")}
         report["growth"] = {"stress": stress} | counted_report(growth.counted, options)
+        columns |= growth_columns(growth, report["growth"]) | {"flags": columns.pop("flags")}
     write_front(arguments.output, columns)
     if arguments.json:
         write_json(arguments.json, report)
@@ -165,11 +165,20 @@ def local_stiffness(model: ElasticModel) -> np.ndarray:
     return np.concatenate([in_axes(own, turn[None]) for own, turn in zip(grain, axes)])
 
 
-def growth_columns(growth: KinksAndExtensions) -> dict[str, np.ndarray]:
-    """Return the columns of sif.csv that say how a front goes on; kink angles in degrees."""
+def growth_columns(
+    growth: KinksAndExtensions, counted: Mapping[str, float | None]
+) -> dict[str, np.ndarray]:
+    """Return the columns of sif.csv that say how a front goes on; kink angles in degrees.
+
+    Load cycles to the front and their doubt stand in every row, where a law gives them.
+    """
     angle = np.degrees(growth.kink_angle)
     way = {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}
-    return way | {"rate": growth.rate, "power": np.full(len(angle), growth.power), "stays": growth.stays}
+    way |= {"rate": growth.rate, "power": np.full(len(angle), growth.power)}
+    if counted["cycles"] is not None:
+        way |= {"cycles": np.full(len(angle), counted["cycles"])}
+        way |= {"cycles_doubt": np.full(len(angle), counted["doubt"])}
+    return way | {"stays": growth.stays}
 
 
 def _check_field(model: ElasticModel, solution: Solution, source: str) -> None:

@@ -31,7 +31,10 @@ class Row(NamedTuple):
 
 
 class GrownRow(NamedTuple):
-    """What drives the crack of an increment, and how far it grows: least and largest along the fronts."""
+    """What drives the crack of an increment, and how far it grows: least and largest along the fronts.
+
+    cycles: the load cycles to there and their doubt, None without a law that gives them.
+    """
 
     increment: str
     k_1: tuple[float, float]
@@ -39,6 +42,7 @@ class GrownRow(NamedTuple):
     k_3: tuple[float, float]
     kink_angle: tuple[float, float] | None
     extension: tuple[float, float] | None
+    cycles: tuple[float, float] | None
 
 
 def table_row(increment: Increment) -> Row:
@@ -80,6 +84,7 @@ def _grown(name: str, front: Mapping[str, np.ndarray], growth: Mapping[str, Any]
         k_3=_range(front["K_III"]),
         kink_angle=_range(front["kink_angle"]) if "kink_angle" in front else None,
         extension=tuple(growth["extension"]) if goes_on else None,
+        cycles=(float(front["cycles"][0]), float(front["cycles_doubt"][0])) if "cycles" in front else None,
     )
 
 

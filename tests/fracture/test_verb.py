@@ -83,6 +83,7 @@ def test_cycles_are_counted_on_from_the_front_before(folder, capsys):
     second = json.loads((folder / "fracture.json").read_text())["growth"]
     # the field is the same: K stays as it is from front to front
     assert second["cycles"] == pytest.approx(first["step"] / first["rate"])
+    assert read_front(folder / "sif.csv")["cycles"] == pytest.approx(second["cycles"])
     (folder / "first.json").write_text('{"fronts": []}')
     capsys.readouterr()
     assert run(folder, *law, "--last", str(folder / "first.json")) == 1
