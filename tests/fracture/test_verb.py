@@ -20,7 +20,7 @@ MATERIAL = ("--material", "isotropic:70,0.3")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A box with an edge crack, its front from face to face, and its solution."""
+    """A box with an edge crack, its front from face to face, its solution, and the crack's surface."""
     path = tmp_path_factory.mktemp("fracture")
     box = structured_box(
         (10, 4, 10), lambda c: np.ones(len(c), int), plane_crack(2, 5, lambda c: c[:, 0] < 5)
@@ -28,6 +28,9 @@ def folder(tmp_path_factory):
     write_tets(path / "volume.vtu", assemble(*box)[0])
     solved = ("--quarter-points", "--tolerance", "1e-6")
     assert main(["solve", str(path / "volume.vtu"), "-o", str(path / "u.npz"), *MATERIAL, *solved]) == 0
+    edge = CrackOptions(shape="through_edge", centre=(0.0, 2.0, 5.0), radius=5.0)
+    extents = np.array([[0.0, 0, 0], [10, 4, 10]])
+    write_crack(path / "crack.vtp", prescribed_crack(edge, 0, extents))
     return path
 
 
@@ -52,9 +55,6 @@ def test_an_edge_crack_in_tension(folder):
 
 
 def test_kink_angles_by_the_near_field_are_those_of_erdogan_and_sih_in_isotropic_grains(folder):
-    box = np.array([[0.0, 0, 0], [10, 4, 10]])
-    edge = CrackOptions(shape="through_edge", centre=(0.0, 2.0, 5.0), radius=5.0)
-    write_crack(folder / "crack.vtp", prescribed_crack(edge, 0, box))
     columns = {}
     for criterion in ("tangential_stress", "near_field"):
         flags = ("--crack", str(folder / "crack.vtp"), "--criterion", criterion)
