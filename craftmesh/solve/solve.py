@@ -8,6 +8,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.lip_pairs import lip_pairs
 from craftmesh.progress import silent
+from craftmesh.solve.compressibility import check_compressible
 from craftmesh.solve.contact import least_overlap, overlap_of, with_contact
 from craftmesh.solve.iteration import Iteration, refused
 from craftmesh.solve.options import BUILTIN, SolveOptions
@@ -35,9 +36,10 @@ def solve(
     Elements are integrated as C3D4 and C3D10 are in Abaqus and CalculiX, unless told otherwise, so that all
     three find the same field. Where lips of the crack would overlap in it they press on each other, unless
     told otherwise, and both returns say so; else nothing is changed. The same model gives the same bits.
-    Raises CraftmeshError for a load that `problem_of` refuses, for more memory than the limit, and for a
-    field that does not become exact enough.
+    Raises CraftmeshError for a material that is nearly incompressible, a load that `problem_of` refuses,
+    more memory than the limit, and a field that does not become exact enough.
     """
+    check_compressible(model)
     memory = memory_of(model.mesh)
     report = {"unknowns": model.mesh.points.size, "memory_gb": round(memory, 2)}
     if memory > options.memory_limit:
