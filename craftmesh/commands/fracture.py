@@ -32,7 +32,7 @@ from craftmesh.mechanics.load import Load
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.near_field import in_axes
-from craftmesh.mesh.front_frames import front_frames
+from craftmesh.mesh.front_frames import FrontFrames, front_frames
 from craftmesh.solve.foreign import foreign_solution
 from craftmesh.solve.options import EXTERNAL
 from craftmesh.solve.problem import DECK_RULE, problem_of
@@ -94,7 +94,8 @@ def run(arguments: argparse.Namespace) -> None:
     columns = parameters.columns()
     if arguments.crack:
         crack, options = read_crack(existing(arguments.crack)), options_from(arguments, GrowthOptions)
-        fronts = crack_fronts(model, parameters, crack)
+        frames = front_frames(model.mesh)
+        fronts = crack_fronts(frames, parameters, crack, model.mesh.box)
         stress = mean_stress(model, displacement)
         growth = kinks_and_extensions(
             intensities(parameters),
@@ -102,8 +103,8 @@ def run(arguments: argparse.Namespace) -> None:
             options,
             evidence(parameters, solution, stress, fronts.size),
             read_counted(arguments.last) if arguments.last else None,
-            local_rates(laws_of(options), front_frames(model.mesh).grain, model.phase_of),
-            local_stiffness(model) if options.criterion == NEAR_FIELD else None,
+            local_rates(laws_of(options), frames.grain, model.phase_of),
+            local_stiffness(model, frames) if options.criterion == NEAR_FIELD else None,
         )
         report["growth"] = {"stress": stress} | counted_report(growth.counted, options)
         columns |= growth_columns(growth, report["growth"]) | {"flags": columns.pop("flags")}
@@ -116,12 +117,13 @@ def run(arguments: argparse.Namespace) -> None:
         tell(report["growth"], None)
 
 
-def crack_fronts(model: ElasticModel, parameters: FrontParameters, crack: Crack) -> CrackFronts:
-    """Return the fronts of a crack as growth takes them."""
-    frames = front_frames(model.mesh)
+def crack_fronts(
+    frames: FrontFrames, parameters: FrontParameters, crack: Crack, box: np.ndarray
+) -> CrackFronts:
+    """Return the fronts of a crack in a box (2, 3) as growth takes them."""
     lines = [polyline(crack.points[front]) for front in crack.fronts]
     return CrackFronts(
-        crack_size(crack, model.mesh.box),
+        crack_size(crack, box),
         rows_along(lines, frames.points, frames.binormal),
         row_spacing(frames.points),
         float(np.median(parameters.spread)),
@@ -157,9 +159,8 @@ def evidence(parameters: FrontParameters, solution: Solution, stress: float, rad
     return Evidence(parameters.points, doubt, trusted, "contact_closed" in solution.record)
 
 
-def local_stiffness(model: ElasticModel) -> np.ndarray:
+def local_stiffness(model: ElasticModel, frames: FrontFrames) -> np.ndarray:
     """Return the stiffness (n, 6, 6) of the grain along the front at its nodes, in their local axes."""
-    frames = front_frames(model.mesh)
     axes = np.stack([frames.binormal, frames.normal, frames.tangent], axis=1)
     grain = model.stiffness()[np.searchsorted(model.grains, frames.grain)]
     return np.concatenate([in_axes(own, turn[None]) for own, turn in zip(grain, axes)])

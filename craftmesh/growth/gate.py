@@ -15,8 +15,6 @@ STAYS = {
 # 0.43 % of it (the lens and the crystal of docs/fracture.md), and K_II of a penny under compression, which
 # is 0, by 0.54 %.
 NOISE_SHARE = 0.01
-
-
 # Flags of points whose K is that of no grain: the mean of two grains' limits, or of too short a segment.
 AVERAGED = frozenset(("limit", "short"))
 

@@ -51,13 +51,14 @@ def solve(
     problem = problem_of(model, DECK_RULE if options.integration == "deck" else FULL_RULE)
     iteration = Iteration(problem, options, progress)
     found = iteration.solved(_start(problem.elements.points, problem.supports), None, options.tolerance)
-    pairs = lip_pairs(model.mesh)
-    overlap = overlap_of(pairs, found.displacement)
     forces, contact_figures = None, {}
-    if options.contact and overlap > least_overlap(found.displacement, options.tolerance):
-        contact = with_contact(iteration, pairs, found.displacement)
-        found, forces = contact.found, pairs.forces(contact.found.push, problem.forces.shape)
-        contact_figures = contact.figures() | {"overlap_without_contact": overlap}
+    if options.contact:
+        pairs = lip_pairs(model.mesh)
+        overlap = overlap_of(pairs, found.displacement)
+        if overlap > least_overlap(found.displacement, options.tolerance):
+            contact = with_contact(iteration, pairs, found.displacement)
+            found, forces = contact.found, pairs.forces(contact.found.push, problem.forces.shape)
+            contact_figures = contact.figures() | {"overlap_without_contact": overlap}
     _, reactions, residual = problem.balance(found.displacement, forces)
     if not residual <= options.tolerance:
         raise refused(residual, iteration.count, options)
