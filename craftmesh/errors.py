@@ -37,10 +37,10 @@ def told(places: "np.ndarray") -> list:
 
 
 def listed(names: Iterable) -> str:
-    """Return names for an error message, the first dozen where there are many."""
+    """Return names for an error message, the first two dozen where there are more: a section's keys fit."""
     names = list(names)
-    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
-    return (", ".join(map(str, names[:12])) or "none") + more
+    more = f" and {len(names) - 24} more" if len(names) > 24 else ""
+    return (", ".join(map(str, names[:24])) or "none") + more
 
 
 def counted(voxels: int, total: int) -> str:

@@ -11,6 +11,8 @@ from numpy.typing import DTypeLike
 from craftmesh.arguments import as_array, check_indices, refuse_others
 from craftmesh.errors import CraftmeshError
 
+# What voxels are; of those with label 0 a file may not say it.
+GRAIN, UNINDEXED, VOID = "grain", "unindexed", "void"
 # Facet kinds of a Surface. Box planes are numbered 1..6 in the order of BOX_PLANES.
 INTERFACE = 0
 CRACK = 7

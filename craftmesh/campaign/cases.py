@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from craftmesh.campaign.configuration import listed
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, listed
 
 SYNTHETIC = "synthetic"
 NO_CRACK = "none"

@@ -1,14 +1,14 @@
 """Configurations held against their JSON schema: defaults filled in, the first fault told in one line."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, listed
 from craftmesh.options import BOUNDS, is_admitted
 
 # YAML 1.1 takes 4e-6 for text, as it lacks the point of 4.0e-6
@@ -139,8 +139,3 @@ def _expectation(schema: dict) -> str:
         text += f" that fits {schema['pattern']}"
     about = schema.get("description")
     return f"{text} ({about})" if about else text
-
-
-def listed(names: Iterable) -> str:
-    """Return names as one text, parted by commas."""
-    return ", ".join(map(str, names))

@@ -8,7 +8,7 @@ from typing import Any
 
 from craftmesh.campaign.case_names import check_capitals, check_case_name
 from craftmesh.campaign.cases import Case
-from craftmesh.campaign.configuration import completed, filled, is_valid, listed
+from craftmesh.campaign.configuration import completed, filled, is_valid
 from craftmesh.campaign.overrides import (
     Choice,
     case_keys,
@@ -18,7 +18,7 @@ from craftmesh.campaign.overrides import (
     laid_over,
     variants,
 )
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, listed
 from craftmesh.io.text_table import read_rows
 
 COLUMNS = ("case", "microstructure", "crack", "increments")
@@ -95,7 +95,7 @@ def _sweep(rules: Rules) -> dict[str, Choice]:
 def _check_columns(columns: Sequence[str], known: Mapping[str, Any], place: str) -> None:
     if not set(COLUMNS) <= set(columns) or len(set(columns)) < len(columns):
         raise CraftmeshError(
-            f"{place}: columns {listed(columns) or 'nothing'}; expected {listed(COLUMNS)} and perhaps "
+            f"{place}: columns {listed(columns)}; expected {listed(COLUMNS)} and perhaps "
             f"{listed(OPTIONAL)} and section.key, each once"
         )
     for column in columns:

@@ -17,9 +17,8 @@ from craftmesh.campaign.paths import read_path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import existing
 from craftmesh.errors import CraftmeshError, counted, listed
-from craftmesh.io.file_volume import VOID
 from craftmesh.progress import ProgressLine
-from craftmesh.types import Voxels
+from craftmesh.types import VOID, Voxels
 from craftmesh.voxels.background import lies_in_specks
 from craftmesh.voxels.clean import ROUGH, clean
 from craftmesh.voxels.clean_options import CleanOptions

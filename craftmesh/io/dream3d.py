@@ -13,13 +13,13 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, listed
 from craftmesh.io.crystals import in_words, of_dream3d, of_grains
-from craftmesh.io.file_volume import EULERS, QUATERNIONS, UNINDEXED, FileVolume, Rotations, listed, pick
+from craftmesh.io.file_volume import EULERS, QUATERNIONS, FileVolume, Rotations, pick
 from craftmesh.io.hdf5 import cells_xyz, datasets, opened, volume_paths
 from craftmesh.io.hdf5_tables import Beside
 from craftmesh.io.side_arrays import is_eulers, is_phases, is_quaternions, left_unread, unit_said
-from craftmesh.types import Crystal
+from craftmesh.types import UNINDEXED, Crystal
 
 _IDS = ("FeatureIds", "GrainIds", "FeatureID", "GrainID")
 _PHASE_NAMES = ("PhaseName", "MaterialName")

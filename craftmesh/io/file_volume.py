@@ -11,9 +11,6 @@ from numpy.typing import ArrayLike
 from craftmesh.errors import CraftmeshError, listed
 from craftmesh.types import Crystal
 
-UNINDEXED = "unindexed"
-VOID = "void"
-GRAIN = "grain"
 UNSAID = ""
 QUATERNIONS, RODRIGUES, MATRICES = "quaternions", "rodrigues", "matrices"
 EULERS, KOCKS, ROE = "eulers", "kocks", "roe"

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import h5py
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import listed
+from craftmesh.errors import CraftmeshError, listed
 from craftmesh.io.hdf5 import cells_xyz, is_by_cell
 from craftmesh.io.side_arrays import belonging, is_described, is_ids
 

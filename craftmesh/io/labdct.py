@@ -7,10 +7,10 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.crystals import in_words, of_grains, of_space_group
-from craftmesh.io.file_volume import RODRIGUES, UNINDEXED, FileVolume, Rotations, pick
+from craftmesh.io.file_volume import RODRIGUES, FileVolume, Rotations, pick
 from craftmesh.io.hdf5 import cells_xyz, is_by_cell, opened, volume_paths
 from craftmesh.io.side_arrays import is_described, left_unread
-from craftmesh.types import Crystal
+from craftmesh.types import UNINDEXED, Crystal
 
 _DATA = "/LabDCT/Data"
 

@@ -20,14 +20,13 @@ from craftmesh.io.file_volume import (
     QUATERNIONS,
     RODRIGUES,
     UNSAID,
-    VOID,
     FileVolume,
     Rotations,
     pick,
     to_xyz,
 )
 from craftmesh.io.side_arrays import is_described, is_eulers, is_phases, left_unread, unit_said
-from craftmesh.types import Crystal, Voxels
+from craftmesh.types import VOID, Crystal, Voxels
 
 FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
 # What numpy, zipfile and their codecs raise at a broken file.

@@ -4,8 +4,8 @@ import os
 import re
 from collections.abc import Collection, Iterable, Mapping
 
-from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import DEGREES, RADIANS, listed
+from craftmesh.errors import CraftmeshError, listed
+from craftmesh.io.file_volume import DEGREES, RADIANS
 
 _EULERS = re.compile(r"euler", re.I)
 _QUATERNIONS = re.compile(r"quat", re.I)

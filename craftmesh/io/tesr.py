@@ -24,14 +24,13 @@ from craftmesh.io.file_volume import (
     QUATERNIONS,
     RODRIGUES,
     ROE,
-    VOID,
     FileVolume,
     Rotations,
     ids_in_text,
     table_rows,
 )
 from craftmesh.io.side_arrays import left_unread
-from craftmesh.types import Crystal
+from craftmesh.types import VOID, Crystal
 
 _BINARY = {
     "binary8": "u1",

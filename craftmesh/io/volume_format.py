@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import listed
+from craftmesh.errors import CraftmeshError, listed
 
 SUFFIXES: dict[str, tuple[str, ...]] = {
     "npz": (".npz",),

@@ -5,21 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, listed
 from craftmesh.io import vtk_xml
-from craftmesh.io.file_volume import (
-    EULERS,
-    GRAIN,
-    QUATERNIONS,
-    UNINDEXED,
-    UNSAID,
-    VOID,
-    FileVolume,
-    Rotations,
-    listed,
-    pick,
-)
+from craftmesh.io.file_volume import EULERS, QUATERNIONS, UNSAID, FileVolume, Rotations, pick
 from craftmesh.io.side_arrays import is_described, is_eulers, is_phases, left_unread, unit_said
+from craftmesh.types import GRAIN, UNINDEXED, VOID
 
 if TYPE_CHECKING:
     from vtkmodules.vtkCommonDataModel import vtkFieldData, vtkImageData

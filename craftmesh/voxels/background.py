@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from craftmesh.errors import counted
+from craftmesh.types import GRAIN, UNINDEXED, VOID
 from craftmesh.voxels.specks import dispersed, speck_size
 from craftmesh.voxels.voxel_graph import Pieces, find_pieces
 
-GRAIN, UNINDEXED, VOID = "grain", "unindexed", "void"  # as the option `background` says
 _ROLES = {GRAIN: "a grain", UNINDEXED: "not indexed", VOID: "empty space"}
 
 

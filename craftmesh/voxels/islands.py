@@ -12,11 +12,8 @@ import numpy as np
 from scipy import ndimage
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.types import Voxels
+from craftmesh.types import GRAIN, VOID, Voxels
 from craftmesh.voxels.voxel_graph import Pieces, find_pieces, neighbours, shared_faces
-
-VOID = "void"
-GRAIN = "grain"
 
 
 @dataclass(frozen=True)

@@ -6,23 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, listed
 from craftmesh.io import dream3d, labdct, metaimage, npy, npz, nrrd_volume, tesr, tiff, vti
 from craftmesh.io.declared import enough_memory
-from craftmesh.io.file_volume import (
-    DEGREES,
-    GRAIN,
-    RADIANS,
-    UNINDEXED,
-    UNSAID,
-    VOID,
-    FileVolume,
-    as_numbers,
-    listed,
-)
+from craftmesh.io.file_volume import DEGREES, RADIANS, UNSAID, FileVolume, as_numbers
 from craftmesh.io.volume_format import SUFFIXES, format_of
 from craftmesh.options import Options, option
-from craftmesh.types import Voxels
+from craftmesh.types import GRAIN, UNINDEXED, VOID, Voxels
 from craftmesh.voxels.background import background_shown
 from craftmesh.voxels.file_orientations import orientation_table
 from craftmesh.voxels.raw_volume import RawVolume

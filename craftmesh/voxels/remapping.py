@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
-from craftmesh.io.file_volume import GRAIN, UNINDEXED, as_numbers, listed, table_rows
+from craftmesh.errors import CraftmeshError, listed
+from craftmesh.io.file_volume import as_numbers, table_rows
+from craftmesh.types import GRAIN, UNINDEXED
 
 _LARGEST = np.iinfo(np.int32).max
 
