@@ -7,6 +7,8 @@ from craftmesh import Sizing, check_surface, crack_from_triangles, gradate, inse
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
 from craftmesh.remeshing.remesh import remesh
+from craftmesh.sizing.length_field import LengthField
+from craftmesh.sizing.sizing import densify
 from craftmesh.stitching.stitch import stitch_grains
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
@@ -23,6 +25,7 @@ TETS = np.array([[3, 0, 1, 2]])
 BOX = np.array([[-2.0] * 3, [2.0] * 3])
 HULL = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])[:, ::-1]
 TETRAHEDRON = Surface.of_facets(POINTS, HULL, [[1, 0]] * 4)
+SIZING = Sizing(1, 2, 3, 4, 5, 1, POINTS)
 DOORS = {
     "labels": lambda a: Voxels(a, (1, 1, 1), (0, 0, 0)),
     "phases": lambda a: Voxels(np.ones((1, 1, 1), int), (1, 1, 1), (0, 0, 0), None, a),
@@ -45,6 +48,12 @@ DOORS = {
     "frame": lambda a: crack_from_triangles(POINTS, [[0, 1, 3]], None, BOX, a),
     "a front": lambda a: crack_from_triangles(POINTS, [[0, 1, 2]], [a], BOX),
     "sources": lambda a: Sizing(1, 2, 3, 4, 5, 1, a),
+    "points": lambda a: Sizing(1, 2, 3, 4, 5, 1, POINTS).at(a),
+    "points of a field": lambda a: LengthField(POINTS, np.ones(4)).at(a),
+    "a field's points": lambda a: LengthField(a, np.ones(4)),
+    "a field's lengths": lambda a: LengthField(POINTS, a),
+    "polyline": lambda a: densify(a, 1.0),
+    "step": lambda a: densify(POINTS, a),
     "a grain's points": lambda a: stitch_grains([(1, a, HULL)]),
     "a grain's triangles": lambda a: stitch_grains([(1, POINTS, a)]),
     "a grain's id": lambda a: stitch_grains([(a, POINTS, HULL)]),
@@ -57,6 +66,8 @@ GOOD = {
     "interior": POINTS, "displacement": POINTS,
     "the crack's points": POINTS, "the crack's triangles": np.array([[0, 1, 2]]), "box": BOX,
     "frame": np.eye(3), "a front": POINTS[[0, 1, 2, 0]], "sources": POINTS,
+    "points": POINTS, "points of a field": POINTS, "a field's points": POINTS,
+    "a field's lengths": np.ones(4), "polyline": POINTS, "step": np.array(1.0),
     "a grain's points": POINTS, "a grain's triangles": HULL, "a grain's id": np.array(1),
 }  # fmt: skip
 IDS = {
@@ -150,6 +161,15 @@ UNLIKE = {
     ],
     "grains holds 1.5; expected whole": [lambda: grain_surfaces(TETRAHEDRON, [1.5])],
     r"others\[0\] is a Body; expected Lengths": [lambda: Sizing(1, 2, 3, 4, 5, 1, POINTS, None, (Body(),))],
+    "volumes is a list; expected Mapping or None": [lambda: gradate(TETRAHEDRON, SIZING, volumes=[1.0])],
+    "grains with target volumes is an array of": [lambda: gradate(TETRAHEDRON, SIZING, volumes={"a": 1.0})],
+    "target volumes is an array of": [lambda: gradate(TETRAHEDRON, SIZING, volumes={1: "x"})],
+    r"target volume of grain 1 is nan; expected a volume > 0": [
+        lambda: gradate(TETRAHEDRON, SIZING, volumes={1: np.nan})
+    ],
+    "target volume of grain 2 is 1.0; .* that the surface bounds": [
+        lambda: gradate(TETRAHEDRON, SIZING, volumes={1: 1.0, 2: 1.0})
+    ],
     "polylines of 2 points or more": [
         lambda: crack_from_triangles(POINTS, [[0, 1, 2]], [], BOX),
         lambda: crack_from_triangles(POINTS, [[0, 1, 2]], [POINTS[:1]], BOX),

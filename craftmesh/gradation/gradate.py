@@ -33,7 +33,7 @@ from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.check_surface import refuse_open
 from craftmesh.surface.kernels.facet_shape import score_of_angle
-from craftmesh.surface.volumes import RestoringLimits, restore_volumes
+from craftmesh.surface.volumes import RestoringLimits, checked_targets, restore_volumes
 from craftmesh.types import Crack, Surface
 
 # What the restoring of volumes may move a vertex, as a part of the distance tolerance.
@@ -117,12 +117,14 @@ def gradate(
     and keeps its topology, and no step makes facets intersect. The report counts operations and
     refusals and holds size adherence, angles, drift of volumes, and the facets and wedges left under 12
     degrees.
-    Raises CraftmeshError on a surface without facets, and on grains that are open or inside out.
+    Raises CraftmeshError on a surface without facets, on grains that are open or inside out, and on
+    volumes that are no volumes of its grains.
     """
     options = options or GradateOptions()
     if not len(surface.facets):
         raise CraftmeshError("the surface has no facets; expected at least one to gradate")
     refuse_open(surface)
+    checked_targets(volumes or {}, surface)
     progress(0.0, "preprocess")
     before = figures_before(surface)
     held = HeldArea(surface, crack, sizing.l_min)

@@ -8,6 +8,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
+from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import edge_sides
 from craftmesh.surface.measure import area_vectors
@@ -33,22 +34,18 @@ class LengthField:
     growth: float = 0.0
 
     def __post_init__(self) -> None:
-        points = np.array(self.points, float).reshape(-1, 3)
-        lengths = np.array(self.lengths, float).reshape(-1)
+        points = as_array("points", self.points, float, (None, 3))
+        lengths = as_array("lengths", self.lengths, float, (None,))
         if not len(points) or len(points) != len(lengths):
             raise CraftmeshError(
                 f"the field of lengths has {len(points)} points and {len(lengths)} values; "
                 "expected one value for each of at least one point"
             )
-        sound = np.isfinite(lengths) & (lengths > 0) & np.isfinite(points).all(axis=1)
-        if not sound.all():
-            bad = int(np.flatnonzero(~sound)[0])
+        for bad in np.flatnonzero(lengths <= 0).tolist():
             raise CraftmeshError(
-                f"lengths[{bad}] is {lengths[bad]} at {points[bad].tolist()}; "
-                "expected finite lengths > 0 at finite points"
+                f"lengths[{bad}] is {lengths[bad]} at {points[bad].tolist()}; expected lengths > 0"
             )
         for name, array in (("points", points), ("lengths", lengths)):
-            array.flags.writeable = False
             object.__setattr__(self, name, array)
 
     @cached_property
@@ -57,7 +54,7 @@ class LengthField:
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the (n,) target edge lengths at `points` (n, 3)."""
-        points = np.asarray(points, float).reshape(-1, 3)
+        points = as_array("points", points, float, (None, 3))
         most = _LINKED + 1 if self.growth else _AVERAGED
         near = range(1, min(most, len(self.points)) + 1)
         distance, sample = self._tree.query(points, k=list(near))

@@ -119,7 +119,7 @@ class Sizing:
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the (n,) target edge lengths at `points` (n, 3): Eq. 2 and 3, and the least of all."""
-        points = np.asarray(points, float).reshape(-1, 3)
+        points = as_array("points", points, float, (None, 3))
         length = np.full(len(points), float(self.l_max))
         if len(self.sources):
             reach = self.r1 + (self.l_max - self.l_min) / self.limit
@@ -216,13 +216,13 @@ def densify(polyline: np.ndarray, step: float) -> np.ndarray:
     """Return `polyline` (n, 3) with points added so that no two neighbours are over `step` apart.
 
     The given points stay, so the distance to the result is the distance to the polyline within
-    step^2 / (8 r). Raises CraftmeshError when `step` is not > 0.
+    step^2 / (8 r). Raises CraftmeshError for what is no polyline and when `step` is not > 0.
     """
-    polyline = np.asarray(polyline, float).reshape(-1, 3)
-    if not step > 0:
+    polyline = as_array("polyline", polyline, float, (None, 3))
+    if not as_array("step", step, float, ()) > 0:
         raise CraftmeshError(f"step is {step}; expected a length > 0")
     if len(polyline) < 2:
-        return polyline.copy()
+        return polyline
     span = np.diff(polyline, axis=0)
     parts = np.maximum(np.ceil(np.linalg.norm(span, axis=1) / step).astype(np.int64), 1)
     segment = np.repeat(np.arange(len(span)), parts)

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import spsolve
 
+from craftmesh.arguments import LARGEST, as_array
 from craftmesh.errors import CraftmeshError
 from craftmesh.progress import silent
 from craftmesh.surface.connectivity import facet_edges
@@ -63,7 +64,7 @@ def restore_volumes(
     """
     limits = limits or RestoringLimits()
     facets = surface.facets.astype(np.int64)
-    grains, target = _checked(targets, surface)
+    grains, target = checked_targets(targets, surface)
     boundaries = _boundaries(facets, surface.sides, grains)
     free = _free_directions(surface)
     points, done = surface.points.copy(), 0
@@ -81,16 +82,18 @@ def restore_volumes(
     return Surface(points, surface.facets, surface.sides, surface.kind), report
 
 
-def _checked(targets: Mapping[int, float], surface: Surface) -> tuple[np.ndarray, np.ndarray]:
-    """Return the grains (g,), sorted, and their target volumes (g,), all > 0."""
-    grains = np.array(sorted(targets), np.int64)
-    target = np.array([targets[int(g)] for g in grains], float)
-    for grain in grains[~((target > 0) & np.isin(grains, surface.sides))].tolist():
+def checked_targets(targets: Mapping[int, float], surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Return the grains (g,), sorted, and their target volumes (g,), all > 0; raises CraftmeshError."""
+    grains = as_array("grains with target volumes", list(targets), np.int64, (None,))
+    target = as_array("target volumes", list(targets.values()), float, (None,), finite=False)
+    sound = (target > 0) & (target <= LARGEST) & np.isin(grains, surface.sides)
+    for grain, volume in zip(grains[~sound].tolist(), target[~sound].tolist()):
         raise CraftmeshError(
-            f"target volume of grain {grain} is {targets[grain]}; expected a volume > 0 of a grain "
+            f"target volume of grain {grain} is {volume}; expected a volume > 0 of a grain "
             "that the surface bounds"
         )
-    return grains, target
+    order = np.argsort(grains)
+    return grains[order], target[order]
 
 
 def _drift_report(when: str, drift: np.ndarray) -> dict:
