@@ -93,12 +93,11 @@ def _pages(file: Path) -> np.ndarray:
             series = tif.series
             _refuse_false_pages(file, tif.filehandle.size, series)
             kinds = {(pages.shape[-2:], str(pages.dtype)) for pages in series}
-            colours = _samples(series[0].keyframe)
-            if len(kinds) > 1 or colours > 1 or max(pages.ndim for pages in series) > 3:
+            _refuse_colours(file, series[0])
+            if len(kinds) > 1 or max(pages.ndim for pages in series) > 3:
                 raise CraftmeshError(
-                    f"{file}: holds pages of {len(kinds)} sizes or types, {colours} values a pixel, of "
-                    f"shape {series[0].shape}; expected grey pages (z, y, x), one label a pixel, said to "
-                    "be grey (photometric minisblack)"
+                    f"{file}: holds pages of {len(kinds)} sizes or types, of shape {series[0].shape}; "
+                    "expected grey pages (z, y, x) alike"
                 )
             # some writers make a series of each page
             found = np.concatenate([pages.asarray().reshape(-1, *pages.shape[-2:]) for pages in series])
@@ -113,10 +112,15 @@ def _pages(file: Path) -> np.ndarray:
         raise CraftmeshError(f"{file}: cannot be read as TIFF ({reason}); export it uncompressed") from None
 
 
-def _samples(page: Any) -> int:
-    """Return the values a pixel of a page: 1 of a grey one, whose further samples are a stack's."""
-    is_grey = page.photometric <= 1 and not any(page.extrasamples)
-    return 1 if is_grey else int(page.samplesperpixel)
+def _refuse_colours(file: Path, pages: Any) -> None:
+    """Refuse pages of several values a pixel, unless the file calls them grey: then these are a stack's."""
+    page = pages.keyframe
+    if page.samplesperpixel > 1 and (page.photometric > 1 or any(page.extrasamples)):
+        raise CraftmeshError(
+            f"{file}: says that it is colour (photometric {page.photometric.name}, {page.samplesperpixel} "
+            f"values a pixel, shape {pages.shape}); expected one label a pixel: write a stack that is 3 or "
+            "4 wide as grey (photometric minisblack), which tifffile does not by itself"
+        )
 
 
 def _refuse_false_pages(file: Path, there: int, series: list) -> None:

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError, listed
 from craftmesh.io import dream3d, labdct, metaimage, npy, npz, nrrd_volume, tesr, tiff, vti
 from craftmesh.io.declared import enough_memory
-from craftmesh.io.file_volume import DEGREES, RADIANS, UNSAID, FileVolume, as_numbers
+from craftmesh.io.file_volume import DEGREES, RADIANS, UNSAID, FileVolume
 from craftmesh.io.volume_format import SUFFIXES, format_of
 from craftmesh.options import Options, option
 from craftmesh.types import GRAIN, UNINDEXED, VOID, Voxels
@@ -165,9 +166,8 @@ def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarra
         raise CraftmeshError(
             f"{path}: the format has no voxel spacing; give spacing as three lengths, --spacing DX DY DZ"
         )
-    spacing = as_numbers(f"{path}: spacing", spacing)
-    volumes = spacing**3  # of grains: have to be numbers too
-    if spacing.shape != (3,) or not ((volumes > np.finfo(float).tiny) & np.isfinite(volumes)).all():
+    spacing = as_array(f"{path}: spacing", spacing, float, (3,))
+    if not (spacing**3 > np.finfo(float).tiny).all():  # volumes of grains have to be numbers too
         raise CraftmeshError(
             f"{path}: spacing is {spacing.tolist()}; expected three lengths > 0, "
             "in a unit in which volumes are numbers"
@@ -194,10 +194,7 @@ def _meaning(
 
 def _origin(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarray:
     given = next((v for v in (options.origin, content.origin) if v is not None), (0.0, 0.0, 0.0))
-    origin = as_numbers(f"{path}: origin", given)
-    if origin.shape != (3,) or not np.isfinite(origin).all():
-        raise CraftmeshError(f"{path}: origin is {origin.tolist()}; expected three numbers")
-    return origin
+    return as_array(f"{path}: origin", given, float, (3,))
 
 
 def _refuse_unknown(path: Path, orientations: np.ndarray, remap: dict[int, int]) -> None:

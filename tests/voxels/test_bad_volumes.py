@@ -234,7 +234,7 @@ def test_measured_slice_is_refused(shared_data):
 
 @pytest.mark.parametrize("spacing", [(1, 0, 1), (1, 1, -2), (np.nan, 1, 1)])
 def test_spacing_has_to_be_positive(tmp_path, spacing):
-    refuse(npz(tmp_path, spacing=np.array(spacing, float)), "spacing is .* > 0")
+    refuse(npz(tmp_path, spacing=np.array(spacing, float)), r"spacing(\[0\])? is .* (> 0|finite numbers)")
     with pytest.raises(CraftmeshError, match="spacing is .* > 0"):
         ReadOptions(spacing=spacing)
 
