@@ -156,8 +156,12 @@ class Campaign:
 
     def deck_flags(self, case: str) -> str:
         """Return the flags of a case's deck."""
+        return f"{command_flags(self._deck(case))} {self.unit_flags(case)}".rstrip()
+
+    def unit_flags(self, case: str) -> str:
+        """Return the flag that names a case's units, where it names any."""
         units = list(self.cases[case].settings["units"].values())
-        return command_flags(self._deck(case) | {"units": units if any(units) else []})
+        return shlex.join(["--units", *units]) if any(units) else ""
 
     def mesh_flags(self, case: str) -> str:
         """Return the flags of `inp` that an export takes too, so that its mesh is the deck's."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure, orientations_and_phases
-from craftmesh.commands.stage_io import add_output, existing, read_json, tell, write_json
+from craftmesh.commands.stage_io import add_output, add_units, existing, read_json, tell, write_json
 from craftmesh.cracks.polyline import polyline
 from craftmesh.errors import CraftmeshError
 from craftmesh.fracture.options import FractureOptions
@@ -32,6 +32,7 @@ from craftmesh.mechanics.load import Load
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.near_field import in_axes
+from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.mesh.front_frames import FrontFrames, front_frames
 from craftmesh.solve.foreign import foreign_solution
 from craftmesh.solve.options import EXTERNAL
@@ -67,6 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="the --json of the increment before, made with --crack: load cycles are counted on from there",
     )
+    add_units(parser, "the units in --json")
     add_options(parser, FractureOptions, ModelOptions, GrowthOptions)
 
 
@@ -110,7 +112,8 @@ def run(arguments: argparse.Namespace) -> None:
         columns |= growth_columns(growth, report["growth"]) | {"flags": columns.pop("flags")}
     write_front(arguments.output, columns)
     if arguments.json:
-        write_json(arguments.json, report)
+        units = UnitsOptions(*arguments.units).of_columns(("x", "y", "z", *columns))
+        write_json(arguments.json, {"units": units} | report)
     for front in report["fronts"]:
         tell({key: front[key] for key in TOLD}, None)
     if arguments.crack:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure, orientations_and_phases
-from craftmesh.commands.stage_io import add_output, add_report, tell, warn
+from craftmesh.commands.stage_io import add_output, add_report, add_units, tell, warn
 from craftmesh.deck.limits import deck_warning
 from craftmesh.deck.write_deck import DeckOptions, write_model
 from craftmesh.io.vtk import read_tets
@@ -17,13 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     add_output(parser, "input deck .inp")
     add_microstructure(parser)
-    parser.add_argument(
-        "--units",
-        nargs=2,
-        metavar=("LENGTH", "STRESS"),
-        default=("", ""),
-        help="names of your units, as um MPa, for the deck's heading; nothing is converted",
-    )
+    add_units(parser, "the deck's heading")
     add_report(parser)
     add_options(parser, DeckOptions)
 

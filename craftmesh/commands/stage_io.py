@@ -25,6 +25,16 @@ def add_report(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_units(parser: argparse.ArgumentParser, where: str) -> None:
+    parser.add_argument(
+        "--units",
+        nargs=2,
+        metavar=("LENGTH", "STRESS"),
+        default=("", ""),
+        help=f"names of your units, as um MPa, for {where}; nothing is converted",
+    )
+
+
 def tell(report: dict, path: Path | None) -> None:
     """Print a stage's report, one number or text a line, and write it to `path` if given."""
     for line in _lines(report):

@@ -1,8 +1,17 @@
 """Names of the user's units, labels beside what a reader sees: nothing is converted."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from craftmesh.options import Options, option
+
+# What the columns of sif.csv measure, of those that have a unit.
+_MEASURED = (
+    dict.fromkeys(("x", "y", "z", "s", "radius", "extension"), "length")
+    | dict.fromkeys(("K_I", "K_II", "K_III", "spread", "driving"), "K")
+    | {"J": "J", "G": "J", "T": "stress", "probe_stress": "stress"}
+    | dict.fromkeys(("kink_angle", "probe_angle"), "angle")
+)
 
 
 @dataclass(frozen=True)
@@ -23,3 +32,9 @@ class UnitsOptions(Options):
                 "J": f"{stress} {length}",
             }
         return found | ({"stress": stress} if stress else {})
+
+    def of_columns(self, names: Iterable[str]) -> dict[str, str]:
+        """Return the units of columns of sif.csv; a unit without a name goes by its quantity's."""
+        units = UnitsOptions(self.length or "length", self.stress or "stress").by_quantity()
+        units |= {"angle": "degrees"}
+        return {name: units[_MEASURED[name]] for name in names if name in _MEASURED}

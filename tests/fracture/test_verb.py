@@ -40,7 +40,7 @@ def run(folder, *flags):
 
 
 def test_an_edge_crack_in_tension(folder):
-    assert run(folder, "--quarter-points", "--probe", "2") == 0
+    assert run(folder, "--quarter-points", "--probe", "2", "--units", "um", "MPa") == 0
     columns = read_front(folder / "sif.csv")
     # as in a long strip of height 10: its energy ahead of the crack goes into the front
     exact = 70 * 1e-3 * np.sqrt(10 / 2 / (1 - 0.3**2))
@@ -52,6 +52,8 @@ def test_an_edge_crack_in_tension(folder):
     assert len(rows) == 5 and rows[0]["flags"].startswith("end") and rows[-1]["flags"].startswith("end")
     report = json.loads((folder / "fracture.json").read_text())
     assert report["fronts"][0]["nodes"] == 5
+    assert report["units"].keys() < columns.keys()
+    assert report["units"]["K_I"] == "MPa sqrt(um)" and report["units"]["probe_angle"] == "degrees"
 
 
 def test_kink_angles_by_the_near_field_are_those_of_erdogan_and_sih_in_isotropic_grains(folder):
@@ -93,6 +95,7 @@ def test_cycles_are_counted_on_from_the_front_before(folder, capsys):
 
 def test_the_same_input_gives_the_same_bytes(folder):
     assert run(folder, "--quarter-points") == 0
+    assert json.loads((folder / "fracture.json").read_text())["units"]["J"] == "stress length"
     first = (folder / "sif.csv").read_bytes()
     assert run(folder, "--quarter-points") == 0
     assert (folder / "sif.csv").read_bytes() == first

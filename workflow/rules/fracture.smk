@@ -23,9 +23,10 @@ rule fracture:
         model=lambda wildcards: CAMPAIGN.model_flags(wildcards.case),
         options=lambda wildcards: CAMPAIGN.flags("fracture", wildcards.case),
         growth=lambda wildcards: CAMPAIGN.growth_flags(wildcards.case),
+        units=lambda wildcards: CAMPAIGN.unit_flags(wildcards.case),
         last=lambda wildcards, input: command_flags({"last": input.get("last")}),
         code=CAMPAIGN.code("fracture"),
     shell:
         "craftmesh fracture {input.volume:q} {input.solution:q} --crack {input.crack:q}"
         " --microstructure {input.labels:q} {params.model} {params.options} {params.growth}"
-        " {params.last} -o {output.sif:q} --json {output.report:q} > {log:q} 2>&1"
+        " {params.units} {params.last} -o {output.sif:q} --json {output.report:q} > {log:q} 2>&1"
