@@ -16,8 +16,10 @@ from craftmesh.cracks.prescription import changing, check_crack, is_sized
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.kink_angle import check_criterion
 from craftmesh.io.volume_format import format_by_name
+from craftmesh.mechanics.faces import parse_faces
 from craftmesh.mechanics.materials import parse_materials, phases_of_grains
 from craftmesh.mechanics.model_options import ModelOptions
+from craftmesh.mechanics.trial import check_faces
 from craftmesh.sizing.sizing import SizingOptions, sizing_for
 from craftmesh.solve.options import SolveOptions
 from craftmesh.tetrahedra.meshers.base import check_mesher
@@ -102,6 +104,7 @@ def _check_inp(keys: Mapping[str, Any], case: Case) -> None:
             phases_of_grains(np.array([1]), materials, np.array([0, 1]))
     except CraftmeshError as error:
         raise CraftmeshError(f"material: {str(error).removeprefix('material: ')}") from None
+    check_faces(parse_faces(options.faces))
 
 
 _CHECKS: dict[str, Callable[[Mapping[str, Any], Case], Any]] = {
@@ -142,7 +145,12 @@ def _check_increments(case: Case) -> None:
             f"{case.place}: inp.element is {load['element']}, and the crack grows; expected C3D10, whose "
             "displacements give its stress intensities"
         )
-    if case.grows and (load["load"] == "none" or not load["magnitude"]):
+    faces = parse_faces(load["faces"])
+    if case.grows and faces and not any(row.value for row in faces):
+        raise CraftmeshError(
+            f"{case.place}: inp.faces has no strain or stress but 0, and the crack grows; expected one"
+        )
+    if case.grows and not faces and (load["load"] == "none" or not load["magnitude"]):
         raise CraftmeshError(
             f"{case.place}: inp.load is {load['load']}, inp.magnitude {load['magnitude']:g}, and the crack "
             "grows; expected a strain or a stress"

@@ -1,17 +1,21 @@
 """Lines of the deck for the load: supports, and one static step with its output."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from craftmesh.deck.inp_format import number
 from craftmesh.mechanics.load import Fixed, Load
+from craftmesh.mechanics.tractions import Traction, nodal_forces
+from craftmesh.types import TetMesh
 
 # Both solvers write these to their results files (.fil, .frd).
 _OUTPUT = "*NODE FILE\nU, RF\n*EL FILE\nS, E\n"
+# Of the largest force: what corners of 10-node elements bear, which is 0.
+_ROUNDING = 1e-12
 
 
-def step_lines(load: Load) -> Iterator[str]:
+def step_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
     """Yield the supports and the step of a load; what moves does so in the step."""
     still = [fixed for fixed in load.held if not np.any(fixed.displacement)]
     moved = [fixed for fixed in load.held if np.any(fixed.displacement)] + [*load.moved]
@@ -23,10 +27,7 @@ def step_lines(load: Load) -> Iterator[str]:
         yield "*BOUNDARY\n"
     for fixed in moved:
         yield from _moved(fixed)
-    if load.pulled:
-        yield "*DSLOAD\n"
-    for pulled in load.pulled:
-        yield f"{pulled.name}, P, {number(-pulled.stress)}\n"
+    yield from _pulled(load.pulled, mesh)
     yield _OUTPUT + "*END STEP\n"
 
 
@@ -40,6 +41,21 @@ def _moved(fixed: Fixed) -> Iterator[str]:
     else:
         value = number(float(fixed.displacement))
         yield from (f"{nodes}, {axis}, {axis}, {value}\n" for nodes in _nodes(fixed))
+
+
+def _pulled(tractions: Sequence[Traction], mesh: TetMesh) -> Iterator[str]:
+    """Yield pressures on surfaces, and other tractions as forces at nodes: CalculiX has no others."""
+    pressures = [one for one in tractions if one.axis is None]
+    if pressures:
+        yield "*DSLOAD\n"
+    for one in pressures:
+        yield f"{one.name}, P, {number(-one.stress)}\n"
+    forces = nodal_forces([one for one in tractions if one.axis is not None], mesh)
+    nodes, axes = np.nonzero(np.abs(forces) > _ROUNDING * np.abs(forces).max(initial=0.0))
+    if len(nodes):
+        yield "*CLOAD\n"
+    for node, axis, force in zip(nodes.tolist(), axes.tolist(), forces[nodes, axes].tolist()):
+        yield f"{node + 1}, {axis + 1}, {number(force)}\n"
 
 
 def _nodes(fixed: Fixed) -> list[str]:

@@ -99,7 +99,7 @@ def write_model(
         included.writelines(set_lines(mesh))
         main.writelines(section_lines(model))
         if model.load is not None:
-            main.writelines(step_lines(model.load))
+            main.writelines(step_lines(model.load, mesh))
 
 
 def _units_note(units: UnitsOptions) -> str:

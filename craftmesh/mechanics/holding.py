@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.bodies import bodies
 from craftmesh.types import TetMesh
 
@@ -12,9 +13,13 @@ from craftmesh.types import TetMesh
 LOOSE = 1e9
 
 
-def rigid_motions(points: np.ndarray) -> np.ndarray:
-    """Return the displacements (n, 3, 6) of three shifts and of three small turns about the middle."""
-    x, y, z = (points - points.mean(axis=0)).T
+# Of all forces on a body: what is left of forces that balance, by rounding.
+_BALANCED = 1e-9
+
+
+def rigid_motions(points: np.ndarray, middle: np.ndarray | None = None) -> np.ndarray:
+    """Return the displacements (n, 3, 6) of three shifts and of three small turns about the middle (3,)."""
+    x, y, z = (points - (points.mean(axis=0) if middle is None else middle)).T
     motions = np.zeros((len(points), 3, 6))
     motions[:, [0, 1, 2], [0, 1, 2]] = 1
     motions[:, 1, 3], motions[:, 2, 3] = -z, y
@@ -23,24 +28,56 @@ def rigid_motions(points: np.ndarray) -> np.ndarray:
     return motions
 
 
-def lacking(mesh: TetMesh, held: Sequence[tuple[np.ndarray, int]]) -> list[tuple[int, int]]:
+def lacking(
+    mesh: TetMesh, held: Sequence[tuple[np.ndarray, int]], forces: np.ndarray
+) -> list[tuple[int, int]]:
     """Return nodes and axes (0, 1, 2) that hold what `held`, nodes (k,) and axis each, leaves free to move.
 
     A body (elements joined by nodes) gets one at a time the displacement that its free motions move most,
-    until no rigid motion of it is free.
+    until no rigid motion of it is free. Raises CraftmeshError where the forces (n, 3) at the nodes would
+    move a body so.
     """
     body = bodies(mesh)
     found = []
     for one in range(body.max() + 1):
         nodes = np.unique(mesh.tets[body == one, :4])
         places = mesh.points[nodes]
-        motions = rigid_motions(places / np.ptp(places, axis=0).max())
-        rows = np.concatenate([motions[np.isin(nodes, supported), axis] for supported, axis in held])
+        size = np.ptp(places, axis=0).max()
+        motions = rigid_motions(places / size)
+        rows = np.concatenate(
+            [np.zeros((0, 6)), *(motions[np.isin(nodes, supported), axis] for supported, axis in held)]
+        )
         while len(free := _free(rows)):
+            _check_balance(mesh, body == one, free, forces, size)
             node, axis = divmod(int(np.argmax(((motions @ free.T) ** 2).sum(axis=2))), 3)
             found.append((int(nodes[node]), axis))
             rows = np.concatenate([rows, motions[node, axis][None]])
     return found
+
+
+def _check_balance(
+    mesh: TetMesh, of_body: np.ndarray, free: np.ndarray, forces: np.ndarray, size: float
+) -> None:
+    """Refuse forces (n, 3) that work on rigid motions (f, 6) of a body, elements (m,) bool of that size."""
+    nodes = np.unique(mesh.tets[of_body])
+    own = forces[nodes]
+    middle = mesh.points[np.unique(mesh.tets[of_body, :4])].mean(axis=0)
+    motions = rigid_motions(mesh.points[nodes] / size, middle / size)
+    left = np.einsum("nai,na->i", motions, own) @ free.T @ free
+    if np.abs(left).max() <= _BALANCED * np.abs(own).sum():
+        return
+    way = int(np.argmax(np.abs(left)))
+    axis, is_turn = "xyz"[way % 3], way > 2
+    kind, value = ("moment", left[way] * size) if is_turn else ("force", left[way])
+    where = "the body"
+    if not of_body.all():
+        at = ", ".join(f"{x:.4g}" for x in middle)
+        where = f"a piece of {of_body.sum()} elements round ({at}), as where the crack severs it"
+    raise CraftmeshError(
+        f"load: the stresses leave a {kind} of {value:.4g} {'about' if is_turn else 'along'} {axis} on "
+        f"{where}, and nothing holds it that way; prescribe a displacement of a face against it, or "
+        "stresses that balance"
+    )
 
 
 def _free(rows: np.ndarray) -> np.ndarray:

@@ -1,12 +1,18 @@
-"""The load of a tension test as data: which nodes are held, moved or under traction, and how."""
+"""A load as data: which nodes are held, moved or under traction, and how."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.faces import FIXED, STRAIN, STRESS, FaceRow
 from craftmesh.mechanics.holding import lacking
+from craftmesh.mechanics.tractions import Traction, nodal_forces
 from craftmesh.types import TetMesh
+
+# Of a displacement: prescribed ones that differ by less are the same, but for rounding.
+_SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,15 +26,6 @@ class Fixed:
     axis: int
     displacement: float | np.ndarray = 0.0
     name: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class Traction:
-    """A stress along the outward normals of a face set: faces (f, 2) of elements and sides; tension > 0."""
-
-    faces: np.ndarray
-    stress: float
-    name: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,37 +50,67 @@ def tension(mesh: TetMesh, axis: int, magnitude: float, by_stress: bool, rollers
 
     magnitude: the strain between both planes, or with by_stress the stress on the far one. With rollers the
     near planes of the other axes are held along their normals, as planes of symmetry; without, the body is
-    held against turning and sliding at two nodes of the near plane. Bodies that a crack has severed get as
-    few more supports as keep them from moving as a whole. Raises CraftmeshError for a plane without nodes,
-    and for a stress that would pull off what nothing holds.
+    held against turning and sliding at two nodes of the near plane. Raises CraftmeshError as `load_on`.
     """
     near, far = (f"{'XYZ'[axis]}{end}" for end in ("MIN", "MAX"))
-    planes = [(k, f"{'XYZ'[k]}MIN") for k in range(3) if rollers or k == axis]
-    for name in (*(name for _, name in planes), far):
-        if not len(mesh.node_sets.get(name, ())):
-            raise CraftmeshError(
-                f"load: the mesh has no nodes on {name}; choose another axis, sides free, or load none"
-            )
-    held = [Fixed(mesh.node_sets[name], k, name=name) for k, name in planes]
-    if not rollers:
-        held += _against_turning(mesh, axis, mesh.node_sets[near])
-    if by_stress:
-        faces = mesh.face_sets.get(far, np.zeros((0, 2), np.int64))
-        if _other_bodies(mesh, held):
-            raise CraftmeshError(
-                f"load: a part of the body that nothing holds would be pulled off by a stress on {far}, as "
-                "where the crack severs it; give a strain, which moves it"
-            )
-        return Load(tuple(held), pulled=(Traction(faces, float(magnitude), far),))
-    low, high = (mesh.points[mesh.node_sets[name][0], axis] for name in (near, far))
-    moved = Fixed(mesh.node_sets[far], axis, float(magnitude * (high - low)), far)
-    return Load((*held, *_other_bodies(mesh, [*held, moved])), moved=(moved,))
+    rows = [FaceRow(f"{'XYZ'[k]}MIN", k, FIXED) for k in range(3) if rollers or k == axis]
+    rows.append(FaceRow(far, axis, STRESS if by_stress else STRAIN, magnitude))
+    _check_planes(mesh, rows)
+    return load_on(mesh, rows, () if rollers else _against_turning(mesh, axis, mesh.node_sets[near]))
 
 
-def _other_bodies(mesh: TetMesh, supports: list[Fixed]) -> list[Fixed]:
-    """Return what holds bodies that a crack has severed from the rest, as far as the supports do not."""
-    held = [(fixed.nodes, fixed.axis) for fixed in supports]
-    return [Fixed(np.array([node]), axis) for node, axis in lacking(mesh, held)]
+def load_on(mesh: TetMesh, rows: Sequence[FaceRow], holds: Sequence[Fixed] = ()) -> Load:
+    """Return the load of what the faces of the box bear, and of nodes held besides.
+
+    Each body of the mesh, as those that a crack has severed, gets as few more supports as keep it from
+    moving as a whole. Raises CraftmeshError for a plane without nodes, for planes that meet and prescribe
+    different displacements, and for stresses that would move a body as a whole.
+    """
+    _check_planes(mesh, rows)
+    held = [Fixed(mesh.node_sets[row.plane], row.axis, name=row.plane) for row in rows if row.kind == FIXED]
+    moved = [_moved(mesh, row) for row in rows if row.kind == STRAIN]
+    _check_edges([*held, *moved])
+    held += holds
+    pulled = tuple(_pulled(mesh, row) for row in rows if row.kind == STRESS)
+    supports = [(fixed.nodes, fixed.axis) for fixed in (*held, *moved)]
+    more = lacking(mesh, supports, nodal_forces(pulled, mesh))
+    held += [Fixed(np.array([node]), axis) for node, axis in more]
+    return Load(tuple(held), tuple(moved), pulled)
+
+
+def _check_planes(mesh: TetMesh, rows: Sequence[FaceRow]) -> None:
+    for row in rows:
+        if not len(mesh.node_sets.get(row.plane, ())):
+            raise CraftmeshError(
+                f"load: the mesh has no nodes on {row.plane}; choose another face or axis, sides free, or "
+                "load none"
+            )
+
+
+def _check_edges(parts: Sequence[Fixed]) -> None:
+    """Refuse planes that prescribe different displacements to the edge in which they meet."""
+    for k, one in enumerate(parts):
+        for other in parts[:k]:
+            gap = abs(float(one.displacement) - float(other.displacement))
+            same = gap <= _SAME * max(abs(float(one.displacement)), abs(float(other.displacement)))
+            if one.axis == other.axis and one.name[0] != other.name[0] and not same:
+                raise CraftmeshError(
+                    f"load: {other.name} moves along {'xyz'[one.axis]} by {other.displacement:g} and "
+                    f"{one.name} by {one.displacement:g}, and they meet in an edge; prescribe one, and a "
+                    "stress on the other"
+                )
+
+
+def _moved(mesh: TetMesh, row: FaceRow) -> Fixed:
+    length = np.ptp(mesh.box[:, row.across])
+    return Fixed(mesh.node_sets[row.plane], row.axis, float(row.along * length), row.plane)
+
+
+def _pulled(mesh: TetMesh, row: FaceRow) -> Traction:
+    faces = mesh.face_sets.get(row.plane, np.zeros((0, 2), np.int64))
+    if row.axis == row.across:
+        return Traction(faces, float(row.value), row.plane)
+    return Traction(faces, float(row.along), row.plane, row.axis)
 
 
 def _against_turning(mesh: TetMesh, axis: int, nodes: np.ndarray) -> list[Fixed]:

@@ -11,7 +11,8 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.crystals import misfits
-from craftmesh.mechanics.load import Load, tension
+from craftmesh.mechanics.faces import parse_faces
+from craftmesh.mechanics.load import Load, load_on, tension
 from craftmesh.mechanics.materials import Material, parse_materials, phases_of_grains, turned
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
@@ -121,6 +122,8 @@ def _check_oriented(
 
 
 def _load(mesh: TetMesh, options: ModelOptions) -> Load | None:
+    if options.faces:
+        return load_on(mesh, parse_faces(options.faces))
     if options.load == "none":
         return None
     return tension(

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.faces import parse_faces
 from craftmesh.options import Options, option
 
 
@@ -26,6 +27,13 @@ class ModelOptions(Options):
         "at two nodes, or on rollers (planes of symmetry, in which a crack is mirrored)",
         choices=("free", "rollers"),
     )
+    faces: tuple[str, ...] = option(
+        (),
+        "what faces bear, in place of load, magnitude, axis and sides: FACE.AXIS=fixed, "
+        "FACE.AXIS=strain:VALUE, a displacement over the box's length across the face, or "
+        "FACE.AXIS=stress:VALUE; FACE XMIN to ZMAX, AXIS its normal or one in it. The same value on "
+        "opposite faces is a uniform tension or shear; what is not named is free",
+    )
     quarter_points: bool | None = option(
         None,
         "move the mid nodes of C3D10 next to the crack front to a quarter of their edges; none: only for "
@@ -45,6 +53,7 @@ class ModelOptions(Options):
             raise CraftmeshError(
                 f"quarter_points is true, and {self.element} has no mid nodes; expected element C3D10"
             )
+        parse_faces(self.faces)
         if self.load == "strain" and abs(self.magnitude) > 1:
             raise CraftmeshError(
                 f"magnitude is {self.magnitude:g}, a strain that more than doubles the body; expected a "

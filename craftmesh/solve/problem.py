@@ -6,11 +6,11 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.model import ElasticModel
+from craftmesh.mechanics.tractions import nodal_forces
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
 from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.solve.elements import Elements, elements_of
 from craftmesh.solve.supports import Supports, supports_of
-from craftmesh.solve.tractions import nodal_forces
 from craftmesh.types import Solution, TetMesh
 
 # Points at which Abaqus and CalculiX integrate a C3D10.
@@ -59,7 +59,7 @@ def problem_of(model: ElasticModel, rule: int = DECK_RULE) -> Problem:
         raise CraftmeshError("load: none; a solver needs a strain or a stress")
     _check_elements(model.mesh)
     supports = supports_of(model.load, model.mesh)
-    return Problem(elements_of(model, rule), supports, nodal_forces(model.load, model.mesh))
+    return Problem(elements_of(model, rule), supports, nodal_forces(model.load.pulled, model.mesh))
 
 
 def solution_of(problem: Problem, displacement: np.ndarray, record: dict) -> Solution:

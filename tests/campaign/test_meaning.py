@@ -59,6 +59,8 @@ WRONG_SECTIONS = [
     ({"grow": {"criterion": "mts"}}, "grow.criterion is 'mts'; expected one of tangential_stress"),
     ({"grow": {"criterion": "broken_rule:angle"}}, "grow.criterion 'broken_rule:angle' cannot be loaded"),
     ({"grow": {"criterion": "math:angel"}}, "grow.criterion 'math:angel' cannot be loaded"),
+    ({"inp": {"faces": ["ZMAX.q=stress:1"]}}, "inp.faces: 'ZMAX.q=stress:1'; expected FACE.AXIS=fixed"),
+    ({"inp": {"faces": ["ZMAX.x=stress:30"]}}, "inp.faces, tried on a cube .* force of 30 along x"),
     ({"solve": {"command": ["ccx {jb}"]}}, "solve.command 'ccx {jb}': 'jb' is not known"),
     ({"solve": {"command": ["ccx '{job}"]}}, "solve.command .*No closing quotation"),
     ({"solve": {"command": [""]}}, "solve.command '' is empty"),
@@ -171,7 +173,7 @@ def test_a_crack_that_shrinks_or_lacks_an_increment(read):
         read({"cracks": {"a": PENNY | {"increments": [5]}}}, 2)
 
 
-@pytest.mark.parametrize("inp", [{"load": "none"}, {"magnitude": 0}, {"element": "C3D4"}])
+@pytest.mark.parametrize("inp", [{"load": "none"}, {"magnitude": 0}, {"element": "C3D4"}, {"faces": ["ZMIN.z=fixed"]}])
 def test_a_crack_that_grows_needs_a_load_and_its_elements(read, inp):
     read({"inp": inp})
     with pytest.raises(CraftmeshError, match="^c.tsv, line 2, case 'one': inp..* and the crack grows"):

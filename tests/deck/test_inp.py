@@ -246,7 +246,7 @@ def test_moves_of_single_nodes_are_written_in_the_step():
     nodes = np.array([4, 9])
     held = (Fixed(nodes, 0), Fixed(nodes, 1, np.array([0.25, -1.0])))
     load = Load(held, moved=(Fixed(nodes, 2, 0.5), Fixed(nodes, 0, 0.5, "ZMAX")))
-    before, after = "".join(step_lines(load)).split("*STEP\n*STATIC\n")
+    before, after = "".join(step_lines(load, cracked_mesh())).split("*STEP\n*STATIC\n")
     assert before.split() == "*BOUNDARY 5, 1, 1 10, 1, 1".split()
     moves = after.partition("*NODE FILE")[0].splitlines()
     assert moves[0] == "*BOUNDARY" and moves[1:] == [
@@ -256,3 +256,24 @@ def test_moves_of_single_nodes_are_written_in_the_step():
         "10, 3, 3, 0.5",
         "ZMAX, 1, 1, 0.5",
     ]
+
+
+def test_shear_is_written_as_the_forces_of_its_nodes(tmp_path):
+    """CalculiX reads no other: on 10-node elements the middles of edges bear all of it."""
+    rows = [f"{face}=stress:30" for face in ("ZMIN.x", "ZMAX.x", "XMIN.z", "XMAX.z")]
+    mesh, _ = assemble(*structured_box((2, 3, 4), lambda c: np.ones(len(c), int), None, (0.5, 1.0, 0.25)))
+    write_deck(tmp_path / "a.inp", mesh, DeckOptions(faces=(*rows, "ZMIN.z=stress:7", "ZMAX.z=stress:7")))
+    deck = (tmp_path / "a.inp").read_text()
+    step = deck.partition("*STEP")[2]
+    assert "*DSLOAD\nZMIN, P, -7.0\nZMAX, P, -7.0\n*CLOAD\n" in step
+    lines = step.partition("*CLOAD\n")[2].partition("*NODE FILE")[0].split()
+    loads = np.array(lines, object).reshape(-1, 3)
+    node, axis = (np.array([int(text.rstrip(",")) for text in column]) for column in loads.T[:2])
+    force = loads[:, 2].astype(float)
+    assert node.min() > len(mesh.points)  # corners of the linear mesh keep their numbers
+    lengths = np.ptp(mesh.points, axis=0)
+    assert set(axis.tolist()) == {1, 3}
+    for k, faces in ((1, 2), (3, 0)):
+        area = lengths.prod() / lengths[faces]
+        assert np.abs(force[axis == k]).sum() == pytest.approx(2 * 30 * area, rel=1e-12)
+        assert force[axis == k].sum() == pytest.approx(0, abs=1e-9 * area)

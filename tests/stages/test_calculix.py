@@ -11,7 +11,11 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.deck.write_deck import DeckOptions, write_deck
+from craftmesh.mechanics.model import elastic_model
+from craftmesh.mechanics.orientation import random_orientations
 from craftmesh.mesh.second_order import raise_order
+from craftmesh.solve.options import SolveOptions
+from craftmesh.solve.solve import solve as built_in
 
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
 
@@ -154,3 +158,16 @@ def test_quarter_points_make_the_front_less_stiff(tmp_path):
     # The opening near a front grows with the root of the distance, which straight mid nodes cannot follow
     # and so resist. Measured on these coarse elements: 2.5% more.
     assert 1.01 < opening[1] / opening[0] < 1.05
+
+
+def test_faces_in_tension_and_shear_give_the_field_of_the_built_in_solver(tmp_path):
+    """Ours and CalculiX', two crystals: .frd has six digits of each displacement."""
+    mesh = bar()
+    rows = ["ZMIN.x=fixed", "ZMIN.y=fixed", "ZMIN.z=fixed", "ZMAX.z=strain:0.001", "ZMAX.x=stress:40"]
+    rows += ["XMAX.z=stress:-25", "YMAX.y=stress:60"]
+    options = DeckOptions(material=(f"cubic:{','.join(map(str, CUBIC))}",), faces=tuple(rows))
+    orientations = random_orientations(3, np.random.default_rng(4))
+    moved, _ = solve(tmp_path, mesh, options, orientations)
+    model, _ = elastic_model(mesh, options, orientations)
+    ours = built_in(model, SolveOptions(tolerance=1e-10))[0].displacement
+    assert np.abs(moved - ours).max() <= 5e-6 * np.abs(ours).max()

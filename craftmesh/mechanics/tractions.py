@@ -1,8 +1,10 @@
 """Stresses on faces as forces at their nodes."""
 
+from collections.abc import Iterable
+from dataclasses import dataclass
+
 import numpy as np
 
-from craftmesh.mechanics.load import Load
 from craftmesh.mesh.integration import face_shape
 from craftmesh.mesh.tet_connectivity import FACE_CORNERS, FACE_EDGES
 from craftmesh.types import TetMesh
@@ -12,19 +14,34 @@ _MIDDLE = np.array([[1 / 3, 1 / 3]])
 _THREE = np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]])
 
 
-def nodal_forces(load: Load, mesh: TetMesh) -> np.ndarray:
-    """Return the forces (n, 3) of all tractions of a load, consistent with the shape functions."""
+@dataclass(frozen=True, eq=False)
+class Traction:
+    """A stress on a face set: faces (f, 2) of elements and sides.
+
+    axis: the one (0, 1, 2) along which it acts; None: the outward normals, tension > 0.
+    """
+
+    faces: np.ndarray
+    stress: float
+    name: str
+    axis: int | None = None
+
+
+def nodal_forces(tractions: Iterable[Traction], mesh: TetMesh) -> np.ndarray:
+    """Return the forces (n, 3) of tractions on a mesh, consistent with its shape functions."""
     forces = np.zeros(mesh.points.shape)
     is_linear = mesh.tets.shape[1] == 4
     nodes_of = FACE_CORNERS if is_linear else np.hstack([FACE_CORNERS, 4 + FACE_EDGES])
-    for traction in load.pulled:
+    for traction in tractions:
         tets, sides = traction.faces.T
         nodes = mesh.tets[tets[:, None], nodes_of[sides]]
         places = mesh.points[nodes]
         for s, t in (_MIDDLE if is_linear else _THREE).tolist():
             values, slopes = face_shape(s, t, is_linear)
             u, v = np.einsum("ka,fki->afi", slopes, places)
-            inward = np.cross(u, v)  # by the order of FACE_CORNERS
-            weight = -traction.stress * (0.5 if is_linear else 1 / 6)
-            np.add.at(forces, nodes, weight * values[:, None] * inward[:, None, :])
+            way = -np.cross(u, v)  # outward, by the order of FACE_CORNERS
+            if traction.axis is not None:
+                way = np.linalg.norm(way, axis=1, keepdims=True) * np.eye(3)[traction.axis]
+            weight = traction.stress * (0.5 if is_linear else 1 / 6)
+            np.add.at(forces, nodes, weight * values[:, None] * way[:, None, :])
     return forces
