@@ -173,7 +173,9 @@ def test_a_crack_that_shrinks_or_lacks_an_increment(read):
         read({"cracks": {"a": PENNY | {"increments": [5]}}}, 2)
 
 
-@pytest.mark.parametrize("inp", [{"load": "none"}, {"magnitude": 0}, {"element": "C3D4"}, {"faces": ["ZMIN.z=fixed"]}])
+@pytest.mark.parametrize(
+    "inp", [{"load": "none"}, {"magnitude": 0}, {"element": "C3D4"}, {"faces": ["ZMIN.z=fixed"]}]
+)
 def test_a_crack_that_grows_needs_a_load_and_its_elements(read, inp):
     read({"inp": inp})
     with pytest.raises(CraftmeshError, match="^c.tsv, line 2, case 'one': inp..* and the crack grows"):
