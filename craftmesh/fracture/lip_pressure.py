@@ -65,14 +65,16 @@ def contact_tractions(mesh: TetMesh, contact: np.ndarray | None) -> FaceTraction
     return FaceTractions(faces.reshape(-1, 2), traction)
 
 
-def lips_touch(mesh: TetMesh, contact: np.ndarray | None, nodes: np.ndarray) -> np.ndarray:
-    """Return at which nodes (k,) of the front all facets of the lips are closed, by contact as above."""
+def lips_touch(mesh: TetMesh, contact: np.ndarray | None) -> np.ndarray:
+    """Return at which nodes (n,) no facet of the lips is open, by contact as above; at none without it."""
+    touch = np.full(len(mesh.points), contact is not None)
     if contact is None:
-        return np.zeros(len(nodes), bool)
+        return touch
     a, b = (face_nodes(mesh.tets, faces) for faces in lip_faces(mesh.face_sets))
     bears = (contact != 0).any(axis=1)
     shut = (np.isin(a, b) | bears[a]).all(axis=1)
-    return ~np.isin(nodes, a[~shut])
+    touch[a[~shut]] = False
+    return touch
 
 
 def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:

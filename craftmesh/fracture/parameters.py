@@ -10,13 +10,13 @@ from craftmesh.fracture.fit import Fitted, FrontLine, falloff, fit_segment
 from craftmesh.fracture.flags import flags_of
 from craftmesh.fracture.front_strain import FrontStrain, strains_along_front, stress_along_binormal
 from craftmesh.fracture.kernels.forces import ROWS, add_element_forces, add_face_forces
-from craftmesh.fracture.lip_pressure import FaceTractions, contact_tractions, lips_touch
+from craftmesh.fracture.lip_pressure import contact_tractions, lips_touch
 from craftmesh.fracture.options import LEAST_RADIUS, FractureOptions
 from craftmesh.fracture.quadrature import element_rule, face_rules
 from craftmesh.fracture.room import radii
 from craftmesh.fracture.segments import Segments, Stations, material_numbers, segments_of, stations_of
 from craftmesh.fracture.stress_probe import probed
-from craftmesh.fracture.tube import Surroundings, kernel_curve, surroundings
+from craftmesh.fracture.tube import SolvedMesh, Surroundings, kernel_curve, surroundings
 from craftmesh.mesh.front_curve import arc_lengths, local_sizes
 from craftmesh.mesh.front_frames import Front, fronts_of
 from craftmesh.mesh.front_places import grain_of_edges
@@ -99,25 +99,15 @@ def fracture_parameters(
     fronts = fronts_of(mesh)
     if not fronts:
         raise CraftmeshError("fracture: the mesh has no crack front; give a mesh with an opened crack")
+    touch = lips_touch(mesh, contact)
     tractions = contact_tractions(mesh, contact)
+    solved = SolvedMesh(mesh, displacement, grains, stiffness, loaded, tractions, touch)
     corner_points = [mesh.points[front.corners] for front in fronts]
     parts, reports = [], []
     for number, front in enumerate(fronts):
         sizes = local_sizes(corner_points[number], front.closed)
         wide = radii(corner_points, number, front.closed, front.curve, sizes, options.radius)
-        parameters, report = _of_front(
-            mesh,
-            displacement,
-            grains,
-            stiffness,
-            front,
-            number + 1,
-            wide,
-            options,
-            loaded,
-            tractions,
-            contact,
-        )
+        parameters, report = _of_front(solved, front, number + 1, wide, options)
         parts.append(parameters)
         reports.append(report)
     names = [field.name for field in fields(FrontParameters)]
@@ -126,31 +116,22 @@ def fracture_parameters(
 
 
 def _of_front(
-    mesh: TetMesh,
-    displacement: np.ndarray,
-    grains: np.ndarray,
-    stiffness: np.ndarray,
-    front: Front,
-    number: int,
-    wide: np.ndarray,
-    options: FractureOptions,
-    loaded: Collection[str],
-    tractions: FaceTractions,
-    contact: np.ndarray | None,
+    solved: SolvedMesh, front: Front, number: int, wide: np.ndarray, options: FractureOptions
 ) -> tuple[FrontParameters, dict]:
-    line, segments = _line_and_segments(mesh, grains, stiffness, front)
+    mesh, stiffness = solved.mesh, solved.stiffness
+    line, segments = _line_and_segments(solved, front)
     stations = stations_of(segments, front.curve)
     reach = max(wide.max(), ((options.probe or 0) + 1) * line.sizes.max())
-    around = surroundings(mesh, displacement, grains, stiffness, front, segments, reach, loaded, tractions)
+    around = surroundings(solved, front, segments, reach)
     weights = _weights(front, stations, around)
     narrow = np.maximum(SMALLER * wide, LEAST_RADIUS * line.sizes)
     found = [_along(line, segments, around, weights, radius, options.knots) for radius in (wide, narrow)]
-    strains = strains_along_front(displacement, front, line, segments)
+    strains = strains_along_front(solved.displacement, front, line, segments)
     values = [_at_nodes(line, segments, stations, fitted, strains) for fitted in found]
     k, t, j, g, one_sided = values[0]
     spread = np.abs(k - values[1][0]).max(axis=1)
-    material = material_numbers(stiffness)[np.searchsorted(grains, mesh.grain)]
-    touch = lips_touch(mesh, contact, front.corners)
+    material = material_numbers(stiffness)[np.searchsorted(solved.grains, mesh.grain)]
+    touch = solved.touch[front.corners]
     flags = flags_of(mesh, front, line, segments, wide, k, spread, j, g, material, touch)
     count = len(front.corners)
     parameters = FrontParameters(
@@ -181,16 +162,16 @@ def _probed(
     return {"probe_angle": angle, "probe_stress": stress}
 
 
-def _line_and_segments(
-    mesh: TetMesh, grains: np.ndarray, stiffness: np.ndarray, front: Front
-) -> tuple[FrontLine, Segments]:
+def _line_and_segments(solved: SolvedMesh, front: Front) -> tuple[FrontLine, Segments]:
+    mesh = solved.mesh
     points = mesh.points[front.corners]
     s, total = arc_lengths(points, front.closed)
     edges = len(s) if front.closed else len(s) - 1
     grain = grain_of_edges(mesh, front.corners[:edges], np.roll(front.corners, -1)[:edges])
     sizes = local_sizes(points, front.closed)
     line = FrontLine(s, sizes, front.curve.bend_radius(s), total, front.closed)
-    return line, segments_of(s, total, front.closed, stiffness[np.searchsorted(grains, grain)])
+    stiffness = solved.stiffness[np.searchsorted(solved.grains, grain)]
+    return line, segments_of(s, total, front.closed, stiffness)
 
 
 def _weights(front: Front, stations: Stations, around: Surroundings) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -19,6 +20,22 @@ from craftmesh.types import TetMesh
 
 # Points of the curve from which the nearest is sought, to a piece of it.
 _SAMPLES = 6
+
+
+class SolvedMesh(NamedTuple):
+    """A 10-node mesh with the displacements (n, 3) of its nodes, and what else K of all its fronts is from.
+
+    stiffness (g, 6, 6) of grains (g,), ascending ids; loaded: face sets that bear unknown tractions;
+    tractions: known ones, of lips; touch (n,): nodes at which the lips are closed.
+    """
+
+    mesh: TetMesh
+    displacement: np.ndarray
+    grains: np.ndarray
+    stiffness: np.ndarray
+    loaded: Collection[str]
+    tractions: FaceTractions
+    touch: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,22 +65,9 @@ def kernel_curve(curve: FrontCurve) -> Curve:
     return Curve(breaks, point, normal, curve.closed)
 
 
-def surroundings(
-    mesh: TetMesh,
-    displacement: np.ndarray,
-    grains: np.ndarray,
-    stiffness: np.ndarray,
-    front: Front,
-    segments: Segments,
-    reach: float,
-    loaded: Collection[str],
-    tractions: FaceTractions,
-) -> Surroundings:
-    """Return the tube of elements with a corner nearer to the front than `reach`.
-
-    displacement (n, 3); stiffness (g, 6, 6) of grains (g,); loaded: face sets that bear
-    unknown tractions; tractions: known ones, of lips.
-    """
+def surroundings(solved: SolvedMesh, front: Front, segments: Segments, reach: float) -> Surroundings:
+    """Return the tube of elements with a corner nearer to the front than `reach`."""
+    mesh = solved.mesh
     corner_distance = _corner_distances(mesh, front.curve, reach)
     chosen = np.flatnonzero((corner_distance[mesh.tets[:, :4]] < reach).any(axis=1))
     nodes, tets = np.unique(mesh.tets[chosen], return_inverse=True)
@@ -72,14 +76,14 @@ def surroundings(
     tube = Tube(
         tets=tets.reshape(-1, 10),
         points=points,
-        displacement=without_rigid_motion(points, displacement[nodes]),
+        displacement=without_rigid_motion(points, solved.displacement[nodes]),
         s=s,
         segment=segments.at(s),
-        grain=np.searchsorted(grains, mesh.grain[chosen]),
+        grain=np.searchsorted(solved.grains, mesh.grain[chosen]),
         side=_sides(mesh, chosen),
-        stiffness=np.ascontiguousarray(stiffness),
+        stiffness=np.ascontiguousarray(solved.stiffness),
     )
-    faces = _faces(mesh, chosen, front, tube.side, loaded, tractions)
+    faces = _faces(mesh, chosen, front, tube.side, solved.loaded, solved.tractions)
     return Surroundings(tube, nodes, distance, binormal, *faces)
 
 
