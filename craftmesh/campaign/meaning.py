@@ -139,21 +139,22 @@ def _check_crack(keys: Mapping[str, Any], case: Case) -> None:
 
 def _check_increments(case: Case) -> None:
     """Raise CraftmeshError for a crack that should grow and cannot, and for increments that are alike."""
-    load = fields_of(ModelOptions, case.settings["inp"])
-    if case.grows and load["element"] != "C3D10":
+    model = ModelOptions(**fields_of(ModelOptions, case.settings["inp"]))
+    if case.grows and model.element != "C3D10":
         raise CraftmeshError(
-            f"{case.place}: inp.element is {load['element']}, and the crack grows; expected C3D10, whose "
+            f"{case.place}: inp.element is {model.element}, and the crack grows; expected C3D10, whose "
             "displacements give its stress intensities"
         )
-    faces = parse_faces(load["faces"])
-    if case.grows and faces and not any(row.value for row in faces):
+    if case.grows and not model.is_loaded:
+        found = f"inp.load is {model.load}, inp.magnitude {model.magnitude:g}"
         raise CraftmeshError(
-            f"{case.place}: inp.faces has no strain or stress but 0, and the crack grows; expected one"
+            f"{case.place}: {'inp.faces has no strain or stress but 0' if model.faces else found}, and the "
+            "crack grows; expected a strain, a stress or a lip_pressure"
         )
-    if case.grows and not faces and (load["load"] == "none" or not load["magnitude"]):
+    if model.lip_pressure and not case.cracks:
         raise CraftmeshError(
-            f"{case.place}: inp.load is {load['load']}, inp.magnitude {load['magnitude']:g}, and the crack "
-            "grows; expected a strain or a stress"
+            f"{case.place}: inp.lip_pressure is {model.lip_pressure:g}, and case {case.name!r} has no "
+            "crack; expected a crack, or inp.lip_pressure 0 in the sheet"
         )
     cracks = [CrackOptions(**case.settings["cracks"][name]) for name in case.cracks]
     for increment in range(1, 1 if case.grows else case.increments):

@@ -28,6 +28,7 @@ from craftmesh.growth.relaxation import rows_along
 from craftmesh.io.front_csv import has_word, write_front
 from craftmesh.io.solution import read_solution
 from craftmesh.io.vtk import read_crack, read_tets
+from craftmesh.mechanics.lips import mean_traction, on_lips
 from craftmesh.mechanics.load import Load
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
@@ -92,13 +93,14 @@ def run(arguments: argparse.Namespace) -> None:
         options_from(arguments, FractureOptions),
         loaded_planes(model.load),
         solution.contact,
+        on_lips(model.load),
     )
     columns = parameters.columns()
     if arguments.crack:
         crack, options = read_crack(existing(arguments.crack)), options_from(arguments, GrowthOptions)
         frames = front_frames(model.mesh)
         fronts = crack_fronts(frames, parameters, crack, model.mesh.box)
-        stress = mean_stress(model, displacement)
+        stress = mean_stress(model, displacement) + mean_traction(model.load, model.mesh)
         growth = kinks_and_extensions(
             intensities(parameters),
             fronts,
@@ -202,8 +204,8 @@ def _check_field(model: ElasticModel, solution: Solution, source: str) -> None:
 
 
 def loaded_planes(load: Load | None) -> set[str]:
-    """Return the names of the planes that a load holds, moves or pulls."""
+    """Return the names of the planes that a load holds, moves or pulls; the load of lips is known."""
     if load is None:
         return set()
     names = {part.name for part in (*load.held, *load.moved)} | {part.name for part in load.pulled}
-    return names - {""}
+    return names - {part.name for part in on_lips(load)} - {""}

@@ -1,5 +1,6 @@
-"""Tractions on the lips: what lips that touch press on each other with, from the forces at their nodes."""
+"""Tractions on the lips: given ones, and what lips that touch press on each other with, by nodal forces."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,7 @@ from scipy.sparse import coo_array, csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
 from craftmesh.fracture.quadrature import triangle_points
+from craftmesh.mechanics.tractions import Traction, corner_vectors
 from craftmesh.mesh.integration import face_shape
 from craftmesh.mesh.lip_pairs import LipPairs, lip_pairs
 from craftmesh.mesh.mesh_sets import lip_faces
@@ -22,7 +24,10 @@ SMOOTH = 1.0
 
 @dataclass(frozen=True, eq=False)
 class FaceTractions:
-    """Tractions (f, 3, 3) at the corners of faces (f, 2) of a mesh, linear between them; one row a face."""
+    """Tractions (f, 3, 3) at the corners of faces (f, 2) of a mesh, linear between them.
+
+    Those of a face that is there several times add up.
+    """
 
     faces: np.ndarray
     traction: np.ndarray
@@ -30,16 +35,29 @@ class FaceTractions:
     def on(self, faces: np.ndarray) -> np.ndarray:
         """Return the tractions (k, 3, 3) of faces (k, 2), 0 on those without."""
         key, own = (rows @ np.array([4, 1]) for rows in (faces, self.faces))
-        order = np.argsort(own)
-        place = np.minimum(np.searchsorted(own, key, sorter=order), max(len(own) - 1, 0))
+        order = np.argsort(key)
+        first = np.searchsorted(key, own, sorter=order)
+        there = first < len(key)
+        there[there] = key[order[first[there]]] == own[there]
         found = np.zeros((len(faces), 3, 3))
-        if len(own):
-            same = own[order[place]] == key
-            found[same] = self.traction[order[place[same]]]
+        np.add.at(found, order[first[there]], self.traction[there])
         return found
+
+    def at(self, mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
+        """Return at which nodes (k,) of the mesh there is a traction."""
+        bear = face_nodes(mesh.tets[:, :4], self.faces)[self.traction.any(axis=2)]
+        return np.isin(nodes, bear)
 
 
 NO_TRACTIONS = FaceTractions(np.zeros((0, 2), np.int64), np.zeros((0, 3, 3)))
+
+
+def lip_tractions(mesh: TetMesh, given: Sequence[Traction], contact: np.ndarray | None) -> FaceTractions:
+    """Return all tractions on the lips of a 10-node mesh: given ones, and those of `contact_tractions`."""
+    parts = [contact_tractions(mesh, contact)]
+    parts += [FaceTractions(part.faces, corner_vectors(part, mesh)) for part in given]
+    faces, traction = ([getattr(part, name) for part in parts] for name in ("faces", "traction"))
+    return FaceTractions(np.concatenate(faces), np.concatenate(traction))
 
 
 def contact_tractions(mesh: TetMesh, contact: np.ndarray | None) -> FaceTractions:

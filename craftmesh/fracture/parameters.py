@@ -1,6 +1,6 @@
 """J, K_I, K_II, K_III and T at every node of a crack's front, from displacements alone."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -10,13 +10,14 @@ from craftmesh.fracture.fit import Fitted, FrontLine, falloff, fit_segment
 from craftmesh.fracture.flags import flags_of
 from craftmesh.fracture.front_strain import FrontStrain, strains_along_front, stress_along_binormal
 from craftmesh.fracture.kernels.forces import ROWS, add_element_forces, add_face_forces
-from craftmesh.fracture.lip_pressure import contact_tractions, lips_touch
+from craftmesh.fracture.lip_pressure import lip_tractions, lips_touch
 from craftmesh.fracture.options import LEAST_RADIUS, FractureOptions
 from craftmesh.fracture.quadrature import element_rule, face_rules
 from craftmesh.fracture.room import radii
 from craftmesh.fracture.segments import Segments, Stations, material_numbers, segments_of, stations_of
 from craftmesh.fracture.stress_probe import probed
 from craftmesh.fracture.tube import SolvedMesh, Surroundings, kernel_curve, surroundings
+from craftmesh.mechanics.tractions import Traction
 from craftmesh.mesh.front_curve import arc_lengths, local_sizes
 from craftmesh.mesh.front_frames import Front, fronts_of
 from craftmesh.mesh.front_places import grain_of_edges
@@ -35,7 +36,7 @@ class FrontParameters:
     front (k,) from 1; node (k,) id from 0; s (k,); points (k, 3); J (k,) by its own integral; G (k,) the
     energy release rate of the K; K_I, K_II, K_III (k,): with K_II > 0 lip A goes along the binormal, with
     K_III > 0 along the tangent; T (k,) the stress along the binormal that stays finite, NaN where the lips
-    touch, for it is found for lips free of traction; radius (k,) of the
+    touch or are loaded, for it is found for lips free of traction; radius (k,) of the
     tube; spread (k,): the largest change of a K with a smaller tube; flags (k,) words joined by +, see
     `flags_of`. Where the material changes values are the mean of both limits. probe_angle, probe_stress
     (k,): see `probed`, NaN where it was not asked for.
@@ -78,6 +79,7 @@ def fracture_parameters(
     options: FractureOptions = FractureOptions(),  # noqa: B008 (frozen)
     loaded: Collection[str] = (),
     contact: np.ndarray | None = None,
+    lips: Sequence[Traction] = (),
 ) -> tuple[FrontParameters, dict]:
     """Return the parameters along all fronts of a solved 10-node mesh, and a report.
 
@@ -85,6 +87,7 @@ def fracture_parameters(
     12, 13, 23 in the sample's axes. Units are those of stiffness and mesh: K in stress times root of
     length. loaded: face sets (XMIN, ...) that are not free of traction, where a front may end.
     contact (n, 3): forces by which lips that touch push each other apart, none where they do not.
+    lips: what else acts on the lips.
     Raises CraftmeshError for 4-node meshes, displacements that do not fit, and meshes without a front.
     """
     if mesh.tets.shape[1] != 10:
@@ -100,7 +103,7 @@ def fracture_parameters(
     if not fronts:
         raise CraftmeshError("fracture: the mesh has no crack front; give a mesh with an opened crack")
     touch = lips_touch(mesh, contact)
-    tractions = contact_tractions(mesh, contact)
+    tractions = lip_tractions(mesh, lips, contact)
     solved = SolvedMesh(mesh, displacement, grains, stiffness, loaded, tractions, touch)
     corner_points = [mesh.points[front.corners] for front in fronts]
     parts, reports = [], []
@@ -142,7 +145,7 @@ def _of_front(
         J=j,
         G=g,
         **{name: k[:, column] for column, name in enumerate(("K_I", "K_II", "K_III"))},
-        T=np.where(touch, np.nan, t),
+        T=np.where(touch | solved.tractions.at(mesh, front.corners), np.nan, t),
         radius=wide,
         spread=spread,
         flags=flags,

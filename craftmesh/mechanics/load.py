@@ -1,6 +1,6 @@
 """A load as data: which nodes are held, moved or under traction, and how."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,22 +45,40 @@ class Load:
         return Load(held, moved, self.pulled)
 
 
-def tension(mesh: TetMesh, axis: int, magnitude: float, by_stress: bool, rollers: bool) -> Load:
+def tension(
+    mesh: TetMesh,
+    axis: int,
+    magnitude: float,
+    by_stress: bool,
+    rollers: bool,
+    lips: Sequence[Traction] = (),
+) -> Load:
     """Return the load that pulls the far plane of `axis` (0, 1, 2) away from the near one, which is held.
 
     magnitude: the strain between both planes, or with by_stress the stress on the far one. With rollers the
     near planes of the other axes are held along their normals, as planes of symmetry; without, the body is
-    held against turning and sliding at two nodes of the near plane. Raises CraftmeshError as `load_on`.
+    held against turning and sliding at two nodes of the near plane. lips, errors: as `load_on`.
     """
     near, far = (f"{'XYZ'[axis]}{end}" for end in ("MIN", "MAX"))
-    rows = [FaceRow(f"{'XYZ'[k]}MIN", k, FIXED) for k in range(3) if rollers or k == axis]
+    rows = near_planes(range(3) if rollers else [axis])
     rows.append(FaceRow(far, axis, STRESS if by_stress else STRAIN, magnitude))
     _check_planes(mesh, rows)
-    return load_on(mesh, rows, () if rollers else _against_turning(mesh, axis, mesh.node_sets[near]))
+    holds = () if rollers else _against_turning(mesh, axis, mesh.node_sets[near])
+    return load_on(mesh, rows, holds, lips)
 
 
-def load_on(mesh: TetMesh, rows: Sequence[FaceRow], holds: Sequence[Fixed] = ()) -> Load:
-    """Return the load of what the faces of the box bear, and of nodes held besides.
+def near_planes(axes: Iterable[int]) -> list[FaceRow]:
+    """Return the rows that hold the near planes of axes along their normals."""
+    return [FaceRow(f"{'XYZ'[axis]}MIN", axis, FIXED) for axis in axes]
+
+
+def load_on(
+    mesh: TetMesh,
+    rows: Sequence[FaceRow],
+    holds: Sequence[Fixed] = (),
+    lips: Sequence[Traction] = (),
+) -> Load:
+    """Return the load of what the faces of the box bear, of nodes held besides, and of tractions on lips.
 
     Each body of the mesh, as those that a crack has severed, gets as few more supports as keep it from
     moving as a whole. Raises CraftmeshError for a plane without nodes, for planes that meet and prescribe
@@ -71,7 +89,7 @@ def load_on(mesh: TetMesh, rows: Sequence[FaceRow], holds: Sequence[Fixed] = ())
     moved = [_moved(mesh, row) for row in rows if row.kind == STRAIN]
     _check_edges([*held, *moved])
     held += holds
-    pulled = tuple(_pulled(mesh, row) for row in rows if row.kind == STRESS)
+    pulled = (*(_pulled(mesh, row) for row in rows if row.kind == STRESS), *lips)
     supports = [(fixed.nodes, fixed.axis) for fixed in (*held, *moved)]
     more = lacking(mesh, supports, nodal_forces(pulled, mesh))
     held += [Fixed(np.array([node]), axis) for node, axis in more]

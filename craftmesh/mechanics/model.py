@@ -12,7 +12,8 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.crystals import misfits
 from craftmesh.mechanics.faces import parse_faces
-from craftmesh.mechanics.load import Load, load_on, tension
+from craftmesh.mechanics.lips import pressed_lips
+from craftmesh.mechanics.load import Load, load_on, near_planes, tension
 from craftmesh.mechanics.materials import Material, parse_materials, phases_of_grains, turned
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
@@ -122,14 +123,11 @@ def _check_oriented(
 
 
 def _load(mesh: TetMesh, options: ModelOptions) -> Load | None:
+    lips = pressed_lips(mesh, options.lip_pressure) if options.lip_pressure else ()
+    rollers = options.sides == "rollers"
     if options.faces:
-        return load_on(mesh, parse_faces(options.faces))
+        return load_on(mesh, parse_faces(options.faces), lips=lips)
     if options.load == "none":
-        return None
-    return tension(
-        mesh,
-        "xyz".index(options.axis),
-        options.magnitude,
-        by_stress=options.load == "stress",
-        rollers=options.sides == "rollers",
-    )
+        return load_on(mesh, near_planes(range(3) if rollers else ()), lips=lips) if lips else None
+    axis, by_stress = "xyz".index(options.axis), options.load == "stress"
+    return tension(mesh, axis, options.magnitude, by_stress, rollers, lips)

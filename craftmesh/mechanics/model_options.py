@@ -34,6 +34,11 @@ class ModelOptions(Options):
         "FACE.AXIS=stress:VALUE; FACE XMIN to ZMAX, AXIS its normal or one in it. The same value on "
         "opposite faces is a uniform tension or shear; what is not named is free",
     )
+    lip_pressure: float = option(
+        0.0,
+        "pressure on the lips of cracks, in the materials' unit; positive ones open them; beside the load, "
+        "or with load none alone",
+    )
     quarter_points: bool | None = option(
         None,
         "move the mid nodes of C3D10 next to the crack front to a quarter of their edges; none: only for "
@@ -59,3 +64,12 @@ class ModelOptions(Options):
                 f"magnitude is {self.magnitude:g}, a strain that more than doubles the body; expected a "
                 "small one such as 0.001, or load stress"
             )
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether anything strains the body."""
+        if self.faces:
+            strained = any(row.value for row in parse_faces(self.faces))
+        else:
+            strained = self.load != "none" and bool(self.magnitude)
+        return strained or bool(self.lip_pressure)

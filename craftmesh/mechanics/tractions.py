@@ -1,4 +1,4 @@
-"""Stresses on faces as forces at their nodes."""
+"""Stresses on faces, as vectors at their corners and as forces at their nodes."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.mesh.integration import face_shape
-from craftmesh.mesh.tet_connectivity import FACE_CORNERS, FACE_EDGES
+from craftmesh.mesh.tet_connectivity import FACE_CORNERS, FACE_EDGES, face_nodes
+from craftmesh.surface.measure import area_vectors
 from craftmesh.types import TetMesh
 
 # Where the deck's solvers integrate over faces of C3D4 and C3D10: shares of the second and third corner.
@@ -25,6 +26,16 @@ class Traction:
     stress: float
     name: str
     axis: int | None = None
+
+
+def corner_vectors(traction: Traction, mesh: TetMesh) -> np.ndarray:
+    """Return the traction (f, 3, 3) at the corners of its faces."""
+    if traction.axis is not None:
+        way = np.broadcast_to(np.eye(3)[traction.axis], (len(traction.faces), 3))
+    else:
+        way = -area_vectors(mesh.points, face_nodes(mesh.tets[:, :4], traction.faces))
+        way /= np.linalg.norm(way, axis=1, keepdims=True)
+    return np.repeat(traction.stress * way[:, None, :], 3, axis=1)
 
 
 def nodal_forces(tractions: Iterable[Traction], mesh: TetMesh) -> np.ndarray:

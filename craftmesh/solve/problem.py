@@ -56,7 +56,7 @@ def problem_of(model: ElasticModel, rule: int = DECK_RULE) -> Problem:
     over.
     """
     if model.load is None:
-        raise CraftmeshError("load: none; a solver needs a strain or a stress")
+        raise CraftmeshError("load: none; a solver needs a strain, a stress or a lip_pressure")
     _check_elements(model.mesh)
     supports = supports_of(model.load, model.mesh)
     return Problem(elements_of(model, rule), supports, nodal_forces(model.load.pulled, model.mesh))

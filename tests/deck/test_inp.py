@@ -165,6 +165,24 @@ def test_the_step_pulls_along_the_axis(tmp_path):
     assert of_kind(read_deck(tmp_path / "c.inp"), "STEP") == []
 
 
+def test_a_pressure_on_the_lips_comes_to_the_load_or_acts_alone(tmp_path):
+    mesh = cracked_mesh()
+    lips = [[f"CRACK_LIP_{side}", "P", "3.0"] for side in "AB"]
+    write_deck(tmp_path / "a.inp", mesh, DeckOptions(load="stress", magnitude=50, lip_pressure=3))
+    assert of_kind(read_deck(tmp_path / "a.inp"), "DSLOAD")[0][1] == [["ZMAX", "P", "-50.0"], *lips]
+    write_deck(tmp_path / "b.inp", mesh, DeckOptions(load="none", lip_pressure=3))
+    blocks = read_deck(tmp_path / "b.inp")
+    assert of_kind(blocks, "DSLOAD")[0][1] == lips and check_deck(tmp_path / "b.inp") == []
+    ((_, held),) = of_kind(blocks, "BOUNDARY")
+    assert len(held) == 6  # as few as hold a body
+    whole = assemble(*structured_box((2, 2, 2), lambda centres: np.ones(len(centres), int)))[0]
+    severed = plane_crack(2, 2, lambda centres: np.ones(len(centres), bool))
+    parted = assemble(*structured_box((2, 2, 4), lambda centres: np.ones(len(centres), int), severed))[0]
+    for other, said in ((whole, "no lips"), (parted, "force of .* along z on a piece")):
+        with pytest.raises(CraftmeshError, match=said):
+            write_deck(tmp_path / "c.inp", other, DeckOptions(load="none", lip_pressure=3))
+
+
 def test_same_input_gives_the_same_bytes_in_files_and_streams(tmp_path):
     write_deck(tmp_path / "a.inp", cracked_mesh())
     stream = io.StringIO()

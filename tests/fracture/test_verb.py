@@ -93,6 +93,16 @@ def test_cycles_are_counted_on_from_the_front_before(folder, capsys):
     assert "first.json" in line and "--crack" in line
 
 
+def test_a_crack_under_pressure_on_its_lips_alone_goes_on(folder, tmp_path):
+    model = (*MATERIAL, "--quarter-points", "--load", "none", "--lip-pressure", "0.07")
+    files = [str(path) for path in (folder / "volume.vtu", tmp_path / "u.npz")]
+    assert main(["solve", files[0], "-o", files[1], "--tolerance", "1e-6", *model]) == 0
+    target = ("-o", str(tmp_path / "sif.csv"), "--crack", str(folder / "crack.vtp"))
+    assert main(["fracture", *files, *target, *model]) == 0
+    columns = read_front(tmp_path / "sif.csv")
+    assert (columns["extension"] > 0).all() and (columns["K_I"] > 0).all()
+
+
 def test_the_same_input_gives_the_same_bytes(folder):
     assert run(folder, "--quarter-points") == 0
     assert json.loads((folder / "fracture.json").read_text())["units"]["J"] == "stress length"
