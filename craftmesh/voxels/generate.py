@@ -1,5 +1,6 @@
-"""Synthetic polycrystals: Voronoi or Laguerre grains, laths, enclosed voids, embedded grains, noise."""
+"""Synthetic polycrystals: Voronoi or Laguerre grains, laths, foams, voids, embedded grains, noise."""
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,6 +10,8 @@ from scipy.spatial import cKDTree
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.orientation import random_orientations
 from craftmesh.types import Voxels
+from craftmesh.voxels.clean import number_voids
+from craftmesh.voxels.foam import largest_piece, struts
 from craftmesh.voxels.generate_options import SMALLEST_RADIUS, GenerateOptions
 from craftmesh.voxels.noise import shuffle_boundaries, stray_offsets
 
@@ -20,16 +23,20 @@ def generate(options: GenerateOptions = GenerateOptions()) -> Voxels:  # noqa: B
     """Return a polycrystal: grains 1..n, then embedded grains, then both of each pair; voids -1, -2, ...
 
     Orientations are uniform; phase 1 throughout. The same options give the same voxels. Shuffled voxels
-    may leave grains in pieces, and tiny grains without a voxel: `clean` such volumes. Raises
-    CraftmeshError for options out of range, and where no room is left for a void or an embedded grain.
+    and foams may leave grains in pieces, and tiny grains without a voxel: `clean` such volumes. Of a foam,
+    and where voids may cross, the largest connected piece is kept; voids open to the air are 0. Raises
+    CraftmeshError for options out of range, where no room is left for a void or an embedded grain, and
+    where a foam's struts are under three voxels thick.
     """
-    rng_cells, rng_embedded, rng_voids, rng_orientations, rng_ragged, rng_shuffled = (
-        np.random.default_rng(sequence) for sequence in np.random.SeedSequence(options.seed).spawn(6)
+    rng_cells, rng_embedded, rng_voids, rng_orientations, rng_ragged, rng_shuffled, rng_pores = (
+        np.random.default_rng(sequence) for sequence in np.random.SeedSequence(options.seed).spawn(7)
     )
     labels = _cells(options, rng_cells, rng_ragged)
     _embed(labels, options, rng_embedded)
     count = int(labels.max())
-    _carve_voids(labels, options, rng_voids)
+    if options.pores:
+        labels[~_foam(options, rng_pores)] = 0
+    _put_voids(labels, options, rng_voids)
     if options.shuffled:
         shuffle_boundaries(labels, options.shuffled, options.shuffle_rounds, rng_shuffled)
     orientations = np.vstack([np.full((1, 4), np.nan), random_orientations(count, rng_orientations)])
@@ -123,21 +130,62 @@ def _embed(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generato
             labels[window][ball & (offset @ normal > 0)] = new_id
 
 
-def _carve_voids(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:
-    """Carve balls off the box, off one another and off embedded grains."""
-    if not options.voids:
-        return
+def _foam(options: GenerateOptions, rng: np.random.Generator) -> np.ndarray:
+    """Return (nx, ny, nz) bool: the struts between pores that are compact cells of their own."""
+    cells = dataclasses.replace(
+        options,
+        grains=options.pores,
+        size_spread=options.pore_spread,
+        columnar_ratio=1.0,
+        lath_ratio=1.0,
+        raggedness=0.0,
+    )
+    foam = options.relative_density, options.strut_growth, options.strut_shape, options.cut_ends
+    return struts(_cells(cells, rng, rng), options.spacing, *foam)
+
+
+def _put_voids(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:
+    """Carve the voids drawn, then those listed; what they part from the largest piece is air."""
+    radii = np.full(options.voids, options.void_radius)
+    if options.void_radius_max:
+        radii = rng.uniform(options.void_radius, options.void_radius_max, options.voids)
+    if not options.voids_cross:
+        _carve_apart(labels, radii, options, rng)
+    elif options.voids:
+        material = np.flatnonzero(labels > 0)
+        chosen = np.unravel_index(rng.choice(material, options.voids), labels.shape)
+        centres = (np.stack(chosen, axis=1) + rng.random((options.voids, 3))) * options.spacing
+        _carve(labels, np.column_stack([centres, radii]), options, 1)
+    given = np.array(options.void_list, float).reshape(-1, 4) - [*options.origin, 0]
+    _carve(labels, given, options, options.voids + 1)
+    if options.pores or options.voids_cross or len(given):
+        labels[(labels > 0) & ~largest_piece(labels > 0)] = 0
+        labels[...] = number_voids(labels)
+
+
+def _carve(labels: np.ndarray, balls: np.ndarray, options: GenerateOptions, first: int) -> None:
+    """Make voids first, first + 1, ... of balls (v, 4), centre off the origin and radius."""
+    for void, (*centre, radius) in enumerate(balls, start=first):
+        window, offset = _window(np.array(centre), radius, options)
+        ball = ((offset**2).sum(axis=-1) <= radius**2) & (labels[window] > 0)
+        labels[window][ball] = -void
+
+
+def _carve_apart(
+    labels: np.ndarray, radii: np.ndarray, options: GenerateOptions, rng: np.random.Generator
+) -> None:
+    """Carve balls off the box and the air, off one another and off embedded grains."""
     spacing = np.array(options.spacing)
-    margin = options.void_radius + _CLEARANCE * spacing
-    low, high = margin, np.array(options.shape) * spacing - margin
-    reach = options.void_radius + _CLEARANCE * spacing.max()
-    for void in range(1, options.voids + 1):
+    for void, radius in enumerate(radii, start=1):
+        margin = radius + _CLEARANCE * spacing
+        low, high = margin, np.array(options.shape) * spacing - margin
+        reach = radius + _CLEARANCE * spacing.max()
         for _ in range(_TRIALS if (low < high).all() else 0):
             window, offset = _window(rng.uniform(low, high), reach, options)
             distance = (offset**2).sum(axis=-1)
             near = labels[window][distance <= reach**2]
             if near.min() > 0 and near.max() <= options.grains:
-                labels[window][distance <= options.void_radius**2] = -void
+                labels[window][distance <= radius**2] = -void
                 break
         else:
             raise CraftmeshError(

@@ -38,8 +38,36 @@ class GenerateOptions(Options):
         0.0, "chance of each voxel to take the grain of a random neighbour", at_least=0, at_most=1
     )
     shuffle_rounds: int = option(1, "how often the voxels are shuffled", at_least=0)
-    voids: int = option(0, "number of enclosed spherical voids", at_least=0)
-    void_radius: float = option(3.0, "radius of the voids", "model units", above=0)
+    pores: int = option(
+        0, "number of pores of an open-cell foam whose struts the grains fill; 0: no foam", at_least=0
+    )
+    pore_spread: float = option(0.0, "spread of pore sizes, as size_spread of grains", at_least=0, below=1)
+    relative_density: float = option(0.2, "material of the foam over the box", above=0, below=1)
+    strut_growth: float = option(
+        4.0, "struts thicken within this distance of a node; up to 1: not", "strut radii", at_least=0
+    )
+    strut_shape: float = option(
+        1.0, "where struts thicken: small, webs along the pores' boundaries; large, all round", at_least=0
+    )
+    cut_ends: str = option(
+        "", "axes across whose box faces struts that end there are cut off: x, y, z or several, as in xy"
+    )
+    voids: int = option(0, "number of spherical voids", at_least=0)
+    void_radius: float = option(3.0, "radius of the voids, or of the smallest", "model units", above=0)
+    void_radius_max: float = option(
+        0.0,
+        "radius of the largest void, uniform between; 0: all alike",
+        "model units",
+        at_least=0,
+    )
+    voids_cross: bool = option(
+        False,
+        "centres anywhere in the material: voids may cut one another and the surface, and open to the air "
+        "there; else enclosed and apart",
+    )
+    void_list: tuple[float | tuple[float, ...], ...] = option(
+        (), "more voids, placed as given: centre x, y, z and radius of each", "model units"
+    )
     embedded_grains: int = option(0, "grains wholly inside another grain, one each", at_least=0)
     embedded_pairs: int = option(0, "pairs of touching grains wholly inside another grain", at_least=0)
     embedded_fraction: float = option(
@@ -51,9 +79,25 @@ class GenerateOptions(Options):
         voxels = math.prod(self.shape)
         if self.grains > voxels:
             raise CraftmeshError(f"grains is {self.grains}; expected at most the {voxels} voxels of shape")
+        if set(self.cut_ends) - set("xyz"):
+            raise CraftmeshError(f"cut_ends is {self.cut_ends!r}; expected x, y, z or several, as in xy")
+        self._check_voids()
+
+    def _check_voids(self) -> None:
         least = SMALLEST_RADIUS * max(self.spacing)
         if self.voids and self.void_radius < least:
             raise CraftmeshError(
                 f"void_radius is {self.void_radius:g}; expected at least {SMALLEST_RADIUS} voxels, "
                 f"{least:g}"
             )
+        if self.void_radius_max and self.void_radius_max < self.void_radius:
+            raise CraftmeshError(
+                f"void_radius_max is {self.void_radius_max:g}; expected at least void_radius, "
+                f"{self.void_radius:g}"
+            )
+        for row in self.void_list:
+            if not isinstance(row, (tuple, list)) or len(row) != 4 or row[3] < least:
+                raise CraftmeshError(
+                    f"a row of void_list is {row}; expected x, y, z and a radius of at least "
+                    f"{SMALLEST_RADIUS} voxels, {least:g}"
+                )
