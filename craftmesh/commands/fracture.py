@@ -18,7 +18,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import FrontParameters, fracture_parameters
 from craftmesh.growth.crack_size import crack_size
-from craftmesh.growth.cycles import Counted
+from craftmesh.growth.cycles import Counted, counted
 from craftmesh.growth.extension import NEAR_FIELD, CrackFronts, KinksAndExtensions, kinks_and_extensions
 from craftmesh.growth.gate import AVERAGED, Evidence, doubts
 from craftmesh.growth.grow import row_spacing
@@ -85,6 +85,9 @@ def run(arguments: argparse.Namespace) -> None:
         )
     if model.load is not None:
         _check_field(model, solution, str(arguments.solution))
+    if arguments.crack and "CRACK_FRONT" not in model.mesh.node_sets:
+        write_without_front(arguments, model.mesh.box)
+        return
     parameters, report = fracture_parameters(
         model.mesh,
         displacement,
@@ -122,6 +125,18 @@ def run(arguments: argparse.Namespace) -> None:
         tell(report["growth"], None)
 
 
+def write_without_front(arguments: argparse.Namespace, box: np.ndarray) -> None:
+    """Write what there is of a crack that ends in faces of the body (box (2, 3)): the cycles to there."""
+    options, size = options_from(arguments, GrowthOptions), crack_size(read_crack(arguments.crack), box)
+    last = read_counted(arguments.last) if arguments.last else None
+    growth = counted_report(counted(last, size, 0.0, 0.0, 0.0, 0.0), options)
+    none = dict.fromkeys(("node", "kink_angle", "extension", "stays"), np.zeros(0))
+    write_front(arguments.output, {"points": np.zeros((0, 3))} | none)
+    if arguments.json:
+        write_json(arguments.json, {"fronts": [], "growth": growth})
+    tell(growth, None)
+
+
 def crack_fronts(
     frames: FrontFrames, parameters: FrontParameters, crack: Crack, box: np.ndarray
 ) -> CrackFronts:
@@ -135,10 +150,10 @@ def crack_fronts(
     )
 
 
-def counted_report(counted: Counted, options: GrowthOptions) -> dict[str, float | None]:
+def counted_report(count: Counted, options: GrowthOptions) -> dict[str, float | None]:
     """Return a front's cycles as `read_counted` reads them; null without a law that gives them."""
     known = options.coefficient is not None or bool(options.rates)
-    return {key: value if known or key not in CYCLES else None for key, value in counted._asdict().items()}
+    return {key: value if known or key not in CYCLES else None for key, value in count._asdict().items()}
 
 
 def read_counted(path: Path) -> Counted | None:

@@ -18,7 +18,8 @@ from craftmesh.growth.gate import AVERAGED, CLOSED, NOISE, STAYS
 from craftmesh.growth.grow import grow, row_spacing
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import CorrectionOptions, SmoothingOptions
-from craftmesh.io.front_csv import has_word, read_front, read_words, write_front
+from craftmesh.io.front_csv import front_table, has_word, write_front
+from craftmesh.io.text_table import Table
 from craftmesh.io.vtk import read_crack, write_crack
 from craftmesh.types import Crack, Voxels
 
@@ -26,7 +27,7 @@ GOES = ("kink_angle", "extension")
 RATES = ("rate", "power")
 TRUSTED = "trusted"
 FRAMES = tuple(f"{name}_{axis}" for name in ("normal", "binormal") for axis in "xyz")
-LEFT = "every front has left the body: the crack severs it"
+LEFT = "every front has left the body"
 STANDS = "no point of the front extends"
 
 
@@ -69,17 +70,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     crack = read_crack(existing(arguments.crack))
     box, _, voxels = body_of(arguments.volume)
-    along = front_extensions(arguments.intensities, arguments.front)
-    stays = counted(read_words(arguments.intensities, "stays") or [])
+    table = front_table(existing(arguments.intensities))
+    along = front_extensions(table, front_table(existing(arguments.front)))
+    stays = staying(table.words("stays") or [])
     warn_of_short_steps(along, arguments.intensities)
     last = last_step(arguments) if options_from(arguments, CorrectionOptions).correct else None
-    step = Step(crack, along, *rates_of(read_front(arguments.intensities)))
+    step = Step(crack, along, *rates_of(table))
     grown: Crack | None = crack
     if (along.extension > 0).any():
         step, grown = grown_step(
             step, last, box, options_from(arguments, SmoothingOptions), arguments.crack
         )
-    ended = LEFT if grown is None else standing(stays) if grown is crack else severed(voxels, grown)
+    ended = (
+        LEFT
+        if grown is None or not table.rows
+        else standing(stays)
+        if grown is crack
+        else severed(voxels, grown)
+    )
     if ended and not arguments.until:
         raise CraftmeshError(
             f"{arguments.crack}: the crack stops here, {ended}; ask for no further increment of this case, "
@@ -113,7 +121,7 @@ def turned(step: Step, along: FrontExtensions) -> list[float]:
     """Return the least and largest turn of the strip behind a step that was to go `along`, degrees."""
     now = step.along.binormal
     angle = np.degrees(np.arctan2((now * along.normal).sum(axis=1), (now * along.binormal).sum(axis=1)))
-    return [float(angle.min()), float(angle.max())]
+    return _range(angle)
 
 
 def warn_of_short_steps(along: FrontExtensions, intensities: Path) -> None:
@@ -130,7 +138,7 @@ def warn_of_short_steps(along: FrontExtensions, intensities: Path) -> None:
         )
 
 
-def counted(words: Iterable[str]) -> dict[str, int]:
+def staying(words: Iterable[str]) -> dict[str, int]:
     """Return how many points of a front stay, by why."""
     words = list(words)
     return {word: words.count(word) for word in STAYS if word in words}
@@ -152,8 +160,8 @@ def severed(voxels: Voxels | None, crack: Crack) -> str:
     return f"the crack severs the body: a piece of volume {piece.volume:.4g} round ({place}) comes off"
 
 
-def front_extensions(intensities: Path, front: Path) -> FrontExtensions:
-    """Read where the points of a front go, by the nodes that sif.csv and front.csv both name.
+def front_extensions(intensities: Table, front: Table) -> FrontExtensions:
+    """Return where the points of a front go, by the nodes that sif.csv and front.csv both name.
 
     Rows whose `flags` hold one of AVERAGED, or that stay for K says nothing, are not trusted.
     Raises CraftmeshError for missing columns, bad numbers, and files of different meshes.
@@ -162,11 +170,12 @@ def front_extensions(intensities: Path, front: Path) -> FrontExtensions:
     frames = _columns(front, ("node", *FRAMES), "made by `craftmesh assemble --front-csv`")
     if not np.array_equal(goes["node"], frames["node"]):
         raise CraftmeshError(
-            f"{intensities} and {front} name different nodes; expected the files of one mesh, row by row"
+            f"{intensities.path} and {front.path} name different nodes; expected the files of one mesh, "
+            "row by row"
         )
     trusted = np.ones(len(goes["node"]), bool)
     for name, words in (("flags", AVERAGED), ("stays", (CLOSED, NOISE))):
-        trusted &= ~has_word(read_words(intensities, name) or [""] * len(trusted), words)
+        trusted &= ~has_word(intensities.words(name) or [""] * len(trusted), words)
     return FrontExtensions(*_frames(frames), np.radians(goes["kink_angle"]), goes["extension"], trusted)
 
 
@@ -182,17 +191,19 @@ def last_step(arguments: argparse.Namespace) -> Step | None:
         raise CraftmeshError(
             "one of --last-base and --last-step is given alone; expected both, of the increment before"
         )
-    rows = _columns(step, (*FRAMES, *GOES, TRUSTED), "made by `craftmesh grow --step`")
+    table = front_table(existing(step))
+    rows = _columns(table, (*FRAMES, *GOES, TRUSTED), "made by `craftmesh grow --step`")
     angle = np.radians(rows["kink_angle"])
     along = FrontExtensions(*_frames(rows), angle, rows["extension"], rows[TRUSTED] > 0)
-    return Step(read_crack(existing(base)), along, *rates_of(rows))
+    return Step(read_crack(existing(base)), along, *rates_of(table))
 
 
-def rates_of(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray | None, float]:
+def rates_of(table: Table) -> tuple[np.ndarray | None, float]:
     """Return the columns of RATES as a Step has them; None and 0 where one of them is not there."""
-    if not set(RATES) <= columns.keys():
+    if not table.rows or not table.has(RATES):
         return None, 0.0
-    return columns["rate"], float(np.median(columns["power"]))
+    rates = table.numbers(RATES)
+    return rates[:, 0], float(np.median(rates[:, 1]))
 
 
 def write_step(step: Step, arguments: argparse.Namespace) -> None:
@@ -217,15 +228,17 @@ def _frames(columns: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.
     return points, normal, binormal
 
 
-def _columns(path: Path, names: tuple[str, ...], made: str) -> dict[str, np.ndarray]:
-    """Return columns of finite numbers of a csv; raises CraftmeshError that says how it is made."""
-    columns = read_front(existing(path))
-    for name in names:
-        if name not in columns:
-            raise CraftmeshError(f"{path}: no column {name!r} of numbers; expected a file {made}")
-        bad = np.flatnonzero(~np.isfinite(columns[name]))
+def _columns(table: Table, names: tuple[str, ...], made: str) -> dict[str, np.ndarray]:
+    """Return x, y, z and other columns of numbers; raises CraftmeshError that says how they are made."""
+    columns = {}
+    for name in (*"xyz", *names):
+        column = table.column(name) if table.has([name]) else None
+        if column is None:
+            raise CraftmeshError(f"{table.path}: no column {name!r} of numbers; expected a file {made}")
+        bad = np.flatnonzero(~np.isfinite(column))
         if len(bad):
-            raise CraftmeshError(f"{path}, row {bad[0] + 1}: {name} is not a number; expected one")
+            raise CraftmeshError(f"{table.path}, row {bad[0] + 1}: {name} is not a number; expected one")
+        columns[name] = column
     return columns
 
 
@@ -239,8 +252,12 @@ def growth_report(cracks: tuple[Crack, Crack], box: np.ndarray, along: FrontExte
     angle = angle[goes] if goes.any() else angle
     return {
         "area": [area_within(crack, box) for crack in cracks],
-        "kink_angle": [float(angle.min()), float(angle.max())],
-        "extension": [float(along.extension.min()), float(along.extension.max())],
+        "kink_angle": _range(angle),
+        "extension": _range(along.extension),
         "fronts": len(cracks[1].fronts),
         "ended": ended,
     }
+
+
+def _range(values: np.ndarray) -> list[float]:
+    return [float(values.min()), float(values.max())] if len(values) else [0.0, 0.0]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.front_csv import read_front, read_words
+from craftmesh.io.front_csv import front_table, read_front, read_words
 from craftmesh.io.sizing_npz import read_sizing
 from craftmesh.io.solution import read_solution
 from craftmesh.io.vtk import read_crack
@@ -96,7 +96,7 @@ def _increment(folder: Path) -> Increment:
         name=folder.name,
         quality=_json(folder / "quality.json"),
         lengths={name: float(lengths[name]) for name in SIZES if lengths},
-        front=_front(front) if front.is_file() else None,
+        front=_front(front),
         growth=_json(growth) if growth.is_file() else None,
         crack=read_crack(crack) if crack.is_file() else None,
         reaction=_reaction(folder / "solution.npz"),
@@ -106,7 +106,10 @@ def _increment(folder: Path) -> Increment:
     )
 
 
-def _front(path: Path) -> dict[str, np.ndarray]:
+def _front(path: Path) -> dict[str, np.ndarray] | None:
+    """Return the columns of a sif.csv; None without one, and of a crack that has no front left."""
+    if not path.is_file() or not front_table(path).rows:
+        return None
     columns = read_front(path)
     flags = read_words(path, "flags") or [""] * len(columns["x"])
     return columns | {"flags": np.array(flags)}

@@ -28,7 +28,7 @@ def grow(tmp_path):
     crack = prescribed_crack(EDGE, 0, voxels.box)
     write_crack(tmp_path / "crack.vtp", crack)
 
-    def run(extension, *flags, grown="", tip=6.0, **columns):
+    def run(extension, *flags, grown="", tip=6.0, rows=11, **columns):
         y = np.linspace(0, 10, 11)
         places = {"x": tip + 0 * y, "y": y, "z": 6 + 0 * y, "node": np.arange(1, 12)}
         tail = crack.points[crack.fronts[0][0]]
@@ -36,9 +36,10 @@ def grow(tmp_path):
         sign = -1.0 if tail[1] == 0 else 1.0  # of the normal, for the crack is on the left of its front
         frames = {"normal_x": 0 * y, "normal_y": 0 * y, "normal_z": sign + 0 * y}
         frames |= {"binormal_x": 1 + 0 * y, "binormal_y": 0 * y, "binormal_z": 0 * y}
-        write_front(tmp_path / "front.csv", places | frames)
         goes = {"kink_angle": 0 * y, "extension": extension + 0 * y} | columns
-        write_front(tmp_path / "sif.csv", places | goes)
+        for name, values in (("front.csv", frames), ("sif.csv", goes)):
+            kept = {key: value[:rows] for key, value in (places | values).items()}
+            write_front(tmp_path / name, kept)
         files = [str(tmp_path / name) for name in (grown or "crack.vtp", "sif.csv", "front.csv")]
         outputs = ["-o", str(tmp_path / "grown.vtp"), "--report", str(tmp_path / "growth.json")]
         status = main(["grow", *files, "--volume", str(tmp_path / "labels.npz"), *outputs, *flags])
@@ -190,3 +191,14 @@ def test_a_crack_that_stops_is_an_end_or_an_error(grow, tmp_path, capsys, extens
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line and "set its growth to until" in line
     assert not (tmp_path / "grown.vtp").exists()
+
+
+def test_a_crack_whose_mesh_has_no_front_is_at_its_end(grow, tmp_path, capsys):
+    """As where it has reached a hole: sif.csv and front.csv have a header alone."""
+    report = grow(2.0, "--until", rows=0)
+    assert report["ended"] == "every front has left the body"
+    assert (tmp_path / "grown.vtp").read_bytes() == (tmp_path / "crack.vtp").read_bytes()
+    capsys.readouterr()
+    assert grow(2.0, rows=0) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "the crack stops here, every front has left the body" in line
