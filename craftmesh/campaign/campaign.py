@@ -22,7 +22,7 @@ from craftmesh.campaign.cases import (
 from craftmesh.campaign.configuration import completed, fields_of, load_schema
 from craftmesh.campaign.digest import digest
 from craftmesh.campaign.meaning import check_meaning, small_cracks
-from craftmesh.campaign.paths import SIZE_FILES, read_path, with_paths, written_path
+from craftmesh.campaign.paths import SIZE_FILES, VOID_FILES, read_path, with_paths, written_path
 from craftmesh.campaign.sheet import Rules, read_cases
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
@@ -136,6 +136,11 @@ class Campaign:
         """Return the files that a case's sizing function reads."""
         sizing = self.cases[case].settings["sizing"]
         return [sizing[key] for key in SIZE_FILES if sizing[key]]
+
+    def void_files(self, case: str) -> list[str]:
+        """Return the files that a case's synthetic microstructure is made from."""
+        keys = self.cases[case].settings["generate"]
+        return [keys[key] for key in VOID_FILES if keys[key]]
 
     def deck_files(self, model: str) -> list[str]:
         """Return the files of the deck `model`: itself, and its mesh where the deck includes it."""

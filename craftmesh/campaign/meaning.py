@@ -10,7 +10,7 @@ import numpy as np
 
 from craftmesh.campaign.cases import SYNTHETIC, Case, check_exists
 from craftmesh.campaign.configuration import fields_of
-from craftmesh.campaign.paths import SIZE_FILES
+from craftmesh.campaign.paths import SIZE_FILES, VOID_FILES
 from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.cracks.prescription import changing, check_crack, is_sized
 from craftmesh.errors import CraftmeshError
@@ -62,6 +62,8 @@ def _keyed(section: str, message: str, keys: Collection[str]) -> str:
 def _check_generate(keys: Mapping[str, Any], case: Case) -> None:
     if case.microstructure == SYNTHETIC:
         GenerateOptions(**keys)
+        for key in VOID_FILES:
+            check_exists(key, keys[key])
 
 
 def _check_import(keys: Mapping[str, Any], case: Case) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 from craftmesh.errors import CraftmeshError
 
 SIZE_FILES = ("points", "field")
+VOID_FILES = ("voids_from",)
 CRACK_FILES = ("file", "front")
 _VARIABLE = re.compile(r"\$(?:([A-Za-z_]\w*)|\{(\w+)\})", re.ASCII)
 _ADDRESS = re.compile(r"[A-Za-z][\w+.-]*://")
@@ -48,7 +49,8 @@ def refuse_unexpanded(words: Sequence[str], given: str, results: str) -> None:
 
 
 def with_paths(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings with the paths of size files and crack files as `read_path` has them."""
+    """Return settings with the paths of size, void and crack files as `read_path` has them."""
+    generate = _read(settings["generate"], VOID_FILES, "generate")
     sizing = _read(settings["sizing"], SIZE_FILES, "sizing")
     cracks = {name: _read(keys, CRACK_FILES, f"cracks.{name}") for name, keys in settings["cracks"].items()}
     for name, keys in cracks.items():
@@ -57,7 +59,7 @@ def with_paths(settings: Mapping[str, Any]) -> dict[str, Any]:
             keys["increments"] = [
                 read_path(place, given) if isinstance(given, str) else given for given in keys["increments"]
             ]
-    return {**settings, "sizing": sizing, "cracks": cracks}
+    return {**settings, "generate": generate, "sizing": sizing, "cracks": cracks}
 
 
 def _read(section: Mapping[str, Any], keys: tuple[str, ...], name: str) -> dict[str, Any]:

@@ -16,9 +16,8 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **keywords: Any):
         super().__init__(allow_abbrev=False, **keywords)
-        # argparse takes -1e-3 and -1,2 for flags unless its pattern of negative numbers knows them
-        number = r"(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?"
-        self._negative_number_matcher = re.compile(rf"^-{number}(,-?{number})*$")
+        # argparse takes -1e-3 for a flag unless its pattern of negative numbers knows exponents
+        self._negative_number_matcher = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
 
     def error(self, message: str) -> NoReturn:
         raise CraftmeshError(f"{message}; see `{self.prog} --help`")

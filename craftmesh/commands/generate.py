@@ -1,12 +1,16 @@
 """Make a synthetic polycrystal: Voronoi or Laguerre grains, a foam, voids, embedded grains."""
 
 import argparse
+from pathlib import Path
 
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_output
+from craftmesh.commands.sizing_flags import within_box
+from craftmesh.commands.stage_io import add_output, existing
+from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_labels
+from craftmesh.io.void_list import read_source_points
 from craftmesh.voxels.generate import GenerateOptions, generate
 
 
@@ -17,16 +21,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, GenerateOptions)
-    voxels = generate(options)
+    voids = _voids(options)
+    voxels = generate(options, voids)
     write_labels(arguments.output, voxels)
-    print(_summary(options, voxels.labels))
+    print(_summary(options.voids + len(voids), voxels.labels))
 
 
-def _summary(options: GenerateOptions, labels: np.ndarray) -> str:
+def _voids(options: GenerateOptions) -> np.ndarray:
+    """Return the spheres (v, 4) of the file that options name."""
+    if options.voids_from is None:
+        return np.zeros((0, 4))
+    path = existing(Path(options.voids_from))
+    given = read_source_points(path)
+    if len(given.points):
+        raise CraftmeshError(
+            f"{path} has points without a radius; expected a table of voids with columns id, x, y, z, r"
+        )
+    return within_box(path, given, options.box)
+
+
+def _summary(asked: int, labels: np.ndarray) -> str:
     """Return in a line how many grains and voids there are, and what part of the box is material."""
     present = np.unique(labels)
     text = f"{(present > 0).sum()} grains, {(labels > 0).mean():.3f} of the box"
-    asked = options.voids + len(options.void_list)
     if asked:
         enclosed = (present < 0).sum()
         text += f"; {enclosed} enclosed voids of {asked} balls: the others meet another or open to the air"

@@ -12,11 +12,11 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import read_front_points
 from craftmesh.io.size_field import read_length_field
 from craftmesh.io.sizing_npz import read_sizing
-from craftmesh.io.void_list import read_source_points
+from craftmesh.io.void_list import SourcePoints, read_source_points
 from craftmesh.io.vtk import read_crack
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions
-from craftmesh.sizing.sources import Defects, sizing_around, spheres_in_box, touches_box
+from craftmesh.sizing.sources import Defects, sizing_around, touches_box
 from craftmesh.sizing.stored import sizing_of
 from craftmesh.types import Crack, Surface
 
@@ -73,16 +73,20 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> S
     if not options.points:
         return sizing_around(Defects(crack, front_points), surface, options, lengths)
     given = read_source_points(existing(Path(options.points)))
-    spheres = given.spheres
-    if len(given.voids):
-        spheres = spheres_in_box(given.voids, surface)
-    elif len(spheres) and not touches_box(spheres, surface).any():
-        raise CraftmeshError(
-            f"{options.points}: none of its {len(spheres)} pores lies in the model's box; "
-            "expected the units and the origin of the microstructure, scale the table"
-        )
+    spheres = within_box(Path(options.points), given, surface.box)
     defects = Defects(crack, np.concatenate([front_points, given.points]), spheres)
     return sizing_around(defects, surface, options, lengths)
+
+
+def within_box(path: Path, given: SourcePoints, box: np.ndarray) -> np.ndarray:
+    """Return the spheres (s, 4) of a file in model units; raises CraftmeshError where none is in it."""
+    spheres = given.in_box(box)
+    if len(spheres) and not touches_box(spheres, box).any():
+        raise CraftmeshError(
+            f"{path}: none of its {len(spheres)} pores lies in the model's box; "
+            "expected the units and the origin of the microstructure, scale the table"
+        )
+    return spheres
 
 
 def stored_sizing(path: Path) -> Sizing:

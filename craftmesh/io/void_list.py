@@ -26,6 +26,13 @@ class SourcePoints:
     voids: np.ndarray
     spheres: np.ndarray
 
+    def in_box(self, box: np.ndarray) -> np.ndarray:
+        """Return the spheres (s, 4), or the voids as such in model units; box: (2, 3) corners."""
+        low, high = box
+        extent = high - low
+        sizes = [*extent, np.cbrt(extent.prod())]
+        return np.concatenate([self.spheres, self.voids * sizes + [*low, 0]])
+
 
 def read_source_points(path: Path) -> SourcePoints:
     """Read the points of a csv with x, y, z, the voids of a void list, or the pores of an Avizo table.

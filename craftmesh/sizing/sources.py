@@ -60,17 +60,9 @@ def void_points(surface: Surface) -> np.ndarray:
     return surface.points[np.unique(surface.facets[(surface.sides < 0).any(axis=1)])]
 
 
-def spheres_in_box(voids: np.ndarray, surface: Surface) -> np.ndarray:
-    """Return voids (v, 4), in fractions of the surface's box, as spheres (v, 4) in model units."""
-    low, high = surface.box
-    extent = high - low
-    centres = low + voids[:, :3] * extent
-    return np.column_stack([centres, voids[:, 3] * np.cbrt(extent.prod())])
-
-
-def touches_box(spheres: np.ndarray, surface: Surface) -> np.ndarray:
-    """Return which spheres (s, 4) have points within the surface's box."""
-    low, high = surface.box
+def touches_box(spheres: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Return which spheres (s, 4) have points within the box of corners (2, 3)."""
+    low, high = box
     nearest = np.clip(spheres[:, :3], low, high)
     return np.linalg.norm(nearest - spheres[:, :3], axis=1) <= spheres[:, 3]
 

@@ -19,14 +19,15 @@ _CLEARANCE = 2.0  # voxels between a void and the box, or another void or embedd
 _TRIALS = 2000  # random centres per void before it is given up
 
 
-def generate(options: GenerateOptions = GenerateOptions()) -> Voxels:  # noqa: B008
+def generate(options: GenerateOptions = GenerateOptions(), spheres: np.ndarray | None = None) -> Voxels:  # noqa: B008
     """Return a polycrystal: grains 1..n, then embedded grains, then both of each pair; voids -1, -2, ...
 
-    Orientations are uniform; phase 1 throughout. The same options give the same voxels. Shuffled voxels
-    and foams may leave grains in pieces, and tiny grains without a voxel: `clean` such volumes. Of a foam,
-    and where voids may cross, the largest connected piece is kept; voids open to the air are 0. Raises
-    CraftmeshError for options out of range, where no room is left for a void or an embedded grain, and
-    where a foam's struts are under three voxels thick.
+    spheres (v, 4): more voids, x, y, z, r in model units. Orientations are uniform; phase 1 throughout.
+    The same options give the same voxels. Shuffled voxels and foams may leave grains in pieces, and tiny
+    grains without a voxel: `clean` such volumes. Of a foam, and where voids may cross, the largest
+    connected piece is kept; voids open to the air are 0. Raises CraftmeshError for options out of range,
+    where no room is left for a void or an embedded grain, and where a foam's struts are under three
+    voxels thick.
     """
     rng_cells, rng_embedded, rng_voids, rng_orientations, rng_ragged, rng_shuffled, rng_pores = (
         np.random.default_rng(sequence) for sequence in np.random.SeedSequence(options.seed).spawn(7)
@@ -36,7 +37,7 @@ def generate(options: GenerateOptions = GenerateOptions()) -> Voxels:  # noqa: B
     count = int(labels.max())
     if options.pores:
         labels[~_foam(options, rng_pores)] = 0
-    _put_voids(labels, options, rng_voids)
+    _put_voids(labels, options, np.zeros((0, 4)) if spheres is None else spheres, rng_voids)
     if options.shuffled:
         shuffle_boundaries(labels, options.shuffled, options.shuffle_rounds, rng_shuffled)
     orientations = np.vstack([np.full((1, 4), np.nan), random_orientations(count, rng_orientations)])
@@ -144,8 +145,10 @@ def _foam(options: GenerateOptions, rng: np.random.Generator) -> np.ndarray:
     return struts(_cells(cells, rng, rng), options.spacing, *foam)
 
 
-def _put_voids(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:
-    """Carve the voids drawn, then those listed; what they part from the largest piece is air."""
+def _put_voids(
+    labels: np.ndarray, options: GenerateOptions, spheres: np.ndarray, rng: np.random.Generator
+) -> None:
+    """Carve the voids drawn, then those given; what they part from the largest piece is air."""
     radii = np.full(options.voids, options.void_radius)
     if options.void_radius_max:
         radii = rng.uniform(options.void_radius, options.void_radius_max, options.voids)
@@ -156,9 +159,8 @@ def _put_voids(labels: np.ndarray, options: GenerateOptions, rng: np.random.Gene
         chosen = np.unravel_index(rng.choice(material, options.voids), labels.shape)
         centres = (np.stack(chosen, axis=1) + rng.random((options.voids, 3))) * options.spacing
         _carve(labels, np.column_stack([centres, radii]), options, 1)
-    given = np.array(options.void_list, float).reshape(-1, 4) - [*options.origin, 0]
-    _carve(labels, given, options, options.voids + 1)
-    if options.pores or options.voids_cross or len(given):
+    _carve(labels, spheres - [*options.origin, 0], options, options.voids + 1)
+    if options.pores or options.voids_cross or len(spheres):
         labels[(labels > 0) & ~largest_piece(labels > 0)] = 0
         labels[...] = number_voids(labels)
 

@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 
@@ -65,8 +67,8 @@ class GenerateOptions(Options):
         "centres anywhere in the material: voids may cut one another and the surface, and open to the air "
         "there; else enclosed and apart",
     )
-    void_list: tuple[float | tuple[float, ...], ...] = option(
-        (), "more voids, placed as given: centre x, y, z and radius of each", "model units"
+    voids_from: str | None = option(
+        None, "file of more voids, placed as given: a table as sizing.points takes it"
     )
     embedded_grains: int = option(0, "grains wholly inside another grain, one each", at_least=0)
     embedded_pairs: int = option(0, "pairs of touching grains wholly inside another grain", at_least=0)
@@ -83,6 +85,11 @@ class GenerateOptions(Options):
             raise CraftmeshError(f"cut_ends is {self.cut_ends!r}; expected x, y, z or several, as in xy")
         self._check_voids()
 
+    @property
+    def box(self) -> np.ndarray:
+        """(2, 3) lower and upper corner of the volume."""
+        return np.array(self.origin) + [[0.0] * 3, np.multiply(self.shape, self.spacing)]
+
     def _check_voids(self) -> None:
         least = SMALLEST_RADIUS * max(self.spacing)
         if self.voids and self.void_radius < least:
@@ -95,9 +102,3 @@ class GenerateOptions(Options):
                 f"void_radius_max is {self.void_radius_max:g}; expected at least void_radius, "
                 f"{self.void_radius:g}"
             )
-        for row in self.void_list:
-            if not isinstance(row, (tuple, list)) or len(row) != 4 or row[3] < least:
-                raise CraftmeshError(
-                    f"a row of void_list is {row}; expected x, y, z and a radius of at least "
-                    f"{SMALLEST_RADIUS} voxels, {least:g}"
-                )

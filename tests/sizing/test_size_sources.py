@@ -13,7 +13,7 @@ from craftmesh.io.void_list import read_source_points
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import SizingOptions
-from craftmesh.sizing.sources import Defects, sizing_around, spheres_in_box
+from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.types import Surface
 from craftmesh.voxels.generate import GenerateOptions, generate
 
@@ -38,7 +38,7 @@ def points_around(spheres: np.ndarray, step: float) -> np.ndarray:
 def test_void_list_is_in_fractions_of_the_box(tmp_path, header):
     path = tmp_path / "voids.csv"
     path.write_text(header + "0,0.5,0.5,0.5,0.2\n1,0.1,0.2,0.3,0.05\n")
-    points = points_around(spheres_in_box(read_source_points(path).voids, IN_BOX), 0.3)
+    points = points_around(read_source_points(path).in_box(IN_BOX.box), 0.3)
     distance = [np.linalg.norm(points - c, axis=1) for c in ([6, 5, 5], [2, 2, 3])]
     first = distance[0] < 2.5
     assert np.allclose(distance[0][first], 2.0) and np.allclose(distance[1][~first], 0.5)
@@ -113,7 +113,7 @@ def test_void_list_with_a_bad_radius_is_refused(tmp_path):
 def test_published_void_list(shared_data):
     given = read_source_points(shared_data / "defects" / "craftmesher_VoidList.csv")
     assert len(given.points) == len(given.spheres) == 0
-    points = points_around(spheres_in_box(given.voids, IN_BOX), 0.1)
+    points = points_around(given.in_box(IN_BOX.box), 0.1)
     assert len(points) > 250 * 12 and np.isfinite(points).all()
 
 

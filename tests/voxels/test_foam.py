@@ -61,7 +61,7 @@ def test_ends_of_struts_are_cut_off_across_the_axes_named():
 def test_voids_that_cross_the_surface_are_air_and_others_keep_their_number():
     solid = dataclasses.replace(FOAM, pores=0)
     inner, corner = (13.0, 10.0, 8.0, 2.0), (3.0, 0.0, -2.0, 4.0)
-    labels = generate(dataclasses.replace(solid, void_list=(inner, corner))).labels
+    labels = generate(solid, np.array([inner, corner])).labels
     assert labels[20, 20, 20] == -1
     assert labels[0, 0, 0] == 0
     assert set(np.unique(labels)) == {-1, 0, *range(1, 7)}
@@ -74,14 +74,7 @@ def test_voids_that_cross_the_surface_are_air_and_others_keep_their_number():
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    (
-        ({"void_list": ((1.0, 2.0, 3.0),)}, "a row of void_list is .* expected x, y, z and a radius"),
-        (
-            {"void_list": ((1.0, 2.0, 3.0, 0.1),)},
-            "a row of void_list is .* a radius of at least 1.5 voxels",
-        ),
-        ({"void_radius_max": 1.0}, "void_radius_max is 1; expected at least void_radius, 3"),
-    ),
+    (({"void_radius_max": 1.0}, "void_radius_max is 1; expected at least void_radius, 3"),),
 )
 def test_wrong_voids_are_refused(options, message):
     with pytest.raises(CraftmeshError, match=message):

@@ -1,4 +1,6 @@
 rule generate:
+    input:
+        lambda wildcards: CAMPAIGN.void_files(wildcards.case),
     output:
         f"{CASE}/generated.npz",
     log:
