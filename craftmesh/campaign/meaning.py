@@ -15,7 +15,9 @@ from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.cracks.prescription import changing, check_crack, is_sized
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.kink_angle import check_criterion
+from craftmesh.growth.options import GrowthOptions, check_cycle
 from craftmesh.io.volume_format import format_by_name
+from craftmesh.mechanics.combinations import rows_of
 from craftmesh.mechanics.faces import parse_faces
 from craftmesh.mechanics.materials import parse_materials, phases_of_grains
 from craftmesh.mechanics.model_options import ModelOptions
@@ -106,7 +108,15 @@ def _check_inp(keys: Mapping[str, Any], case: Case) -> None:
             phases_of_grains(np.array([1]), materials, np.array([0, 1]))
     except CraftmeshError as error:
         raise CraftmeshError(f"material: {str(error).removeprefix('material: ')}") from None
-    check_faces(parse_faces(options.faces))
+    for name in options.cases or [""]:
+        check_faces(rows_of(parse_faces(options.faces), name))
+
+
+def _check_grow(keys: Mapping[str, Any], case: Case) -> None:
+    options = GrowthOptions(**fields_of(GrowthOptions, keys))
+    check_criterion(options.criterion)
+    loads = ModelOptions(**fields_of(ModelOptions, case.settings["inp"])).combinations
+    check_cycle(options.cycle, [one.name for one in loads])
 
 
 _CHECKS: dict[str, Callable[[Mapping[str, Any], Case], Any]] = {
@@ -116,7 +126,7 @@ _CHECKS: dict[str, Callable[[Mapping[str, Any], Case], Any]] = {
     "tetrahedralize": lambda keys, _: check_mesher(keys["mesher"]),
     "inp": _check_inp,
     "solve": lambda keys, _: SolveOptions(**keys),
-    "grow": lambda keys, _: check_criterion(keys["criterion"]),
+    "grow": _check_grow,
 }
 
 

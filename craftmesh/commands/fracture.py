@@ -5,13 +5,15 @@ Planes that the load holds, moves or pulls count as loaded where a front ends on
 """
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure, orientations_and_phases
+from craftmesh.commands.solved_loads import by_load, solved_loads
 from craftmesh.commands.stage_io import add_output, add_units, existing, read_json, tell, write_json
 from craftmesh.cracks.polyline import polyline
 from craftmesh.errors import CraftmeshError
@@ -25,8 +27,7 @@ from craftmesh.growth.grow import row_spacing
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.growth.rates import laws_of, local_rates
 from craftmesh.growth.relaxation import rows_along
-from craftmesh.io.front_csv import has_word, write_front
-from craftmesh.io.solution import read_solution
+from craftmesh.io.front_csv import LOAD_CASE, has_word, write_front
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.lips import mean_traction, on_lips
 from craftmesh.mechanics.load import Load
@@ -35,18 +36,11 @@ from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.near_field import in_axes
 from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.mesh.front_frames import FrontFrames, front_frames
-from craftmesh.solve.foreign import foreign_solution
-from craftmesh.solve.options import EXTERNAL
-from craftmesh.solve.problem import DECK_RULE, problem_of
-from craftmesh.solve.solve import FULL_RULE
 from craftmesh.solve.stress import mean_stress
 from craftmesh.types import Crack, Solution
 
-# A field of the same model is as far out of balance as before, but for rounding; without the quarter points
-# of a penny it was 8e-2.
-MORE, ROUNDING = 10.0, 1e-10
 CYCLES = ("cycles", "doubt", "ahead", "ahead_doubt")
-TOLD = ("front", "nodes", "radius", "largest_K", "largest_spread", "root_of_J_over_G", "flagged")
+TOLD = (LOAD_CASE, "front", "nodes", "radius", "largest_K", "largest_spread", "root_of_J_over_G", "flagged")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -73,54 +67,50 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_options(parser, FractureOptions, ModelOptions, GrowthOptions)
 
 
+class SolvedFront(NamedTuple):
+    """A model under one load, its solution, and what was found along its fronts."""
+
+    model: ElasticModel
+    solution: Solution
+    parameters: FrontParameters
+
+
 def run(arguments: argparse.Namespace) -> None:
     known = orientations_and_phases(arguments)
     model, _ = elastic_model(read_tets(arguments.volume), options_from(arguments, ModelOptions), **known)
-    solution = read_solution(existing(arguments.solution))
-    displacement = solution.displacement
-    if displacement.shape != model.mesh.points.shape:
-        raise CraftmeshError(
-            f"{arguments.solution}: has {len(displacement)} nodes, the mesh {len(model.mesh.points)}; give "
-            "the solution of this mesh, and the same element"
-        )
-    if model.load is not None:
-        _check_field(model, solution, str(arguments.solution))
+    growth = options_from(arguments, GrowthOptions)
+    loads = solved_loads(model, arguments.solution, growth.cycle)
     if arguments.crack and "CRACK_FRONT" not in model.mesh.node_sets:
         write_without_front(arguments, model.mesh.box)
         return
-    parameters, report = fracture_parameters(
-        model.mesh,
-        displacement,
-        model.grains,
-        model.stiffness(),
-        options_from(arguments, FractureOptions),
-        loaded_planes(model.load),
-        solution.contact,
-        on_lips(model.load),
-    )
-    columns = parameters.columns()
-    if arguments.crack:
-        crack, options = read_crack(existing(arguments.crack)), options_from(arguments, GrowthOptions)
-        frames = front_frames(model.mesh)
-        fronts = crack_fronts(frames, parameters, crack, model.mesh.box)
-        stress = mean_stress(model, displacement) + mean_traction(model.load, model.mesh)
-        growth = kinks_and_extensions(
-            intensities(parameters),
-            fronts,
-            options,
-            evidence(parameters, solution, stress, fronts.size),
-            read_counted(arguments.last) if arguments.last else None,
-            local_rates(laws_of(options), frames.grain, model.phase_of),
-            local_stiffness(model, frames) if options.criterion == NEAR_FIELD else None,
+    solved: dict[str, SolvedFront] = {}
+    report: dict = {"fronts": []}
+    for name, (loaded, solution) in loads.items():
+        parameters, found = fracture_parameters(
+            model.mesh,
+            solution.displacement,
+            model.grains,
+            model.stiffness(),
+            options_from(arguments, FractureOptions),
+            loaded_planes(loaded.load),
+            solution.contact,
+            on_lips(loaded.load),
         )
-        report["growth"] = {"stress": stress} | counted_report(growth.counted, options)
-        columns |= growth_columns(growth, report["growth"]) | {"flags": columns.pop("flags")}
-    write_front(arguments.output, columns)
+        solved[name] = SolvedFront(loaded, solution, parameters)
+        report["fronts"] += [({LOAD_CASE: name} if name else {}) | front for front in found["fronts"]]
+    columns = {name: one.parameters.columns() for name, one in solved.items()}
+    if arguments.crack:
+        ends = [solved[name] for name in growth.cycle or list(solved)[:1]]
+        own = columns[next(iter(columns))]
+        way, report["growth"] = growth_of(ends, growth, arguments)
+        own |= way | {"flags": own.pop("flags")}
+    written = columns[""] if "" in columns else by_load(columns)
+    write_front(arguments.output, written)
     if arguments.json:
-        units = UnitsOptions(*arguments.units).of_columns(("x", "y", "z", *columns))
+        units = UnitsOptions(*arguments.units).of_columns(("x", "y", "z", *written))
         write_json(arguments.json, {"units": units} | report)
     for front in report["fronts"]:
-        tell({key: front[key] for key in TOLD}, None)
+        tell({key: front[key] for key in TOLD if key in front}, None)
     if arguments.crack:
         tell(report["growth"], None)
 
@@ -135,6 +125,31 @@ def write_without_front(arguments: argparse.Namespace, box: np.ndarray) -> None:
     if arguments.json:
         write_json(arguments.json, {"fronts": [], "growth": growth})
     tell(growth, None)
+
+
+def growth_of(
+    ends: Sequence[SolvedFront], options: GrowthOptions, arguments: argparse.Namespace
+) -> tuple[dict[str, np.ndarray], dict]:
+    """Return the columns that say how a front goes on, and a report.
+
+    ends: the largest load of a cycle, and perhaps the least.
+    """
+    (model, solution, parameters), *least = ends
+    crack, frames = read_crack(existing(arguments.crack)), front_frames(model.mesh)
+    fronts = crack_fronts(frames, parameters, crack, model.mesh.box)
+    stress = mean_stress(model, solution.displacement) + mean_traction(model.load, model.mesh)
+    growth = kinks_and_extensions(
+        intensities(parameters),
+        fronts,
+        options,
+        evidence(parameters, solution, stress, fronts.size),
+        read_counted(arguments.last) if arguments.last else None,
+        local_rates(laws_of(options), frames.grain, model.phase_of),
+        local_stiffness(model, frames) if options.criterion == NEAR_FIELD else None,
+        intensities(least[0].parameters) if least else None,
+    )
+    report = {"stress": stress} | counted_report(growth.counted, options)
+    return growth_columns(growth, report, bool(least)), report
 
 
 def crack_fronts(
@@ -187,35 +202,21 @@ def local_stiffness(model: ElasticModel, frames: FrontFrames) -> np.ndarray:
 
 
 def growth_columns(
-    growth: KinksAndExtensions, counted: Mapping[str, float | None]
+    growth: KinksAndExtensions, counted: Mapping[str, float | None], by_pair: bool = False
 ) -> dict[str, np.ndarray]:
     """Return the columns of sif.csv that say how a front goes on; kink angles in degrees.
 
-    Load cycles to the front and their doubt stand in every row, where a law gives them.
+    Load cycles to the front and their doubt stand in every row, where a law gives them; Delta K and R where
+    they are those of two loads.
     """
     angle = np.degrees(growth.kink_angle)
     way = {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}
+    way |= {"delta_K": growth.delta_k, "R": growth.ratio} if by_pair else {}
     way |= {"rate": growth.rate, "power": np.full(len(angle), growth.power)}
     if counted["cycles"] is not None:
         way |= {"cycles": np.full(len(angle), counted["cycles"])}
         way |= {"cycles_doubt": np.full(len(angle), counted["doubt"])}
     return way | {"stays": growth.stays}
-
-
-def _check_field(model: ElasticModel, solution: Solution, source: str) -> None:
-    """Raise CraftmeshError for a field that is not in balance as it was when it was found."""
-    numbers = np.arange(1, len(solution.displacement) + 1)
-    foreign_solution(model, numbers, solution.displacement, EXTERNAL, source, solution.contact)
-    recorded = float(solution.record.get("residual", np.inf))
-    residual = min(
-        problem_of(model, rule).balance(solution.displacement, solution.contact)[2]
-        for rule in (DECK_RULE, FULL_RULE)
-    )
-    if residual > MORE * max(recorded, ROUNDING):
-        raise CraftmeshError(
-            f"{source}: the field leaves {residual:.1e} of the forces out of balance here, and left "
-            f"{recorded:.1e} when it was found; give the options with which it was solved (quarter_points?)"
-        )
 
 
 def loaded_planes(load: Load | None) -> set[str]:

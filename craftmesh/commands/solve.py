@@ -3,20 +3,23 @@
 import argparse
 import shutil
 import time
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.foreign_fields import FIELD, computed_field, given_field
 from craftmesh.commands.microstructure import add_microstructure, orientations_and_phases
 from craftmesh.commands.stage_io import add_output, add_report, tell
-from craftmesh.io.solution import write_solution, write_solution_vtu
+from craftmesh.io.solution import write_solution, write_solution_vtu, write_solutions
 from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.progress import ProgressLine
 from craftmesh.solve.foreign import foreign_solution
 from craftmesh.solve.options import BUILTIN, EXTERNAL, SolveOptions
-from craftmesh.solve.solve import memory_of, solve
+from craftmesh.solve.solve import memory_of, solve, solve_combinations
 from craftmesh.solve.stress import grain_stress
 from craftmesh.types import Solution
 
@@ -50,8 +53,13 @@ def run(arguments: argparse.Namespace) -> None:
     mesh = read_tets(arguments.volume)
     model, counts = elastic_model(mesh, options_from(arguments, ModelOptions), **known)
     start = time.monotonic()
-    solution, report = _solution(model, options, arguments)
-    write_solution(arguments.output, solution)
+    if model.combinations:
+        solutions, report = _combinations(model, options, arguments)
+        write_solutions(arguments.output, solutions)
+        solution = next(iter(solutions.values()))
+    else:
+        solution, report = _solution(model, options, arguments)
+        write_solution(arguments.output, solution)
     if arguments.vtu:
         _write_vtu(arguments.vtu, model, solution)
     seconds = round(time.monotonic() - start, 1)
@@ -59,22 +67,45 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _solution(
-    model: ElasticModel, options: SolveOptions, arguments: argparse.Namespace
+    model: ElasticModel, options: SolveOptions, arguments: argparse.Namespace, case: str = ""
 ) -> tuple[Solution, dict]:
+    """Return the solution of a model's load, and a report; case: its name among several."""
     output: Path = arguments.output
     if options.solver == BUILTIN:
         print(f"{model.mesh.points.size} unknowns, about {memory_of(model.mesh):.1f} GB", flush=True)
         with ProgressLine("solve") as progress:
             return solve(model, options, progress)
     if options.solver == EXTERNAL:
-        found = given_field(model, arguments.field or output.with_name(FIELD))
+        given: Path = arguments.field or output.with_name(FIELD)
+        found = given_field(model, given.with_stem(f"{given.stem}_{case}") if case else given)
         return foreign_solution(model, found.numbers, found.displacement, EXTERNAL, found.source)
     folder = arguments.work or output.with_name(f"{output.stem}_{options.solver}")
-    found = computed_field(model, options, folder)
+    found = computed_field(model, options, folder / case)
     result = foreign_solution(model, found.numbers, found.displacement, options.solver, found.source)
     if not arguments.work:
         shutil.rmtree(folder)
     return result
+
+
+def _combinations(
+    model: ElasticModel, options: SolveOptions, arguments: argparse.Namespace
+) -> tuple[dict[str, Solution], dict]:
+    """Return the solutions of a model's combinations by name; other programs solve the load cases."""
+    if options.solver == BUILTIN:
+        print(f"{model.mesh.points.size} unknowns, about {memory_of(model.mesh):.1f} GB", flush=True)
+        with ProgressLine("solve") as progress:
+            return solve_combinations(model, options, progress)
+    fields = {
+        case: _solution(replace(model, load=load, cases={}), options, arguments, case)[0].displacement
+        for case, load in model.cases.items()
+    }
+    numbers = np.arange(1, len(model.mesh.points) + 1)
+    solutions, figures = {}, {}
+    for one in model.combinations:
+        solutions[one.name], figures[one.name] = foreign_solution(
+            model.under(one), numbers, one.sum_of(fields), options.solver, one.name
+        )
+    return solutions, {"load_cases": figures}
 
 
 def _write_vtu(path: Path, model: ElasticModel, solution: Solution) -> None:

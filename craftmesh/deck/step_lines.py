@@ -1,6 +1,6 @@
 """Lines of the deck for the load: supports, and one static step with its output."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -16,7 +16,7 @@ _ROUNDING = 1e-12
 
 
 def step_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
-    """Yield the supports and the step of a load; what moves does so in the step."""
+    """Yield the supports and the step of a load on a mesh; what moves does so in the step."""
     still = [fixed for fixed in load.held if not np.any(fixed.displacement)]
     moved = [fixed for fixed in load.held if np.any(fixed.displacement)] + [*load.moved]
     yield "*BOUNDARY\n"
@@ -29,6 +29,17 @@ def step_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
         yield from _moved(fixed)
     yield from _pulled(load.pulled, mesh)
     yield _OUTPUT + "*END STEP\n"
+
+
+def steps_of_cases(cases: Mapping[str, Load], mesh: TetMesh) -> Iterator[str]:
+    """Yield a step for each load case, which takes away supports and loads of the one before."""
+    for name, load in cases.items():
+        yield f"*STEP\n** Load case {name}, by itself\n*STATIC\n*BOUNDARY, OP=NEW\n"
+        for fixed in (*load.held, *load.moved):
+            yield from _moved(fixed)
+        yield "*CLOAD, OP=NEW\n*DSLOAD, OP=NEW\n"
+        yield from _pulled(load.pulled, mesh)
+        yield _OUTPUT + "*END STEP\n"
 
 
 def _moved(fixed: Fixed) -> Iterator[str]:

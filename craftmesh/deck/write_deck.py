@@ -14,7 +14,7 @@ from craftmesh.deck.includes import include_line, mesh_file
 from craftmesh.deck.limits import check_writable
 from craftmesh.deck.mesh_lines import mesh_lines, set_lines
 from craftmesh.deck.section_lines import section_lines
-from craftmesh.deck.step_lines import step_lines
+from craftmesh.deck.step_lines import step_lines, steps_of_cases
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
@@ -98,7 +98,9 @@ def write_model(
         included.writelines(mesh_lines(mesh, grains, model.element))
         included.writelines(set_lines(mesh))
         main.writelines(section_lines(model))
-        if model.load is not None:
+        if model.cases:
+            main.writelines(steps_of_cases(model.cases, mesh))
+        elif model.load is not None:
             main.writelines(step_lines(model.load, mesh))
 
 

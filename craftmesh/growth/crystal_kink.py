@@ -29,6 +29,12 @@ def largest_near_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarra
     return angle, here - 0.25 * (before - after) * shift
 
 
+def near_stress(k: np.ndarray, angle: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    """Return the intensity (n,) at `angle` (n,) of the stress that `largest_near_stress` seeks."""
+    angles, stress = tangential_stress(np.asarray(k, float), stiffness)
+    return np.array([CubicSpline(angles, own)(at) for own, at in zip(stress, angle)])
+
+
 def tangential_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return angles (a,) and the tangential stress times root(2 pi r) there (n, a), for K (n, 3)."""
     field = near_field(stiffness)

@@ -7,11 +7,11 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.crack_size import step_length
-from craftmesh.growth.crystal_kink import largest_near_stress
+from craftmesh.growth.crystal_kink import largest_near_stress, near_stress
 from craftmesh.growth.cycles import ROOT, Counted, counted, growth_to
 from craftmesh.growth.gate import ARRESTED, Evidence, reasons
-from craftmesh.growth.kink_angle import driving_intensity, kink_angles
-from craftmesh.growth.options import GrowthOptions
+from craftmesh.growth.kink_angle import driving_intensity, kink_angles, tangential_intensity
+from craftmesh.growth.options import LEAST_RATIO, GrowthOptions
 from craftmesh.growth.rates import LocalRates, laws_of, local_rates, open_share
 from craftmesh.growth.relaxation import FrontRows, over_step
 
@@ -32,7 +32,8 @@ class KinksAndExtensions(NamedTuple):
 
     rate (n,): da/dN over its median, what the extensions of law power go with, and power: d ln(rate) / d
     ln(K) of it; 1 and 0 of law uniform. stays (n,): why a point does not extend, see `reasons`; the kink
-    angle is 0 where K says none. counted: the load cycles.
+    angle is 0 where K says none. counted: the load cycles. delta_k (n,): what the rate goes with; ratio
+    (n,): R of the cycle.
     """
 
     kink_angle: np.ndarray
@@ -42,6 +43,8 @@ class KinksAndExtensions(NamedTuple):
     power: float
     stays: np.ndarray
     counted: Counted
+    delta_k: np.ndarray
+    ratio: np.ndarray
 
 
 def kinks_and_extensions(
@@ -52,28 +55,28 @@ def kinks_and_extensions(
     last: Counted | None = None,
     laws: LocalRates | None = None,
     stiffness: np.ndarray | None = None,
+    least: np.ndarray | None = None,
 ) -> KinksAndExtensions:
     """Return which way and how far points with K_I, K_II, K_III (n, 3) of a crack's fronts go.
 
     The way is that of the criterion (Erdogan & Sih 1963 by default). Points stay as `reasons` says; without
     what is known of K it counts as exact. last: the front before; laws: of the points, those of the options
-    by default; stiffness (n, 6, 6): as in `largest_near_stress`, which the criterion near_field asks for.
-    Raises CraftmeshError as kink_angles does.
+    by default; stiffness (n, 6, 6): as in `largest_near_stress`, which the criterion near_field asks for;
+    least (n, 3): K at the other end of the cycle, in place of the options' stress ratio. Raises
+    CraftmeshError as kink_angles does.
     """
-    if options.criterion == NEAR_FIELD:
-        angle, driving = _in_crystals(k, stiffness)
-    else:
-        angle = kink_angles(k, options.criterion, options.poisson)
-        driving = driving_intensity(k, angle)
+    angle, driving, ratio, k = _of_cycle(k, least, options, stiffness)
     laws = laws or local_rates(laws_of(options), np.zeros(len(k), int), {})
-    opened = open_share(options.closure, options.stress_ratio)
+    opened = open_share(options.closure, ratio)
     span = opened * np.maximum(driving, 0.0)
     stays = reasons(k, driving, span, laws.threshold, known)
     goes = stays == ""
     angle = np.where(goes | (stays == ARRESTED), angle, 0.0)
-    rate, power, count = _rates(span, goes, opened * fronts.error, fronts, options, laws, last)
+    rate, power, count = _rates(
+        span, goes, float(np.median(opened)) * fronts.error, fronts, options, laws, last
+    )
     extension = over_step(rate, power, count.step, fronts.rows)
-    return KinksAndExtensions(angle, extension, driving, rate, power, stays, count)
+    return KinksAndExtensions(angle, extension, driving, rate, power, stays, count, span, ratio)
 
 
 def _rates(
@@ -104,8 +107,37 @@ def _rates(
     return np.where(goes, np.clip(rate / middle, least, options.most), 0.0), power, count
 
 
-def _in_crystals(k: np.ndarray, stiffness: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return kink angles and driving intensities (n,); a closed crack (K_I < 0) counts as K_I = 0."""
+def _of_cycle(
+    k: np.ndarray, least: np.ndarray | None, options: GrowthOptions, stiffness: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return kink angle, driving intensity, ratio R (n,) and K (n, 3) of the load that drives each point.
+
+    Of both ends of a cycle that is the one with the larger intensity, which has the kink angle; R is the
+    other's intensity that way over it. K_I < 0 of the other, as without contact, counts in R as it is.
+    """
+    angle, driving = _largest(k, options, stiffness)
+    if least is None:
+        return angle, driving, np.full(len(k), options.stress_ratio), k
+    other_angle, other = _largest(least, options, stiffness)
+    turned = other > driving
+    angle, driving = np.where(turned, other_angle, angle), np.where(turned, other, driving)
+    k, least = np.where(turned[:, None], least, k), np.where(turned[:, None], k, least)
+    if options.criterion == NEAR_FIELD and stiffness is not None:
+        low = near_stress(least, angle, stiffness)
+    else:
+        low = tangential_intensity(least, angle)
+    drives = driving > 0
+    ratio = np.where(drives, low / np.where(drives, driving, 1.0), 0.0)
+    return angle, driving, np.clip(ratio, LEAST_RATIO, 1.0), k
+
+
+def _largest(
+    k: np.ndarray, options: GrowthOptions, stiffness: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return kink angles and driving intensities (n,) of the criterion; K_I < 0 counts as K_I = 0."""
+    if options.criterion != NEAR_FIELD:
+        angle = kink_angles(k, options.criterion, options.poisson)
+        return angle, driving_intensity(k, angle)
     if stiffness is None:
         raise CraftmeshError(
             "grow.criterion is near_field, and the crystals are not known; expected their stiffness"

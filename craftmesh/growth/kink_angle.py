@@ -51,9 +51,14 @@ def largest_tangential_stress(k1: np.ndarray, k2: np.ndarray) -> np.ndarray:
 
 
 def driving_intensity(k: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return the `tangential_intensity` (n,); a closed crack (K_I < 0) counts as K_I = 0."""
+    return tangential_intensity(np.column_stack([np.maximum(k[:, 0], 0.0), k[:, 1:]]), angle)
+
+
+def tangential_intensity(k: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Return the intensity (n,) of the tangential stress at `angle` (n,) for K (n, 3) (Erdogan & Sih)."""
     half = np.cos(angle / 2)
-    return half * (np.maximum(k[:, 0], 0.0) * half**2 - 1.5 * k[:, 1] * np.sin(angle))
+    return half * (k[:, 0] * half**2 - 1.5 * k[:, 1] * np.sin(angle))
 
 
 def largest_energy_release(k: np.ndarray, poisson: float) -> np.ndarray:

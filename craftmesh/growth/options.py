@@ -1,11 +1,14 @@
 """Options of the growth: which way and how far each point of a front goes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 
 CRITERIA = ("tangential_stress", "energy_release", "near_field")
 LAWS = ("uniform", "power")
+LEAST_RATIO = -2.0  # of Newman's opening function
 SMOOTHING = ("fit", "savitzky_golay", "none")
 
 
@@ -44,13 +47,33 @@ class GrowthOptions(Options):
     coefficient: float | None = option(
         None, "C of Paris' law da/dN = C Delta K^m: load cycles are then counted", above=0
     )
-    stress_ratio: float = option(0.0, "least over largest load of a cycle, R", at_least=-2, below=1)
+    stress_ratio: float = option(
+        0.0, "least over largest load of a cycle, R", at_least=LEAST_RATIO, below=1
+    )
+    cycle: tuple[str, ...] = option(
+        (),
+        "load cases or sums of them (inp.combine) at the largest and the least load of a cycle, the second "
+        "in place of stress_ratio",
+    )
     threshold: float = option(
         0.0, "points of the front where Delta K is not over this stay where they are", at_least=0
     )
     poisson: float = option(
         0.3, "Poisson's ratio that weighs mode III in energy_release", above=-1, below=0.5
     )
+
+    def __post_init__(self) -> None:
+        """Raise CraftmeshError for values out of bounds, and for a cycle that is none."""
+        super().__post_init__()
+        if len(self.cycle) > 2 or len(set(self.cycle)) < len(self.cycle):
+            raise CraftmeshError(
+                f"cycle is {', '.join(self.cycle)}; expected the largest load, or it and the least"
+            )
+        if len(self.cycle) == 2 and self.stress_ratio:
+            raise CraftmeshError(
+                f"cycle names {self.cycle[1]!r} as the least load, and stress_ratio is "
+                f"{self.stress_ratio:g}; keep one"
+            )
 
 
 @dataclass(frozen=True)
@@ -68,3 +91,11 @@ class CorrectionOptions(Options):
     correct: bool = option(
         True, "lay each strip again, turned by half of the kink found at its end, before the next one"
     )
+
+
+def check_cycle(cycle: Sequence[str], loads: Sequence[str]) -> None:
+    """Raise CraftmeshError for a cycle of other loads than those that have names."""
+    for name in cycle:
+        if name not in loads:
+            known = ", ".join(filter(None, loads)) or "none: name load cases in inp.faces"
+            raise CraftmeshError(f"cycle names {name!r}; expected loads of {known}")

@@ -146,8 +146,8 @@ def _law(kind: str, constants: str) -> RateLaw:
     raise ValueError
 
 
-def open_share(closure: str, stress_ratio: float) -> float:
-    """Return Delta K that drives a crack, over K of the largest load, of a cycle with ratio R.
+def open_share(closure: str, stress_ratio: np.ndarray) -> np.ndarray:
+    """Return Delta K that drives a crack, over K of the largest load, of cycles with ratios R (n,).
 
     closure none: 1 - R, with R < 0 as 0, for closed lips carry the rest; open:U: U (1 - R);
     newman:ALPHA,SMAX: 1 - f, the opening function of J. C. Newman, Int. J. Fract. 24 (1984), with the
@@ -157,7 +157,7 @@ def open_share(closure: str, stress_ratio: float) -> float:
     try:
         values = [float(value) for value in constants.split(",")] if constants else []
         if kind == "none" and not values:
-            return 1 - max(stress_ratio, 0.0)
+            return 1 - np.maximum(stress_ratio, 0.0)
         if kind == "open" and len(values) == 1 and 0 < values[0] <= 1:
             return values[0] * (1 - stress_ratio)
         if kind == "newman" and len(values) == 2 and 1 <= values[0] <= 3 and 0 < values[1] < 1:
@@ -170,12 +170,11 @@ def open_share(closure: str, stress_ratio: float) -> float:
     )
 
 
-def opening_level(ratio: float, alpha: float, largest: float) -> float:
-    """Return Newman's f, the load at which the crack opens over the largest one."""
+def opening_level(ratio: np.ndarray, alpha: float, largest: float) -> np.ndarray:
+    """Return Newman's f (n,), the load at which the crack opens over the largest one."""
     a0 = (0.825 - 0.34 * alpha + 0.05 * alpha**2) * math.cos(math.pi / 2 * largest) ** (1 / alpha)
     a1 = (0.415 - 0.071 * alpha) * largest
-    if ratio < 0:
-        return a0 + a1 * ratio
     a3 = 2 * a0 + a1 - 1
     a2 = 1 - a0 - a1 - a3
-    return max(ratio, a0 + a1 * ratio + a2 * ratio**2 + a3 * ratio**3)
+    opens = a0 + a1 * ratio
+    return np.where(ratio < 0, opens, np.maximum(ratio, opens + a2 * ratio**2 + a3 * ratio**3))

@@ -3,6 +3,7 @@
 import csv
 import os
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io.text_table import Table, read_table
 
 _CRAFTMESHER_XYZ = 7  # the first of the columns x, y, z
+LOAD_CASE = (
+    "load_case"  # a column of names: a front's rows come once for each, and those of the first count
+)
 _KNOWN = {"x", "y", "z", "front", "closed"}
 
 
@@ -62,7 +66,16 @@ def front_table(path: str | os.PathLike, axes: str = "xyz") -> Table:
     columns and what `read_table` refuses.
     """
     table = read_table(path, axes)
-    return table if table.names else bare_front(table, axes)
+    return _of_first_load(table) if table.names else bare_front(table, axes)
+
+
+def _of_first_load(table: Table) -> Table:
+    """Return the rows of the first load that a table names, all where it names none."""
+    names = table.words(LOAD_CASE)
+    if not names:
+        return table
+    kept = [row for row, name in enumerate(names) if name == names[0]]
+    return replace(table, rows=[table.rows[k] for k in kept], lines=[table.lines[k] for k in kept])
 
 
 def bare_front(table: Table, axes: str = "xyz") -> Table:
@@ -99,8 +112,8 @@ def read_fronts(path: str | os.PathLike) -> list[np.ndarray]:
 
 
 def read_words(path: str | os.PathLike, name: str) -> list[str] | None:
-    """Return a column of text of a file with a header, row by row; None where it has no such column."""
-    return read_table(path, [name]).words(name)
+    """Return a column of text of a front with a header, row by row; None where it has no such column."""
+    return _of_first_load(read_table(path, [name])).words(name)
 
 
 def has_word(cells: Iterable[str], words: Collection[str]) -> np.ndarray:

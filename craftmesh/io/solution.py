@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -21,21 +22,47 @@ def write_solution(path: str | os.PathLike, solution: Solution) -> None:
 
     `contact` too where the solution has it.
     """
-    text = json.dumps(dict(solution.record), sort_keys=True)
-    arrays = {"format": np.array(FORMAT), "record": np.array(text)}
-    arrays |= {"displacement": solution.displacement, "reactions": solution.reactions}
-    if solution.contact is not None:
-        arrays["contact"] = solution.contact
+    write_arrays(path, {"format": np.array(FORMAT)} | _arrays(solution))
+
+
+def write_solutions(path: str | os.PathLike, solutions: Mapping[str, Solution]) -> None:
+    """Write the solutions of several loads: the first as `write_solution` does, so that all may read it.
+
+    `load_cases` has their names, and the others' entries begin with theirs and a point.
+    """
+    first, *others = solutions
+    arrays = {"format": np.array(FORMAT), "load_cases": np.array(list(solutions))}
+    arrays |= _arrays(solutions[first])
+    for name in others:
+        arrays |= {f"{name}.{key}": values for key, values in _arrays(solutions[name]).items()}
     write_arrays(path, arrays)
 
 
+def _arrays(solution: Solution) -> dict[str, np.ndarray]:
+    text = json.dumps(dict(solution.record), sort_keys=True)
+    arrays = {"record": np.array(text), "displacement": solution.displacement}
+    arrays |= {"reactions": solution.reactions}
+    return arrays if solution.contact is None else arrays | {"contact": solution.contact}
+
+
 def read_solution(path: str | os.PathLike) -> Solution:
-    """Read what `write_solution` wrote; raises CraftmeshError for another file."""
+    """Read what `write_solution` wrote, of several the first; raises CraftmeshError for another file."""
+    return next(iter(read_solutions(path).values()))
+
+
+def read_solutions(path: str | os.PathLike) -> dict[str, Solution]:
+    """Read solutions by the names of their loads, one of a single load by ""; errors as `read_solution`."""
     arrays = load(path)
     if str(arrays.get("format")) != FORMAT:
         raise CraftmeshError(f"{path}: is no solution; expected a solution.npz made by `craftmesh solve`")
-    record = json.loads(str(arrays["record"]))
-    return Solution(arrays["displacement"], arrays["reactions"], record, arrays.get("contact"))
+    names = arrays.get("load_cases", np.array([""])).tolist()
+    found = {}
+    for name in names:
+        before = "" if name == names[0] else f"{name}."
+        own = {key.removeprefix(before): values for key, values in arrays.items() if key.startswith(before)}
+        record = json.loads(str(own["record"]))
+        found[name] = Solution(own["displacement"], own["reactions"], record, own.get("contact"))
+    return found
 
 
 def write_solution_vtu(

@@ -10,7 +10,8 @@ from craftmesh.types import BOX_PLANES
 FIXED, STRAIN, STRESS = "fixed", "strain", "stress"
 _EXPECTED = (
     f"expected FACE.AXIS={FIXED}, FACE.AXIS={STRAIN}:VALUE or FACE.AXIS={STRESS}:VALUE, with a FACE of "
-    f"{', '.join(BOX_PLANES)} and an AXIS of x, y, z"
+    f"{', '.join(BOX_PLANES)} and an AXIS of x, y, z, or AXIS={STRESS}:VALUE for a tension, and perhaps "
+    "CASE/ before it"
 )
 
 
@@ -19,13 +20,15 @@ class FaceRow(NamedTuple):
 
     kind: FIXED; STRAIN, the displacement over the box's length across the plane; or STRESS, the component
     of the stress. Both count along the axis on far planes and against it on near ones, as the traction of a
-    stress does: the same value on both is a uniform tension or shear.
+    stress does: the same value on both is a uniform tension or shear. case: the load case of the row, ""
+    for all.
     """
 
     plane: str
     axis: int
     kind: str
     value: float = 0.0
+    case: str = ""
 
     @property
     def across(self) -> int:
@@ -39,29 +42,32 @@ class FaceRow(NamedTuple):
 
 
 def parse_faces(texts: Iterable[str]) -> tuple[FaceRow, ...]:
-    """Return the rows of texts; raises CraftmeshError for other texts, and for two of one face and axis."""
-    rows: dict[tuple[str, int], FaceRow] = {}
-    for text in texts:
-        place, _, what = text.partition("=")
-        plane, _, axis = place.strip().partition(".")
-        kind, colon, value = what.strip().partition(":")
-        known = plane.upper() in BOX_PLANES and axis in ("x", "y", "z")
-        number = _number(value)
-        if not known or not (number is not None if kind in (STRAIN, STRESS) else what.strip() == FIXED):
-            raise CraftmeshError(f"faces: {text!r}; {_EXPECTED}")
-        row = FaceRow(plane.upper(), "xyz".index(axis), kind, number or 0.0)
-        if kind == STRAIN and abs(row.value) > 1:
-            raise CraftmeshError(
-                f"faces: {text!r} moves the face by more than the body's length; expected a small strain "
-                "such as 0.001"
-            )
-        if row[:2] in rows:
-            raise CraftmeshError(f"faces: {text!r} is a second row for {place.strip()}; keep one")
-        rows[row[:2]] = row
-    return tuple(rows.values())
+    """Return the rows of texts; raises CraftmeshError for other texts."""
+    return tuple(row for text in texts for row in _rows(text))
 
 
-def _number(text: str) -> float | None:
+def _rows(text: str) -> list[FaceRow]:
+    """Return the row of a text, and where it names an axis in place of a face the near face's, fixed."""
+    place, _, what = text.partition("=")
+    case, _, place = (part.strip() for part in place.rpartition("/"))
+    is_tension = place in ("x", "y", "z")
+    plane, _, axis = (f"{place}max", "", place) if is_tension else place.partition(".")
+    kind, _, value = (part.strip() for part in what.partition(":"))
+    number = number_of(value)
+    is_kind = number is not None if kind in (STRAIN, STRESS) else what.strip() == FIXED
+    if plane.upper() not in BOX_PLANES or axis not in ("x", "y", "z") or not is_kind:
+        raise CraftmeshError(f"faces: {text!r}; {_EXPECTED}")
+    if kind == STRAIN and abs(number or 0.0) > 1:
+        raise CraftmeshError(
+            f"faces: {text!r} moves the face by more than the body's length; expected a small strain such "
+            "as 0.001"
+        )
+    row = FaceRow(plane.upper(), "xyz".index(axis), kind, number or 0.0, case)
+    return [row._replace(plane=f"{plane[0].upper()}MIN", kind=FIXED, value=0.0), row][not is_tension :]
+
+
+def number_of(text: str) -> float | None:
+    """Return the finite number that a text is, None for any other text."""
     try:
         value = float(text)
     except ValueError:

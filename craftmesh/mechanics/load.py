@@ -45,6 +45,25 @@ class Load:
         return Load(held, moved, self.pulled)
 
 
+def combined(parts: Sequence[tuple[float, Load]]) -> Load:
+    """Return the sum of loads with the same supports, each times its factor."""
+    if len(parts) == 1 and parts[0][0] == 1:
+        return parts[0][1]
+    held: dict[tuple, Fixed] = {}
+    for factor, load in parts:
+        for part in (*load.held, *load.moved):
+            key = part.name, part.axis, *part.nodes[: not part.name]
+            before = held[key].displacement if key in held else 0.0
+            held[key] = replace(part, displacement=before + factor * part.displacement)
+    pulled: dict[tuple, Traction] = {}
+    for factor, load in parts:
+        for one in load.pulled:
+            key = one.name, one.axis
+            stress = pulled[key].stress if key in pulled else 0.0
+            pulled[key] = replace(one, stress=stress + factor * one.stress)
+    return Load(tuple(held.values()), pulled=tuple(pulled.values()))
+
+
 def tension(
     mesh: TetMesh,
     axis: int,
@@ -90,7 +109,11 @@ def load_on(
     _check_edges([*held, *moved])
     held += holds
     pulled = (*(_pulled(mesh, row) for row in rows if row.kind == STRESS), *lips)
-    supports = [(fixed.nodes, fixed.axis) for fixed in (*held, *moved)]
+    # in one order, so that load cases which hold the same faces get the same supports besides
+    supports = sorted(
+        ((fixed.nodes, fixed.axis) for fixed in (*held, *moved)),
+        key=lambda part: (part[1], len(part[0]), part[0].tolist()),
+    )
     more = lacking(mesh, supports, nodal_forces(pulled, mesh))
     held += [Fixed(np.array([node]), axis) for node, axis in more]
     return Load(tuple(held), tuple(moved), pulled)

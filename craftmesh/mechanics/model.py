@@ -4,18 +4,19 @@ The deck writes it and the solver solves it: what both must agree on is found he
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.combinations import Combination, rows_of
 from craftmesh.mechanics.crystals import misfits
 from craftmesh.mechanics.faces import parse_faces
 from craftmesh.mechanics.lips import pressed_lips
-from craftmesh.mechanics.load import Load, load_on, near_planes, tension
+from craftmesh.mechanics.load import Load, combined, load_on, near_planes, tension
 from craftmesh.mechanics.materials import Material, parse_materials, phases_of_grains, turned
-from craftmesh.mechanics.model_options import ModelOptions
+from craftmesh.mechanics.model_options import LIP_PRESSURE, ModelOptions
 from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
 from craftmesh.mesh.second_order import as_elements
 from craftmesh.types import Crystal, TetMesh
@@ -27,8 +28,9 @@ class ElasticModel:
 
     mesh: with the nodes of `element`; grains (g,): the ids that occur, ascending; axes: per grain of known
     orientation the sample components (6,) of its axes [100] and [010]; materials: by phase; phase_of: the
-    key in them of each grain; load: None where none is asked for; scale: of lengths in the
-    deck over those here.
+    key in them of each grain; load: None where none is asked for, the first of several; scale: of lengths
+    in the deck over those here. cases: the loads by name where they have names; combinations: the sums of
+    them that are asked for.
     """
 
     mesh: TetMesh
@@ -39,6 +41,13 @@ class ElasticModel:
     phase_of: Mapping[int, int | None]
     load: Load | None
     scale: float = 1.0
+    cases: Mapping[str, Load] = field(default_factory=dict)
+    combinations: tuple[Combination, ...] = ()
+
+    def under(self, one: Combination) -> "ElasticModel":
+        """Return the model whose load is a sum of its load cases."""
+        load = combined([(factor, self.cases[case]) for case, factor in one.factors.items()])
+        return replace(self, load=load)
 
     def in_unit_of_deck(self) -> "ElasticModel":
         """Return the model with lengths and displacements times `scale`.
@@ -49,7 +58,8 @@ class ElasticModel:
             return self
         mesh = replace(self.mesh, points=self.scale * self.mesh.points)
         load = None if self.load is None else self.load.with_lengths(self.scale)
-        return replace(self, mesh=mesh, load=load, scale=1.0)
+        cases = {name: one.with_lengths(self.scale) for name, one in self.cases.items()}
+        return replace(self, mesh=mesh, load=load, scale=1.0, cases=cases)
 
     def stiffness(self) -> np.ndarray:
         """Return the stiffness (g, 6, 6) of each grain in the sample's axes, as `Material.stiffness`.
@@ -90,8 +100,20 @@ def elastic_model(
     materials = parse_materials(options.material)
     phase_of = phases_of_grains(grains, materials, phases)
     _check_oriented(axes, materials, phase_of)
-    load = _load(mesh, options)
-    model = ElasticModel(mesh, options.element, grains, axes, materials, phase_of, load, options.scale)
+    cases = {name: _load(mesh, options, name) for name in options.cases}
+    load = next(iter(cases.values())) if cases else _load(mesh, options)
+    model = ElasticModel(
+        mesh,
+        options.element,
+        grains,
+        axes,
+        materials,
+        phase_of,
+        load,
+        options.scale,
+        {name: one for name, one in cases.items() if one is not None},
+        options.combinations,
+    )
     notes = misfits(phase_of, materials, phases, crystals)
     return model, report | {"grains": len(grains)} | ({"notes": notes} if notes else {})
 
@@ -122,11 +144,13 @@ def _check_oriented(
         )
 
 
-def _load(mesh: TetMesh, options: ModelOptions) -> Load | None:
-    lips = pressed_lips(mesh, options.lip_pressure) if options.lip_pressure else ()
+def _load(mesh: TetMesh, options: ModelOptions, case: str = "") -> Load | None:
+    """Return the load of a case, or of the only one; the pressure on lips is a case of its own."""
+    pressure = options.lip_pressure if case in ("", LIP_PRESSURE) else 0.0
+    lips = pressed_lips(mesh, pressure) if pressure else ()
     rollers = options.sides == "rollers"
     if options.faces:
-        return load_on(mesh, parse_faces(options.faces), lips=lips)
+        return load_on(mesh, rows_of(parse_faces(options.faces), case), lips=lips)
     if options.load == "none":
         return load_on(mesh, near_planes(range(3) if rollers else ()), lips=lips) if lips else None
     axis, by_stress = "xyz".index(options.axis), options.load == "stress"

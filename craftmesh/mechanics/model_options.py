@@ -3,8 +3,11 @@
 from dataclasses import dataclass
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.combinations import Combination, combinations_of
 from craftmesh.mechanics.faces import parse_faces
 from craftmesh.options import Options, option
+
+LIP_PRESSURE = "lip_pressure"  # the load case of that key
 
 
 @dataclass(frozen=True)
@@ -32,12 +35,17 @@ class ModelOptions(Options):
         "what faces bear, in place of load, magnitude, axis and sides: FACE.AXIS=fixed, "
         "FACE.AXIS=strain:VALUE, a displacement over the box's length across the face, or "
         "FACE.AXIS=stress:VALUE; FACE XMIN to ZMAX, AXIS its normal or one in it. The same value on "
-        "opposite faces is a uniform tension or shear; what is not named is free",
+        "opposite faces is a uniform tension or shear; what is not named is free. AXIS=stress:VALUE "
+        "alone: the near face fixed, the far one pulled. CASE/ before a row: of that load case alone",
+    )
+    combine: tuple[str, ...] = option(
+        (),
+        "sums of load cases, NAME=CASE:FACTOR,CASE:FACTOR,...: K is found for these, none: for each case",
     )
     lip_pressure: float = option(
         0.0,
         "pressure on the lips of cracks, in the materials' unit; positive ones open them; beside the load, "
-        "or with load none alone",
+        "or with load none alone; beside load cases one of its own, lip_pressure",
     )
     quarter_points: bool | None = option(
         None,
@@ -58,12 +66,23 @@ class ModelOptions(Options):
             raise CraftmeshError(
                 f"quarter_points is true, and {self.element} has no mid nodes; expected element C3D10"
             )
-        parse_faces(self.faces)
+        _ = self.combinations
         if self.load == "strain" and abs(self.magnitude) > 1:
             raise CraftmeshError(
                 f"magnitude is {self.magnitude:g}, a strain that more than doubles the body; expected a "
                 "small one such as 0.001, or load stress"
             )
+
+    @property
+    def cases(self) -> tuple[str, ...]:
+        """The names of the load cases, none where there is a single load; a pressure on lips is one."""
+        named = dict.fromkeys(row.case for row in parse_faces(self.faces) if row.case)
+        return (*named, *[LIP_PRESSURE] * bool(named and self.lip_pressure))
+
+    @property
+    def combinations(self) -> tuple[Combination, ...]:
+        """The sums of load cases that are asked for, by `combinations_of`."""
+        return combinations_of(parse_faces(self.faces), self.cases, self.combine)
 
     @property
     def is_loaded(self) -> bool:

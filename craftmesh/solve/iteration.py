@@ -36,21 +36,34 @@ class Found(NamedTuple):
 
 
 class Iteration:
-    """The matrix of a problem and its coarser levels, made once; `count`: the iterations so far."""
+    """The matrix of a problem and its coarser levels, made once; `count`: the iterations so far.
 
-    def __init__(self, problem: Problem, options: SolveOptions, progress: Callable[[float, str], None]):
-        self.problem, self.options, self.progress = problem, options, progress
+    like: the iteration of another load on the same elements and supports, whose matrix and levels it takes.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        options: SolveOptions,
+        progress: Callable[[float, str], None],
+        like: "Iteration | None" = None,
+    ):
+        self.problem, self.options, self.progress, self.like = problem, options, progress, like
         self.count, self.done = 0, 0.0
         self.first: Found | None = None
 
     @cached_property
     def matrix(self) -> StiffnessMatrix:
         """The stiffness matrix, supports taken out."""
+        if self.like:
+            return self.like.matrix
         return stiffness_matrix(self.problem.elements, self.problem.supports.fixed)
 
     @cached_property
     def step(self) -> Step:
         """One step of the preconditioner."""
+        if self.like:
+            return self.like.step
         matrix = self.matrix
         self.progress(0.1, "coarser levels")
         return step_of(self.problem.elements, matrix, self.problem.supports.fixed)
@@ -92,8 +105,9 @@ class Iteration:
 
     def _heard(self, size: float, text: str, out: float) -> None:
         first = self.first.residual if self.first else 1.0
-        done = np.log(out / size / first) / np.log(self.options.tolerance / first)
-        self.done = max(self.done, 0.2 + 0.8 * min(max(done, 0.0), 1.0))
+        if first > self.options.tolerance:
+            done = np.log(out / size / first) / np.log(self.options.tolerance / first)
+            self.done = max(self.done, 0.2 + 0.8 * min(max(done, 0.0), 1.0))
         self.progress(self.done, f"{text}residual {out / size:.1e}")
 
 

@@ -11,7 +11,7 @@ from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
 from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.solve.elements import Elements, elements_of
 from craftmesh.solve.supports import Supports, supports_of
-from craftmesh.types import Solution, TetMesh
+from craftmesh.types import TetMesh
 
 # Points at which Abaqus and CalculiX integrate a C3D10.
 DECK_RULE = 4
@@ -49,23 +49,19 @@ class Problem:
         return float(np.sqrt((reactions**2).sum() + (self.forces**2).sum()))
 
 
-def problem_of(model: ElasticModel, rule: int = DECK_RULE) -> Problem:
+def problem_of(model: ElasticModel, rule: int = DECK_RULE, elements: Elements | None = None) -> Problem:
     """Return the problem of a model whose 10-node elements are integrated at 4 or 14 points.
 
-    Raises CraftmeshError for a model without a load, a body that is not held, and elements that are turned
-    over.
+    elements: those of the model, where another load has made them. Raises CraftmeshError for a model
+    without a load, a body that is not held, and elements that are turned over.
     """
     if model.load is None:
         raise CraftmeshError("load: none; a solver needs a strain, a stress or a lip_pressure")
-    _check_elements(model.mesh)
+    if elements is None:
+        _check_elements(model.mesh)
+        elements = elements_of(model, rule)
     supports = supports_of(model.load, model.mesh)
-    return Problem(elements_of(model, rule), supports, nodal_forces(model.load.pulled, model.mesh))
-
-
-def solution_of(problem: Problem, displacement: np.ndarray, record: dict) -> Solution:
-    """Return the solution that a field (n, 3) is, its residual in the record."""
-    _, reactions, residual = problem.balance(displacement)
-    return Solution(displacement, reactions, record | {"residual": residual})
+    return Problem(elements, supports, nodal_forces(model.load.pulled, model.mesh))
 
 
 def _check_elements(mesh: TetMesh) -> None:

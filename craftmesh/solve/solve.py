@@ -1,6 +1,8 @@
 """The built-in solver: linear elasticity by preconditioned conjugate gradients on two levels."""
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -39,21 +41,82 @@ def solve(
     Raises CraftmeshError for a material that is nearly incompressible, a load that `problem_of` refuses,
     more memory than the limit, and a field that does not become exact enough.
     """
+    report = _checked(model, options, progress)
+    iteration = _after(None, model, options, progress)
+    start = _start(model.mesh.points, iteration.problem.supports)
+    solution, figures = _solution(model.mesh, iteration, start)
+    return solution, report | figures
+
+
+def solve_combinations(
+    model: ElasticModel,
+    options: SolveOptions = SolveOptions(),  # noqa: B008 (frozen)
+    progress: Callable[[float, str], None] = silent,
+) -> tuple[dict[str, Solution], dict]:
+    """Return the solutions of a model's combinations of load cases by name, and a report of each.
+
+    Load cases are solved one by one, with one matrix where they hold the same, and combinations are sums of
+    their fields; where lips would overlap in a sum it is solved by itself. Errors are those of `solve`.
+    """
+    report = _checked(model, options, progress)
+    last: Iteration | None = None
+    fields, solutions, figures = {}, {}, {}
+    for one in model.combinations:
+        for case in one.factors:
+            if case not in fields:
+                last = _after(
+                    last, replace(model, load=model.cases[case]), options, partial(_of, progress, case)
+                )
+                start = _start(model.mesh.points, last.problem.supports)
+                fields[case] = last.solved(start, None, options.tolerance).displacement
+        last = _after(last, model.under(one), options, partial(_of, progress, one.name))
+        solutions[one.name], figures[one.name] = _solution(model.mesh, last, one.sum_of(fields))
+    return solutions, report | {"load_cases": figures}
+
+
+def _of(progress: Callable[[float, str], None], name: str, share: float, text: str) -> None:
+    progress(share, f"{name}: {text}")
+
+
+def _after(
+    last: Iteration | None,
+    model: ElasticModel,
+    options: SolveOptions,
+    progress: Callable[[float, str], None],
+) -> Iteration:
+    """Return the iteration of a model, with the matrix of the last one where that holds the same."""
+    problem = problem_of(model, _rule(options), last.problem.elements if last else None)
+    fixed = problem.supports.fixed
+    alike = last is not None and np.array_equal(last.problem.supports.fixed, fixed)
+    return Iteration(problem, options, progress, last if alike else None)
+
+
+def _checked(
+    model: ElasticModel, options: SolveOptions, progress: Callable[[float, str], None]
+) -> dict[str, float]:
+    """Return unknowns and memory of a model; raises CraftmeshError where it cannot be solved."""
     check_compressible(model)
     memory = memory_of(model.mesh)
-    report = {"unknowns": model.mesh.points.size, "memory_gb": round(memory, 2)}
     if memory > options.memory_limit:
         raise CraftmeshError(
             f"memory_limit: {model.mesh.points.size} unknowns need about {memory:.1f} GB, the limit is "
             f"{options.memory_limit:g} GB; raise it, take longer edges, or another solver"
         )
     progress(0.0, f"{model.mesh.points.size} unknowns, about {memory:.1f} GB")
-    problem = problem_of(model, DECK_RULE if options.integration == "deck" else FULL_RULE)
-    iteration = Iteration(problem, options, progress)
-    found = iteration.solved(_start(problem.elements.points, problem.supports), None, options.tolerance)
+    return {"unknowns": model.mesh.points.size, "memory_gb": round(memory, 2)}
+
+
+def _rule(options: SolveOptions) -> int:
+    return DECK_RULE if options.integration == "deck" else FULL_RULE
+
+
+def _solution(mesh: TetMesh, iteration: Iteration, start: np.ndarray) -> tuple[Solution, dict]:
+    """Return the solution from a field (n, 3) on, lips that would overlap in contact, and its figures."""
+    options, problem = iteration.options, iteration.problem
+    found = iteration.solved(start, None, options.tolerance)
     forces, contact_figures = None, {}
     if options.contact:
-        pairs = lip_pairs(model.mesh)
+        pairs = lip_pairs(mesh)
         overlap = overlap_of(pairs, found.displacement)
         if overlap > least_overlap(found.displacement, options.tolerance):
             contact = with_contact(iteration, pairs, found.displacement)
@@ -63,7 +126,7 @@ def solve(
     if not residual <= options.tolerance:
         raise refused(residual, iteration.count, options)
     figures = {"iterations": iteration.count, "residual": residual} | contact_figures
-    return Solution(found.displacement, reactions, {"solver": BUILTIN, **figures}, forces), report | figures
+    return Solution(found.displacement, reactions, {"solver": BUILTIN, **figures}, forces), figures
 
 
 def memory_of(mesh: TetMesh) -> float:

@@ -62,6 +62,13 @@ WRONG_SECTIONS = [
     ({"grow": {"criterion": "math:angel"}}, "grow.criterion 'math:angel' cannot be loaded"),
     ({"inp": {"faces": ["ZMAX.q=stress:1"]}}, "inp.faces: 'ZMAX.q=stress:1'; expected FACE.AXIS=fixed"),
     ({"inp": {"faces": ["ZMAX.x=stress:30"]}}, "inp.faces, tried on a cube .* force of 30 along x"),
+    (
+        {"inp": {"faces": ["a/z=stress:1", "b/ZMAX.x=stress:1"]}},
+        "inp.faces, tried on a cube .* force of 1 along x",
+    ),
+    ({"inp": {"combine": ["peak=a:1"]}}, "inp.combine: 'peak=a:1' has load case 'a'; expected one of none"),
+    ({"grow": {"cycle": ["peak"]}}, "grow.cycle names 'peak'; expected loads of none"),
+    ({"grow": {"cycle": ["a", "b", "c"]}}, "grow.cycle is a, b, c; expected the largest load"),
     ({"solve": {"command": ["ccx {jb}"]}}, "solve.command 'ccx {jb}': 'jb' is not known"),
     ({"solve": {"command": ["ccx '{job}"]}}, "solve.command .*No closing quotation"),
     ({"solve": {"command": [""]}}, "solve.command '' is empty"),

@@ -40,7 +40,6 @@ def test_other_texts_are_refused(text):
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
-        (["ZMAX.z=fixed", "zmax.z=stress:1"], "second row for zmax.z"),
         (["ZMAX.z=strain:2"], "more than the body's length"),
         (["ZMAX.x=stress:30"], "leave a force of 30 along x on the body"),
         (["ZMIN.z=fixed", "ZMAX.x=stress:30"], "force of 30 along x"),

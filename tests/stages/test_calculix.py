@@ -4,6 +4,7 @@ import io
 import os
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -171,3 +172,18 @@ def test_faces_in_tension_and_shear_give_the_field_of_the_built_in_solver(tmp_pa
     model, _ = elastic_model(mesh, options, orientations)
     ours = built_in(model, SolveOptions(tolerance=1e-10))[0].displacement
     assert np.abs(moved - ours).max() <= 5e-6 * np.abs(ours).max()
+
+
+def test_each_load_case_of_a_deck_is_a_step_by_itself(tmp_path):
+    mesh = bar()
+    held = ("ZMIN.x=fixed", "ZMIN.y=fixed", "ZMIN.z=fixed")
+    faces = (*held, "pull/ZMAX.z=stress:140", "moved/ZMAX.x=strain:0.001", "shear/ZMAX.x=stress:40")
+    options = DeckOptions(faces=faces)
+    solve(tmp_path, mesh, options)
+    blocks = (tmp_path / "model.frd").read_text().split(" -4  DISP")[1:]
+    model, _ = elastic_model(mesh, options)
+    for block, load in zip(blocks, model.cases.values(), strict=True):
+        (tmp_path / "one.frd").write_text(" -4  DISP" + block)
+        moved = read_frd(tmp_path / "one.frd", "DISP", 3)
+        ours = built_in(replace(model, load=load), SolveOptions(tolerance=1e-10))[0].displacement
+        assert np.abs(moved - ours).max() <= 5e-6 * np.abs(ours).max()
