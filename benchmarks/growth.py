@@ -9,9 +9,12 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from grown.broken_through import broken_through, into_hole
 from grown.campaigns import Check
+from grown.closed import closed, half_closed, unopened
 from grown.flat import ellipse, penny
 from grown.inclined import inclined
+from grown.plate import hole, straight
 from measure import print_table, write_json
 
 # a case grows its crack in campaigns within the folder that it gets
@@ -19,6 +22,13 @@ CASES: dict[str, Callable[[Path], list[Check]]] = {
     "penny": penny,
     "ellipse": ellipse,
     "inclined": inclined,
+    "straight": straight,
+    "hole": hole,
+    "closed": closed,
+    "unopened": unopened,
+    "half closed": half_closed,
+    "broken through": broken_through,
+    "into a hole": into_hole,
 }
 COLUMNS = {
     "case": "case",

@@ -15,18 +15,19 @@ from grown.campaigns import Check, columns, front, grown, growth
 CENTRE = np.array([100.3, 99.6, 100.2])
 COEFFICIENT, STEPS = 1e-3, 4
 RADIUS, AXES = 5.0, (8.0, 4.0)
+PENNY = f"shape: penny, radius: {RADIUS}, centre: {CENTRE.tolist()}"
 CONFIG = """
 generate: {{shape: [40, 40, 40], spacing: [5.0, 5.0, 5.0], grains: 4}}
 sizing: {{l0: 1.5, l_min: 0.6, l_max: 25.0, r0: 4.0, r1: 40.0}}
-cracks: {{crack: {{centre: {centre}, {crack}}}}}
-grow: {{law: power, share: 0.25, coefficient: {coefficient}}}
-inp: {{material: ["isotropic:70000,0.3"], load: stress, magnitude: 1.0}}
+cracks: {{crack: {{{crack}}}}}
+grow: {{{grow}}}
+inp: {{material: ["isotropic:70000,0.3"], load: stress, magnitude: {stress}}}
 """
 
 
 def penny(folder: Path) -> list[Check]:
     """Grow a penny: cycles, and how round it stays."""
-    case = _grown(folder, f"shape: penny, radius: {RADIUS}")
+    case = _grown(folder, PENNY)
     away = np.linalg.norm(front(case, STEPS) - CENTRE, axis=1)
     radius = float(away.mean())
     exact = quad(lambda a: 1 / (COEFFICIENT * (2 * np.sqrt(a / np.pi)) ** 3), RADIUS, radius)[0]
@@ -41,7 +42,7 @@ def penny(folder: Path) -> list[Check]:
 def ellipse(folder: Path) -> list[Check]:
     """Grow an ellipse, and hold its axes against the equations of both axes' ends with Irwin's K."""
     a, b = AXES
-    case = _grown(folder, f"shape: ellipse, semi_axes: [{a}, {b}]")
+    case = _grown(folder, f"shape: ellipse, semi_axes: [{a}, {b}], centre: {CENTRE.tolist()}")
     axes = [_semi_axes(front(case, step)) for step in range(1, STEPS + 1)]
     path = _path(lambda b, a: (b / a[0]) ** 1.5, b, axes[-1][1], a)
     exact = [b / path(b)[0] for _, b in axes]
@@ -55,10 +56,15 @@ def ellipse(folder: Path) -> list[Check]:
     return [*checks, Check("cycles over those of the axes' path", found / cycles, 1.0, 0.02)]
 
 
+def in_large_body(crack: str, grow: str, stress: float = 1.0) -> str:
+    """Return the configuration of a crack near CENTRE in a body under a stress along z."""
+    return CONFIG.format(crack=crack, grow=grow, stress=stress)
+
+
 def _grown(folder: Path, crack: str) -> Path:
     """Return the increments of a case: the step after the last that is looked at corrects that one."""
-    config = CONFIG.format(centre=CENTRE.tolist(), crack=crack, coefficient=COEFFICIENT)
-    return grown(folder, config, STEPS + 2, f"{STEPS:03d}/base.vtp")
+    law = f"law: power, share: 0.25, coefficient: {COEFFICIENT}"
+    return grown(folder, in_large_body(crack, law), STEPS + 2, f"{STEPS:03d}/base.vtp")
 
 
 def _semi_axes(points: np.ndarray) -> tuple[float, float]:
