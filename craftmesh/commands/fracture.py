@@ -22,7 +22,7 @@ from craftmesh.fracture.parameters import FrontParameters, fracture_parameters
 from craftmesh.growth.crack_size import crack_size
 from craftmesh.growth.cycles import Counted, counted
 from craftmesh.growth.extension import NEAR_FIELD, CrackFronts, KinksAndExtensions, kinks_and_extensions
-from craftmesh.growth.gate import AVERAGED, Evidence, doubts
+from craftmesh.growth.gate import UNTRUSTED, Evidence, doubts
 from craftmesh.growth.grow import row_spacing
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.growth.rates import laws_of, local_rates
@@ -40,7 +40,7 @@ from craftmesh.solve.stress import mean_stress
 from craftmesh.types import Crack, Solution
 
 CYCLES = ("cycles", "doubt", "ahead", "ahead_doubt")
-TOLD = (LOAD_CASE, "front", "nodes", "radius", "largest_K", "largest_spread", "root_of_J_over_G", "flagged")
+TOLD = (LOAD_CASE, "front", "nodes", "radius", "largest_K", "error", "root_of_J_over_G", "flagged")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -161,7 +161,7 @@ def crack_fronts(
         crack_size(crack, box),
         rows_along(lines, frames.points, frames.binormal),
         row_spacing(frames.points),
-        float(np.median(parameters.spread)),
+        float(np.median(parameters.error)),
     )
 
 
@@ -189,8 +189,8 @@ def intensities(parameters: FrontParameters) -> np.ndarray:
 
 def evidence(parameters: FrontParameters, solution: Solution, stress: float, radius: float) -> Evidence:
     """Return how far K of the front nodes says something, in a body of that mean stress."""
-    doubt = doubts(intensities(parameters), parameters.front, parameters.spread, stress, radius)
-    trusted = ~has_word(parameters.flags, AVERAGED)
+    doubt = doubts(parameters.error, stress, radius)
+    trusted = ~has_word(parameters.flags, UNTRUSTED)
     return Evidence(parameters.points, doubt, trusted, "contact_closed" in solution.record)
 
 

@@ -14,7 +14,7 @@ from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.correct import Step, corrected
 from craftmesh.growth.crack_size import LEAST_STEP
-from craftmesh.growth.gate import AVERAGED, CLOSED, NOISE, STAYS
+from craftmesh.growth.gate import CLOSED, NOISE, STAYS, UNTRUSTED
 from craftmesh.growth.grow import grow, row_spacing
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import CorrectionOptions, SmoothingOptions
@@ -163,7 +163,7 @@ def severed(voxels: Voxels | None, crack: Crack) -> str:
 def front_extensions(intensities: Table, front: Table) -> FrontExtensions:
     """Return where the points of a front go, by the nodes that sif.csv and front.csv both name.
 
-    Rows whose `flags` hold one of AVERAGED, or that stay for K says nothing, are not trusted.
+    Rows whose `flags` hold one of UNTRUSTED, or that stay for K says nothing, are not trusted.
     Raises CraftmeshError for missing columns, bad numbers, and files of different meshes.
     """
     goes = _columns(intensities, ("node", *GOES), "made by `craftmesh fracture --crack`")
@@ -174,7 +174,7 @@ def front_extensions(intensities: Table, front: Table) -> FrontExtensions:
             "row by row"
         )
     trusted = np.ones(len(goes["node"]), bool)
-    for name, words in (("flags", AVERAGED), ("stays", (CLOSED, NOISE))):
+    for name, words in (("flags", UNTRUSTED), ("stays", (CLOSED, NOISE))):
         trusted &= ~has_word(intensities.words(name) or [""] * len(trusted), words)
     return FrontExtensions(*_frames(frames), np.radians(goes["kink_angle"]), goes["extension"], trusted)
 

@@ -9,9 +9,9 @@ from craftmesh.mesh.front_frames import Front
 from craftmesh.mesh.front_places import edges_between_materials, meets_boundary
 from craftmesh.types import TetMesh
 
-# Relative changes, of K by a smaller tube and of the root of J against that of K's, from which on a node is
-# flagged: ten times what exact cases have with quarter points.
-LARGE_CHANGE = 0.05
+# Errors over so much of the largest K of the front are flagged, some ten times those of exact cases, and so
+# are lips that overlap: K_I under 0 by more than that of |K|.
+LARGE = 0.05
 
 
 def flags_of(
@@ -21,9 +21,7 @@ def flags_of(
     segments: Segments,
     radius: np.ndarray,
     k: np.ndarray,
-    spread: np.ndarray,
-    j: np.ndarray,
-    g: np.ndarray,
+    error: np.ndarray,
     material: np.ndarray,
     touch: np.ndarray,
 ) -> np.ndarray:
@@ -31,16 +29,14 @@ def flags_of(
 
     end: of an open front. pierce: grains meet in the node. limit: the material changes here, and values
     are the mean of both sides' limits. short: on a segment shorter than a test is wide. narrow: there is no
-    room for three edges of radius. spread: K changes by over 5 % of |K| with a smaller tube. J: the root of
-    J differs from that of the K by over 5 %. closed: the lips touch at the node, touch (k,), or K_I is
-    negative and more than 5 % of |K|: they would overlap. interface: elements of several materials (m,),
-    numbers by element, lie round an edge of the front at the node, as where the crack runs in a grain
-    boundary; K is then that of the fields of one of them, not of a crack between two crystals.
+    room for three edges of radius. error: that of K is over 5 % of the largest K of the front. closed: the
+    lips touch at the node, touch (k,), or K_I is negative and more than 5 % of |K|: they would overlap.
+    interface: elements of several materials (m,), numbers by element, lie round an edge of the front at the
+    node, as where the crack runs in a grain boundary; K is then that of the fields of one of them, not of a
+    crack between two crystals.
     """
     count = len(line.s)
     size = np.sqrt((k * k).sum(axis=1))
-    tiny = np.finfo(float).tiny
-    ratio = np.sqrt(np.maximum(j, 0) / np.maximum(g, tiny))
     ends = np.zeros(count, bool)
     if not front.closed:
         ends[[0, -1]] = True
@@ -57,9 +53,8 @@ def flags_of(
         "limit": limit,
         "short": short,
         "narrow": radius < (LEAST_RADIUS + 0.5) * line.sizes * (1 - 1e-9),
-        "spread": spread > LARGE_CHANGE * size,
-        "J": np.abs(ratio - 1) > LARGE_CHANGE,
-        "closed": touch | (k[:, 0] < -LARGE_CHANGE * size),
+        "error": error > LARGE * np.abs(k).max(),
+        "closed": touch | (k[:, 0] < -LARGE * size),
         "interface": _at_interface(mesh, front, material),
     }
     return np.array(

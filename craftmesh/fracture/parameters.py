@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.fracture.error import errors
 from craftmesh.fracture.fit import Fitted, FrontLine, falloff, fit_segment
 from craftmesh.fracture.flags import flags_of
 from craftmesh.fracture.front_strain import FrontStrain, strains_along_front, stress_along_binormal
@@ -36,10 +37,10 @@ class FrontParameters:
     front (k,) from 1; node (k,) id from 0; s (k,); points (k, 3); J (k,) by its own integral; G (k,) the
     energy release rate of the K; K_I, K_II, K_III (k,): with K_II > 0 lip A goes along the binormal, with
     K_III > 0 along the tangent; T (k,) the stress along the binormal that stays finite, NaN where the lips
-    touch or are loaded, for it is found for lips free of traction; radius (k,) of the
-    tube; spread (k,): the largest change of a K with a smaller tube; flags (k,) words joined by +, see
-    `flags_of`. Where the material changes values are the mean of both limits. probe_angle, probe_stress
-    (k,): see `probed`, NaN where it was not asked for.
+    touch or are loaded, for it is found for lips free of traction; radius (k,) of the tube; spread (k,):
+    the largest change of a K with a smaller tube; error (k,): of each K, see `errors`; flags (k,) words
+    joined by +, see `flags_of`. Where the material changes values are the mean of both limits.
+    probe_angle, probe_stress (k,): see `probed`, NaN where it was not asked for.
     """
 
     front: np.ndarray
@@ -54,6 +55,7 @@ class FrontParameters:
     T: np.ndarray
     radius: np.ndarray
     spread: np.ndarray
+    error: np.ndarray
     flags: np.ndarray
     probe_angle: np.ndarray
     probe_stress: np.ndarray
@@ -135,7 +137,8 @@ def _of_front(
     spread = np.abs(k - values[1][0]).max(axis=1)
     material = material_numbers(stiffness)[np.searchsorted(solved.grains, mesh.grain)]
     touch = solved.touch[front.corners]
-    flags = flags_of(mesh, front, line, segments, wide, k, spread, j, g, material, touch)
+    error = errors(k, j, g, spread, wide, line, segments, one_sided)
+    flags = flags_of(mesh, front, line, segments, wide, k, error, material, touch)
     count = len(front.corners)
     parameters = FrontParameters(
         front=np.full(count, number),
@@ -148,6 +151,7 @@ def _of_front(
         T=np.where(touch | solved.tractions.at(mesh, front.corners), np.nan, t),
         radius=wide,
         spread=spread,
+        error=error,
         flags=flags,
         **_probed(around, front, line, options.probe),
     )
@@ -273,11 +277,16 @@ def _report(parameters: FrontParameters, segments: Segments, around: Surrounding
         "free_faces": len(around.faces),
         "radius": [float(parameters.radius.min()), float(parameters.radius.max())],
         "largest_K": float(largest),
-        "largest_spread": float(parameters.spread.max() / largest) if largest else 0.0,
-        "root_of_J_over_G": [float(ratio.min()), float(np.median(ratio)), float(ratio.max())],
+        "error": _least_middle_most(parameters.error / (largest or 1.0)),
+        "root_of_J_over_G": _least_middle_most(ratio),
         "flagged": words,
         "segments": [
             {"start": float(start), "length": float(length), "K_at_ends": ends.tolist()}
             for start, length, ends in zip(segments.start, segments.length, one_sided)
         ],
     }
+
+
+def _least_middle_most(values: np.ndarray) -> list[float]:
+    """Return the smallest, the median and the largest of values (k,)."""
+    return [float(values.min()), float(np.median(values)), float(values.max())]

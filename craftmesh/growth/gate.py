@@ -15,15 +15,16 @@ STAYS = {
 # 0.43 % of it (the lens and the crystal of docs/fracture.md), and K_II of a penny under compression, which
 # is 0, by 0.54 %.
 NOISE_SHARE = 0.01
-# Flags of points whose K is that of no grain: the mean of two grains' limits, or of too short a segment.
-AVERAGED = frozenset(("limit", "short"))
+# Flags of points that say nothing: K is the mean of two grains' limits, or of too short a segment, or its
+# error is large.
+UNTRUSTED = frozenset(("limit", "short", "error"))
 
 
 class Evidence(NamedTuple):
     """How far K of front points says something: what a driving force is held against.
 
-    points (n, 3); doubt (n,): of K, in its unit. trusted (n,) bool: whether K is that of a grain; points
-    where it is not stay as the trusted ones next to them do. contact: whether the field is one in which
+    points (n, 3); doubt (n,): of K, in its unit. trusted (n,) bool: points that are not stay as the trusted
+    ones next to them do. contact: whether the field is one in which
     lips do not overlap, so that K_II of closed lips is true.
     """
 
@@ -33,16 +34,12 @@ class Evidence(NamedTuple):
     contact: bool = False
 
 
-def doubts(k: np.ndarray, front: np.ndarray, error: np.ndarray, stress: float, radius: float) -> np.ndarray:
-    """Return the doubt (n,) of K (n, 3) at points of fronts of these numbers (n,).
+def doubts(error: np.ndarray, stress: float, radius: float) -> np.ndarray:
+    """Return the doubt (n,) of K: its own `error` (n,), or what the mesh alone makes.
 
-    It is the K's own `error` (n,), and NOISE_SHARE of what the body's mean `stress` would give a crack of
-    that radius, or of the largest K of the front where that is more.
+    That is NOISE_SHARE of what the body's mean `stress` would give a crack of that radius.
     """
-    largest = np.zeros(len(k))
-    for number in np.unique(front):
-        largest[front == number] = np.abs(k[front == number]).max()
-    return np.maximum(error, NOISE_SHARE * np.maximum(stress * np.sqrt(np.pi * radius), largest))
+    return np.maximum(error, NOISE_SHARE * stress * np.sqrt(np.pi * radius))
 
 
 def reasons(

@@ -8,7 +8,7 @@ from craftmesh.options import Options, option
 # What the columns of sif.csv measure, of those that have a unit.
 _MEASURED = (
     dict.fromkeys(("x", "y", "z", "s", "radius", "extension"), "length")
-    | dict.fromkeys(("K_I", "K_II", "K_III", "spread", "driving", "delta_K"), "K")
+    | dict.fromkeys(("K_I", "K_II", "K_III", "spread", "error", "driving", "delta_K"), "K")
     | {"J": "J", "G": "J", "T": "stress", "probe_stress": "stress"}
     | dict.fromkeys(("kink_angle", "probe_angle"), "angle")
 )

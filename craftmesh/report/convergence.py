@@ -16,7 +16,7 @@ from craftmesh.report.options import QUANTITIES, SOLVED
 from craftmesh.report.sweeps import FEWEST, Sweep
 
 # Flags of nodes at which K is less sure than elsewhere.
-UNSURE = ("end", "short", "narrow", "spread")
+UNSURE = ("end", "short", "narrow", "error")
 
 
 class Converged(NamedTuple):

@@ -1,0 +1,82 @@
+"""The error that K is said to have: what raises it, where, and in which unit."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from craftmesh.fracture.error import anisotropy, errors
+from craftmesh.fracture.fit import FrontLine
+from craftmesh.fracture.segments import segments_of
+from craftmesh.mechanics.materials import Material
+from craftmesh.mechanics.near_field import in_axes
+from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
+
+COUNT = 24
+ISOTROPIC = Material("isotropic", (200.0, 0.3)).stiffness()
+COPPER = Material("cubic", (168.4, 121.4, 75.4)).stiffness()
+
+
+def found(scale=1.0, excess=0.0, spread=0.0, stiffness=ISOTROPIC, jump=0.0, closed=True):
+    """The errors along a front of edges of one, its radius four of them, with K_I = scale.
+
+    The root of J is larger by `excess` at node 6; from node 12 on, of 24, another grain with K_I larger by
+    `jump` in one-sided limits.
+    """
+    edges = COUNT if closed else COUNT - 1
+    line = FrontLine(np.arange(COUNT) + 0.0, np.ones(COUNT), np.full(COUNT, 4.0), edges + 0.0, closed)
+    of_edge = np.broadcast_to(stiffness, (edges, 6, 6)).copy()
+    if jump:
+        of_edge[12:] *= 1 + jump
+    segments = segments_of(line.s, line.total, closed, of_edge)
+    k = scale * np.eye(3)[np.zeros(COUNT, int)]
+    g = scale**2 * np.ones(COUNT)
+    j = g * np.where(np.arange(COUNT) == 6, 1 + excess, 1.0) ** 2
+    limits = [scale * (1 + jump * (n % 2)) * np.eye(3)[[0, 0]] for n in range(len(segments.start))]
+    tube = (np.full(COUNT, spread * scale), np.full(COUNT, 4.0))
+    return errors(k, j, g, *tube, line, segments, limits)
+
+
+@given(scale=st.floats(1e-6, 1e6), excess=st.floats(0, 0.2), spread=st.floats(0, 0.1))
+@settings(max_examples=20, deadline=None)
+def test_it_has_the_unit_of_k_and_each_sign_raises_it(scale, excess, spread):
+    least = found()
+    error = found(scale, excess, spread)
+    assert (least > 0).all() and (error >= scale * least * (1 - 1e-12)).all()
+    assert error == pytest.approx(scale * found(1.0, excess, spread))
+    assert (found(scale, excess + 0.01, spread)[6] > error[6]) and (
+        found(scale, excess, spread + 0.01) > error
+    ).all()
+    assert error[6] >= scale * excess
+
+
+def test_where_the_material_changes_it_is_half_the_jump_and_falls_along_the_front():
+    error = found(jump=0.4)
+    assert error[12] == pytest.approx(0.2, rel=0.01) and (np.diff(error[12:16]) < 0).all()
+    away = np.abs(np.arange(COUNT) - 18) <= 1
+    assert error[away].max() < 1.25 * found().max()
+
+
+def test_beside_a_change_j_errs_not_k():
+    """Node 6 is six edges off the change at 12, and its tube, of four, in one crystal; node 10 is not."""
+    far, near = (found(excess=0.1, jump=1e-3)[6], found(excess=0.1, jump=1e-3)[13])
+    assert far > 0.1 > 10 * near
+
+
+def test_it_grows_towards_the_ends_of_an_open_front():
+    error = found(closed=False)
+    assert (np.diff(error[:6]) < 0).all() and error[0] > 5 * error[COUNT // 2]
+    assert error == pytest.approx(error[::-1])
+
+
+def test_no_k_has_no_error():
+    assert (found(scale=0.0) == 0).all()
+
+
+def test_the_index_of_anisotropy_is_that_of_the_crystal_however_it_lies():
+    turns = quaternion_to_matrix(random_orientations(8, np.random.default_rng(1)))
+    zener = 2 * 75.4 / (168.4 - 121.4)
+    cubic = 6 / 5 * (np.sqrt(zener) - 1 / np.sqrt(zener)) ** 2  # Ranganathan & Ostoja-Starzewski
+    assert anisotropy(in_axes(COPPER, turns)) == pytest.approx(cubic)
+    assert anisotropy(ISOTROPIC[None]) == pytest.approx(0, abs=1e-12)
+    assert found(stiffness=COPPER).min() > 2 * found().max()
