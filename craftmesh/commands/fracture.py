@@ -95,6 +95,7 @@ def run(arguments: argparse.Namespace) -> None:
             loaded_planes(loaded.load),
             solution.contact,
             on_lips(loaded.load),
+            loaded.eigenstrain(),
         )
         solved[name] = SolvedFront(loaded, solution, parameters)
         report["fronts"] += [({LOAD_CASE: name} if name else {}) | front for front in found["fronts"]]

@@ -2,33 +2,79 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from craftmesh.deck.inp_format import constant_lines
+from craftmesh.mechanics.eigenstrains import is_even
 from craftmesh.mechanics.materials import Material
 from craftmesh.mechanics.model import ElasticModel
 
+# Of an eigenstrain: shears under that share are rounding.
+_ROUNDING = 1e-12
+
 
 def section_lines(model: ElasticModel) -> Iterator[str]:
-    """Yield the materials in use, then orientation and section of each grain."""
-    for phase in sorted(set(model.phase_of.values()), key=lambda phase: phase or 0):
-        yield from _material_lines(phase, model.materials[phase])
-    for grain, phase in model.phase_of.items():
+    """Yield the materials in use, then orientation and section of each grain.
+
+    Sections of an eigenstrain with shears have its principal axes, for it is written without: programs
+    differ in what they take shears for.
+    """
+    names, written = _material_names(model), set()
+    for row in sorted(range(len(names)), key=lambda row: model.phase_of[int(model.grains[row])] or 0):
+        if names[row] not in written:
+            written.add(names[row])
+            material = model.materials[model.phase_of[int(model.grains[row])]]
+            yield from _material_lines(names[row], material, model.own_strain[row])
+    for grain, name, strain in zip(model.grains.tolist(), names, model.own_strain):
         orientation = ""
-        if grain in model.axes:
+        if grain in model.axes or _has_shears(strain):
             yield f"*ORIENTATION, NAME=ORI_{grain}, SYSTEM=RECTANGULAR\n"
-            yield from constant_lines(model.axes[grain].tolist())
+            yield from constant_lines(_section_axes(model, grain, strain))
             orientation = f", ORIENTATION=ORI_{grain}"
-        yield f"*SOLID SECTION, ELSET=GRAIN_{grain}, MATERIAL={_material_name(phase)}{orientation}\n"
+        yield f"*SOLID SECTION, ELSET=GRAIN_{grain}, MATERIAL={name}{orientation}\n"
 
 
-def _material_lines(phase: int | None, material: Material) -> Iterator[str]:
-    yield f"*MATERIAL, NAME={_material_name(phase)}\n"
+def _material_names(model: ElasticModel) -> list[str]:
+    """Return the name of each grain's material: one a phase, or one a grain where eigenstrains differ."""
+    grains = model.grains.tolist()
+    strains: dict[int | None, set[bytes]] = {}
+    for grain, strain in zip(grains, model.own_strain):
+        strains.setdefault(model.phase_of[grain], set()).add(strain.tobytes())
+    names = {phase: "MATERIAL" if phase is None else f"PHASE_{phase}" for phase in strains}
+    phases = [(grain, model.phase_of[grain]) for grain in grains]
+    return [names[phase] + f"_GRAIN_{grain}" * (len(strains[phase]) > 1) for grain, phase in phases]
+
+
+def _section_axes(model: ElasticModel, grain: int, strain: np.ndarray) -> list[float]:
+    """Return the sample components (6,) of the first two axes of a section."""
+    if not _has_shears(strain):
+        return model.axes[grain].tolist()
+    return (model.own_axes(grain) @ _principal_axes(strain))[:, :2].T.ravel().tolist()
+
+
+def _has_shears(strain: np.ndarray) -> bool:
+    shears = np.abs(strain - np.diag(np.diag(strain)))
+    return bool(shears.max() > _ROUNDING * np.abs(strain).max())
+
+
+def _principal_axes(strain: np.ndarray) -> np.ndarray:
+    """Return the principal axes of a strain (3, 3) as columns, right-handed."""
+    axes = np.linalg.eigh(strain)[1]
+    return axes * np.sign(np.linalg.det(axes))
+
+
+def _material_lines(name: str, material: Material, strain: np.ndarray) -> Iterator[str]:
+    if _has_shears(strain):
+        axes = _principal_axes(strain)
+        material, strain = material.in_axes(axes), axes.T @ strain @ axes
+    yield f"*MATERIAL, NAME={name}\n"
     if material.kind == "isotropic":
         yield "*ELASTIC\n"
         yield from constant_lines(list(material.constants))
     else:
         yield "*ELASTIC, TYPE=ANISOTROPIC\n"
         yield from constant_lines(material.upper_triangle())
-
-
-def _material_name(phase: int | None) -> str:
-    return "MATERIAL" if phase is None else f"PHASE_{phase}"
+    if strain.any():
+        even = is_even(strain)
+        yield f"*EXPANSION, TYPE={'ISO' if even else 'ORTHO'}\n"
+        yield from constant_lines(np.diag(strain)[: 1 if even else 3].tolist())

@@ -11,6 +11,8 @@ from craftmesh.types import TetMesh
 
 # Both solvers write these to their results files (.fil, .frd).
 _OUTPUT = "*NODE FILE\nU, RF\n*EL FILE\nS, E\n"
+# Materials expand by the eigenstrains of their grains times the temperature.
+_COLD = "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, 0.0\n"
 # Of the largest force: what corners of 10-node elements bear, which is 0.
 _ROUNDING = 1e-12
 
@@ -22,23 +24,32 @@ def step_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
     yield "*BOUNDARY\n"
     for fixed in still:
         yield from (f"{nodes}, {fixed.axis + 1}, {fixed.axis + 1}\n" for nodes in _nodes(fixed))
+    if load.heat:
+        yield _COLD
     yield "*STEP\n*STATIC\n"
     if moved:
         yield "*BOUNDARY\n"
     for fixed in moved:
         yield from _moved(fixed)
     yield from _pulled(load.pulled, mesh)
+    if load.heat:
+        yield f"*TEMPERATURE\nNALL, {number(load.heat)}\n"
     yield _OUTPUT + "*END STEP\n"
 
 
 def steps_of_cases(cases: Mapping[str, Load], mesh: TetMesh) -> Iterator[str]:
     """Yield a step for each load case, which takes away supports and loads of the one before."""
+    heated = any(load.heat for load in cases.values())
+    if heated:
+        yield _COLD
     for name, load in cases.items():
         yield f"*STEP\n** Load case {name}, by itself\n*STATIC\n*BOUNDARY, OP=NEW\n"
         for fixed in (*load.held, *load.moved):
             yield from _moved(fixed)
         yield "*CLOAD, OP=NEW\n*DSLOAD, OP=NEW\n"
         yield from _pulled(load.pulled, mesh)
+        if heated:
+            yield f"*TEMPERATURE, OP=NEW\nNALL, {number(load.heat)}\n"
         yield _OUTPUT + "*END STEP\n"
 
 

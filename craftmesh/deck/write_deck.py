@@ -40,6 +40,11 @@ _SCALE_NOTE = """\
 ** Lengths and displacements are {scale:g} times the model's (inp.scale). Stresses and moduli keep their
 ** unit, so that forces are {forces:g} times the model's.
 """
+_STRAIN_NOTE = """\
+** Expansions of materials are the eigenstrains of their grains: the temperature rises by 1. Where one has
+** shears in the crystal's axes, ORI_<id> gives its principal axes in place of these, and constants of the
+** material refer to them.
+"""
 _MESH_NOTE = "** Mesh of {model}: nodes, elements of the grains, node sets and surfaces; included by it.\n"
 
 
@@ -89,6 +94,8 @@ def write_model(
     )
     with _text_streams(target, includes) as (main, included):
         main.write(header + (_ORIENTATION_NOTE if model.axes else ""))
+        if model.own_strain.any():
+            main.write(_STRAIN_NOTE)
         main.write(_units_note(units))
         if scale != 1:
             main.write(_SCALE_NOTE.format(scale=scale, forces=scale**2))

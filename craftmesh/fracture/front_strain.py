@@ -6,6 +6,7 @@ import numpy as np
 
 from craftmesh.fracture.fit import SMOOTH, STRAIGHT, FrontLine, segment_basis
 from craftmesh.fracture.segments import Segments
+from craftmesh.fracture.tube import Surroundings
 from craftmesh.mesh.cubic_basis import CubicBasis
 from craftmesh.mesh.front_curve import FrontCurve
 from craftmesh.mesh.front_frames import Front
@@ -35,12 +36,16 @@ class FrontStrain:
 
 
 def strains_along_front(
-    displacement: np.ndarray, front: Front, line: FrontLine, segments: Segments
+    around: Surroundings, front: Front, line: FrontLine, segments: Segments
 ) -> list[FrontStrain]:
-    """Return the strain of each segment, from the displacements (n, 3) of the mesh's nodes."""
+    """Return the strain of each segment less its eigenstrain, from its nodes' displacements.
+
+    They are those of the tube, whose mean turn is taken out: fields of unit forces tell the strain without.
+    """
     begin, end = line.edges()
     s = np.concatenate([line.s, 0.5 * (begin + end)])
-    moved = displacement[np.concatenate([front.corners, front.mids])]
+    nodes = np.searchsorted(around.nodes, np.concatenate([front.corners, front.mids]))
+    points, displacement = around.tube.points[nodes], around.tube.displacement[nodes]
     found = []
     for segment, (start, length) in enumerate(zip(segments.start, segments.length)):
         offset = np.mod(s - start, line.total) if segments.closed else s - start
@@ -48,6 +53,7 @@ def strains_along_front(
         basis = segment_basis(line, segments, segment, PIECES)
         stiffness = SMOOTH if own.sum() >= LEAST_NODES else STRAIGHT
         rows, weights = basis.design(offset[own]), np.ones(own.sum())
+        moved = displacement - points @ segments.eigenstrain[segment]
         coefficients = basis.solve(rows, moved[own], weights, stiffness)
         found.append(FrontStrain(basis, coefficients, front.curve, float(start)))
     return found

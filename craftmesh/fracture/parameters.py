@@ -82,6 +82,7 @@ def fracture_parameters(
     loaded: Collection[str] = (),
     contact: np.ndarray | None = None,
     lips: Sequence[Traction] = (),
+    eigenstrain: np.ndarray | None = None,
 ) -> tuple[FrontParameters, dict]:
     """Return the parameters along all fronts of a solved 10-node mesh, and a report.
 
@@ -89,7 +90,7 @@ def fracture_parameters(
     12, 13, 23 in the sample's axes. Units are those of stiffness and mesh: K in stress times root of
     length. loaded: face sets (XMIN, ...) that are not free of traction, where a front may end.
     contact (n, 3): forces by which lips that touch push each other apart, none where they do not.
-    lips: what else acts on the lips.
+    lips: what else acts on the lips; eigenstrain (g, 3, 3): of the grains in the sample's axes.
     Raises CraftmeshError for 4-node meshes, displacements that do not fit, and meshes without a front.
     """
     if mesh.tets.shape[1] != 10:
@@ -106,7 +107,8 @@ def fracture_parameters(
         raise CraftmeshError("fracture: the mesh has no crack front; give a mesh with an opened crack")
     touch = lips_touch(mesh, contact)
     tractions = lip_tractions(mesh, lips, contact)
-    solved = SolvedMesh(mesh, displacement, grains, stiffness, loaded, tractions, touch)
+    strain = np.zeros((len(grains), 3, 3)) if eigenstrain is None else eigenstrain
+    solved = SolvedMesh(mesh, displacement, grains, stiffness, strain, loaded, tractions, touch)
     corner_points = [mesh.points[front.corners] for front in fronts]
     parts, reports = [], []
     for number, front in enumerate(fronts):
@@ -131,7 +133,7 @@ def _of_front(
     weights = _weights(front, stations, around)
     narrow = np.maximum(SMALLER * wide, LEAST_RADIUS * line.sizes)
     found = [_along(line, segments, around, weights, radius, options.knots) for radius in (wide, narrow)]
-    strains = strains_along_front(solved.displacement, front, line, segments)
+    strains = strains_along_front(around, front, line, segments)
     values = [_at_nodes(line, segments, stations, fitted, strains) for fitted in found]
     k, t, j, g, one_sided = values[0]
     spread = np.abs(k - values[1][0]).max(axis=1)
@@ -177,8 +179,8 @@ def _line_and_segments(solved: SolvedMesh, front: Front) -> tuple[FrontLine, Seg
     grain = grain_of_edges(mesh, front.corners[:edges], np.roll(front.corners, -1)[:edges])
     sizes = local_sizes(points, front.closed)
     line = FrontLine(s, sizes, front.curve.bend_radius(s), total, front.closed)
-    stiffness = solved.stiffness[np.searchsorted(solved.grains, grain)]
-    return line, segments_of(s, total, front.closed, stiffness)
+    own = np.searchsorted(solved.grains, grain)
+    return line, segments_of(s, total, front.closed, solved.stiffness[own], solved.eigenstrain[own])
 
 
 def _weights(front: Front, stations: Stations, around: Surroundings) -> np.ndarray:

@@ -19,12 +19,14 @@ class Segments:
     """A front cut where its material changes.
 
     start, length (k,): in arc length; a closed front in one material is one segment of its whole length.
-    stiffness (k, 6, 6) in the sample's axes. closed: of the front; of_edge (e,): the segment of each edge.
+    stiffness (k, 6, 6) and eigenstrain (k, 3, 3) in the sample's axes. closed: of the front; of_edge (e,):
+    the segment of each edge.
     """
 
     start: np.ndarray
     length: np.ndarray
     stiffness: np.ndarray
+    eigenstrain: np.ndarray
     of_edge: np.ndarray
     closed: bool
     total: float
@@ -48,9 +50,15 @@ class Segments:
         return np.mod(offset + rest, self.total) - rest
 
 
-def segments_of(s: np.ndarray, total: float, closed: bool, stiffness: np.ndarray) -> Segments:
-    """Return the segments of a front with nodes at s (k,) and edges of stiffness (e, 6, 6)."""
-    material = material_numbers(stiffness)
+def segments_of(
+    s: np.ndarray, total: float, closed: bool, stiffness: np.ndarray, eigenstrain: np.ndarray
+) -> Segments:
+    """Return the segments of a front with nodes at s (k,).
+
+    stiffness (e, 6, 6) and eigenstrain (e, 3, 3): along its edges.
+    """
+    count = len(stiffness)
+    material = material_numbers(np.hstack([stiffness.reshape(count, 36), eigenstrain.reshape(count, 9)]))
     before = np.roll(material, 1)
     changes = np.flatnonzero(material != before)
     if not closed:
@@ -60,12 +68,12 @@ def segments_of(s: np.ndarray, total: float, closed: bool, stiffness: np.ndarray
     start = s[changes]
     end = np.append(start[1:], total + start[0] if closed else total)
     of_edge = (np.searchsorted(changes, np.arange(len(material)), side="right") - 1) % len(changes)
-    return Segments(start, end - start, stiffness[changes], of_edge, closed, total)
+    return Segments(start, end - start, stiffness[changes], eigenstrain[changes], of_edge, closed, total)
 
 
-def material_numbers(stiffness: np.ndarray) -> np.ndarray:
-    """Return a number (k,) for each stiffness (k, 6, 6), the same for equal ones."""
-    return np.unique(stiffness.reshape(len(stiffness), 36), axis=0, return_inverse=True)[1].ravel()
+def material_numbers(constants: np.ndarray) -> np.ndarray:
+    """Return a number (k,) for the constants (k, ...) of each material, the same for equal ones."""
+    return np.unique(constants.reshape(len(constants), -1), axis=0, return_inverse=True)[1].ravel()
 
 
 @dataclass(frozen=True, eq=False)

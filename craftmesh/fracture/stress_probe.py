@@ -31,7 +31,7 @@ def probed(tube: Tube, front: Front, s: np.ndarray, radius: np.ndarray) -> tuple
     _, candidates = KDTree(centres).query(places, k=min(TRIED, len(centres)))
     stress, missed = np.zeros((len(places), 3, 3)), np.zeros(len(places))
     fill_stresses(
-        tube.points, tube.displacement, tube.tets, tube.grain, tube.stiffness, places,
+        tube.points, tube.displacement, tube.tets, tube.grain, tube.stiffness, tube.eigenstrain, places,
         candidates.reshape(len(places), -1), stress, missed,
     )  # fmt: skip
     across = across.reshape(-1, 3)

@@ -25,14 +25,15 @@ _SAMPLES = 6
 class SolvedMesh(NamedTuple):
     """A 10-node mesh with the displacements (n, 3) of its nodes, and what else K of all its fronts is from.
 
-    stiffness (g, 6, 6) of grains (g,), ascending ids; loaded: face sets that bear unknown tractions;
-    tractions: known ones, of lips; touch (n,): nodes at which the lips are closed.
+    stiffness (g, 6, 6) and eigenstrain (g, 3, 3) of grains (g,), ascending ids; loaded: face sets that
+    bear unknown tractions; tractions: known ones, of lips; touch (n,): nodes at which the lips are closed.
     """
 
     mesh: TetMesh
     displacement: np.ndarray
     grains: np.ndarray
     stiffness: np.ndarray
+    eigenstrain: np.ndarray
     loaded: Collection[str]
     tractions: FaceTractions
     touch: np.ndarray
@@ -82,6 +83,8 @@ def surroundings(solved: SolvedMesh, front: Front, segments: Segments, reach: fl
         grain=np.searchsorted(solved.grains, mesh.grain[chosen]),
         side=_sides(mesh, chosen),
         stiffness=np.ascontiguousarray(solved.stiffness),
+        eigenstrain=np.ascontiguousarray(solved.eigenstrain),
+        shift=np.ascontiguousarray(segments.eigenstrain),
     )
     faces = _faces(mesh, chosen, front, tube.side, solved.loaded, solved.tractions)
     return Surroundings(tube, nodes, distance, binormal, *faces)

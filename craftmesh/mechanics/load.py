@@ -30,11 +30,15 @@ class Fixed:
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """One static step: `held` before and throughout it, then `moved` or `pulled` in it."""
+    """One static step: `held` before and throughout it, then `moved` or `pulled` in it.
+
+    heat: how many times the eigenstrains of the grains come with it.
+    """
 
     held: tuple[Fixed, ...]
     moved: tuple[Fixed, ...] = ()
     pulled: tuple[Traction, ...] = ()
+    heat: float = 0.0
 
     def with_lengths(self, scale: float) -> "Load":
         """Return the load in another unit of length: displacements times `scale`, the same stresses."""
@@ -42,7 +46,7 @@ class Load:
             tuple(replace(fixed, displacement=scale * fixed.displacement) for fixed in part)
             for part in (self.held, self.moved)
         )
-        return Load(held, moved, self.pulled)
+        return Load(held, moved, self.pulled, self.heat)
 
 
 def combined(parts: Sequence[tuple[float, Load]]) -> Load:
@@ -61,7 +65,8 @@ def combined(parts: Sequence[tuple[float, Load]]) -> Load:
             key = one.name, one.axis
             stress = pulled[key].stress if key in pulled else 0.0
             pulled[key] = replace(one, stress=stress + factor * one.stress)
-    return Load(tuple(held.values()), pulled=tuple(pulled.values()))
+    heat = sum(factor * load.heat for factor, load in parts)
+    return Load(tuple(held.values()), (), tuple(pulled.values()), heat)
 
 
 def tension(
@@ -96,6 +101,7 @@ def load_on(
     rows: Sequence[FaceRow],
     holds: Sequence[Fixed] = (),
     lips: Sequence[Traction] = (),
+    heat: float = 0.0,
 ) -> Load:
     """Return the load of what the faces of the box bear, of nodes held besides, and of tractions on lips.
 
@@ -116,7 +122,7 @@ def load_on(
     )
     more = lacking(mesh, supports, nodal_forces(pulled, mesh))
     held += [Fixed(np.array([node]), axis) for node, axis in more]
-    return Load(tuple(held), tuple(moved), pulled)
+    return Load(tuple(held), tuple(moved), pulled, heat)
 
 
 def _check_planes(mesh: TetMesh, rows: Sequence[FaceRow]) -> None:

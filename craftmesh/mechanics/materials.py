@@ -64,6 +64,13 @@ class Material:
         np.fill_diagonal(stiffness[3:, 3:], [c66, c44, c44])
         return stiffness
 
+    def in_axes(self, matrix: np.ndarray) -> "Material":
+        """Return the material in other axes: columns of matrix (3, 3), unit vectors in its own."""
+        if self.kind == "isotropic":
+            return self
+        stiffness = turned(self.stiffness(), matrix.T)
+        return Material("anisotropic", tuple(float(stiffness[place]) for place in _UPPER))
+
     def upper_triangle(self) -> list[float]:
         """Return the 21 constants in the order of `anisotropic`."""
         stiffness = self.stiffness()

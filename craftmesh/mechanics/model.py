@@ -12,11 +12,12 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.combinations import Combination, rows_of
 from craftmesh.mechanics.crystals import misfits
+from craftmesh.mechanics.eigenstrains import eigenstrains_of_grains, is_even
 from craftmesh.mechanics.faces import parse_faces
 from craftmesh.mechanics.lips import pressed_lips
 from craftmesh.mechanics.load import Load, combined, load_on, near_planes, tension
 from craftmesh.mechanics.materials import Material, parse_materials, phases_of_grains, turned
-from craftmesh.mechanics.model_options import LIP_PRESSURE, ModelOptions
+from craftmesh.mechanics.model_options import EIGENSTRAIN, LIP_PRESSURE, ModelOptions
 from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
 from craftmesh.mesh.second_order import as_elements
 from craftmesh.types import Crystal, TetMesh
@@ -28,9 +29,9 @@ class ElasticModel:
 
     mesh: with the nodes of `element`; grains (g,): the ids that occur, ascending; axes: per grain of known
     orientation the sample components (6,) of its axes [100] and [010]; materials: by phase; phase_of: the
-    key in them of each grain; load: None where none is asked for, the first of several; scale: of lengths
-    in the deck over those here. cases: the loads by name where they have names; combinations: the sums of
-    them that are asked for.
+    key in them of each grain; load: None where none is asked for, the first of several; own_strain
+    (g, 3, 3): the eigenstrain of each grain in its own axes; scale: of lengths in the deck over those here.
+    cases: the loads by name where they have names; combinations: the sums of them that are asked for.
     """
 
     mesh: TetMesh
@@ -40,6 +41,7 @@ class ElasticModel:
     materials: Mapping[int | None, Material]
     phase_of: Mapping[int, int | None]
     load: Load | None
+    own_strain: np.ndarray
     scale: float = 1.0
     cases: Mapping[str, Load] = field(default_factory=dict)
     combinations: tuple[Combination, ...] = ()
@@ -71,11 +73,27 @@ class ElasticModel:
             material = self.materials[self.phase_of[grain]]
             stiffness = material.stiffness()
             if grain in self.axes and material.kind != "isotropic":
-                first, second = self.axes[grain].reshape(2, 3)
-                matrix = np.column_stack([first, second, np.cross(first, second)])
-                stiffness = turned(stiffness, matrix)
+                stiffness = turned(stiffness, self.own_axes(grain))
             found.append(stiffness)
         return np.array(found).reshape(-1, 6, 6)
+
+    def own_axes(self, grain: int) -> np.ndarray:
+        """Return the axes of a grain as columns (3, 3): its crystal's, or the sample's where not known."""
+        if grain not in self.axes:
+            return np.eye(3)
+        first, second = self.axes[grain].reshape(2, 3)
+        return np.column_stack([first, second, np.cross(first, second)])
+
+    def eigenstrain(self) -> np.ndarray:
+        """Return the strain (g, 3, 3) of each grain that its load has it take, in the sample's axes.
+
+        Grains of one that is the same along all axes have the same bits.
+        """
+        heat = 0.0 if self.load is None else self.load.heat
+        turns = [self.own_axes(grain) for grain in self.grains.tolist()]
+        pairs = zip(self.own_strain, turns)
+        found = [own if is_even(own) else turn @ own @ turn.T for own, turn in pairs]
+        return heat * np.array(found).reshape(-1, 3, 3)
 
 
 def elastic_model(
@@ -91,8 +109,8 @@ def elastic_model(
 
     orientations (n, 4): row = grain id, unit quaternion (w, x, y, z) of the active rotation from crystal to
     sample axes, NaN unknown; phases (n,): row = grain id. Raises CraftmeshError when a grain whose material
-    is not isotropic has no orientation, a phase has no material, the element type does not fit the mesh, or
-    the load has no face to act on.
+    or eigenstrain is not isotropic has no orientation, a phase has no material, the element type does not
+    fit the mesh, or the load has no face to act on.
     """
     mesh, report = as_elements(mesh, options.element, bool(options.quarter_points))
     grains = np.unique(mesh.grain)
@@ -110,6 +128,7 @@ def elastic_model(
         materials,
         phase_of,
         load,
+        eigenstrains_of_grains(options.eigenstrain, grains, phases, axes),
         options.scale,
         {name: one for name, one in cases.items() if one is not None},
         options.combinations,
@@ -145,13 +164,17 @@ def _check_oriented(
 
 
 def _load(mesh: TetMesh, options: ModelOptions, case: str = "") -> Load | None:
-    """Return the load of a case, or of the only one; the pressure on lips is a case of its own."""
+    """Return the load of a case, or of the only one; pressed lips and eigenstrains are cases too."""
+    heat = float(bool(options.eigenstrain) and case in ("", EIGENSTRAIN))
     pressure = options.lip_pressure if case in ("", LIP_PRESSURE) else 0.0
     lips = pressed_lips(mesh, pressure) if pressure else ()
     rollers = options.sides == "rollers"
     if options.faces:
-        return load_on(mesh, rows_of(parse_faces(options.faces), case), lips=lips)
+        return load_on(mesh, rows_of(parse_faces(options.faces), case), lips=lips, heat=heat)
+    if options.load == "none" and not lips and not heat:
+        return None
     if options.load == "none":
-        return load_on(mesh, near_planes(range(3) if rollers else ()), lips=lips) if lips else None
+        return load_on(mesh, near_planes(range(3) if rollers else ()), lips=lips, heat=heat)
     axis, by_stress = "xyz".index(options.axis), options.load == "stress"
-    return tension(mesh, axis, options.magnitude, by_stress, rollers, lips)
+    load = tension(mesh, axis, options.magnitude, by_stress, rollers, lips)
+    return replace(load, heat=heat)

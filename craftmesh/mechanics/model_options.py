@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.combinations import Combination, combinations_of
+from craftmesh.mechanics.eigenstrains import parse_eigenstrains
 from craftmesh.mechanics.faces import parse_faces
 from craftmesh.options import Options, option
 
-LIP_PRESSURE = "lip_pressure"  # the load case of that key
+LIP_PRESSURE, EIGENSTRAIN = "lip_pressure", "eigenstrain"  # the load cases of these keys
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,13 @@ class ModelOptions(Options):
         "pressure on the lips of cracks, in the materials' unit; positive ones open them; beside the load, "
         "or with load none alone; beside load cases one of its own, lip_pressure",
     )
+    eigenstrain: tuple[str, ...] = option(
+        (),
+        "what grains would strain by if nothing held them, as the thermal expansion times the change of "
+        "temperature: KIND:VALUES for all phases or PHASE=KIND:VALUES each, 0 in the others; kinds and "
+        "values: isotropic one; in the crystal's axes orthotropic 11,22,33; anisotropic 11,22,33,12,13,23. "
+        "Beside load cases one of its own, eigenstrain",
+    )
     quarter_points: bool | None = option(
         None,
         "move the mid nodes of C3D10 next to the crack front to a quarter of their edges; none: only for "
@@ -67,6 +75,7 @@ class ModelOptions(Options):
                 f"quarter_points is true, and {self.element} has no mid nodes; expected element C3D10"
             )
         _ = self.combinations
+        parse_eigenstrains(self.eigenstrain)
         if self.load == "strain" and abs(self.magnitude) > 1:
             raise CraftmeshError(
                 f"magnitude is {self.magnitude:g}, a strain that more than doubles the body; expected a "
@@ -75,9 +84,13 @@ class ModelOptions(Options):
 
     @property
     def cases(self) -> tuple[str, ...]:
-        """The names of the load cases, none where there is a single load; a pressure on lips is one."""
+        """The names of the load cases, none where there is a single load.
+
+        A pressure on lips and eigenstrains are one each.
+        """
         named = dict.fromkeys(row.case for row in parse_faces(self.faces) if row.case)
-        return (*named, *[LIP_PRESSURE] * bool(named and self.lip_pressure))
+        own = {LIP_PRESSURE: self.lip_pressure, EIGENSTRAIN: self.eigenstrain}
+        return (*named, *(name for name, given in own.items() if named and given))
 
     @property
     def combinations(self) -> tuple[Combination, ...]:
@@ -91,4 +104,5 @@ class ModelOptions(Options):
             strained = any(row.value for row in parse_faces(self.faces))
         else:
             strained = self.load != "none" and bool(self.magnitude)
-        return strained or bool(self.lip_pressure)
+        own = any(strain.any() for strain in parse_eigenstrains(self.eigenstrain).values())
+        return strained or own or bool(self.lip_pressure)

@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.integration import shape_slopes, tet_rule
-from craftmesh.solve.kernels.elements import internal_forces
+from craftmesh.solve.kernels.elements import internal_forces, strain_forces
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +32,10 @@ class Elements:
     def forces(self, displacement: np.ndarray) -> np.ndarray:
         """Return the forces (n, 3) that hold the elements in this displacement (n, 3)."""
         return internal_forces(*self.tables, displacement)
+
+    def strain_forces(self, strain: np.ndarray) -> np.ndarray:
+        """Return the forces (n, 3) that hold the elements in uniform strains (g, 6) by part."""
+        return strain_forces(*self.tables, strain)
 
 
 def elements_of(model: ElasticModel, rule: int) -> Elements:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.eigenstrains import components
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mechanics.tractions import nodal_forces
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
@@ -19,7 +20,7 @@ DECK_RULE = 4
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """elements, supports, and the forces (n, 3) that act at the nodes."""
+    """elements, supports, and the forces (n, 3) that act at the nodes, those of eigenstrains too."""
 
     elements: Elements
     supports: Supports
@@ -56,12 +57,15 @@ def problem_of(model: ElasticModel, rule: int = DECK_RULE, elements: Elements | 
     without a load, a body that is not held, and elements that are turned over.
     """
     if model.load is None:
-        raise CraftmeshError("load: none; a solver needs a strain, a stress or a lip_pressure")
+        raise CraftmeshError("load: none; a solver needs a strain, a stress, lip_pressure or eigenstrain")
     if elements is None:
         _check_elements(model.mesh)
         elements = elements_of(model, rule)
-    supports = supports_of(model.load, model.mesh)
-    return Problem(elements, supports, nodal_forces(model.load.pulled, model.mesh))
+    supports, forces = supports_of(model.load, model.mesh), nodal_forces(model.load.pulled, model.mesh)
+    strain = model.eigenstrain()
+    if strain.any():
+        forces += elements.strain_forces(components(strain))
+    return Problem(elements, supports, forces)
 
 
 def _check_elements(mesh: TetMesh) -> None:

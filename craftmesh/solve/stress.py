@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from craftmesh.mechanics.eigenstrains import components
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.integration import tet_rule
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, tet_volumes
@@ -38,7 +39,9 @@ def grain_stress(model: ElasticModel, displacement: np.ndarray) -> GrainStress:
     stress, volume = np.zeros((len(found), 6)), np.zeros(len(found))
     spread = _to_nodes(mesh.tets.shape[1], elements.rule)
     add_stresses(*elements.tables, displacement, spread, tets, stress, volume)
-    return GrainStress(found % len(mesh.points), tets, stress / volume[:, None])
+    part, node = np.divmod(found, len(mesh.points))
+    free = np.einsum("gij,gj->gi", elements.stiffness, components(model.eigenstrain()))
+    return GrainStress(node, tets, stress / volume[:, None] - free[part])
 
 
 def mean_stress(model: ElasticModel, displacement: np.ndarray) -> float:

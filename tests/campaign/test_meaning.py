@@ -48,6 +48,7 @@ WRONG_SECTIONS = [
     ({"inp": {"material": []}}, "inp.material.*expected one for all phases"),
     ({"inp": {"element": "C3D4", "quarter_points": True}}, "inp.quarter_points is true, .*C3D4"),
     ({"inp": {"magnitude": 100}}, "inp.magnitude is 100, a strain that more than doubles"),
+    ({"inp": {"eigenstrain": ["1e-3"]}}, "inp.eigenstrain: '1e-3'; expected KIND:VALUES"),
     ({"inp": {"lip_pressure": "high"}}, "inp.lip_pressure is 'high'; expected a number"),
     ({"inp": {"axis": "zz"}}, "inp.axis is 'zz'; expected one of x, y, z"),
     ({"inp": {"load": "force"}}, "inp.load is 'force'; expected one of strain, stress, none"),

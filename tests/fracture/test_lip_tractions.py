@@ -1,4 +1,4 @@
-"""K of a crack whose lips bear a pressure: by superposition that of the tension far away."""
+"""K of a crack under a pressure on its lips, or eigenstrains: by superposition that of a tension."""
 
 import numpy as np
 import pytest
@@ -21,9 +21,9 @@ def model_of(mesh, **options):
     return elastic_model(mesh, ModelOptions(material=material, quarter_points=True, **options))[0]
 
 
-def k_of(mesh, **options):
-    """K (n, 3) of the front, and the solution, of a mesh loaded along z on planes that stay held."""
-    model = model_of(mesh, load="stress", **options)
+def solved(mesh, **options):
+    """The front's parameters, and the solution, of a mesh loaded along z."""
+    model = model_of(mesh, **options)
     solution, _ = solve(model, SolveOptions(tolerance=1e-6))
     found, _ = fracture_parameters(
         model.mesh,
@@ -33,7 +33,14 @@ def k_of(mesh, **options):
         FractureOptions(radius=2.5),
         contact=solution.contact,
         lips=on_lips(model.load),
+        eigenstrain=model.eigenstrain(),
     )
+    return found, solution
+
+
+def k_of(mesh, **options):
+    """K (n, 3), and the solution, of a mesh whose far plane bears a stress."""
+    found, solution = solved(mesh, load="stress", **options)
     assert found.J == pytest.approx(found.G, rel=0.06, abs=1e-3)  # measured 3 %: edges are long
     return np.column_stack([found.K_I, found.K_II, found.K_III]), solution
 
@@ -61,3 +68,12 @@ def test_lips_touch_where_the_pressure_on_them_is_less_than_that_far_away(mesh, 
     assert (solution.contact != 0).any()
     # measured 1.5 %, 0.3 without the pressure: 3 points a face are few where there are quarter points
     assert np.abs(closed[:, 0]).max() < 0.02 * pulled.max()
+
+
+def test_a_crack_in_a_cooled_body_that_is_held_is_that_in_a_stretched_one(mesh):
+    stretched, _ = solved(mesh, magnitude=1e-3)
+    cooled, _ = solved(mesh, magnitude=0.0, eigenstrain=("isotropic:-1e-3",))
+    for name in ("K_I", "K_II", "K_III", "J", "T"):
+        expected = getattr(stretched, name)
+        # the solver leaves 1e-6
+        assert getattr(cooled, name) == pytest.approx(expected, rel=1e-4, abs=1e-4 * stretched.K_I.max())

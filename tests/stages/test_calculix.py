@@ -178,7 +178,7 @@ def test_each_load_case_of_a_deck_is_a_step_by_itself(tmp_path):
     mesh = bar()
     held = ("ZMIN.x=fixed", "ZMIN.y=fixed", "ZMIN.z=fixed")
     faces = (*held, "pull/ZMAX.z=stress:140", "moved/ZMAX.x=strain:0.001", "shear/ZMAX.x=stress:40")
-    options = DeckOptions(faces=faces)
+    options = DeckOptions(faces=faces, eigenstrain=("isotropic:1e-3",))
     solve(tmp_path, mesh, options)
     blocks = (tmp_path / "model.frd").read_text().split(" -4  DISP")[1:]
     model, _ = elastic_model(mesh, options)
@@ -187,3 +187,18 @@ def test_each_load_case_of_a_deck_is_a_step_by_itself(tmp_path):
         moved = read_frd(tmp_path / "one.frd", "DISP", 3)
         ours = built_in(replace(model, load=load), SolveOptions(tolerance=1e-10))[0].displacement
         assert np.abs(moved - ours).max() <= 5e-6 * np.abs(ours).max()
+
+
+def test_pressed_lips_and_eigenstrains_give_the_field_of_the_built_in_solver(tmp_path):
+    """The first grain's strain has shears in its crystal's axes: its section has the principal ones."""
+    crack = plane_crack(2, 2, hexagon((3, 3), 2))
+    mesh, _ = assemble(*structured_box((6, 6, 4), lambda c: np.where(c[:, 0] < 3, 1, 2), crack))
+    strains = ("1=anisotropic:1e-3,-5e-4,2e-3,1e-3,3e-4,-7e-4", "2=isotropic:1e-3")
+    material = (f"cubic:{','.join(map(str, CUBIC))}",)
+    options = DeckOptions(load="none", material=material, eigenstrain=strains, lip_pressure=50.0)
+    orientations, phases = random_orientations(3, np.random.default_rng(4)), np.array([0, 1, 2])
+    write_deck(tmp_path / "model.inp", mesh, options, orientations, phases)
+    moved, _ = run(tmp_path)
+    model, _ = elastic_model(mesh, options, orientations, phases)
+    ours = built_in(model, SolveOptions(tolerance=1e-10))[0].displacement
+    assert np.abs(moved - ours).max() <= 5e-6 * np.abs(ours).max()  # .frd has six digits

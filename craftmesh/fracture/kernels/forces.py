@@ -16,6 +16,7 @@ ROWS = MODES + 1
 class Tube(NamedTuple):
     """Elements round a front: tets (e, 10) ids of the nodes of the tube; stiffness (g, 6, 6) of its grains.
 
+    eigenstrain (g, 3, 3) of its grains; shift (k, 3, 3): that of the grain at the front in each segment.
     points, displacement (n, 3) of its nodes; s (n,) their nearest points on the front; segment (n,) of the
     front; grain (e,) row of stiffness; side (e,): 1 on the side of lip A, -1 on that of lip B.
     """
@@ -28,6 +29,8 @@ class Tube(NamedTuple):
     grain: np.ndarray
     side: np.ndarray
     stiffness: np.ndarray
+    eigenstrain: np.ndarray
+    shift: np.ndarray
 
 
 class Rule(NamedTuple):
@@ -51,6 +54,7 @@ class Work(NamedTuple):
     place: np.ndarray
     gradient: np.ndarray
     own: np.ndarray
+    energy: np.ndarray
     tensor: np.ndarray
 
 
@@ -67,6 +71,7 @@ def _work():
         np.zeros(3),
         np.zeros((3, 3)),
         np.zeros((3, 3)),
+        np.zeros(1),
         np.zeros((3, 3)),
     )
 
@@ -77,7 +82,8 @@ def add_element_forces(tube, curve, fields, rule, forces):
 
     P = s h + s' grad u - (s' : e) 1 and B = div s' . grad u + s : grad h - grad s' : e, with h, s' the
     fields of a crystal and s, e those of the element, so that no derivative of the material is asked for.
-    An element with nodes of two segments counts for each with the fields of that segment.
+    An element with nodes of two segments counts for each with the fields of that segment. u is less the
+    uniform eigenstrain of the grain at the front, so that s is C e there as without one.
     """
     work = _work()
     for e in range(len(tube.tets)):
@@ -88,30 +94,27 @@ def add_element_forces(tube, curve, fields, rule, forces):
             for other in range(k):
                 again = again or tube.segment[nodes[other]] == segment
             if not again:
-                _add_element(tube, curve, fields, rule, forces, work, e, segment, k == 0)
+                _add_element(tube, curve, fields, rule, forces, work, e, segment)
 
 
 @kernel
-def _add_element(tube, curve, fields, rule, forces, work, e, segment, with_j):
+def _add_element(tube, curve, fields, rule, forces, work, e, segment):
     nodes = tube.tets[e]
     guess = tube.s[nodes[0]]
-    force, gradient = np.zeros((ROWS, 3, 3)), work.gradient
+    force = np.zeros((ROWS, 3, 3))
     body = np.zeros((ROWS, 3))
     for q in range(len(rule.weight)):
         weight = rule.weight[q] * _map(tube.points, nodes, rule.value[q], rule.slope[q], work)
         guess = _fill_point(tube, curve, fields, work, e, segment, guess)
-        _fill_element(tube, nodes, work, tube.stiffness[tube.grain[e]])
+        _fill_element(tube, e, segment, work)
         for m in range(MODES):
             _mode(work, m, force[m], body[m])
-        if with_j:
-            _momentum(gradient, work.own, force[MODES])
+        _momentum(work.gradient, work.own, work.energy[0], force[MODES])
         axes = work.frame[AXES : AXES + 3]
         for k in range(10):
-            if tube.segment[nodes[k]] == segment or with_j:
-                last = ROWS if with_j else MODES
-                first = 0 if tube.segment[nodes[k]] == segment else MODES
+            if tube.segment[nodes[k]] == segment:
                 local = _to_axes(axes, work.slope[k])
-                for m in range(first, last):
+                for m in range(ROWS):
                     v0 = _along(force[m, 0], local) + body[m, 0] * rule.value[q, k]
                     v1 = _along(force[m, 1], local) + body[m, 1] * rule.value[q, k]
                     v2 = _along(force[m, 2], local) + body[m, 2] * rule.value[q, k]
@@ -167,15 +170,21 @@ def _fill_point(tube, curve, fields, work, e, segment, guess):
 
 
 @kernel
-def _fill_element(tube, nodes, work, stiffness):
-    """Fill the element's displacement gradient and its stress in the local axes."""
-    raw, stress, axes = np.zeros((3, 3)), np.empty((3, 3)), work.frame[AXES : AXES + 3]
+def _fill_element(tube, e, segment, work):
+    """Fill the element's displacement gradient and its stress in the local axes, and its elastic energy.
+
+    The gradient is less the eigenstrain of the grain at the segment of the front.
+    """
+    nodes, own = tube.tets[e], tube.eigenstrain[tube.grain[e]]
+    raw, stress, axes = -own, np.empty((3, 3)), work.frame[AXES : AXES + 3]
     for k in range(10):
         for i in range(3):
             u = tube.displacement[nodes[k], i]
             for j in range(3):
                 raw[i, j] += u * work.slope[k, j]
-    contract(stiffness, raw, stress)
+    contract(tube.stiffness[tube.grain[e]], raw, stress)
+    work.energy[0] = 0.5 * (stress * raw).sum()
+    raw += own - tube.shift[segment]
     _rotate(axes, raw, work.gradient)
     _rotate(axes, stress, work.own)
 
@@ -214,12 +223,8 @@ def _mode(work, m, force, body):
 
 
 @kernel
-def _momentum(u, own, force):
+def _momentum(u, own, energy, force):
     """Fill the energy-momentum tensor (3, 3), row k along q."""
-    energy = 0.0
-    for i in range(3):
-        for j in range(3):
-            energy += 0.5 * own[i, j] * u[i, j]
     for k in range(3):
         for i in range(3):
             force[k, i] = -energy if i == k else 0.0
@@ -270,7 +275,7 @@ def add_face_forces(
                         fields, segment, s, work.frame, work.place, sides[f],
                         work.h, work.dh, work.stress, work.dstress,
                     )  # fmt: skip
-                    _fill_element(tube, nodes, work, tube.stiffness[tube.grain[e]])
+                    _fill_element(tube, e, segment, work)
                     axes = work.frame[AXES : AXES + 3]
                     _across(work, _to_axes(axes, normal), _to_axes(axes, pull), loaded[f], touches, force)
                     _add_face_point(tube, nodes, segment, rules.value[face, q], axes, force, forces)
@@ -323,8 +328,8 @@ def _add_face_point(tube, nodes, segment, value, axes, force, forces):
 def _across(work, m, pull, loaded, at_front, force):
     """Fill `force` (ROWS, 3): (s' : e) m - (s' m) . grad u - t . h, the last for the traction t = s m.
 
-    For J (s : e) m / 2 - t . grad u. t is `pull`, or the element's own on loaded faces; the terms in m are
-    left out at the front.
+    For J the elastic energy times m, less t . grad u. t is `pull`, or the element's own on loaded faces;
+    the terms in m are left out at the front.
     """
     t0, t1, t2 = pull
     if loaded:
@@ -333,11 +338,12 @@ def _across(work, m, pull, loaded, at_front, force):
     for row in range(ROWS):
         is_j = row == MODES
         stress, h = (work.own, u) if is_j else (work.stress[row], work.h[row])
+        energy = work.energy[0] if is_j else (stress * u).sum()
         for k in range(3):
             force[row, k] = -(t0 * h[0, k] + t1 * h[1, k] + t2 * h[2, k])
             if not at_front:
+                force[row, k] += energy * m[k]
                 for i in range(3):
                     for j in range(3):
-                        force[row, k] += (0.5 if is_j else 1.0) * stress[i, j] * u[i, j] * m[k]
                         if not is_j:
                             force[row, k] -= m[i] * stress[i, j] * u[j, k]

@@ -12,10 +12,13 @@ ENDS = np.array([[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]])
 
 
 @kernel
-def fill_stresses(points, displacement, tets, grain, stiffness, places, candidates, stress, missed):
+def fill_stresses(
+    points, displacement, tets, grain, stiffness, eigenstrain, places, candidates, stress, missed
+):
     """Fill the stress (k, 3, 3) at places (k, 3) and how far each lies outside its element (k,).
 
-    points, displacement (n, 3); tets (e, 10); grain (e,) rows of stiffness (g, 6, 6); candidates (k, c):
+    points, displacement (n, 3); tets (e, 10); grain (e,) rows of stiffness (g, 6, 6)
+    and eigenstrain (g, 3, 3); candidates (k, c):
     elements in the order in which they are tried; the first that holds the place, or the nearest, counts.
     """
     share, value, slope = np.zeros(4), np.zeros(10), np.zeros((10, 3))
@@ -34,7 +37,10 @@ def fill_stresses(points, displacement, tets, grain, stiffness, places, candidat
                 break
         if chosen >= 0:
             _fill_shapes(best, value, slope)
-            _fill_stress(points, displacement, tets[chosen], slope, stiffness[grain[chosen]], stress[k])
+            own = grain[chosen]
+            gradient = -eigenstrain[own]
+            _add_gradient(points, displacement, tets[chosen], slope, gradient)
+            contract(stiffness[own], gradient, stress[k])
 
 
 @kernel
@@ -90,9 +96,8 @@ def _locate(points, nodes, place, share, value, slope):
 
 
 @kernel
-def _fill_stress(points, displacement, nodes, slope, stiffness, stress):
+def _add_gradient(points, displacement, nodes, slope, gradient):
     inverse = np.linalg.inv(_jacobian(points, nodes, slope))
-    gradient = np.zeros((3, 3))
     for k in range(10):
         for j in range(3):
             along = 0.0
@@ -100,4 +105,3 @@ def _fill_stress(points, displacement, nodes, slope, stiffness, stress):
                 along += slope[k, axis] * inverse[axis, j]
             for i in range(3):
                 gradient[i, j] += displacement[nodes[k], i] * along
-    contract(stiffness, gradient, stress)

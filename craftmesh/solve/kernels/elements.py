@@ -96,6 +96,19 @@ def internal_forces(points, tets, part, stiffness, slopes, weights, displacement
 
 
 @kernel
+def strain_forces(points, tets, part, stiffness, slopes, weights, strain):
+    """Return the forces (n, 3) that the nodes must exert on elements of uniform strains (g, 6) by part."""
+    forces = np.zeros((len(points), 3))
+    grads, inverse = np.empty((tets.shape[1], 3)), np.empty((3, 3))
+    for tet in range(len(tets)):
+        own = part[tet]
+        for q in range(len(weights)):
+            weight = weights[q] * gradients(points, tets[tet], slopes[q], inverse, grads)
+            _add_forces(grads, tets[tet], stiffness[own], strain[own], weight, forces)
+    return forces
+
+
+@kernel
 def _add_forces(grads, nodes, stiffness, strain, weight, forces):
     s = np.zeros(6)
     for row in range(6):

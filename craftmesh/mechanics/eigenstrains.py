@@ -1,0 +1,90 @@
+"""Eigenstrains: what grains would strain by if nothing held them, from heat, transformation or work."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+
+_COUNT = {"isotropic": 1, "orthotropic": 3, "anisotropic": 6}
+_EXPECTED = (
+    "expected KIND:VALUES or PHASE=KIND:VALUES: isotropic and one value, orthotropic and three (11, 22, "
+    "33), or anisotropic and six (11, 22, 33, 12, 13, 23)"
+)
+# Places of six components in a tensor: 11, 22, 33, 12, 13, 23.
+_PLACES = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
+
+
+def parse_eigenstrains(texts: Iterable[str]) -> dict[int | None, np.ndarray]:
+    """Return strains (3, 3) by phase from texts such as "isotropic:1e-3" or "2=orthotropic:1e-3,1e-3,0".
+
+    A text without a phase holds for every phase (key None). Raises CraftmeshError for other texts.
+    """
+    found: dict[int | None, np.ndarray] = {}
+    for text in texts:
+        head, _, values = text.partition(":")
+        phase, named, kind = head.rpartition("=")
+        try:
+            key = int(phase) if named else None
+            numbers = np.array([float(value) for value in values.split(",")])
+        except ValueError:
+            raise CraftmeshError(f"eigenstrain: {text!r}; {_EXPECTED}") from None
+        if len(numbers) != _COUNT.get(kind.strip()) or (key is not None and key < 0):
+            raise CraftmeshError(f"eigenstrain: {text!r}; {_EXPECTED}")
+        if not np.abs(numbers).max() <= 1:
+            raise CraftmeshError(
+                f"eigenstrain: {text!r} more than doubles the body; expected small strains such as "
+                "0.001: the coefficient of thermal expansion times the change of temperature"
+            )
+        if key in found:
+            raise CraftmeshError(f"eigenstrain: {text!r} is a second one for its phase; keep one")
+        found[key] = as_strain(numbers)
+    if None in found and len(found) > 1:
+        raise CraftmeshError("eigenstrain: expected one for all phases, or each with its phase")
+    return found
+
+
+def as_strain(numbers: np.ndarray) -> np.ndarray:
+    """Return a strain (3, 3) of one, three or six components."""
+    if len(numbers) < 6:
+        return np.diag(np.broadcast_to(numbers, 3)) + 0.0
+    return numbers[_PLACES]
+
+
+def components(strain: np.ndarray) -> np.ndarray:
+    """Return 11, 22, 33 and the engineering shears 12, 13, 23 (g, 6) of strains (g, 3, 3)."""
+    row, column = np.array([[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]]).T
+    return strain[:, row, column] * np.where(row == column, 1.0, 2.0)
+
+
+def eigenstrains_of_grains(
+    texts: Sequence[str], grains: np.ndarray, phases: np.ndarray | None, axes: Mapping[int, np.ndarray]
+) -> np.ndarray:
+    """Return the strain (g, 3, 3) of grains (g,) in their own axes, 0 in phases that have none.
+
+    phases (n,), row = grain id; axes: of the grains whose orientation is known. Raises CraftmeshError where
+    phases are not known or none of them is named, and for a strain with axes in a grain without.
+    """
+    given = parse_eigenstrains(texts)
+    if given and phases is None and None not in given:
+        raise CraftmeshError("eigenstrain: given by phase, but grains have no phase; give one for all")
+    found = np.zeros((len(grains), 3, 3))
+    own = [int(phases[grain]) if phases is not None and grain < len(phases) else 0 for grain in grains]
+    if given and None not in given and not set(given) & set(own):
+        raise CraftmeshError(
+            f"eigenstrain: no grain has phase {', '.join(map(str, given))}; expected one of "
+            f"{', '.join(map(str, sorted(set(own))))}"
+        )
+    for row, (grain, phase) in enumerate(zip(grains.tolist(), own)):
+        found[row] = given.get(phase, given.get(None, 0.0))
+        if grain not in axes and not is_even(found[row]):
+            raise CraftmeshError(
+                f"eigenstrain: grain {grain} has no orientation, which this one needs; give "
+                "orientations with the microstructure, or an isotropic strain"
+            )
+    return found
+
+
+def is_even(strain: np.ndarray) -> bool:
+    """Tell whether a strain (3, 3) is the same along all axes."""
+    return bool((strain == strain[0, 0] * np.eye(3)).all())
