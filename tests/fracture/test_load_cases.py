@@ -31,8 +31,8 @@ def folder(tmp_path_factory):
         assert (
             verb("solve", path, "-o", str(path / f"{name}.npz"), "--tolerance", "1e-9", *MODEL, *flags) == 0
         )
-    edge = CrackOptions(shape="through_edge", centre=(0.0, 1.5, 4.0), radius=4.0)
-    write_crack(path / "crack.vtp", prescribed_crack(edge, 0, np.array([[0.0, 0, 0], [8, 3, 8]])))
+    edge = CrackOptions(shape="through_edge", centre=(0.0, 1.0, 3.0), radius=3.0)
+    write_crack(path / "crack.vtp", prescribed_crack(edge, 0, np.array([[0.0, 0, 0], [6, 2, 6]])))
     return path
 
 
