@@ -8,16 +8,16 @@ LENS_POISSON = 0.22
 COPPER = (168.4e3, 121.4e3, 75.4e3)
 
 
-def penny(radius: float, normal, stress):
+def penny(radius: float, normal, stress, poisson: float = POISSON):
     """Return K_I, K_II, K_III (k, 3) as a function of points and frames: Sneddon; Kassir and Sih."""
     traction = np.asarray(stress) @ normal
     opening = traction @ normal
 
     def k_of(points, tangent, binormal):
         root = np.sqrt(radius / np.pi)
-        shear = 4 / (2 - POISSON) * root
+        shear = 4 / (2 - poisson) * root
         k = [np.full(len(points), 2 * root * opening), shear * binormal @ traction]
-        return np.column_stack([*k, shear * (1 - POISSON) * tangent @ traction])
+        return np.column_stack([*k, shear * (1 - poisson) * tangent @ traction])
 
     return k_of
 
