@@ -9,6 +9,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.growth.crack_size import step_length
 from craftmesh.growth.cycles import counted
 from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
+from craftmesh.growth.kink_angle import kink_angles, tangential_intensity
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.growth.rates import laws_of, local_rates, open_share, opening_level, parse_rates
 
@@ -146,3 +147,38 @@ def test_the_share_of_a_cycle_in_which_the_crack_is_open():
 def test_other_closures_are_refused(text):
     with pytest.raises(CraftmeshError, match="^grow.closure is "):
         open_share(text, 0.0)
+
+
+def pair(k, least, **options):
+    return kinks_and_extensions(
+        np.array(k), CrackFronts(6.0), GrowthOptions(**options), least=np.array(least)
+    )
+
+
+def test_each_point_of_a_cycle_between_two_loads_has_its_own_range():
+    largest = [[2.0, 0.0, 0.0], [2.0, 0.5, 0.0], [2.0, 0.0, 0.7], [1.0, -0.4, 0.2]]
+    least = [[0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [-1.0, 0.0, 0.7], [3.0, 0.1, 0.0]]
+    found = pair(largest, least)
+    angle = kink_angles(np.array(largest), "tangential_stress")
+    # opening and sliding each by its own difference, along the kink of the largest load
+    change = tangential_intensity(np.subtract(largest, least), angle)
+    assert found.delta_k[:2] == pytest.approx(change[:2], rel=1e-12)
+    assert found.ratio[:3] == pytest.approx([0.25, 1 - change[1] / found.driving[1], -0.5])
+    assert found.delta_k[2] == 2.0  # shut lips carry the rest
+    # the other end is the larger at the last point, whichever comes first
+    turned = pair(least, largest)
+    assert found.driving[3] == pytest.approx(3.0, abs=0.1)
+    for name in ("kink_angle", "driving", "delta_k", "ratio"):
+        assert getattr(turned, name) == pytest.approx(getattr(found, name), rel=1e-12)
+
+
+def test_a_cycle_in_proportion_is_that_of_its_stress_ratio():
+    k = np.random.default_rng(5).uniform([1, -1, -1], [3, 1, 1], (20, 3))
+    for closure in ("none", "open:0.7", "newman:2,0.3"):
+        own = {"closure": closure, "law": "power", "coefficient": 1e-9}
+        found, known = (
+            pair(k, -0.4 * k, **own),
+            kinks_and_extensions(k, CrackFronts(6.0), GrowthOptions(**own, stress_ratio=-0.4)),
+        )
+        assert found.ratio == pytest.approx(-0.4) and found.delta_k == pytest.approx(known.delta_k)
+        assert found.extension == pytest.approx(known.extension)

@@ -52,6 +52,19 @@ def test_a_sum_of_cases_is_the_field_of_the_sum_of_loads():
         assert found[name].record["residual"] <= 1e-10
 
 
+def test_pressed_lips_and_eigenstrains_are_added_as_load_cases():
+    strain = 1e-3 * np.array([1.0, 0.4, -0.3])
+    texts = [f"orthotropic:{','.join(map(str, values))}" for values in (strain, -2 * strain)]
+    combine = ("sum=tension:1,lip_pressure:0.5,eigenstrain:-2",)
+    found, _ = solve_combinations(
+        model_of(combine=combine, lip_pressure=90.0, eigenstrain=texts[:1]), SOLVE
+    )
+    alone, _ = solve(
+        model_of(FACES[:3] + ("ZMAX.z=stress:100",), lip_pressure=45.0, eigenstrain=texts[1:]), SOLVE
+    )
+    assert off(found["sum"].displacement, alone.displacement) <= 1e-8
+
+
 def test_without_sums_each_load_case_is_solved_as_by_itself():
     model = model_of(FACES)
     found, _ = solve_combinations(model, SOLVE)
