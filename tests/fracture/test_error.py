@@ -81,4 +81,4 @@ def test_the_ratios_of_moduli_are_those_of_the_material_however_it_lies():
     assert index == pytest.approx(cubic) and np.ptp(ratio) == pytest.approx(0, abs=1e-9)
     (none,), (of_ratio,) = elastic_ratios(ISOTROPIC[None])
     assert none == pytest.approx(0, abs=1e-12) and of_ratio == pytest.approx(2 * 1.3 / (3 * 0.4))
-    assert found(stiffness=COPPER).min() > 2 * found().max()
+    assert found(stiffness=COPPER).min() > 1.5 * found().max()
