@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Collection, Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from craftmesh.cracks.series import crack_of_increment
 from craftmesh.growth.crack_size import share_of_size
 from craftmesh.io.npz import read_labels
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for, voxel_edge
-from craftmesh.types import Voxels
+from craftmesh.types import Crack, Voxels
 from craftmesh.voxels.clean import clean
 from craftmesh.voxels.clean_options import CleanOptions
 from craftmesh.voxels.generate import GenerateOptions, generate
@@ -40,7 +40,7 @@ def sizes_of(campaign: Campaign, cases: Collection[Case]) -> dict[str, dict[str,
         asked = {key: case.settings[key] for key in ("cracks", "sizing", "stitch")}
         key = json.dumps([volume, asked, case.crack, case.increments, case.growth, case.settings["grow"]])
         if key not in known:
-            voxels = read_labels(made) if made.is_file() else _cleaned(*volume)
+            voxels = read_labels(made) if made.is_file() else _filled(*volume)
             known[key] = dict(_sizes_by_increment(case, voxels))
         sizes[case.name] = known[key]
     return sizes
@@ -61,14 +61,19 @@ def _volume(case: Case) -> list[str]:
 
 
 @lru_cache(maxsize=1)  # the cases of a sweep follow one another
-def _cleaned(microstructure: str, made: str, imported: str) -> Voxels:
-    """Return the volume that a file and its keys, as JSON, make."""
+def _filled(microstructure: str, made: str, imported: str) -> Voxels:
+    """Return the volume that a file and its keys, as JSON, make.
+
+    Of the cleaning only the filling of voxels changes how much material there is.
+    """
     keys = json.loads(imported)
     if microstructure == SYNTHETIC:
         volume = as_raw(generate(GenerateOptions(**json.loads(made))))
     else:
         read = ReadOptions(**fields_of(ReadOptions, keys))
         volume = read_voxels(microstructure, read, fills=keys["fill_unindexed"])
+    if not volume.unindexed.any():
+        return volume.voxels
     return clean(volume, CleanOptions(**fields_of(CleanOptions, keys)))[0]
 
 
@@ -93,11 +98,19 @@ def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
         if case.grows and crack_options.shape in BY_NUMBERS:
             share = case.settings["grow"]["share"] or share_of_size(case.settings["grow"]["change"])
             crack_options = _grown(crack_options, (1 + share) ** increment)
-        surface, _ = given_surface(crack_options, which, voxels.box, voxels)
-        heights = case.settings["stitch"]["insertion"] == "cut"
-        crack = crack_of_increment(crack_options, which, voxels.box, surface, heights)
+        if crack_options.shape in BY_NUMBERS:
+            crack = _prescribed(json.dumps(asdict(crack_options)), which, *voxels.box.ravel().tolist())
+        else:
+            surface, _ = given_surface(crack_options, which, voxels.box, voxels)
+            heights = case.settings["stitch"]["insertion"] == "cut"
+            crack = crack_of_increment(crack_options, which, voxels.box, surface, heights)
         sources += [densify(crack.points[front], sizing.l_min / 2) for front in crack.fronts]
     return replace(sizing, sources=np.concatenate(sources)) if sources else sizing
+
+
+@lru_cache(maxsize=64)  # one crack in many volumes of one size
+def _prescribed(options: str, increment: int, *box: float) -> Crack:
+    return crack_of_increment(CrackOptions(**json.loads(options)), increment, np.reshape(box, (2, 3)))
 
 
 def _grown(options: CrackOptions, factor: float) -> CrackOptions:
