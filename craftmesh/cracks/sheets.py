@@ -30,6 +30,37 @@ def sheets(crack: Crack) -> list[Crack]:
     return found
 
 
+def by_place(crack: Crack) -> list[Crack]:
+    """Return the sheets of a crack from the lowest point up (by x, then y, then z), each in that order too.
+
+    Points, triangles and fronts come in an order that places alone decide, so that how a crack was given
+    makes no difference; triangles stay turned as they are.
+    """
+    return sorted(map(_by_place, sheets(crack)), key=lambda sheet: sheet.points[0].tolist())
+
+
+def _by_place(sheet: Crack) -> Crack:
+    order = np.lexsort(sheet.points.T[::-1])
+    new = np.argsort(order)
+    triangles = new[sheet.triangles]
+    turn = np.argmin(triangles, axis=1)[:, None] + np.arange(3)
+    triangles = np.take_along_axis(triangles, turn % 3, axis=1)
+    fronts = sorted(_from_least(new[front]) for front in sheet.fronts)
+    return Crack(
+        sheet.points[order], triangles[np.lexsort(triangles.T[::-1])], tuple(map(np.array, fronts))
+    )
+
+
+def _from_least(front: np.ndarray) -> list[int]:
+    """Return a front from its least end on, a closed one from its least point to the lesser beside it."""
+    if front[0] != front[-1]:
+        return min(front.tolist(), front[::-1].tolist())
+    start = int(np.argmin(front))
+    ring = np.roll(front[:-1], -start).tolist()
+    ring.append(ring[0])
+    return min(ring, ring[::-1])
+
+
 def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
     """Return a sheet as parts that are heights over their planes, or itself where it is; box (2, 3).
 

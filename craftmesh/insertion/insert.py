@@ -7,7 +7,7 @@ import numpy as np
 from craftmesh.arguments import typed
 from craftmesh.cracks.along_faces import refuse_along_faces
 from craftmesh.cracks.grazing_fronts import ending_on_faces
-from craftmesh.cracks.sheets import heights_of, seam_ends, sheets
+from craftmesh.cracks.sheets import by_place, heights_of, seam_ends
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.attempts import refuse_gross, soundest
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
@@ -76,7 +76,7 @@ def insert_crack(
     target = target_of(surface, sizing)
     reports = []
     box, before = surface.box, surface
-    for sheet in sheets(crack):
+    for sheet in by_place(crack):
         inlay = inlaid(surface, sheet)
         if inlay is not None:
             surface = inlay
