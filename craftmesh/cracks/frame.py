@@ -1,7 +1,6 @@
 """The plane over which a crack is a height: from its triangles' normals."""
 
 import numpy as np
-from scipy.optimize import nnls
 
 from craftmesh.cracks.prescription import frame_along
 from craftmesh.surface.measure import area_vectors
@@ -45,6 +44,8 @@ def least_steep(normals: np.ndarray) -> np.ndarray:
     weights >= 0 (Lawson & Hanson 1974, chapter 23) over the few normals that decide it. Where the hull
     holds the origin, no direction has only positive cosines.
     """
+    from scipy.optimize import nnls  # a tenth of a second, and steep cracks alone need it
+
     direction = normals[0]
     chosen = [int(np.argmin(normals @ normals.mean(axis=0)))]
     for _ in range(ROUNDS):

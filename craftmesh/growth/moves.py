@@ -3,7 +3,6 @@
 from dataclasses import dataclass, fields
 
 import numpy as np
-from scipy.signal import savgol_filter
 from scipy.sparse import vstack
 
 from craftmesh.cracks.polyline import Polyline
@@ -125,6 +124,8 @@ def smoothed(
         return _fitted(s[rows], values[rows], length, closed, at, KNOTS * spacing, reach)
     values = interpolated(s[counts], values[counts], length, closed, s)
     if options.smoothing == "savitzky_golay" and len(s) >= options.window:
+        from scipy.signal import savgol_filter  # half a second, for the paper's filter alone
+
         width = options.window // 2 * 2 + 1
         values = savgol_filter(values, width, 2, axis=0, mode="wrap" if closed else "interp")
     return interpolated(s, values, length, closed, at)
