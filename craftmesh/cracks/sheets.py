@@ -11,7 +11,7 @@ from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.cracks.within_box import is_in
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, pieces
-from craftmesh.surface.measure import meets_box
+from craftmesh.surface.measure import meets_box, total_area
 from craftmesh.types import Crack
 
 
@@ -64,6 +64,7 @@ def _from_least(front: np.ndarray) -> list[int]:
 def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
     """Return a sheet as parts that are heights over their planes, or itself where it is; box (2, 3).
 
+    The largest comes first: with a smaller one before it kinks that pass an edge of the box were refused.
     A part ends in the fronts and in the seams with other parts alike: both are its fronts. Parts outside
     the box are left out.
     """
@@ -73,7 +74,7 @@ def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
     if len(rows) == 1:
         return [sheet]
     found = []
-    for own in rows:
+    for own in sorted(rows, key=lambda own: -total_area(sheet.points, sheet.triangles[own])):
         points, triangles, _ = compact(sheet.points, sheet.triangles[own])
         if is_in(points[triangles], box):
             found.append(crack_from_triangles(points, triangles, None, box))
