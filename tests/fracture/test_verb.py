@@ -12,6 +12,7 @@ from craftmesh.assembly.assemble import assemble
 from craftmesh.cli import main
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.growth.cycles import Counted
 from craftmesh.io.front_csv import read_front
 from craftmesh.io.vtk import write_crack, write_tets
 
@@ -91,6 +92,24 @@ def test_cycles_are_counted_on_from_the_front_before(folder, capsys):
     assert run(folder, *law, "--last", str(folder / "first.json")) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "first.json" in line and "--crack" in line
+
+
+def test_a_mesh_without_a_front_has_no_rows(folder, tmp_path):
+    """As where a crack has reached a hole; the cycles to there are those that were foreseen."""
+    write_tets(
+        tmp_path / "volume.vtu", assemble(*structured_box((2, 2, 2), lambda c: np.ones(len(c), int)))[0]
+    )
+    files = [str(tmp_path / name) for name in ("volume.vtu", "u.npz")]
+    assert main(["solve", files[0], "-o", files[1], *MATERIAL]) == 0
+    last = dict.fromkeys(Counted._fields, 0.0) | {"rate": 1.0, "cycles": 5.0, "ahead": 2.0}
+    (tmp_path / "last.json").write_text(json.dumps({"growth": last}))
+    target = ["-o", str(tmp_path / "sif.csv"), "--json", str(tmp_path / "fracture.json")]
+    growth = ["--crack", str(folder / "crack.vtp"), "--last", str(tmp_path / "last.json")]
+    assert main(["fracture", *files, *target, *MATERIAL, *growth, "--coefficient", "1e-6"]) == 0
+    report = json.loads((tmp_path / "fracture.json").read_text())
+    assert report["fronts"] == [] and report["growth"]["cycles"] == 7.0
+    header, *rows = (tmp_path / "sif.csv").read_text().splitlines()
+    assert "kink_angle" in header.split(",") and not rows
 
 
 def test_a_crack_under_pressure_on_its_lips_alone_goes_on(folder, tmp_path):
