@@ -22,6 +22,42 @@ def penny(radius: float, normal, stress, poisson: float = POISSON):
     return k_of
 
 
+def heated(radius: float, centre, hot, size: float, strain: float):
+    """The same for a penny in z = const beside a hot ball in its plane: K of the stress without the crack.
+
+    hot: the ball's middle, `size` its radius. Source: L. A. Galin; M. K. Kassir and G. C. Sih (1975), with
+    the stress across the crack as a Fourier series round its centre.
+    """
+    angle = np.linspace(0, 2 * np.pi, 256, endpoint=False)
+    node, weight = np.polynomial.legendre.leggauss(64)
+    turn = np.pi / 4 * (node + 1)
+    x, y = (radius * np.sin(turn)[:, None] * wave(angle) for wave in (np.cos, np.sin))
+    away = np.hypot(x + (centre - hot)[0], y + (centre - hot)[1])
+    stress = YOUNG / (1 + POISSON) * _ball(size, strain) / away**3
+    order = np.arange(100)
+    waves = np.fft.rfft(stress, axis=1)[:, order] / len(angle) * np.where(order, 2, 1)
+    part = (
+        np.pi / 4 * ((weight * np.sin(turn))[:, None] * waves * np.sin(turn)[:, None] ** order).sum(axis=0)
+    )
+
+    def k_of(points, *_frames):
+        at = np.arctan2(*(points - centre)[:, [1, 0]].T)
+        k = 2 * np.sqrt(radius / np.pi) * (part * np.exp(1j * at[:, None] * order)).real.sum(axis=1)
+        return np.column_stack([k, 0 * k, 0 * k])
+
+    return k_of
+
+
+def round_inclusion(points, hot, size: float, strain: float):
+    """Return the displacements (k, 3) outside a hot ball in an infinite body: Eshelby."""
+    out = points - np.asarray(hot)
+    return _ball(size, strain) * out / np.linalg.norm(out, axis=1, keepdims=True) ** 3
+
+
+def _ball(size: float, strain: float) -> float:
+    return strain * size**3 * (1 + POISSON) / (3 * (1 - POISSON))
+
+
 def ellipse(a: float, b: float, centre, stress: float):
     """The same for an ellipse in z = const in tension along z, semi-axes a > b along x and y: Irwin."""
     from scipy.special import ellipe

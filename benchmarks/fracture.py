@@ -26,6 +26,7 @@ MIXED = np.array([[0, 0, 0.7], [0, 0, 0.3], [0.7, 0.3, 0.5]])
 # Residuals of the first solution, whose opening corrects K of a penny by 0.6 %, and of the second.
 ROUGH, FINE = 1e-3, 1e-7
 CAP = RADIUS / 20  # edges of the cap's triangles
+INCLUSION, HEAT = 6.0, 1e-3  # radius and eigenstrain of the hot inclusion
 KINK = 40.0  # degrees, of the strip
 END = 2.0  # of the coarse edges: nodes this near to an end of a front count apart, as `ends`
 ZENER_8 = (149.6e3, 130.8e3, 75.4e3)  # of nearly the copper crystal's mean stiffness
@@ -56,7 +57,8 @@ class Case:
     is a cap of a sphere; pulled: by a stress on planes of the box, whose other planes are free; layered: of
     two grains whose boundary is in the middle of the box, across z; kinked: the crack is a strip with a
     kink; halved: errors are those against edges half as long; closed: the lips press on each other, without
-    friction.
+    friction; pressed: the stress across the crack acts on its lips, and none far away; hot: the middle of
+    an inclusion, grain 2, whose eigenstrain is HEAT along all axes; nothing else loads the body then.
     """
 
     crack: dict
@@ -74,6 +76,8 @@ class Case:
     kinked: bool = False
     halved: bool = False
     closed: bool = False
+    pressed: bool = False
+    hot: tuple[float, float, float] | None = None
 
 
 def _normal(degrees: float) -> tuple:
@@ -97,6 +101,12 @@ def _closed(degrees: float) -> Case:
         return lambda *frames: k_of(*frames) * [0, 1, 1]
 
     return replace(open_penny, exact=exact, closed=True)
+
+
+def _heated(height: float) -> Case:
+    """A penny beside a hot ball of radius INCLUSION whose middle is that far over its plane."""
+    hot = tuple((CENTRE + [RADIUS + INCLUSION + 1.5, 0.0, height]).tolist())
+    return replace(_penny(0, {"heat": 0 * TENSION}), exact=None, hot=hot)
 
 
 def _ellipse(a: float, b: float) -> Case:
@@ -148,6 +158,9 @@ CASES = {
     "inclined 45": _penny(45, {"tension": TENSION}),
     "inclined 60": _penny(60, {"tension": TENSION}),
     "inclined 45, Poisson's ratio 0.49": _penny(45, {"tension": TENSION}, 0.49),
+    "pressed": replace(_penny(0, {"pressure": TENSION}), pressed=True),
+    "heated": _heated(0.0),
+    "heated, halved": replace(_heated(1.5), halved=True),
     "closed 30": _closed(30),
     "closed 45": _closed(45),
     "closed 60": _closed(60),
@@ -209,6 +222,10 @@ def meshed(case: Case, length: float):
     if case.layered:
         labels = 1 + (np.indices(case.voxels)[2] >= case.voxels[2] // 2)
         voxels = Voxels(labels.astype(np.int32), voxels.spacing, voxels.origin)
+    if case.hot:
+        off = np.moveaxis(np.indices(case.voxels), 0, -1) + 0.5 - case.hot
+        labels = 1 + (np.linalg.norm(off, axis=-1) < INCLUSION)
+        voxels = Voxels(labels.astype(np.int32), voxels.spacing, voxels.origin)
     given = GivenSurface(*_cap()) if case.cap else GivenSurface(*_strip()) if case.kinked else None
     crack = crack_of_increment(CrackOptions(**case.crack), 0, voxels.box, given)
     sizes = SizingOptions(l_min=length, l0=max(1.0, 1.25 * length), l_max=6.0, r0=6.0, r1=20.0)
@@ -246,7 +263,7 @@ def _strip():
 
 
 def model_of(mesh, case: Case):
-    """Return the model of a mesh, quarter points at the front, without a load."""
+    """Return the model of a mesh, quarter points at the front, without a load or with a hot inclusion."""
     crystal = case.material != "isotropic"
     from craftmesh.mechanics.model import elastic_model
     from craftmesh.mechanics.model_options import ModelOptions
@@ -257,29 +274,36 @@ def model_of(mesh, case: Case):
         if crystal
         else f"isotropic:{YOUNG!r},{case.poisson!r}"
     )
-    options = ModelOptions(material=(material,), load="none", quarter_points=True)
+    strain = (f"2=isotropic:{HEAT!r}",) if case.hot else ()
+    options = ModelOptions(material=(material,), load="none", quarter_points=True, eigenstrain=strain)
     count = int(mesh.grain.max()) + 1
     turns = np.tile(normalized(np.array(TURN)), (count, 1))
     if case.material == "polycrystal":
         turns = random_orientations(count, np.random.default_rng(5))
-    return elastic_model(mesh, options, turns if crystal else None)[0]
+    phases = np.arange(count) if case.hot else None
+    return elastic_model(mesh, options, turns if crystal else None, phases)[0]
 
 
-def solved(model, stress, tensor, contact: bool):
-    """Return the field under a stress far away in an infinite body, with contact of the lips or without."""
+def solved(case: Case, model, stress, tensor):
+    """Return the field in an infinite body, under a stress far away or what the case has in its place."""
+    from craftmesh.mechanics.lips import loaded_lips
     from craftmesh.mechanics.load import Fixed, Load
     from craftmesh.solve.solve import SolveOptions, solve
 
     mesh = model.mesh
+    pulled = loaded_lips(mesh, stress[2, 2]) if case.pressed else ()
+    heat = 0.0 if model.load is None else model.load.heat
     outer = np.unique(
         np.concatenate([mesh.node_sets[f"{axis}{end}"] for axis in "XYZ" for end in ("MIN", "MAX")])
     )
-    uniform = mesh.points[outer] @ _strain(tensor, stress)
+    uniform = mesh.points[outer] @ _strain(tensor, 0 * stress if case.pressed else stress)
+    if case.hot:
+        uniform += exact_cracks.round_inclusion(mesh.points[outer], *ball(mesh), HEAT)
     moved = uniform
     for tolerance in (ROUGH, FINE):
         held = tuple(Fixed(outer, axis, moved[:, axis]) for axis in range(3))
-        options = SolveOptions(tolerance=tolerance, contact=contact)
-        solution, _ = solve(replace(model, load=Load(held)), options)
+        options = SolveOptions(tolerance=tolerance, contact=case.closed)
+        solution, _ = solve(replace(model, load=Load(held, (), pulled, heat)), options)
         if tolerance == ROUGH:
             places, jumps, normals = openings(mesh, solution.displacement)
             far = exact_cracks.displacements_of_opening(mesh.points[outer], places, jumps, normals, tensor)
@@ -287,12 +311,22 @@ def solved(model, stress, tensor, contact: bool):
     return solution
 
 
+def ball(mesh):
+    """Return the middle and the radius of a ball where grain 2 is and as large."""
+    from craftmesh.mesh.tet_connectivity import tet_volumes
+
+    tets = mesh.tets[mesh.grain == 2, :4]
+    volume = tet_volumes(mesh.points, tets)
+    middle = np.average(mesh.points[tets].mean(axis=1), axis=0, weights=volume)
+    return middle, float(np.cbrt(0.75 * volume.sum() / np.pi))
+
+
 def pulled(model):
-    """Return the field under unit stress along z on the box's planes."""
+    """Return the field under unit stress along z on the box's planes, or its own load."""
     from craftmesh.mechanics.load import tension
     from craftmesh.solve.solve import SolveOptions, solve
 
-    load = tension(model.mesh, 2, 1.0, by_stress=True, rollers=False)
+    load = model.load or tension(model.mesh, 2, 1.0, by_stress=True, rollers=False)
     return solve(replace(model, load=load), SolveOptions(tolerance=FINE))[0]
 
 
@@ -347,6 +381,7 @@ def _six_nodes(at):
 def run(name: str, edges: float) -> list[dict]:
     """Return a row for each load of a case with edges of 1 / edges of its size."""
     from craftmesh.fracture.parameters import fracture_parameters
+    from craftmesh.mechanics.lips import loaded_lips
     from craftmesh.mechanics.near_field import as_tensor
 
     case = CASES[name]
@@ -358,13 +393,18 @@ def run(name: str, edges: float) -> list[dict]:
     rows = []
     for load, stress in case.loads.items():
         start = time.process_time()
-        solution = pulled(model) if case.pulled else solved(model, stress, tensor, case.closed)
+        solution = pulled(model) if case.pulled else solved(case, model, stress, tensor)
         middle = time.process_time()
         stiffness, contact = model.stiffness(), solution.contact
+        lips = loaded_lips(mesh, stress[2, 2]) if case.pressed else ()
         found, _ = fracture_parameters(
-            model.mesh, solution.displacement, model.grains, stiffness, contact=contact
-        )
-        figures = errors(model.mesh, found, case.exact and case.exact(stress, tensor), case.pulled)
+            model.mesh, solution.displacement, model.grains, stiffness,
+            contact=contact, lips=lips, eigenstrain=model.eigenstrain(),
+        )  # fmt: skip
+        exact = case.exact and case.exact(stress, tensor)
+        if case.hot:
+            exact = exact_cracks.heated(RADIUS, CENTRE, *ball(model.mesh), HEAT)
+        figures = errors(model.mesh, found, exact, case.pulled)
         if case.printed:
             figures["printed"] = off_printed(found, case)
         seconds = {"solve_s": middle - start, "fracture_s": time.process_time() - middle}
@@ -384,8 +424,10 @@ def halved(name: str, edges: float) -> list[dict]:
     start = time.process_time()
     for cut in (1, 2):
         model = model_of(meshed(case, case.size / edges / cut), case)
-        moved = pulled(model).displacement
-        found, _ = fracture_parameters(model.mesh, moved, model.grains, model.stiffness())
+        moved, strain = pulled(model).displacement, model.eigenstrain()
+        found, _ = fracture_parameters(
+            model.mesh, moved, model.grains, model.stiffness(), eigenstrain=strain
+        )
         fronts.append((found, len(model.mesh.tets)))
     (coarse, tets), (fine, _) = fronts
     closed = bool(front_frames(model.mesh).closed[0])
@@ -398,7 +440,7 @@ def halved(name: str, edges: float) -> list[dict]:
     near = np.minimum(s, line.length - s) < END * case.size / edges
     inner = np.ones(len(s), bool) if closed else ~near
     largest = np.abs(wanted[inner]).max()
-    row = {"case": name, "load": "tension", "edges": edges, "tets": tets}
+    row = {"case": name, "load": next(iter(case.loads)), "edges": edges, "tets": tets}
     row |= _modes(100 * (k - wanted)[inner] / largest) | claims.compared(k, wanted, coarse.error)
     if not closed:
         row["ends"] = float(100 * np.abs(k - wanted)[near].max() / largest)

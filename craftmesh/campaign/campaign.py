@@ -22,7 +22,14 @@ from craftmesh.campaign.cases import (
 from craftmesh.campaign.configuration import completed, fields_of, load_schema
 from craftmesh.campaign.digest import digest
 from craftmesh.campaign.meaning import check_meaning, small_cracks
-from craftmesh.campaign.paths import SIZE_FILES, VOID_FILES, read_path, with_paths, written_path
+from craftmesh.campaign.paths import (
+    MODEL_FILES,
+    SIZE_FILES,
+    VOID_FILES,
+    read_path,
+    with_paths,
+    written_path,
+)
 from craftmesh.campaign.sheet import Rules, read_cases
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
@@ -141,6 +148,11 @@ class Campaign:
         """Return the files that a case's synthetic microstructure is made from."""
         keys = self.cases[case].settings["generate"]
         return [keys[key] for key in VOID_FILES if keys[key]]
+
+    def model_files(self, case: str) -> list[str]:
+        """Return the files that a case's model is made of besides its mesh and labels."""
+        keys = self.cases[case].settings["inp"]
+        return [keys[key] for key in MODEL_FILES if keys[key]]
 
     def deck_files(self, model: str) -> list[str]:
         """Return the files of the deck `model`: itself, and its mesh where the deck includes it."""

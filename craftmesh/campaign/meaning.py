@@ -10,7 +10,7 @@ import numpy as np
 
 from craftmesh.campaign.cases import SYNTHETIC, Case, check_exists
 from craftmesh.campaign.configuration import fields_of
-from craftmesh.campaign.paths import SIZE_FILES, VOID_FILES
+from craftmesh.campaign.paths import MODEL_FILES, SIZE_FILES, VOID_FILES
 from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.cracks.prescription import changing, check_crack, is_sized
 from craftmesh.errors import CraftmeshError
@@ -101,6 +101,8 @@ def checked_sizing(keys: Mapping[str, Any], edge: float | None = None) -> Sizing
 
 
 def _check_inp(keys: Mapping[str, Any], case: Case) -> None:
+    for key in MODEL_FILES:
+        check_exists(key, keys[key])
     options = ModelOptions(**fields_of(ModelOptions, keys))
     try:
         materials = parse_materials(options.material)
@@ -163,10 +165,10 @@ def _check_increments(case: Case) -> None:
             f"{case.place}: {'inp.faces has no strain or stress but 0' if model.faces else found}, and the "
             "crack grows; expected a strain, a stress or a lip_pressure"
         )
-    if model.lip_pressure and not case.cracks:
+    if model.loads_lips and not case.cracks:
         raise CraftmeshError(
-            f"{case.place}: inp.lip_pressure is {model.lip_pressure:g}, and case {case.name!r} has no "
-            "crack; expected a crack, or inp.lip_pressure 0 in the sheet"
+            f"{case.place}: inp.lip_pressure, lip_traction or lip_field load the lips of cracks, and case "
+            f"{case.name!r} has none; expected a crack, or none of these in the sheet"
         )
     cracks = [CrackOptions(**case.settings["cracks"][name]) for name in case.cracks]
     for increment in range(1, 1 if case.grows else case.increments):

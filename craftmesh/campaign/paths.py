@@ -11,6 +11,7 @@ from craftmesh.errors import CraftmeshError
 
 SIZE_FILES = ("points", "field")
 VOID_FILES = ("voids_from",)
+MODEL_FILES = ("lip_field", "eigenstrain_file")
 CRACK_FILES = ("file", "front")
 _VARIABLE = re.compile(r"\$(?:([A-Za-z_]\w*)|\{(\w+)\})", re.ASCII)
 _ADDRESS = re.compile(r"[A-Za-z][\w+.-]*://")
@@ -49,9 +50,10 @@ def refuse_unexpanded(words: Sequence[str], given: str, results: str) -> None:
 
 
 def with_paths(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings with the paths of size, void and crack files as `read_path` has them."""
+    """Return settings with the paths of size, void, model and crack files as `read_path` has them."""
     generate = _read(settings["generate"], VOID_FILES, "generate")
     sizing = _read(settings["sizing"], SIZE_FILES, "sizing")
+    inp = _read(settings["inp"], MODEL_FILES, "inp")
     cracks = {name: _read(keys, CRACK_FILES, f"cracks.{name}") for name, keys in settings["cracks"].items()}
     for name, keys in cracks.items():
         if keys.get("increments"):
@@ -59,7 +61,7 @@ def with_paths(settings: Mapping[str, Any]) -> dict[str, Any]:
             keys["increments"] = [
                 read_path(place, given) if isinstance(given, str) else given for given in keys["increments"]
             ]
-    return {**settings, "generate": generate, "sizing": sizing, "cracks": cracks}
+    return {**settings, "generate": generate, "sizing": sizing, "inp": inp, "cracks": cracks}
 
 
 def _read(section: Mapping[str, Any], keys: tuple[str, ...], name: str) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.microstructure import add_microstructure, orientations_and_phases
+from craftmesh.commands.microstructure import add_microstructure, known_of_files
 from craftmesh.commands.solved_loads import by_load, solved_loads
 from craftmesh.commands.stage_io import add_output, add_units, existing, read_json, tell, write_json
 from craftmesh.cracks.polyline import polyline
@@ -76,7 +76,7 @@ class SolvedFront(NamedTuple):
 
 
 def run(arguments: argparse.Namespace) -> None:
-    known = orientations_and_phases(arguments)
+    known = known_of_files(arguments)
     model, _ = elastic_model(read_tets(arguments.volume), options_from(arguments, ModelOptions), **known)
     growth = options_from(arguments, GrowthOptions)
     loads = solved_loads(model, arguments.solution, growth.cycle)

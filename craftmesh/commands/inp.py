@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.microstructure import add_microstructure, orientations_and_phases
+from craftmesh.commands.microstructure import add_microstructure, known_of_files
 from craftmesh.commands.stage_io import add_output, add_report, add_units, tell, warn
 from craftmesh.deck.limits import deck_warning
 from craftmesh.deck.write_deck import DeckOptions, write_model
@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, DeckOptions)
-    known = orientations_and_phases(arguments)
+    known = known_of_files(arguments)
     model, report = elastic_model(read_tets(arguments.volume), options, **known)
     write_model(arguments.output, model, options.includes, UnitsOptions(*arguments.units))
     for warning in filter(None, [*report.get("notes", ()), deck_warning(model)]):

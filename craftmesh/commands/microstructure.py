@@ -6,7 +6,11 @@ from typing import Any
 
 from craftmesh.commands.stage_io import existing
 from craftmesh.io.crystals import of_grains
+from craftmesh.io.grain_strains import read_grain_strains
+from craftmesh.io.lip_field import read_lip_field
 from craftmesh.io.npz import read_labels
+from craftmesh.mechanics.eigenstrains import as_strain
+from craftmesh.mechanics.lips import LipField
 
 
 def add_microstructure(parser: argparse.ArgumentParser) -> None:
@@ -18,10 +22,20 @@ def add_microstructure(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def orientations_and_phases(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return `orientations`, `phases` and `crystals` of the labels that the flag names, empty without."""
+def known_of_files(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return what files say of the model: the arguments of `elastic_model` that are known.
+
+    `orientations`, `phases` and `crystals` by --microstructure, others by --lip-field and
+    --eigenstrain-file.
+    """
+    found: dict[str, Any] = {}
+    if field := getattr(arguments, "lip_field", ""):
+        found["lip_field"] = LipField(*read_lip_field(field))
+    if strains := getattr(arguments, "eigenstrain_file", ""):
+        grains, rows = read_grain_strains(strains)
+        found["grain_strains"] = {grain: as_strain(row) for grain, row in zip(grains, rows)}
     if not arguments.microstructure:
-        return {}
+        return found
     voxels = read_labels(existing(arguments.microstructure))
     crystals = of_grains(voxels.crystals, voxels.phases)
-    return {"orientations": voxels.orientations, "phases": voxels.phases, "crystals": crystals}
+    return {"orientations": voxels.orientations, "phases": voxels.phases, "crystals": crystals} | found

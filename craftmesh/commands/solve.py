@@ -10,7 +10,7 @@ import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.foreign_fields import FIELD, computed_field, given_field
-from craftmesh.commands.microstructure import add_microstructure, orientations_and_phases
+from craftmesh.commands.microstructure import add_microstructure, known_of_files
 from craftmesh.commands.stage_io import add_output, add_report, tell
 from craftmesh.io.solution import write_solution, write_solution_vtu, write_solutions
 from craftmesh.io.vtk import read_tets
@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, SolveOptions)
-    known = orientations_and_phases(arguments)
+    known = known_of_files(arguments)
     mesh = read_tets(arguments.volume)
     model, counts = elastic_model(mesh, options_from(arguments, ModelOptions), **known)
     start = time.monotonic()

@@ -67,12 +67,12 @@ def _moved(fixed: Fixed) -> Iterator[str]:
 
 def _pulled(tractions: Sequence[Traction], mesh: TetMesh) -> Iterator[str]:
     """Yield pressures on surfaces, and other tractions as forces at nodes: CalculiX has no others."""
-    pressures = [one for one in tractions if one.axis is None]
+    pressures = [one for one in tractions if one.axis is None and not np.ndim(one.stress)]
     if pressures:
         yield "*DSLOAD\n"
     for one in pressures:
-        yield f"{one.name}, P, {number(-one.stress)}\n"
-    forces = nodal_forces([one for one in tractions if one.axis is not None], mesh)
+        yield f"{one.name}, P, {number(-float(one.stress))}\n"
+    forces = nodal_forces([one for one in tractions if one not in pressures], mesh)
     nodes, axes = np.nonzero(np.abs(forces) > _ROUNDING * np.abs(forces).max(initial=0.0))
     if len(nodes):
         yield "*CLOAD\n"

@@ -85,6 +85,32 @@ def eigenstrains_of_grains(
     return found
 
 
+def given_strains(
+    given: Mapping[int, np.ndarray], grains: np.ndarray, axes: Mapping[int, np.ndarray]
+) -> np.ndarray:
+    """Return the strain (g, 3, 3) of grains (g,) in their own axes from those by id in the sample's.
+
+    Raises CraftmeshError for a grain without one.
+    """
+    found = []
+    for grain in grains.tolist():
+        if grain not in given:
+            raise CraftmeshError(
+                f"eigenstrain_file: no row for grain {grain}; expected one for each of {len(grains)} grains"
+            )
+        turn, strain = axes_of(grain, axes), given[grain]
+        found.append(strain if is_even(strain) else turn.T @ strain @ turn)
+    return np.array(found).reshape(-1, 3, 3)
+
+
+def axes_of(grain: int, axes: Mapping[int, np.ndarray]) -> np.ndarray:
+    """Return the axes of a grain as columns (3, 3), the sample's where the first two are not in `axes`."""
+    if grain not in axes:
+        return np.eye(3)
+    first, second = axes[grain].reshape(2, 3)
+    return np.column_stack([first, second, np.cross(first, second)])
+
+
 def is_even(strain: np.ndarray) -> bool:
     """Tell whether a strain (3, 3) is the same along all axes."""
     return bool((strain == strain[0, 0] * np.eye(3)).all())

@@ -1,6 +1,10 @@
 """Tractions that a load puts on the lips of cracks."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
+from scipy.spatial import KDTree
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.load import Load
@@ -10,18 +14,60 @@ from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import TetMesh
 
+# Points of a field that a place is given a value by: enough for a plane through values on a surface.
+_NEAREST = 8
 
-def pressed_lips(mesh: TetMesh, pressure: float) -> tuple[Traction, ...]:
-    """Return the tractions of a pressure on all lips, which opens the cracks where it is positive.
 
-    Raises CraftmeshError for a mesh without lips.
+@dataclass(frozen=True, eq=False)
+class LipField:
+    """What lips bear at points (k, 3): pressure (k,), traction (k, 3) on lip A, its opposite on lip B."""
+
+    points: np.ndarray
+    pressure: np.ndarray
+    traction: np.ndarray
+
+    def at(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return pressure (n,) and traction (n, 3) at places (n, 3).
+
+        Between points values are on the plane of least squares through the nearest, by inverse square
+        distance, and within theirs: values linear in the place come out as they are.
+        """
+        values = np.column_stack([self.pressure, self.traction])
+        count = min(_NEAREST, len(self.points))
+        far, near = KDTree(self.points).query(places, k=range(1, count + 1))
+        scale = np.maximum(far[:, -1:], np.finfo(float).tiny)
+        weight = 1 / np.maximum(far / scale, 1e-6)
+        off = (self.points[near] - places[:, None]) / scale[:, :, None]
+        rows = np.concatenate([np.ones((*near.shape, 1)), off], axis=2) * weight[:, :, None]
+        found = (np.linalg.pinv(rows, rcond=1e-6) @ (weight[:, :, None] * values[near]))[:, 0]
+        found = np.clip(found, values[near].min(axis=1), values[near].max(axis=1))
+        return found[:, 0], found[:, 1:]
+
+
+def loaded_lips(
+    mesh: TetMesh, pressure: float, traction: Sequence[float] = (), field: LipField | None = None
+) -> tuple[Traction, ...]:
+    """Return what loads lips: a pressure, a traction (3,) on lips A with its opposite on lips B, a field.
+
+    Positive pressures open the cracks. Raises CraftmeshError for a mesh without lips.
     """
+    found = []
     lips = {name: faces for name, faces in mesh.face_sets.items() if is_lip(name) and len(faces)}
     if not lips:
         raise CraftmeshError(
-            "lip_pressure: the mesh has no lips; give one with an opened crack, or lip_pressure 0"
+            "lip_pressure: the mesh has no lips; give one with an opened crack, or no load on lips"
         )
-    return tuple(Traction(faces, -float(pressure), name) for name, faces in lips.items())
+    for name, faces in lips.items():
+        sign = 1.0 if name.endswith("A") else -1.0
+        parts: list[tuple[int | None, float | np.ndarray]] = [(None, -float(pressure))]
+        parts += [(k, sign * float(pull)) for k, pull in enumerate(traction)]
+        if field is not None:
+            corners = face_nodes(mesh.tets[:, :4], faces)
+            pressures, pulls = field.at(mesh.points[corners.ravel()])
+            parts.append((None, -pressures.reshape(-1, 3)))
+            parts += [(k, sign * pull.reshape(-1, 3)) for k, pull in enumerate(pulls.T)]
+        found += [Traction(faces, stress, name, axis) for axis, stress in parts if np.any(stress)]
+    return tuple(found)
 
 
 def on_lips(load: Load | None) -> tuple[Traction, ...]:

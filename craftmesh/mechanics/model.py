@@ -12,9 +12,9 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.combinations import Combination, rows_of
 from craftmesh.mechanics.crystals import misfits
-from craftmesh.mechanics.eigenstrains import eigenstrains_of_grains, is_even
+from craftmesh.mechanics.eigenstrains import axes_of, eigenstrains_of_grains, given_strains, is_even
 from craftmesh.mechanics.faces import parse_faces
-from craftmesh.mechanics.lips import pressed_lips
+from craftmesh.mechanics.lips import LipField, loaded_lips
 from craftmesh.mechanics.load import Load, combined, load_on, near_planes, tension
 from craftmesh.mechanics.materials import Material, parse_materials, phases_of_grains, turned
 from craftmesh.mechanics.model_options import EIGENSTRAIN, LIP_PRESSURE, ModelOptions
@@ -79,10 +79,7 @@ class ElasticModel:
 
     def own_axes(self, grain: int) -> np.ndarray:
         """Return the axes of a grain as columns (3, 3): its crystal's, or the sample's where not known."""
-        if grain not in self.axes:
-            return np.eye(3)
-        first, second = self.axes[grain].reshape(2, 3)
-        return np.column_stack([first, second, np.cross(first, second)])
+        return axes_of(grain, self.axes)
 
     def eigenstrain(self) -> np.ndarray:
         """Return the strain (g, 3, 3) of each grain that its load has it take, in the sample's axes.
@@ -102,24 +99,32 @@ def elastic_model(
     orientations: np.ndarray | None = None,
     phases: np.ndarray | None = None,
     crystals: Mapping[int, Crystal] = MappingProxyType({}),
+    lip_field: LipField | None = None,
+    grain_strains: Mapping[int, np.ndarray] | None = None,
 ) -> tuple[ElasticModel, dict]:
     """Return the model of a 4- or 10-node mesh, and counts, those of the quarter points among them.
 
     The counts have `notes` where materials have not the symmetry of the crystals, by phase.
 
     orientations (n, 4): row = grain id, unit quaternion (w, x, y, z) of the active rotation from crystal to
-    sample axes, NaN unknown; phases (n,): row = grain id. Raises CraftmeshError when a grain whose material
-    or eigenstrain is not isotropic has no orientation, a phase has no material, the element type does not
-    fit the mesh, or the load has no face to act on.
+    sample axes, NaN unknown; phases (n,): row = grain id; lip_field, grain_strains: what the files of
+    lip_field and eigenstrain_file hold, strains (3, 3) by grain in the sample's axes. Raises CraftmeshError
+    when a grain whose material or eigenstrain is not isotropic has no orientation, a phase has no material,
+    the element type does not fit the mesh, or the load has no face to act on.
     """
+    _check_held(options, lip_field=lip_field, eigenstrain_file=grain_strains)
     mesh, report = as_elements(mesh, options.element, bool(options.quarter_points))
     grains = np.unique(mesh.grain)
     axes = _crystal_axes(grains, orientations)
     materials = parse_materials(options.material)
     phase_of = phases_of_grains(grains, materials, phases)
     _check_oriented(axes, materials, phase_of)
-    cases = {name: _load(mesh, options, name) for name in options.cases}
-    load = next(iter(cases.values())) if cases else _load(mesh, options)
+    if grain_strains is None:
+        own_strain = eigenstrains_of_grains(options.eigenstrain, grains, phases, axes)
+    else:
+        own_strain = given_strains(grain_strains, grains, axes)
+    cases = {name: _load(mesh, options, lip_field, name) for name in options.cases}
+    load = next(iter(cases.values())) if cases else _load(mesh, options, lip_field)
     model = ElasticModel(
         mesh,
         options.element,
@@ -128,13 +133,22 @@ def elastic_model(
         materials,
         phase_of,
         load,
-        eigenstrains_of_grains(options.eigenstrain, grains, phases, axes),
+        own_strain,
         options.scale,
         {name: one for name, one in cases.items() if one is not None},
         options.combinations,
     )
     notes = misfits(phase_of, materials, phases, crystals)
     return model, report | {"grains": len(grains)} | ({"notes": notes} if notes else {})
+
+
+def _check_held(options: ModelOptions, **held: object) -> None:
+    """Refuse options that name a file whose content is not given."""
+    for name, content in held.items():
+        if getattr(options, name) and content is None:
+            raise CraftmeshError(
+                f"{name} is {getattr(options, name)!r}, which commands read; give the model what it holds"
+            )
 
 
 def _crystal_axes(grains: np.ndarray, orientations: np.ndarray | None) -> dict[int, np.ndarray]:
@@ -163,11 +177,11 @@ def _check_oriented(
         )
 
 
-def _load(mesh: TetMesh, options: ModelOptions, case: str = "") -> Load | None:
+def _load(mesh: TetMesh, options: ModelOptions, field: LipField | None, case: str = "") -> Load | None:
     """Return the load of a case, or of the only one; pressed lips and eigenstrains are cases too."""
-    heat = float(bool(options.eigenstrain) and case in ("", EIGENSTRAIN))
-    pressure = options.lip_pressure if case in ("", LIP_PRESSURE) else 0.0
-    lips = pressed_lips(mesh, pressure) if pressure else ()
+    heat = float(options.strains_grains and case in ("", EIGENSTRAIN))
+    on_lips = options.loads_lips and case in ("", LIP_PRESSURE)
+    lips = loaded_lips(mesh, options.lip_pressure, options.lip_traction, field) if on_lips else ()
     rollers = options.sides == "rollers"
     if options.faces:
         return load_on(mesh, rows_of(parse_faces(options.faces), case), lips=lips, heat=heat)

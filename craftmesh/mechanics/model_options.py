@@ -48,12 +48,27 @@ class ModelOptions(Options):
         "pressure on the lips of cracks, in the materials' unit; positive ones open them; beside the load, "
         "or with load none alone; beside load cases one of its own, lip_pressure",
     )
+    lip_traction: tuple[float, ...] = option(
+        (),
+        "traction on lips A along x, y, z, in the materials' unit, with its opposite on lips B; beside "
+        "lip_pressure",
+    )
+    lip_field: str = option(
+        "",
+        "csv of a field on the lips, columns x,y,z, and pressure, or tx,ty,tz as lip_traction, or all; "
+        "comes to both",
+    )
     eigenstrain: tuple[str, ...] = option(
         (),
         "what grains would strain by if nothing held them, as the thermal expansion times the change of "
         "temperature: KIND:VALUES for all phases or PHASE=KIND:VALUES each, 0 in the others; kinds and "
         "values: isotropic one; in the crystal's axes orthotropic 11,22,33; anisotropic 11,22,33,12,13,23. "
         "Beside load cases one of its own, eigenstrain",
+    )
+    eigenstrain_file: str = option(
+        "",
+        "csv of the grains' eigenstrains in place of eigenstrain: columns grain, and e along all axes, or "
+        "e11,e22,e33,e12,e13,e23 in the sample's axes",
     )
     quarter_points: bool | None = option(
         None,
@@ -74,6 +89,14 @@ class ModelOptions(Options):
             raise CraftmeshError(
                 f"quarter_points is true, and {self.element} has no mid nodes; expected element C3D10"
             )
+        if len(self.lip_traction) not in (0, 3):
+            raise CraftmeshError(
+                f"lip_traction has {len(self.lip_traction)} numbers; expected 3, along x, y and z"
+            )
+        if self.eigenstrain and self.eigenstrain_file:
+            raise CraftmeshError(
+                f"eigenstrain_file is {self.eigenstrain_file!r}, and there is an eigenstrain too; keep one"
+            )
         _ = self.combinations
         parse_eigenstrains(self.eigenstrain)
         if self.load == "strain" and abs(self.magnitude) > 1:
@@ -89,7 +112,7 @@ class ModelOptions(Options):
         A pressure on lips and eigenstrains are one each.
         """
         named = dict.fromkeys(row.case for row in parse_faces(self.faces) if row.case)
-        own = {LIP_PRESSURE: self.lip_pressure, EIGENSTRAIN: self.eigenstrain}
+        own = {LIP_PRESSURE: self.loads_lips, EIGENSTRAIN: self.strains_grains}
         return (*named, *(name for name, given in own.items() if named and given))
 
     @property
@@ -104,5 +127,15 @@ class ModelOptions(Options):
             strained = any(row.value for row in parse_faces(self.faces))
         else:
             strained = self.load != "none" and bool(self.magnitude)
-        own = any(strain.any() for strain in parse_eigenstrains(self.eigenstrain).values())
-        return strained or own or bool(self.lip_pressure)
+        return strained or self.strains_grains or self.loads_lips
+
+    @property
+    def strains_grains(self) -> bool:
+        """Whether grains have eigenstrains."""
+        given = parse_eigenstrains(self.eigenstrain).values()
+        return any(strain.any() for strain in given) or bool(self.eigenstrain_file)
+
+    @property
+    def loads_lips(self) -> bool:
+        """Whether anything acts on the lips."""
+        return bool(self.lip_pressure) or any(self.lip_traction) or bool(self.lip_field)

@@ -19,11 +19,12 @@ _THREE = np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]])
 class Traction:
     """A stress on a face set: faces (f, 2) of elements and sides.
 
-    axis: the one (0, 1, 2) along which it acts; None: the outward normals, tension > 0.
+    axis: the one (0, 1, 2) along which it acts; None: the outward normals, tension > 0. stress: one for
+    all, or those (f, 3) at the corners of the faces, linear between them.
     """
 
     faces: np.ndarray
-    stress: float
+    stress: float | np.ndarray
     name: str
     axis: int | None = None
 
@@ -35,7 +36,8 @@ def corner_vectors(traction: Traction, mesh: TetMesh) -> np.ndarray:
     else:
         way = -area_vectors(mesh.points, face_nodes(mesh.tets[:, :4], traction.faces))
         way /= np.linalg.norm(way, axis=1, keepdims=True)
-    return np.repeat(traction.stress * way[:, None, :], 3, axis=1)
+    stress = np.broadcast_to(traction.stress, (len(way), 3))
+    return stress[:, :, None] * way[:, None, :]
 
 
 def nodal_forces(tractions: Iterable[Traction], mesh: TetMesh) -> np.ndarray:
@@ -53,6 +55,10 @@ def nodal_forces(tractions: Iterable[Traction], mesh: TetMesh) -> np.ndarray:
             way = -np.cross(u, v)  # outward, by the order of FACE_CORNERS
             if traction.axis is not None:
                 way = np.linalg.norm(way, axis=1, keepdims=True) * np.eye(3)[traction.axis]
-            weight = traction.stress * (0.5 if is_linear else 1 / 6)
+            weight = 0.5 if is_linear else 1 / 6
+            if isinstance(traction.stress, np.ndarray):
+                way = way * (traction.stress @ [1 - s - t, s, t])[:, None]
+            else:
+                weight *= traction.stress
             np.add.at(forces, nodes, weight * values[:, None] * way[:, None, :])
     return forces

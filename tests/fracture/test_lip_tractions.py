@@ -7,10 +7,12 @@ from warped_cracks import disc_crack
 
 from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import fracture_parameters
-from craftmesh.mechanics.lips import on_lips
+from craftmesh.mechanics.lips import LipField, on_lips
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
+from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.solve.options import SolveOptions
+from craftmesh.solve.problem import problem_of
 from craftmesh.solve.solve import solve
 
 PRESSURE = 2.0
@@ -77,3 +79,35 @@ def test_a_crack_in_a_cooled_body_that_is_held_is_that_in_a_stretched_one(mesh):
         expected = getattr(stretched, name)
         # the solver leaves 1e-6
         assert getattr(cooled, name) == pytest.approx(expected, rel=1e-4, abs=1e-4 * stretched.K_I.max())
+
+
+def test_a_field_on_the_lips_linear_in_the_place_is_taken_as_it_is(mesh):
+    def line(places):
+        return 3 + places @ [0.5, -0.25, 2.0]
+
+    points = np.random.default_rng(1).uniform(-1.2, 1.2, (400, 3)) * [1, 1, 0]
+    field = LipField(points, line(points), np.column_stack([2 * line(points)] * 3))
+    corners = mesh.points[face_nodes(mesh.tets, mesh.face_sets["CRACK_LIP_A"]).ravel()]
+    inner = corners[np.linalg.norm(corners, axis=1) < 0.9]  # beyond values end at those of the points
+    pressure, traction = field.at(inner)
+    assert pressure == pytest.approx(line(inner), abs=1e-4)
+    assert traction == pytest.approx(2 * line(inner)[:, None] * np.ones(3), abs=2e-4)
+
+
+def test_tractions_on_the_lips_have_the_k_of_the_stress_far_away(mesh):
+    """Uniform ones by number and by a table, the normal one and a shear, against pressure and shear."""
+    pull = (0.7 * PRESSURE, 0.0, PRESSURE)
+    field = LipField(np.zeros((1, 3)), np.zeros(1), np.array([pull]))
+    material = (f"isotropic:{YOUNG},{POISSON}",)
+    options = ModelOptions(material=material, quarter_points=True, load="none", lip_field="x.csv")
+    by_table, _ = elastic_model(mesh, options, lip_field=field)
+    by_number = model_of(mesh, load="none", lip_traction=pull)
+    # the solvers' forces: normals of lips A are -z, and what acts on lips B is the opposite
+    forces = [problem_of(model).forces for model in (by_table, by_number)]
+    assert np.abs(forces[0] - forces[1]).max() < 1e-12 * np.abs(forces[1]).max()
+    pressed = problem_of(model_of(mesh, load="none", lip_pressure=PRESSURE)).forces
+    assert np.abs(forces[1][:, 2] - pressed[:, 2]).max() < 1e-12 * np.abs(pressed).max()
+    found, _ = solved(mesh, load="none", lip_traction=pull)
+    shear = np.abs([found.K_II, found.K_III]).max() / found.K_I.max()
+    # of an infinite body 0.7 * 2 / (2 - nu); the box is small
+    assert shear == pytest.approx(0.7 * 2 / (2 - POISSON), rel=0.2)

@@ -6,7 +6,8 @@ from structured_box import structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.eigenstrains import parse_eigenstrains
+from craftmesh.io.grain_strains import read_grain_strains
+from craftmesh.mechanics.eigenstrains import as_strain, parse_eigenstrains
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
@@ -64,6 +65,30 @@ def test_a_heated_layer_is_in_balance_with_a_cold_one():
     assert report["residual"] <= 1e-12 and np.abs(stress).max() > 0.1 * 70000 * 1e-3
     # of forces of 7e1 on each element
     assert np.abs(solution.reactions).max() < 1e-9
+
+
+def test_a_table_by_grain_says_what_texts_by_phase_do(tmp_path):
+    turns = random_orientations(3, np.random.default_rng(3))
+    given = parse_eigenstrains([SHEARED])[None]
+    sample = [turn @ given @ turn.T for turn in quaternion_to_matrix(turns[1:])]
+    lines = ["grain,e11,e22,e33,e12,e13,e23"]
+    lines += [
+        ",".join(map(repr, [grain, *strain[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].tolist()]))
+        for grain, strain in zip((1, 2), sample)
+    ]
+    (tmp_path / "strains.csv").write_text("\n".join(lines))
+    grains, rows = read_grain_strains(tmp_path / "strains.csv")
+    table = {grain: as_strain(row) for grain, row in zip(grains, rows)}
+    options = ModelOptions(load="none", eigenstrain_file="strains.csv")
+    by_table, _ = elastic_model(block(), options, turns, grain_strains=table)
+    by_phase = model_of(SHEARED, orientations=turns)
+    assert np.abs(by_table.eigenstrain() - by_phase.eigenstrain()).max() < 1e-15
+    assert by_table.load.heat == 1 and by_table.eigenstrain().any()
+    with pytest.raises(CraftmeshError, match="no row for grain 2"):
+        elastic_model(block(), options, grain_strains={1: table[1]})
+    (tmp_path / "strains.csv").write_text("grain,e\n1,1e-3\n1,2e-3")
+    with pytest.raises(CraftmeshError, match="line 3: grain is 1; .*each once"):
+        read_grain_strains(tmp_path / "strains.csv")
 
 
 @pytest.mark.parametrize(
