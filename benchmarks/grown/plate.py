@@ -24,7 +24,7 @@ STRAIGHT = 8
 # Times as much at the node on the free face: growth takes no kink from there, a fit ends there, and with
 # Poisson's ratio K_III has no limit (the corner's singularity is weaker than 1 / 2).
 AT_END = 2.0
-HOLE, RADIUS, PAST = (27.0, 40.0), 6.0, 6  # its axis in x and z, along y
+HOLE, RADIUS, BESIDE = (27.0, 40.0), 6.0, 4  # its axis in x and z, along y
 
 
 def straight(folder: Path) -> list[Check]:
@@ -33,10 +33,10 @@ def straight(folder: Path) -> list[Check]:
 
 
 def hole(folder: Path) -> list[Check]:
-    """Grow the crack past the hole, and again with half the edges."""
-    coarse, fine = (campaign(folder / str(cut), PAST, hole=HOLE, halved=cut) for cut in (1, 2))
+    """Grow the crack beside the hole, and again with half the edges."""
+    coarse, fine = (campaign(folder / str(cut), BESIDE, hole=HOLE, halved=cut) for cut in (1, 2))
     ours, theirs = (
-        np.array([middle_and_ends(case, k) for k in range(PAST + 1)]) for case in (coarse, fine)
+        np.array([middle_and_ends(case, k) for k in range(BESIDE + 1)]) for case in (coarse, fine)
     )
     path = theirs[:, :1]
     path = np.concatenate([path, 2 * path[-1:] - path[-2:-1]])  # a point at its end may be ahead of it
