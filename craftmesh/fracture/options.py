@@ -19,7 +19,10 @@ class FractureOptions(Options):
         at_most=12.0,
     )
     knots: float = option(
-        4.0, "pieces of the splines fitted to K, in edges of the front", at_least=1.0, at_most=100.0
+        4.0,
+        "pieces of the splines fitted to K, in edges of the front; in crystals half as long again",
+        at_least=1.0,
+        at_most=100.0,
     )
     probe: float | None = option(
         None,

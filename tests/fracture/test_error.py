@@ -28,7 +28,7 @@ def found(scale=1.0, excess=0.0, spread=0.0, stiffness=ISOTROPIC, jump=0.0, clos
     of_edge = np.broadcast_to(stiffness, (edges, 6, 6)).copy()
     if jump:
         of_edge[12:] *= 1 + jump
-    segments = segments_of(line.s, line.total, closed, of_edge)
+    segments = segments_of(line.s, line.total, closed, of_edge, np.zeros((edges, 3, 3)))
     k = scale * np.eye(3)[np.zeros(COUNT, int)]
     g = scale**2 * np.ones(COUNT)
     j = g * np.where(np.arange(COUNT) == 6, 1 + excess, 1.0) ** 2
