@@ -1,5 +1,6 @@
 """One seed in a process of its own, under limits of time and memory: drawn, meshed, checked, judged."""
 
+import hashlib
 import json
 import os
 import resource
@@ -125,6 +126,7 @@ def checked(case, made) -> dict:
     deck = read_deck(made.deck)
     return row | {
         "outcome": "deck",
+        "deck": hashlib.sha256(made.deck.read_bytes()).hexdigest()[:10],
         **check_crack(case, deck, l_min),
         **check_inserted(case, made.inserted, l_min),
         **check_wedges(made.inserted, made.gradated, made.sizing),
