@@ -27,11 +27,6 @@ LATE_LENGTH = 1.4
 LATE_TURN = 1.5
 # What a collapse must raise the least angle score of poor facets by.
 LEAST_GAIN = 1e-3
-# Degrees: at last sharper needles go even where gaps get narrower by that, down to NARROWED of their usual
-# least width. With a crack facet of 1.6 degrees beside a triple line, whose edges were 0.17 and 6.1 l_min,
-# a deck had 0.12 % poor tets, now 0.06.
-SHARPEST = 5.0
-NARROWED = 0.33
 # Times the target, in effect no bound: which edges collapse is chosen by the angles here.
 ANY_LENGTH = 9.0
 
@@ -40,8 +35,7 @@ def clean_facets(gradation: Gradation, sizing: Sizing, limits: Limits, rounds: i
     """Raise facet angles towards `goal` degrees in `rounds` of collapse, swap and slide.
 
     After the first round vertices slide only where a facet is still under 25 degrees; the cleaning ends
-    when none is under 15 and junction points that lie too close have been merged. Needles under SHARPEST
-    go at last though gaps get narrower.
+    when none is under 15 and junction points that lie too close have been merged.
     """
     for n in range(rounds):
         slide_goal = goal if n == 0 else min(goal, LATE_GOAL)
@@ -55,13 +49,6 @@ def clean_facets(gradation: Gradation, sizing: Sizing, limits: Limits, rounds: i
         done += slide_all(gradation, loose, score_of_angle(slide_goal))
         if not done:
             break
-    if rounds:
-        collapse_sharpest(gradation, loosened(limits, rounds, rounds))
-
-
-def collapse_sharpest(gradation: Gradation, limits: Limits) -> int:
-    """Collapse needles under SHARPEST, gaps down to NARROWED of the least width allowed."""
-    return collapse_poor(gradation, limits._replace(gap=NARROWED * limits.gap), SHARPEST)
 
 
 def _least_angle(gradation: Gradation) -> float:

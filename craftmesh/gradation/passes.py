@@ -24,9 +24,6 @@ from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets, relative_lengths, score_of_angle
 from craftmesh.surface.kernels.hinges import SHARP_COSINE
 
-# Gaps under this part of the edges at them count as narrow: tetrahedra in them have aspect ratios over 6
-# and dihedral angles under 15 degrees. With 0.15, laths of two voxels lose two thirds of the poor ones.
-LEAST_GAP = 0.15
 # Of limits.split: edges over this are split where halves have ANGLE_OF_MUCH degrees and none over 144, for
 # later passes to better them. Beside a front at 7 degrees to a face an edge of 2.1 of its target, whose
 # half would have 128 degrees, stayed through all rounds and left a flat tet and 17 of an aspect ratio over
@@ -54,7 +51,6 @@ class Limits(NamedTuple):
     wedge: float = SHARP_COSINE  # the largest cosine of the angle of wedges that are made
     front_distance: float = np.inf  # the same on its front, and from the front's edges to it
     crack_facets: float = np.inf  # from the crack's facets to the given crack, as a length
-    gap: float = LEAST_GAP  # the least relative width of gaps that are made; 0 for none
     even_floor: float = np.inf  # the floor where edges of junction lines are evened out, if less
     in_strips: bool = False  # whether poor halves of facets between two lines keep no edge whole
 
@@ -209,10 +205,9 @@ def split_all(
     """Split those of `edges` (e, 2) that are over limits.split, in `order`, where their halves are sound.
 
     A half may score `share` of its parent. It lies in the parent, or goes onto the input's crack or front,
-    so volumes, distances, lengths and gaps are not asked for: a front stayed a chord where its arc comes
-    nearer to a face.
+    so volumes, distances and lengths are not asked for.
     """
-    limits = limits._replace(longest=np.inf, drift=np.inf, distance=np.inf, gap=0.0)
+    limits = limits._replace(longest=np.inf, drift=np.inf, distance=np.inf)
     return gradation.repeat(name, split_pass, len(order), limits, edges, order, (share,))
 
 

@@ -85,11 +85,9 @@ class Scratch(NamedTuple):
 
     star: np.ndarray  # (k,) facets
     star_corners: np.ndarray  # (k, 3) the corners they would get
-    old_corners: np.ndarray  # (k, 3) those they have, of the dying ones too
     star_ends: np.ndarray  # (k, 2) the corners after the tip
     star_normal: np.ndarray  # (k, 3) unit normals
     star_feature: np.ndarray  # (k, 3) bool, which of their edges are features
-    patch_facet: np.ndarray  # (k,) one of its facets for each of their patches
     dying: np.ndarray  # (d,) facets that would go
     loose: np.ndarray  # (w,) witnesses
     loose_facet: np.ndarray  # (w,) the facet of each, old or found
@@ -99,7 +97,6 @@ class Scratch(NamedTuple):
     near_slot: np.ndarray  # (g,) slots of grains and voids
     near_area: np.ndarray  # (g, 3) areas of their cones
     near_volume: np.ndarray  # (g,) volumes of their cones
-    sharpest: np.ndarray  # (1,) the largest cosine of the wedges at the star's new facets
     pending: np.ndarray  # (2,) numbers of grains near and of loose witnesses that a commit takes up
     refused: np.ndarray  # (r,) counts by reason
 
@@ -198,11 +195,9 @@ def _scratch() -> Scratch:
     return Scratch(
         star=np.empty(MOST_IN_STAR, np.int64),
         star_corners=np.empty((MOST_IN_STAR, 3), np.int64),
-        old_corners=np.empty((MOST_IN_STAR + MOST_ON_EDGE, 3), np.int64),
         star_ends=np.empty((MOST_IN_STAR, 2), np.int64),
         star_normal=np.empty((MOST_IN_STAR, 3)),
         star_feature=np.empty((MOST_IN_STAR, 3), bool),
-        patch_facet=np.empty(MOST_IN_STAR + MOST_ON_EDGE, np.int64),
         dying=np.empty(MOST_ON_EDGE, np.int64),
         loose=np.empty(MOST_LOOSE, np.int64),
         loose_facet=np.empty(MOST_LOOSE, np.int64),
@@ -212,7 +207,6 @@ def _scratch() -> Scratch:
         near_slot=np.empty(MOST_GRAINS_NEAR, np.int64),
         near_area=np.empty((MOST_GRAINS_NEAR, 3)),
         near_volume=np.empty(MOST_GRAINS_NEAR),
-        sharpest=np.zeros(1),
         pending=np.zeros(2, np.int64),
         refused=np.zeros(len(REFUSALS), np.int64),
     )

@@ -21,7 +21,14 @@ from craftmesh.gradation.kernels.intersections import star_intersects
 from craftmesh.gradation.kernels.projection import nearest_triangle, put_on_crack, put_on_front
 from craftmesh.gradation.kernels.relax import relax_pass
 from craftmesh.gradation.locality import BLOCK, block_order
-from craftmesh.gradation.passes import Gradation, Limits, collapse_short, filled_grid
+from craftmesh.gradation.passes import (
+    Gradation,
+    Limits,
+    collapse_short,
+    edges_to_swap,
+    filled_grid,
+    swap_all,
+)
 from craftmesh.gradation.state import make_state, surface_of
 from craftmesh.surface.kernels.facet_shape import angle_score, facet_distance2, segment_distance2
 from craftmesh.surface.kernels.triangles import triangles_intersect
@@ -223,7 +230,7 @@ def test_grid_query_agrees_with_all_pairs(seed):
     grid = filled_grid(mesh)
     points = np.concatenate([surface.points, extra])
     star = np.array([[12, 13, 14]])
-    near, _ = gather_near(grid, points, mesh.facets, mesh.alive, mesh.facet_stamp, 1, star, 1, 0.0)
+    near = gather_near(grid, points, mesh.facets, mesh.alive, mesh.facet_stamp, 1, star, 1)
     hit = star_intersects(grid, points, mesh.facets, near, star, 1)
     assert hit == any(triangles_intersect(points, 12, 13, 14, *f) for f in mesh.facets)
 
@@ -326,3 +333,15 @@ def test_an_inner_vertex_gives_way_to_a_line_whichever_end_it_is(edge):
     assert collapse_edge(*references, OPEN, *edge) == DONE
     assert state.mesh.first[0] < 0 <= state.mesh.first[1]
     assert state.mesh.alive.sum() == 4
+
+
+def test_later_swaps_look_at_facets_that_have_changed_alone():
+    surface = fan(7, hub=(0.1, 0.05, 0.0))
+    gradation = Gradation(prepared(surface)[0], filled_grid(prepared(surface)[0].mesh), {})
+    limits = OPEN._replace(cosine=0.5)
+    swap_all(gradation, limits)
+    assert not len(edges_to_swap(gradation, gradation.swapped.limits))
+    assert len(edges_to_swap(gradation, limits._replace(cosine=0.4))) == 7
+    gradation.mesh.points[3] *= 1.1
+    around = {tuple(edge) for edge in edges_to_swap(gradation, gradation.swapped.limits).tolist()}
+    assert around == {(0, 2), (0, 3), (0, 4), (2, 3), (3, 4)}

@@ -7,7 +7,7 @@ DONE = -1
 NO_NEED = -2
 # Reasons of refusal, and how the report names them.
 JUNCTION, CONSTRAINT, LINK, JUNCTION_TRIANGLE, GRAIN_CONTACT = range(5)
-ANGLE, NORMAL, LENGTH, DISTANCE, VOLUME, EAR, INTERSECTION, WEDGE, GAP = range(5, 14)
+ANGLE, NORMAL, LENGTH, DISTANCE, VOLUME, EAR, INTERSECTION, WEDGE = range(5, 13)
 REFUSALS = {
     JUNCTION: "junction",
     CONSTRAINT: "constraint",
@@ -22,7 +22,6 @@ REFUSALS = {
     EAR: "ear",
     INTERSECTION: "intersection",
     WEDGE: "wedge",
-    GAP: "gap",
 }
 # Bits of a vertex's flags: 1 << (k - 1) for the box plane of kind k, two planes an axis; then these two.
 ON_PLANES = 63

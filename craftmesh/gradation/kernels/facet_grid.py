@@ -5,7 +5,6 @@ from collections import namedtuple
 import numpy as np
 
 from craftmesh.jit import lean_kernel
-from craftmesh.surface.kernels.facet_shape import squared_distance
 
 # origin (3,), inverse cell size (1,), cells per axis (3,); first item per cell; facet and next item
 # per item; number of items used (1,); per facet the lowest and highest cell it was last entered in;
@@ -167,41 +166,36 @@ def gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high)
 
 
 @lean_kernel
-def gather_near(grid, points, facets, alive, facet_stamp, mark, rows, count, share):
-    """List the facets near the facets rows[:count] (k, 3); return their number and the reach.
+def gather_near(grid, points, facets, alive, facet_stamp, mark, rows, count):
+    """List the facets whose bounds meet those of the facets rows[:count] (k, 3); return their number.
 
-    Near are those whose bounds come within the reach, `share` of the longest edge, of the rows' bounds.
     Facets with facet_stamp >= `mark` are passed over. The number is -1 when there are too many.
     """
     x0 = y0 = z0 = np.inf
     x1 = y1 = z1 = -np.inf
-    longest = 0.0
     for i in range(count):
         for j in range(3):
             x, y, z = points[rows[i, j]]
             x0, x1 = min(x0, x), max(x1, x)
             y0, y1 = min(y0, y), max(y1, y)
             z0, z1 = min(z0, z), max(z1, z)
-            longest = max(longest, squared_distance(points, rows[i, j], rows[i, (j + 1) % 3]))
-    reach = share * np.sqrt(longest)
-    low = (x0 - reach, y0 - reach, z0 - reach)
-    high = (x1 + reach, y1 + reach, z1 + reach)
-    return gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high), reach
+    low, high = (x0, y0, z0), (x1, y1, z1)
+    return gather_candidates(grid, points, facets, alive, facet_stamp, mark, low, high)
 
 
 @lean_kernel
-def list_hits(grid, near, points, a, b, c, reach):
-    """List those of the first `near` candidates whose bounds come within `reach` of those of (a, b, c).
+def list_hits(grid, near, points, a, b, c):
+    """List those of the first `near` candidates whose bounds meet those of facet (a, b, c).
 
     Returns their number; grid.hits has the facets. The bounds are compared without a branch.
     """
     candidate, bounds, met, hits = grid.candidate, grid.bounds, grid.met, grid.hits
-    x0 = min(points[a, 0], points[b, 0], points[c, 0]) - reach
-    x1 = max(points[a, 0], points[b, 0], points[c, 0]) + reach
-    y0 = min(points[a, 1], points[b, 1], points[c, 1]) - reach
-    y1 = max(points[a, 1], points[b, 1], points[c, 1]) + reach
-    z0 = min(points[a, 2], points[b, 2], points[c, 2]) - reach
-    z1 = max(points[a, 2], points[b, 2], points[c, 2]) + reach
+    x0 = min(points[a, 0], points[b, 0], points[c, 0])
+    x1 = max(points[a, 0], points[b, 0], points[c, 0])
+    y0 = min(points[a, 1], points[b, 1], points[c, 1])
+    y1 = max(points[a, 1], points[b, 1], points[c, 1])
+    z0 = min(points[a, 2], points[b, 2], points[c, 2])
+    z1 = max(points[a, 2], points[b, 2], points[c, 2])
     for n in range(near):
         along_x = (bounds[0, n] <= x1) & (bounds[1, n] >= x0)
         along_y = (bounds[2, n] <= y1) & (bounds[3, n] >= y0)

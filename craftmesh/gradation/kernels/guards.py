@@ -7,11 +7,10 @@ first, and writes nothing of the mesh; `commit` makes the change that it allowed
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import DISTANCE, DONE, GAP, INTERSECTION, VOLUME, WEDGE
+from craftmesh.gradation.kernels.codes import DISTANCE, DONE, INTERSECTION, VOLUME, WEDGE
 from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_cones
 from craftmesh.gradation.kernels.crack_guard import leaves_crack, leaves_front
 from craftmesh.gradation.kernels.facet_grid import GONE, insert_facet
-from craftmesh.gradation.kernels.gap_guard import narrows_gap
 from craftmesh.gradation.kernels.intersections import star_intersects
 from craftmesh.gradation.kernels.order_guard import breaks_order
 from craftmesh.gradation.kernels.star import add_star, look_around, old_facet, shape_refusal
@@ -57,14 +56,11 @@ def refusal(state, grid, limits, star, floor):
         reaches = (limits.distance, limits.crack_distance, limits.front_distance)
         if not find_new_homes(state, star, loose, takers, reaches):
             return DISTANCE
-    state.sharpest[0] = 1.0
     if limits.wedge < np.inf and sharpens_wedge(state, star, limits.wedge):
         return WEDGE
-    near, reach = look_around(state, grid, star, state.star_corners, star.moved, limits.gap)
+    near = look_around(state, grid, star)
     if near < 0 or _passes_through(state, grid, star, near):
         return INTERSECTION
-    if limits.gap > 0.0 and narrows_gap(state, grid, star, near, reach, limits.gap):
-        return GAP
     state.pending[0] = grains
     state.pending[1] = loose
     return DONE

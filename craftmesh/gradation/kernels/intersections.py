@@ -101,7 +101,7 @@ def _meets_star(points, planes, star, i):
 def _meets_candidates(grid, near, points, facets, planes, corners):
     """Tell whether the new facet of these corners meets one of the first `near` candidates."""
     a, b, c = corners
-    for n in range(list_hits(grid, near, points, a, b, c, 0.0)):
+    for n in range(list_hits(grid, near, points, a, b, c)):
         f = grid.hits[n]
         if _apart(points, planes, corners, facets[f, 0], facets[f, 1], facets[f, 2]):
             continue

@@ -125,10 +125,10 @@ def _longest_before(state, star):
 
 
 @lean_kernel
-def look_around(state, grid, star, rows, count, share):
-    """List the facets near the facets rows[:count] as the grid's candidates, those of the star left out.
+def look_around(state, grid, star):
+    """List the facets near the star's new ones as the grid's candidates, those of the star left out.
 
-    Returns their number, or -1 when too many, and the reach of the search (gather_near).
+    Returns their number, or -1 when too many.
     """
     changed, lost, stamp = state.star, state.dying, state.facet_stamp
     mark = state.clock[1] + 1
@@ -137,4 +137,5 @@ def look_around(state, grid, star, rows, count, share):
         stamp[changed[i]] = mark + 1
     for i in range(star.dying):
         stamp[lost[i]] = mark + 1
-    return gather_near(grid, state.points, state.facets, state.alive, stamp, mark, rows, count, share)
+    rows = state.star_corners
+    return gather_near(grid, state.points, state.facets, state.alive, stamp, mark, rows, star.moved)

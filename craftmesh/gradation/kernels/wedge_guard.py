@@ -30,7 +30,6 @@ def sharpens_wedge(state, star, cosine):
         sharpest = max(sharpest, _among_new(state, i), _at_its_rim(state, star.tip, i, mark))
         if star.tip == star.vertex:
             sharpest = max(sharpest, _at_last_spoke(state, star.tip, i, mark))
-    state.sharpest[0] = sharpest
     return sharpest > cosine and sharpest > _sharpest_before(state, star) + ROUNDING
 
 
