@@ -17,15 +17,15 @@ REACH = 0.2
 TURN, THIN = 60.0, 15.0
 
 
-def keeps_surface(stars: Stars, kept: int, gone: int, crack_reach: float = CRACK_REACH) -> bool:
+def keeps_surface(stars: Stars, kept: int, gone: int) -> bool:
     """Tell whether the surface stays near to what it is if `gone` becomes `kept`, and turns little.
 
-    Patches are within REACH of where the node was, lines too, those of the crack within `crack_reach`, or
+    Patches are within REACH of where the node was, lines too, those of the crack within CRACK_REACH, or
     TOUCHING where the nodes touch.
     """
     classes, points = stars.classes, stars.points
     after = merged(stars.facets, stars.facets_at, kept, gone)
-    crack_reach = max(crack_reach, TOUCHING) if stars.touch(kept, gone) else crack_reach
+    crack_reach = max(CRACK_REACH, TOUCHING) if stars.touch(kept, gone) else CRACK_REACH
     old = {f: stars.facets[f] for f in sorted(stars.facets_at[gone])}
     reach = REACH * _mean_edge(stars, gone)
     for patch in sorted({int(classes.patch[f]) for f in old}):

@@ -8,8 +8,7 @@ import numpy as np
 from craftmesh.mesh.poor import is_flat, is_poor
 from craftmesh.tetrahedra.opening_model import Opening, begun
 from craftmesh.tetrahedra.opening_stages import AT_NARROW, JOINING, STAGES, is_stretched
-from craftmesh.tetrahedra.opening_ways import opened_singly, with_contractions, with_moves, with_partings
-from craftmesh.tetrahedra.other_ways import opened_otherwise
+from craftmesh.tetrahedra.opening_ways import with_contractions, with_moves, with_partings
 from craftmesh.tetrahedra.poor_tets import poor_by_grain
 from craftmesh.types import GrainTets, Surface
 
@@ -37,11 +36,10 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     Nodes near such tets go to where the worst tet round them, in any grain, is better; those of the surface
     by up to 0.4 of the mean edge at them, as long as there are such tets, those of the box on its planes,
     those of a crack along it, those of its front not at all. Where that is not enough, edges of the surface
-    are contracted at flat and poor ones. Then edges of the surface are parted, at flat ones in twos and
-    threes, and swapped at those; where flat ones are left all is done in other orders (`other_ways`). Last,
-    nodes at narrow ones go to where these are less so, by up to 0.1 of the mean edge. After each change the
-    grains there are repaired inside; what leaves no fewer such tets is not done. A function of the whole
-    mesh, not of chunks.
+    are contracted at flat and poor ones. Then edges of the surface are parted. Last, nodes at narrow ones
+    go to where these are less so, by up to 0.1 of the mean edge. After each change the grains there are
+    repaired inside; what leaves no fewer such tets is not done. A function of the whole mesh, not of
+    chunks.
     """
     before = begun(surface, grain_tets)
     if before is None:
@@ -49,8 +47,7 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     after = before
     for stage in (JOINING, *STAGES):
         after = with_contractions(with_moves(after, stage), stage)
-    after = opened_singly(with_partings(after, STAGES[-1]), STAGES[-1])
-    after = with_moves(opened_otherwise(before, after), AT_NARROW)
+    after = with_moves(with_partings(after, STAGES[-1]), AT_NARROW)
     report = _report(before, after)
     model = after.model
     poor = poor_by_grain(model.surface, model.grain_tets, after.changed)

@@ -16,18 +16,13 @@ from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, Aim, all_qualities
 from craftmesh.tetrahedra.kernels.tet_surface_moves import move_nodes
 from craftmesh.tetrahedra.opening_stages import Stage, is_at_fault, is_narrow, weighed_faults
 from craftmesh.tetrahedra.optimise_tets import new_state, repaired_tets
-from craftmesh.tetrahedra.surface_contractions import joined
 from craftmesh.tetrahedra.surface_freedom import Freedom, freedom
 from craftmesh.tetrahedra.surface_partings import Parting, with_edges_parted
-from craftmesh.tetrahedra.surface_swaps import Swap
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import GrainTets, Surface
 
 # Sweeps over the nodes near a bad tet in a round.
 SWEEPS = 3
-# Of `crack_length`: how far the crack may go where an edge is swapped, of the 0.05 that are allowed. A
-# node of a wavy crack 0.021 off what the facets round it would be kept a flat tet on each lip.
-SWAP_REACH = 0.025
 
 
 @dataclass(frozen=True)
@@ -126,17 +121,6 @@ def with_parting(now: Opening, parting: Parting) -> tuple[Opening, np.ndarray]:
     homes = np.concatenate([now.homes, parting.places(now.homes)])
     now = replace(now, homes=homes, parted=now.parted + len(parting.edges))
     return now.replaced(model, grains), grains
-
-
-def with_swap(now: Opening, swap: Swap) -> tuple[Opening, np.ndarray] | None:
-    """Return the opening with an edge of its surface swapped, and the grains changed; None if refused."""
-    new = len(now.model.surface.points)
-    now, grains = with_parting(now, swap.parting)
-    found = joined(now.model, swap.node, new, SWAP_REACH)
-    if found is None:
-        return None
-    grains = np.union1d(grains, found[1])
-    return now.replaced(found[0], grains, 1), grains
 
 
 def _moved_points(

@@ -1,25 +1,17 @@
-"""Moves, contractions, partings and swaps at flat, poor and stretched tets, each kept if it gains."""
+"""Moves, contractions and partings at flat, poor and stretched tets, each kept if it gains."""
 
-from collections.abc import Iterator
 from operator import attrgetter
 
-import numpy as np
-
-from craftmesh.mesh.poor import is_flat
-from craftmesh.tetrahedra.opening_model import Opening, moved, repaired, with_parting, with_swap
+from craftmesh.tetrahedra.opening_model import Opening, moved, repaired, with_parting
 from craftmesh.tetrahedra.opening_stages import Stage
 from craftmesh.tetrahedra.surface_contractions import contracted
-from craftmesh.tetrahedra.surface_partings import Parting, partings_at, worthwhile
-from craftmesh.tetrahedra.surface_swaps import swaps_at
+from craftmesh.tetrahedra.surface_partings import worthwhile
 
 # Rounds of contractions: what one leaves may be contracted in the next.
 CONTRACTIONS = 3
 # Rounds of partings. Of four random cracks with 4, 2, 1 and 23 flat tets 2, 1, 0 and 10 are left
 # after up to three; later ones gain little.
 PARTINGS = 4
-# Edges that are parted at flat tets though that alone gains nothing. Of four random cracks with 1, 1, 3 and
-# 12 flat tets 0, 0, 0 and 10 are left, after one, one, three and seven of these.
-TRIES = 16
 
 
 def with_moves(now: Opening, stage: Stage) -> Opening:
@@ -64,47 +56,3 @@ def with_partings(now: Opening, stage: Stage) -> Opening:
         now = with_moves(now.replaced(repaired(now.model, grains, stage.aim), grains), stage)
         best = min(best, now, key=attrgetter("faults"))
     return best
-
-
-def opened_singly(now: Opening, stage: Stage) -> Opening:
-    """Return the best model with edges at flat tets parted one by one, then swapped one by one."""
-    return swapped_singly(parted_singly(now, stage), stage)
-
-
-def parted_singly(now: Opening, stage: Stage) -> Opening:
-    """Return the best model with edges at flat tets parted one by one, and what gains then.
-
-    A needle between two long edges is flat with either of them parted, and sound with both.
-    """
-    best, offered = now, _at_flat(now)
-    tried: set[bytes] = set()
-    while len(tried) < TRIES:
-        parting = next(offered, None)
-        if parting is None:
-            break
-        place = parting.places(best.model.points).tobytes()
-        if place in tried:
-            continue
-        tried.add(place)
-        after = with_partings(with_parting(best, parting)[0], stage)
-        if after.faults < best.faults:
-            best, offered = after, _at_flat(after)
-    return best
-
-
-def swapped_singly(now: Opening, stage: Stage) -> Opening:
-    """Return the best model with edges of the surface at flat tets swapped one by one."""
-    best, offered = now, swaps_at(now.model, np.flatnonzero(now.bad(is_flat)))
-    for swap in offered:
-        swapped = with_swap(best, swap)
-        if swapped is None:
-            continue
-        after, grains = swapped
-        after = with_moves(after.replaced(repaired(after.model, grains, stage.aim), grains), stage)
-        if after.faults < best.faults:
-            return swapped_singly(after, stage)
-    return best
-
-
-def _at_flat(now: Opening) -> Iterator[Parting]:
-    return partings_at(now.model, np.flatnonzero(now.bad(is_flat)))

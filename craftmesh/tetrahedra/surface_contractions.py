@@ -56,27 +56,6 @@ def contracted(model: Model, bad: np.ndarray, least: float) -> tuple[Model, np.n
     return *rebuilt(model, stars), done
 
 
-def joined(model: Model, one: int, other: int, crack_reach: float) -> tuple[Model, np.ndarray] | None:
-    """Return the model with two nodes of its surface as one, and the grains changed.
-
-    As `contracted`, with whatever score the worst of the tets that change gets if that is better; the
-    crack may go `crack_reach` off. None where that is refused.
-    """
-    rows = np.flatnonzero(np.isin(model.tets, (one, other)).any(axis=1))
-    stars = stars_of(model, classes_of(model.surface), _near(model.tets, rows))
-    count = _tets_by_grain(model)
-    for kept, gone in ((one, other), (other, one)):
-        if not may_merge(stars, kept, gone):
-            continue
-        score = _score_after(stars, kept, gone)
-        if score is None or not _keeps_grains(stars, Contraction(kept, gone, score), count):
-            continue
-        if keeps_surface(stars, kept, gone, crack_reach) and keeps_topology(stars, kept, gone):
-            stars.merge(kept, gone)
-            return rebuilt(model, stars)
-    return None
-
-
 def _worst_first(points: np.ndarray, tets: np.ndarray, bad: np.ndarray) -> np.ndarray:
     rows = np.flatnonzero(bad)
     return rows[np.argsort(_scores(points[tets[rows]]), kind="stable")]

@@ -1,6 +1,5 @@
 """Edges of the surface parted where that leaves fewer flat, poor and stretched tetrahedra."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -16,7 +15,6 @@ from craftmesh.types import Surface
 
 # Where edges are tried to be parted, as shares of their length, the first where several are as good.
 SHARES = (0.5, 0.35, 0.65, 0.2, 0.8)
-LONGEST = 2  # edges of a flat tet that are tried though parting one alone gains nothing
 
 
 @dataclass(frozen=True)
@@ -39,17 +37,6 @@ def worthwhile(model: Model, bad: np.ndarray) -> Parting:
     of one tet. Edges of the front stay.
     """
     return _chosen(model.points, model.tets, bad, inner_edges(model))
-
-
-def partings_at(model: Model, rows: np.ndarray) -> Iterator[Parting]:
-    """Yield, for each of the tets in `rows`, its two longest edges of the surface, not of the front."""
-    edges = inner_edges(model) if len(rows) else np.zeros((0, 2), np.int64)
-    length = np.linalg.norm(np.diff(model.points[edges], axis=1)[:, 0], axis=1)
-    tet, edge_of = _having(model.tets[rows], edges)
-    for number in range(len(rows)):
-        own = edge_of[tet == number]
-        for edge in own[np.argsort(-length[own], kind="stable")][:LONGEST].tolist():
-            yield Parting(edges[[edge]], np.array([SHARES[0]]))
 
 
 def with_edges_parted(model: Model, parting: Parting) -> tuple[Model, np.ndarray]:

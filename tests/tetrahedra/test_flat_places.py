@@ -9,7 +9,6 @@ from structured_box import plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.flat_tets import flat_tets
-from craftmesh.mesh.poor import is_flat, is_poor
 from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges, median_front_edge
@@ -178,25 +177,6 @@ def one_tet(points):
     facets = tets[0][[[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]].astype(np.int32)
     surface = Surface(points, facets, np.array([[1, 0]] * 4, np.int32), np.full(4, INTERFACE))
     return surface, [GrainTets(1, np.arange(4), np.zeros((0, 3)), tets)]
-
-
-def needle():
-    """A grain of one tet between two long edges: flat if one of them is parted, sound if both are."""
-    return one_tet(
-        np.array([[77.5, 6.0, -17.2], [69.7, 6.5, -21.7], [68.9, 8.0, -19.6], [87.6, 8.0, -16.5]])
-    )
-
-
-def test_edges_are_parted_in_twos_where_neither_gains_alone():
-    surface, tets = needle()
-    assert (volumes(surface, tets)[1] > 0).all()
-    now = begun(surface, tets)
-    assert now.count(is_flat) == 1
-    assert opening_ways.with_partings(now, STAGES[-1]).parted == 0
-    found = opening_ways.parted_singly(now, STAGES[-1])
-    assert found.parted == 2 and found.count(is_flat) == 0 and found.count(is_poor) == 0
-    inside = volumes(found.model.surface, found.model.grain_tets)[1]
-    assert (inside > 0).all() and inside.sum() == pytest.approx(volumes(surface, tets)[1].sum(), rel=1e-12)
 
 
 def test_what_makes_it_worse_is_not_done(monkeypatch):

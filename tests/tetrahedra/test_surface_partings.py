@@ -1,7 +1,5 @@
 """Edges of the surface are parted where tets then weigh less: shapes, grains and the front stay."""
 
-from itertools import combinations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,7 +12,7 @@ from craftmesh.surface.measure import area_vectors, side_volumes
 from craftmesh.tetrahedra.kernels.tet_faults import FALL, fault_weight
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, quality_of
 from craftmesh.tetrahedra.opening_stages import is_at_fault
-from craftmesh.tetrahedra.surface_partings import partings_at, with_edges_parted, worthwhile
+from craftmesh.tetrahedra.surface_partings import with_edges_parted, worthwhile
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
 
@@ -101,27 +99,9 @@ def test_edges_of_the_front_stay():
     model = spindle(2.0, crack=True)
     assert [0, 1] in front_edges(model.surface).tolist() and at_fault(model).all()
     assert [0, 1] not in worthwhile(model, at_fault(model)).edges.tolist()
-    tried = list(partings_at(model, np.arange(len(model.tets))))
-    assert tried and [[0, 1]] not in [parting.edges.tolist() for parting in tried]
 
 
 def test_sound_tets_have_nothing_parted():
     model = spindle(0.5)
     assert not at_fault(model).any()
     assert worthwhile(model, at_fault(model)).edges.shape == (0, 2)
-
-
-def test_the_two_longest_edges_of_each_tet_are_offered_in_their_middle():
-    model = spindle(2.0)
-    tried = list(partings_at(model, np.array([0, 3])))
-    assert len(tried) == 4
-    for rows, tet in ((tried[:2], model.tets[0]), (tried[2:], model.tets[3])):
-        ends = model.points[[parting.edges[0] for parting in rows]]
-        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-        surface = [pair for pair in combinations(sorted(tet.tolist()), 2)]
-        longest = sorted(
-            (np.linalg.norm(model.points[a] - model.points[b]) for a, b in surface), reverse=True
-        )
-        assert length.tolist() == pytest.approx(longest[:2], rel=1e-12)
-        assert all(parting.shares.tolist() == [0.5] for parting in rows)
-    assert list(partings_at(model, np.zeros(0, np.int64))) == []
