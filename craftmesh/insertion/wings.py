@@ -12,11 +12,13 @@ from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.insertion.traces import Splits
 from craftmesh.surface.measure import area_vectors, facet_angles
+from craftmesh.surface.patches import box_axis
 
 FLATTEST = 5.0  # degrees: a facet is not made flatter to let a kink in, unless one was before
 NARROW = np.sin(np.radians(12.0))  # a kink is given a facet that leaves this angle beside it
 FLAT = np.cos(np.radians(15.0))  # two facets that turn by more are a ridge, which stays
 OPENINGS = 3  # flips for one kink at most
+ROUNDING = 1e-9  # of the local size: a place this near a plane of the box is in it
 MARGIN = 0.05  # of an edge beside a trace: nearer to its ends it gets no point for a kink
 
 
@@ -113,7 +115,10 @@ def lead_round(surface: CutSurface, sheet: Sheet, kinks: Splits, options: Insert
 
 
 def _led_round(surface: CutSurface, edge: np.ndarray, target: np.ndarray) -> CutSurface | None:
-    """Return the surface with a trace edge (2,) led over a new point beside it, None if unsound."""
+    """Return the surface with a trace edge (2,) led over a new point beside it, None if unsound.
+
+    Where an edge of the box is beside it the point would leave the other face.
+    """
     points, facets = surface.points, surface.facets
     p, q = edge.tolist()
     beside, away = -1, -1
@@ -127,12 +132,23 @@ def _led_round(surface: CutSurface, edge: np.ndarray, target: np.ndarray) -> Cut
     end = min((p, q), key=lambda a: float(_sine(target - points[a], points[beside] - points[a])))
     step = points[beside] - points[end]
     share = float((target - points[end]) @ step / (step @ step))
-    is_rim = len(_around(facets, (end, beside))) < 2
-    if is_rim or (surface.psi[[away, beside]] == 0).any() or not MARGIN < share < 1 - MARGIN:
+    rows = _around(facets, (end, beside))
+    if len(rows) < 2 or (surface.psi[[away, beside]] == 0).any() or _leaves_box(surface, rows, target):
+        return None
+    if not MARGIN < share < 1 - MARGIN:
         return None
     foot = points[end] + share * step
     split = split_edges(surface, np.sort([[end, beside]]), foot[None], surface.size[[end]])
     return _flipped(split, (p, q), (len(points), away))
+
+
+def _leaves_box(surface: CutSurface, rows: list[int], target: np.ndarray) -> bool:
+    """Tell whether a place (3,) is off a box plane in which one of the facets lies."""
+    axis = box_axis(surface.kind[rows])
+    on_box = np.flatnonzero(axis >= 0)
+    axis, facets = axis[on_box], surface.facets[np.array(rows)[on_box]]
+    off = np.abs(target[axis] - surface.points[facets[:, 0], axis])
+    return bool((off > ROUNDING * surface.size[facets[:, 0]]).any())
 
 
 def _sine(a: np.ndarray, b: np.ndarray) -> float:
