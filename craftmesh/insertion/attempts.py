@@ -9,11 +9,11 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.cut import CutSurface
-from craftmesh.insertion.hidden import split_near
 from craftmesh.insertion.misfit import Given, Inserted
 from craftmesh.insertion.mouth_kinks import onto_mouth_kinks
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
+from craftmesh.insertion.split_near import split_near
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.types import CRACK, Surface
 

@@ -17,7 +17,6 @@ from craftmesh.insertion.fins import Fronts, fronts_of, without_fins, without_sl
 from craftmesh.insertion.front_chain import FrontChain, chain, conflicts
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.front_corners import onto_corners
-from craftmesh.insertion.hidden import split_hidden
 from craftmesh.insertion.inlay import inlaid
 from craftmesh.insertion.kinks import kink_traces
 from craftmesh.insertion.loose_ends import without_loose_ends
@@ -49,7 +48,6 @@ COUNTED = (
     "boundary_points_moved",
     "boundary_facets_moved",
 )
-BULGES = 3  # rounds in which edges are split that a curved crack bulges through
 
 
 @typed
@@ -179,12 +177,6 @@ def _cut(
     cut = taken_at_box_edges(snap_to_crack(cut, sheet, options), sheet, least, options)
     if sheet.planar:
         return with_phi(cut_along(cut, sheet), sheet)
-    for _ in range(BULGES):
-        count = len(cut.points)
-        cut = split_hidden(cut, sheet, least)
-        if len(cut.points) == count:
-            break
-        cut = snap_to_crack(cut, sheet, options)
     cut = with_phi(cut_along(cut, sheet), sheet)
     cut = with_phi(kink_traces(cut, sheet, creases, least, options), sheet)
     return with_phi(follow_traces(cut, sheet, least, options), sheet)
