@@ -8,13 +8,9 @@ import numpy as np
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import among_edges, front_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
-from craftmesh.surface.measure import area_vectors
 from craftmesh.types import CRACK, Crack, Surface
 
 STRAY = 0.2  # of the least length: crack edges farther off all given fronts than this are no front
-# Of the least length: the width up to which what is open between two parts is closed, and how far off all
-# given fronts its edges are, which those of a front never are.
-SLIT = 0.02
 
 
 class Fronts(NamedTuple):
@@ -54,53 +50,10 @@ def without_fins(surface: Surface, fronts: Fronts, least: float) -> Surface:
     return surface
 
 
-def without_slits(surface: Surface, fronts: Fronts, least: float) -> Surface:
-    """Return the surface with a crack facet in each narrow triangle between crack edges where no front is.
-
-    Of two parts that met in a kink one had a node 0.005 l_min beside one of the other's, and between the
-    edges to these the crack was open. least: the least target length.
-    """
-    slits = _slits(surface, fronts, SLIT * least)
-    if not len(slits):
-        return surface
-    added, rows = slits.copy(), []
-    for n, (a, b, _) in enumerate(slits):
-        on_edge = np.isin(surface.facets, (a, b)).sum(axis=1) == 2
-        row = np.flatnonzero(on_edge & (surface.kind == CRACK))[0]
-        corners = surface.facets[row].tolist()
-        if corners[(corners.index(a) + 1) % 3] == b:
-            added[n, :2] = b, a
-        rows.append(row)
-    return replace(
-        surface,
-        facets=np.concatenate([surface.facets, added]),
-        sides=np.concatenate([surface.sides, surface.sides[rows]]),
-        kind=np.concatenate([surface.kind, surface.kind[rows]]),
-    )
-
-
-def _slits(surface: Surface, fronts: Fronts, width: float) -> np.ndarray:
-    """Return the triangles (k, 3) up to a width between edges where the crack ends and no front is."""
-    found = _triangles(_stray(surface, fronts, width))
-    length = np.linalg.norm(surface.points[found] - surface.points[found[:, [1, 2, 0]]], axis=2)
-    twice = 2 * np.linalg.norm(area_vectors(surface.points, found), axis=1)
-    return found[twice <= width * length.max(axis=1, initial=0.0)]
-
-
 def _stray(surface: Surface, fronts: Fronts, far: float) -> np.ndarray:
     """Return the edges (k, 2) where the crack ends and no front is."""
     front = front_edges(surface)
     return front[fronts.off(surface.points[front].mean(axis=1)) > far]
-
-
-def _triangles(edges: np.ndarray) -> np.ndarray:
-    """Return the triples (k, 3) of points that edges join, each once."""
-    near: dict[int, set[int]] = {}
-    for a, b in edges.tolist():
-        near.setdefault(a, set()).add(b)
-        near.setdefault(b, set()).add(a)
-    found = [(a, b, c) for a, b in edges.tolist() for c in sorted(near[a] & near[b]) if a < b < c]
-    return np.array(found, np.int64).reshape(-1, 3)
 
 
 def _fins(surface: Surface, fronts: Fronts, far: float) -> np.ndarray:

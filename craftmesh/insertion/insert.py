@@ -13,7 +13,7 @@ from craftmesh.insertion.attempts import refuse_gross, soundest
 from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.creases import Creases, creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
-from craftmesh.insertion.fins import Fronts, fronts_of, without_fins, without_slits
+from craftmesh.insertion.fins import Fronts, fronts_of, without_fins
 from craftmesh.insertion.front_chain import FrontChain, chain, conflicts
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.front_corners import onto_corners
@@ -114,7 +114,7 @@ def _as_one(
 
     Raises CraftmeshError where its front is far off the given ones.
     """
-    surface = without_slits(without_fins(surface, fronts, least), fronts, least)
+    surface = without_fins(surface, fronts, least)
     places, times = misfit_of_fronts(surface, fronts, least)
     refuse_gross(places, times)
     numbers = numbers_of(surface, int(last["crack_facets_outside_material"]))
