@@ -4,7 +4,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from craftmesh.sizing.bends import bend_lengths
 from craftmesh.sizing.folds import fold_lengths
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
@@ -49,9 +48,7 @@ def sizing_around(
     sizing = replace(plain, sources=np.concatenate([plain.sources, *sources]))
     if crack is None:
         return sizing
-    found = (
-        lengths_of(crack, surface.box, sizing) for lengths_of in (strip_lengths, fold_lengths, bend_lengths)
-    )
+    found = (lengths_of(crack, surface.box, sizing) for lengths_of in (strip_lengths, fold_lengths))
     return replace(sizing, others=(*sizing.others, *(one for one in found if one is not None)))
 
 
