@@ -10,7 +10,6 @@ import numpy as np
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.cut import CutSurface
 from craftmesh.insertion.misfit import Given, Inserted
-from craftmesh.insertion.mouth_kinks import onto_mouth_kinks
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.insertion.split_near import split_near
@@ -20,8 +19,7 @@ from craftmesh.types import CRACK, Surface
 # The later ones with smaller facets where a curved crack met a boundary; six were needed so far. Where no
 # edge there is long enough to be split, shorter ones are from the next attempt on.
 ATTEMPTS = 8
-# Shares of the options snap and snap_front, one pair after another where a crack is off the given one. Of
-# five random cracks that were, all came in with the second: with smaller facets and the mouth's kinks kept.
+# Shares of the options snap and snap_front, one pair after another where a crack is off the given one.
 CHOICES = ((1.0, 1.0), (1.0, 1.0), (1.0, 0.67), (0.5, 1.0), (0.5, 0.67), (1.0, 1.0))
 # Those for facets that meet others and are as small as they get: a fractal crack along a boundary met it in
 # eight attempts at smaller ones, and came in with half of snap.
@@ -68,8 +66,6 @@ def soundest(
             shortest /= 2
             if np.isinf(attempt.times):
                 shares, others = others or shares, ()
-        if np.isfinite(attempt.times):
-            cut = onto_mouth_kinks(cut, sheet, given.least, options)
         for pair in shares:
             try:
                 made = insert(cut, _chosen(options, pair))

@@ -14,7 +14,6 @@ from craftmesh.insertion import attempts
 from craftmesh.insertion.attempts import CHOICES, soundest
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.misfit import FACETS_OFF, FRONT_OFF, Given, Inserted
-from craftmesh.insertion.mouth_kinks import onto_mouth_kinks
 from craftmesh.insertion.offsets import prepared
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import sheet_of
@@ -175,19 +174,3 @@ def test_a_crack_that_is_far_off_in_every_attempt_is_refused_with_the_place(mode
         CraftmeshError, match=r"near \[.*\] what is in the mesh would be \d+ times farther off"
     ):
         attempts_at(model, crack, given, [far])
-
-
-def test_a_point_of_the_face_goes_to_the_kink_of_the_mouth_and_counts_as_on_the_crack(model):
-    x, y = np.meshgrid(np.linspace(1.4, 4.8, 5), np.linspace(3.0, 9.0, 5), indexing="ij")
-    z = 4.1 + 0.6 * np.abs(x - 3.1)
-    corner = np.arange(25).reshape(5, 5)
-    a, b, c, d = (corner[i : i + 4, j : j + 4].ravel() for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
-    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    kinked = crack_from_triangles(np.stack([x, y, z], axis=-1).reshape(-1, 3), triangles, None, BOX)
-    sheet = sheet_of(kinked, BOX)
-    before = prepared(model, sheet, L_MIN)
-    after = onto_mouth_kinks(before, sheet, L_MIN, InsertOptions())
-    moved = np.flatnonzero((after.points != before.points).any(axis=1))
-    assert len(moved) == 1
-    assert after.points[moved[0]] == pytest.approx([3.1, 8.0, 4.1])
-    assert after.psi[moved[0]] == 0
