@@ -89,8 +89,8 @@ def write_rows(path: Path, rows: dict[int, Row]) -> None:
 
 
 def compared(known: dict[int, Row], rows: dict[int, Row]) -> list[dict[str, str | int | float]]:
-    """Return the lines of the table: counts and sums of the seeds that both have, then what differs."""
-    seeds = sorted(known.keys() & rows.keys())
+    """Return the lines of the table: counts and sums of the seeds that both have run, then what differs."""
+    seeds = sorted(seed for seed in known.keys() & rows.keys() if known[seed]["outcome"])
     both = [[known[seed] for seed in seeds], [rows[seed] for seed in seeds]]
     lines = [
         {"what": what, "before": count(both[0]), "now": count(both[1])} for what, count in COUNTS.items()

@@ -24,8 +24,12 @@ def test_rows_are_read_as_they_were_written(tmp_path):
 
 
 def test_only_seeds_of_both_are_compared_and_each_new_fault_is_named():
-    known = {1: row(1), 2: row(2), 3: row(3)}
-    rows = {1: row(1), 2: row(2, faults={"flat": "2 unforced", "area": "off"}, flat=2, deck="cd")}
+    known = {1: row(1), 2: row(2), 3: row(3), 4: dict.fromkeys(ablate.COLUMNS, "")}
+    rows = {
+        1: row(1),
+        2: row(2, faults={"flat": "2 unforced", "area": "off"}, flat=2, deck="cd"),
+        4: row(4),
+    }
     told = {line["what"]: (line["before"], line["now"]) for line in ablate.compared(known, rows)}
     assert told["decks"] == (2, 2) and told["CPU s"] == (4.0, 4.0)
     assert told["with a fault"] == told["with flat tets"] == (0, 1) and told["flat tets"] == (0.0, 2.0)
