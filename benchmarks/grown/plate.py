@@ -21,8 +21,8 @@ grow: {{extension: {step}}}
 inp: {{material: ["isotropic:70000,{poisson}"], load: strain, magnitude: 0.001}}
 """
 STRAIGHT = 8
-# Times as much at the node on the free face: growth takes no kink from there, a fit ends there, and with
-# Poisson's ratio K_III has no limit (the corner's singularity is weaker than 1 / 2).
+# Times as much at the nodes on the free faces, from which growth takes no kink: K_II errs by up to 1.2 % of
+# K_I there, and with Poisson's ratio neither K_II nor K_III has a limit at a face.
 AT_END = 2.0
 HOLE, RADIUS, BESIDE = (27.0, 40.0), 6.0, 4  # its axis in x and z, along y
 
