@@ -77,12 +77,13 @@ def errors(
 
 
 def _energy(j: np.ndarray, g: np.ndarray, true: np.ndarray) -> np.ndarray:
-    """Return by how much the root of J differs from that of G, as a share (n,).
+    """Return by how much the root of J differs from that of G, as a share of the front's largest (n,).
 
     That of the front's median where J is not true node by node (n,): in crystals it varies as their axes
     turn, more than its splines do, and where the tube is not of one material it errs itself.
     """
-    off = np.sqrt(np.maximum(j, 0) / np.maximum(g, np.finfo(float).tiny)) - 1
+    root = np.sqrt(np.maximum(g, 0))
+    off = (np.sqrt(np.maximum(j, 0)) - root) / max(root.max(), np.finfo(float).tiny)
     return np.abs(np.where(true, off, np.median(off)))
 
 
