@@ -46,7 +46,7 @@ class GenerateOptions(Options):
     pore_spread: float = option(0.0, "spread of pore sizes, as size_spread of grains", at_least=0, below=1)
     relative_density: float = option(0.2, "material of the foam over the box", above=0, below=1)
     strut_growth: float = option(
-        4.0, "struts thicken within this distance of a node; up to 1: not", "strut radii", at_least=0
+        4.0, "struts thicken within this many of their radii of a node; up to 1: not", at_least=0
     )
     strut_shape: float = option(
         1.0, "where struts thicken: small, webs along the pores' boundaries; large, all round", at_least=0
