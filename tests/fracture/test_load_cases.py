@@ -4,15 +4,11 @@ import json
 
 import numpy as np
 import pytest
-from structured_box import plane_crack, structured_box
+from edge_crack import write_edge_crack
 
-from craftmesh.assembly.assemble import assemble
 from craftmesh.cli import main
-from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.io.front_csv import read_front
 from craftmesh.io.text_table import read_table
-from craftmesh.io.vtk import write_crack, write_tets
 
 MODEL = ("--material", "isotropic:70000,0.3", "--quarter-points", "--faces", "ZMIN.z=fixed", "ZMIN.x=fixed")
 MODEL += ("ZMIN.y=fixed", "pull/ZMAX.z=stress:100", "shear/ZMAX.x=stress:60", "back/ZMAX.z=stress:-100")
@@ -23,16 +19,11 @@ PAIR = ("--combine", "valley=pull:0.4,shear:0.12", "peak=pull:1,shear:0.3", "shu
 def folder(tmp_path_factory):
     """A box with an edge crack, its front from face to face, its load cases solved, and its surface."""
     path = tmp_path_factory.mktemp("cases")
-    box = structured_box(
-        (8, 3, 8), lambda c: np.ones(len(c), int), plane_crack(2, 4, lambda c: c[:, 0] < 4)
-    )
-    write_tets(path / "volume.vtu", assemble(*box)[0])
+    write_edge_crack(path, (8, 3, 8))
     for name, flags in (("cases", ()), ("sums", PAIR)):
         assert (
             verb("solve", path, "-o", str(path / f"{name}.npz"), "--tolerance", "1e-9", *MODEL, *flags) == 0
         )
-    edge = CrackOptions(shape="through_edge", centre=(0.0, 1.0, 3.0), radius=3.0)
-    write_crack(path / "crack.vtp", prescribed_crack(edge, 0, np.array([[0.0, 0, 0], [6, 2, 6]])))
     return path
 
 

@@ -6,15 +6,14 @@ import re
 
 import numpy as np
 import pytest
-from structured_box import plane_crack, structured_box
+from edge_crack import write_edge_crack
+from structured_box import structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.cli import main
-from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.growth.cycles import Counted
 from craftmesh.io.front_csv import read_front
-from craftmesh.io.vtk import write_crack, write_tets
+from craftmesh.io.vtk import write_tets
 
 MATERIAL = ("--material", "isotropic:70,0.3")
 
@@ -23,15 +22,9 @@ MATERIAL = ("--material", "isotropic:70,0.3")
 def folder(tmp_path_factory):
     """A box with an edge crack, its front from face to face, its solution, and the crack's surface."""
     path = tmp_path_factory.mktemp("fracture")
-    box = structured_box(
-        (10, 4, 10), lambda c: np.ones(len(c), int), plane_crack(2, 5, lambda c: c[:, 0] < 5)
-    )
-    write_tets(path / "volume.vtu", assemble(*box)[0])
+    write_edge_crack(path, (10, 4, 10))
     solved = ("--quarter-points", "--tolerance", "1e-6")
     assert main(["solve", str(path / "volume.vtu"), "-o", str(path / "u.npz"), *MATERIAL, *solved]) == 0
-    edge = CrackOptions(shape="through_edge", centre=(0.0, 2.0, 5.0), radius=5.0)
-    extents = np.array([[0.0, 0, 0], [10, 4, 10]])
-    write_crack(path / "crack.vtp", prescribed_crack(edge, 0, extents))
     return path
 
 
