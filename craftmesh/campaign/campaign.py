@@ -22,14 +22,7 @@ from craftmesh.campaign.cases import (
 from craftmesh.campaign.configuration import completed, fields_of, load_schema
 from craftmesh.campaign.digest import digest
 from craftmesh.campaign.meaning import check_meaning, small_cracks
-from craftmesh.campaign.paths import (
-    MODEL_FILES,
-    SIZE_FILES,
-    VOID_FILES,
-    read_path,
-    with_paths,
-    written_path,
-)
+from craftmesh.campaign.paths import SECTION_FILES, read_path, with_paths, written_path
 from craftmesh.campaign.sheet import Rules, read_cases
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
@@ -139,20 +132,10 @@ class Campaign:
         named = [crack_files(CrackOptions(**keys), int(inc)) for keys in self.crack_options(case, inc)]
         return [path for files in named for path in files.values()]
 
-    def size_files(self, case: str) -> list[str]:
-        """Return the files that a case's sizing function reads."""
-        sizing = self.cases[case].settings["sizing"]
-        return [sizing[key] for key in SIZE_FILES if sizing[key]]
-
-    def void_files(self, case: str) -> list[str]:
-        """Return the files that a case's synthetic microstructure is made from."""
-        keys = self.cases[case].settings["generate"]
-        return [keys[key] for key in VOID_FILES if keys[key]]
-
-    def model_files(self, case: str) -> list[str]:
-        """Return the files that a case's model is made of besides its mesh and labels."""
-        keys = self.cases[case].settings["inp"]
-        return [keys[key] for key in MODEL_FILES if keys[key]]
+    def section_files(self, section: str, case: str) -> list[str]:
+        """Return the files that a section of a case's configuration names."""
+        keys = self.cases[case].settings[section]
+        return [keys[key] for key in SECTION_FILES[section] if keys[key]]
 
     def deck_files(self, model: str) -> list[str]:
         """Return the files of the deck `model`: itself, and its mesh where the deck includes it."""
@@ -178,7 +161,7 @@ class Campaign:
     def unit_flags(self, case: str) -> str:
         """Return the flag that names a case's units, where it names any."""
         units = list(self.cases[case].settings["units"].values())
-        return shlex.join(["--units", *units]) if any(units) else ""
+        return command_flags({"units": units}) if any(units) else ""
 
     def mesh_flags(self, case: str) -> str:
         """Return the flags of `inp` that an export takes too, so that its mesh is the deck's."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from craftmesh.campaign.cases import SYNTHETIC, Case, check_exists
 from craftmesh.campaign.configuration import fields_of
-from craftmesh.campaign.paths import MODEL_FILES, SIZE_FILES, VOID_FILES
+from craftmesh.campaign.paths import SECTION_FILES
 from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.cracks.prescription import changing, check_crack, is_sized
 from craftmesh.errors import CraftmeshError
@@ -61,11 +61,15 @@ def _keyed(section: str, message: str, keys: Collection[str]) -> str:
     return f"{section}.{message}" if key in keys else f"{section}: {message}"
 
 
+def _check_files(section: str, keys: Mapping[str, Any]) -> None:
+    for key in SECTION_FILES[section]:
+        check_exists(key, keys[key])
+
+
 def _check_generate(keys: Mapping[str, Any], case: Case) -> None:
     if case.microstructure == SYNTHETIC:
         GenerateOptions(**keys)
-        for key in VOID_FILES:
-            check_exists(key, keys[key])
+        _check_files("generate", keys)
 
 
 def _check_import(keys: Mapping[str, Any], case: Case) -> None:
@@ -74,8 +78,7 @@ def _check_import(keys: Mapping[str, Any], case: Case) -> None:
 
 
 def _check_sizing(keys: Mapping[str, Any], case: Case) -> None:
-    for key in SIZE_FILES:
-        check_exists(key, keys[key])
+    _check_files("sizing", keys)
     sizing_of(case)
 
 
@@ -101,8 +104,7 @@ def checked_sizing(keys: Mapping[str, Any], edge: float | None = None) -> Sizing
 
 
 def _check_inp(keys: Mapping[str, Any], case: Case) -> None:
-    for key in MODEL_FILES:
-        check_exists(key, keys[key])
+    _check_files("inp", keys)
     options = ModelOptions(**fields_of(ModelOptions, keys))
     try:
         materials = parse_materials(options.material)

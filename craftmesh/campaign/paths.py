@@ -9,9 +9,12 @@ from typing import Any
 
 from craftmesh.errors import CraftmeshError
 
-SIZE_FILES = ("points", "field")
-VOID_FILES = ("voids_from",)
-MODEL_FILES = ("lip_field", "eigenstrain_file")
+# the keys of sections that name files which their stages read
+SECTION_FILES = {
+    "generate": ("voids_from",),
+    "sizing": ("points", "field"),
+    "inp": ("lip_field", "eigenstrain_file"),
+}
 CRACK_FILES = ("file", "front")
 _VARIABLE = re.compile(r"\$(?:([A-Za-z_]\w*)|\{(\w+)\})", re.ASCII)
 _ADDRESS = re.compile(r"[A-Za-z][\w+.-]*://")
@@ -50,10 +53,8 @@ def refuse_unexpanded(words: Sequence[str], given: str, results: str) -> None:
 
 
 def with_paths(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings with the paths of size, void, model and crack files as `read_path` has them."""
-    generate = _read(settings["generate"], VOID_FILES, "generate")
-    sizing = _read(settings["sizing"], SIZE_FILES, "sizing")
-    inp = _read(settings["inp"], MODEL_FILES, "inp")
+    """Return settings with the paths of the files of sections and cracks as `read_path` has them."""
+    sections = {name: _read(settings[name], keys, name) for name, keys in SECTION_FILES.items()}
     cracks = {name: _read(keys, CRACK_FILES, f"cracks.{name}") for name, keys in settings["cracks"].items()}
     for name, keys in cracks.items():
         if keys.get("increments"):
@@ -61,7 +62,7 @@ def with_paths(settings: Mapping[str, Any]) -> dict[str, Any]:
             keys["increments"] = [
                 read_path(place, given) if isinstance(given, str) else given for given in keys["increments"]
             ]
-    return {**settings, "generate": generate, "sizing": sizing, "inp": inp, "cracks": cracks}
+    return {**settings, **sections, "cracks": cracks}
 
 
 def _read(section: Mapping[str, Any], keys: tuple[str, ...], name: str) -> dict[str, Any]:

@@ -122,9 +122,9 @@ def test_files_that_options_name_are_inputs(campaign, tmp_path):
     sizing = {"l0": 1.0, "points": names["voids.csv"]}
     found = campaign("one\tsynthetic\tgrown\t2\n", cracks={"grown": grown}, sizing=sizing)
     assert found.crack_files("one", "001") == [names["b.stl"], names["front.csv"]]
-    assert found.size_files("one") == [names["voids.csv"]]
+    assert found.section_files("sizing", "one") == [names["voids.csv"]]
     prescribed = campaign()
-    assert prescribed.crack_files("one", "002") == prescribed.size_files("one") == []
+    assert prescribed.crack_files("one", "002") == prescribed.section_files("sizing", "one") == []
 
 
 def test_case_without_crack_has_no_crack_file(campaign):

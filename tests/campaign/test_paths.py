@@ -49,7 +49,7 @@ def test_home_and_variables_are_expanded_everywhere_alike(campaign, tmp_path, st
     assert found.results == str(folder / "res")
     assert found.microstructure("one") == found.microstructure("two") == str(folder / "v.npz")
     assert found.crack_files("one", "000") == [str(folder / "crack.stl"), str(folder / "front.csv")]
-    assert found.size_files("two") == [str(folder / "points.csv")]
+    assert found.section_files("sizing", "two") == [str(folder / "points.csv")]
     assert str(folder / "crack.stl") in found.crack_flags("one", "000")
 
 

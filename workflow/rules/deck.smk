@@ -2,7 +2,7 @@ rule inp:
     input:
         volume=f"{INC}/volume.vtu",
         labels=f"{CASE}/labels.npz",
-        files=lambda wildcards: CAMPAIGN.model_files(wildcards.case),
+        files=lambda wildcards: CAMPAIGN.section_files("inp", wildcards.case),
     output:
         model=f"{INC}/model.inp",
         mesh=CAMPAIGN.deck_files(f"{INC}/model.inp")[1:],

@@ -1,6 +1,6 @@
 rule generate:
     input:
-        lambda wildcards: CAMPAIGN.void_files(wildcards.case),
+        lambda wildcards: CAMPAIGN.section_files("generate", wildcards.case),
     output:
         f"{CASE}/generated.npz",
     log:

@@ -2,7 +2,7 @@ rule solve:
     input:
         volume=f"{INC}/volume.vtu",
         labels=f"{CASE}/labels.npz",
-        files=lambda wildcards: CAMPAIGN.model_files(wildcards.case),
+        files=lambda wildcards: CAMPAIGN.section_files("inp", wildcards.case),
     output:
         solution=f"{INC}/solution.npz",
         view=f"{INC}/solution.vtu",

@@ -24,7 +24,7 @@ rule size:
         unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{CASE}/remeshed.vtp",
         labels=f"{CASE}/labels.npz",
-        files=lambda wildcards: CAMPAIGN.size_files(wildcards.case),
+        files=lambda wildcards: CAMPAIGN.section_files("sizing", wildcards.case),
     output:
         f"{INC}/sizing.npz",
     log:
