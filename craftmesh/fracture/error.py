@@ -5,20 +5,21 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.fracture.fit import FrontLine
-from craftmesh.fracture.segments import Segments
+from craftmesh.fracture.segments import Segments, is_isotropic
+from craftmesh.mechanics.mean_moduli import mean_moduli
 
 
 class Signs(NamedTuple):
     """What K errs by at a front's nodes, each (k,) or a number, before its weight.
 
-    mesh: 1, for elements are never even. energy: by how much the root of J differs from that of the K's, as
-    a share: elements too coarse or too stiff for the front's bend, its crystal, or Poisson's ratio. tube:
+    mesh: 1, for elements are never even. energy: by how much the root of J differs from that of the
+    K's: elements too coarse or too stiff for the front's bend, its crystal, or Poisson's ratio. tube:
     the spread: too little room round the front, or a field that changes within it. crystal: the root of
     the universal index of anisotropy (Ranganathan & Ostoja-Starzewski 2008), 0 of isotropic materials: so
     much more the field varies round the front within an element. volume: the bulk over the shear modulus,
     for elements of displacements alone lock. change: half the jump of K where the material changes, for K
     is none of both limits there. end: 1 at the end of an open front, where the stress has another power.
-    tube and change are shares of the largest K of the front; change and end fall by the factor e over each
+    energy, tube and change are shares of the front's largest; change and end fall by the factor e over each
     of its edges.
     """
 
@@ -35,10 +36,6 @@ class Signs(NamedTuple):
 # Poisson's ratio of 0.49, the crystals and the lens against exact answers, lens, strip and polycrystal
 # against half the edges. docs/fracture.md has all cases.
 WEIGHTS = Signs(mesh=0.0035, energy=1.5, tube=3.0, crystal=0.005, volume=0.0003, change=1.0, end=0.045)
-# Engineering shears are twice those of tensors.
-_OF_TENSOR = np.multiply.outer([1, 1, 1, 0.5, 0.5, 0.5], [1, 1, 1, 0.5, 0.5, 0.5])
-# Of the index: materials under it are isotropic but for rounding.
-EVEN = 1e-6
 # That of a Poisson's ratio of 0.49, the most that the built-in solver takes; fields of materials with more
 # come from elements that do not lock.
 LOCKING = 50.0
@@ -64,9 +61,11 @@ def errors(
         return np.zeros(len(k))
     jump, way = _changes(line, segments, one_sided)
     at, (index, ratio) = segments.at(line.s), elastic_ratios(segments.stiffness)
+    even = np.array([is_isotropic(own) for own in segments.stiffness])[at]
+    is_whole = way.min(axis=0, initial=np.inf) * line.sizes > radius
     signs = Signs(
         mesh=1.0,
-        energy=_energy(j, g, (way.min(axis=0, initial=np.inf) * line.sizes > radius) & (index[at] < EVEN)),
+        energy=_energy(j, g, is_whole & even),
         tube=spread / largest,
         crystal=np.sqrt(index[at]),
         volume=np.minimum(ratio, LOCKING)[at],
@@ -105,17 +104,8 @@ def _changes(
 def elastic_ratios(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the index of anisotropy, and the bulk over the shear modulus (g,), of stiffnesses (g, 6, 6).
 
-    The index is 5 times Voigt's mean shear modulus over Reuss's, and the same of the bulk moduli, less 6;
-    the other ratio is that of Voigt's. Shears are the last three components.
+    The index is that of Ranganathan & Ostoja-Starzewski (2008); the other ratio is of Voigt's moduli.
     """
-    bulk, shear = _moduli(stiffness)
-    softness, slip = _moduli(np.linalg.inv(stiffness) * _OF_TENSOR)
-    return np.maximum(9 * bulk * softness + 20 * shear * slip - 6, 0.0), bulk / shear
-
-
-def _moduli(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mean bulk and shear moduli (g,) of (g, 6, 6) over the components of tensors."""
-    stretch = np.trace(matrix[:, :3, :3], axis1=1, axis2=2)
-    across = matrix[:, :3, :3].sum(axis=(1, 2)) - stretch
-    shear = np.trace(matrix[:, 3:, 3:], axis1=1, axis2=2)
-    return (stretch + across) / 9, (2 * stretch - across + 6 * shear) / 30
+    mean = mean_moduli(stiffness)
+    index = 5 * mean.voigt_shear / mean.reuss_shear + mean.voigt_bulk / mean.reuss_bulk - 6
+    return np.maximum(index, 0.0), mean.voigt_bulk / mean.voigt_shear

@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.mean_moduli import mean_moduli
 from craftmesh.mechanics.model import ElasticModel
 
 # Elements of displacements alone lock: on a penny at 45 degrees, five edges to the radius, K errs by up to
@@ -35,8 +36,6 @@ def poisson_ratios(stiffness: np.ndarray) -> np.ndarray:
     The bulk modulus is that under even pressure (Reuss), the shear modulus the mean over all directions
     (Voigt).
     """
-    bulk = 1 / np.linalg.inv(stiffness)[:, :3, :3].sum(axis=(1, 2))
-    stretch = np.trace(stiffness[:, :3, :3], axis1=1, axis2=2)
-    across = (stiffness[:, :3, :3].sum(axis=(1, 2)) - stretch) / 2
-    shear = (stretch - across + 3 * np.trace(stiffness[:, 3:, 3:], axis1=1, axis2=2)) / 15
+    mean = mean_moduli(stiffness)
+    bulk, shear = mean.reuss_bulk, mean.voigt_shear
     return (3 * bulk - 2 * shear) / (6 * bulk + 2 * shear)
