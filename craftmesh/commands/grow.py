@@ -81,13 +81,10 @@ def run(arguments: argparse.Namespace) -> None:
         step, grown = grown_step(
             step, last, box, options_from(arguments, SmoothingOptions), arguments.crack
         )
-    ended = (
-        LEFT
-        if grown is None or not table.rows
-        else standing(stays)
-        if grown is crack
-        else severed(voxels, grown)
-    )
+    if grown is None or not table.rows:
+        ended = LEFT
+    else:
+        ended = standing(stays) if grown is crack else severed(voxels, grown)
     if ended and not arguments.until:
         raise CraftmeshError(
             f"{arguments.crack}: the crack stops here, {ended}; ask for no further increment of this case, "
