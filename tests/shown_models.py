@@ -7,7 +7,7 @@ from structured_box import plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.cli import main
-from craftmesh.io.sizing_npz import write_sizing
+from craftmesh.io.stage_npz import write_sizing
 from craftmesh.io.vtk import write_tets
 from craftmesh.mesh.quality import quality
 from craftmesh.sizing.sizing import Sizing

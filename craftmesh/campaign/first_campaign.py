@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from craftmesh.campaign.cases import SYNTHETIC
-from craftmesh.io.crystals import of_grains
+from craftmesh.io.file_volume import of_grains
 from craftmesh.mechanics.crystals import known_material
 from craftmesh.sizing.sizing import voxel_edge
 from craftmesh.types import Crystal, Voxels

@@ -14,7 +14,7 @@ from craftmesh.commands.front_csv_flag import add_front_csv, write_front_csv
 from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, tell
 from craftmesh.commands.whole_model_step import complete_mesh
-from craftmesh.io.grain_tets import read_grain_tets, read_record
+from craftmesh.io.stage_npz import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, write_tets
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.repair import repair_surface

@@ -84,7 +84,7 @@ def check_volume(file: Path, _: argparse.Namespace) -> list[str]:
 
 def check_arrays(file: Path, arguments: argparse.Namespace) -> list[str]:
     """Check a sizing or, where the file is none, a volume of labels."""
-    from craftmesh.io.sizing_npz import is_sizing
+    from craftmesh.io.stage_npz import is_sizing
 
     if not is_sizing(file):
         return check_volume(file, arguments)

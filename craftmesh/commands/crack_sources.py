@@ -11,7 +11,7 @@ from craftmesh.cracks.swept_path import crack_along_path
 from craftmesh.cracks.voxel_crack import crack_through_voxels
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import read_fronts, read_path
-from craftmesh.io.point_cloud import read_points
+from craftmesh.io.point_files import read_points
 from craftmesh.io.surface_files import listed_suffixes, read_triangles
 from craftmesh.io.vtk import read_crack
 from craftmesh.types import Voxels

@@ -2,7 +2,6 @@
 
 import argparse
 import dataclasses
-import importlib
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
@@ -34,5 +33,4 @@ def run(arguments: argparse.Namespace) -> None:
         raise CraftmeshError(f"{arguments.output}: is the mesh that is read; give another name")
     options = options_from(arguments, DeckOptions)
     mesh, _ = as_elements(read_tets(arguments.volume), options.element, bool(options.quarter_points))
-    module, function = MESH_FORMATS[suffix[1:]]
-    getattr(importlib.import_module(module), function)(arguments.output, mesh)
+    MESH_FORMATS[suffix[1:]](arguments.output, mesh)

@@ -9,8 +9,7 @@ import numpy as np
 from craftmesh.deck.limits import deck_warning
 from craftmesh.deck.write_deck import write_model
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.displacement_table import FORM, read_table
-from craftmesh.io.frd import read_displacements
+from craftmesh.io.model_tables import FORM, read_displacement_table, read_displacements
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.processes import job
 from craftmesh.processes.program import run_program
@@ -61,7 +60,7 @@ def computed_field(model: ElasticModel, options: SolveOptions, folder: Path) -> 
             )
     if not results.exists():
         raise CraftmeshError(f"{options.solver}: left no {results.name}; see the files in {folder}")
-    read = read_displacements if options.solver == CALCULIX else read_table
+    read = read_displacements if options.solver == CALCULIX else read_displacement_table
     return _in_model_unit(model, *read(results), str(results))
 
 
@@ -79,4 +78,4 @@ def given_field(model: ElasticModel, path: str | os.PathLike) -> ForeignField:
             f"solver external: waits for {path}: {FORM}, a row for each node 1 to {count} of the deck that "
             "`craftmesh inp` writes with the same options; put it there and start again"
         )
-    return _in_model_unit(model, *read_table(path), str(path))
+    return _in_model_unit(model, *read_displacement_table(path), str(path))

@@ -10,7 +10,7 @@ from craftmesh.commands.sizing_flags import within_box
 from craftmesh.commands.stage_io import add_output, existing
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_labels
-from craftmesh.io.void_list import read_source_points
+from craftmesh.io.point_files import read_source_points
 from craftmesh.voxels.generate import GenerateOptions, generate
 
 

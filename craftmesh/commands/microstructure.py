@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from craftmesh.commands.stage_io import existing
-from craftmesh.io.crystals import of_grains
-from craftmesh.io.grain_strains import read_grain_strains
-from craftmesh.io.lip_field import read_lip_field
+from craftmesh.io.file_volume import of_grains
+from craftmesh.io.model_tables import read_grain_strains, read_lip_field
 from craftmesh.io.npz import read_labels
 from craftmesh.mechanics.eigenstrains import as_strain
 from craftmesh.mechanics.lips import LipField

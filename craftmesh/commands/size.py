@@ -11,7 +11,7 @@ from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.sizing_flags import sizing_by
 from craftmesh.commands.stage_io import add_output, add_report, existing, tell
 from craftmesh.io.npz import read_labels
-from craftmesh.io.sizing_npz import write_sizing
+from craftmesh.io.stage_npz import write_sizing
 from craftmesh.io.vtk import read_surface
 from craftmesh.sizing.sizing import SizingOptions, voxel_edge
 from craftmesh.sizing.stored import NUMBERS, arrays_of

@@ -10,9 +10,8 @@ from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import existing
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import read_front_points
-from craftmesh.io.size_field import read_length_field
-from craftmesh.io.sizing_npz import read_sizing
-from craftmesh.io.void_list import SourcePoints, read_source_points
+from craftmesh.io.point_files import SourcePoints, read_length_field, read_source_points
+from craftmesh.io.stage_npz import read_sizing
 from craftmesh.io.vtk import read_crack
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions

@@ -13,9 +13,8 @@ from craftmesh.commands.front_csv_flag import add_front_csv, write_front_csv
 from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, read_json, tell, warn
 from craftmesh.errors import CraftmeshError, MeshingError
-from craftmesh.io.failed_grain import write_failed_grain
-from craftmesh.io.grain_tets import write_grain_tets
-from craftmesh.io.vtk import read_surface, write_surface, write_tets
+from craftmesh.io.stage_npz import write_grain_tets
+from craftmesh.io.vtk import read_surface, write_failed_grain, write_surface, write_tets
 from craftmesh.progress import ProgressLine
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.tetrahedra.chunks import grains_of_chunk

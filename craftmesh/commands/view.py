@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> None:
 def view_arrays(file: Path) -> bytes:
     """Show labels, or the sizes of a sizing.npz; chunks of grains and solutions lack what they refer to."""
     from craftmesh.io.npz import load
-    from craftmesh.io.sizing_npz import is_sizing
+    from craftmesh.io.stage_npz import is_sizing
     from craftmesh.report.views import labels_picture, lengths_picture
 
     if is_sizing(file):

@@ -1,6 +1,7 @@
-"""What a header declares, held against the bytes that are there before memory is taken for it."""
+"""Files that may be false: what a header declares, held against the bytes there; what libraries log."""
 
 import bz2
+import logging
 import lzma
 import math
 import os
@@ -111,3 +112,24 @@ def data_file(header: Path, key: str, name: str) -> Path:
             f"{header}: {key} {name} lies outside the header's folder; move it there and name it so"
         )
     return other
+
+
+class _Listener(logging.Handler):
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.said: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.said.append(record.getMessage())
+
+
+@contextmanager
+def heard(library: str) -> Iterator[list[str]]:
+    """Yield the list that gets the warnings and errors which a library logs within."""
+    listener = _Listener()
+    logger = logging.getLogger(library)
+    logger.addHandler(listener)
+    try:
+        yield listener.said
+    finally:
+        logger.removeHandler(listener)

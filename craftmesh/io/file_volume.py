@@ -1,9 +1,10 @@
-"""What every reader of a microstructure format returns, and the checks that they share."""
+"""What readers of microstructures return, and what they share: arrays by their names, crystals."""
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -113,3 +114,137 @@ def pick(path: str | os.PathLike, dataset: str, present: list[str], wanted: tupl
     if len(present) == 1:
         return present[0]
     raise CraftmeshError(f"{path}: no dataset {wanted[0]}; give dataset as one of: {listed(present)}")
+
+
+_EULERS = re.compile(r"euler", re.I)
+_QUATERNIONS = re.compile(r"quat", re.I)
+_ORIENTATIONS = re.compile(r"euler|bunge|quat|rodrig|orient|rotation|axis_?angle|^phi_?[12]$", re.I)
+_PHASES = re.compile(r"(cell|feature|grain|parent)?_?phases?(_?ids?)?", re.I)
+_IDS = re.compile(r"(cell|feature|grain|parent|region|twin|material)_?ids?|material|labels?", re.I)
+_UNITS = {
+    DEGREES: re.compile(r"deg(?![a-z])|degree|°", re.I),
+    RADIANS: re.compile(r"\brad\b|Rad\b|radian", re.I),
+}
+
+
+def is_eulers(name: str) -> bool:
+    """Return whether an array's name says that it holds Euler angles."""
+    return bool(_EULERS.search(name))
+
+
+def is_quaternions(name: str) -> bool:
+    """Return whether an array's name says that it holds quaternions."""
+    return bool(_QUATERNIONS.search(name))
+
+
+def is_phases(name: str) -> bool:
+    """Return whether an array's name says that it holds phases."""
+    return bool(_PHASES.fullmatch(name))
+
+
+def is_ids(name: str) -> bool:
+    """Return whether an array's name says that it holds ids of grains."""
+    return bool(_IDS.fullmatch(name))
+
+
+def is_described(name: str) -> bool:
+    """Return whether an array's name says that it holds orientations, phases or ids of grains."""
+    return bool(_ORIENTATIONS.search(name)) or is_phases(name) or is_ids(name)
+
+
+def unit_said(*texts: str) -> str:
+    """Return DEGREES or RADIANS where a file's words name one of them, else ""."""
+    named = [unit for unit, pattern in _UNITS.items() if any(pattern.search(text) for text in texts)]
+    return named[0] if len(named) == 1 else ""
+
+
+def belonging(
+    path: str | os.PathLike, rows: Mapping[str, int], largest: int, claimed: Collection[int] = ()
+) -> str:
+    """Return the table that belongs to ids up to `largest`, row = id, or "" where none does.
+
+    rows: table -> how many it has. It is the one with a row for each id and none over; else one with more
+    rows, as of a part cut out of a volume, but not one that fits other ids: claimed, their counts of rows.
+    Raises CraftmeshError where several fit alike.
+    """
+    wanted = largest + 1
+    fitting = [name for name, count in rows.items() if count == wanted]
+    fitting = fitting or [name for name, count in rows.items() if count > wanted and count not in claimed]
+    if len(fitting) > 1:
+        raise CraftmeshError(
+            f"{path}: ids reach {largest}, and several tables fit them: {listed(fitting)}; "
+            "give table as one of them or its group"
+        )
+    return fitting[0] if fitting else ""
+
+
+def left_unread(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the note on arrays of a file that were not read; none without names."""
+    names = list(names)
+    return (f"left unread: {listed(names)}",) if names else ()
+
+
+# DREAM.3D's codes 0 to 10 (Laue classes; 999 is unknown), as its filter Create Ensemble Info lists them.
+_DREAM3D = (
+    *("hexagonal", "cubic", "hexagonal", "cubic", "triclinic", "monoclinic", "orthorhombic"),
+    *("tetragonal", "tetragonal", "trigonal", "trigonal"),
+)
+# The last space group of each structure (International Tables for Crystallography A).
+_LAST_GROUP = MappingProxyType(
+    {
+        **{2: "triclinic", 15: "monoclinic", 74: "orthorhombic", 142: "tetragonal", 167: "trigonal"},
+        **{194: "hexagonal", 230: "cubic"},
+    }
+)
+# Laue groups, as Neper names symmetries beside the words themselves.
+_LAUE = MappingProxyType(
+    {
+        **{
+            "-1": "triclinic",
+            "2/m": "monoclinic",
+            "mmm": "orthorhombic",
+            "-3": "trigonal",
+            "-3m": "trigonal",
+        },
+        **dict.fromkeys(("4/m", "4/mmm"), "tetragonal"),
+        **dict.fromkeys(("6/m", "6/mmm"), "hexagonal"),
+        **dict.fromkeys(("m-3", "m-3m"), "cubic"),
+    }
+)
+
+
+def in_words(value: bytes | str) -> str:
+    """Return a text of an HDF5 file."""
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def of_dream3d(code: int) -> str:
+    """Return the structure of a code of DREAM.3D, "" where it is unknown."""
+    return _DREAM3D[code] if 0 <= code < len(_DREAM3D) else ""
+
+
+def of_space_group(number: int) -> str:
+    """Return the structure of a space group 1 to 230, "" for other numbers."""
+    return next((word for last, word in _LAST_GROUP.items() if 1 <= number <= last), "")
+
+
+def of_symmetry(word: str) -> str:
+    """Return the structure of a Laue group such as m-3m, or of its own word; "" where it is neither."""
+    return word if word in _LAST_GROUP.values() else _LAUE.get(word, "")
+
+
+def of_grains(crystals: Mapping[int, Crystal], phases: np.ndarray | None) -> dict[int, Crystal]:
+    """Return the crystals by phase; where grains have none, the only crystal as that of phase 0."""
+    if phases is not None:
+        return dict(crystals)
+    return dict(zip([0], crystals.values())) if len(crystals) == 1 else {}
+
+
+def as_table(crystals: Mapping[int, Crystal]) -> np.ndarray:
+    """Return crystals as texts (k, 3): phase, structure, name."""
+    return np.array([[str(phase), *crystal] for phase, crystal in crystals.items()], str).reshape(-1, 3)
+
+
+def from_table(table: np.ndarray) -> dict[int, Crystal]:
+    """Return the crystals of a table made by `as_table`."""
+    return {int(phase): Crystal(structure, name) for phase, structure, name in table.tolist()}

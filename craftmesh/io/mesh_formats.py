@@ -1,9 +1,255 @@
-"""The formats that a mesh is exported to: one table for the verb, the configuration and the workflow."""
+"""The formats that a mesh is exported to: VTK (.vtu), Gmsh (.msh, 2.2, binary), Exodus II (.e, .exo)."""
 
-# By the suffix without its dot: the module and its function write(path, mesh), imported when it is called.
-MESH_FORMATS = {
-    "vtu": ("craftmesh.io.vtu", "write_vtu"),
-    "msh": ("craftmesh.io.msh", "write_msh"),
-    "e": ("craftmesh.io.exodus", "write_exodus"),
-    "exo": ("craftmesh.io.exodus", "write_exodus"),
-}
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from craftmesh.atomic import atomic_path
+from craftmesh.errors import CraftmeshError
+from craftmesh.io import vtk_xml
+from craftmesh.io.vtk import VTK_CELL_TYPE, set_arrays
+from craftmesh.types import TetMesh
+
+_CELLS = {4: ("tetra", "triangle"), 10: ("tetra10", "triangle6")}
+
+
+def write_msh(path: str | os.PathLike, mesh: TetMesh) -> None:
+    """Write the mesh through meshio; every set is a physical group.
+
+    Volumes GRAIN_<id>, whose tag is the grain's id; surfaces of triangles with normals out of their
+    elements, one group per face set; points, one group per node set in its order. Node sets called as
+    a face set get _NODES after their names, for meshio's groups of all dimensions share one list of names.
+    Elements come first and keep the deck's numbers. Empty sets are left out.
+    """
+    from meshio import Mesh
+    from meshio.gmsh import write
+
+    solid, face = _CELLS[mesh.tets.shape[1]]
+    cells, tags = [(solid, mesh.tets)], [mesh.grain]
+    groups = {f"GRAIN_{grain}": np.array([grain, 3]) for grain in np.unique(mesh.grain).tolist()}
+    for k, (name, faces) in enumerate(mesh.face_sets.items(), 1):
+        if len(faces):
+            cells.append((face, mesh.outward_triangles(name)))
+            tags.append(np.full(len(faces), k, np.int32))
+            groups[name] = np.array([k, 2])
+    for k, (name, nodes) in enumerate(mesh.node_sets.items(), 1):
+        if len(nodes):
+            cells.append(("vertex", nodes[:, None]))
+            tags.append(np.full(len(nodes), k, np.int32))
+            groups[f"{name}_NODES" if name in mesh.face_sets else name] = np.array([k, 0])
+    data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+    with atomic_path(path) as temporary:
+        write(temporary, Mesh(mesh.points, cells, cell_data=data, field_data=groups), "2.2", binary=True)
+
+
+# scipy sorts variables by the shape that they are made with, and does nothing else with it but to tell
+# record variables. Given one shape they keep their order, by which meshio names the sets of an Exodus file.
+_ANY_LENGTH = (1,)
+LARGEST = 2**31 - 4  # bytes of a variable: scipy packs its padded size as int32
+
+
+@dataclass(frozen=True)
+class Variable:
+    """An array over named dimensions; int32, float32, float64 or single characters."""
+
+    name: str
+    dimensions: tuple[str, ...]
+    values: np.ndarray
+    attributes: Mapping[str, str] = field(default_factory=dict)
+
+
+def write_netcdf(
+    path: str | os.PathLike,
+    dimensions: Mapping[str, int | None],
+    variables: Sequence[Variable],
+    attributes: Mapping[str, object],
+) -> None:
+    """Write the file whole or not at all; the same input gives the same bytes.
+
+    dimensions: name -> length > 0, None for the record dimension, the first, of which there is one record.
+    Variables that have it, as their first dimension, come last in `variables`, whose order the file keeps.
+    Attributes are texts or numbers. Raises CraftmeshError, before anything is written, for a variable of
+    over 2 GiB.
+    """
+    from scipy.io import netcdf_file, netcdf_variable
+
+    for variable in variables:
+        if variable.values.nbytes > LARGEST:
+            raise CraftmeshError(
+                f"{path}: {variable.name} takes {variable.values.nbytes} bytes; NetCDF by scipy has up to "
+                f"{LARGEST}: export to .vtu instead, or coarsen the mesh"
+            )
+    with atomic_path(path) as temporary, netcdf_file(temporary, "w", version=2) as file:
+        for name, length in dimensions.items():
+            file.createDimension(name, length)
+        for name, value in attributes.items():
+            setattr(file, name, value)
+        for variable in variables:
+            data = np.ascontiguousarray(variable.values, variable.values.dtype.newbyteorder(">"))
+            is_record = dimensions[variable.dimensions[0]] is None
+            file.variables[variable.name] = netcdf_variable(
+                data,
+                data.dtype.char,
+                data.dtype.itemsize,
+                (None,) if is_record else _ANY_LENGTH,
+                variable.dimensions,
+                dict(variable.attributes),
+            )
+
+
+Dimensions = dict[str, int | None]  # name -> length, None for the time steps
+_NAME_LIMIT = 32
+_ELEMENT = {4: "TETRA", 10: "TETRA10"}  # nodes in Abaqus' order
+_SIDE = np.array([4, 1, 2, 3])  # Exodus' sides 124, 234, 143, 132 of S1..S4 = 123, 142, 243, 341
+
+
+def write_exodus(path: str | os.PathLike, mesh: TetMesh) -> None:
+    """Write an Exodus II file that keeps the grains and all sets, in NetCDF's 64-bit classic format.
+
+    Element blocks GRAIN_<id> have the grain's id, and the element variable `grain` repeats it; elements
+    are sorted by grain, and the element number map holds their numbers in the deck. Node sets keep
+    their order; face sets become side sets. Empty sets are left out. Raises CraftmeshError for names
+    of over 32 characters.
+    """
+    order = np.argsort(mesh.grain, kind="stable")
+    grains, counts = np.unique(mesh.grain, return_counts=True)
+    blocks = np.split(order, np.cumsum(counts)[:-1])
+    dimensions: Dimensions = {"time_step": None, "len_string": 33, "len_line": 81}
+    dimensions |= {"len_name": _NAME_LIMIT + 1, "num_dim": 3}
+    dimensions |= {"num_nodes": len(mesh.points), "num_elem": len(order)}
+    variables = [
+        Variable(f"coord{axis}", ("num_nodes",), mesh.points[:, i]) for i, axis in enumerate("xyz")
+    ]
+    variables.append(_names("coor_names", "num_dim", list("xyz")))
+    variables.append(Variable("elem_num_map", ("num_elem",), _integers(order + 1)))
+    variables += _blocks(dimensions, mesh, grains, blocks)
+    variables += _node_sets(dimensions, mesh)
+    variables += _side_sets(dimensions, mesh, order)
+    variables += _grain_variable(dimensions, grains, blocks)
+    numbers: dict[str, np.number] = {"api_version": np.float32(5.1), "version": np.float32(5.1)}
+    numbers |= {"floating_point_word_size": np.int32(8), "file_size": np.int32(1)}
+    numbers |= {"maximum_name_length": np.int32(_NAME_LIMIT)}
+    write_netcdf(path, dimensions, variables, numbers | {"title": "craftmesh"})
+
+
+def _blocks(
+    dimensions: Dimensions, mesh: TetMesh, grains: np.ndarray, blocks: list[np.ndarray]
+) -> list[Variable]:
+    dimensions["num_el_blk"] = len(grains)
+    variables = _set_heads("eb", "num_el_blk", grains, [f"GRAIN_{grain}" for grain in grains.tolist()])
+    element = {"elem_type": _ELEMENT[mesh.tets.shape[1]]}
+    for k, rows in enumerate(blocks, 1):
+        dimensions |= {f"num_el_in_blk{k}": len(rows), f"num_nod_per_el{k}": mesh.tets.shape[1]}
+        shape = (f"num_el_in_blk{k}", f"num_nod_per_el{k}")
+        variables.append(Variable(f"connect{k}", shape, _integers(mesh.tets[rows] + 1), element))
+    return variables
+
+
+def _node_sets(dimensions: Dimensions, mesh: TetMesh) -> list[Variable]:
+    sets = {name: nodes for name, nodes in mesh.node_sets.items() if len(nodes)}
+    if not sets:
+        return []
+    dimensions["num_node_sets"] = len(sets)
+    variables = _set_heads("ns", "num_node_sets", np.arange(1, len(sets) + 1), list(sets))
+    for k, nodes in enumerate(sets.values(), 1):
+        dimensions[f"num_nod_ns{k}"] = len(nodes)
+        variables.append(Variable(f"node_ns{k}", (f"num_nod_ns{k}",), _integers(nodes + 1)))
+    return variables
+
+
+def _side_sets(dimensions: Dimensions, mesh: TetMesh, order: np.ndarray) -> list[Variable]:
+    sets = {name: faces for name, faces in mesh.face_sets.items() if len(faces)}
+    if not sets:
+        return []
+    place = np.empty(len(order), np.int64)
+    place[order] = np.arange(1, len(order) + 1)
+    dimensions["num_side_sets"] = len(sets)
+    variables = _set_heads("ss", "num_side_sets", np.arange(1, len(sets) + 1), list(sets))
+    for k, faces in enumerate(sets.values(), 1):
+        dimensions[f"num_side_ss{k}"] = len(faces)
+        shape = (f"num_side_ss{k}",)
+        variables.append(Variable(f"elem_ss{k}", shape, _integers(place[faces[:, 0]])))
+        variables.append(Variable(f"side_ss{k}", shape, _integers(_SIDE[faces[:, 1]])))
+    return variables
+
+
+def _grain_variable(dimensions: Dimensions, grains: np.ndarray, blocks: list[np.ndarray]) -> list[Variable]:
+    dimensions["num_elem_var"] = 1
+    table = np.ones((len(grains), 1), np.int32)
+    variables = [
+        _names("name_elem_var", "num_elem_var", ["grain"]),
+        Variable("elem_var_tab", ("num_el_blk", "num_elem_var"), table),
+        Variable("time_whole", ("time_step",), np.zeros(1)),
+    ]
+    return variables + [
+        Variable(
+            f"vals_elem_var1eb{k}",
+            ("time_step", f"num_el_in_blk{k}"),
+            np.full((1, len(rows)), float(grain)),
+        )
+        for k, (grain, rows) in enumerate(zip(grains.tolist(), blocks), 1)
+    ]
+
+
+def _set_heads(kind: str, dimension: str, ids: np.ndarray, names: list[str]) -> list[Variable]:
+    """Return status, ids and names of element blocks (eb), node sets (ns) or side sets (ss)."""
+    return [
+        Variable(f"{kind}_status", (dimension,), np.ones(len(ids), np.int32)),
+        Variable(f"{kind}_prop1", (dimension,), _integers(ids), {"name": "ID"}),
+        _names(f"{kind}_names", dimension, names),
+    ]
+
+
+def _names(variable: str, dimension: str, names: list[str]) -> Variable:
+    long = [name for name in names if len(name) > _NAME_LIMIT or not name.isascii()]
+    if long:
+        raise CraftmeshError(
+            f"set {long[0]}: Exodus names have up to {_NAME_LIMIT} ASCII characters; rename it"
+        )
+    width = _NAME_LIMIT + 1
+    text = np.array([name.encode("ascii") for name in names], f"S{width}")
+    return Variable(variable, (dimension, "len_name"), text.view("S1").reshape(-1, width))
+
+
+def _integers(values: np.ndarray) -> np.ndarray:
+    return np.asarray(values, np.int32)
+
+
+VTK_FACE_TYPE = {4: 5, 10: 22}  # VTK_TRIANGLE, VTK_QUADRATIC_TRIANGLE
+
+
+def write_vtu(path: str | os.PathLike, mesh: TetMesh) -> None:
+    """Write the tetrahedra, then the triangles of each face set, with normals out of their elements.
+
+    Cell data: `grain` int32, 0 on triangles; `face_set` int32, 0 on tetrahedra and k on the triangles of
+    the k-th face set. Point data: for each node set an array of its name, uint8, 1 on its nodes. The field
+    data are those of `write_tets`, whose reader reads this file too.
+    """
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
+
+    width, count = mesh.tets.shape[1], len(mesh.tets)
+    triangles = [mesh.outward_triangles(name) for name in mesh.face_sets]
+    numbers = np.repeat(np.arange(1, len(triangles) + 1), [len(rows) for rows in triangles])
+    total = len(numbers)
+    sizes = np.repeat([width, 3 if width == 4 else 6], [count, total])
+    types = np.repeat([VTK_CELL_TYPE[width], VTK_FACE_TYPE[width]], [count, total]).astype(np.uint8)
+    nodes = np.concatenate([mesh.tets.ravel(), *(rows.ravel() for rows in triangles)])
+    grid = vtkUnstructuredGrid()
+    grid.SetPoints(vtk_xml.vtk_points(mesh.points))
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    grid.SetCells(numpy_to_vtk(types, deep=True), vtk_xml.cell_array(nodes, offsets))
+    grain = np.concatenate([mesh.grain, np.zeros(total, np.int32)])
+    number = np.concatenate([np.zeros(count, np.int32), numbers.astype(np.int32)])
+    vtk_xml.add_arrays(grid.GetCellData(), {"grain": grain, "face_set": number})
+    every = np.arange(len(mesh.points))
+    masks = {name: np.isin(every, nodes).astype(np.uint8) for name, nodes in mesh.node_sets.items()}
+    vtk_xml.add_arrays(grid.GetPointData(), masks)
+    vtk_xml.add_arrays(grid.GetFieldData(), set_arrays(mesh))
+    vtk_xml.write_dataset(path, grid, "UnstructuredGrid")
+
+
+# What writes a mesh to a path, by the suffix without its dot.
+MESH_FORMATS = {"vtu": write_vtu, "msh": write_msh, "e": write_exodus, "exo": write_exodus}

@@ -1,4 +1,4 @@
-"""NumPy files: labels.npz of a case (written and read back exactly), and volumes from other tools' .npz."""
+"""NumPy files: labels.npz of a case, read back exactly, and volumes from other tools' .npz and .npy."""
 
 import lzma
 import os
@@ -13,7 +13,6 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.crystals import as_table, from_table
 from craftmesh.io.declared import refuse_false_size, refuse_false_zip
 from craftmesh.io.file_volume import (
     EULERS,
@@ -22,10 +21,16 @@ from craftmesh.io.file_volume import (
     UNSAID,
     FileVolume,
     Rotations,
+    as_table,
+    from_table,
+    is_described,
+    is_eulers,
+    is_phases,
+    left_unread,
     pick,
     to_xyz,
+    unit_said,
 )
-from craftmesh.io.side_arrays import is_described, is_eulers, is_phases, left_unread, unit_said
 from craftmesh.types import VOID, Crystal, Voxels
 
 FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
@@ -74,7 +79,7 @@ def read_labels(path: str | os.PathLike) -> Voxels:
     return Voxels(*place, arrays.get("orientations"), arrays.get("phases"), _crystals(path, arrays))
 
 
-def read(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
+def read_npz(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
     """Read `labels` (or `dataset`), spacing, origin, orientations and phases from an .npz.
 
     The axes are those of `axes`, else of the file's entry `axes`, else x, y, z. Orientations come from
@@ -177,3 +182,18 @@ def _fault(path: str | os.PathLike, error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         return error.strerror
     return str(error) if zipfile.is_zipfile(path) else "no zip archive, or one that was cut short"
+
+
+def read_npy(path: str | os.PathLike, axes: str) -> FileVolume:
+    """Read a .npy whose axes are in the order `axes` ("xyz", "zyx", ...); raises CraftmeshError."""
+    if not axes:
+        raise CraftmeshError(f"{path}: a .npy does not say its axis order; give axes as xyz or zyx")
+    if zipfile.is_zipfile(path):
+        raise CraftmeshError(f"{path}: is an .npz archive; name it so or give format npz")
+    try:
+        with open(path, "rb") as stream:
+            refuse_false_head(path, "its array", stream, os.path.getsize(path))
+        labels = np.load(path, allow_pickle=False)
+    except BROKEN as error:
+        raise CraftmeshError(f"{path}: is not a .npy of numbers ({error}); write it anew") from None
+    return FileVolume(to_xyz(labels, axes, str(path)))

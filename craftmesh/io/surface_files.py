@@ -18,9 +18,8 @@ from h5py import is_hdf5
 from craftmesh.arguments import as_array
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.declared import data_file, enough_memory, refuse_false_zip
+from craftmesh.io.declared import data_file, enough_memory, heard, refuse_false_zip
 from craftmesh.io.hdf5 import opened
-from craftmesh.io.heard import heard
 from craftmesh.types import Surface
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off", ".3mf")

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.crystals import of_symmetry
 from craftmesh.io.declared import data_file, refuse_false_size
 from craftmesh.io.file_volume import (
     DEGREES,
@@ -27,9 +26,10 @@ from craftmesh.io.file_volume import (
     FileVolume,
     Rotations,
     ids_in_text,
+    left_unread,
+    of_symmetry,
     table_rows,
 )
-from craftmesh.io.side_arrays import left_unread
 from craftmesh.types import VOID, Crystal
 
 _BINARY = {
@@ -52,7 +52,7 @@ _DESCRIPTORS = {
 }
 
 
-def read(path: str | os.PathLike) -> FileVolume:
+def read_tesr(path: str | os.PathLike) -> FileVolume:
     """Read the cells of the voxels, the voxel sizes, the origin, the orientations and the symmetry.
 
     Cells go by their `*id` where there is one; 0 is void. Orientations are those of the cells (*ori), else

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.declared import DEFLATE, refuse_false_size
+from craftmesh.io.declared import DEFLATE, heard, refuse_false_size
 from craftmesh.io.file_volume import FileVolume
-from craftmesh.io.heard import heard
 
 SUFFIXES = (".tif", ".tiff")
 _RATIOS = {1: 1, 8: DEFLATE, 32946: DEFLATE}  # by the tag Compression; the others have no bound
@@ -19,7 +18,7 @@ _RATIOS = {1: 1, 8: DEFLATE, 32946: DEFLATE}  # by the tag Compression; the othe
 _ALONE: dict[str, Any] = dict.fromkeys(("is_ome", "is_mmstack", "is_ndtiff"), False)
 
 
-def read(path: str | os.PathLike) -> FileVolume:
+def read_tiff(path: str | os.PathLike) -> FileVolume:
     """Read a stack of integer slices: one file, or a folder whose slices go by the number in their names.
 
     A TIFF has no spacing that could be relied on: the caller gives it. Raises CraftmeshError.

@@ -7,8 +7,19 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError, listed
 from craftmesh.io import vtk_xml
-from craftmesh.io.file_volume import EULERS, QUATERNIONS, UNSAID, FileVolume, Rotations, pick
-from craftmesh.io.side_arrays import is_described, is_eulers, is_phases, left_unread, unit_said
+from craftmesh.io.file_volume import (
+    EULERS,
+    QUATERNIONS,
+    UNSAID,
+    FileVolume,
+    Rotations,
+    is_described,
+    is_eulers,
+    is_phases,
+    left_unread,
+    pick,
+    unit_said,
+)
 from craftmesh.types import GRAIN, UNINDEXED, VOID
 
 if TYPE_CHECKING:
@@ -18,7 +29,7 @@ _NAMES = ("labels", "material", "FeatureIds", "GrainIds", "grain", "grain_id", "
 _ZERO = {"material": GRAIN, "FeatureIds": UNINDEXED}  # of DAMASK, of DREAM.3D
 
 
-def read(path: str | os.PathLike, dataset: str) -> FileVolume:
+def read_vti(path: str | os.PathLike, dataset: str) -> FileVolume:
     """Read an integer cell array: `dataset`, or the first of the usual names, or the only one there is.
 
     In an array `material`, DAMASK's, 0 is a grain. Raises CraftmeshError, also for axes that are turned.

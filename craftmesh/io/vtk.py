@@ -14,6 +14,7 @@ from craftmesh.types import CRACK, Crack, Surface, TetMesh, Voxels
 
 if TYPE_CHECKING:
     from vtkmodules.vtkCommonDataModel import vtkPolyData
+from collections.abc import Mapping
 
 _NODE_SET, _FACE_SET = "node_set:", "face_set:"
 _VTK_TRIANGLES = (5, 22)
@@ -169,3 +170,17 @@ def _triangles(path: str | os.PathLike, poly: "vtkPolyData") -> tuple[np.ndarray
         )
     before = poly.GetNumberOfVerts() + poly.GetNumberOfLines()
     return connectivity.reshape(-1, 3), slice(before, before + len(offsets) - 1)
+
+
+def write_failed_grain(
+    path: str | os.PathLike, points: np.ndarray, facets: np.ndarray, marks: Mapping[str, np.ndarray]
+) -> None:
+    """Write facets (m, 3) on points (n, 3) as .vtp with `marks` (m,) as cell data, bools as 0 and 1."""
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    poly = vtkPolyData()
+    poly.SetPoints(vtk_xml.vtk_points(points))
+    poly.SetPolys(vtk_xml.uniform_cells(facets))
+    numbers = {name: mark.astype("u1") if mark.dtype == bool else mark for name, mark in marks.items()}
+    vtk_xml.add_arrays(poly.GetCellData(), numbers)
+    vtk_xml.write_dataset(path, poly, "PolyData")

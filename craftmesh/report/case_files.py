@@ -11,8 +11,8 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import front_table, read_front, read_words
-from craftmesh.io.sizing_npz import read_sizing
 from craftmesh.io.solution import read_solution
+from craftmesh.io.stage_npz import read_sizing
 from craftmesh.io.vtk import read_crack
 from craftmesh.report.costs import Cost, stage_costs
 from craftmesh.report.sweeps import SIZES

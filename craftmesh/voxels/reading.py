@@ -8,10 +8,15 @@ import numpy as np
 
 from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError, listed
-from craftmesh.io import dream3d, labdct, metaimage, npy, npz, nrrd_volume, tesr, tiff, vti
 from craftmesh.io.declared import enough_memory
 from craftmesh.io.file_volume import DEGREES, RADIANS, UNSAID, FileVolume
+from craftmesh.io.hdf5_volumes import read_dream3d, read_labdct
+from craftmesh.io.npz import read_npy, read_npz
+from craftmesh.io.oriented import read_metaimage, read_nrrd
+from craftmesh.io.tesr import read_tesr
+from craftmesh.io.tiff import read_tiff
 from craftmesh.io.volume_format import SUFFIXES, format_of
+from craftmesh.io.vti import read_vti
 from craftmesh.options import Options, option
 from craftmesh.types import GRAIN, UNINDEXED, VOID, Voxels
 from craftmesh.voxels.background import background_shown
@@ -147,17 +152,16 @@ def _read_file(path: Path, options: ReadOptions) -> FileVolume:
         raise CraftmeshError(
             f"{path}: is a folder; expected a {kind} file, or format tiff for a folder of slices"
         )
+    plain = {"tiff": read_tiff, "tesr": read_tesr, "metaimage": read_metaimage, "nrrd": read_nrrd}
+    if kind in plain:
+        return plain[kind](path)
     if kind == "npz":
-        return npz.read(path, options.dataset, options.axes)
+        return read_npz(path, options.dataset, options.axes)
     if kind == "npy":
-        return npy.read(path, options.axes)
-    if kind == "tiff":
-        return tiff.read(path)
-    if kind in ("tesr", "metaimage", "nrrd"):
-        return {"tesr": tesr, "metaimage": metaimage, "nrrd": nrrd_volume}[kind].read(path)
+        return read_npy(path, options.axes)
     if kind == "dream3d":
-        return dream3d.read(path, options.dataset, options.table)
-    return {"labdct": labdct, "vti": vti}[kind].read(path, options.dataset)
+        return read_dream3d(path, options.dataset, options.table)
+    return {"labdct": read_labdct, "vti": read_vti}[kind](path, options.dataset)
 
 
 def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarray:

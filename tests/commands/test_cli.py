@@ -11,7 +11,6 @@ from craftmesh import cli
 from craftmesh.campaign.config_schema import SECTIONS, config_schema
 from craftmesh.commands.flags import Parser
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.mesh_formats import MESH_FORMATS
 
 
 def module_of(verb: str):
@@ -76,11 +75,6 @@ def test_verb_of_a_section_takes_its_keys(section):
 
 def test_solve_takes_the_model_that_inp_takes():
     assert set(config_schema()["properties"]["inp"]["properties"]) - {"includes"} <= known_to("solve")
-
-
-def test_writers_of_all_formats_are_there():
-    for module, function in MESH_FORMATS.values():
-        assert callable(getattr(importlib.import_module(module), function))
 
 
 def test_help_does_not_load_the_stages():

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io import frd
-from craftmesh.io.displacement_table import read_table
-from craftmesh.io.frd import read_displacements
+from craftmesh.io import model_tables
+from craftmesh.io.model_tables import read_displacement_table, read_displacements
 
 
 def block(name: str, rows: dict, steps=4) -> str:
@@ -34,7 +33,7 @@ def test_displacements_are_read_from_the_last_step(tmp_path):
 
 @pytest.mark.parametrize("rows", [1, 2, 3, 7])
 def test_blocks_of_any_length_are_read_in_pieces(tmp_path, monkeypatch, rows):
-    monkeypatch.setattr(frd, "_ROWS", rows)
+    monkeypatch.setattr(model_tables, "_ROWS", rows)
     given = {node: (node / 8, -node, 0.5) for node in range(1, 8)}
     (tmp_path / "a.frd").write_text(HEAD + block("DISP", given) + block("FORC", {1: (9, 9, 9)}) + " 9999\n")
     numbers, values = read_displacements(tmp_path / "a.frd")
@@ -73,16 +72,16 @@ def test_files_that_hold_none_are_refused(tmp_path, text, said):
 def test_tables_in_another_form_are_refused(tmp_path, text, said):
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(CraftmeshError, match=said):
-        read_table(tmp_path / "a.csv")
+        read_displacement_table(tmp_path / "a.csv")
 
 
 def test_tables_are_read_from_csv_and_npz(tmp_path):
     (tmp_path / "a.csv").write_text("Node, UX, UY, UZ\n3,1,2,3\n1,0,-1e-3,5\n")
-    numbers, values = read_table(tmp_path / "a.csv")
+    numbers, values = read_displacement_table(tmp_path / "a.csv")
     assert numbers.tolist() == [3, 1] and values.tolist() == [[1, 2, 3], [0, -1e-3, 5]]
     np.savez(tmp_path / "a.npz", node=numbers, displacement=values)
-    again = read_table(tmp_path / "a.npz")
+    again = read_displacement_table(tmp_path / "a.npz")
     assert (again[0] == numbers).all() and (again[1] == values).all()
     np.savez(tmp_path / "b.npz", node=numbers[:1], displacement=values)
     with pytest.raises(CraftmeshError, match="entries node, displacement"):
-        read_table(tmp_path / "b.npz")
+        read_displacement_table(tmp_path / "b.npz")

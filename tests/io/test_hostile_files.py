@@ -27,7 +27,7 @@ import json, resource, sys
 from pathlib import Path
 from craftmesh.errors import CraftmeshError
 from craftmesh.voxels.reading import ReadOptions, read_voxels
-from craftmesh.io import dream3d, labdct, surface_files, vtk_xml
+from craftmesh.io import hdf5_volumes, surface_files, vtk_xml
 import lxml.etree, networkx, nrrd, tifffile, trimesh
 import vtkmodules.vtkCommonDataModel, vtkmodules.util.numpy_support
 taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.netcdf import LARGEST, Variable, write_netcdf
+from craftmesh.io.mesh_formats import LARGEST, Variable, write_netcdf
 
 DIMENSIONS = {"time": None, "rows": 3, "letters": 2}
 VARIABLES = [

@@ -6,11 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.displacement_table import read_table as read_displacements
 from craftmesh.io.front_csv import read_front_points, read_fronts, read_path
-from craftmesh.io.point_cloud import read_points
+from craftmesh.io.model_tables import read_displacement_table as read_displacements
+from craftmesh.io.point_files import read_points, read_source_points
 from craftmesh.io.text_table import read_table
-from craftmesh.io.void_list import read_source_points
 
 POINTS = np.array([[1.5, -2.25, 3.0], [4.0, 5.5e-3, 6.0], [-7.0, 8.125, 9.0]])
 RADII = np.array([[0.5], [1.25], [2.0]])

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.tiff import read, slice_files
+from craftmesh.io.tiff import read_tiff, slice_files
 
 SLICE = np.arange(6, dtype=np.uint8).reshape(2, 3)
 
@@ -29,7 +29,7 @@ def folder(place: Path, *names: str) -> Path:
 
 def refusal(path: Path) -> str:
     with pytest.raises(CraftmeshError) as caught:
-        read(path)
+        read_tiff(path)
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
@@ -87,7 +87,7 @@ def test_no_slice_is_left_out_in_silence(tmp_path, make):
 
 
 def test_slices_come_in_the_order_of_their_numbers(tmp_path):
-    volume = read(folder(tmp_path, *(f"s{k}.tif" for k in range(12)))).labels
+    volume = read_tiff(folder(tmp_path, *(f"s{k}.tif" for k in range(12)))).labels
     assert volume.shape == (3, 2, 12)
     assert (np.diff(volume[0, 0].astype(int)) == 1).all()
 
@@ -95,7 +95,7 @@ def test_slices_come_in_the_order_of_their_numbers(tmp_path):
 def test_one_stack_alone_is_taken_and_not_beside_others(tmp_path):
     write(tmp_path / "stack.tif", np.stack([SLICE, SLICE + 1]))
     write(tmp_path / "._stack.tif")
-    assert read(tmp_path).labels.shape == (3, 2, 2)
+    assert read_tiff(tmp_path).labels.shape == (3, 2, 2)
     (tmp_path / "stack.tif").rename(tmp_path / "stack1.tif")
     write(tmp_path / "stack2.tif", np.stack([SLICE, SLICE + 1]))
     assert "one stack alone" in refusal(tmp_path)
@@ -121,7 +121,7 @@ def test_pages_written_one_by_one_are_one_stack_of_one_size(tmp_path, last, coun
         for page in (SLICE, SLICE, last):
             stack.write(page, photometric="minisblack")
     if count:
-        assert read(tmp_path / "s.tif").labels.shape == (3, 2, count)
+        assert read_tiff(tmp_path / "s.tif").labels.shape == (3, 2, count)
     else:
         assert "2 sizes" in refusal(tmp_path / "s.tif")
 
@@ -152,15 +152,15 @@ def test_a_file_is_read_alone_whatever_others_its_head_names(tmp_path):
     for k, name in enumerate(names):
         write(name, SLICE + k, description=head.replace("urn:uuid:0", f"urn:uuid:{k}", 1), metadata=None)
     assert tifffile.imread(names[0]).shape == (2, 2, 3)
-    assert read(tmp_path).labels.shape == (3, 2, 2)
-    assert read(names[0]).labels.shape == (3, 2, 1)
+    assert read_tiff(tmp_path).labels.shape == (3, 2, 2)
+    assert read_tiff(names[0]).labels.shape == (3, 2, 1)
 
 
 @pytest.mark.parametrize("width", [3, 4])
 def test_three_or_four_pixels_a_row_are_colours_only_where_the_file_says_so(width, tmp_path):
     labels = np.arange(5 * 6 * width, dtype=np.uint16).reshape(5, 6, width)
     tifffile.imwrite(tmp_path / "grey.tif", labels, photometric="minisblack", planarconfig="contig")
-    assert (read(tmp_path / "grey.tif").labels == labels.transpose(2, 1, 0)).all()
+    assert (read_tiff(tmp_path / "grey.tif").labels == labels.transpose(2, 1, 0)).all()
     tifffile.imwrite(tmp_path / "colour.tif", labels, photometric="rgb")
     with pytest.raises(CraftmeshError, match=f"{width} values a pixel.*photometric minisblack"):
-        read(tmp_path / "colour.tif")
+        read_tiff(tmp_path / "colour.tif")

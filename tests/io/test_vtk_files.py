@@ -8,7 +8,7 @@ import pyvista
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
-from craftmesh.io import grain_tets, vtk, vtk_xml
+from craftmesh.io import stage_npz, vtk, vtk_xml
 from craftmesh.io.surface_files import read_triangles
 from craftmesh.types import CRACK, Crack, GrainTets, Surface, TetMesh, Voxels
 
@@ -56,8 +56,8 @@ CASES = {
     ),
     "linear.vtu": (vtk.write_tets, vtk.read_tets, tets(4)),
     "quadratic.vtu": (vtk.write_tets, vtk.read_tets, tets(10)),
-    "chunk.npz": (grain_tets.write_grain_tets, grain_tets.read_grain_tets, grains()),
-    "no_grains.npz": (grain_tets.write_grain_tets, grain_tets.read_grain_tets, []),
+    "chunk.npz": (stage_npz.write_grain_tets, stage_npz.read_grain_tets, grains()),
+    "no_grains.npz": (stage_npz.write_grain_tets, stage_npz.read_grain_tets, []),
 }
 
 
@@ -113,7 +113,7 @@ def test_missing_and_truncated_files_are_named_in_one_line(name, tmp_path, capfd
 
 
 def test_chunk_files_carry_no_clock_time(tmp_path):
-    grain_tets.write_grain_tets(tmp_path / "chunk.npz", grains())
+    stage_npz.write_grain_tets(tmp_path / "chunk.npz", grains())
     with zipfile.ZipFile(tmp_path / "chunk.npz") as archive:
         assert {entry.date_time[0] for entry in archive.infolist()} == {1980}
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from craftmesh.io.displacement_table import read_table
+from craftmesh.io.model_tables import read_displacement_table
 from craftmesh.processes import job
 
 SCRIPT = Path(job.__file__).with_name("abaqus_displacements.py")
@@ -40,6 +40,6 @@ def test_the_last_frame_of_the_last_step_is_written(tmp_path, precision):
     command = [sys.executable, str(SCRIPT), "model.odb", "field.csv"]
     environment = os.environ | {"PYTHONPATH": str(tmp_path)}
     subprocess.run(command, cwd=tmp_path, env=environment, check=True)
-    numbers, values = read_table(tmp_path / "field.csv")
+    numbers, values = read_displacement_table(tmp_path / "field.csv")
     assert numbers.tolist() == [2, 1]
     assert np.array_equal(values, [[0.1 * 3.0, -2e-7, 3.0], [0.0, 1.0, 3.0]])

@@ -8,8 +8,7 @@ import pytest
 from craftmesh.commands.sizing_flags import add_front, add_sizing, sizing_from
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
-from craftmesh.io.size_field import read_length_field
-from craftmesh.io.void_list import read_source_points
+from craftmesh.io.point_files import read_length_field, read_source_points
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import SizingOptions

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_arrays
-from craftmesh.io.sizing_npz import is_sizing, read_sizing, write_sizing
+from craftmesh.io.stage_npz import is_sizing, read_sizing, write_sizing
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.sizing.stored import arrays_of, sizing_of

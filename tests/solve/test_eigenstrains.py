@@ -6,7 +6,7 @@ from structured_box import structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.grain_strains import read_grain_strains
+from craftmesh.io.model_tables import read_grain_strains
 from craftmesh.mechanics.eigenstrains import as_strain, parse_eigenstrains
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions

@@ -10,7 +10,7 @@ import pytest
 from structured_box import structured_box
 
 from craftmesh import cli
-from craftmesh.io.grain_tets import read_grain_tets, read_record
+from craftmesh.io.stage_npz import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, read_tets, write_surface, write_tets
 from craftmesh.io.vtk_xml import as_numpy, read_dataset
 from craftmesh.mesh.check_tets import check_tets

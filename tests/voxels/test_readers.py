@@ -9,7 +9,7 @@ import pytest
 import tifffile
 
 from craftmesh.io import vtk
-from craftmesh.io.crystals import of_space_group
+from craftmesh.io.file_volume import of_space_group
 from craftmesh.io.npz import read_labels, write_labels
 from craftmesh.mechanics.orientation import (
     angle_between,

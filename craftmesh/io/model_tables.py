@@ -1,0 +1,151 @@
+"""Tables of a model from users and other programs: displacements, eigenstrains of grains, lips' loads."""
+
+import os
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.io import text_table
+from craftmesh.io.npz import load
+from craftmesh.io.text_table import read_table
+
+COLUMNS = ("node", "ux", "uy", "uz")
+FORM = "csv with the columns node,ux,uy,uz, or .npz with the entries node (k,) and displacement (k, 3)"
+
+
+def read_displacement_table(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
+    """Return the deck's numbers (k,) of nodes and their displacements (k, 3).
+
+    An .npz without `node` holds all nodes in order, as solution.npz does. Raises CraftmeshError for a file
+    that is neither, naming the column or entry.
+    """
+    if Path(path).suffix == ".npz":
+        return _from_npz(path)
+    try:
+        rows = text_table.read_table(path, COLUMNS).numbers(COLUMNS)
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{error}; expected {FORM}") from None
+    numbers = rows[:, 0].astype(np.int64)
+    if (numbers != rows[:, 0]).any():
+        raise CraftmeshError(f"{path}: column 'node' holds fractions; expected the deck's node numbers")
+    return numbers, rows[:, 1:]
+
+
+def _from_npz(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
+    arrays = load(path)
+    values = arrays.get("displacement", np.zeros(0))
+    numbers = arrays.get("node", np.arange(1, len(values) + 1))
+    is_sound = values.ndim == 2 and values.shape[1] == 3 and values.dtype.kind == "f"
+    if not is_sound or numbers.shape != values.shape[:1] or numbers.dtype.kind not in "iu":
+        raise CraftmeshError(f"{path}: entries {', '.join(arrays)}; expected {FORM}")
+    return numbers.astype(np.int64), values.astype(float)
+
+
+# Columns of a row of values in the long ASCII form: key, node, then fields of twelve.
+_NODE, _FIRST, _FIELD = slice(3, 13), 13, 12
+_ROWS = 100_000  # rows read at once
+
+
+def read_displacements(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers (k,) of the nodes and their displacements (k, 3) in the last step of a .frd.
+
+    Other blocks are passed by. Raises CraftmeshError for a missing or cut file, one without displacements,
+    and rows that are not in the long ASCII form.
+    """
+    try:
+        stream = open(path, "rb")
+    except FileNotFoundError:
+        raise CraftmeshError(f"{path}: no such file; expected CalculiX' results") from None
+    found = None
+    with stream:
+        while head := stream.readline():
+            if head.startswith(b" -4  DISP"):
+                found = _block(path, stream)
+    if found is None:
+        raise CraftmeshError(
+            f"{path}: holds no displacements; expected a block DISP, as *NODE FILE with U writes it"
+        )
+    return found
+
+
+def _block(path: str | os.PathLike, stream: BinaryIO) -> tuple[np.ndarray, np.ndarray]:
+    """Return numbers and displacements of the block whose first line has been read."""
+    row = stream.readline()
+    while row.startswith(b" -5"):
+        row = stream.readline()
+    numbers, values = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
+    rest = row + stream.read(_ROWS * len(row))
+    while count := _rows_of_values(rest, len(row)):
+        try:
+            table = np.frombuffer(rest, "S1", count * len(row)).reshape(count, len(row))
+            numbers.append(_column(table, _NODE).astype(np.int64))
+            fields = [slice(_FIRST + _FIELD * k, _FIRST + _FIELD * (k + 1)) for k in range(3)]
+            values.append(np.column_stack([_column(table, at).astype(float) for at in fields]))
+        except ValueError:
+            raise CraftmeshError(
+                f"{path}: displacements are not in the long ASCII form of CalculiX; write them anew"
+            ) from None
+        rest = rest[count * len(row) :] + stream.read(_ROWS * len(row))
+    if not rest.startswith(b" -3"):
+        raise CraftmeshError(f"{path}: was cut short within the displacements; solve again")
+    stream.seek(-len(rest), os.SEEK_CUR)
+    return np.concatenate(numbers), np.concatenate(values)
+
+
+def _rows_of_values(text: bytes, width: int) -> int:
+    """Return how many whole rows of values `text` starts with."""
+    keys = np.frombuffer(text, "S1", len(text) // width * width).reshape(-1, width)[:, 1:3]
+    other = np.flatnonzero(np.ascontiguousarray(keys).view("S2").ravel() != b"-1")
+    return int(other[0]) if len(other) else len(keys)
+
+
+def _column(table: np.ndarray, at: slice) -> np.ndarray:
+    return np.ascontiguousarray(table[:, at]).view(f"S{at.stop - at.start}").ravel()
+
+
+ONE, SIX = ("e",), ("e11", "e22", "e33", "e12", "e13", "e23")
+
+
+def read_grain_strains(path: str | os.PathLike) -> tuple[list[int], np.ndarray]:
+    """Return the ids of grains (k,) and their strains (k, 1 or 6): 11, 22, 33, 12, 13, 23.
+
+    Raises CraftmeshError, naming the line, for other tables, ids that are there twice or not whole, and
+    strains over 1.
+    """
+    table = read_table(path, ("grain", *ONE), ("grain", *SIX))
+    strains = table.numbers(ONE if table.has(ONE) else SIX)
+    grains = table.numbers(["grain"])[:, 0]
+    for row, (grain, line) in enumerate(zip(grains.tolist(), table.lines)):
+        if grain != int(grain) or grain in grains[:row]:
+            raise CraftmeshError(
+                f"{path}, line {line}: grain is {grain:g}; expected a whole number, and each once"
+            )
+        if np.abs(strains[row]).max() > 1:
+            raise CraftmeshError(
+                f"{path}, line {line}: a strain of {np.abs(strains[row]).max():g}; expected at most 1"
+            )
+    return grains.astype(int).tolist(), strains
+
+
+PRESSURE, TRACTION = ("pressure",), ("tx", "ty", "tz")
+
+
+def read_lip_field(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points (k, 3), pressures (k,) and tractions (k, 3) of a table, 0 where it has no such column.
+
+    Raises CraftmeshError for a table with neither, and for cells that are no numbers.
+    """
+    kinds = [(*"xyz", *names) for names in (PRESSURE, TRACTION)]
+    table = read_table(path, *kinds)
+    known = [names for names in (PRESSURE, TRACTION) if table.has(names)]
+    if not known:
+        raise CraftmeshError(
+            f"{path}: the columns are {', '.join(table.names) or 'not named'}; expected x, y, z, and "
+            "pressure or tx, ty, tz"
+        )
+    points = table.numbers("xyz")
+    none = {PRESSURE: np.zeros((len(points), 1)), TRACTION: np.zeros((len(points), 3))}
+    values = none | {names: table.numbers(names) for names in known}
+    return points, values[PRESSURE][:, 0], values[TRACTION]
