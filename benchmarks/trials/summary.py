@@ -95,8 +95,14 @@ def _figures(rows: list[dict]) -> str:
 
 
 def _refusals(rows: list[dict]) -> str:
-    lines = []
+    """Return the reasons of the refusals with an example each, those that were wrong one by one."""
+    by_reason: dict[tuple, list[dict]] = {}
     for row in rows:
-        right = row["may_be_refused"] or "**wrong**"
-        lines.append((row["seed"], right, row["stage"], row["message"].replace("|", "/")[:160]))
-    return _table(("seed", "refused because", "at", "message"), lines)
+        right = row["may_be_refused"]
+        key = (right, row["stage"]) if right else ("**wrong**", row["stage"], row["seed"])
+        by_reason.setdefault(key, []).append(row)
+    lines = []
+    for (reason, stage, *_), alike in sorted(by_reason.items(), key=lambda item: -len(item[1])):
+        message = alike[0]["message"].replace("|", "/")[:160]
+        lines.append((reason, stage, len(alike), alike[0]["seed"], message))
+    return _table(("refused because", "at", "seeds", "such as", "message"), lines)
