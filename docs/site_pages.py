@@ -22,6 +22,7 @@ PAGES = {
     "benchmarks/README.md": "how-to-benchmark.md",
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
+    "SECURITY.md": "security.md",
 }
 EXAMPLES = {
     f"examples/{path.parent.name}/README.md": f"example-{path.parent.name}.md"
