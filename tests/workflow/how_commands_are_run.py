@@ -18,7 +18,6 @@ IN_THE_GUIDE = {
     "craftmesh check gradated.vtp": "",
     "craftmesh check model.inp": "",
     "craftmesh view FILE -o picture.png": "craftmesh view gradated.vtp -o picture.png",
-    "craftmesh stitch FOLDER -o stitched.vtp": "craftmesh stitch folder_of_grains -o stitched.vtp",
     "craftmesh assemble gradated.vtp part-*.npz --sizing sizing.npz -o volume.vtu --front-csv front.csv": (
         "for k in 1 2; do craftmesh tetrahedralize gradated.vtp --islands islands.json --sizing sizing.npz"
         " --chunk $k/2 -o part-$k.npz || exit 1; done;"
@@ -36,7 +35,7 @@ NOT_IN_THE_GUIDE = ("craftmesh report results -o results/report.html",)
 IN_YOUR_OWN_DATA = {
     "craftmesh plan scan.yaml --cores 4": "",
     "craftmesh report results -o results/report.html": "",
-    "craftmesh gradate results/demo/001/surface.vtp --sizing results/demo/001/sizing.npz -o try.vtp": (
+    "craftmesh gradate results/notch/001/surface.vtp --sizing results/notch/001/sizing.npz -o try.vtp": (
         "craftmesh gradate results/scan/000/surface.vtp --sizing results/scan/000/sizing.npz -o try.vtp"
     ),
     "snakemake -s $(craftmesh snakefile) --cores all --configfile mine.yaml": f"{RUN} {SCAN}",
@@ -52,9 +51,6 @@ IN_THE_TREE = {
     "snakemake -n": "",
     "snakemake --dry-run": "",
     "snakemake --cores all": "",
-    "snakemake --cores all -R results/demo/001/gradated.vtp": "",
-    "snakemake --cores all -R results/demo/001/crack.vtp": "",
-    "snakemake --cores all -R gradate": "",
     "snakemake --cores all -R tetrahedralize": "",
     "snakemake --summary": "",
     "snakemake -n -p": "",
@@ -71,9 +67,6 @@ BENCHMARKS = "benchmarks/test_benchmarks.py"
 # what other tests run, of the commands that begin so
 BY_OTHER_TESTS = {
     "craftmesh compile": "commands/test_compile.py::test_every_stage_runs_and_nothing_is_left_behind",
-    "craftmesh gradate results/notch/001/surface.vtp": (
-        "workflow/test_shown_commands.py::test_your_own_data_of_the_readme"
-    ),
     "snakemake --cores 1 --touch results/notch": "workflow/test_reruns.py::test_what_is_there_is_accepted",
     **dict.fromkeys(
         (
