@@ -22,7 +22,7 @@ from craftmesh.campaign.cases import (
 from craftmesh.campaign.configuration import completed, fields_of, load_schema
 from craftmesh.campaign.digest import digest
 from craftmesh.campaign.meaning import check_meaning, small_cracks
-from craftmesh.campaign.paths import SECTION_FILES, read_path, with_paths, written_path
+from craftmesh.campaign.paths import files_of, read_path, with_paths, written_path
 from craftmesh.campaign.sheet import Rules, read_cases
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
@@ -134,8 +134,7 @@ class Campaign:
 
     def section_files(self, section: str, case: str) -> list[str]:
         """Return the files that a section of a case's configuration names."""
-        keys = self.cases[case].settings[section]
-        return [keys[key] for key in SECTION_FILES[section] if keys[key]]
+        return list(files_of(section, self.cases[case].settings[section]).values())
 
     def deck_files(self, model: str) -> list[str]:
         """Return the files of the deck `model`: itself, and its mesh where the deck includes it."""

@@ -35,7 +35,7 @@ SECTIONS = {
     ),
     "gradate": ("gradation of the surface", ["gradation.gradate.GradateOptions"]),
     "tetrahedralize": ("tetrahedra in the grains", ["tetrahedra.options.TetrahedralizeOptions"]),
-    "inp": ("the input deck", ["mechanics.model_options.ModelOptions", "deck.write_deck.DeckOptions"]),
+    "inp": ("the input deck", ["mechanics.model_options.ModelOptions", "deck.options.DeckOptions"]),
     "solve": ("the field of displacements", ["solve.options.SolveOptions"]),
     "fracture": ("K, J and T along the crack's fronts", ["fracture.options.FractureOptions"]),
     "grow": (

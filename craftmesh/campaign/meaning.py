@@ -10,18 +10,21 @@ import numpy as np
 
 from craftmesh.campaign.cases import SYNTHETIC, Case, check_exists
 from craftmesh.campaign.configuration import fields_of
-from craftmesh.campaign.paths import SECTION_FILES
+from craftmesh.campaign.paths import files_of
 from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.cracks.prescription import changing, check_crack, is_sized
+from craftmesh.deck.options import DeckOptions
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.kink_angle import check_criterion
 from craftmesh.growth.options import GrowthOptions, check_cycle
+from craftmesh.io.user_material import read_template
 from craftmesh.io.volume_format import format_by_name
 from craftmesh.mechanics.combinations import rows_of
 from craftmesh.mechanics.faces import parse_faces
 from craftmesh.mechanics.materials import parse_materials, phases_of_grains
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.trial import check_faces
+from craftmesh.mechanics.user_materials import parse_templates
 from craftmesh.sizing.sizing import SizingOptions, sizing_for
 from craftmesh.solve.options import SolveOptions
 from craftmesh.tetrahedra.meshers.base import check_mesher
@@ -62,8 +65,8 @@ def _keyed(section: str, message: str, keys: Collection[str]) -> str:
 
 
 def _check_files(section: str, keys: Mapping[str, Any]) -> None:
-    for key in SECTION_FILES[section]:
-        check_exists(key, keys[key])
+    for key, path in files_of(section, keys).items():
+        check_exists(key, path)
 
 
 def _check_generate(keys: Mapping[str, Any], case: Case) -> None:
@@ -105,7 +108,9 @@ def checked_sizing(keys: Mapping[str, Any], edge: float | None = None) -> Sizing
 
 def _check_inp(keys: Mapping[str, Any], case: Case) -> None:
     _check_files("inp", keys)
-    options = ModelOptions(**fields_of(ModelOptions, keys))
+    options = DeckOptions(**keys)
+    if options.user_material:
+        parse_templates(read_template(options.user_material), f"user_material: {options.user_material}")
     try:
         materials = parse_materials(options.material)
         if case.microstructure == SYNTHETIC:  # one phase, 1

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.user_material import PRESETS
 
 # the keys of sections that name files which their stages read
 SECTION_FILES = {
     "generate": ("voids_from",),
     "sizing": ("points", "field"),
-    "inp": ("lip_field", "eigenstrain_file"),
+    "inp": ("lip_field", "eigenstrain_file", "user_material"),
 }
 CRACK_FILES = ("file", "front")
 _VARIABLE = re.compile(r"\$(?:([A-Za-z_]\w*)|\{(\w+)\})", re.ASCII)
@@ -52,10 +53,21 @@ def refuse_unexpanded(words: Sequence[str], given: str, results: str) -> None:
         raise CraftmeshError(f"the target {word!r} is not expanded by Snakemake; name it {named!r}")
 
 
+def files_of(section: str, keys: Mapping[str, Any]) -> dict[str, str]:
+    """Return the files that a section's keys name, by key; templates of the package are none."""
+    found = {key: keys.get(key) for key in SECTION_FILES[section]}
+    return {key: path for key, path in found.items() if path and path not in PRESETS}
+
+
 def with_paths(settings: Mapping[str, Any]) -> dict[str, Any]:
     """Return settings with the paths of the files of sections and cracks as `read_path` has them."""
-    sections = {name: _read(settings[name], keys, name) for name, keys in SECTION_FILES.items()}
-    cracks = {name: _read(keys, CRACK_FILES, f"cracks.{name}") for name, keys in settings["cracks"].items()}
+    sections = {
+        name: settings[name] | _read(files_of(name, settings[name]), name) for name in SECTION_FILES
+    }
+    cracks = {
+        name: keys | _read({key: keys[key] for key in CRACK_FILES if keys.get(key)}, f"cracks.{name}")
+        for name, keys in settings["cracks"].items()
+    }
     for name, keys in cracks.items():
         if keys.get("increments"):
             place = f"cracks.{name}.increments"
@@ -65,9 +77,8 @@ def with_paths(settings: Mapping[str, Any]) -> dict[str, Any]:
     return {**settings, **sections, "cracks": cracks}
 
 
-def _read(section: Mapping[str, Any], keys: tuple[str, ...], name: str) -> dict[str, Any]:
-    found = {key: section[key] for key in keys if section.get(key)}
-    return {**section, **{key: read_path(f"{name}.{key}", path) for key, path in found.items()}}
+def _read(files: Mapping[str, str], name: str) -> dict[str, str]:
+    return {key: read_path(f"{name}.{key}", path) for key, path in files.items()}
 
 
 def _expanded(key: str, text: str) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_output
-from craftmesh.deck.write_deck import DeckOptions
+from craftmesh.deck.options import DeckOptions
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.io.vtk import read_tets

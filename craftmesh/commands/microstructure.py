@@ -1,6 +1,7 @@
 """The grains' orientations and phases: the flag of the verbs that make a model of a mesh."""
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -8,8 +9,10 @@ from craftmesh.commands.stage_io import existing
 from craftmesh.io.file_volume import of_grains
 from craftmesh.io.model_tables import read_grain_strains, read_lip_field
 from craftmesh.io.npz import read_labels
+from craftmesh.io.user_material import read_template
 from craftmesh.mechanics.eigenstrains import as_strain
 from craftmesh.mechanics.lips import LipField
+from craftmesh.mechanics.user_materials import UserMaterials, parse_templates
 
 
 def add_microstructure(parser: argparse.ArgumentParser) -> None:
@@ -38,3 +41,11 @@ def known_of_files(arguments: argparse.Namespace) -> dict[str, Any]:
     voxels = read_labels(existing(arguments.microstructure))
     crystals = of_grains(voxels.crystals, voxels.phases)
     return {"orientations": voxels.orientations, "phases": voxels.phases, "crystals": crystals} | found
+
+
+def user_materials(name: str, known: Mapping[str, Any]) -> UserMaterials | None:
+    """Return the materials of inp.user_material, None without; known: by `known_of_files`."""
+    if not name:
+        return None
+    by_phase = parse_templates(read_template(name), f"user_material: {name}")
+    return UserMaterials(by_phase, known.get("phases"))

@@ -28,10 +28,15 @@ def section_lines(model: ElasticModel) -> Iterator[str]:
     for grain, name, strain in zip(model.grains.tolist(), names, model.own_strain):
         orientation = ""
         if grain in model.axes or _has_shears(strain):
-            yield f"*ORIENTATION, NAME=ORI_{grain}, SYSTEM=RECTANGULAR\n"
-            yield from constant_lines(_section_axes(model, grain, strain))
+            yield from orientation_lines(grain, _section_axes(model, grain, strain))
             orientation = f", ORIENTATION=ORI_{grain}"
         yield f"*SOLID SECTION, ELSET=GRAIN_{grain}, MATERIAL={name}{orientation}\n"
+
+
+def orientation_lines(grain: int, axes: list[float]) -> Iterator[str]:
+    """Yield the orientation of a grain: the sample components (6,) of its first two axes."""
+    yield f"*ORIENTATION, NAME=ORI_{grain}, SYSTEM=RECTANGULAR\n"
+    yield from constant_lines(axes)
 
 
 def _material_names(model: ElasticModel) -> list[str]:

@@ -1,25 +1,27 @@
 """The input deck that Abaqus and CalculiX both read."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 
 from craftmesh.atomic import atomic_path, atomic_paths
+from craftmesh.deck.contact_lines import contact_lines
+from craftmesh.deck.history_lines import history_lines
 from craftmesh.deck.includes import include_line, mesh_file
 from craftmesh.deck.limits import check_writable
 from craftmesh.deck.mesh_lines import mesh_lines, set_lines
+from craftmesh.deck.options import DeckOptions
 from craftmesh.deck.section_lines import section_lines
 from craftmesh.deck.step_lines import step_lines, steps_of_cases
+from craftmesh.deck.user_section_lines import user_section_lines
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.model import ElasticModel, elastic_model
-from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.units import UnitsOptions
-from craftmesh.options import option
+from craftmesh.mechanics.user_materials import UserMaterial, UserMaterials
 from craftmesh.types import TetMesh
 
 _HEADER = """\
@@ -46,15 +48,8 @@ _STRAIN_NOTE = """\
 ** material refer to them.
 """
 _MESH_NOTE = "** Mesh of {model}: nodes, elements of the grains, node sets and surfaces; included by it.\n"
-
-
-@dataclass(frozen=True)
-class DeckOptions(ModelOptions):
-    """What the deck holds beside the mesh: element type, materials and one tension step."""
-
-    includes: bool = option(
-        False, "write nodes, elements and sets to MODEL_mesh.inp, which the deck MODEL.inp includes"
-    )
+# Of steps, whose increments are many.
+_OUTPUT = "*NODE FILE, FREQUENCY={every}\nU, RF\n*EL FILE, FREQUENCY={every}\nS, E\n"
 
 
 def write_deck(
@@ -63,30 +58,43 @@ def write_deck(
     options: DeckOptions = DeckOptions(),  # noqa: B008 (frozen)
     orientations: np.ndarray | None = None,
     phases: np.ndarray | None = None,
+    templates: Mapping[int | None, UserMaterial] | None = None,
 ) -> dict:
     """Write the complete deck of `mesh` to a path (whole or not at all) or an open text stream.
 
     4-node meshes become 10-node ones for C3D10. orientations (g, 4): row = grain id, unit quaternion
     (w, x, y, z) of the active rotation from crystal to sample axes, NaN unknown; phases (g,): row =
-    grain id. Grains of unknown orientation get sections without one. The same input gives the same
-    bytes. With `includes` the mesh goes to `mesh_file(target)`, both files or neither. Return counts,
-    those of the quarter points among them. Raises CraftmeshError when a grain whose material is not
-    isotropic has no orientation, a phase has no material, the element type does not fit the mesh, the load
-    has no face to act on, a set's name is none to the solvers, or a stream should have includes.
+    grain id. templates: what user_material names, by `parse_templates`. Grains of unknown orientation get
+    sections without one. The same input gives the same bytes. With `includes` the mesh goes to
+    `mesh_file(target)`, both files or neither. Return counts, those of the quarter points among them.
+    Raises CraftmeshError when a grain whose material is not isotropic has no orientation, a phase has no
+    material, the element type does not fit the mesh, the load has no face to act on, a set's name is none
+    to the solvers, or a stream should have includes.
     """
     model, report = elastic_model(mesh, options, orientations, phases)
-    write_model(target, model, options.includes)
+    materials = None if templates is None else UserMaterials(templates, phases)
+    write_model(target, model, options, materials)
     return report
 
 
 def write_model(
     target: str | os.PathLike | TextIO,
     model: ElasticModel,
-    includes: bool = False,
+    options: DeckOptions = DeckOptions(),  # noqa: B008 (frozen)
+    materials: UserMaterials | None = None,
     units: UnitsOptions = UnitsOptions(),  # noqa: B008 (frozen)
 ) -> None:
-    """Write the complete deck of a model, as `write_deck` does; units: named in its heading."""
+    """Write the complete deck of a model, as `write_deck` does.
+
+    options: what is no part of the model; materials: those of options.user_material; units: named in the
+    heading.
+    """
     check_writable(model)
+    if options.user_material and materials is None:
+        raise CraftmeshError(
+            f"user_material is {options.user_material!r}, which commands read; give the deck its templates"
+        )
+    includes = options.includes
     scale, model = model.scale, model.in_unit_of_deck()
     mesh, grains = model.mesh, model.grains
     header = _HEADER.format(
@@ -104,11 +112,26 @@ def write_model(
             included.write(_MESH_NOTE.format(model=Path(target).name))
         included.writelines(mesh_lines(mesh, grains, model.element))
         included.writelines(set_lines(mesh))
-        main.writelines(section_lines(model))
-        if model.cases:
-            main.writelines(steps_of_cases(model.cases, mesh))
-        elif model.load is not None:
-            main.writelines(step_lines(model.load, mesh))
+        main.writelines(section_lines(model) if materials is None else user_section_lines(model, materials))
+        if options.lip_contact:
+            main.writelines(contact_lines(mesh))
+        main.writelines(_load_lines(model, options, materials))
+
+
+def _load_lines(
+    model: ElasticModel, options: DeckOptions, materials: UserMaterials | None
+) -> Iterator[str]:
+    """Return the lines of the steps: of a history, of each load case, or of the load at once."""
+    if options.history:
+        user = None if materials is None else next(iter(materials.by_phase.values()))
+        asked = (_OUTPUT if user is None else user.output).replace("{every}", str(options.output_every))
+        if options.restart_every:
+            asked += f"*RESTART, WRITE, FREQUENCY={options.restart_every}\n"
+        loads = model.loads(step.load for step in options.history)
+        return history_lines(loads, options.history, model.mesh, asked, user is not None and user.nlgeom)
+    if model.cases:
+        return steps_of_cases(model.cases, model.mesh)
+    return iter(()) if model.load is None else step_lines(model.load, model.mesh)
 
 
 def _units_note(units: UnitsOptions) -> str:

@@ -48,7 +48,7 @@ def combinations_of(
                 "and _, and each name once"
             )
     for one in found:
-        _check_supports(one, rows)
+        check_supports(one.name, one.factors, rows)
     return tuple(found or [Combination(case, {case: 1.0}) for case in cases])
 
 
@@ -79,16 +79,19 @@ def _check_once(rows: Sequence[FaceRow], case: str) -> None:
             )
 
 
-def _check_supports(one: Combination, rows: Sequence[FaceRow]) -> None:
-    """Refuse a sum of cases that hold or move different faces: it would keep the supports of neither."""
+def check_supports(name: str, cases: Iterable[str], rows: Sequence[FaceRow]) -> None:
+    """Refuse cases of a sum or a history that hold or move different faces: it would keep none's supports.
+
+    name: of the sum, for the error.
+    """
     held = {
         case: {f"{row.plane}.{'xyz'[row.axis]}" for row in rows_of(rows, case) if row.kind != STRESS}
-        for case in one.factors
+        for case in cases
     }
-    first, *others = held
+    first, *others = held or [""]
     for case in others:
         if apart := held[first] ^ held[case]:
             raise CraftmeshError(
-                f"combine: {one.name} adds {first} and {case}, of which one alone holds or moves "
+                f"combine: {name} adds {first} and {case}, of which one alone holds or moves "
                 f"{', '.join(sorted(apart))}; fix it in the other, or give it a stress in both"
             )

@@ -127,12 +127,15 @@ def parse_materials(texts: Iterable[str]) -> dict[int | None, Material]:
 
 
 def phases_of_grains(
-    grains: np.ndarray, materials: Mapping[int | None, Material], phases: np.ndarray | None
+    grains: np.ndarray,
+    materials: Mapping[int | None, object],
+    phases: np.ndarray | None,
+    option: str = "material",
 ) -> dict[int, int | None]:
     """Return the key in `materials` of each of the grains (g,) by its id.
 
-    phases (n,), row = grain id, 0 unknown. Raises CraftmeshError for a phase without a material, and where
-    there are several materials and no phases.
+    phases (n,), row = grain id, 0 unknown; option: what gives the materials. Raises CraftmeshError for a
+    phase without a material, and where there are several materials and no phases.
     """
     if None in materials:
         return dict.fromkeys(grains.tolist(), None)
@@ -140,14 +143,12 @@ def phases_of_grains(
         if len(materials) == 1:
             return dict.fromkeys(grains.tolist(), next(iter(materials)))
         raise CraftmeshError(
-            f"material: {len(materials)} are given, but grains have no phase; give one for all"
+            f"{option}: {len(materials)} are given, but grains have no phase; give one for all"
         )
     found: dict[int, int | None] = {
         grain: int(phases[grain]) if grain < len(phases) else 0 for grain in grains.tolist()
     }
     for grain, phase in found.items():
         if phase not in materials:
-            raise CraftmeshError(
-                f"material: grain {grain} has phase {phase}; give {phase}=KIND:CONSTANTS too"
-            )
+            raise CraftmeshError(f"{option}: grain {grain} has phase {phase}; give one for it too")
     return found

@@ -3,7 +3,7 @@
 The deck writes it and the solver solves it: what both must agree on is found here, once.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -50,6 +50,12 @@ class ElasticModel:
         """Return the model whose load is a sum of its load cases."""
         load = combined([(factor, self.cases[case]) for case, factor in one.factors.items()])
         return replace(self, load=load)
+
+    def loads(self, names: Iterable[str]) -> dict[str, Load]:
+        """Return load cases and sums by their names, "" the only load."""
+        sums = {one.name: self.under(one).load for one in self.combinations}
+        known = {"": self.load, **self.cases, **sums}
+        return {name: load for name in names if (load := known[name]) is not None}
 
     def in_unit_of_deck(self) -> "ElasticModel":
         """Return the model with lengths and displacements times `scale`.

@@ -40,6 +40,18 @@ def bunge_to_quaternion(angles: np.ndarray) -> np.ndarray:
     return normalized(np.stack(parts, axis=-1))
 
 
+def quaternion_to_bunge(quaternions: np.ndarray) -> np.ndarray:
+    """Return Bunge angles (..., 3) of unit quaternions (..., 4): phi1, Phi, phi2 in radians, 0 to 2 pi.
+
+    Where Phi is 0 or pi, phi1 and phi2 are about one axis, and share its angle.
+    """
+    w, x, y, z = np.moveaxis(np.asarray(quaternions, float), -1, 0)
+    half_sum, half_difference = np.arctan2(z, w), np.arctan2(y, x)
+    Phi = 2 * np.arctan2(np.hypot(x, y), np.hypot(w, z))
+    phi1, phi2 = half_sum + half_difference, half_sum - half_difference
+    return np.stack([phi1 % (2 * np.pi), Phi, phi2 % (2 * np.pi)], axis=-1)
+
+
 def rodrigues_to_quaternion(vectors: np.ndarray) -> np.ndarray:
     """Return (..., 4) quaternions of Rodrigues vectors (..., 3): axis * tan(angle / 2)."""
     vectors = np.asarray(vectors, float)

@@ -1,0 +1,65 @@
+"""What a deck holds beside its model: files, user materials, steps, contact and output."""
+
+from dataclasses import dataclass
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.combinations import check_supports
+from craftmesh.mechanics.faces import parse_faces
+from craftmesh.mechanics.history import LoadStep, parse_steps
+from craftmesh.mechanics.model_options import ModelOptions
+from craftmesh.options import option
+
+
+@dataclass(frozen=True)
+class DeckOptions(ModelOptions):
+    """What the deck holds beside the mesh: element type, materials, load and its history."""
+
+    includes: bool = option(
+        False, "write nodes, elements and sets to MODEL_mesh.inp, which the deck MODEL.inp includes"
+    )
+    user_material: str = option(
+        "",
+        "template of a user subroutine's material in place of material, which K and builtin keep: angles, "
+        "huang, oxford, single_crystal (CalculiX), or a .yaml of one's own",
+    )
+    steps: tuple[str, ...] = option(
+        (),
+        "history of the load in place of one step at once, step after step: ramp:LEVEL, triangle:PEAK or "
+        "sine:PEAK, levels times the load, then with commas time= of a ramp or a cycle (1), increments= of "
+        "it at least (20), and for cycles R= valley over peak (0) and cycles= (1); NAME/ before a step: "
+        "of that load case or sum",
+    )
+    lip_contact: bool = option(False, "lips of cracks press on each other, without friction")
+    output_every: int = option(
+        1, "increments from one output of fields to the next, with steps", at_least=1
+    )
+    restart_every: int = option(0, "increments from one restart record to the next, 0: none", at_least=0)
+
+    def __post_init__(self) -> None:
+        """Raise CraftmeshError for values out of bounds, and for those that do not fit each other."""
+        super().__post_init__()
+        _ = self.history
+        if self.history and not self.is_loaded:
+            raise CraftmeshError(
+                "steps are given, and nothing is loaded; expected a load, faces or a pressure"
+            )
+        if self.user_material and self.strains_grains:
+            raise CraftmeshError(
+                f"user_material is {self.user_material!r}, and there is an eigenstrain, of which its deck "
+                "does not know; keep one"
+            )
+
+    @property
+    def history(self) -> tuple[LoadStep, ...]:
+        """The steps of the load, none where it comes at once; user materials take it in increments."""
+        names = list(dict.fromkeys([*self.cases, *(one.name for one in self.combinations)]))
+        if self.user_material and self.is_loaded and names and not self.steps:
+            raise CraftmeshError(
+                f"user_material is {self.user_material!r}, and there are load cases; expected steps, as "
+                f"{names[0]}/ramp:1"
+            )
+        steps = parse_steps(self.steps or ("ramp:1",) * bool(self.user_material and self.is_loaded), names)
+        sums = {one.name: one.factors for one in self.combinations}
+        cases = [case for step in steps for case in sums.get(step.load, {step.load: 1.0})]
+        check_supports("steps", dict.fromkeys(cases), parse_faces(self.faces))
+        return steps

@@ -1,0 +1,28 @@
+"""Templates of user materials: YAML files, those of the package by name."""
+
+from pathlib import Path
+from typing import Any
+
+from craftmesh.errors import CraftmeshError
+
+_FOLDER = Path(__file__).with_name("user_materials")
+PRESETS = tuple(sorted(path.stem for path in _FOLDER.glob("*.yaml")))
+
+
+def read_template(name: str) -> Any:
+    """Return what a template holds: one of PRESETS, or a YAML file.
+
+    Raises CraftmeshError for a file that is missing or no YAML.
+    """
+    import yaml
+
+    path = _FOLDER / f"{name}.yaml" if name in PRESETS else Path(name)
+    try:
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError):
+        raise CraftmeshError(
+            f"user_material: {name} cannot be read; expected {', '.join(PRESETS)}, or a file .yaml"
+        ) from None
+    except yaml.YAMLError as error:
+        line = " ".join(str(error).split())
+        raise CraftmeshError(f"user_material: {name} is no YAML ({line}); see docs/umat.md") from None
