@@ -75,6 +75,13 @@ class Voxels:
         if not (self.spacing > 0).all():
             raise CraftmeshError(f"spacing is {self.spacing.tolist()}; expected three numbers > 0")
 
+    def __repr__(self) -> str:
+        size = " x ".join(map(str, self.labels.shape))
+        named = (name for name in ("orientations", "phases") if getattr(self, name) is not None)
+        least, most = (self.labels.min(), self.labels.max()) if self.labels.size else (0, 0)
+        parts = [size, f"spacing {self.spacing.tolist()}", f"labels {least} to {most}", *named]
+        return f"Voxels({', '.join(parts)})"
+
     @property
     def box(self) -> np.ndarray:
         """(2, 3) lower and upper corner of the volume."""
@@ -106,6 +113,10 @@ class Crack:
         for front in fronts:
             check_indices("Crack.fronts", front, len(self.points))
 
+    def __repr__(self) -> str:
+        fronts = ", ".join(f"front of {len(front)} points" for front in self.fronts)
+        return f"Crack({len(self.triangles)} triangles, {len(self.points)} points, {fronts or 'no front'})"
+
     @property
     def front_edges(self) -> np.ndarray:
         """(k, 2) int64: the edges of all fronts, in their order."""
@@ -134,6 +145,12 @@ class Surface:
         _convert(self, "sides", np.int32, (len(self.facets), 2))
         _convert(self, "kind", np.uint8, (len(self.facets),))
         check_indices("Surface.facets", self.facets, len(self.points))
+
+    def __repr__(self) -> str:
+        parts = [f"{len(self.facets)} facets", f"{len(self.points)} points", f"{len(self.grains)} grains"]
+        voids, crack = np.unique(self.sides[self.sides < 0]), np.count_nonzero(self.kind == CRACK)
+        parts += [f"{len(voids)} voids"] * bool(len(voids)) + [f"{crack} crack facets"] * bool(crack)
+        return f"Surface({', '.join(parts)})"
 
     @classmethod
     def of_facets(
@@ -209,6 +226,12 @@ class TetMesh:
             sets = _mapping(f"TetMesh.{field_name}", getattr(self, field_name))
             arrays = {name: as_array(f"set {name}", ids, np.int64, shape) for name, ids in sets.items()}
             object.__setattr__(self, field_name, MappingProxyType(arrays))
+
+    def __repr__(self) -> str:
+        count, nodes = self.tets.shape
+        parts = [f"{count} tets of {nodes} nodes", f"{len(self.points)} points"]
+        parts += [f"{len(np.unique(self.grain))} grains", *self.face_sets]
+        return f"TetMesh({', '.join(parts)})"
 
     @property
     def box(self) -> np.ndarray:

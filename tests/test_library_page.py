@@ -5,6 +5,7 @@ from pathlib import Path
 
 import meshio
 import numpy as np
+import pytest
 from structured_box import structured_box
 
 from craftmesh.assembly.assemble import assemble
@@ -37,4 +38,8 @@ def test_every_snippet_runs_and_does_what_the_page_says(tmp_path, monkeypatch):
         exec(compile(snippet, str(PAGE), "exec"), names)
     assert len(names["opened"].point_sets["CRACK_FRONT"]) == 4
     assert "CRACK_LIP_B" in meshio.read("opened.msh").field_data
+    assert (tmp_path / "model.inp").stat().st_size > 1e5 and "CRACK_LIP_A" in names["body"].face_sets
+    assert names["counts"]["crack_area"] == pytest.approx(np.pi * 3.5**2 / 2, rel=0.01)  # chords
+    assert names["solid"].cells_dict["tetra"].shape[0] == len(names["body"].grain)
+    assert len(names["flat"].faces) == names["shown"].n_cells == len(names["fitted"].facets)
     assert names["cracked"].kind.max() == CRACK and names["gradated"].kind.max() == CRACK

@@ -24,9 +24,9 @@ from craftmesh.voxels.islands import Island
 @typed
 def tetrahedralize(
     surface: Surface,
-    sizing: Lengths | None,
-    islands: Sequence[Island] | None,
-    options: TetrahedralizeOptions,
+    sizing: Lengths | None = None,
+    islands: Sequence[Island] | None = None,
+    options: TetrahedralizeOptions | None = None,
     grains: Iterable[int] | None = None,
     workers: int = 1,
     progress: Callable[[float, str], None] = silent,
@@ -39,6 +39,7 @@ def tetrahedralize(
     they are off. The result does not depend on `workers`. Raises MeshingError, which carries what was
     done, when a grain fails in every attempt.
     """
+    options = options or TetrahedralizeOptions()
     load_mesher(options.mesher)
     tried = attempts(options.all_switches, options.interior_points)
     ladder = Ladder(tried, grain_surfaces(surface, grains), options.mesher in BUILT_IN, progress)
