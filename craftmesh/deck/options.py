@@ -51,14 +51,15 @@ class DeckOptions(ModelOptions):
 
     @property
     def history(self) -> tuple[LoadStep, ...]:
-        """The steps of the load, none where it comes at once; user materials take it in increments."""
+        """The steps of the load, none where it comes at once; what is not linear takes increments."""
         names = list(dict.fromkeys([*self.cases, *(one.name for one in self.combinations)]))
-        if self.user_material and self.is_loaded and names and not self.steps:
+        not_linear = (self.user_material or self.lip_contact) and self.is_loaded and not self.steps
+        if not_linear and names:
             raise CraftmeshError(
-                f"user_material is {self.user_material!r}, and there are load cases; expected steps, as "
-                f"{names[0]}/ramp:1"
+                f"{'user_material' if self.user_material else 'lip_contact'} takes the load in increments, "
+                f"and there are load cases; expected steps, as {names[0]}/ramp:1"
             )
-        steps = parse_steps(self.steps or ("ramp:1",) * bool(self.user_material and self.is_loaded), names)
+        steps = parse_steps(("ramp:1",) if not_linear else self.steps, names)
         sums = {one.name: one.factors for one in self.combinations}
         cases = [case for step in steps for case in sums.get(step.load, {step.load: 1.0})]
         check_supports("steps", dict.fromkeys(cases), parse_faces(self.faces))

@@ -114,7 +114,7 @@ def write_model(
         included.writelines(set_lines(mesh))
         main.writelines(section_lines(model) if materials is None else user_section_lines(model, materials))
         if options.lip_contact:
-            main.writelines(contact_lines(mesh))
+            main.writelines(contact_lines(model))
         main.writelines(_load_lines(model, options, materials))
 
 

@@ -1,6 +1,7 @@
 """Tables of a model from users and other programs: displacements, eigenstrains of grains, lips' loads."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import BinaryIO
 
@@ -43,53 +44,68 @@ def _from_npz(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
     return numbers.astype(np.int64), values.astype(float)
 
 
-# Columns of a row of values in the long ASCII form: key, node, then fields of twelve.
-_NODE, _FIRST, _FIELD = slice(3, 13), 13, 12
+# Columns of a line of values in the long ASCII form: key, node, then fields of twelve, six a line.
+_NODE, _FIRST, _FIELD, _PER_LINE = slice(3, 13), 13, 12, 6
 _ROWS = 100_000  # rows read at once
 
 
 def read_displacements(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
     """Return the numbers (k,) of the nodes and their displacements (k, 3) in the last step of a .frd.
 
-    Other blocks are passed by. Raises CraftmeshError for a missing or cut file, one without displacements,
-    and rows that are not in the long ASCII form.
+    Errors as of `read_frd`.
+    """
+    return read_frd(path, {"DISP": 3})["DISP"]
+
+
+def read_frd(
+    path: str | os.PathLike, columns: Mapping[str, int]
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return numbers (k,) of nodes and values (k, c) of the last blocks of a .frd by name, c columns each.
+
+    DISP holds displacements, STRESS xx, yy, zz, xy, yz, xz, SDV state variables. Other blocks are
+    passed by. Raises CraftmeshError for a missing or cut file, one without a block, and rows that are not
+    in the long ASCII form.
     """
     try:
         stream = open(path, "rb")
     except FileNotFoundError:
         raise CraftmeshError(f"{path}: no such file; expected CalculiX' results") from None
-    found = None
+    found = {}
     with stream:
         while head := stream.readline():
-            if head.startswith(b" -4  DISP"):
-                found = _block(path, stream)
-    if found is None:
-        raise CraftmeshError(
-            f"{path}: holds no displacements; expected a block DISP, as *NODE FILE with U writes it"
-        )
+            name = head[5:13].decode("latin-1").strip() if head.startswith(b" -4") else ""
+            if name in columns:
+                found[name] = _block(path, stream, columns[name])
+    for name in columns:
+        if name not in found:
+            raise CraftmeshError(f"{path}: holds no block {name}; expected one, as *EL FILE writes")
     return found
 
 
-def _block(path: str | os.PathLike, stream: BinaryIO) -> tuple[np.ndarray, np.ndarray]:
-    """Return numbers and displacements of the block whose first line has been read."""
+def _block(path: str | os.PathLike, stream: BinaryIO, columns: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return numbers and the first columns of the block whose first line has been read."""
     row = stream.readline()
     while row.startswith(b" -5"):
         row = stream.readline()
-    numbers, values = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
-    rest = row + stream.read(_ROWS * len(row))
+    width, line = len(row), stream.readline()
+    while line.startswith(b" -2"):
+        row, line = row + line, stream.readline()
+    places = [width * (k // _PER_LINE) + _FIRST + _FIELD * (k % _PER_LINE) for k in range(columns)]
+    numbers, values = [np.zeros(0, np.int64)], [np.zeros((0, columns))]
+    rest = row + line + stream.read(_ROWS * len(row))
     while count := _rows_of_values(rest, len(row)):
         try:
             table = np.frombuffer(rest, "S1", count * len(row)).reshape(count, len(row))
             numbers.append(_column(table, _NODE).astype(np.int64))
-            fields = [slice(_FIRST + _FIELD * k, _FIRST + _FIELD * (k + 1)) for k in range(3)]
-            values.append(np.column_stack([_column(table, at).astype(float) for at in fields]))
+            fields = [_column(table, slice(at, at + _FIELD)).astype(float) for at in places]
+            values.append(np.column_stack(fields))
         except ValueError:
             raise CraftmeshError(
-                f"{path}: displacements are not in the long ASCII form of CalculiX; write them anew"
+                f"{path}: values are not in the long ASCII form of CalculiX; write them anew"
             ) from None
         rest = rest[count * len(row) :] + stream.read(_ROWS * len(row))
     if not rest.startswith(b" -3"):
-        raise CraftmeshError(f"{path}: was cut short within the displacements; solve again")
+        raise CraftmeshError(f"{path}: was cut short within a block of values; solve again")
     stream.seek(-len(rest), os.SEEK_CUR)
     return np.concatenate(numbers), np.concatenate(values)
 

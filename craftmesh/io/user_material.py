@@ -5,8 +5,8 @@ from typing import Any
 
 from craftmesh.errors import CraftmeshError
 
-_FOLDER = Path(__file__).with_name("user_materials")
-PRESETS = tuple(sorted(path.stem for path in _FOLDER.glob("*.yaml")))
+FOLDER = Path(__file__).with_name("user_materials")
+PRESETS = tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
 
 
 def read_template(name: str) -> Any:
@@ -16,7 +16,7 @@ def read_template(name: str) -> Any:
     """
     import yaml
 
-    path = _FOLDER / f"{name}.yaml" if name in PRESETS else Path(name)
+    path = FOLDER / f"{name}.yaml" if name in PRESETS else Path(name)
     try:
         return yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError):

@@ -43,7 +43,7 @@ def test_blocks_of_any_length_are_read_in_pieces(tmp_path, monkeypatch, rows):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (HEAD + block("FORC", EXTREME), "holds no displacements"),
+        (HEAD + block("FORC", EXTREME), "holds no block DISP"),
         (HEAD + block("DISP", EXTREME)[:-40], "cut short"),
         (
             HEAD + block("DISP", EXTREME).replace("4.00000E+00", "4.0000abc00"),
