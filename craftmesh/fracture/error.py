@@ -14,18 +14,20 @@ class Signs(NamedTuple):
 
     mesh: 1, for elements are never even. energy: by how much the root of J differs from that of the
     K's: elements too coarse or too stiff for the front's bend, its crystal, or Poisson's ratio. tube:
-    the spread: too little room round the front, or a field that changes within it. crystal: the root of
-    the universal index of anisotropy (Ranganathan & Ostoja-Starzewski 2008), 0 of isotropic materials: so
-    much more the field varies round the front within an element. volume: the bulk over the shear modulus,
-    for elements of displacements alone lock. change: half the jump of K where the material changes, for K
-    is none of both limits there. end: 1 at the end of an open front, where the stress has another power.
-    energy, tube and change are shares of the front's largest; change and end fall by the factor e over each
-    of its edges.
+    the spread: too little room round the front, or a field that changes within it. pieces: the change of K
+    with splines of pieces half as long: K that varies within them. crystal: the root of the universal index
+    of anisotropy (Ranganathan & Ostoja-Starzewski 2008), 0 of isotropic materials: so much more the field
+    varies round the front within an element. volume: the bulk over the shear modulus, for elements of
+    displacements alone lock. change: half the jump of K where the material changes, for K is none of both
+    limits there. end: 1 at the end of an open front, where the stress has another power. energy, tube,
+    pieces and change are shares of the front's largest; change and end fall by the factor e over each of
+    its edges.
     """
 
     mesh: np.ndarray | float
     energy: np.ndarray | float
     tube: np.ndarray | float
+    pieces: np.ndarray | float
     crystal: np.ndarray | float
     volume: np.ndarray | float
     change: np.ndarray | float
@@ -35,7 +37,9 @@ class Signs(NamedTuple):
 # Set on eight cases of benchmarks/fracture.py with five edges to the radius: the penny, that with a
 # Poisson's ratio of 0.49, the crystals and the lens against exact answers, lens, strip and polycrystal
 # against half the edges. docs/fracture.md has all cases.
-WEIGHTS = Signs(mesh=0.0035, energy=1.5, tube=3.0, crystal=0.005, volume=0.0003, change=1.0, end=0.045)
+WEIGHTS = Signs(
+    mesh=0.0035, energy=1.5, tube=3.0, pieces=1.5, crystal=0.005, volume=0.0003, change=1.0, end=0.045
+)
 # That of a Poisson's ratio of 0.49, the most that the built-in solver takes; fields of materials with more
 # come from elements that do not lock.
 LOCKING = 50.0
@@ -46,15 +50,19 @@ def errors(
     j: np.ndarray,
     g: np.ndarray,
     spread: np.ndarray,
+    by_pieces: np.ndarray,
     radius: np.ndarray,
     line: FrontLine,
     segments: Segments,
     one_sided: list[np.ndarray],
+    strained: np.ndarray,
 ) -> np.ndarray:
     """Return the error (n,) of each of K_I, K_II and K_III (n, 3) of one front, in their unit.
 
     In 19 nodes of 20 all three are nearer to the exact ones. j, g (n,): J, and the energy release rate of
-    the K; spread, radius (n,): see FrontParameters; one_sided: K (2, 3) at both ends of each segment.
+    the K; spread, radius (n,): see FrontParameters; by_pieces (n,): the largest change of a K with splines
+    of pieces half as long; one_sided: K (2, 3) at both ends of each segment; strained (c,): the segments
+    whose tube holds another eigenstrain than theirs.
     """
     largest = np.abs(k).max()
     if largest == 0:
@@ -65,8 +73,9 @@ def errors(
     is_whole = way.min(axis=0, initial=np.inf) * line.sizes > radius
     signs = Signs(
         mesh=1.0,
-        energy=_energy(j, g, is_whole & even),
+        energy=_energy(j, g, is_whole & even, ~strained[at]),
         tube=spread / largest,
+        pieces=by_pieces / largest,
         crystal=np.sqrt(index[at]),
         volume=np.minimum(ratio, LOCKING)[at],
         change=(jump[:, None] * np.exp(-way)).max(axis=0, initial=0.0) / largest,
@@ -75,15 +84,17 @@ def errors(
     return largest * np.sqrt(sum((weight * sign) ** 2 for weight, sign in zip(WEIGHTS, signs)))
 
 
-def _energy(j: np.ndarray, g: np.ndarray, true: np.ndarray) -> np.ndarray:
+def _energy(j: np.ndarray, g: np.ndarray, true: np.ndarray, has_j: np.ndarray) -> np.ndarray:
     """Return by how much the root of J differs from that of G, as a share of the front's largest (n,).
 
     That of the front's median where J is not true node by node (n,): in crystals it varies as their axes
-    turn, more than its splines do, and where the tube is not of one material it errs itself.
+    turn, more than its splines do, and where the tube is not of one material it errs itself. 0 where there
+    is no J at all, not has_j (n,): its integral has no term for the work of an eigenstrain that changes.
     """
     root = np.sqrt(np.maximum(g, 0))
     off = (np.sqrt(np.maximum(j, 0)) - root) / max(root.max(), np.finfo(float).tiny)
-    return np.abs(np.where(true, off, np.median(off)))
+    median = np.median(off[has_j]) if has_j.any() else 0.0
+    return np.where(has_j, np.abs(np.where(true, off, median)), 0.0)
 
 
 def _changes(

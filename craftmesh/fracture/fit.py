@@ -49,6 +49,10 @@ class FrontLine:
             return self.s, np.append(self.s[1:], self.total)
         return self.s[:-1], self.s[1:]
 
+    def along(self, values: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Return values (k,) of the nodes between them, at s (m,)."""
+        return np.interp(s, self.s, values, period=self.total if self.closed else None)
+
 
 @dataclass(frozen=True, eq=False)
 class Tests:

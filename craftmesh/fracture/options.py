@@ -6,6 +6,8 @@ from craftmesh.options import Options, option
 
 # Below it K errs by 0.2-0.5 % more, up to 1.7 % at single nodes.
 LEAST_RADIUS = 2.5
+# The front's edges, between which there is nothing to find.
+LEAST_PIECES = 1.0
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,7 @@ class FractureOptions(Options):
     knots: float = option(
         4.0,
         "pieces of the splines fitted to K, in edges of the front; in crystals half as long again",
-        at_least=1.0,
+        at_least=LEAST_PIECES,
         at_most=100.0,
     )
     probe: float | None = option(

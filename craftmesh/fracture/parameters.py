@@ -12,7 +12,7 @@ from craftmesh.fracture.flags import flags_of
 from craftmesh.fracture.front_strain import FrontStrain, strains_along_front, stress_along_binormal
 from craftmesh.fracture.kernels.forces import ROWS, add_element_forces, add_face_forces
 from craftmesh.fracture.lip_pressure import lip_tractions, lips_touch
-from craftmesh.fracture.options import LEAST_RADIUS, FractureOptions
+from craftmesh.fracture.options import LEAST_PIECES, LEAST_RADIUS, FractureOptions
 from craftmesh.fracture.quadrature import element_rule, face_rules
 from craftmesh.fracture.room import radii
 from craftmesh.fracture.segments import Segments, Stations, material_numbers, segments_of, stations_of
@@ -131,15 +131,17 @@ def _of_front(
     reach = max(wide.max(), ((options.probe or 0) + 1) * line.sizes.max())
     around = surroundings(solved, front, segments, reach)
     weights = _weights(front, stations, around)
-    narrow = np.maximum(SMALLER * wide, LEAST_RADIUS * line.sizes)
-    found = [_along(line, segments, around, weights, radius, options.knots) for radius in (wide, narrow)]
+    narrow, pieces = np.maximum(SMALLER * wide, LEAST_RADIUS * line.sizes), options.knots
+    tries = (wide, pieces), (narrow, pieces), (wide, max(pieces / 2, LEAST_PIECES))
+    found = [_along(line, segments, around, weights, radius, knots) for radius, knots in tries]
     strains = strains_along_front(around, front, line, segments)
     values = [_at_nodes(line, segments, stations, fitted, strains) for fitted in found]
     k, t, j, g, one_sided = values[0]
-    spread = np.abs(k - values[1][0]).max(axis=1)
+    spread, by_pieces = (np.abs(k - other).max(axis=1) for other, *_ in values[1:])
     material = material_numbers(stiffness)[np.searchsorted(solved.grains, mesh.grain)]
     touch = solved.touch[front.corners]
-    error = errors(k, j, g, spread, wide, line, segments, one_sided)
+    strained = around.strained(line.along(wide, around.tube.s))
+    error = errors(k, j, g, spread, by_pieces, wide, line, segments, one_sided, strained)
     flags = flags_of(mesh, front, line, segments, wide, k, error, material, touch)
     count = len(front.corners)
     parameters = FrontParameters(
@@ -214,9 +216,7 @@ def _along(
     knots: float,
 ) -> list[Fitted]:
     """Return the values along each segment from a tube of radius (k,) at the front's nodes."""
-    at, period = (line.s, line.total) if line.closed else (line.s, None)
-    of_node = np.interp(around.tube.s, at, radius, period=period)
-    weights = weights * falloff(around.distance, of_node)[:, None]
+    weights = weights * falloff(around.distance, line.along(radius, around.tube.s))[:, None]
     found = []
     for segment in range(len(segments.start)):
         own = (around.tube.segment == segment) & (weights != 0).any(axis=1)

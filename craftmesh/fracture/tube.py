@@ -59,6 +59,15 @@ class Surroundings:
     loaded: np.ndarray
     traction: np.ndarray
 
+    def strained(self, radius: np.ndarray) -> np.ndarray:
+        """Return whose tube, of radius (n,) at the nodes, holds another eigenstrain: segments (c,)."""
+        tube = self.tube
+        segment = tube.segment[tube.tets]
+        is_other = (tube.eigenstrain[tube.grain][:, None] != tube.shift[segment]).any(axis=(2, 3))
+        result = np.zeros(len(tube.shift), bool)
+        result[segment[is_other & (self.distance < radius)[tube.tets]]] = True
+        return result
+
 
 def kernel_curve(curve: FrontCurve) -> Curve:
     """Return the curve for kernels."""

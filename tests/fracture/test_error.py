@@ -17,7 +17,7 @@ ISOTROPIC = Material("isotropic", (200.0, 0.3)).stiffness()
 COPPER = Material("cubic", (168.4, 121.4, 75.4)).stiffness()
 
 
-def found(scale=1.0, excess=0.0, spread=0.0, stiffness=ISOTROPIC, jump=0.0, closed=True):
+def found(scale=1.0, excess=0.0, spread=0.0, stiffness=ISOTROPIC, jump=0.0, closed=True, **other):
     """The errors along a front of edges of one, its radius four of them, with K_I = scale.
 
     The root of J is larger by `excess` at node 6; from node 12 on, of 24, another grain with K_I larger by
@@ -33,8 +33,9 @@ def found(scale=1.0, excess=0.0, spread=0.0, stiffness=ISOTROPIC, jump=0.0, clos
     g = scale**2 * np.ones(COUNT)
     j = g * np.where(np.arange(COUNT) == 6, 1 + excess, 1.0) ** 2
     limits = [scale * (1 + jump * (n % 2)) * np.eye(3)[[0, 0]] for n in range(len(segments.start))]
-    tube = (np.full(COUNT, spread * scale), np.full(COUNT, 4.0))
-    return errors(k, j, g, *tube, line, segments, limits)
+    changes = np.full(COUNT, spread * scale), np.full(COUNT, other.get("by_pieces", 0.0))
+    strained = np.full(len(limits), other.get("strained", False))
+    return errors(k, j, g, *changes, np.full(COUNT, 4.0), line, segments, limits, strained)
 
 
 @given(scale=st.floats(1e-6, 1e6), excess=st.floats(0, 0.2), spread=st.floats(0, 0.1))
@@ -61,6 +62,14 @@ def test_beside_a_change_j_errs_not_k():
     """Node 6 is six edges off the change at 12, and its tube, of four, in one crystal; node 10 is not."""
     far, near = (found(excess=0.1, jump=1e-3)[6], found(excess=0.1, jump=1e-3)[13])
     assert far > 0.1 > 10 * near
+
+
+def test_a_tube_with_another_eigenstrain_says_nothing_of_j():
+    assert found(excess=0.1, strained=True) == pytest.approx(found())
+
+
+def test_k_that_changes_with_the_splines_pieces_is_off_by_no_less():
+    assert (found(by_pieces=0.1) >= 0.1).all()
 
 
 def test_it_grows_towards_the_ends_of_an_open_front():
