@@ -67,11 +67,11 @@ def run(crack_file: str, near: float, far: float, target: str | None) -> dict:
 
     target: a file for the crack that has grown by one increment.
     """
-    from craftmesh.growth.crack_size import crack_size
     from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
     from craftmesh.growth.grow import grow
     from craftmesh.growth.moves import FrontExtensions
     from craftmesh.growth.options import GrowthOptions, SmoothingOptions
+    from craftmesh.growth.steps import crack_size
     from craftmesh.mesh.front_frames import front_frames
     from craftmesh.mesh.quality import quality
     from craftmesh.sizing.sizing import SizingOptions

@@ -3,7 +3,7 @@
 
 def opened_mesh(voxels, crack, sizes):
     """Return the mesh of voxels with a crack opened, refined round its fronts by SizingOptions `sizes`."""
-    from craftmesh.commands.whole_model_step import complete_mesh
+    from craftmesh.commands.assemble import complete_mesh
     from craftmesh.gradation.gradate import gradate
     from craftmesh.insertion.insert import insert_crack
     from craftmesh.remeshing.remesh import remesh

@@ -96,9 +96,9 @@ def builtin(model, target: str) -> dict:
 
 def calculix(model, target: str) -> dict:
     """Solve by CalculiX and compare with what the built-in solver found last."""
-    from craftmesh.commands.foreign_fields import computed_field
-    from craftmesh.solve.foreign import foreign_solution
+    from craftmesh.commands.solve import computed_field
     from craftmesh.solve.options import SolveOptions
+    from craftmesh.solve.problem import foreign_solution
 
     with tempfile.TemporaryDirectory() as folder:
         found = computed_field(model, SolveOptions(solver="calculix"), Path(folder))

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from craftmesh.report.costs import STAGES
+from craftmesh.report.case_files import STAGES
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = "examples/al1050/config.yaml"

@@ -171,7 +171,7 @@ def test_a_number_is_refused_if_and_only_if_it_breaks_the_bound(number, name):
         ("sizing.sizing.SizingOptions", {"l_min": 2.0, "l_max": 1.0}, "l_min is 2; expected at most l_max"),
         ("sizing.sizing.SizingOptions", {"r0": 2.0, "r1": 1.0}, "r1 is 1; expected at least r0"),
         (
-            "voxels.generate_options.GenerateOptions",
+            "voxels.options.GenerateOptions",
             {"shape": (2, 2, 2), "grains": 9},
             "grains is 9; expected at most",
         ),

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from craftmesh.commands.whole_model_step import complete_mesh
+from craftmesh.commands.assemble import complete_mesh
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
 from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions

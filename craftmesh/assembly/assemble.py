@@ -1,4 +1,4 @@
-"""Merge the grains' tetrahedra into one mesh and open the crack."""
+"""Whether grains' tetrahedra were made of a surface, before anything is computed with both."""
 
 from collections.abc import Sequence
 
@@ -20,6 +20,26 @@ from craftmesh.mesh.tet_connectivity import (
 from craftmesh.surface.measure import total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Crack, GrainTets, Surface, TetMesh
+
+
+def refuse_other_surface(surface: Surface, grain_tets: Sequence[GrainTets]) -> None:
+    """Raise CraftmeshError unless each grain of tets has the points that the surface gives that grain.
+
+    Kernels that take both read beyond their arrays otherwise: chunks of an older surface ended the process.
+    Grains without tets are left to others.
+    """
+    sides = surface.sides.ravel()
+    order = np.argsort(sides, kind="stable")
+    ascending = sides[order]
+    for one in grain_tets:
+        first, last = np.searchsorted(ascending, (one.grain, one.grain + 1))
+        expected = np.unique(surface.facets[order[first:last] // 2])
+        if not np.array_equal(np.sort(one.nodes), expected):
+            raise CraftmeshError(
+                f"grain {one.grain}: its tetrahedra have {len(one.nodes)} points of a surface that gives"
+                f" it {len(expected)}, or others; expected those of this surface: run tetrahedralize again"
+            )
+
 
 _NO_FACET = -1
 
@@ -68,7 +88,7 @@ def _report(mesh: TetMesh, fronts: Sequence, closed: np.ndarray, added: dict[str
         "crack_facets": len(closed),
         "crack_facets_not_opened": int(closed.sum()),
         "cracks": sum(is_lip(name) for name in mesh.face_sets) // 2,
-        "crack_area": _area(points, mesh.tets, lip_faces(mesh.face_sets)[0]),
+        "crack_area": total_area(points, face_nodes(mesh.tets, lip_faces(mesh.face_sets)[0])),
         "nodes_opened_by_crack": added["by_crack"],
         "nodes_unwelded": added["unwelded"],
         "fronts": len(fronts),
@@ -157,7 +177,12 @@ def _face_sets(
     all_lips = np.concatenate([lips, free[on_crack]])
     ahead = same_turn(half_face_corners(tets, all_lips), surface.facets[facet[all_lips]])
     number = _crack_numbers(surface, crack)[facet[all_lips]]
-    chosen |= crack_sets([(all_lips[own & ahead], all_lips[own & ~ahead]) for own in _each(number)])
+    chosen |= crack_sets(
+        [
+            (all_lips[own & ahead], all_lips[own & ~ahead])
+            for own in (number == k for k in np.unique(number))
+        ]
+    )
     rest = ~is_on_box(kind) & ~on_crack
     for label in np.unique(sides[rest & (sides < 0)])[::-1]:
         chosen[f"VOID_{-label}"] = free[rest & (sides == label)]
@@ -172,14 +197,6 @@ def _crack_numbers(surface: Surface, crack: Crack | None) -> np.ndarray:
     number = np.full(len(surface.facets), -1)
     number[rows] = crack_numbers(surface.points, surface.facets[rows], crack)
     return number
-
-
-def _each(number: np.ndarray) -> list[np.ndarray]:
-    return [number == k for k in np.unique(number)]
-
-
-def _area(points: np.ndarray, tets: np.ndarray, faces: np.ndarray) -> float:
-    return total_area(points, face_nodes(tets, faces))
 
 
 def _length(points: np.ndarray, closed: bool) -> float:

@@ -50,7 +50,9 @@ def tet_mesh_of(mesh: "Mesh") -> TetMesh:
         )
     if mesh.points.ndim != 2 or mesh.points.shape[1] != 3:
         raise CraftmeshError(f"the mesh's points have the shape {mesh.points.shape}; expected (n, 3)")
-    tets = _tetrahedra(mesh)
+    blocks = [block.data for block in mesh.cells if block.type in TETRAHEDRA]
+    tets = np.concatenate(blocks).astype(np.int64)
+    tets = np.where(_inverted(mesh.points, tets)[:, None], tets[:, _MIRRORED[tets.shape[1]]], tets)
     return TetMesh(mesh.points, tets, np.ones(len(tets), np.int32), dict(mesh.point_sets))
 
 
@@ -110,11 +112,6 @@ def foreign_with_crack(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> "Me
         gmsh_periodic=mesh.gmsh_periodic,
         info=mesh.info,
     )
-
-
-def _tetrahedra(mesh: "Mesh") -> np.ndarray:
-    tets = np.concatenate([block.data for block in mesh.cells if block.type in TETRAHEDRA]).astype(np.int64)
-    return np.where(_inverted(mesh.points, tets)[:, None], tets[:, _MIRRORED[tets.shape[1]]], tets)
 
 
 def _inverted(points: np.ndarray, tets: np.ndarray) -> np.ndarray:

@@ -12,13 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from craftmesh.campaign.cases import (
-    NO_CRACK,
-    SYNTHETIC,
-    UNTIL,
-    Case,
-    check_case,
-)
+from craftmesh.campaign.cases import NO_CRACK, SYNTHETIC, UNTIL, Case, check_case
 from craftmesh.campaign.configuration import completed, fields_of, load_schema
 from craftmesh.campaign.digest import digest
 from craftmesh.campaign.meaning import check_meaning, small_cracks
@@ -30,7 +24,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.growth.options import CorrectionOptions, GrowthOptions, SmoothingOptions
 from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.mechanics.model_options import ModelOptions
-from craftmesh.voxels.clean_options import CleanOptions
+from craftmesh.voxels.options import CleanOptions
 
 SCHEMAS = Path(__file__).with_name("schemas")
 CRACK_LENGTHS = ("l_min", "l0")
@@ -228,12 +222,9 @@ def _reached(case: Case, growth: GrowthReport) -> Iterator[str]:
     for inc in case.increment_names:
         yield inc
         last = inc == case.increment_names[-1]
-        if case.growth == UNTIL and not last and _has_ended(growth(case.name, inc)):
-            return
-
-
-def _has_ended(report: str) -> bool:
-    return bool(json.loads(Path(report).read_text(encoding="utf-8"))["ended"])
+        if case.growth == UNTIL and not last:
+            if json.loads(Path(growth(case.name, inc)).read_text(encoding="utf-8"))["ended"]:
+                return
 
 
 def read_campaign(config: Mapping[str, Any]) -> Campaign:

@@ -17,10 +17,10 @@ from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.options import BOUNDS, alternatives, hints_of, items_of
 
 SECTIONS = {
-    "generate": ("the synthetic microstructure", ["voxels.generate_options.GenerateOptions"]),
+    "generate": ("the synthetic microstructure", ["voxels.options.GenerateOptions"]),
     "import": (
         "reading and cleaning of microstructure files",
-        ["voxels.reading.ReadOptions", "voxels.clean_options.CleanOptions"],
+        ["voxels.reading.ReadOptions", "voxels.options.CleanOptions"],
     ),
     "units": ("names of your units: labels, nothing is converted", ["mechanics.units.UnitsOptions"]),
     "remesh": ("surface from labelled voxels", ["remeshing.remesh.RemeshOptions"]),
@@ -46,8 +46,8 @@ SECTIONS = {
             "growth.options.CorrectionOptions",
         ],
     ),
-    "node": ("a node of the cluster, where jobs are not run here", ["campaign.node.NodeOptions"]),
-    "report": ("the page of all campaigns", ["report.options.ReportOptions"]),
+    "node": ("a node of the cluster, where jobs are not run here", ["campaign.effort.NodeOptions"]),
+    "report": ("the page of all campaigns", ["report.sweeps.ReportOptions"]),
 }
 CRACK = "cracks.options.CrackOptions"
 KINDS = {float: "number", int: "integer", bool: "boolean", str: "string", NoneType: "null"}

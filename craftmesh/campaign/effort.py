@@ -1,13 +1,21 @@
-"""How many elements an increment will have, and how long and how much memory its jobs will take.
+"""How many elements an increment will have, how long and how much memory its jobs take, and ask for.
 
 Measured on a virtual machine with two cores (AMD EPYC), kernels compiled; docs/benchmarks.md has the table.
 """
 
 import itertools
+import os
+import re
+import subprocess
+import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from craftmesh.options import Options, option
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.types import Voxels
 
@@ -108,3 +116,113 @@ def expected_elements(voxels: Voxels, lengths: Lengths) -> float:
         cell = cell / 2
         centres = (centres[wide, None] + OCTANTS * cell).reshape(-1, 3)
     return TETS_PER_CUBE * total
+
+
+# Jobs inherit what was found when the campaign was planned, and do not ask the cluster's controller again.
+VARIABLE = "CRAFTMESH_NODE"
+ANSWERS_WITHIN = 20  # seconds that a busy controller may take
+# worker processes of a job of tetrahedra: its grains are few, and the largest one takes as long as the rest
+WORKERS = 4
+
+
+@dataclass(frozen=True)
+class NodeOptions(Options):
+    """A node of the cluster, in place of the smallest one that Slurm's sinfo names."""
+
+    cpus: int | None = option(
+        None, "processors of a node; none: of the smallest that Slurm's sinfo names", at_least=1
+    )
+    mem_mb: int | None = option(None, "memory of a node; none: likewise", unit="MB", at_least=1)
+
+
+@dataclass(frozen=True)
+class Node:
+    """Processors and memory of a node, None where nothing is known, as on a machine without Slurm."""
+
+    cpus: int | None
+    mem_mb: int | None
+
+    @property
+    def workers(self) -> int:
+        """The worker processes of a job of tetrahedra: one on a machine whose jobs share its processors."""
+        return 1 if self.cpus is None else min(WORKERS, self.cpus)
+
+
+def cluster_node(keys: Mapping[str, Any]) -> Node:
+    """Return the node that `keys` (cpus, mem_mb) describe, with the cluster's smallest for None."""
+    if VARIABLE not in os.environ and None in keys.values():
+        os.environ[VARIABLE] = _smallest()
+    found = os.environ.get(VARIABLE, "").split()
+    cpus, mem_mb = map(int, found) if found else (None, None)
+    return Node(keys["cpus"] or cpus, keys["mem_mb"] or mem_mb)
+
+
+def _smallest() -> str:
+    """Return processors and megabytes of the smallest node, in Slurm's default partition if it has one."""
+    command = ["sinfo", "--noheader", "--Node", "--format", "%P %c %m"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=ANSWERS_WITHIN)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    rows = [line.split() for line in done.stdout.splitlines() if line.strip()]
+    rows = [row for row in rows if row[0].endswith("*")] or rows
+    # sinfo writes 64+ where the nodes of a line differ
+    sizes = [[int(word.rstrip("+")) for word in row[1:]] for row in rows]
+    return " ".join(str(min(column)) for column in zip(*sizes))
+
+
+# What is expected holds within a factor of 1.5 on the examples; a file's size says less than a plan knows.
+MEMORY_FACTOR = 2
+# Nodes are slower than the machine of the measurements, and shared; who asks for an hour waits no longer.
+TIME_FACTOR = 10
+COMPILER_MB = 500  # the kernels are compiled once on each kind of machine, which takes five minutes
+START_MINUTES = 15
+WORKER_MB = 400  # a worker process of tetrahedralize besides the first, on small grains
+# the next attempt's time over that before; where a grain failed, assemble meshes the whole model
+LONGER = {"assemble": 5}
+# jobs of one group that run at once on its node: Snakemake asks for the sum of their memory
+AT_ONCE = {"inp": 2, "check": 2}
+# Facets of the remeshed surface over voxels at most: copper, whose grains are four voxels across, has 0.9.
+FACETS_PER_VOXEL = 1.0
+# Tetrahedra over facets of the gradated surface: grains430 9.9, al1050 10.
+TETS_PER_FACET = 10.0
+# What is counted before a file is made: voxels by those who make them, and facets where a plan is shown.
+UNKNOWN = {".npz": 20_000_000, ".vtp": 100_000}
+
+
+def memory_mb(stage: str, count: int, attempt: int, node: Node) -> int:
+    """Return the memory of a stage's job on `count` facets or voxels, up to its part of the node's."""
+    megabytes = MEMORY_FACTOR * effort(stage, _sizes(count)).megabytes + COMPILER_MB
+    if stage == "tetrahedralize":
+        megabytes += WORKER_MB * (node.workers - 1)
+    asked = round(megabytes) * 2 ** (attempt - 1)
+    return asked if node.mem_mb is None else min(asked, node.mem_mb // AT_ONCE.get(stage, 1))
+
+
+def minutes(stage: str, count: int, attempt: int) -> int:
+    """Return the time of a stage's job on `count` facets or voxels."""
+    first = START_MINUTES + round(TIME_FACTOR * effort(stage, _sizes(count)).seconds / 60)
+    return first * LONGER.get(stage, 2) ** (attempt - 1)
+
+
+def _sizes(count: int) -> Sizes:
+    """Return the sizes that go with a count of facets, or of voxels."""
+    return Sizes(voxels=count, facets=count * FACETS_PER_VOXEL, elements=count * TETS_PER_FACET)
+
+
+def count_of(path: str | Path) -> int:
+    """Return the facets of a .vtp or the voxels of a labels.npz, by its head.
+
+    UNKNOWN for a file that is not there yet or is none of these: the stage that reads it will say so.
+    """
+    suffix = Path(path).suffix
+    try:
+        if suffix == ".npz":
+            with zipfile.ZipFile(path) as archive, archive.open("labels.npy") as stream:
+                np.lib.format.read_magic(stream)
+                return int(np.prod(np.lib.format.read_array_header_1_0(stream)[0]))
+        with open(path, "rb") as stream:
+            found = re.search(rb'NumberOfPolys="(\d+)', stream.read(4096))
+        return int(found[1]) if found else UNKNOWN[suffix]
+    except (OSError, zipfile.BadZipFile, KeyError, ValueError):
+        return UNKNOWN[suffix]

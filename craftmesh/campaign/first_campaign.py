@@ -15,7 +15,7 @@ from craftmesh.io.file_volume import of_grains
 from craftmesh.mechanics.crystals import known_material
 from craftmesh.sizing.sizing import voxel_edge
 from craftmesh.types import Crystal, Voxels
-from craftmesh.voxels.specks import median_grain
+from craftmesh.voxels.voxel_graph import median_grain
 
 # Eq. 3's default l_min, l0 / 2, makes three times the elements round the front; examples take 0.75 to 0.8.
 L_MIN, L_MAX, R0 = 0.8, 3.0, 8.0  # over l0

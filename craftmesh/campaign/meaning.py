@@ -15,20 +15,18 @@ from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.cracks.prescription import changing, check_crack, is_sized
 from craftmesh.deck.options import DeckOptions
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.kink_angle import check_criterion
-from craftmesh.growth.options import GrowthOptions, check_cycle
+from craftmesh.growth.options import GrowthOptions, check_criterion, check_cycle
 from craftmesh.io.user_material import read_template
 from craftmesh.io.volume_format import format_by_name
-from craftmesh.mechanics.combinations import rows_of
-from craftmesh.mechanics.faces import parse_faces
+from craftmesh.mechanics.faces import parse_faces, rows_of
+from craftmesh.mechanics.load import check_faces
 from craftmesh.mechanics.materials import parse_materials, phases_of_grains
 from craftmesh.mechanics.model_options import ModelOptions
-from craftmesh.mechanics.trial import check_faces
 from craftmesh.mechanics.user_materials import parse_templates
 from craftmesh.sizing.sizing import SizingOptions, sizing_for
 from craftmesh.solve.options import SolveOptions
 from craftmesh.tetrahedra.meshers.base import check_mesher
-from craftmesh.voxels.generate_options import GenerateOptions
+from craftmesh.voxels.options import GenerateOptions
 
 # K of a penny errs by twice as much with five edges to the radius as with ten (docs/fracture.md)
 EDGES = 10

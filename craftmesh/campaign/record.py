@@ -4,8 +4,7 @@ import json
 from typing import Any
 
 from craftmesh.campaign.campaign import Campaign
-from craftmesh.report.options import SOLVED
-from craftmesh.report.sweeps import sweeps
+from craftmesh.report.sweeps import SOLVED, sweeps
 
 # Keys of the configuration that say where files are and how jobs are shared, not what is made.
 PLACES = ("cases", "results", "data", "chunks", "exports", "sweep", "node", "report")

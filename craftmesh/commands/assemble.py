@@ -6,20 +6,71 @@ tetrahedralize.
 """
 
 import argparse
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from craftmesh.commands.crack_flag import NAMED, add_crack, given_crack
+from craftmesh.assembly.assemble import assemble, refuse_other_surface
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.front_csv_flag import add_front_csv, write_front_csv
-from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, refuse_two_sizings, sizing_from
-from craftmesh.commands.stage_io import add_output, add_report, tell
-from craftmesh.commands.whole_model_step import complete_mesh
+from craftmesh.commands.mesh_flags import (
+    NAMED,
+    add_crack,
+    add_front,
+    add_front_csv,
+    add_sizing,
+    given_crack,
+    is_sized,
+    refuse_two_sizings,
+    sizing_from,
+    write_front_csv,
+)
+from craftmesh.commands.stage_io import add_output, add_report, tell, warn
 from craftmesh.io.stage_npz import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, write_tets
+from craftmesh.mesh.bodies import severed_sentence
+from craftmesh.mesh.flat_tets import flat_sentence, flat_tets
+from craftmesh.progress import ProgressLine
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.repair import repair_surface
+from craftmesh.tetrahedra.fallback import Completion, completed
+from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
-from craftmesh.tetrahedra.record import merged
+from craftmesh.tetrahedra.record import merged, with_counts
+from craftmesh.tetrahedra.whole_optimisation import optimised_whole
+from craftmesh.types import Crack, GrainTets, Surface, TetMesh
+
+
+def complete_mesh(
+    surface: Surface,
+    grain_tets: Sequence[GrainTets],
+    record: dict,
+    sizing_of: Callable[[], Lengths | None],
+    options: TetrahedralizeOptions,
+    crack: Crack | None = None,
+) -> tuple[TetMesh, dict]:
+    """Return the assembled mesh and its report, with the record under `meshing`.
+
+    crack: the given one, which tells what is one crack, see assemble.
+    """
+    refuse_other_surface(surface, grain_tets)
+    with ProgressLine("whole model") as progress:
+        whole = completed(Completion(surface, grain_tets), record, sizing_of, options, progress)
+    if whole.warning:
+        warn(whole.warning)
+    opened = given_way(whole.surface, whole.grain_tets)
+    if opened.warning:
+        warn(opened.warning)
+    surface, grain_tets, poor, smooth = opened.surface, opened.grain_tets, opened.poor, None
+    if options.optimise:
+        smoothed = optimised_whole(surface, grain_tets)
+        surface, grain_tets, smooth = smoothed.surface, smoothed.grain_tets, smoothed.report
+        poor = dict.fromkeys(record.get("poor", {}) | poor, []) | smoothed.poor
+    mesh, report = assemble(surface, grain_tets, crack)
+    flat = flat_sentence(flat_tets(mesh))
+    for sentence in (flat, severed_sentence(mesh)):
+        if sentence:
+            warn(sentence)
+    meshing = with_counts(record, whole.whole_model, opened.report, smooth, poor)
+    return mesh, report | {"meshing": meshing}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -3,21 +3,18 @@
 import argparse
 from pathlib import Path
 
-from craftmesh.commands.stage_io import existing, read_json, warn, write_json
+from craftmesh.commands.stage_io import add_file, existing, read_json, warn, write_json
 from craftmesh.errors import CraftmeshError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, help=f"a stage file: {', '.join(CHECKS)}")
-    parser.add_argument("--labels", type=Path, metavar="FILE", help="labels .npz for the volume per grain")
-    parser.add_argument(
-        "--quality", type=Path, metavar="FILE", help="write the mesh's measures to this .json"
-    )
-    parser.add_argument(
+    add_file(parser, "--labels", "labels .npz for the volume per grain")
+    add_file(parser, "--quality", "write the mesh's measures to this .json")
+    add_file(
+        parser,
         "--meshing",
-        type=Path,
-        metavar="FILE",
-        help="report .json of assemble or tetrahedralize; its part `meshing` goes into the measures",
+        "report .json of assemble or tetrahedralize; its part `meshing` goes into the measures",
     )
 
 
@@ -88,7 +85,7 @@ def check_arrays(file: Path, arguments: argparse.Namespace) -> list[str]:
 
     if not is_sizing(file):
         return check_volume(file, arguments)
-    from craftmesh.commands.sizing_flags import stored_sizing
+    from craftmesh.commands.mesh_flags import stored_sizing
 
     stored_sizing(file)
     return []

@@ -5,21 +5,17 @@ import json
 from pathlib import Path
 
 from craftmesh.atomic import atomic_folder
-from craftmesh.commands.stage_io import existing
-from craftmesh.io.solution import read_solution, read_solution_vtu
+from craftmesh.commands.stage_io import add_file, existing
+from craftmesh.io.stage_npz import read_solution, read_solution_vtu
 from craftmesh.io.vtk import read_tets
-from craftmesh.report.mesh_pictures import mesh_pictures
+from craftmesh.report.mesh_pictures import SolvedMesh, mesh_pictures, solved_pictures
 from craftmesh.report.pictures import as_webp
-from craftmesh.report.scene import scene
-from craftmesh.report.shown_mesh import shown_mesh
-from craftmesh.report.solved_pictures import SolvedMesh, solved_pictures
+from craftmesh.report.shown_mesh import scene, shown_mesh
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu of an increment")
-    parser.add_argument(
-        "--solution", type=Path, metavar="FILE", help="solution.npz, beside its .vtu: draw it deformed too"
-    )
+    add_file(parser, "--solution", "solution.npz, beside its .vtu: draw it deformed too")
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="FOLDER", help="folder for the pictures"
     )

@@ -26,7 +26,8 @@ class Parser(argparse.ArgumentParser):
 def add_options(parser: argparse.ArgumentParser, *classes: type, skip: Iterable[str] = ()) -> None:
     """Add one group of flags for each option class; `skip` names fields that the verb sets itself."""
     for cls in classes:
-        group = parser.add_argument_group(_title(cls))
+        words = re.findall("[A-Z][a-z]+", cls.__name__.removesuffix("Options"))
+        group = parser.add_argument_group(" ".join(words).lower() + " options")
         for field in dataclasses.fields(cls):
             if field.name not in skip:
                 _add_flag(group, field, hints_of(cls)[field.name])
@@ -41,11 +42,6 @@ def options_from(arguments: argparse.Namespace, cls: type, **values: Any) -> Any
     }
     lists = {name: tuple(value) for name, value in given.items() if isinstance(value, list)}
     return cls(**(given | lists | values))
-
-
-def _title(cls: type) -> str:
-    words = re.findall("[A-Z][a-z]+", cls.__name__.removesuffix("Options"))
-    return " ".join(words).lower() + " options"
 
 
 def _add_flag(group: argparse._ArgumentGroup, field: dataclasses.Field, hint: Any) -> None:

@@ -14,19 +14,33 @@ import numpy as np
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure, known_of_files
 from craftmesh.commands.solved_loads import by_load, solved_loads
-from craftmesh.commands.stage_io import add_output, add_units, existing, read_json, tell, write_json
+from craftmesh.commands.stage_io import (
+    add_file,
+    add_output,
+    add_units,
+    existing,
+    read_json,
+    tell,
+    write_json,
+)
 from craftmesh.cracks.polyline import polyline
 from craftmesh.errors import CraftmeshError
 from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import FrontParameters, fracture_parameters
-from craftmesh.growth.crack_size import crack_size
-from craftmesh.growth.cycles import Counted, counted
-from craftmesh.growth.extension import NEAR_FIELD, CrackFronts, KinksAndExtensions, kinks_and_extensions
-from craftmesh.growth.gate import UNTRUSTED, Evidence, doubts
+from craftmesh.growth.extension import (
+    NEAR_FIELD,
+    UNTRUSTED,
+    CrackFronts,
+    Evidence,
+    KinksAndExtensions,
+    doubts,
+    kinks_and_extensions,
+)
 from craftmesh.growth.grow import row_spacing
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.growth.rates import laws_of, local_rates
 from craftmesh.growth.relaxation import rows_along
+from craftmesh.growth.steps import Counted, counted, crack_size
 from craftmesh.io.front_csv import LOAD_CASE, has_word, write_front
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.lips import mean_traction, on_lips
@@ -47,21 +61,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     parser.add_argument("solution", type=Path, help="solution .npz of `craftmesh solve`")
     add_output(parser, "parameters .csv, one row per front node")
-    parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="what was integrated, and how far to trust it"
-    )
+    add_file(parser, "--json", "what was integrated, and how far to trust it")
     add_microstructure(parser)
-    parser.add_argument(
-        "--crack",
-        type=Path,
-        metavar="FILE",
-        help="crack surface .vtp: find how it grows as well, columns kink_angle and extension",
+    add_file(
+        parser, "--crack", "crack surface .vtp: find how it grows as well, columns kink_angle and extension"
     )
-    parser.add_argument(
+    add_file(
+        parser,
         "--last",
-        type=Path,
-        metavar="FILE",
-        help="the --json of the increment before, made with --crack: load cycles are counted on from there",
+        "the --json of the increment before, made with --crack: load cycles are counted on from there",
     )
     add_units(parser, "the units in --json")
     add_options(parser, FractureOptions, ModelOptions, GrowthOptions)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import within_box
+from craftmesh.commands.mesh_flags import within_box
 from craftmesh.commands.stage_io import add_output, existing
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_labels

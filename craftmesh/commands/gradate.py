@@ -3,9 +3,15 @@
 import argparse
 from pathlib import Path
 
-from craftmesh.commands.crack_flag import add_crack, given_crack
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import add_front, add_sizing, refuse_two_sizings, sizing_from
+from craftmesh.commands.mesh_flags import (
+    add_crack,
+    add_front,
+    add_sizing,
+    given_crack,
+    refuse_two_sizings,
+    sizing_from,
+)
 from craftmesh.commands.stage_io import add_output, add_report, tell
 from craftmesh.gradation.gradate import GradateOptions, gradate
 from craftmesh.io.vtk import read_surface, write_surface

@@ -8,16 +8,16 @@ import numpy as np
 
 from craftmesh.commands.crack import body_of
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_output, add_report, existing, tell, warn
+from craftmesh.commands.stage_io import add_file, add_output, add_report, existing, tell, warn
 from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.correct import Step, corrected
-from craftmesh.growth.crack_size import LEAST_STEP
-from craftmesh.growth.gate import CLOSED, NOISE, STAYS, UNTRUSTED
+from craftmesh.growth.extension import CLOSED, NOISE, STAYS, UNTRUSTED
 from craftmesh.growth.grow import grow, row_spacing
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import CorrectionOptions, SmoothingOptions
+from craftmesh.growth.steps import LEAST_STEP
 from craftmesh.io.front_csv import front_table, has_word, write_front
 from craftmesh.io.text_table import Table
 from craftmesh.io.vtk import read_crack, write_crack
@@ -48,21 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="a crack that stops is no error: write it as it is, and why into the report as `ended`",
     )
-    parser.add_argument(
-        "--base", type=Path, metavar="FILE", help="write the crack that the strip was joined to, a .vtp"
-    )
-    parser.add_argument(
-        "--step",
-        type=Path,
-        metavar="FILE",
-        help="write which way the strip went, node by node, a .csv",
-    )
-    parser.add_argument(
-        "--last-base", type=Path, metavar="FILE", help="the crack that the strip before was joined to"
-    )
-    parser.add_argument(
-        "--last-step", type=Path, metavar="FILE", help="which way it went: it is laid again, corrected"
-    )
+    add_file(parser, "--base", "write the crack that the strip was joined to, a .vtp")
+    add_file(parser, "--step", "write which way the strip went, node by node, a .csv")
+    add_file(parser, "--last-base", "the crack that the strip before was joined to")
+    add_file(parser, "--last-step", "which way it went: it is laid again, corrected")
     add_report(parser)
     add_options(parser, SmoothingOptions, CorrectionOptions)
 

@@ -4,14 +4,14 @@ import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_report, existing, tell, write_json
+from craftmesh.commands.stage_io import add_file, add_report, existing, tell, write_json
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_voxels
 from craftmesh.progress import ProgressLine
 from craftmesh.voxels.clean import clean
-from craftmesh.voxels.clean_options import CleanOptions
 from craftmesh.voxels.islands import find_islands, islands_as_json
+from craftmesh.voxels.options import CleanOptions
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 
 
@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         ("--labels", "cleaned volume .npz that GRAIN_<id> refers to"),
         ("--islands", "voids and embedded grains .json"),
     ):
-        parser.add_argument(flag, type=Path, metavar="FILE", help=what)
+        add_file(parser, flag, what)
     add_report(parser)
     add_options(parser, ReadOptions, CleanOptions)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from craftmesh.atomic import atomic_paths
 from craftmesh.campaign.campaign import read_campaign
-from craftmesh.campaign.case_names import RESERVED, as_case_name
+from craftmesh.campaign.cases import RESERVED, as_case_name
 from craftmesh.campaign.first_campaign import configuration_text, first_campaign, sheet_text
 from craftmesh.campaign.home import read_config
 from craftmesh.campaign.paths import read_path
@@ -21,11 +21,10 @@ from craftmesh.progress import ProgressLine
 from craftmesh.types import VOID, Voxels
 from craftmesh.voxels.background import lies_in_specks
 from craftmesh.voxels.clean import ROUGH, clean
-from craftmesh.voxels.clean_options import CleanOptions
-from craftmesh.voxels.raw_volume import RawVolume
+from craftmesh.voxels.options import CleanOptions
 from craftmesh.voxels.reading import AUTO, ReadOptions, read_voxels
-from craftmesh.voxels.specks import dispersed, speck_size
-from craftmesh.voxels.voxel_graph import find_pieces
+from craftmesh.voxels.remapping import RawVolume
+from craftmesh.voxels.voxel_graph import dispersed, find_pieces, speck_size
 
 # Share of voxels without a grain over which they are empty space. Measured: AL1050 0.0008.
 MUCH = 0.05

@@ -2,10 +2,9 @@
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from craftmesh.commands.stage_io import existing
+from craftmesh.commands.stage_io import add_file, existing
 from craftmesh.io.file_volume import of_grains
 from craftmesh.io.model_tables import read_grain_strains, read_lip_field
 from craftmesh.io.npz import read_labels
@@ -16,12 +15,7 @@ from craftmesh.mechanics.user_materials import UserMaterials, parse_templates
 
 
 def add_microstructure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--microstructure",
-        type=Path,
-        metavar="FILE",
-        help="labels .npz with the grains' orientations and phases",
-    )
+    add_file(parser, "--microstructure", "labels .npz with the grains' orientations and phases")
 
 
 def known_of_files(arguments: argparse.Namespace) -> dict[str, Any]:

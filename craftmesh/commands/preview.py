@@ -6,15 +6,14 @@ from pathlib import Path
 
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import add_sizing, refuse_two_sizings, sizing_from
+from craftmesh.commands.mesh_flags import add_sizing, refuse_two_sizings, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, write_json
 from craftmesh.cracks.meetings import Oblique, oblique, traces
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.io.vtk import read_crack, read_surface
-from craftmesh.report.preview import Preview, front_lines, grain_measures, met_grains
-from craftmesh.report.preview_picture import preview_picture
+from craftmesh.report.preview import Preview, front_lines, grain_measures, met_grains, preview_picture
 from craftmesh.types import BOX_PLANES, Surface
 
 OBLIQUE = 10.0  # degrees: the angle to a boundary under which there is little room for good tetrahedra

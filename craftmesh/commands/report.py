@@ -7,22 +7,19 @@ from typing import Any
 
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_output, existing, read_json, warn, write_json
+from craftmesh.commands.stage_io import add_file, add_output, existing, read_json, warn, write_json
 from craftmesh.errors import CraftmeshError
-from craftmesh.report.case_files import RECORD, read_cases
-from craftmesh.report.failures import failures
-from craftmesh.report.options import ReportOptions
+from craftmesh.report.case_files import RECORD, failures, read_cases, versions
 from craftmesh.report.page import page
-from craftmesh.report.versions import versions
+from craftmesh.report.sweeps import ReportOptions
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("results", type=Path, help=f"folder of results, with cases that have a {RECORD}")
-    parser.add_argument(
+    add_file(
+        parser,
         "--campaign",
-        type=Path,
-        metavar="FILE",
-        help=f"what a campaign asked for, .json from the workflow: for the {RECORD} of its cases",
+        f"what a campaign asked for, .json from the workflow: for the {RECORD} of its cases",
     )
     add_options(parser, ReportOptions)
     add_output(parser, "page .html")

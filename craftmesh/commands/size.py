@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import sizing_by
-from craftmesh.commands.stage_io import add_output, add_report, existing, tell
+from craftmesh.commands.mesh_flags import sizing_by
+from craftmesh.commands.stage_io import add_file, add_output, add_report, existing, tell
 from craftmesh.io.npz import read_labels
 from craftmesh.io.stage_npz import write_sizing
 from craftmesh.io.vtk import read_surface
@@ -22,18 +22,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "sizing .npz")
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
-        "--crack",
-        type=Path,
-        metavar="FILE",
-        dest="front",
-        help="crack .vtp to refine around its fronts",
+        "--crack", type=Path, metavar="FILE", dest="front", help="crack .vtp to refine around its fronts"
     )
-    source.add_argument(
-        "--front", type=Path, metavar="FILE", help="the same for a front: .csv with columns x, y, z"
-    )
-    parser.add_argument(
-        "--labels", type=Path, metavar="FILE", help="labels .npz: without --l0, l0 is its voxel's edge"
-    )
+    add_file(source, "--front", "the same for a front: .csv with columns x, y, z")
+    add_file(parser, "--labels", "labels .npz: without --l0, l0 is its voxel's edge")
     add_report(parser)
     add_options(parser, SizingOptions)
 

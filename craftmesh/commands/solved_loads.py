@@ -9,11 +9,10 @@ from craftmesh.commands.stage_io import existing
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.options import check_cycle
 from craftmesh.io.front_csv import LOAD_CASE
-from craftmesh.io.solution import read_solutions
+from craftmesh.io.stage_npz import read_solutions
 from craftmesh.mechanics.model import ElasticModel
-from craftmesh.solve.foreign import foreign_solution
 from craftmesh.solve.options import EXTERNAL
-from craftmesh.solve.problem import DECK_RULE, problem_of
+from craftmesh.solve.problem import DECK_RULE, foreign_solution, problem_of
 from craftmesh.solve.solve import FULL_RULE
 from craftmesh.types import Solution
 

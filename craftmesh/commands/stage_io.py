@@ -19,10 +19,13 @@ def add_output(parser: argparse.ArgumentParser, what: str) -> None:
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help=what)
 
 
+def add_file(parser: argparse._ActionsContainer, flag: str, what: str) -> None:
+    """Add a flag that names a file."""
+    parser.add_argument(flag, type=Path, metavar="FILE", help=what)
+
+
 def add_report(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--report", type=Path, metavar="FILE", help="write the stage's counts to this .json"
-    )
+    add_file(parser, "--report", "write the stage's counts to this .json")
 
 
 def add_units(parser: argparse.ArgumentParser, where: str) -> None:

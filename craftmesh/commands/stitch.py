@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.sizing_flags import add_sizing, refuse_two_sizings, sizing_from
-from craftmesh.commands.stage_io import add_output, add_report, existing, tell, warn
+from craftmesh.commands.mesh_flags import add_sizing, refuse_two_sizings, sizing_from
+from craftmesh.commands.stage_io import add_file, add_output, add_report, existing, tell, warn
 from craftmesh.cracks.split_voxels import split_along
 from craftmesh.errors import CraftmeshError, listed
 from craftmesh.insertion.insert import insert_crack
@@ -27,15 +27,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "surface", type=Path, help=f"surface .vtp, or folder of {listed_suffixes()} files, one per grain"
     )
     add_output(parser, "stitched surface .vtp")
-    parser.add_argument("--crack", type=Path, metavar="FILE", help="crack .vtp to insert")
+    add_file(parser, "--crack", "crack .vtp to insert")
     add_report(parser)
     add_sizing(parser)
-    parser.add_argument(
-        "--labels",
-        type=Path,
-        metavar="FILE",
-        help="labels .npz that --insertion voxel splits along the crack",
-    )
+    add_file(parser, "--labels", "labels .npz that --insertion voxel splits along the crack")
     add_options(parser, StitchOptions, WayOptions, InsertOptions, RemeshOptions)
 
 

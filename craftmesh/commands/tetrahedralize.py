@@ -7,11 +7,20 @@ import argparse
 from collections.abc import Iterable
 from pathlib import Path
 
-from craftmesh.commands.crack_flag import NAMED, add_crack, given_crack
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.front_csv_flag import add_front_csv, write_front_csv
-from craftmesh.commands.sizing_flags import add_front, add_sizing, is_sized, refuse_two_sizings, sizing_from
-from craftmesh.commands.stage_io import add_output, add_report, read_json, tell, warn
+from craftmesh.commands.mesh_flags import (
+    NAMED,
+    add_crack,
+    add_front,
+    add_front_csv,
+    add_sizing,
+    given_crack,
+    is_sized,
+    refuse_two_sizings,
+    sizing_from,
+    write_front_csv,
+)
+from craftmesh.commands.stage_io import add_file, add_output, add_report, read_json, tell, warn
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.io.stage_npz import write_grain_tets
 from craftmesh.io.vtk import read_surface, write_failed_grain, write_surface, write_tets
@@ -31,7 +40,7 @@ from craftmesh.voxels.islands import islands_from_json
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("surface", type=Path, help="gradated surface .vtp")
     add_output(parser, "mesh .vtu with the crack opened; with --chunk the chunk's grains .npz")
-    parser.add_argument("--islands", type=Path, metavar="FILE", help="voids and embedded grains .json")
+    add_file(parser, "--islands", "voids and embedded grains .json")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="worker processes (default 1)")
     parser.add_argument(
         "--chunk", type=chunk, metavar="K/N", help="only the K-th of N parts of the grains, K = 1..N"
@@ -68,7 +77,7 @@ def run(arguments: argparse.Namespace) -> None:
         write_grain_tets(arguments.output, grain_tets, record)
         tell(report | {"left_to_the_whole_model": left}, arguments.report)
         return
-    from craftmesh.commands.whole_model_step import complete_mesh
+    from craftmesh.commands.assemble import complete_mesh
 
     mesh, opened = complete_mesh(
         surface, grain_tets, record, lambda: sizing, options, given_crack(arguments)

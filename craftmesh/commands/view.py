@@ -42,7 +42,7 @@ def view_arrays(file: Path) -> bytes:
     from craftmesh.report.views import labels_picture, lengths_picture
 
     if is_sizing(file):
-        from craftmesh.commands.sizing_flags import stored_sizing
+        from craftmesh.commands.mesh_flags import stored_sizing
 
         sizing = stored_sizing(file)
         if not len(sizing.sources):

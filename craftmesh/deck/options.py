@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.combinations import check_supports
-from craftmesh.mechanics.faces import parse_faces
+from craftmesh.mechanics.faces import check_supports, parse_faces
 from craftmesh.mechanics.history import LoadStep, parse_steps
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.options import option

@@ -5,8 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from craftmesh.deck.inp_format import number
-from craftmesh.mechanics.load import Fixed, Load
-from craftmesh.mechanics.tractions import Traction, nodal_forces
+from craftmesh.mechanics.load import Fixed, Load, Traction, nodal_forces
 from craftmesh.types import TetMesh
 
 # Both solvers write these to their results files (.fil, .frd).

@@ -8,7 +8,7 @@ from scipy.sparse import coo_array, csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
 from craftmesh.fracture.quadrature import triangle_points
-from craftmesh.mechanics.tractions import Traction, corner_vectors
+from craftmesh.mechanics.load import Traction, corner_vectors
 from craftmesh.mesh.integration import face_shape
 from craftmesh.mesh.lip_pairs import LipPairs, lip_pairs
 from craftmesh.mesh.mesh_sets import lip_faces

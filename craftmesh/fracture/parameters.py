@@ -6,19 +6,24 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.fracture.error import errors
-from craftmesh.fracture.fit import Fitted, FrontLine, falloff, fit_segment
-from craftmesh.fracture.flags import flags_of
-from craftmesh.fracture.front_strain import FrontStrain, strains_along_front, stress_along_binormal
+from craftmesh.fracture.error import errors, flags_of
+from craftmesh.fracture.fit import (
+    Fitted,
+    FrontLine,
+    FrontStrain,
+    falloff,
+    fit_segment,
+    strains_along_front,
+    stress_along_binormal,
+)
 from craftmesh.fracture.kernels.forces import ROWS, add_element_forces, add_face_forces
 from craftmesh.fracture.lip_pressure import lip_tractions, lips_touch
 from craftmesh.fracture.options import LEAST_PIECES, LEAST_RADIUS, FractureOptions
 from craftmesh.fracture.quadrature import element_rule, face_rules
-from craftmesh.fracture.room import radii
 from craftmesh.fracture.segments import Segments, Stations, material_numbers, segments_of, stations_of
 from craftmesh.fracture.stress_probe import probed
-from craftmesh.fracture.tube import SolvedMesh, Surroundings, kernel_curve, surroundings
-from craftmesh.mechanics.tractions import Traction
+from craftmesh.fracture.tube import SolvedMesh, Surroundings, kernel_curve, radii, surroundings
+from craftmesh.mechanics.load import Traction
 from craftmesh.mesh.front_curve import arc_lengths, local_sizes
 from craftmesh.mesh.front_frames import Front, fronts_of
 from craftmesh.mesh.front_places import grain_of_edges

@@ -9,11 +9,9 @@ from craftmesh.cracks.polyline import Polyline, feet, polyline
 from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.at_rest import beside_rest, points_at_rest
-from craftmesh.growth.moves import FrontExtensions, moves_along
-from craftmesh.growth.new_front import NewFront, new_front
+from craftmesh.growth.moves import FrontExtensions, beside_rest, moves_along, points_at_rest
+from craftmesh.growth.new_front import NewFront, new_front, strip_triangles, with_front_points
 from craftmesh.growth.options import SmoothingOptions
-from craftmesh.growth.strip import strip_triangles, with_front_points
 from craftmesh.types import Crack
 
 # Points of the new front to a spacing of the rows: its chords are then within 0.001 spacings of a front of

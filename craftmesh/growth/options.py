@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.options import Options, option
+from craftmesh.options import Options, option, own_code
 
 CRITERIA = ("tangential_stress", "energy_release", "near_field")
 LAWS = ("uniform", "power")
@@ -99,3 +99,9 @@ def check_cycle(cycle: Sequence[str], loads: Sequence[str]) -> None:
         if name not in loads:
             known = ", ".join(filter(None, loads)) or "none: name load cases in inp.faces"
             raise CraftmeshError(f"cycle names {name!r}; expected loads of {known}")
+
+
+def check_criterion(name: str) -> None:
+    """Raise CraftmeshError unless `name` is one of CRITERIA, or names a function of one's own."""
+    if name not in CRITERIA:
+        own_code("criterion", name, CRITERIA)

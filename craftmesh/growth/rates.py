@@ -115,7 +115,8 @@ def parse_rates(texts: Iterable[str]) -> dict[Key, RateLaw]:
     for text in texts:
         place, named, law = text.rpartition("=")
         try:
-            key = None if not named else place if _is_grain(place) else int(place)
+            of_grain = place.startswith(GRAIN) and place.removeprefix(GRAIN).isdecimal()
+            key = None if not named else place if of_grain else int(place)
             found = _law(*law.split(":"))
         except (ValueError, TypeError):
             raise CraftmeshError(
@@ -126,10 +127,6 @@ def parse_rates(texts: Iterable[str]) -> dict[Key, RateLaw]:
             raise CraftmeshError(f"grow.rates: {text!r} is a second law for the same place; keep one")
         laws[key] = found
     return laws
-
-
-def _is_grain(place: str) -> bool:
-    return place.startswith(GRAIN) and place.removeprefix(GRAIN).isdecimal()
 
 
 def _law(kind: str, constants: str) -> RateLaw:

@@ -66,11 +66,7 @@ def over_step(rate: np.ndarray, power: float, step: float, fronts: Sequence[Fron
 
 
 def over_step_again(
-    rate: np.ndarray,
-    extension: np.ndarray,
-    reached: np.ndarray,
-    power: float,
-    fronts: Sequence[FrontRows],
+    rate: np.ndarray, extension: np.ndarray, reached: np.ndarray, power: float, fronts: Sequence[FrontRows]
 ) -> np.ndarray:
     """Return the extensions (n,) of a step from the rates (n,) at its start and those `reached` at its end.
 

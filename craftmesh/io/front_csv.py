@@ -51,11 +51,8 @@ def read_front(path: str | os.PathLike) -> dict[str, np.ndarray]:
     table = front_table(path)
     table.numbers("xyz")
     found = {name: table.column(name) for name in table.names if name}
-    return {_known(name): values for name, values in found.items() if values is not None}
-
-
-def _known(name: str) -> str:
-    return name.casefold() if name.casefold() in _KNOWN else name
+    known = {name: name.casefold() for name in found if name.casefold() in _KNOWN}
+    return {known.get(name, name): values for name, values in found.items() if values is not None}
 
 
 def front_table(path: str | os.PathLike, axes: str = "xyz") -> Table:

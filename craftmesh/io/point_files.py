@@ -29,7 +29,8 @@ def read_points(path: str | os.PathLike) -> np.ndarray:
     if suffix == ".csv":
         return read_front_points(path)
     if suffix in TEXTS:
-        points = _columns(path)
+        table = read_table(path, "xyz")
+        points = (table if table.names else table.named("xyz")).numbers("xyz")
     elif suffix == ".vtp":
         points = vtk_xml.points_of(vtk_xml.read_dataset(path, "PolyData"))
     else:
@@ -37,11 +38,6 @@ def read_points(path: str | os.PathLike) -> np.ndarray:
     if not len(points) or not np.isfinite(points).all():
         raise CraftmeshError(f"{path}: holds {len(points)} points; expected finite ones, at least three")
     return points
-
-
-def _columns(path: Path) -> np.ndarray:
-    table = read_table(path, "xyz")
-    return (table if table.names else table.named("xyz")).numbers("xyz")
 
 
 _VOID, _VOID_COLUMNS = "xyzr", 5  # without a header its id comes first

@@ -13,13 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from h5py import is_hdf5
 
 from craftmesh.arguments import as_array
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.declared import data_file, enough_memory, heard, refuse_false_zip
-from craftmesh.io.hdf5 import opened
 from craftmesh.types import Surface
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off", ".3mf")
@@ -235,6 +233,10 @@ class _Beside:
 
 def _refuse_false_containers(path: Path) -> None:
     """Refuse zip archives that unpack to more than memory, and HDF5 files whose data lie in others."""
+    from h5py import is_hdf5  # takes long to import
+
+    from craftmesh.io.hdf5 import opened
+
     if zipfile.is_zipfile(path):
         refuse_false_zip(path)
     if is_hdf5(path):

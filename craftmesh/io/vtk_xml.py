@@ -19,7 +19,6 @@ from craftmesh.io.vtk_xml_file import VtkFile
 if TYPE_CHECKING:
     from vtkmodules.vtkCommonCore import vtkDataArray, vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataObject, vtkFieldData, vtkPointSet
-    from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 _COMPRESSION = (
     1  # connectivity shrinks 4-fold at level 1 and hardly more at level 5, which takes thrice as long
@@ -118,7 +117,8 @@ def write_dataset(path: str | os.PathLike, dataset: "vtkDataObject", kind: str) 
     compressor.SetCompressionLevel(_COMPRESSION)
     writer.SetCompressor(compressor)
     writer.SetInputData(dataset)
-    faults = _collect_errors(writer)
+    faults: list = []
+    writer.AddObserver("ErrorEvent", lambda *_: faults.append(True))
     with atomic_path(path) as temporary, _without_messages():
         writer.SetFileName(os.fspath(temporary))
         if not writer.Write() or faults or writer.GetErrorCode():
@@ -260,9 +260,3 @@ def _without_messages() -> Iterator[None]:
         yield
     finally:
         vtkObject.SetGlobalWarningDisplay(shown)
-
-
-def _collect_errors(algorithm: "vtkAlgorithm") -> list:
-    faults: list = []
-    algorithm.AddObserver("ErrorEvent", lambda *_: faults.append(True))  # type: ignore[arg-type]
-    return faults

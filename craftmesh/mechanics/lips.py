@@ -7,8 +7,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.load import Load
-from craftmesh.mechanics.tractions import Traction, corner_vectors
+from craftmesh.mechanics.load import Load, Traction, corner_vectors
 from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.surface.measure import area_vectors

@@ -10,10 +10,9 @@ from types import MappingProxyType
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.combinations import Combination, rows_of
 from craftmesh.mechanics.crystals import misfits
 from craftmesh.mechanics.eigenstrains import axes_of, eigenstrains_of_grains, given_strains, is_even
-from craftmesh.mechanics.faces import parse_faces
+from craftmesh.mechanics.faces import Combination, parse_faces, rows_of
 from craftmesh.mechanics.lips import LipField, loaded_lips
 from craftmesh.mechanics.load import Load, combined, load_on, near_planes, tension
 from craftmesh.mechanics.materials import Material, parse_materials, phases_of_grains, turned

@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.combinations import Combination, combinations_of
 from craftmesh.mechanics.eigenstrains import parse_eigenstrains
-from craftmesh.mechanics.faces import parse_faces
+from craftmesh.mechanics.faces import Combination, combinations_of, parse_faces
 from craftmesh.options import Options, option
 
 LIP_PRESSURE, EIGENSTRAIN = "lip_pressure", "eigenstrain"  # the load cases of these keys

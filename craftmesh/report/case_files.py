@@ -1,22 +1,98 @@
-"""A case as its folder in the results has it: what it was asked for, and its increments."""
+"""A case as its folder in the results has it: what was asked for, increments, costs, and what failed."""
 
+import csv
 import hashlib
 import json
-from collections.abc import Mapping
+import platform
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import front_table, read_front, read_words
-from craftmesh.io.solution import read_solution
-from craftmesh.io.stage_npz import read_sizing
+from craftmesh.io.stage_npz import read_sizing, read_solution
 from craftmesh.io.vtk import read_crack
-from craftmesh.report.costs import Cost, stage_costs
 from craftmesh.report.sweeps import SIZES
 from craftmesh.types import Crack
+
+# The stage that makes a file, by the file's name; others are called by the file itself.
+STAGES = {
+    "generated": "generate",
+    "microstructure": "import",
+    "remeshed": "remesh",
+    "crack": "crack",
+    "sizing": "size",
+    "surface": "stitch",
+    "gradated": "gradate",
+    "tets": "tetrahedralize",
+    "volume": "assemble",
+    "model": "inp",
+    "solution": "solve",
+    "fracture": "fracture",
+    "growth": "grow",
+    "quality": "check",
+    "pictures": "depict",
+}
+
+
+class Cost(NamedTuple):
+    """What the jobs of a stage took: how many, seconds on the clock and of all cores, MB of the largest."""
+
+    stage: str
+    jobs: int
+    seconds: float
+    cpu_seconds: float
+    longest: float
+    memory: float
+
+
+def stage_costs(folder: Path, increments: list[str]) -> list[Cost]:
+    """Return the costs of a case's stages, in the order of the way, from the benchmarks in its `folder`.
+
+    increments: names of those that count. Files that another version of Snakemake wrote, without the
+    columns that are asked for, are left out.
+    """
+    found: dict[str, list[dict[str, float]]] = {}
+    for path in sorted(folder.rglob("*.tsv")):
+        inner = path.relative_to(folder).parts
+        if len(inner) > 1 and inner[0] not in increments:
+            continue
+        name = inner[1] if len(inner) > 2 else path.name.removesuffix(".tsv")
+        found.setdefault(STAGES.get(name, name), []).extend(_rows(path))
+    stages = [stage for stage in STAGES.values() if stage in found]
+    stages += [stage for stage in found if stage not in stages]
+    return [
+        Cost(
+            stage,
+            len(rows),
+            sum(row["s"] for row in rows),
+            sum(row["cpu_time"] for row in rows),
+            max(row["s"] for row in rows),
+            max(row["max_rss"] for row in rows),
+        )
+        for stage, rows in ((stage, found[stage]) for stage in stages)
+        if rows
+    ]
+
+
+def _rows(path: Path) -> Iterator[dict[str, float]]:
+    """Yield the runs in a benchmark file; jobs shorter than its first look have no memory: 0."""
+    with open(path, newline="", encoding="utf-8") as stream:
+        for row in csv.DictReader(stream, delimiter="\t"):
+            if {"s", "cpu_time", "max_rss"} <= row.keys():
+                yield {key: _number(row[key]) for key in ("s", "cpu_time", "max_rss")}
+
+
+def _number(text: str | None) -> float:
+    try:
+        return float(text or 0)
+    except ValueError:  # "NA" and "-", where a job was over before it was looked at
+        return 0.0
+
 
 RECORD = "case.json"
 PICTURES = ("grains", "sizes", "crack", "deformed", "stress")
@@ -135,3 +211,54 @@ def _json(path: Path) -> dict:
         return json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise CraftmeshError(f"{path}: not JSON ({error}); make it again") from None
+
+
+PACKAGES = ("craftmesh", "tetgen", "pytetwild", "numpy", "scipy", "numba", "pyamg", "vtk", "snakemake")
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of craftmesh, Python and what the meshes depend on, by name."""
+    found = {}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return {"python": platform.python_version(), **found}
+
+
+_ERROR = "craftmesh: error: "
+
+
+class Failure(NamedTuple):
+    """A case whose increments are not all there: a log that ends in an error, and that error."""
+
+    case: str
+    log: str
+    line: str
+
+
+def failures(case: Case, results: Path) -> list[Failure]:
+    """Return the errors in which the logs of a case end, where it lacks increments that it was asked for.
+
+    A job writes its log anew, so a stage that went well later has none. Without an error there is one
+    entry, which says so: jobs that wait, run or were killed.
+    """
+    increments = case.increments
+    growth = increments[-1].growth if increments else None
+    has_ended = case.record["growth"] != "prescribed" and growth is not None and growth["ended"]
+    if has_ended or len(increments) == case.record["increments"]:
+        return []
+    logs = results / "logs"
+    found = [(path, _last_line(path)) for path in sorted((logs / case.name).rglob("*.log"))]
+    told = [
+        Failure(case.name, str(path.relative_to(logs)), line.removeprefix(_ERROR))
+        for path, line in found
+        if line.startswith(_ERROR)
+    ]
+    return told or [Failure(case.name, "", "not made yet, and no log ends in an error")]
+
+
+def _last_line(path: Path) -> str:
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    return next((line for line in reversed(lines) if line.strip()), "")

@@ -96,7 +96,7 @@ def outcome(case: Case) -> str:
             return f"The crack stops after increment {increment.name}: {increment.growth['ended']}."
     if done < asked:
         return f"{done} of {asked} increments are done."
-    return f"{_counted(done, 'increment')}, as many as were asked for."
+    return f"{done} increment{'s' * (done != 1)}, as many as were asked for."
 
 
 def totals(rows: Sequence[Row]) -> dict[str, float | None]:
@@ -119,7 +119,3 @@ def _range(values: np.ndarray) -> tuple[float, float]:
 
 def _percent(share: float | None) -> float | None:
     return None if share is None else 100 * share
-
-
-def _counted(number: int, word: str) -> str:
-    return f"{number} {word}" + "s" * (number != 1)

@@ -1,4 +1,6 @@
-"""Pictures of a mesh: its grains, the size of its elements, its crack."""
+"""Pictures of an increment: its grains, the size of its elements, its crack; deformed, and its stress."""
+
+from typing import NamedTuple
 
 import matplotlib
 import numpy as np
@@ -7,9 +9,19 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from craftmesh.report.pictures import BELOW, COLOURS, PIXELS, draw_directions, new_figure
+from craftmesh.errors import CraftmeshError
+from craftmesh.report.pictures import (
+    BELOW,
+    COLOURS,
+    PIXELS,
+    deformed_body,
+    draw_directions,
+    new_figure,
+    stress_on_plane,
+)
 from craftmesh.report.shaded import View, shaded, view_from
 from craftmesh.report.shown_mesh import Facets, ShownMesh
+from craftmesh.types import Solution, TetMesh
 
 GRAINS = "tab20"  # one grain after another
 LIP = (0.93, 0.90, 0.84)  # the crack where grains are coloured
@@ -93,3 +105,36 @@ def _add_scale(figure: Figure, scale: Normalize) -> None:
     figure.colorbar(
         ScalarMappable(norm=scale, cmap=COLOURS), cax=bar, label="mean length of edges at a node"
     )
+
+
+class SolvedMesh(NamedTuple):
+    """A solved mesh; elements (m, 4) on points (p, 3) with stress (p, 6) as 11, 22, 33, 12, 13, 23."""
+
+    mesh: TetMesh
+    solution: Solution
+    points: np.ndarray
+    elements: np.ndarray
+    stress: np.ndarray
+
+
+def solved_pictures(solved: SolvedMesh, shown: ShownMesh) -> dict[str, Figure]:
+    """Return pictures by name: `deformed`, and `stress` on a plane through the middle of the fronts.
+
+    The plane is square to the axis that is most nearly along the crack, so that it shows the crack's trace.
+    """
+    found, needed = len(solved.solution.displacement), len(shown.points)
+    if found < needed:
+        raise CraftmeshError(
+            f"the solution has {found} nodes and the mesh {needed}; give the solution of this mesh"
+        )
+    box = solved.mesh.box
+    front = np.concatenate([*shown.fronts, np.zeros(0, np.int64)])
+    middle = shown.points[front].mean(axis=0) if len(front) else box.mean(axis=0)
+    stress = solved.stress[solved.elements].mean(axis=1)
+    principal = np.linalg.eigvalsh(stress[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]])[:, -1]
+    axis = int(np.abs(shown.normal).argmin())
+    moved = solved.solution.displacement[: len(shown.points)]
+    return {
+        "deformed": deformed_body(shown.points, shown.skin.triangles, moved, shown.towards),
+        "stress": stress_on_plane(solved.points, solved.elements, principal, np.clip(middle, *box), axis),
+    }

@@ -12,14 +12,11 @@ from markupsafe import Markup
 
 from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.mesh.quality import drift_sentence
-from craftmesh.report.case_files import Case, Increment
-from craftmesh.report.charts import against_size, histograms
-from craftmesh.report.convergence import compared
-from craftmesh.report.failures import Failure
+from craftmesh.report.case_files import Case, Failure
+from craftmesh.report.charts import against_size, compared, histograms
 from craftmesh.report.measures import UNIFORM_TETS, grown_rows, outcome, table_row, totals
-from craftmesh.report.options import MEASURED_IN, QUANTITIES, ReportOptions
 from craftmesh.report.pictures import along_front, as_webp, crack_by_increment
-from craftmesh.report.sweeps import sweeps
+from craftmesh.report.sweeps import MEASURED_IN, QUANTITIES, ReportOptions, sweeps
 
 # Pictures of an increment are some 180 kB of text: a page of more bytes than this is slow to open. Then
 # increments between a case's first and last one are left out, evenly.
@@ -73,7 +70,10 @@ def _case(case: Case, rows: list, shown: list[str]) -> dict[str, Any]:
         "grown": grown_rows(case),
         "charts": _charts(case),
         "increments": [
-            {"name": increment.name, "pictures": _pictures(increment)}
+            {
+                "name": increment.name,
+                "pictures": [(CAPTIONS[key], _embedded(one)) for key, one in increment.pictures.items()],
+            }
             for increment in case.increments
             if increment.name in shown and increment.pictures
         ],
@@ -115,10 +115,6 @@ def _charts(case: Case) -> list[tuple[str, str]]:
     text = f"Shapes of the elements in increment {last.name}: percent of the elements in each interval."
     charts.append((text, histograms({increment.name: increment.quality for increment in case.increments})))
     return [(caption, _embedded(as_webp(figure))) for caption, figure in charts]
-
-
-def _pictures(increment: Increment) -> list[tuple[str, str]]:
-    return [(CAPTIONS[name], _embedded(picture)) for name, picture in increment.pictures.items()]
 
 
 def _shown(cases: Sequence[Case]) -> dict[str, list[str]]:

@@ -15,8 +15,8 @@ from matplotlib.patches import Patch
 from mpl_toolkits.mplot3d import Axes3D
 from PIL import Image
 
-from craftmesh.report.plane_cut import cut_tets
 from craftmesh.report.shaded import View, shaded, view_from
+from craftmesh.report.shown_mesh import cut_tets
 from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.measure import area_vectors, meets_box
 from craftmesh.types import Crack

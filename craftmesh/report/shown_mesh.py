@@ -1,5 +1,6 @@
-"""What of a mesh is shown: its skin, the body cut open at the crack, the crack's lip and fronts."""
+"""What of a mesh is shown: skin, cut open at the crack, lip and fronts; a plane's cut; the page's view."""
 
+import base64
 from typing import NamedTuple
 
 import numpy as np
@@ -56,9 +57,10 @@ def shown_mesh(mesh: TetMesh) -> ShownMesh:
     names = [name for name in mesh.face_sets if not is_lip(name)]
     skin = np.concatenate([np.zeros((0, 2), np.int64), *(mesh.face_sets[name] for name in names)])
     fronts = [np.append(nodes, nodes[:1]) if closed else nodes for nodes, closed in mesh_fronts(mesh)]
+    edges = tet_edges(tets)
     return ShownMesh(
         points=mesh.points,
-        lengths=_mean_lengths(mesh.points, tets),
+        lengths=mean_edges(mesh.points, edges[group_edges(edges).lead]),
         skin=_facets(mesh, tets, skin, False),
         opened=_boundary(mesh, tets, kept),
         lip=lip,
@@ -131,7 +133,122 @@ def _boundary(mesh: TetMesh, tets: np.ndarray, kept: np.ndarray) -> Facets:
     return Facets(half_face_corners(tets, rows), mesh.grain[rows // 4], is_lip_face[rows])
 
 
-def _mean_lengths(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
-    """Return the mean length of the edges at each node (n,)."""
-    edges = tet_edges(tets)
-    return mean_edges(points, edges[group_edges(edges).lead])
+# By which of a tetrahedron's corners lie above the plane (bit k for corner k): the edges that the plane
+# crosses, in an order that goes round the polygon.
+_CROSSED: dict[int, tuple[tuple[int, int], ...]] = {}
+for _corner in range(4):
+    _others = [k for k in range(4) if k != _corner]
+    _CROSSED[1 << _corner] = _CROSSED[15 - (1 << _corner)] = tuple((_corner, k) for k in _others)
+for _a, _b in ((0, 1), (0, 2), (0, 3)):
+    _c, _d = (k for k in range(4) if k not in (_a, _b))
+    _mask = (1 << _a) | (1 << _b)
+    _CROSSED[_mask] = _CROSSED[15 - _mask] = ((_a, _c), (_a, _d), (_b, _d), (_b, _c))
+
+
+def cut_tets(
+    points: np.ndarray, tets: np.ndarray, origin: np.ndarray, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the polygons (p, 4, 3) in which a plane cuts tetrahedra (m, 4), and which those are (p,).
+
+    points (n, 3); the plane goes through `origin` square to `normal`. A triangle has its last corner twice.
+    Corners on the plane count as below it.
+    """
+    above = (points - origin) @ normal > 0
+    mask = above[tets] @ (1 << np.arange(4))
+    polygons, rows = [np.zeros((0, 4, 3))], [np.zeros(0, np.int64)]
+    for kind, edges in _CROSSED.items():
+        row = np.flatnonzero(mask == kind)
+        corners = [_crossing(points, tets[row][:, edge], origin, normal) for edge in edges]
+        polygons.append(np.stack([*corners, corners[-1]][:4], axis=1))
+        rows.append(row)
+    order = np.argsort(np.concatenate(rows), kind="stable")
+    return np.concatenate(polygons)[order], np.concatenate(rows)[order]
+
+
+def _crossing(points: np.ndarray, edges: np.ndarray, origin: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Return the points (k, 3) at which the plane crosses edges (k, 2)."""
+    a, b = points[edges[:, 0]], points[edges[:, 1]]
+    high, low = (a - origin) @ normal, (b - origin) @ normal
+    return a + (high / (high - low))[:, None] * (b - a)
+
+
+COARSER = 1.2  # the grid's cells grow by this until the triangles are few enough
+
+
+def decimated(
+    points: np.ndarray, triangles: np.ndarray, box: np.ndarray, most: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the places (p, 3) of corners, triangles (k, 3) on them, about `most`, and what those were.
+
+    points (n, 3); triangles (m, 3). The last result (k,) has the row of each triangle among those given;
+    few enough triangles stay as they are. A corner is the mean of the points that it stands for, which all
+    lie on the same planes of the box (2, 3), so faces, edges and corners of the box stay in place, which
+    takes some 48 triangles, however few are asked for.
+    """
+    used, local = np.unique(triangles, return_inverse=True)
+    local = local.reshape(-1, 3)
+    if len(triangles) <= most:
+        return points[used], local, np.arange(len(triangles))
+    corners = points[used]
+    planes = (corners[:, None] == box).reshape(-1, 6) @ (1 << np.arange(6))
+    diagonal = float(np.linalg.norm(np.ptp(box, axis=0)))
+    size = diagonal / np.sqrt(most)
+    while True:
+        cells = np.column_stack([np.floor((corners - box[0]) / size).astype(np.int64), planes])
+        _, place, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+        found = place.reshape(-1)[local]
+        whole = (found != np.roll(found, 1, axis=1)).all(axis=1)
+        _, first = np.unique(np.sort(found[whole], axis=1), axis=0, return_index=True)
+        rows = np.sort(np.flatnonzero(whole)[first])
+        if len(rows) <= most or size > diagonal:
+            break
+        size *= COARSER
+    sums = [np.bincount(place.reshape(-1), corners[:, k]) for k in range(3)]
+    return np.stack(sums, axis=1) / count[:, None], found[rows], rows
+
+
+# Triangles of the body's skin and of the crack: some 180 kB of text a case and increment at most.
+MOST_SKIN, MOST_LIP = 8000, 5000
+LEVELS = 65535  # of coordinates within the box, and of lengths
+
+
+def scene(shown: ShownMesh) -> dict:
+    """Return the skin, the crack's lip and its fronts as JSON can hold them.
+
+    Coordinates are shares of `box`, in steps of 1 / LEVELS; `length` of a corner is that share of the way
+    between the two `lengths`; arrays are little-endian numbers, unsigned and of 2 bytes but for `triangles`
+    and `grain` of 4, as base64.
+    """
+    box = np.stack([shown.points.min(axis=0), shown.points.max(axis=0)])
+    lengths = np.array([shown.lengths.min(), shown.lengths.max()])
+    return {
+        "box": box.tolist(),
+        "lengths": lengths.tolist(),
+        "normal": shown.normal.tolist(),
+        "towards": shown.towards.tolist(),
+        "skin": _part(shown, shown.skin, box, lengths, MOST_SKIN),
+        "lip": _part(shown, shown.lip, box, lengths, MOST_LIP),
+        "fronts": [_text(_shares(shown.points[front], box), "<u2") for front in shown.fronts],
+    }
+
+
+def _part(shown: ShownMesh, facets: Facets, box: np.ndarray, lengths: np.ndarray, most: int) -> dict:
+    places, triangles, rows = decimated(shown.points, facets.triangles, box, most)
+    at_corner = np.zeros(len(places))
+    # of the nodes that a corner stands for, those of the triangles that are left
+    at_corner[triangles] = shown.lengths[facets.triangles[rows]]
+    return {
+        "points": _text(_shares(places, box), "<u2"),
+        "triangles": _text(triangles, "<u4"),
+        "grain": _text(facets.grain[rows], "<u4"),
+        "length": _text(_shares(at_corner, lengths), "<u2"),
+    }
+
+
+def _shares(values: np.ndarray, limits: np.ndarray) -> np.ndarray:
+    span = np.maximum(limits[1] - limits[0], np.finfo(float).tiny)
+    return np.rint(np.clip((values - limits[0]) / span, 0, 1) * LEVELS)
+
+
+def _text(values: np.ndarray, kind: str) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode("ascii")

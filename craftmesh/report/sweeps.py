@@ -1,9 +1,12 @@
-"""Cases that differ in an element size alone."""
+"""Cases that differ in an element size alone, and what their report compares."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+
+from craftmesh.options import Options, option
 
 SIZES = ("l_min", "l0", "l_max", "r0", "r1")
 FEWEST = 2  # sizes that can be compared
@@ -27,7 +30,8 @@ def sweeps(records: Mapping[str, Mapping[str, Any]]) -> list[Sweep]:
     for name, record in records.items():
         families.setdefault(_all_but_sizes(record), []).append(name)
     for family in families.values():
-        lengths = {name: _lengths(records[name]) for name in family}
+        sizes = {name: records[name]["config"]["sizing"] for name in family}
+        lengths = {name: tuple(own.get(key) for key in SIZES) for name, own in sizes.items()}
         alone = [sweep for key in SIZES for sweep in _over(key, lengths)]
         found += alone or _together(lengths)
     return sorted(found, key=lambda sweep: (-len(sweep.cases), sweep.key, sweep.cases))
@@ -48,10 +52,6 @@ def _sorted(value: Any) -> Any:
     if isinstance(value, dict):
         return [(key, _sorted(value[key])) for key in sorted(value)]
     return [_sorted(item) for item in value] if isinstance(value, list) else value
-
-
-def _lengths(record: Mapping[str, Any]) -> tuple[float | None, ...]:
-    return tuple(record["config"]["sizing"].get(key) for key in SIZES)
 
 
 def _over(key: str, lengths: Mapping[str, tuple]) -> list[Sweep]:
@@ -83,3 +83,33 @@ def _together(lengths: Mapping[str, tuple]) -> list[Sweep]:
 def _sweep(key: str, by_size: Mapping[float, str]) -> Sweep:
     sizes = sorted(by_size, reverse=True)
     return Sweep(f"sizing.{key}", tuple(map(float, sizes)), tuple(by_size[size] for size in sizes))
+
+
+# Quantities of a case with one size, by name: what each is in words.
+QUANTITIES = {
+    "K_I": "mean K_I along the fronts",
+    "J": "mean J along the fronts",
+    "kink_angle": "mean kink angle, its sign left out [degrees]",
+    "largest_K_I": "largest K_I along the fronts, their ends left out",
+    "reaction": "force that the supports carry",
+    "crack_area": "area of the crack",
+    "mean_aspect_ratio": "mean aspect ratio of the elements",
+    "elements": "number of elements",
+}
+# The unit of each, of those that UnitsOptions knows.
+MEASURED_IN = {"K_I": "K", "largest_K_I": "K", "J": "J", "reaction": "force", "crack_area": "area"}
+SOLVED = ("K_I", "J", "kink_angle", "largest_K_I", "reaction")
+
+
+@dataclass(frozen=True)
+class ReportOptions(Options):
+    """What is compared where cases differ in an element size alone, and when it has converged."""
+
+    quantity: str | None = option(
+        None,
+        "quantity of a sweep over element sizes, solved where it asks for that; none: all that are there",
+        choices=tuple(QUANTITIES),
+    )
+    tolerance: float = option(
+        0.05, "a size has converged where it and all finer ones are within this of the finest", above=0
+    )

@@ -7,8 +7,7 @@ from scipy.sparse import csr_array
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.lip_pairs import LipPairs
-from craftmesh.solve.closed_pairs import ClosedPairs
-from craftmesh.solve.iteration import Found, Iteration
+from craftmesh.solve.iteration import ClosedPairs, Found, Iteration
 
 # An overlap counts from so many residuals of the largest displacement on.
 _OVERLAP = 100.0

@@ -1,18 +1,101 @@
-"""A problem's field by conjugate gradients: from a field on to one that is exact enough."""
+"""A problem's field by conjugate gradients, pairs of closed lips kept: from a field on to an exact one."""
 
 from collections.abc import Callable
 from functools import cached_property, partial
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
+from scipy.sparse import csr_array, eye_array
+from scipy.sparse.linalg import splu
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.solve.closed_pairs import ClosedPairs
-from craftmesh.solve.conjugate_gradients import Matrix, conjugate_gradients
-from craftmesh.solve.corners import Step, step_of
+from craftmesh.mesh.lip_pairs import LipPairs
+from craftmesh.solve.kernels.blocks import add_multiple, dot, renew_direction
+from craftmesh.solve.levels import Step, StiffnessMatrix, step_of, stiffness_matrix
 from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.problem import Problem
-from craftmesh.solve.stiffness_matrix import StiffnessMatrix, stiffness_matrix
+
+
+class Matrix(Protocol):
+    """A symmetric positive definite matrix."""
+
+    def times(self, x: np.ndarray, out: np.ndarray) -> float:
+        """Fill `out` with the matrix times x and return x . out."""
+
+
+def conjugate_gradients(
+    matrix: Matrix,
+    precondition: Callable[[np.ndarray, np.ndarray], None],
+    right: np.ndarray,
+    goal: float,
+    most: int,
+    heard: Callable[[float], None],
+) -> tuple[np.ndarray, int]:
+    """Return x (n, 3) with |right - matrix x| <= goal, or what `most` iterations gave, and their number.
+
+    precondition(r, out) fills `out` with an approximate answer to r; heard(|r|) is called each iteration.
+    The residual is the one that the iteration carries along; rounding parts it from the true one.
+    """
+    x, residual = np.zeros_like(right), right.copy()
+    answer, product = np.empty_like(right), np.empty_like(right)
+    direction = np.zeros_like(right)
+    before = 1.0
+    for iteration in range(most):
+        size = np.sqrt(dot(residual, residual))
+        heard(size)
+        if not size > goal:  # there, or not a number
+            return x, iteration
+        precondition(residual, answer)
+        weight = dot(residual, answer)
+        renew_direction(weight / before, answer, direction)
+        before = weight
+        step = weight / matrix.times(direction, product)
+        add_multiple(step, direction, x)
+        add_multiple(-step, product, residual)
+    return x, most
+
+
+# Where cracks cross under supports a constraint may follow from others; with so much on the diagonal of
+# their products, which is 2, each gets its share.
+_DEPENDENT = 1e-12
+
+
+class ClosedPairs:
+    """The pairs of lip nodes, `which` (p,) of all, whose gap stays 0; fixed (n, 3): prescribed components.
+
+    Each is a row c of `free`, 0 at prescribed components; rows of `whole` have all components, so that
+    whole @ u are the gaps of a displacement u. Fields that the solver adds are kept square to all c.
+    text: what the progress of such a field says first.
+    """
+
+    def __init__(self, pairs: LipPairs, which: np.ndarray, fixed: np.ndarray, text: str):
+        nodes, normal = pairs.nodes[which], pairs.normal[which]
+        self.pairs, self.which, self.text = pairs, which, text
+        column = (3 * nodes[:, :, None] + np.arange(3)).ravel()
+        value = (np.array([1.0, -1.0])[:, None] * normal[:, None, :]).ravel()
+        first = 6 * np.arange(len(nodes) + 1)
+        shape = (len(nodes), fixed.size)
+        self.whole = csr_array((value, column, first), shape)
+        self.free = csr_array((np.where(fixed.ravel()[column], 0.0, value), column, first), shape)
+        self.spread = self.free.T.tocsr()
+        product = self.free @ self.spread + _DEPENDENT * eye_array(len(nodes))
+        self.answer = splu(product.tocsc()).solve if len(nodes) else np.copy
+
+    def take_out(self, field: np.ndarray) -> None:
+        """Take the part along the constraints out of a field (n, 3)."""
+        field -= (self.spread @ self.answer(self.free @ field.ravel())).reshape(field.shape)
+
+    def closed(self, displacement: np.ndarray) -> np.ndarray:
+        """Return the displacement (n, 3) with these gaps closed."""
+        gaps = self.whole @ displacement.ravel()
+        return displacement - (self.spread @ self.answer(gaps)).reshape(displacement.shape)
+
+    def pushing(self, left: np.ndarray) -> np.ndarray:
+        """Return the forces (p,) by which pairs push apart, so that of forces left (n, 3) least is left."""
+        push = np.zeros(len(self.which))
+        push[self.which] = -self.answer(self.free @ left.ravel())
+        return push
+
 
 # The residual that the iteration carries along parts from the true one by rounding and by the reactions,
 # which change; it aims for half, and goes on from there where that was not enough.

@@ -34,8 +34,7 @@ class SolveOptions(Options):
         True, "builtin: where lips of the crack would overlap they press on each other, without friction"
     )
     command: tuple[str, ...] = option(
-        (),
-        "in place of the calls of calculix or abaqus, each a text with {job}, {script} and {field}",
+        (), "in place of the calls of calculix or abaqus, each a text with {job}, {script} and {field}"
     )
     time_limit: float = option(86400.0, "longest time for each call of a program", "s", above=0)
     memory_limit: float = option(

@@ -1,4 +1,4 @@
-"""A model's load on its elements, and how far a field of displacements is from balance."""
+"""A model's elements, supports and load, how far a field is from balance, and fields of other programs."""
 
 from dataclasses import dataclass
 
@@ -6,13 +6,108 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.eigenstrains import components
+from craftmesh.mechanics.holding import LOOSE, rigid_motions
+from craftmesh.mechanics.load import Load, nodal_forces
 from craftmesh.mechanics.model import ElasticModel
-from craftmesh.mechanics.tractions import nodal_forces
+from craftmesh.mesh.bodies import bodies
+from craftmesh.mesh.integration import shape_slopes, tet_rule
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
 from craftmesh.mesh.tet_connectivity import tet_volumes
-from craftmesh.solve.elements import Elements, elements_of
-from craftmesh.solve.supports import Supports, supports_of
-from craftmesh.types import TetMesh
+from craftmesh.solve.kernels.elements import internal_forces, strain_forces
+from craftmesh.types import Solution, TetMesh
+
+
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """points (n, 3); tets (m, k), k = 4 or 10; part (m,): row in `stiffness` (g, 6, 6), sample axes.
+
+    rule: the number of points at which they are integrated, 1, 4 or 14.
+    """
+
+    points: np.ndarray
+    tets: np.ndarray
+    part: np.ndarray
+    stiffness: np.ndarray
+    rule: int
+
+    @property
+    def tables(self) -> tuple[np.ndarray, ...]:
+        """All of it as the kernels take it: slopes (q, k, 3) and weights (q,) of the rule come last."""
+        places, weights = tet_rule(self.rule)
+        slopes = shape_slopes(places, self.tets.shape[1])
+        return self.points, self.tets, self.part, self.stiffness, slopes, weights
+
+    def forces(self, displacement: np.ndarray) -> np.ndarray:
+        """Return the forces (n, 3) that hold the elements in this displacement (n, 3)."""
+        return internal_forces(*self.tables, displacement)
+
+    def strain_forces(self, strain: np.ndarray) -> np.ndarray:
+        """Return the forces (n, 3) that hold the elements in uniform strains (g, 6) by part."""
+        return strain_forces(*self.tables, strain)
+
+
+def elements_of(model: ElasticModel, rule: int) -> Elements:
+    """Return the elements of a model; those of 4 nodes need no more than one point."""
+    mesh = model.mesh
+    part = np.searchsorted(model.grains, mesh.grain)
+    rule = 1 if mesh.tets.shape[1] == 4 else rule
+    return Elements(mesh.points, mesh.tets, part, model.stiffness(), rule)
+
+
+@dataclass(frozen=True, eq=False)
+class Supports:
+    """fixed (n, 3) bool: prescribed components; displacement (n, 3): their values, 0 elsewhere."""
+
+    fixed: np.ndarray
+    displacement: np.ndarray
+
+
+def supports_of(load: Load, mesh: TetMesh) -> Supports:
+    """Return the supports of a load; nodes without an element are held too.
+
+    Raises CraftmeshError where two values are prescribed for one displacement, and where a piece of the
+    body can move as a whole.
+    """
+    fixed = np.zeros(mesh.points.shape, bool)
+    displacement = np.zeros(mesh.points.shape)
+    for part in (*load.held, *load.moved):
+        before = displacement[part.nodes, part.axis]
+        clash = fixed[part.nodes, part.axis] & (before != part.displacement)
+        if clash.any():
+            raise CraftmeshError(
+                f"load: node {part.nodes[clash][0] + 1} is to move along {'xyz'[part.axis]} by "
+                f"{before[clash][0]:g} and by another value too; prescribe one"
+            )
+        fixed[part.nodes, part.axis] = True
+        displacement[part.nodes, part.axis] = part.displacement
+    _check_held(mesh, fixed)
+    idle = np.ones(len(fixed), bool)
+    idle[mesh.tets] = False
+    fixed[idle] = True
+    return Supports(fixed, displacement)
+
+
+def _check_held(mesh: TetMesh, fixed: np.ndarray) -> None:
+    """Refuse a piece of the body (elements joined by nodes) that the supports leave a rigid motion."""
+    in_piece = bodies(mesh)
+    piece = np.full(len(mesh.points), -1)
+    piece[mesh.tets] = in_piece[:, None]
+    motions = rigid_motions(mesh.points / max(np.ptp(mesh.points, axis=0).max(initial=0.0), 1e-300))
+    node, axis = np.nonzero(fixed)
+    order = np.argsort(piece[node], kind="stable")
+    node, axis = node[order], axis[order]
+    for number in np.unique(in_piece):
+        low, high = np.searchsorted(piece[node], [number, number + 1])
+        rows = motions[node[low:high], axis[low:high]]
+        if len(rows) < 6 or np.linalg.cond(rows) > LOOSE:
+            elements = np.flatnonzero(in_piece == number)
+            place = ", ".join(f"{x:.4g}" for x in mesh.points[mesh.tets[elements[0], 0]])
+            raise CraftmeshError(
+                f"load: a piece of {len(elements)} elements at ({place}), grain {mesh.grain[elements[0]]}, "
+                "is not held against moving as a whole; hold it (sides, axis), or end the growth before "
+                "the crack severs the body"
+            )
+
 
 # Points at which Abaqus and CalculiX integrate a C3D10.
 DECK_RULE = 4
@@ -75,4 +170,70 @@ def _check_elements(mesh: TetMesh) -> None:
         raise CraftmeshError(
             f"solve: {len(bad)} elements are turned over or flat (the first is element {bad[0] + 1} of "
             f"grain {mesh.grain[bad[0]]}); mend the mesh (craftmesh check says more)"
+        )
+
+
+# Six digits, as in .frd, leave 3e-4 with 43 thousand unknowns, and more with finer meshes; a field of
+# another load or material leaves 0.3 and more.
+_LARGEST_RESIDUAL = 0.1
+# A support's displacement comes back to six digits of the largest one.
+_SUPPORT = 1e-4
+
+
+def foreign_solution(
+    model: ElasticModel,
+    numbers: np.ndarray,
+    displacement: np.ndarray,
+    solver: str,
+    source: str,
+    contact: np.ndarray | None = None,
+) -> tuple[Solution, dict]:
+    """Return the solution that a program found, and a report.
+
+    numbers (k,): the deck's numbers of nodes; displacement (k, 3) in the same order; source: what they
+    come from, for errors; contact (n, 3): as in `Solution`, by the mesh's nodes. Raises CraftmeshError for
+    nodes that are missing, there twice or unknown, values that are not finite, and a field that does not
+    keep the supports or is far from balance: one of another mesh, load or material.
+    """
+    problem = problem_of(model)
+    field = _in_order(numbers, displacement, len(model.mesh.points), source)
+    _check_supports(problem, field, source)
+    _, reactions, residual = problem.balance(field, contact)
+    if not residual <= _LARGEST_RESIDUAL:
+        raise CraftmeshError(
+            f"{source}: the field leaves {residual:.2g} of the forces out of balance, expected at most "
+            f"{_LARGEST_RESIDUAL:g}; take the field of this deck, with the same mesh, materials and load, "
+            "or a direct solver"
+        )
+    record: dict[str, str | int | float] = {"solver": solver, "residual": residual}
+    return Solution(field, reactions, record, contact), {"unknowns": field.size} | record
+
+
+def _in_order(numbers: np.ndarray, displacement: np.ndarray, count: int, source: str) -> np.ndarray:
+    """Return the values (count, 3) by node."""
+    seen = np.bincount(numbers[(numbers > 0) & (numbers <= count)], minlength=count + 1)[1:]
+    for wrong, what in (
+        (numbers[(numbers < 1) | (numbers > count)], "is no node of the deck"),
+        (np.flatnonzero(seen > 1) + 1, "is there twice"),
+        (np.flatnonzero(seen == 0) + 1, "is missing"),
+        (numbers[~np.isfinite(displacement).all(axis=1)], "has a value that is not finite"),
+    ):
+        if len(wrong):
+            raise CraftmeshError(
+                f"{source}: node {wrong[0]} {what} ({len(wrong)} such); expected the nodes 1 to {count}, "
+                "each once"
+            )
+    field = np.empty((count, 3))
+    field[numbers - 1] = displacement
+    return field
+
+
+def _check_supports(problem: Problem, field: np.ndarray, source: str) -> None:
+    supports = problem.supports
+    off = np.where(supports.fixed, np.abs(field - supports.displacement), 0.0)
+    if off.max(initial=0.0) > _SUPPORT * np.abs(field).max(initial=0.0):
+        node, axis = np.unravel_index(off.argmax(), off.shape)
+        raise CraftmeshError(
+            f"{source}: node {node + 1} moves along {'xyz'[axis]} by {field[node, axis]:.6g}, the load "
+            f"prescribes {supports.displacement[node, axis]:.6g}; take the field of this deck"
         )

@@ -8,9 +8,8 @@ from craftmesh.mechanics.eigenstrains import components
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.integration import tet_rule
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, tet_volumes
-from craftmesh.solve.elements import elements_of
 from craftmesh.solve.kernels.stress import add_stresses
-from craftmesh.solve.problem import DECK_RULE
+from craftmesh.solve.problem import DECK_RULE, elements_of
 
 
 @dataclass(frozen=True, eq=False)

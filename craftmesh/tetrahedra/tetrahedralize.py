@@ -8,7 +8,7 @@ import numpy as np
 from craftmesh.arguments import typed
 from craftmesh.errors import MeshingError
 from craftmesh.processes.job import Job, Limits
-from craftmesh.processes.pool import run_tasks
+from craftmesh.processes.worker import run_tasks
 from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.tetrahedra.attempts import Attempt, MeshingTask, attempts

@@ -6,8 +6,7 @@ import numpy as np
 
 from craftmesh.errors import counted
 from craftmesh.types import GRAIN, UNINDEXED, VOID
-from craftmesh.voxels.specks import dispersed, speck_size
-from craftmesh.voxels.voxel_graph import Pieces, find_pieces
+from craftmesh.voxels.voxel_graph import Pieces, dispersed, find_pieces, speck_size
 
 _ROLES = {GRAIN: "a grain", UNINDEXED: "not indexed", VOID: "empty space"}
 

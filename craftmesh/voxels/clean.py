@@ -14,12 +14,17 @@ from craftmesh.errors import CraftmeshError, counted
 from craftmesh.progress import silent
 from craftmesh.types import Voxels
 from craftmesh.voxels import label_changes
-from craftmesh.voxels.absorb import absorb_small_pieces
-from craftmesh.voxels.clean_options import CleanOptions
-from craftmesh.voxels.raw_volume import RawVolume, as_raw
+from craftmesh.voxels.options import CleanOptions
+from craftmesh.voxels.remapping import RawVolume, as_raw
 from craftmesh.voxels.smoothing import smooth_boundaries
-from craftmesh.voxels.specks import SPECK, dispersed
-from craftmesh.voxels.voxel_graph import Pieces, find_pieces, pieces_per_grain
+from craftmesh.voxels.voxel_graph import (
+    SPECK,
+    Pieces,
+    absorb_small_pieces,
+    dispersed,
+    find_pieces,
+    pieces_per_grain,
+)
 
 _SMALLEST_LISTED = 10
 # Roughness over which the report names smoothing_rounds. Measured: generated grains 0.01, elongated ones on
@@ -132,7 +137,8 @@ def number_voids(labels: np.ndarray) -> np.ndarray:
     empty, count = ndimage.label(labels <= 0)
     ids = np.zeros(count + 1, np.int64)
     taken = set(np.unique(labels[labels < 0]).tolist())
-    outside = set(np.unique(np.concatenate([a.ravel() for a in _rim(empty)])).tolist())
+    rim = [np.take(empty, end, axis=axis).ravel() for axis in range(3) for end in (0, -1)]
+    outside = set(np.unique(np.concatenate(rim)).tolist())
     free = -1
     for piece, window in enumerate(ndimage.find_objects(empty), start=1):
         if piece in outside:
@@ -165,10 +171,6 @@ def split_pieces(pieces: Pieces, largest_id: int) -> tuple[np.ndarray, dict[int,
     if parents and max(parents) >= np.iinfo(np.int32).max:
         raise CraftmeshError(f"split pieces reach id {max(parents)}; expected int32, renumber the grains")
     return label[pieces.of].astype(np.int32), parents
-
-
-def _rim(volume: np.ndarray) -> list[np.ndarray]:
-    return [np.take(volume, end, axis=axis) for axis in range(3) for end in (0, -1)]
 
 
 def _absorption(pieces: Pieces, new_label: np.ndarray) -> dict:

@@ -21,9 +21,9 @@ from craftmesh.options import Options, option
 from craftmesh.types import GRAIN, UNINDEXED, VOID, Voxels
 from craftmesh.voxels.background import background_shown
 from craftmesh.voxels.file_orientations import orientation_table
-from craftmesh.voxels.raw_volume import RawVolume
 from craftmesh.voxels.remapping import (
     Meaning,
+    RawVolume,
     by_grain,
     integer_labels,
     phase_table,

@@ -15,7 +15,7 @@ from craftmesh.campaign.effort import (
     expected_elements,
     expected_facets,
 )
-from craftmesh.commands.expected_sizes import sizes_of
+from craftmesh.commands.plan import sizes_of
 from craftmesh.types import Voxels
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -6,8 +6,16 @@ from pathlib import Path
 import pytest
 from few_facets import double_cone
 
-from craftmesh.campaign.needs import UNKNOWN, count_of, memory_mb, minutes
-from craftmesh.campaign.node import VARIABLE, WORKERS, Node, cluster_node
+from craftmesh.campaign.effort import (
+    UNKNOWN,
+    VARIABLE,
+    WORKERS,
+    Node,
+    cluster_node,
+    count_of,
+    memory_mb,
+    minutes,
+)
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_surface
 from craftmesh.voxels.generate import GenerateOptions, generate

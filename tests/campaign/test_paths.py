@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from craftmesh.campaign.campaign import read_campaign
-from craftmesh.campaign.case_names import RESERVED, as_case_name
+from craftmesh.campaign.cases import RESERVED, as_case_name
 from craftmesh.campaign.paths import read_path, refuse_unexpanded, written_path
 from craftmesh.errors import CraftmeshError
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from shown_models import cracked_box
 
-from craftmesh.assembly.fit import refuse_other_surface
+from craftmesh.assembly.assemble import refuse_other_surface
 from craftmesh.cli import main
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.solution import write_solution, write_solution_vtu
+from craftmesh.io.stage_npz import write_solution, write_solution_vtu
 from craftmesh.io.vtk import write_tets
 from craftmesh.types import GrainTets, Solution, Surface
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from craftmesh import cli
-from craftmesh.commands.sizing_flags import stored_sizing
+from craftmesh.commands.mesh_flags import stored_sizing
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_surface
 from craftmesh.remeshing.remesh import RemeshOptions, remesh

@@ -6,7 +6,7 @@ from given_cracks import wavy_disc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from craftmesh.commands.crack_sources import given_surface
+from craftmesh.commands.crack import given_surface
 from craftmesh.cracks.check_crack import check_crack
 from craftmesh.cracks.options import CrackOptions, crack_files
 from craftmesh.cracks.series import crack_of_increment, refuse_shrunk

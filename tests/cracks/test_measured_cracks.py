@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh.cli import main
-from craftmesh.commands.crack_sources import given_surface
+from craftmesh.commands.crack import given_surface
 from craftmesh.cracks.check_crack import check_crack
 from craftmesh.cracks.in_plane import filled
 from craftmesh.cracks.measured import crack_through_fronts, crack_through_points

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from craftmesh.commands.crack_sources import given_surface
+from craftmesh.commands.crack import given_surface
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import crack_of_increment
 from craftmesh.cracks.swept_path import crack_along_path

@@ -16,7 +16,7 @@ from craftmesh.deck.check_deck import check_deck
 from craftmesh.deck.limits import LEAST_JACOBIAN, deck_warning
 from craftmesh.deck.write_deck import write_model
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.solution import read_solution
+from craftmesh.io.stage_npz import read_solution
 from craftmesh.io.vtk import write_tets
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions

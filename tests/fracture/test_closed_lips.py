@@ -12,7 +12,7 @@ from craftmesh.fracture.lip_pressure import contact_tractions
 from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import fracture_parameters
 from craftmesh.io.front_csv import read_front
-from craftmesh.io.solution import read_solution
+from craftmesh.io.stage_npz import read_solution
 from craftmesh.io.vtk import write_tets
 from craftmesh.mechanics.load import Fixed, Load
 from craftmesh.mechanics.model import elastic_model

@@ -11,7 +11,7 @@ from structured_box import structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.cli import main
-from craftmesh.growth.cycles import Counted
+from craftmesh.growth.steps import Counted
 from craftmesh.io.front_csv import read_front
 from craftmesh.io.vtk import write_tets
 

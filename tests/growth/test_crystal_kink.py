@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.crystal_kink import largest_near_stress, tangential_stress
-from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
-from craftmesh.growth.gate import Evidence
-from craftmesh.growth.kink_angle import driving_intensity, kink_angles
+from craftmesh.growth.extension import CrackFronts, Evidence, kinks_and_extensions
+from craftmesh.growth.kink_angle import (
+    driving_intensity,
+    kink_angles,
+    largest_near_stress,
+    tangential_stress,
+)
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.mechanics.materials import Material
 from craftmesh.mechanics.near_field import in_axes

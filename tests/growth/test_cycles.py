@@ -6,12 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.crack_size import step_length
-from craftmesh.growth.cycles import counted
 from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
 from craftmesh.growth.kink_angle import kink_angles, tangential_intensity
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.growth.rates import laws_of, local_rates, open_share, opening_level, parse_rates
+from craftmesh.growth.steps import counted, step_length
 
 C, SIZE = 1e-3, 6.0
 

@@ -12,8 +12,15 @@ from test_grow import BOX, along
 from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.cracks.series import crack_area
 from craftmesh.cracks.triangulated import boundary_loops, crack_from_triangles
-from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
-from craftmesh.growth.gate import ARRESTED, CLOSED, NOISE, Evidence, doubts
+from craftmesh.growth.extension import (
+    ARRESTED,
+    CLOSED,
+    NOISE,
+    CrackFronts,
+    Evidence,
+    doubts,
+    kinks_and_extensions,
+)
 from craftmesh.growth.grow import grow
 from craftmesh.growth.options import GrowthOptions, SmoothingOptions
 from craftmesh.surface.measure import area_vectors

@@ -14,11 +14,11 @@ from craftmesh.cracks.shapes import prescribed_crack
 from craftmesh.cracks.sheets import cracks_from_triangles, joined, sheets
 from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.crack_size import crack_size
 from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
 from craftmesh.growth.grow import grow
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import GrowthOptions, SmoothingOptions
+from craftmesh.growth.steps import crack_size
 from craftmesh.surface.measure import area_vectors
 
 BOX = np.array([[0.0, 0.0, 0.0], [40.0, 40.0, 40.0]])

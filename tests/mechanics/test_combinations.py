@@ -6,11 +6,10 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.combinations import rows_of
-from craftmesh.mechanics.faces import parse_faces
+from craftmesh.mechanics.faces import parse_faces, rows_of
+from craftmesh.mechanics.load import nodal_forces
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
-from craftmesh.mechanics.tractions import nodal_forces
 
 HELD = ("ZMIN.x=fixed", "ZMIN.y=fixed", "ZMIN.z=fixed")
 FACES = (*HELD, "pull/ZMAX.z=stress:5", "shear/ZMAX.x=stress:2", "lift/ZMAX.z=strain:0.001")

@@ -7,8 +7,7 @@ from structured_box import structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.faces import parse_faces
-from craftmesh.mechanics.load import load_on
-from craftmesh.mechanics.trial import check_faces
+from craftmesh.mechanics.load import check_faces, load_on
 
 LENGTHS = np.array([1.5, 2.0, 1.6])
 SHEAR = ("ZMIN.x=stress:30", "ZMAX.x=stress:30", "XMIN.z=stress:30", "XMAX.z=stress:30")

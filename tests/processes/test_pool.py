@@ -8,7 +8,7 @@ import pytest
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.processes.job import Job, Limits
-from craftmesh.processes.pool import run_tasks
+from craftmesh.processes.worker import run_tasks
 
 LIMITS = Limits(time=60.0, memory=4.0)
 

@@ -6,8 +6,7 @@ import pytest
 from shown_models import asked, write_increment
 
 from craftmesh.cli import main
-from craftmesh.report.case_files import read_case, read_cases
-from craftmesh.report.costs import stage_costs
+from craftmesh.report.case_files import read_case, read_cases, stage_costs
 from craftmesh.report.measures import UNIFORM_TETS, outcome, table_row, totals
 
 HEADER = "s\th:m:s\tmax_rss\tmax_vms\tmax_uss\tmax_pss\tio_in\tio_out\tmean_load\tcpu_time\n"

@@ -4,8 +4,7 @@ import pytest
 from shown_models import asked, config, write_front, write_increment
 
 from craftmesh.cli import main
-from craftmesh.report.charts import against_size
-from craftmesh.report.convergence import converged
+from craftmesh.report.charts import against_size, converged
 from craftmesh.report.sweeps import Sweep, sweeps
 
 

@@ -5,8 +5,7 @@ import json
 import pytest
 
 from craftmesh.cli import main
-from craftmesh.report.case_files import Case
-from craftmesh.report.failures import failures
+from craftmesh.report.case_files import Case, failures
 
 
 def case(increments=2):

@@ -11,8 +11,8 @@ from shown_models import asked, write_front, write_increment
 from craftmesh.cli import main
 from craftmesh.report import page as page_module
 from craftmesh.report.case_files import read_cases
-from craftmesh.report.options import ReportOptions
 from craftmesh.report.page import page
+from craftmesh.report.sweeps import ReportOptions
 
 
 @pytest.fixture(scope="module")

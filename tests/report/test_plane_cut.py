@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from structured_box import structured_box
 
-from craftmesh.report.plane_cut import cut_tets
+from craftmesh.report.shown_mesh import cut_tets
 
 
 def box_tets():

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from shown_models import AREA, SHAPE, cracked_box
 
-from craftmesh.report.decimated import decimated
-from craftmesh.report.scene import LEVELS, scene
-from craftmesh.report.shown_mesh import shown_mesh
+from craftmesh.report.shown_mesh import LEVELS, decimated, scene, shown_mesh
 from craftmesh.surface.measure import area_vectors
 
 BOX = np.array([[0.0, 0.0, 0.0], SHAPE])

@@ -5,7 +5,7 @@ import argparse
 import numpy as np
 import pytest
 
-from craftmesh.commands.sizing_flags import add_front, add_sizing, sizing_from
+from craftmesh.commands.mesh_flags import add_front, add_sizing, sizing_from
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
 from craftmesh.io.point_files import read_length_field, read_source_points

@@ -8,8 +8,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.materials import Material
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
-from craftmesh.solve.compressibility import MOST_POISSON, check_compressible, poisson_ratios
-from craftmesh.solve.solve import solve
+from craftmesh.solve.solve import MOST_POISSON, check_compressible, poisson_ratios, solve
 
 
 def test_the_ratio_of_an_isotropic_stiffness_is_its_own():

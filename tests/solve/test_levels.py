@@ -10,9 +10,6 @@ from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations
 from craftmesh.mesh.integration import shape_slopes, tet_rule
-from craftmesh.solve.aggregates import Aggregates
-from craftmesh.solve.corners import Corners, step_of
-from craftmesh.solve.elements import Elements, elements_of
 from craftmesh.solve.kernels.blocks import (
     all_blocks,
     negative_upper,
@@ -20,7 +17,8 @@ from craftmesh.solve.kernels.blocks import (
     solve_upper,
     subtract_lower,
 )
-from craftmesh.solve.stiffness_matrix import StiffnessMatrix, stiffness_matrix
+from craftmesh.solve.levels import Aggregates, Corners, StiffnessMatrix, step_of, stiffness_matrix
+from craftmesh.solve.problem import Elements, elements_of
 
 
 def model_of(element: str, shape=(2, 3, 2)) -> ElasticModel:

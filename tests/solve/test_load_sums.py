@@ -8,7 +8,7 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.deck.write_deck import write_model
-from craftmesh.io.solution import read_solution, read_solutions, write_solutions
+from craftmesh.io.stage_npz import read_solution, read_solutions, write_solutions
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations

@@ -8,16 +8,14 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.load import Fixed, Load
+from craftmesh.mechanics.load import Fixed, Load, Traction
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations
-from craftmesh.mechanics.tractions import Traction
 from craftmesh.mesh.mesh_sets import LIPS
 from craftmesh.solve.options import SolveOptions
-from craftmesh.solve.problem import problem_of
+from craftmesh.solve.problem import problem_of, supports_of
 from craftmesh.solve.solve import memory_of, solve
-from craftmesh.solve.supports import supports_of
 from craftmesh.types import TetMesh
 
 COPPER = ("cubic:168.4e3,121.4e3,75.4e3",)

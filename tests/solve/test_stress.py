@@ -8,7 +8,7 @@ from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
 from craftmesh.io.npz import write_arrays
-from craftmesh.io.solution import read_solution, write_solution, write_solution_vtu
+from craftmesh.io.stage_npz import read_solution, write_solution, write_solution_vtu
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations

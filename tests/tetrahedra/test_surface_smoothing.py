@@ -7,7 +7,7 @@ import pytest
 from structured_box import plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
-from craftmesh.commands.whole_model_step import complete_mesh
+from craftmesh.commands.assemble import complete_mesh
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.poor import is_flat, is_poor

@@ -12,8 +12,8 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.types import Voxels
 from craftmesh.voxels.clean import CleanOptions, clean, fill_unindexed, number_voids
 from craftmesh.voxels.islands import find_islands
-from craftmesh.voxels.raw_volume import RawVolume
 from craftmesh.voxels.reading import ReadOptions, read_voxels
+from craftmesh.voxels.remapping import RawVolume
 
 
 def voxels(labels, orientations=None) -> Voxels:

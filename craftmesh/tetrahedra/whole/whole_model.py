@@ -7,7 +7,7 @@ from scipy.spatial import Delaunay
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.processes.job import Failure, Job, Limits
-from craftmesh.processes.pool import run_tasks
+from craftmesh.processes.worker import run_tasks
 from craftmesh.progress import silent
 from craftmesh.sizing.lengths import Lengths
 from craftmesh.sizing.surface_sizing import LocalSizing

@@ -1,4 +1,4 @@
-"""The sizing function of the stages that use it: from a file of `craftmesh size`, or from flags."""
+"""Flags of the verbs that mesh: the sizing, from a file or from numbers; the given crack; fronts."""
 
 import argparse
 from dataclasses import fields
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import existing
+from craftmesh.commands.stage_io import add_file, existing
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import read_front_points
 from craftmesh.io.point_files import SourcePoints, read_length_field, read_source_points
@@ -17,24 +17,45 @@ from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around, touches_box
 from craftmesh.sizing.stored import sizing_of
-from craftmesh.types import Crack, Surface
+from craftmesh.types import Crack, Surface, TetMesh
+
+NAMED = "that was inserted: what is one crack there has plain sets, in however many pieces"
+
+
+def add_crack(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add --crack; what: what the stage takes the crack for."""
+    add_file(parser, "--crack", f"crack .vtp {what}; default the --front where that is a .vtp")
+
+
+def given_crack(arguments: argparse.Namespace) -> Crack | None:
+    """Return the crack of --crack, or else that of --front where it is one."""
+    file = arguments.crack or arguments.front
+    return read_crack(file) if file is not None and (arguments.crack or file.suffix == ".vtp") else None
+
+
+def add_front_csv(parser: argparse.ArgumentParser) -> None:
+    """Add --front-csv."""
+    add_file(parser, "--front-csv", "ordered front nodes with their frames")
+
+
+def write_front_csv(arguments: argparse.Namespace, mesh: TetMesh) -> None:
+    """Write the fronts of the second-order mesh to the file of --front-csv, where it is given."""
+    if arguments.front_csv is None:
+        return
+    from craftmesh.io.front_csv import write_front
+    from craftmesh.mesh.front_frames import front_frames
+    from craftmesh.mesh.second_order import raise_order
+
+    write_front(arguments.front_csv, front_frames(raise_order(mesh)).columns())
 
 
 def add_front(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--front",
-        type=Path,
-        metavar="FILE",
-        help="crack front to refine around: .csv with columns x, y, z, or a crack .vtp",
-    )
+    add_file(parser, "--front", "crack front to refine around: .csv with columns x, y, z, or a crack .vtp")
 
 
 def add_sizing(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--sizing",
-        type=Path,
-        metavar="FILE",
-        help="sizing .npz of `craftmesh size`, in place of the front and all sizing options",
+    add_file(
+        parser, "--sizing", "sizing .npz of `craftmesh size`, in place of the front and all sizing options"
     )
     add_options(parser, SizingOptions)
 
@@ -68,7 +89,7 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> S
     That is the voids of the surface, points or voids in a csv, and a field of lengths: the least counts.
     """
     lengths = _length_field(options)
-    crack, front_points = _front(front)
+    crack, front_points = _crack_or_points(front)
     if not options.points:
         return sizing_around(Defects(crack, front_points), surface, options, lengths)
     given = read_source_points(existing(Path(options.points)))
@@ -97,7 +118,7 @@ def stored_sizing(path: Path) -> Sizing:
         raise CraftmeshError(f"{path}: {error}") from None
 
 
-def _front(path: Path | None) -> tuple[Crack | None, np.ndarray]:
+def _crack_or_points(path: Path | None) -> tuple[Crack | None, np.ndarray]:
     """Return the crack in a .vtp, or the points (k, 3) of a front .csv as they are."""
     if path is None:
         return None, np.zeros((0, 3))

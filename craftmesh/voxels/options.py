@@ -1,4 +1,4 @@
-"""A synthetic polycrystal in numbers; apart from its making, so that a campaign is read without it."""
+"""What is cleaned and made of voxels; apart from the doing, so that a campaign is read without it."""
 
 import math
 from dataclasses import dataclass
@@ -7,6 +7,26 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
+
+
+@dataclass(frozen=True)
+class CleanOptions(Options):
+    """What to do with unindexed voxels, islands of few voxels, rough boundaries, and grains in pieces."""
+
+    fill_unindexed: bool = option(False, "give voxels without a grain to the grains around them")
+    min_island_voxels: int = option(
+        0,
+        "absorb connected pieces of fewer voxels, small grains and voids included, into a neighbour",
+        at_least=0,
+    )
+    smoothing_rounds: int = option(
+        0, "rounds of curvature flow that smooth noisy grain boundaries, volumes kept", at_least=0
+    )
+    split_pieces: bool = option(
+        False, "make each disconnected piece of a grain a grain of its own, with ids after the largest"
+    )
+    allow_single_grain: bool = option(False, "accept a volume that is one grain throughout")
+
 
 SMALLEST_RADIUS = 1.5  # voxels; smaller bodies are specks that cleaning absorbs
 
@@ -57,10 +77,7 @@ class GenerateOptions(Options):
     voids: int = option(0, "number of spherical voids", at_least=0)
     void_radius: float = option(3.0, "radius of the voids, or of the smallest", "model units", above=0)
     void_radius_max: float = option(
-        0.0,
-        "radius of the largest void, uniform between; 0: all alike",
-        "model units",
-        at_least=0,
+        0.0, "radius of the largest void, uniform between; 0: all alike", "model units", at_least=0
     )
     voids_cross: bool = option(
         False,

@@ -1,0 +1,166 @@
+"""The stiffness matrix of a body, and one step towards its answer: sweeps, corners, aggregates of nodes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.mechanics.holding import rigid_motions
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS
+from craftmesh.solve.kernels.assembly import assemble_blocks, take_out, upper_pattern
+from craftmesh.solve.kernels.blocks import (
+    all_blocks,
+    inverted,
+    multiply,
+    negative_upper,
+    solve_lower,
+    solve_upper,
+    subtract_lower,
+)
+from craftmesh.solve.kernels.transfer import to_corners, to_nodes
+from craftmesh.solve.problem import Elements
+
+
+@dataclass(frozen=True, eq=False)
+class StiffnessMatrix:
+    """Symmetric matrix of 3 x 3 blocks by nodes: those on the diagonal (n, 3, 3) and above it.
+
+    start (n + 1,), column and upper (k, 3, 3): the blocks of node i above the diagonal are upper[start[i] :
+    start[i + 1]], to the nodes `column` there. Prescribed displacements have no block but the number on the
+    diagonal.
+    """
+
+    start: np.ndarray
+    column: np.ndarray
+    upper: np.ndarray
+    diagonal: np.ndarray
+
+    @property
+    def triangle(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """start, column and upper, as the kernels take them."""
+        return self.start, self.column, self.upper
+
+    def inverse_diagonal(self) -> np.ndarray:
+        """Return the inverses (n, 3, 3) of the blocks on the diagonal."""
+        return inverted(self.diagonal)
+
+    def times(self, x: np.ndarray, out: np.ndarray) -> float:
+        """Fill `out` (n, 3) with the matrix times x (n, 3); return x . out."""
+        return multiply(*self.triangle, self.diagonal, x, out)
+
+
+def stiffness_matrix(elements: Elements, fixed: np.ndarray) -> StiffnessMatrix:
+    """Return the matrix of the elements; fixed (n, 3) bool: prescribed displacements."""
+    start, column = upper_pattern(elements.tets, len(elements.points))
+    diagonal, upper = assemble_blocks(*elements.tables, start, column)
+    take_out(fixed, start, column, diagonal, upper)
+    return StiffnessMatrix(start, column, upper, diagonal)
+
+
+# Levels end here: the factor of a larger one costs more than it saves.
+COARSEST = 300
+_SMOOTHER = ("gauss_seidel", {"sweep": "symmetric"})
+
+
+class Aggregates:
+    """One V-cycle of smoothed aggregation (Vanek, Mandel & Brezina 1996) below linear elements.
+
+    Each row of the matrix gives its own weight to the smoothing of the prolongation: pyamg finds a common
+    one from random numbers.
+    """
+
+    def __init__(self, elements: Elements, matrix: StiffnessMatrix, fixed: np.ndarray):
+        from pyamg import smoothed_aggregation_solver
+        from pyamg.multilevel import MultilevelSolver
+        from scipy.sparse import bsr_array, eye_array
+
+        first, at, blocks = all_blocks(*matrix.triangle, matrix.diagonal)
+        levels = smoothed_aggregation_solver(
+            bsr_array((blocks, at, first.astype(np.int32)), shape=(fixed.size, fixed.size)),
+            B=rigid_motions(elements.points).reshape(fixed.size, 6) * ~fixed.reshape(-1, 1),
+            strength=("symmetric", {"theta": 0.0}),
+            smooth=("jacobi", {"weighting": "local"}),
+            presmoother=_SMOOTHER,
+            postsmoother=_SMOOTHER,
+            improve_candidates=None,
+            max_coarse=COARSEST,
+            coarse_solver="splu",
+        ).levels
+        if len(levels) > 1:  # the first level has sweeps of its own
+            self.prolongation = levels[0].P
+            levels = levels[1:]
+        else:
+            self.prolongation = eye_array(fixed.size, format="csr")
+        self.restriction = self.prolongation.T.tocsr()
+        self.cycle = MultilevelSolver(levels, coarse_solver="splu").aspreconditioner(cycle="V")
+
+    def __call__(self, left: np.ndarray, out: np.ndarray) -> None:
+        """Fill `out` (n, 3) with the aggregates' answer to what is left (n, 3)."""
+        answer = self.cycle.matvec(self.restriction @ left.ravel())
+        np.copyto(out, (self.prolongation @ answer).reshape(-1, 3))
+
+
+class Sweeps:
+    """An approximate inverse of a stiffness matrix L + D + U, symmetric and positive definite.
+
+    From a right-hand side r: x by (L + D) x = r; what is left, -U x, has the coarser level's answer e; then
+    t by (D + U) t = -U x - L e. The answer is x + t, which holds e already. `correct(left, out)` fills
+    `out` (n, 3) with the answer of the coarser level.
+    """
+
+    def __init__(self, matrix: StiffnessMatrix, correct: Callable[[np.ndarray, np.ndarray], None]):
+        self.matrix, self.correct = matrix, correct
+        self.inverse = matrix.inverse_diagonal()
+        self.left, self.e = np.empty((2, len(matrix.diagonal), 3))
+
+    def __call__(self, right: np.ndarray, out: np.ndarray) -> None:
+        """Fill `out` (n, 3) with the approximate answer to `right` (n, 3)."""
+        triangle = self.matrix.triangle
+        np.copyto(self.left, right)
+        solve_lower(*triangle, self.inverse, self.left, out)
+        negative_upper(*triangle, out, self.left)
+        self.correct(self.left, self.e)
+        subtract_lower(*triangle, self.e, self.left)
+        solve_upper(*triangle, self.inverse, self.left, self.e)
+        out += self.e
+
+
+Step = Callable[[np.ndarray, np.ndarray], None]
+
+
+def step_of(elements: Elements, matrix: StiffnessMatrix, fixed: np.ndarray) -> Step:
+    """Return a step(right, out) towards the answer of the elements' matrix; fixed (n, 3) prescribed."""
+    if elements.tets.shape[1] == 4:
+        return Sweeps(matrix, Aggregates(elements, matrix, fixed))
+    return Sweeps(matrix, Corners(elements, fixed))
+
+
+class Corners:
+    """Answers on the corners of 10-node elements, and between them linear along each edge."""
+
+    def __init__(self, elements: Elements, fixed: np.ndarray):
+        tets = elements.tets
+        corner = np.unique(tets[:, :4])
+        number = np.zeros(len(elements.points), np.int64)
+        number[corner] = np.arange(len(corner))
+        mid, first = np.unique(tets[:, 4:], return_index=True)
+        tet, edge = np.divmod(first, 6)
+        ends = tets[tet[:, None], EDGE_CORNERS[edge]]
+        self.links = corner, mid, number[ends], _shares(elements.points, mid, ends), fixed
+        self.right, self.answer = np.empty((2, len(corner), 3))
+        grains = elements.part, elements.stiffness
+        linear = Elements(elements.points[corner], number[tets[:, :4]], *grains, rule=1)
+        self.step = step_of(linear, stiffness_matrix(linear, fixed[corner]), fixed[corner])
+
+    def __call__(self, left: np.ndarray, out: np.ndarray) -> None:
+        """Fill `out` (n, 3) with the corners' answer to what is left (n, 3)."""
+        to_corners(*self.links, left, self.right)
+        self.step(self.right, self.answer)
+        to_nodes(*self.links, self.answer, out)
+
+
+def _shares(points: np.ndarray, mid: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return how far (k,) mid nodes lie along their edges, 0 to 1, so that rigid motions stay rigid."""
+    along = points[ends[:, 1]] - points[ends[:, 0]]
+    reach = np.einsum("ij,ij->i", points[mid] - points[ends[:, 0]], along)
+    return np.clip(reach / np.einsum("ij,ij->i", along, along), 0, 1)
