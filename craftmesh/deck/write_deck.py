@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TextIO
 
@@ -15,6 +16,7 @@ from craftmesh.deck.includes import include_line, mesh_file
 from craftmesh.deck.limits import check_writable
 from craftmesh.deck.mesh_lines import mesh_lines, set_lines
 from craftmesh.deck.options import DeckOptions
+from craftmesh.deck.plate_lines import on_plates, plate_lines
 from craftmesh.deck.section_lines import section_lines
 from craftmesh.deck.step_lines import step_lines, steps_of_cases
 from craftmesh.deck.user_section_lines import user_section_lines
@@ -87,7 +89,7 @@ def write_model(
     """Write the complete deck of a model, as `write_deck` does.
 
     options: what is no part of the model; materials: those of options.user_material; units: named in the
-    heading.
+    heading. Of options that have plates the load is in contact with them.
     """
     check_writable(model)
     if options.user_material and materials is None:
@@ -115,6 +117,9 @@ def write_model(
         main.writelines(section_lines(model) if materials is None else user_section_lines(model, materials))
         if options.lip_contact:
             main.writelines(contact_lines(model))
+        if options.has_plates and model.load is not None:
+            main.writelines(plate_lines(model.load, mesh))
+            model = replace(model, load=on_plates(model.load))
         main.writelines(_load_lines(model, options, materials))
 
 

@@ -8,6 +8,7 @@ from craftmesh.mechanics.faces import Combination, combinations_of, parse_faces
 from craftmesh.options import Options, option
 
 LIP_PRESSURE, EIGENSTRAIN = "lip_pressure", "eigenstrain"  # the load cases of these keys
+PLATES = "plates"
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,12 @@ class ModelOptions(Options):
         "cubic c11,c12,c44; hexagonal c11,c12,c13,c33,c44, c along the crystal's z; anisotropic 21 "
         "constants D1111,D1122,D2222,... in Abaqus' order",
     )
-    load: str = option("strain", "what the step prescribes", choices=("strain", "stress", "none"))
+    load: str = option(
+        "strain",
+        "what the step prescribes; plates: the strain, and in the deck, for Abaqus then, two rigid "
+        "plates without friction compress the body",
+        choices=("strain", "stress", PLATES, "none"),
+    )
     magnitude: float = option(1e-3, "the strain, or the stress in the materials' unit; tension is positive")
     axis: str = option("z", "axis of the tension", choices=("x", "y", "z"))
     sides: str = option(
@@ -98,7 +104,12 @@ class ModelOptions(Options):
             )
         _ = self.combinations
         parse_eigenstrains(self.eigenstrain)
-        if self.load == "strain" and abs(self.magnitude) > 1:
+        if self.has_plates and not self.magnitude < 0:
+            raise CraftmeshError(
+                f"magnitude is {self.magnitude:g}, and plates only compress; expected a negative strain "
+                "such as -0.001"
+            )
+        if self.load in ("strain", PLATES) and abs(self.magnitude) > 1:
             raise CraftmeshError(
                 f"magnitude is {self.magnitude:g}, a strain that more than doubles the body; expected a "
                 "small one such as 0.001, or load stress"
@@ -118,6 +129,11 @@ class ModelOptions(Options):
     def combinations(self) -> tuple[Combination, ...]:
         """The sums of load cases that are asked for, by `combinations_of`."""
         return combinations_of(parse_faces(self.faces), self.cases, self.combine)
+
+    @property
+    def has_plates(self) -> bool:
+        """Whether the load is that of two rigid plates."""
+        return self.load == PLATES and not self.faces
 
     @property
     def is_loaded(self) -> bool:

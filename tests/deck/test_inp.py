@@ -165,6 +165,36 @@ def test_the_step_pulls_along_the_axis(tmp_path):
     assert of_kind(read_deck(tmp_path / "c.inp"), "STEP") == []
 
 
+@pytest.mark.parametrize("axis", "xyz")
+def test_plates_face_the_body_and_close_in_on_it(axis, tmp_path):
+    mesh, k = cracked_mesh(), "xyz".index(axis)
+    write_deck(tmp_path / "a.inp", mesh, DeckOptions(load="plates", axis=axis, magnitude=-0.02))
+    blocks = read_deck(tmp_path / "a.inp")
+    assert check_deck(tmp_path / "a.inp") == []
+    nodes = {p["NSET"]: rows for p, rows in of_kind(blocks, "NODE")}
+    touching = [rows[0] for _, rows in of_kind(blocks, "CONTACT PAIR")]
+    planes = [f"{axis.upper()}{end}" for end in ("MIN", "MAX")]
+    assert touching == [[plane, f"PLATE_{plane}"] for plane in planes]
+    discs = {p["NAME"]: rows for p, rows in of_kind(blocks, "SURFACE")}
+    for node, plane in enumerate(planes, start=len(nodes["NALL"]) + 1):
+        place, start, line = discs[f"PLATE_{plane}"]
+        at, towards = np.array(place, float).reshape(2, 3)
+        assert nodes[f"PLATE_{plane}"] == [[str(node), *place[:3]]]
+        assert at[k] == mesh.points[mesh.node_sets[plane][0], k]
+        # from the axis outwards the left side of the profile is ahead on the axis, and there the body is
+        assert start == ["START", "0.0", "0.0"] and line[2] == "0.0"
+        assert (np.sign(mesh.points[:, k] - at[k]) * np.sign((towards - at)[k]) >= 0).all()
+        assert float(line[1]) > np.linalg.norm(np.delete(mesh.points - at, k, axis=1), axis=1).max()
+    moved = of_kind(blocks, "BOUNDARY")[-1][1]
+    way = -0.02 * np.ptp(mesh.points[:, k])
+    assert [row[:3] for row in moved] == [[f"PLATE_{planes[1]}", str(k + 1), str(k + 1)]]
+    assert float(moved[0][3]) == pytest.approx(way)
+    held = [row[0] for _, rows in of_kind(blocks, "BOUNDARY") for row in rows]
+    assert not {*planes} & {*held}  # the body's own nodes are free to leave the plates
+    with pytest.raises(CraftmeshError, match="plates only compress"):
+        DeckOptions(load="plates", magnitude=0.01)
+
+
 def test_a_pressure_on_the_lips_comes_to_the_load_or_acts_alone(tmp_path):
     mesh = cracked_mesh()
     lips = [[f"CRACK_LIP_{side}", "P", "3.0"] for side in "AB"]
