@@ -60,7 +60,7 @@ def check_polygons(file: Path, _: argparse.Namespace) -> list[str]:
     """Check a surface or, where the file has no `sides`, a crack."""
     from craftmesh.io import vtk, vtk_xml
 
-    if vtk_xml.read_dataset(file, "PolyData").GetCellData().HasArray("sides"):
+    if "sides" in vtk_xml.read_dataset(file, "PolyData").at_cells:
         from craftmesh.surface.check_surface import check_surface
 
         return check_surface(vtk.read_surface(file))

@@ -76,7 +76,7 @@ def view_polygons(file: Path) -> bytes:
     from craftmesh.io import vtk, vtk_xml
     from craftmesh.report.views import crack_picture, surface_picture
 
-    if vtk_xml.read_dataset(file, "PolyData").GetCellData().HasArray("sides"):
+    if "sides" in vtk_xml.read_dataset(file, "PolyData").at_cells:
         return surface_picture(vtk.read_surface(file))
     return crack_picture(vtk.read_crack(file))
 
@@ -86,14 +86,13 @@ def view_mesh(file: Path) -> bytes:
     from craftmesh.io import vtk, vtk_xml
 
     grid = vtk_xml.read_dataset(file, "UnstructuredGrid")
-    if grid.GetPointData().HasArray("displacement"):
+    if "displacement" in grid.at_points:
         from craftmesh.mesh.tet_connectivity import free_half_faces, half_face_corners
         from craftmesh.report.pictures import as_png, deformed_body
 
-        points = vtk_xml.points_of(grid)
-        tets = vtk_xml.rows_of(file, grid.GetCells())[:, :4]
+        points, tets = grid.points, grid.elements(file)[:, :4]
         free = free_half_faces(_one_point_a_place(points)[tets])
-        moved = vtk_xml.named_array(file, grid.GetPointData(), ["displacement"], "point data")
+        moved = grid.at_points["displacement"]
         return as_png(deformed_body(points, half_face_corners(tets, free), moved))
     from craftmesh.report.views import tets_picture
 

@@ -3,7 +3,6 @@
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -32,7 +31,7 @@ def read_points(path: str | os.PathLike) -> np.ndarray:
         table = read_table(path, "xyz")
         points = (table if table.names else table.named("xyz")).numbers("xyz")
     elif suffix == ".vtp":
-        points = vtk_xml.points_of(vtk_xml.read_dataset(path, "PolyData"))
+        points = vtk_xml.read_dataset(path, "PolyData").points
     else:
         points = vertices_of(path)
     if not len(points) or not np.isfinite(points).all():
@@ -114,24 +113,29 @@ def read_length_field(path: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
     if kind is None:
         raise CraftmeshError(f"{path}: suffix {path.suffix!r}; expected a .vtp or .vti with lengths")
     data = vtk_xml.read_dataset(path, kind)
-    at_points = data.GetPointData().GetArray(name) is not None
-    attributes = data.GetPointData() if at_points else data.GetCellData()
-    lengths = vtk_xml.named_array(path, attributes, [name], "point or cell data")
+    at_points = name in data.at_points
+    lengths = vtk_xml.named_array(
+        path, data.at_points if at_points else data.at_cells, [name], "point or cell data"
+    )
     if lengths.ndim != 1:
         raise CraftmeshError(f"{path}: {name!r} has {lengths.shape[1]} components; expected one")
-    return _points(data) if at_points else _centres(data), lengths
+    if not data.place:
+        return data.points if at_points else _centres(data), lengths
+    extent = data.place["extent"].reshape(3, 2)
+    if at_points:
+        return _lattice(data, [np.arange(low, high + 1) for low, high in extent]), lengths
+    cells = [np.arange(low, max(high, low + 1)) for low, high in extent]
+    far = [np.minimum(own + 1, high) for own, high in zip(cells, extent[:, 1])]
+    return (_lattice(data, cells) + _lattice(data, far)) / 2, lengths
 
 
-def _points(data: Any) -> np.ndarray:
-    if data.IsA("vtkPolyData"):
-        return vtk_xml.points_of(data)
-    return np.array([data.GetPoint(i) for i in range(data.GetNumberOfPoints())]).reshape(-1, 3)
+def _lattice(image: vtk_xml.Dataset, axes: list[np.ndarray]) -> np.ndarray:
+    """Return the places (k, 3) of an image's points at whole numbers along its axes, the first fastest."""
+    at = np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1).reshape(-1, 3)
+    steps = image.place["direction"].reshape(3, 3) * image.place["spacing"]
+    return at @ steps.T + image.place["origin"]
 
 
-def _centres(data: Any) -> np.ndarray:
-    bounds = np.array([data.GetCell(i).GetBounds() for i in range(data.GetNumberOfCells())])
-    if data.IsA("vtkImageData"):
-        return bounds.reshape(-1, 3, 2).mean(axis=2)
-    connectivity, offsets = vtk_xml.cells_of(data.GetPolys())
-    points = vtk_xml.points_of(data)
-    return np.add.reduceat(points[connectivity], offsets[:-1]) / np.diff(offsets)[:, None]
+def _centres(poly: vtk_xml.Dataset) -> np.ndarray:
+    connectivity, offsets = poly.cells["Polys"]
+    return np.add.reduceat(poly.points[connectivity], offsets[:-1]) / np.diff(offsets)[:, None]

@@ -206,6 +206,5 @@ def read_solution_vtu(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, 
     Stresses are 11, 22, 33, 12, 13, 23. Raises CraftmeshError for a file of another kind.
     """
     grid = vtk_xml.read_dataset(path, "UnstructuredGrid")
-    elements = vtk_xml.rows_of(path, grid.GetCells())
-    stress = vtk_xml.named_array(path, grid.GetPointData(), ["stress"], "point data")
-    return vtk_xml.points_of(grid), elements, stress[:, _VTK_ORDER]
+    stress = vtk_xml.named_array(path, grid.at_points, ["stress"], "point data")
+    return grid.points, grid.elements(path), stress[:, _VTK_ORDER]

@@ -4,17 +4,13 @@ Coordinates are float64 bit for bit, and the same input gives the same bytes.
 """
 
 import os
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
 from craftmesh.types import CRACK, Crack, Surface, TetMesh, Voxels
-
-if TYPE_CHECKING:
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
-from collections.abc import Mapping
 
 _NODE_SET, _FACE_SET = "node_set:", "face_set:"
 _VTK_TRIANGLES = (5, 22)
@@ -41,14 +37,12 @@ def read_surface(path: str | os.PathLike) -> Surface:
     for a missing file or array, and for cells that are not triangles.
     """
     poly = vtk_xml.read_dataset(path, "PolyData")
-    points = vtk_xml.points_of(poly)
     facets, rows = _triangles(path, poly)
-    data = poly.GetCellData()
-    sides = vtk_xml.named_array(path, data, ["sides"], "cell data")[rows]
-    kind = vtk_xml.named_array(path, data, ["kind", "crack"], "cell data")[rows]
-    if data.GetArray("kind") is None:
-        return Surface.of_facets(points, facets, sides, kind != 0)
-    return Surface(points, facets, sides, kind)
+    sides = vtk_xml.named_array(path, poly.at_cells, ["sides"], "cell data")[rows]
+    kind = vtk_xml.named_array(path, poly.at_cells, ["kind", "crack"], "cell data")[rows]
+    if "kind" not in poly.at_cells:
+        return Surface.of_facets(poly.points, facets, sides, kind != 0)
+    return Surface(poly.points, facets, sides, kind)
 
 
 def write_crack(path: str | os.PathLike, crack: Crack) -> None:
@@ -70,16 +64,16 @@ def read_crack(path: str | os.PathLike) -> Crack:
     Raises CraftmeshError for a missing or cut file, other polygons and surfaces (cell data `sides`).
     """
     poly = vtk_xml.read_dataset(path, "PolyData")
-    if poly.GetCellData().HasArray("sides"):
+    if "sides" in poly.at_cells:
         raise CraftmeshError(
             f"{path}: has cell data 'sides': a surface of grains; expected the triangles of a crack"
         )
     triangles, _ = _triangles(path, poly)
     if not len(triangles):
         raise CraftmeshError(f"{path}: holds no triangles, or was cut short; expected those of a crack")
-    ids, offsets = vtk_xml.cells_of(poly.GetLines())
+    ids, offsets = poly.cells["Lines"]
     fronts = tuple(np.split(ids, offsets[1:-1])) if len(ids) else ()
-    return Crack(vtk_xml.points_of(poly), triangles, fronts)
+    return Crack(poly.points, triangles, fronts)
 
 
 def write_voxels(path: str | os.PathLike, voxels: Voxels) -> None:
@@ -101,16 +95,10 @@ def write_voxels(path: str | os.PathLike, voxels: Voxels) -> None:
 def read_voxels(path: str | os.PathLike) -> Voxels:
     """Read a .vti written by `write_voxels`; raises CraftmeshError for a missing file or `labels`."""
     image = vtk_xml.read_dataset(path, "ImageData")
-    labels = vtk_xml.named_array(path, image.GetCellData(), ["labels"], "cell data")
-    shape = [n - 1 for n in image.GetDimensions()]
-    spacing, origin = (vtk_xml.field_array(image, name) for name in ("spacing", "origin"))
-    return Voxels(
-        labels.reshape(shape, order="F"),
-        image.GetSpacing() if spacing is None else spacing,
-        image.GetOrigin() if origin is None else origin,
-        vtk_xml.field_array(image, "orientations"),
-        vtk_xml.field_array(image, "phases"),
-    )
+    labels = vtk_xml.named_array(path, image.at_cells, ["labels"], "cell data")
+    spacing, origin = (image.others.get(name, image.place[name]) for name in ("spacing", "origin"))
+    orientations, phases = (image.others.get(name) for name in ("orientations", "phases"))
+    return Voxels(labels.reshape(image.place["steps"], order="F"), spacing, origin, orientations, phases)
 
 
 def write_tets(path: str | os.PathLike, mesh: TetMesh) -> None:
@@ -137,8 +125,8 @@ def read_tets(path: str | os.PathLike) -> TetMesh:
     Raises CraftmeshError for other cells or missing `grain`.
     """
     grid = vtk_xml.read_dataset(path, "UnstructuredGrid")
-    connectivity, offsets = vtk_xml.cells_of(grid.GetCells())
-    types = vtk_xml.as_numpy(grid.GetCellTypes()) if grid.GetNumberOfCells() else np.zeros(0, np.uint8)
+    connectivity, offsets = grid.cells["Cells"]
+    types = grid.types
     count = len(types) - int(np.isin(types, _VTK_TRIANGLES).sum())
     solid = types[:count]
     width = next((w for w, t in VTK_CELL_TYPE.items() if count and (solid == t).all()), None)
@@ -146,30 +134,24 @@ def read_tets(path: str | os.PathLike) -> TetMesh:
         raise CraftmeshError(
             f"{path}: cell types {np.unique(types).tolist()}; expected only 10 or only 24 (tets)"
         )
-    grain = vtk_xml.named_array(path, grid.GetCellData(), ["grain"], "cell data")[:count]
-    field = grid.GetFieldData()
-    names = [field.GetArrayName(i) for i in range(field.GetNumberOfArrays())]
+    grain = vtk_xml.named_array(path, grid.at_cells, ["grain"], "cell data")[:count]
     node_sets, face_sets = (
-        {
-            name[len(prefix) :]: vtk_xml.as_numpy(field.GetArray(name))
-            for name in names
-            if name.startswith(prefix)
-        }
+        {name[len(prefix) :]: ids for name, ids in grid.others.items() if name.startswith(prefix)}
         for prefix in (_NODE_SET, _FACE_SET)
     )
     tets = connectivity[: offsets[count]].reshape(-1, width)
-    return TetMesh(vtk_xml.points_of(grid), tets, grain, node_sets, face_sets)
+    return TetMesh(grid.points, tets, grain, node_sets, face_sets)
 
 
-def _triangles(path: str | os.PathLike, poly: "vtkPolyData") -> tuple[np.ndarray, slice]:
+def _triangles(path: str | os.PathLike, poly: vtk_xml.Dataset) -> tuple[np.ndarray, slice]:
     """Return the triangles (m, 3) of a poly data and their rows in its cell data."""
-    connectivity, offsets = vtk_xml.cells_of(poly.GetPolys())
-    if (np.diff(offsets) != 3).any() or poly.GetNumberOfStrips():
+    connectivity, offsets = poly.cells["Polys"]
+    verts, lines, strips = (len(poly.cells[name][1]) - 1 for name in ("Verts", "Lines", "Strips"))
+    if (np.diff(offsets) != 3).any() or strips:
         raise CraftmeshError(
             f"{path}: holds polygons that are not triangles; triangulate the surface first"
         )
-    before = poly.GetNumberOfVerts() + poly.GetNumberOfLines()
-    return connectivity.reshape(-1, 3), slice(before, before + len(offsets) - 1)
+    return connectivity.reshape(-1, 3), slice(verts + lines, verts + lines + len(offsets) - 1)
 
 
 def write_failed_grain(

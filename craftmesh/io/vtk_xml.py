@@ -1,11 +1,11 @@
-"""VTK XML files: arrays in, arrays out; vtkmodules is imported on first use."""
+"""VTK XML files: arrays in, arrays out; vtkmodules, which writes them, is imported on first use."""
 
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -18,13 +18,45 @@ from craftmesh.io.vtk_xml_file import VtkFile
 
 if TYPE_CHECKING:
     from vtkmodules.vtkCommonCore import vtkDataArray, vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataObject, vtkFieldData, vtkPointSet
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataObject, vtkFieldData
 
 _COMPRESSION = (
     1  # connectivity shrinks 4-fold at level 1 and hardly more at level 5, which takes thrice as long
 )
 
 _CELL_SIZES = {5: 3, 10: 4, 22: 6, 24: 10}  # triangles and tetrahedra by VTK's number of the type
+
+
+Arrays = Mapping[str, np.ndarray]
+NO_CELLS = (np.zeros(0, np.int64), np.zeros(1, np.int64))
+
+
+@dataclass(frozen=True, eq=False)
+class Dataset:
+    """What a VTK XML file holds: arrays (k,) or (k, c) by name, of points, of cells, and field data.
+
+    points (n, 3); cells: connectivity and offsets by section, Verts, Lines, Strips, Polys or Cells; types
+    (m,): VTK's numbers of a grid's cells; place: extent (6,), steps, spacing, origin (3,) and direction
+    (9,) of an image.
+    """
+
+    at_points: Arrays
+    at_cells: Arrays
+    others: Arrays
+    points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    cells: Mapping[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+    types: np.ndarray = field(default_factory=lambda: np.zeros(0, np.uint8))
+    place: Arrays = field(default_factory=dict)
+
+    def elements(self, path: str | os.PathLike) -> np.ndarray:
+        """Return a grid's cells of one size (m, k); raises CraftmeshError for others, naming the file."""
+        connectivity, offsets = self.cells["Cells"]
+        sizes = np.unique(np.diff(offsets))
+        if len(sizes) != 1:
+            raise CraftmeshError(
+                f"{path}: has cells of {sizes.tolist()} nodes; expected elements of one kind"
+            )
+        return connectivity.reshape(-1, sizes[0])
 
 
 def add_arrays(attributes: "vtkFieldData", arrays: Mapping[str, np.ndarray]) -> None:
@@ -40,13 +72,6 @@ def as_vtk(values: np.ndarray) -> "vtkDataArray":
     from vtkmodules.util.numpy_support import numpy_to_vtk
 
     return numpy_to_vtk(np.ascontiguousarray(values), deep=True)
-
-
-def as_numpy(array: "vtkDataArray") -> np.ndarray:
-    """Return a VTK array's values as a numpy array (k,) or (k, c) that owns its memory."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    return np.array(vtk_to_numpy(array))
 
 
 def cell_array(connectivity: np.ndarray, offsets: np.ndarray) -> "vtkCellArray":
@@ -69,22 +94,6 @@ def uniform_cells(cells: np.ndarray) -> "vtkCellArray":
     return cell_array(cells.ravel(), np.arange(0, m * k + 1, k))
 
 
-def cells_of(cells: "vtkCellArray") -> tuple[np.ndarray, np.ndarray]:
-    """Return connectivity and offsets of a vtkCellArray."""
-    if not cells.GetNumberOfCells():
-        return np.zeros(0, np.int64), np.zeros(1, np.int64)
-    return as_numpy(cells.GetConnectivityArray()), as_numpy(cells.GetOffsetsArray())
-
-
-def rows_of(path: str | os.PathLike, cells: "vtkCellArray") -> np.ndarray:
-    """Return cells of one size (m, k); raises CraftmeshError for others."""
-    connectivity, offsets = cells_of(cells)
-    sizes = np.unique(np.diff(offsets))
-    if len(sizes) != 1:
-        raise CraftmeshError(f"{path}: has cells of {sizes.tolist()} nodes; expected elements of one kind")
-    return connectivity.reshape(-1, sizes[0])
-
-
 def vtk_points(points: np.ndarray) -> "vtkPoints":
     """Return vtkPoints that hold `points` (n, 3) in float64."""
     from vtkmodules.vtkCommonCore import vtkPoints
@@ -95,18 +104,13 @@ def vtk_points(points: np.ndarray) -> "vtkPoints":
     return result
 
 
-def points_of(dataset: "vtkPointSet") -> np.ndarray:
-    """Return the points (n, 3) of a data set; none when it has none."""
-    points = dataset.GetPoints()
-    return np.zeros((0, 3)) if points is None else as_numpy(points.GetData())
-
-
 def write_dataset(path: str | os.PathLike, dataset: "vtkDataObject", kind: str) -> None:
     """Write `dataset` as VTK XML of `kind` (PolyData, ImageData, UnstructuredGrid), zlib-compressed.
 
     The same data set gives the same bytes. Raises CraftmeshError where the file cannot be written.
     """
     from vtkmodules import vtkIOXML
+    from vtkmodules.vtkCommonCore import vtkObject
     from vtkmodules.vtkIOCore import vtkZLibDataCompressor
 
     writer = getattr(vtkIOXML, f"vtkXML{kind}Writer")()
@@ -119,13 +123,20 @@ def write_dataset(path: str | os.PathLike, dataset: "vtkDataObject", kind: str) 
     writer.SetInputData(dataset)
     faults: list = []
     writer.AddObserver("ErrorEvent", lambda *_: faults.append(True))
-    with atomic_path(path) as temporary, _without_messages():
-        writer.SetFileName(os.fspath(temporary))
-        if not writer.Write() or faults or writer.GetErrorCode():
-            raise CraftmeshError(f"{path}: cannot be written; check the folder and the space left on it")
+    shown = vtkObject.GetGlobalWarningDisplay()  # nothing is printed of what is raised
+    vtkObject.SetGlobalWarningDisplay(0)
+    try:
+        with atomic_path(path) as temporary:
+            writer.SetFileName(os.fspath(temporary))
+            if not writer.Write() or faults or writer.GetErrorCode():
+                raise CraftmeshError(
+                    f"{path}: cannot be written; check the folder and the space left on it"
+                )
+    finally:
+        vtkObject.SetGlobalWarningDisplay(shown)
 
 
-def read_dataset(path: str | os.PathLike, kind: str) -> Any:
+def read_dataset(path: str | os.PathLike, kind: str) -> Dataset:
     """Read a VTK XML file of `kind` (PolyData, ImageData, UnstructuredGrid) that is one piece.
 
     Raises CraftmeshError if it is missing, broken or of another kind, where counts, extents and data do not
@@ -135,80 +146,64 @@ def read_dataset(path: str | os.PathLike, kind: str) -> Any:
         raise CraftmeshError(f"{path}: no such file; run the stage that writes it or give another path")
     build = {"ImageData": _image, "PolyData": _poly, "UnstructuredGrid": _grid}[kind]
     try:
-        with enough_memory(path), _without_messages():
-            dataset: Any = build(VtkFile(path, kind))
+        with enough_memory(path):
+            dataset = build(VtkFile(path, kind))
     except (ValueError, LookupError, TypeError, ArithmeticError, SyntaxError) as error:
         raise CraftmeshError(f"{path}: not a whole VTK XML {kind} file ({error}); write it again") from None
-    if kind != "ImageData":
-        as_array(f"{path}: points", points_of(dataset), float, (None, 3))
+    as_array(f"{path}: points", dataset.points, float, (None, 3))
     return dataset
 
 
-def _image(file: VtkFile) -> "vtkDataObject":
-    from vtkmodules.vtkCommonDataModel import vtkImageData
-
-    extent, own = (_numbers(e, key) for e, key in ((file.whole, "WholeExtent"), (file.piece, "Extent")))
-    steps = [int(high - low) for low, high in zip(extent[::2], extent[1::2], strict=True)]
-    if len(steps) != 3 or min(steps) < 0 or own != extent:
+def _image(file: VtkFile) -> Dataset:
+    extent, own = (_numbers(e, key, 6) for e, key in ((file.whole, "WholeExtent"), (file.piece, "Extent")))
+    steps = [int(high - low) for low, high in zip(extent[::2], extent[1::2])]
+    if min(steps) < 0 or own != extent:
         raise ValueError(f"extent {own} of {extent}")
     points, cells = (math.prod(max(n + more, 1) for n in steps) for more in (1, 0))
-    data = _data(file, points, cells)
-    if not (data["PointData"] or data["CellData"]):
-        raise ValueError("no numbers at its points or cells")  # VTK would take memory for any extent
-    image = vtkImageData()
-    image.SetExtent(*map(int, extent))
-    image.SetSpacing(*_numbers(file.whole, "Spacing", "1 1 1"))
-    image.SetOrigin(*_numbers(file.whole, "Origin", "0 0 0"))
-    image.SetDirectionMatrix(*_numbers(file.whole, "Direction", "1 0 0 0 1 0 0 0 1"))
-    return _with_data(image, data)
+    place = {"extent": np.array(extent, int), "steps": np.array(steps)}
+    for key, default in (("Spacing", "1 1 1"), ("Origin", "0 0 0"), ("Direction", "1 0 0 0 1 0 0 0 1")):
+        place[key.lower()] = np.array(_numbers(file.whole, key, len(default.split()), default))
+    return Dataset(*_data(file, points, cells), place=place)
 
 
-def _poly(file: VtkFile) -> "vtkDataObject":
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
-
-    poly, points, total = vtkPolyData(), int(file.piece.get("NumberOfPoints", 0)), 0
-    _set_points(poly, file, points)
+def _poly(file: VtkFile) -> Dataset:
+    points, cells = _points(file), {}
     for section in ("Verts", "Lines", "Strips", "Polys"):
         count = int(file.piece.get(f"NumberOf{section}", 0))
-        if count:
-            getattr(poly, f"Set{section}")(_checked_cells(file.arrays(section), count, points))
-        total += count
-    return _with_data(poly, _data(file, points, total))
+        cells[section] = _cells(file.arrays(section), count, len(points)) if count else NO_CELLS
+    total = sum(len(offsets) - 1 for _, offsets in cells.values())
+    return Dataset(*_data(file, len(points), total), points, cells)
 
 
-def _grid(file: VtkFile) -> "vtkDataObject":
-    from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
-
-    points, count = (int(file.piece.get(f"NumberOf{of}", 0)) for of in ("Points", "Cells"))
-    grid = vtkUnstructuredGrid()
-    _set_points(grid, file, points)
+def _grid(file: VtkFile) -> Dataset:
+    points, count = _points(file), int(file.piece.get("NumberOfCells", 0))
+    cells, types = NO_CELLS, np.zeros(0, np.uint8)
     if count:
         arrays = file.arrays("Cells")
-        cells = _checked_cells(arrays, count, points)
-        types, sizes = arrays["types"].astype(np.uint8), np.diff(cells_of(cells)[1])
+        cells, types = _cells(arrays, count, len(points)), arrays["types"].astype(np.uint8)
+        sizes = np.diff(cells[1])
         if len(types) != count or any((sizes[types == t] != n).any() for t, n in _CELL_SIZES.items()):
             raise ValueError(f"{len(types)} types of {count} cells, or nodes that do not fit them")
-        grid.SetCells(as_vtk(types), cells)
-    return _with_data(grid, _data(file, points, count))
+    return Dataset(*_data(file, len(points), count), points, {"Cells": cells}, types)
 
 
-def _numbers(element: Element, key: str, default: str | None = None) -> list[float]:
+def _numbers(element: Element, key: str, count: int, default: str | None = None) -> list[float]:
     text = element.attrib[key] if default is None else element.get(key, default)
-    return [float(word) for word in text.split()]
+    numbers = [float(word) for word in text.split()]
+    if len(numbers) != count:
+        raise ValueError(f"{key} {text}, expected {count} numbers")
+    return numbers
 
 
-def _set_points(dataset: "vtkPointSet", file: VtkFile, count: int) -> None:
-    from vtkmodules.vtkCommonCore import vtkPoints
-
+def _points(file: VtkFile) -> np.ndarray:
+    count = int(file.piece.get("NumberOfPoints", 0))
     coordinates = [*file.arrays("Points", count).values(), np.zeros((0, 3))][0]
     if coordinates.shape != (count, 3):
         raise ValueError(f"Points of shape {coordinates.shape}, expected {count} of three numbers")
-    points = vtkPoints()
-    points.SetData(as_vtk(coordinates))
-    dataset.SetPoints(points)
+    return coordinates
 
 
-def _checked_cells(arrays: Mapping[str, np.ndarray], count: int, points: int) -> "vtkCellArray":
+def _cells(arrays: Mapping[str, np.ndarray], count: int, points: int) -> tuple[np.ndarray, np.ndarray]:
     """Return cells whose offsets rise within the connectivity, and whose points there are."""
     offsets = np.concatenate([[0], arrays["offsets"].astype(np.int64)])
     connectivity = arrays["connectivity"].astype(np.int64)[: max(offsets[-1], 0)]
@@ -216,47 +211,19 @@ def _checked_cells(arrays: Mapping[str, np.ndarray], count: int, points: int) ->
         raise ValueError(f"{len(offsets) - 1} offsets up to {offsets[-1]} of {count} cells")
     if len(connectivity) and not 0 <= connectivity.min() <= connectivity.max() < points:
         raise ValueError(f"cells of points {connectivity.min()} to {connectivity.max()} of {points}")
-    return cell_array(connectivity, offsets)
+    return connectivity, offsets
 
 
-def _data(file: VtkFile, points: int, cells: int) -> dict[str, dict[str, np.ndarray]]:
-    counts = {"PointData": points, "CellData": cells, "FieldData": None}
-    return {where: file.arrays(where, count) for where, count in counts.items()}
-
-
-def _with_data(dataset: Any, data: Mapping[str, Mapping[str, np.ndarray]]) -> "vtkDataObject":
-    for where, arrays in data.items():
-        add_arrays(getattr(dataset, f"Get{where}")(), arrays)
-    return dataset
+def _data(file: VtkFile, points: int, cells: int) -> tuple[Arrays, Arrays, Arrays]:
+    return file.arrays("PointData", points), file.arrays("CellData", cells), file.arrays("FieldData")
 
 
 def named_array(
-    path: str | os.PathLike, attributes: "vtkFieldData", names: Sequence[str], where: str
+    path: str | os.PathLike, arrays: Mapping[str, np.ndarray], names: Sequence[str], where: str
 ) -> np.ndarray:
-    """Return the first array of `names` there is in `attributes`; CraftmeshError names what is missing."""
+    """Return the first array of `names` there is among `arrays`; CraftmeshError names what is missing."""
     for name in names:
-        array = attributes.GetArray(name)
-        if array is not None:
-            return as_numpy(array)
-    found = ", ".join(attributes.GetArrayName(i) or "?" for i in range(attributes.GetNumberOfArrays()))
-    wanted = " or ".join(repr(n) for n in names)
-    raise CraftmeshError(f"{path}: no {where} {wanted} (found: {found or 'none'}); write it with craftmesh")
-
-
-def field_array(dataset: "vtkDataObject", name: str) -> np.ndarray | None:
-    """Return the field data array `name`, or None where there is none."""
-    array = dataset.GetFieldData().GetArray(name)
-    return None if array is None else as_numpy(array)
-
-
-@contextmanager
-def _without_messages() -> Iterator[None]:
-    """Keep VTK from printing what is raised as CraftmeshError."""
-    from vtkmodules.vtkCommonCore import vtkObject
-
-    shown = vtkObject.GetGlobalWarningDisplay()
-    vtkObject.SetGlobalWarningDisplay(0)
-    try:
-        yield
-    finally:
-        vtkObject.SetGlobalWarningDisplay(shown)
+        if name in arrays:
+            return arrays[name]
+    wanted, found = " or ".join(map(repr, names)), ", ".join(arrays) or "none"
+    raise CraftmeshError(f"{path}: no {where} {wanted} (found: {found}); write it with craftmesh")

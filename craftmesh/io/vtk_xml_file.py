@@ -80,7 +80,7 @@ class VtkFile:
         if width < 1 or len(values) % width or (count is not None and len(values) != count * width):
             due = f"{'any' if count is None else count} times {width}"
             raise ValueError(f"{element.get('Name')} holds {len(values)} numbers, expected {due}")
-        values = values.astype(dtype.newbyteorder("="), copy=False)
+        values = values.astype(dtype.newbyteorder("="))
         return values.reshape(-1, width) if width > 1 else values
 
     def _bytes(self, element: Element) -> bytes | memoryview:

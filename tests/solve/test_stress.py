@@ -83,11 +83,12 @@ def test_paraview_gets_points_of_each_grain(tmp_path):
     path = tmp_path / "solution.vtu"
     write_solution_vtu(path, points, found.tets, model.mesh.grain, node, field[found.node], stress)
     grid = vtk_xml.read_dataset(path, "UnstructuredGrid")
-    data = {name: vtk_xml.named_array(path, grid.GetPointData(), [name], "point data") for name in ARRAYS}
+    data = grid.at_points
+    assert data.keys() == set(ARRAYS)
     assert (data["displacement"] == field[data["node"] - 1]).all()
     assert (data["stress"] == [1, 2, 3, 4, 6, 5]).all()  # yz before xz
     assert data["von_mises"] == pytest.approx(np.sqrt(3 + 3 * (16 + 25 + 36)))
-    assert (vtk_xml.points_of(grid) == points).all()
+    assert (grid.points == points).all()
 
 
 ARRAYS = ("node", "displacement", "stress", "von_mises")

@@ -12,7 +12,7 @@ from structured_box import structured_box
 from craftmesh import cli
 from craftmesh.io.stage_npz import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, read_tets, write_surface, write_tets
-from craftmesh.io.vtk_xml import as_numpy, read_dataset
+from craftmesh.io.vtk_xml import read_dataset
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.types import Surface
 
@@ -53,8 +53,8 @@ def test_intersecting_input_names_grain_and_facets_and_shows_them(folder, capsys
     err = err.splitlines()[-1]
     assert status == 1 and out == "" and err.startswith("craftmesh: error: ")
     assert "grain 7 could not be meshed" in err and "facets" in err and "v-failed-grain-7.vtp" in err
-    marks = read_dataset("v-failed-grain-7.vtp", "PolyData").GetCellData()
-    rows = as_numpy(marks.GetArray("facet"))[as_numpy(marks.GetArray("at_fault")) == 1]
+    marks = read_dataset("v-failed-grain-7.vtp", "PolyData").at_cells
+    rows = marks["facet"][marks["at_fault"] == 1]
     # the facets at fault are those of the pulled point and those it goes through
     surface = read_surface("bad.vtp")
     assert len(rows) and all(str(row) in err for row in rows[:3])
