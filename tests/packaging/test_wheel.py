@@ -1,6 +1,7 @@
 """The package that strangers get: what a wheel holds, and that it runs where nothing of the tree is."""
 
 import importlib.metadata
+import json
 import shutil
 import subprocess
 import sys
@@ -123,6 +124,9 @@ def test_citation_has_the_packages_version_and_licence():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert (cited["version"], cited["license"]) == (project["version"], project["license"])
     assert cited["version"] == importlib.metadata.version("craftmesh")
+    deposited = json.loads((ROOT / ".zenodo.json").read_text())
+    assert (deposited["version"], deposited["license"]) == (cited["version"], cited["license"])
+    assert deposited["title"] == cited["title"]
 
 
 def test_gradation_alone_needs_four_packages():
