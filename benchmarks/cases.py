@@ -107,7 +107,7 @@ def _cracked(voxels, crack: dict, sizes: dict) -> Start:
 
 def with_crack(surface, crack: dict, box, sizes: dict, islands: tuple) -> Start:
     from craftmesh.cracks.options import CrackOptions
-    from craftmesh.cracks.shapes import prescribed_crack
+    from craftmesh.cracks.series import prescribed_crack
     from craftmesh.insertion.insert import insert_crack
     from craftmesh.sizing.sizing import Sizing, densify
 

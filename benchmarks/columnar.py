@@ -55,7 +55,7 @@ def volume():
 def first_crack():
     """Return the semicircle in the middle of the face y = 0."""
     from craftmesh.cracks.options import CrackOptions
-    from craftmesh.cracks.shapes import prescribed_crack
+    from craftmesh.cracks.series import prescribed_crack
 
     box = volume().box
     centre = (float(box[1, 0]) / 2, 0.0, float(box[1, 2]) / 2)

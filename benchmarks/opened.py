@@ -8,7 +8,7 @@ def opened_mesh(voxels, crack, sizes):
     from craftmesh.insertion.insert import insert_crack
     from craftmesh.remeshing.remesh import remesh
     from craftmesh.sizing.sources import Defects, sizing_around
-    from craftmesh.tetrahedra.mending import mended
+    from craftmesh.tetrahedra.grain_surface import mended
     from craftmesh.tetrahedra.options import TetrahedralizeOptions
     from craftmesh.tetrahedra.record import record_of
     from craftmesh.tetrahedra.tetrahedralize import tetrahedralize

@@ -5,7 +5,7 @@ from structured_box import plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.io.vtk import write_crack, write_tets
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh import GradateOptions, Sizing, Surface
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.insert import insert_crack

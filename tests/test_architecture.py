@@ -96,7 +96,7 @@ def test_compiled_functions_lie_in_folders_named_kernels():
         ("craftmesh.gradation.passes", "craftmesh.tetrahedra.record", False),
         ("craftmesh.gradation.passes", "craftmesh.io.vtk", False),
         ("craftmesh.surface.measure", "craftmesh.sizing.sizing", False),
-        ("craftmesh.growth.grow", "craftmesh.cracks.shapes", True),
+        ("craftmesh.growth.grow", "craftmesh.cracks.series", True),
         ("craftmesh.growth.grow", "craftmesh.insertion.insert", False),
         ("craftmesh.commands.gradate", "craftmesh.gradation.kernels.star", False),
         ("craftmesh.io.vtk", "craftmesh.types", True),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.errors import CraftmeshError, told
 
 

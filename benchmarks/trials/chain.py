@@ -22,7 +22,7 @@ from craftmesh.io.vtk import write_crack, write_surface, write_tets
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.remeshing.split import remesh_split
 from craftmesh.sizing.sources import Defects, sizing_around
-from craftmesh.tetrahedra.mending import mended
+from craftmesh.tetrahedra.grain_surface import mended
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize

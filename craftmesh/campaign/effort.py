@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from craftmesh.options import Options, option
-from craftmesh.sizing.lengths import Lengths
+from craftmesh.sizing.sizing import Lengths
 from craftmesh.types import Voxels
 
 # Tetrahedra over the integral of dV / l^3. Measured on demo, al6xn, al1050 and copper, sizes and cracks

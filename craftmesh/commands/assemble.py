@@ -26,10 +26,10 @@ from craftmesh.commands.mesh_flags import (
 from craftmesh.commands.stage_io import add_output, add_report, tell, warn
 from craftmesh.io.stage_npz import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, write_tets
-from craftmesh.mesh.bodies import severed_sentence
 from craftmesh.mesh.flat_tets import flat_sentence, flat_tets
+from craftmesh.mesh.tet_connectivity import severed_sentence
 from craftmesh.progress import ProgressLine
-from craftmesh.sizing.lengths import Lengths
+from craftmesh.sizing.sizing import Lengths
 from craftmesh.surface.repair import repair_surface
 from craftmesh.tetrahedra.fallback import Completion, completed
 from craftmesh.tetrahedra.flat_places import given_way

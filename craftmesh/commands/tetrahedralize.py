@@ -25,14 +25,13 @@ from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.io.stage_npz import write_grain_tets
 from craftmesh.io.vtk import read_surface, write_failed_grain, write_surface, write_tets
 from craftmesh.progress import ProgressLine
-from craftmesh.sizing.lengths import Lengths
-from craftmesh.tetrahedra.chunks import grains_of_chunk
+from craftmesh.sizing.sizing import Lengths
 from craftmesh.tetrahedra.diagnose import GrainFailure
-from craftmesh.tetrahedra.mending import mended
+from craftmesh.tetrahedra.grain_surface import mended
 from craftmesh.tetrahedra.meshers.base import TETWILD
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
-from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
+from craftmesh.tetrahedra.tetrahedralize import grains_of_chunk, tetrahedralize
 from craftmesh.types import GrainTets, Surface
 from craftmesh.voxels.islands import islands_from_json
 

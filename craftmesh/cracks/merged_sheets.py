@@ -1,16 +1,159 @@
 """Sheets of a crack that lie over each other, almost in one surface: they become one sheet."""
 
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 import shapely
 
+from craftmesh.cracks.behind_front import Plane
+from craftmesh.cracks.height_fit import interpolation
 from craftmesh.cracks.in_plane import filled
-from craftmesh.cracks.necks import heights_at_neck, with_neck
-from craftmesh.cracks.sheet_pair import SheetPair, feet_in, places_in, sheet_pair
+from craftmesh.cracks.prescription import frame_along
 from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
+
+STEEPEST = np.cos(np.radians(60.0))  # of the sheets to their common plane: they are one height over it
+
+
+ON_OUTLINE = 1e-9  # of a sheet's extent: places this near its outline are on it
+
+
+class SheetPair(NamedTuple):
+    """Two sheets over one plane: their points (n, 3) as u, v and height, triangles, and outlines."""
+
+    plane: Plane
+    places: tuple[np.ndarray, np.ndarray]
+    triangles: tuple[np.ndarray, np.ndarray]
+    outlines: tuple[shapely.Polygon, shapely.Polygon]
+
+    @property
+    def common(self) -> shapely.Geometry:
+        """Where in the plane both sheets are."""
+        return shapely.intersection(*self.outlines)
+
+    def heights(self, number: int, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the heights (n,) of a sheet at places (n, 2), NaN beside it, and its triangles there."""
+        points = self.places[number]
+        near = ON_OUTLINE * float(np.ptp(points[:, :2], axis=0).max())
+        row, triangle, weights = interpolation(points[:, :2], self.triangles[number], at, near)
+        heights, found = np.full(len(at), np.nan), np.full(len(at), -1)
+        heights[row], found[row] = weights @ points[:, 2], triangle
+        return heights, found
+
+
+def sheet_pair(first: Crack, second: Crack, reach: float) -> SheetPair | None:
+    """Return two sheets over their mean plane; None where it is too steep to one, or they are far apart.
+
+    reach: sheets whose boxes are farther from each other than that are.
+    """
+    low = np.maximum(first.points.min(axis=0), second.points.min(axis=0))
+    high = np.minimum(first.points.max(axis=0), second.points.max(axis=0))
+    if (low > high + reach).any():
+        return None
+    vectors = [area_vectors(sheet.points, sheet.triangles) for sheet in (first, second)]
+    mean = [total / np.linalg.norm(total) for total in (vector.sum(axis=0) for vector in vectors)]
+    turn = 1.0 if mean[0] @ mean[1] >= 0 else -1.0
+    normal = mean[0] + turn * mean[1]
+    frame = frame_along(normal, np.eye(3)[np.abs(normal).argmin()])
+    for vector, sign in zip(vectors, (1.0, turn)):
+        if (sign * vector @ frame[2] < STEEPEST * np.linalg.norm(vector, axis=1)).any():
+            return None
+    plane = Plane(first.points.mean(axis=0), frame)
+    places = plane.of(first.points), plane.of(second.points)
+    triangles = first.triangles.astype(np.int64), second.triangles.astype(np.int64)
+    outlines = [shapely.union_all(shapely.polygons(at[rows, :2])) for at, rows in zip(places, triangles)]
+    if any(outline.geom_type != "Polygon" for outline in outlines):
+        return None
+    return SheetPair(plane, places, triangles, (outlines[0], outlines[1]))
+
+
+def feet_in(region: shapely.Geometry, at: np.ndarray) -> np.ndarray:
+    """Return the places (n, 2) of a region nearest to places (n, 2)."""
+    lines = shapely.shortest_line(region, shapely.points(at))
+    feet: np.ndarray = shapely.get_coordinates(shapely.get_point(lines, 0))
+    return feet
+
+
+def places_in(region: shapely.Geometry, spacing: float) -> np.ndarray:
+    """Return the places (n, 2) of a square grid of that spacing within a region."""
+    x0, y0, x1, y1 = region.bounds
+    grid = np.stack(np.meshgrid(np.arange(x0, x1, spacing), np.arange(y0, y1, spacing)), axis=-1)
+    grid = grid.reshape(-1, 2)
+    inside: np.ndarray = grid[shapely.contains_xy(region, *grid.T)]
+    return inside
+
+
+# Of l_min, two coplanar pennies of 7 l_min: 0.02 of overlap left 4 flat tets, the bare touch 2; 0.05 of
+# overlap and 0.02 of a gap none. Where fronts are farther apart than the first, or overlap by more than
+# the second, they stay as they are.
+GAP = 0.02
+OVERLAP = 0.04
+# Of l_min: as far as it is narrower than this a strip is filled, so that no front is moved by 0.02.
+WIDTH = 0.036
+# Of l_min: so far on from there the front is straight. Where it kept its points, as near to the corner as
+# they stood, its nodes stood as near.
+STRAIGHT = 0.5
+ROUNDING = 1e-3  # of WIDTH: what differs by less is the same
+ARC = 32  # segments of a quarter of a circle of WIDTH / 2
+
+
+def with_neck(pair: SheetPair, l_min: float) -> shapely.Polygon | None:
+    """Return the outline of two sheets that touch or all but do, with the strips between them filled.
+
+    None where they are apart, or overlap in more. Where a strip becomes wide both fronts end in one
+    corner, half way between them.
+    """
+    apart = shapely.distance(*pair.outlines)
+    if apart > GAP * l_min or not pair.common.buffer(-OVERLAP / 2 * l_min).is_empty:
+        return None
+    reach = WIDTH / 2 * l_min
+    near = ROUNDING * reach
+    both = shapely.union(*pair.outlines)
+    closed = both.buffer(reach, quad_segs=ARC).buffer(-reach, join_style="bevel")
+    strips = shapely.get_parts(closed.difference(both.buffer(near)))
+    strips = strips[shapely.area(strips) > reach**2]
+    whole = shapely.union_all([both, *shapely.buffer(strips, 2 * near)]).simplify(4 * near)
+    if whole.geom_type != "Polygon":
+        return None
+    holes = [ring for ring in whole.interiors if shapely.Polygon(ring).area > reach**2]
+    rings = [
+        _pointed(np.asarray(ring.coords), both, reach, STRAIGHT * l_min)
+        for ring in (whole.exterior, *holes)
+    ]
+    pointed = shapely.Polygon(rings[0], rings[1:])
+    return pointed if pointed.is_valid else None
+
+
+def _pointed(ring: np.ndarray, both: shapely.Geometry, reach: float, straight: float) -> np.ndarray:
+    """Return a closed ring (k, 2) whose edges across the mouths of strips are corners, straight around."""
+    middle = (ring[:-1] + np.roll(ring[:-1], -1, axis=0)) / 2
+    across = shapely.distance(both, shapely.points(middle)) > reach / 2
+    if not across.any():
+        return ring
+    corners = shapely.multipoints(middle[across])
+    far = shapely.distance(corners, shapely.points(ring[:-1])) > straight
+    points = np.where(across[:, None], middle, ring[:-1])[across | far]
+    return np.concatenate([points, points[:1]])
+
+
+def heights_at_neck(pair: SheetPair, at: np.ndarray) -> np.ndarray:
+    """Return the heights (n,) at places (n, 2): the first sheet's, the second's, or between both of them.
+
+    Beside both the sheets' ends count by the distances from these.
+    """
+    first, second = (pair.heights(number, at)[0] for number in range(2))
+    heights = np.where(np.isnan(first), second, first)
+    beside = np.isnan(heights)
+    between = at[beside]
+    ends = [pair.heights(k, feet_in(outline, between))[0] for k, outline in enumerate(pair.outlines)]
+    away = [shapely.distance(outline, shapely.points(between)) for outline in pair.outlines]
+    total = away[0] + away[1]
+    heights[beside] = (ends[0] * away[1] + ends[1] * away[0]) / np.where(total > 0, total, 1.0)
+    return heights
+
 
 SPACING = 0.25  # of l_min: places at which the sheets are held against each other, and the new triangles
 LEAST_AREA = 0.01  # of l_min squared: sheets that lie over each other on less only touch

@@ -1,15 +1,82 @@
 """A crack as it goes to the mesh: not along a face, and its sheets apart, across each other, or one."""
 
 from collections.abc import Collection, Sequence
+from itertools import combinations
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
-from craftmesh.cracks.along_faces import refuse_along_faces
-from craftmesh.cracks.along_sheets import refuse_along_sheets
+from craftmesh.cracks.along_faces import GENTLE, LEAST_AREA, NEAR, refuse_along_faces
 from craftmesh.cracks.grazing_fronts import ending_on_faces
-from craftmesh.cracks.merged_sheets import MERGED, merged_sheets
+from craftmesh.cracks.merged_sheets import (
+    EXACT,
+    MERGED,
+    SPACING,
+    SheetPair,
+    merged_sheets,
+    places_in,
+    sheet_pair,
+)
 from craftmesh.cracks.sheets import joined, sheets
+from craftmesh.errors import CraftmeshError, told
+from craftmesh.surface.measure import unit_normals
 from craftmesh.types import Crack
+
+# Degrees: cracks that cross make wedges of this angle at least. Two discs at 5 degrees left 18 flat
+# tetrahedra, none at 8.
+FLATTEST = 6.0
+
+
+def refuse_along_sheets(crack: Crack, box: np.ndarray, l_min: float) -> None:
+    """Raise CraftmeshError where two sheets run along each other in the box (2, 3); l_min in model units.
+
+    Parts nearer than NEAR l_min to each other count where their angle is under FLATTEST, if the sheets meet
+    there, or else under GENTLE. Sheets in one surface to rounding become one, and are not refused.
+    """
+    parts = sheets(crack)
+    for low, high in combinations(range(len(parts)), 2):
+        pair = sheet_pair(parts[low], parts[high], NEAR * l_min)
+        if pair is not None and pair.common.area > LEAST_AREA * l_min**2:
+            _refuse(pair, (low + 1, high + 1), np.asarray(box, float), l_min)
+
+
+def _refuse(pair: SheetPair, numbers: tuple[int, int], box: np.ndarray, l_min: float) -> None:
+    """Raise CraftmeshError where the two sheets of a pair run along each other."""
+    at = places_in(pair.common, SPACING * l_min)
+    (first, triangle), (second, other) = (pair.heights(k, at) for k in range(2))
+    places = pair.plane.lifted(np.column_stack([at, first]))
+    normals = [unit_normals(pair.places[k], pair.triangles[k]) for k in range(2)]
+    cosine = np.abs((normals[0][triangle] * normals[1][other]).sum(axis=1))
+    tilt = np.degrees(np.arccos(np.minimum(cosine, 1.0)))
+    off = (second - first) * np.abs(normals[0][triangle, 2])
+    inside = ((places > box[0]) & (places < box[1])).all(axis=1) & np.isfinite(off)
+    near = np.flatnonzero(inside & (np.abs(off) < NEAR * l_min) & (np.abs(off) > EXACT * l_min))
+    limit = np.where(_crossing(at[near], off[near], SPACING * l_min), FLATTEST, GENTLE)
+    counted = near[tilt[near] < limit]
+    area = len(counted) * (SPACING * l_min) ** 2
+    if area > LEAST_AREA * l_min**2:
+        way = np.abs(off[counted])
+        place = told(places[counted][way.argmin()])
+        raise CraftmeshError(
+            f"cracks {numbers[0]} and {numbers[1]} run {way.min():.3g} to {way.max():.3g} from each other "
+            f"near {place}, at {np.mean(tilt[counted]):.3g} degrees, over an area of {area:.3g}; expected "
+            f"cracks in one surface, 0.2 l_min apart, which is {NEAR * l_min:.3g}, or at {FLATTEST:g} "
+            "degrees or more where they cross: move or turn one of them"
+        )
+
+
+def _crossing(at: np.ndarray, off: np.ndarray, spacing: float) -> np.ndarray:
+    """Tell which places (n, 2) hang together with places on the other side of the first sheet."""
+    if not len(at):
+        return np.zeros(0, bool)
+    beside = cKDTree(at).query_pairs(1.5 * spacing, output_type="ndarray")
+    links = coo_array((np.ones(len(beside), np.int8), tuple(beside.T)), shape=(len(at),) * 2)
+    group = connected_components(links, directed=False)[1]
+    ahead, behind = (np.bincount(group, sign * off > 0) for sign in (1, -1))
+    crossing: np.ndarray = ((ahead > 0) & (behind > 0))[group]
+    return crossing
 
 
 def meshable(

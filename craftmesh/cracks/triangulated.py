@@ -17,9 +17,8 @@ from craftmesh.cracks.one_sheet import (
 from craftmesh.cracks.within_box import is_in
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, pieces, unique_edges
-from craftmesh.surface.extents import span_of, spans_told, unit_hint
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, meets_box
+from craftmesh.surface.measure import area_vectors, meets_box, span_of, spans_told, unit_hint
 from craftmesh.types import Crack
 
 ON_PLANE = 1e-7  # share of the box's diagonal within which a point counts as on a box plane

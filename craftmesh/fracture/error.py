@@ -8,8 +8,7 @@ from craftmesh.fracture.fit import HALF_WIDTH, FrontLine
 from craftmesh.fracture.options import LEAST_RADIUS
 from craftmesh.fracture.segments import Segments, is_isotropic
 from craftmesh.mechanics.mean_moduli import mean_moduli
-from craftmesh.mesh.front_frames import Front
-from craftmesh.mesh.front_places import edges_between_materials, meets_boundary
+from craftmesh.mesh.front_frames import Front, edges_between_materials, meets_boundary
 from craftmesh.types import TetMesh
 
 # Errors over so much of the largest K of the front are flagged, some ten times those of exact cases, and so

@@ -25,8 +25,7 @@ from craftmesh.fracture.stress_probe import probed
 from craftmesh.fracture.tube import SolvedMesh, Surroundings, kernel_curve, radii, surroundings
 from craftmesh.mechanics.load import Traction
 from craftmesh.mesh.front_curve import arc_lengths, local_sizes
-from craftmesh.mesh.front_frames import Front, fronts_of
-from craftmesh.mesh.front_places import grain_of_edges
+from craftmesh.mesh.front_frames import Front, fronts_of, grain_of_edges
 from craftmesh.types import TetMesh
 
 # The second, smaller tube, whose K tells how far the first one's may be trusted.

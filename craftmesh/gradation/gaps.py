@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from craftmesh.sizing.local_lengths import where_short
-from craftmesh.sizing.sizing import Sizing
+from craftmesh.sizing.sizing import Sizing, where_short
 from craftmesh.surface.connectivity import edge_sides, joined, unique_edges
-from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges
+from craftmesh.surface.measure import distances_and_sides
 from craftmesh.types import BOX_FACES, CRACK, Surface
 
 # Times the gap. Of 48 pairs of discs that touch or nearly do nine had 2 to 16 flat tets; in five of them

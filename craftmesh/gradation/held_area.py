@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from craftmesh.cracks.area_off import area_off, segments_of
-from craftmesh.cracks.within_box import area_within
+from craftmesh.cracks.within_box import area_off, area_within, segments_of
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.measure import total_area

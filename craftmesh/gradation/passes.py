@@ -17,8 +17,7 @@ from craftmesh.gradation.kernels.split import split_pass
 from craftmesh.gradation.kernels.swap import swap_pass
 from craftmesh.gradation.kernels.valence import valence_pass
 from craftmesh.gradation.locality import block_order
-from craftmesh.gradation.make_room import make_room
-from craftmesh.gradation.state import Guards, Mesh, State
+from craftmesh.gradation.state import Guards, Mesh, State, make_room
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets, relative_lengths, score_of_angle

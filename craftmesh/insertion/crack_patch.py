@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from craftmesh.insertion.bends import Bends, follow, part
-from craftmesh.insertion.creases import Creases, creases_of
+from craftmesh.insertion.creases import BENT, Creases, creases_of, lay_kinks
 from craftmesh.insertion.cut import CutSurface, SizeAt
 from craftmesh.insertion.front_chain import FrontChain
-from craftmesh.insertion.kink_lines import BENT, lay_kinks
 from craftmesh.insertion.patch import (
     front_chords,
     loosen,

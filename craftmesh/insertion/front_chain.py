@@ -1,6 +1,6 @@
 """The edges of the crack front on a cut surface, from pierce point to pierce point."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -195,3 +195,19 @@ def crossing_at(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> np.ndarr
     among = np.isin(traces, rows)
     mine = np.column_stack([traces, np.where(among[:, 1], traces[:, 1], traces[:, 0])])[among.any(axis=1)]
     return conflicts(mine, traces, sheet.uv(surface.points)) if len(mine) else np.zeros(0, np.int64)
+
+
+def without_loose_ends(front: FrontChain, traces: np.ndarray) -> FrontChain:
+    """Return the front without the edges that lead from its first and last trace (k, 2) to no other.
+
+    An open front ends on the box. Where the body does not reach the box there is no trace to end on: the
+    stretch from the last trace on is in no grain and bounds no part of the crack.
+    """
+    edges = front.edges
+    while len(edges):
+        nodes = np.concatenate([edges[:, :2].ravel(), traces.ravel()])
+        loose = (np.bincount(nodes) == 1)[edges[:, :2]].any(axis=1)
+        if not loose.any():
+            break
+        edges = edges[~loose]
+    return replace(front, edges=edges)

@@ -14,25 +14,21 @@ from craftmesh.insertion.crack_patch import flat_facets, with_patch
 from craftmesh.insertion.creases import Creases, creases_of
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
 from craftmesh.insertion.fins import Fronts, fronts_of, without_fins
-from craftmesh.insertion.front_chain import FrontChain, chain, conflicts
+from craftmesh.insertion.front_chain import FrontChain, chain, conflicts, without_loose_ends
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.front_corners import onto_corners
 from craftmesh.insertion.inlay import inlaid
 from craftmesh.insertion.kinks import kink_traces
-from craftmesh.insertion.loose_ends import without_loose_ends
-from craftmesh.insertion.misfit import Given, Inserted, misfit_of_fronts
-from craftmesh.insertion.moved import moved, unmoved
-from craftmesh.insertion.offsets import local_sizes, prepared
+from craftmesh.insertion.misfit import Given, Inserted, misfit_of_fronts, moved, unmoved
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import pierce
 from craftmesh.insertion.regions import labels_of_regions, regions_of
 from craftmesh.insertion.sheet import Sheet, sheet_of
-from craftmesh.insertion.snap import snap_to_crack, taken_at_box_edges
+from craftmesh.insertion.snap import local_sizes, prepared, snap_to_crack, taken_at_box_edges
 from craftmesh.insertion.traces import follow_traces
 from craftmesh.progress import silent
-from craftmesh.sizing.lengths import Lengths
-from craftmesh.sizing.sizing import Sizing
+from craftmesh.sizing.sizing import Lengths, Sizing
 from craftmesh.surface.check_surface import refuse_open
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.measure import area_vectors, total_area

@@ -6,12 +6,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.cracks.near_sheet import NearSheet
-from craftmesh.insertion.contract import contracted
+from craftmesh.insertion.contract import contracted, is_sound, swap_at
 from craftmesh.insertion.cut import CutSurface, split_edges
 from craftmesh.insertion.guarded_move import forced, settled
 from craftmesh.insertion.onto_sheets import carried_along, is_of, places_on_sheets, plain
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.swaps import is_sound, swap_at
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.patches import held_by_box

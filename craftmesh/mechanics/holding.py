@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mesh.bodies import bodies
+from craftmesh.mesh.tet_connectivity import bodies
 from craftmesh.types import TetMesh
 
 # Condition of the rigid motions at the supports. A plane of a hundred thousand nodes and one node more, a

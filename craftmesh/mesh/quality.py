@@ -5,13 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from craftmesh.errors import listed
-from craftmesh.mesh.flat_tets import flat_tets
+from craftmesh.mesh.flat_tets import flat_tets, is_poor, poor_parts
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.front_curve import arc_lengths
 from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
 from craftmesh.mesh.mesh_sets import lip_faces
-from craftmesh.mesh.poor import is_poor, poor_parts
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges, tet_edges
 from craftmesh.surface.measure import total_area, volume_drift
 from craftmesh.types import TetMesh, Voxels

@@ -14,8 +14,8 @@ from craftmesh.remeshing.kernels.smoothing import lap
 from craftmesh.surface.kernels.spoiled_facets import spoiled_facets
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import facet_angles, side_volumes
-from craftmesh.surface.patches import PLANES
-from craftmesh.surface.vertex_classes import (
+from craftmesh.surface.patches import (
+    PLANES,
     facets_beyond_box,
     smoothing_neighbours,
     vertex_classes,

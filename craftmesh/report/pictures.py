@@ -17,8 +17,7 @@ from PIL import Image
 
 from craftmesh.report.shaded import View, shaded, view_from
 from craftmesh.report.shown_mesh import cut_tets
-from craftmesh.surface.distances import distances_and_sides
-from craftmesh.surface.measure import area_vectors, meets_box
+from craftmesh.surface.measure import area_vectors, distances_and_sides, meets_box
 from craftmesh.types import Crack
 
 STYLES = ("-", "--", ":", "-.")  # of the fronts of one crack

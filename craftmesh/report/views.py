@@ -9,7 +9,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from craftmesh.mesh.tet_connectivity import free_half_faces, half_face_corners
 from craftmesh.report.pictures import COLOURS, as_png, frame_box, new_figure
-from craftmesh.sizing.lengths import Lengths
+from craftmesh.sizing.sizing import Lengths
 from craftmesh.types import CRACK, Crack, Surface, Voxels
 
 GRAINS = "tab20"  # twenty colours, one grain after another

@@ -8,8 +8,7 @@ import numpy as np
 from craftmesh.cracks.height_parts import MOST_PARTS, between_kinks
 from craftmesh.cracks.sheets import sheets
 from craftmesh.sizing.length_field import LengthField
-from craftmesh.sizing.local_lengths import where_short
-from craftmesh.sizing.sizing import Sizing, densify
+from craftmesh.sizing.sizing import Sizing, densify, where_short
 from craftmesh.sizing.strips import (
     AT_CORNER,
     PER_WIDTH,

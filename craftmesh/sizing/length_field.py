@@ -10,8 +10,8 @@ from scipy.spatial import cKDTree
 
 from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.connectivity import edge_sides
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.connectivity import edge_sides, unique_edges
+from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.surface.patches import feature_edges, oriented, patches
 from craftmesh.types import CRACK, Surface
 
@@ -145,3 +145,16 @@ def _averaged(tensor: np.ndarray, edges: np.ndarray) -> np.ndarray:
             np.add.at(count, a, 1.0)
         tensor = total / count[:, None, None]
     return tensor
+
+
+class LocalSizing:
+    """Target edge lengths that follow those of the facets (m, 3) on points (n, 3)."""
+
+    def __init__(self, points: np.ndarray, facets: np.ndarray):
+        edges, _, _ = unique_edges(facets)
+        self.length = mean_edges(points, edges)
+        self.tree = cKDTree(points)
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """Return the mean length (n,) of the edges at the surface's node nearest to each point (n, 3)."""
+        return self.length[self.tree.query(points)[1]]

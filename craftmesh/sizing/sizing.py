@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -10,9 +11,18 @@ from craftmesh.arguments import as_array, refuse_unlike, typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 from craftmesh.sizing.length_field import LengthField, curvature_lengths
-from craftmesh.sizing.lengths import Lengths
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.types import Surface, Voxels
+
+
+@runtime_checkable
+class Lengths(Protocol):
+    """Target edge lengths by place, as `Sizing` (Eq. 3), a LengthField or a surface's own give them."""
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """Return the target edge lengths (n,), in model units, at points (n, 3)."""
+        ...
+
 
 # How fast lengths that the surface's curvature asks for grow into the grains, without a limit of one's own.
 FREE_GROWTH = 0.5
@@ -229,3 +239,23 @@ def densify(polyline: np.ndarray, step: float) -> np.ndarray:
     place = np.arange(len(segment)) - np.repeat(np.cumsum(parts) - parts, parts)
     inner = polyline[segment] + span[segment] * (place / parts[segment])[:, None]
     return np.concatenate([inner, polyline[-1:]])
+
+
+# To l_min: cells of which one place gives a length, the least there.
+CELLS = 2
+
+
+def where_short(places: np.ndarray, lengths: np.ndarray, sizing: Sizing) -> LengthField | None:
+    """Return lengths (k,) at places (k, 3) that are under the sizing's; None where there are none.
+
+    They grow away by sizing.growth, or half the distance. In model units.
+    """
+    short = np.flatnonzero(lengths < sizing.l_max)
+    short = short[lengths[short] < sizing.at(places[short])]
+    if not len(short):
+        return None
+    short = short[np.argsort(lengths[short], kind="stable")]
+    cells = np.floor((places[short] - places[short].min(axis=0)) * (CELLS / sizing.l_min))
+    short = short[np.unique(cells, axis=0, return_index=True)[1]]
+    growth = FREE_GROWTH if sizing.growth is None else sizing.growth
+    return LengthField(places[short], lengths[short]).limited(growth)

@@ -11,8 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.sizing.length_field import LengthField
-from craftmesh.sizing.local_lengths import where_short
-from craftmesh.sizing.sizing import Sizing, densify
+from craftmesh.sizing.sizing import Sizing, densify, where_short
 from craftmesh.surface.measure import meets_box, unit_normals
 from craftmesh.types import BOX_FACES, Crack
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mesh.lip_pairs import LipPairs
+from craftmesh.mesh.lips import LipPairs
 from craftmesh.solve.iteration import ClosedPairs, Found, Iteration
 
 # An overlap counts from so many residuals of the largest displacement on.

@@ -9,7 +9,7 @@ from scipy.sparse import csr_array, eye_array
 from scipy.sparse.linalg import splu
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mesh.lip_pairs import LipPairs
+from craftmesh.mesh.lips import LipPairs
 from craftmesh.solve.kernels.blocks import add_multiple, dot, renew_direction
 from craftmesh.solve.levels import Step, StiffnessMatrix, step_of, stiffness_matrix
 from craftmesh.solve.options import SolveOptions

@@ -9,10 +9,9 @@ from craftmesh.mechanics.eigenstrains import components
 from craftmesh.mechanics.holding import LOOSE, rigid_motions
 from craftmesh.mechanics.load import Load, nodal_forces
 from craftmesh.mechanics.model import ElasticModel
-from craftmesh.mesh.bodies import bodies
 from craftmesh.mesh.integration import shape_slopes, tet_rule
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
-from craftmesh.mesh.tet_connectivity import tet_volumes
+from craftmesh.mesh.tet_connectivity import bodies, tet_volumes
 from craftmesh.solve.kernels.elements import internal_forces, strain_forces
 from craftmesh.types import Solution, TetMesh
 

@@ -9,7 +9,7 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.mean_moduli import mean_moduli
 from craftmesh.mechanics.model import ElasticModel
-from craftmesh.mesh.lip_pairs import lip_pairs
+from craftmesh.mesh.lips import lip_pairs
 from craftmesh.progress import silent
 from craftmesh.solve.contact import least_overlap, overlap_of, with_contact
 from craftmesh.solve.iteration import Iteration, refused

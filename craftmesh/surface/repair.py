@@ -6,7 +6,7 @@ from craftmesh.surface.check_surface import FLAT
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, mean_edges, side_volumes, volume_drift
-from craftmesh.surface.vertex_classes import (
+from craftmesh.surface.patches import (
     facets_beyond_box,
     smoothing_neighbours,
     vertex_classes,

@@ -14,8 +14,7 @@ from craftmesh.surface.connectivity import facet_edges
 from craftmesh.surface.kernels.spoiled_facets import spoiled_facets
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, mean_edges
-from craftmesh.surface.patches import held_by_box
-from craftmesh.surface.vertex_classes import facets_beyond_box, vertices_around
+from craftmesh.surface.patches import facets_beyond_box, held_by_box, vertices_around
 from craftmesh.surface.wedges import wedge_guard
 from craftmesh.types import CRACK, Surface
 

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from craftmesh.sizing.lengths import Lengths
-from craftmesh.sizing.surface_sizing import LocalSizing
+from craftmesh.sizing.length_field import LocalSizing
+from craftmesh.sizing.sizing import Lengths
 from craftmesh.surface.connectivity import compact
-from craftmesh.tetrahedra.attempts import MeshingTask
 from craftmesh.tetrahedra.grain_region import (
     Regions,
     check_filled,
@@ -19,10 +18,11 @@ from craftmesh.tetrahedra.grain_region import (
 )
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.tetrahedra.interior_points import interior_points
+from craftmesh.tetrahedra.ladder import MeshingTask
 from craftmesh.tetrahedra.meshers.base import load_mesher
 from craftmesh.tetrahedra.optimise_tets import optimise_tets
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
-from craftmesh.tetrahedra.poor_tets import poor_tets
+from craftmesh.tetrahedra.record import poor_tets
 from craftmesh.types import GrainTets
 
 NO_POINTS = np.zeros((0, 3))

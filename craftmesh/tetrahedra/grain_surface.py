@@ -1,4 +1,4 @@
-"""The facets of one grain, cut out of the surface of all grains."""
+"""The surface as grains are cut from it: repaired where facets intersect; and the facets of one grain."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,6 +9,7 @@ from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.repair import repair_surface
 from craftmesh.types import Surface
 
 
@@ -87,3 +88,34 @@ def _of_equal_values(values: np.ndarray) -> np.ndarray:
     among = np.zeros(len(values), bool)
     among[order[1:][equal]] = among[order[:-1][equal]] = True
     return np.flatnonzero(among)
+
+
+@dataclass(frozen=True)
+class Mended:
+    """A surface to cut grains from, and what was done to it.
+
+    report: that of `repair_surface`, faulty: the facets as they were, warning: all of it in one line; each
+    is None where nothing was at fault.
+    """
+
+    surface: Surface
+    report: dict | None = None
+    faulty: Surface | None = None
+    warning: str | None = None
+
+
+def mended(surface: Surface) -> Mended:
+    """Return the surface with points of facets that intersect or are degenerate moved."""
+    found, report = repair_surface(surface)
+    if not report["faults"]:
+        return Mended(surface)
+    rows = report["facets"]
+    faulty = Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
+    warning = (
+        f"{report['faults']} facets of the surface intersect or are degenerate, at grains "
+        f"{', '.join(map(str, report['grains'][:6]))}: {report['points_moved']} points were moved by up to "
+        f"{report['largest_move']:.3g}, {report['largest_move_edges']:.2g} edges there, "
+        f"{report['faults_left']} such facets are left, the largest change of a volume is "
+        f"{100 * report['volume_drift_worst']:.2g} %"
+    )
+    return Mended(found, report, faulty, warning)

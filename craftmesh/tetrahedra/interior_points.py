@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.sizing.lengths import Lengths
+from craftmesh.sizing.sizing import Lengths
 from craftmesh.surface.kernels.bins import Grid, cells_of, fill_bins, grid_over
 from craftmesh.surface.measure import area_vectors
 from craftmesh.tetrahedra.grain_surface import GrainSurface

@@ -12,7 +12,7 @@ import numpy as np
 
 from craftmesh.by_reference import by_reference
 from craftmesh.mesh.tet_connectivity import touching
-from craftmesh.sizing.lengths import Lengths
+from craftmesh.sizing.sizing import Lengths
 from craftmesh.tetrahedra.kernels.tet_cavity import (
     POINTS,
     TETS,

@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from craftmesh.mesh.kernels.shape_measures import shape_measures
-from craftmesh.mesh.poor import (
+from craftmesh.mesh.flat_tets import (
     FLAT_DIHEDRALS,
     FLAT_SHAPE_FACTOR,
     LARGEST_DIHEDRAL,
     LEAST_DIHEDRAL,
     LEAST_SHAPE_FACTOR,
 )
+from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.tet_connectivity import touching
 from craftmesh.tetrahedra.contraction_reach import keeps_surface
 from craftmesh.tetrahedra.contraction_rules import keeps_topology, may_merge

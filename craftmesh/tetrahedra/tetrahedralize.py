@@ -10,11 +10,10 @@ from craftmesh.errors import MeshingError
 from craftmesh.processes.job import Job, Limits
 from craftmesh.processes.worker import run_tasks
 from craftmesh.progress import silent
-from craftmesh.sizing.lengths import Lengths
-from craftmesh.tetrahedra.attempts import Attempt, MeshingTask, attempts
+from craftmesh.sizing.sizing import Lengths
 from craftmesh.tetrahedra.grain_meshing import Setting, mesh_grain
 from craftmesh.tetrahedra.grain_surface import GrainSurface, grain_surfaces
-from craftmesh.tetrahedra.ladder import Ladder
+from craftmesh.tetrahedra.ladder import Attempt, Ladder, MeshingTask, attempts
 from craftmesh.tetrahedra.meshers.base import BUILT_IN, load_mesher
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.types import GrainTets, Surface
@@ -62,3 +61,17 @@ def compile_kernels(setting: Setting) -> None:
     facets = np.array([[q[i] for i in half] for q in quads for half in ((0, 1, 2), (0, 2, 3))], np.int64)
     cube = GrainSurface(1, np.arange(8), corners, facets, np.zeros(12, bool), np.arange(12))
     mesh_grain(Setting(options, None), MeshingTask(cube, np.zeros((0, 3)), Attempt("pYq1.4AQ", True)))
+
+
+def grains_of_chunk(surface: Surface, part: int, parts: int) -> list[int]:
+    """Return the grain ids of one part; the parts hold all grains and about equally many facets."""
+    labels, facets = np.unique(surface.sides, return_counts=True)
+    facets, labels = facets[labels > 0], labels[labels > 0]
+    load = np.zeros(parts, np.int64)
+    mine = []
+    for index in np.argsort(-facets, kind="stable"):
+        lightest = int(np.argmin(load))
+        load[lightest] += facets[index]
+        if lightest == part - 1:
+            mine.append(int(labels[index]))
+    return sorted(mine)

@@ -1,18 +1,162 @@
 """Optimisation of the whole mesh: the surface slides, grains are optimised on it, and it slides again."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from craftmesh.mesh.kernels.shape_measures import shape_measures
-from craftmesh.sizing.lengths import Lengths
-from craftmesh.tetrahedra.inside_grains import changed_inside
-from craftmesh.tetrahedra.opening_stages import weighed_faults
-from craftmesh.tetrahedra.optimise_tets import resumed_tets
-from craftmesh.tetrahedra.surface_smoothing import Smoothed, smoothed_surface
-from craftmesh.tetrahedra.whole_mesh import Model
-from craftmesh.types import GrainTets, Surface
+from craftmesh.sizing.sizing import Lengths
+from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import area_vectors, mean_edges
+from craftmesh.surface.patches import ON_INTERFACE, ON_LINE, VertexClasses, vertex_classes
+from craftmesh.tetrahedra.grain_surface import lowest_equal_point
+from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, new_scratch
+from craftmesh.tetrahedra.kernels.tet_passes import aspect_pass
+from craftmesh.tetrahedra.kernels.tet_quality import POOR, WHOLE, Aim, all_aspect_ratios, all_qualities
+from craftmesh.tetrahedra.kernels.tet_surface_smoothing import FREE_FROM, add_edges, smooth_on_surface
+from craftmesh.tetrahedra.opening_model import weighed_faults
+from craftmesh.tetrahedra.optimise_tets import new_state, resumed_tets
+from craftmesh.tetrahedra.record import poor_by_grain
+from craftmesh.tetrahedra.whole_mesh import Model, changed_inside
+from craftmesh.types import CRACK, GrainTets, Surface
+
+# Of 350,000 to 550,000 tets a first round lowers the mean aspect ratio by .0132 to .0156 in .3 to .55 s, a
+# second by .0017 to .0020, a third by .0005. Without moves of interior points two come to .0125 to .0146.
+ROUNDS = 2
+# Of the mean edge at a point: how far it may go. With .15 the mean falls by a fifteenth less.
+REACH = 0.3
+# The part of its facets' area, looked at along their mean normal and squared, from which a point lies in an
+# all but flat piece: 15 degrees on either side of it. Where all points moved, the smallest grains of two
+# measured volumes had changed by 0.6 and 7 %.
+FLAT = 0.93
+# The cosine of the angle between a line's edges at a point and the way along it from which it is all but
+# straight there: 15 degrees, too.
+STRAIGHT = 0.966
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """Surface and tets of all grains, with points of the surface moved within it.
+
+    report: how many points, the largest move, the mean aspect ratio before and after; poor: the rows of
+    `poor_tets` of all grains that have such tets.
+    """
+
+    surface: Surface
+    grain_tets: Sequence[GrainTets]
+    report: dict
+    poor: dict[str, list[dict]] = field(default_factory=dict)
+
+
+def smoothed_surface(
+    surface: Surface, grain_tets: Sequence[GrainTets], rounds: int = ROUNDS, inside: bool = True
+) -> Smoothed:
+    """Return the surface and all grains' tets with a lower mean aspect ratio, and no tet at fault more.
+
+    Points inside a patch slide along it, on the tangent plane where they are, those on lines along these,
+    for all neighbours alike: those where lines end, of the crack, and where the surface is bent stay. Where
+    one moves, the worst of the tets round it gets no worse than FREE_FROM, or than it was. After
+    these the interior points joined to the surface move, if those `inside` are to.
+    """
+    # in one order, however the grains were meshed: the last bit of a mean depends on it
+    model = Model(surface, sorted(grain_tets, key=lambda one: one.grain))
+    points, tets = model.points, model.tets
+    nodes, ways = _sliding(surface)
+    edges = unique_edges(surface.facets.astype(np.int64))[0]
+    lengths = mean_edges(surface.points, edges)[nodes]
+    valence = np.bincount(tets.ravel(), minlength=len(points))[nodes]
+    state = new_state(points, tets, capacity=1.0)
+    count, work, ratio = int(state.counts[TETS]), new_scratch(), np.empty(len(tets))
+    all_qualities(state.points, state.tets, count, state.quality, WHOLE)
+    all_aspect_ratios(state.points, state.tets, count, ratio)
+    before = float(ratio.mean())
+    if inside:
+        _hold_all_but_neighbours(state, len(surface.points))
+    for _ in range(rounds):
+        smooth_on_surface(state, nodes, points[nodes], ways, lengths, REACH, valence, work)
+        if inside:
+            aspect_pass(state, Aim(WHOLE, FREE_FROM), work)
+    all_aspect_ratios(state.points, state.tets, count, ratio)
+    model = model.moved(state.points[: len(points)])
+    moves = np.linalg.norm(model.surface.points - surface.points, axis=1)
+    report = {
+        "surface_points_moved": int((moves > 0).sum()),
+        "largest_move": float(moves.max(initial=0.0)),
+        "aspect_ratio_mean": [before, float(ratio.mean())],
+    }
+    poor = np.unique(model.grain[state.quality[:count] < POOR])
+    return Smoothed(
+        model.surface, model.grain_tets, report, poor_by_grain(model.surface, model.grain_tets, poor)
+    )
+
+
+def _hold_all_but_neighbours(state: TetState, on_surface: int) -> None:
+    """Freeze all but interior points joined to the surface; their sizes are the mean edge at them.
+
+    Points of tets that are at fault, or nearly, stay: others round them might get worse.
+    """
+    count, points = int(state.counts[TETS]), int(state.counts[POINTS])
+    tets = state.tets[:count]
+    beside = tets[tets.min(axis=1) < on_surface]
+    free = np.zeros(points, bool)
+    free[beside] = True
+    free[:on_surface] = False
+    free[tets[state.quality[:count] < FREE_FROM]] = False
+    state.frozen[:points] = ~free
+    total, count_at = np.zeros(points), np.zeros(points)
+    add_edges(state.points, beside, total, count_at)
+    state.size[:points] = total / np.maximum(count_at, 1)
+
+
+def _sliding(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points (k,) that may slide, and two directions (k, 2, 3) for each.
+
+    These have unit length; the second is zero on a line. A point of the box's faces slides within its face,
+    exactly.
+    """
+    classes = vertex_classes(surface)
+    may = classes.rank <= ON_LINE
+    may[surface.facets[surface.kind == CRACK]] = False
+    lowest = lowest_equal_point(surface.points)
+    may &= np.bincount(lowest, minlength=len(lowest))[lowest] == 1
+    may &= np.bincount(surface.facets.ravel(), minlength=len(may)) > 0
+    in_patch, on_line = (np.flatnonzero(may & (classes.rank == rank)) for rank in (ON_INTERFACE, ON_LINE))
+    parts, ways = np.linalg.eigh(_normal_products(surface)[in_patch])
+    flat = parts[:, 2] > FLAT * parts.sum(axis=1)
+    straight, along = _line_directions(surface.points, classes, on_line)
+    nodes = np.concatenate([in_patch[flat], on_line[straight]])
+    ways = np.concatenate([np.swapaxes(ways[flat][:, :, :2], 1, 2), along[straight]])
+    ways[np.repeat(classes.fixed[nodes][:, None], 2, axis=1)] = 0.0
+    return nodes, np.ascontiguousarray(ways)
+
+
+def _line_directions(
+    points: np.ndarray, classes: VertexClasses, nodes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return at which points (k,) their lines are all but straight, and ways (k, 2, 3) along these."""
+    lines = classes.edges[classes.is_line]
+    tail, head = np.concatenate([lines, lines[:, ::-1]]).T
+    order = np.argsort(tail, kind="stable")
+    first = np.searchsorted(tail[order], nodes)
+    arms = points[head[order][first[:, None] + [0, 1]]] - points[nodes][:, None]
+    way = arms[:, 1] - arms[:, 0]
+    way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), np.finfo(float).tiny)
+    cosine = np.abs(np.einsum("ijk,ik->ij", arms, way)) / np.linalg.norm(arms, axis=2)
+    straight = (cosine > STRAIGHT).all(axis=1)
+    return straight, np.stack([way, np.zeros_like(way)], axis=1)
+
+
+def _normal_products(surface: Surface) -> np.ndarray:
+    """Return at each point (n, 3, 3) the products of its facets' unit normals, summed by area."""
+    vectors = area_vectors(surface.points, surface.facets)
+    size = np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)
+    products = vectors[:, :, None] * vectors[:, None, :] / size[:, None, None]
+    result = np.zeros((len(surface.points), 3, 3))
+    for k in range(3):
+        np.add.at(result, surface.facets[:, k], products)
+    return result
+
 
 # Of sliding, before grains are optimised. With two the mean of 1,950,000 tets ends .0003 lower; with moves
 # of points inside, too, .0003 higher.

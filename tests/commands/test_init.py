@@ -7,7 +7,7 @@ import yaml
 from craftmesh.campaign.campaign import read_campaign
 from craftmesh.cli import main
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.io.npz import write_labels
 from craftmesh.mechanics.crystals import METALS
 from craftmesh.types import Crystal, Voxels

@@ -11,7 +11,7 @@ from structured_box import structured_box
 from craftmesh.cli import main
 from craftmesh.cracks.meetings import oblique, traces
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.io.vtk import write_crack, write_surface
 
 

@@ -10,7 +10,7 @@ from structured_box import structured_box
 from craftmesh.cli import main
 from craftmesh.cracks.along_faces import along_faces, refuse_along_faces
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.insert import insert_crack

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from craftmesh.commands.crack import given_surface
 from craftmesh.cracks.check_crack import check_crack
 from craftmesh.cracks.options import CrackOptions, crack_files
-from craftmesh.cracks.series import crack_of_increment, refuse_shrunk
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import crack_of_increment, prescribed_crack, refuse_shrunk
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.sheet import sheet_of

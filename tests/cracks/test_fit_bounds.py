@@ -12,7 +12,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_labels
 from craftmesh.io.surface_files import write_triangles
 from craftmesh.io.vtk import write_crack
-from craftmesh.surface.extents import span_of, unit_hint
+from craftmesh.surface.measure import span_of, unit_hint
 from craftmesh.types import Crack, Voxels
 
 BOX = np.array([[0.0, 0, 0], [16, 16, 16]])

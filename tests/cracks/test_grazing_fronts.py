@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from craftmesh.cracks.grazing_fronts import TAKEN, ending_on_faces
 from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import sheets
 from craftmesh.cracks.triangulated import ON_PLANE, crack_from_triangles
 from craftmesh.cracks.within_box import area_within

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 import shapely
 
+from craftmesh.cracks.merged_sheets import OVERLAP, WIDTH, sheet_pair, with_neck
 from craftmesh.cracks.meshable import meshable
-from craftmesh.cracks.necks import OVERLAP, WIDTH, with_neck
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
-from craftmesh.cracks.sheet_pair import sheet_pair
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import sheets
 from craftmesh.surface.measure import total_area
 

@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from craftmesh.cracks.along_sheets import refuse_along_sheets
 from craftmesh.cracks.merged_sheets import merged_sheets
+from craftmesh.cracks.meshable import refuse_along_sheets
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.series import crack_area
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import crack_area, prescribed_crack
 from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.distances import distances_and_sides
+from craftmesh.surface.measure import distances_and_sides
 
 BOX = np.array([[0.0, 0.0, 0.0], [22.0, 20.0, 18.0]])
 L_MIN = 0.7

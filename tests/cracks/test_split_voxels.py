@@ -6,7 +6,7 @@ from models import voronoi
 
 from craftmesh.cracks.near_sheet import NearSheet, feet_in_triangles
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.split_voxels import BAND, split_along
 from craftmesh.cracks.triangulated import crack_from_triangles
 

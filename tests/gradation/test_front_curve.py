@@ -8,8 +8,8 @@ from unchanged import OPEN
 
 from craftmesh import Sizing, gradate
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
-from craftmesh.gradation.front_curve import front_segments
+from craftmesh.cracks.series import prescribed_crack
+from craftmesh.gradation.crack_reference import front_segments
 from craftmesh.gradation.kernels.codes import DISTANCE, DONE
 from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.insertion.insert import insert_crack

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from craftmesh import GradateOptions, Sizing, Surface, gradate
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.insertion.insert import insert_crack

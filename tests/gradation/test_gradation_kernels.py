@@ -12,7 +12,7 @@ from structured_box import structured_box
 from unchanged import OPEN
 
 from craftmesh.by_reference import by_reference
-from craftmesh.gradation.crack_triangles import crack_triangles
+from craftmesh.gradation.crack_reference import crack_triangles
 from craftmesh.gradation.kernels.codes import DONE, JUNCTION_TRIANGLE, REFUSALS
 from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.gradation.kernels.collapse_rules import closes_thin_end, link_refusal

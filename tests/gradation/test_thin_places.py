@@ -10,7 +10,7 @@ from structured_box import structured_box
 from unchanged import OPEN
 
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.gradation.gradate import CRACK_FACETS, SOUND_ANGLE, gradate
 from craftmesh.gradation.passes import Gradation, filled_grid, split_all

@@ -7,7 +7,7 @@ import pytest
 
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.polyline import polyline
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.correct import LEFT, SHARE, Step, corrected
 from craftmesh.growth.grow import grow

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.polyline import polyline
-from craftmesh.cracks.series import crack_area
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import crack_area, prescribed_crack
 from craftmesh.cracks.sheets import cracks_from_triangles, joined, sheets
 from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.errors import CraftmeshError

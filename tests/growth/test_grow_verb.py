@@ -7,7 +7,7 @@ import pytest
 
 from craftmesh.cli import main
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import read_front, write_front

@@ -7,7 +7,7 @@ from scipy.special import ellipe
 
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.polyline import polyline
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.growth.correct import Step, corrected
 from craftmesh.growth.grow import grow
 from craftmesh.growth.moves import FrontExtensions

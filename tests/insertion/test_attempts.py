@@ -7,16 +7,16 @@ import pytest
 from given_cracks import wavy_disc
 from structured_box import structured_box
 
-from craftmesh.cracks.area_off import AREA_OFF
 from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.cracks.within_box import AREA_OFF
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion import attempts
 from craftmesh.insertion.attempts import CHOICES, soundest
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.misfit import FACETS_OFF, FRONT_OFF, Given, Inserted
-from craftmesh.insertion.offsets import prepared
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import sheet_of
+from craftmesh.insertion.snap import prepared
 from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors

@@ -10,7 +10,7 @@ from structured_box import structured_box
 
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.polyline import polyline
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.growth.grow import grow
 from craftmesh.growth.moves import FrontExtensions

@@ -6,7 +6,7 @@ import trimesh
 
 from craftmesh import Surface, crack_from_triangles, insert_crack
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors

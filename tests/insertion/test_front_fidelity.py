@@ -7,7 +7,7 @@ from models import voronoi
 from plain_distances import from_edges
 
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import remesh

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from structured_box import structured_box
 
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.attempts import refuse_intersections

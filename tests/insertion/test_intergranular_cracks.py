@@ -19,9 +19,8 @@ from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.surface.check_surface import check_surface
-from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, distances_and_sides
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 from craftmesh.types import CRACK, Surface

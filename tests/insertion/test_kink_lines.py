@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from craftmesh.insertion.creases import Creases
-from craftmesh.insertion.kink_lines import CLEAR, lay_kinks
+from craftmesh.insertion.creases import CLEAR, Creases, lay_kinks
 from craftmesh.insertion.patch import loosen, refine, triangulate
 from craftmesh.surface.connectivity import facet_edges
 

@@ -5,7 +5,7 @@ import pytest
 from structured_box import structured_box
 
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.insertion.insert import insert_crack
 
 BOX = np.array([[0.0, 0, 0], [8, 8, 8]])

@@ -17,8 +17,8 @@ from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import densify
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import pieces
-from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges
+from craftmesh.surface.measure import distances_and_sides
 from craftmesh.types import CRACK
 
 SURFACE = remesh(voronoi(3, 10, (20, 20, 20)))[0]

@@ -6,8 +6,7 @@ from models import voronoi
 
 from craftmesh.cracks.check_crack import check_crack
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.series import GivenSurface, crack_of_increment
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import GivenSurface, crack_of_increment, prescribed_crack
 from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import remesh

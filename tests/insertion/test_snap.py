@@ -6,7 +6,7 @@ from given_cracks import wavy_disc
 from structured_box import structured_box
 
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.sheet import ON_CRACK, Sheet, sheet_of

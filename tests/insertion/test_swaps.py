@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from craftmesh.insertion.contract import CAP, without_caps
 from craftmesh.insertion.cut import uncut
-from craftmesh.insertion.swaps import CAP, without_caps
 from craftmesh.surface.measure import area_vectors, facet_angles
 from craftmesh.types import CRACK, Surface
 

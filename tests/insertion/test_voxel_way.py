@@ -9,7 +9,7 @@ from models import voronoi
 
 from craftmesh.cracks.check_crack import check_crack
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import joined
 from craftmesh.cracks.split_voxels import split_along
 from craftmesh.cracks.triangulated import crack_from_triangles
@@ -17,15 +17,19 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.contract import contracted
 from craftmesh.insertion.cut import uncut
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.insert_split import insert_by_voxels, insert_split
-from craftmesh.insertion.voxel_faults import NARROW, fault_of, narrowest_strip
+from craftmesh.insertion.insert_split import (
+    NARROW,
+    fault_of,
+    insert_by_voxels,
+    insert_split,
+    narrowest_strip,
+)
 from craftmesh.remeshing.remesh import remesh, voxel_volumes
 from craftmesh.remeshing.split import remesh_split
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import pieces
-from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges
-from craftmesh.surface.measure import area_vectors, side_volumes
+from craftmesh.surface.measure import area_vectors, distances_and_sides, side_volumes
 from craftmesh.surface.wedges import sharp_wedges
 from craftmesh.types import CRACK, Crack, Surface
 

@@ -13,8 +13,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
 from craftmesh.mesh.quality import quality
-from craftmesh.mesh.quarter_points import move_to_quarter_points
-from craftmesh.mesh.second_order import as_elements, raise_order
+from craftmesh.mesh.second_order import as_elements, move_to_quarter_points, raise_order
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, tet_volumes
 
 SPACING = (0.3, 0.7, 1 / 3)

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.image import imread
 
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.report.pictures import (
     along_front,
     as_webp,

@@ -10,7 +10,7 @@ from craftmesh.assembly.assemble import assemble
 from craftmesh.mechanics.load import Fixed, Load
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
-from craftmesh.mesh.lip_pairs import lip_pairs
+from craftmesh.mesh.lips import lip_pairs
 from craftmesh.mesh.mesh_sets import LIPS
 from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.problem import problem_of

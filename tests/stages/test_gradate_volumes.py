@@ -10,7 +10,7 @@ from gradation_guards import box_breaches, ears, topology_breaches
 
 from craftmesh import GradateOptions, Sizing, gradate
 from craftmesh.cracks.options import CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import densify

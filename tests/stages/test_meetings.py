@@ -23,8 +23,8 @@ from craftmesh.io.vtk import read_tets  # noqa: E402
 from craftmesh.mechanics.holding import rigid_motions  # noqa: E402
 from craftmesh.mechanics.model import elastic_model  # noqa: E402
 from craftmesh.mechanics.model_options import ModelOptions  # noqa: E402
-from craftmesh.mesh.bodies import bodies  # noqa: E402
 from craftmesh.mesh.check_tets import check_tets  # noqa: E402
+from craftmesh.mesh.tet_connectivity import bodies  # noqa: E402
 from craftmesh.sizing.sizing import SizingOptions  # noqa: E402
 from craftmesh.types import BOX_PLANES, Voxels  # noqa: E402
 

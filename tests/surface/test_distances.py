@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_distances import triangle_distances
 
-from craftmesh.surface.distances import distances_and_sides
+from craftmesh.surface.measure import distances_and_sides
 
 
 @settings(deadline=None, max_examples=40)

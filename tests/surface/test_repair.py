@@ -6,8 +6,8 @@ from structured_box import structured_box
 
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.patches import AT_JUNCTION, vertex_classes
 from craftmesh.surface.repair import faulty_facets, repair_surface
-from craftmesh.surface.vertex_classes import AT_JUNCTION, vertex_classes
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 from craftmesh.types import CRACK, Surface

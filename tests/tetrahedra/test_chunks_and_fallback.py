@@ -5,9 +5,9 @@ import pytest
 from structured_box import structured_box
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.tetrahedra.chunks import grains_of_chunk
 from craftmesh.tetrahedra.fallback import Completion, completed
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
+from craftmesh.tetrahedra.tetrahedralize import grains_of_chunk
 
 
 def row_of_grains(count):

@@ -10,12 +10,11 @@ from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.flat_tets import flat_tets
 from craftmesh.mesh.tet_connectivity import tet_volumes
-from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges, median_front_edge
-from craftmesh.tetrahedra import opening_model, opening_ways
+from craftmesh.surface.measure import distances_and_sides
+from craftmesh.tetrahedra import flat_places, opening_model
 from craftmesh.tetrahedra.flat_places import given_way
-from craftmesh.tetrahedra.opening_model import Opening, begun
-from craftmesh.tetrahedra.opening_stages import AT_NARROW, STAGES, is_at_fault, is_narrow
+from craftmesh.tetrahedra.opening_model import AT_NARROW, STAGES, Opening, begun, is_at_fault, is_narrow
 from craftmesh.tetrahedra.surface_freedom import CRACK_REACH, freedom
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
@@ -132,7 +131,7 @@ def test_small_moves_open_narrow_tets():
     for at, step in ((PUSHED, 0.36), (PUSHED + [0, 1, 0], -0.36)):
         points[(points == at).all(axis=1), 1] += step
     before = begun(replace(surface, points=points), tets)
-    after = opening_ways.with_moves(before, AT_NARROW)
+    after = flat_places.with_moves(before, AT_NARROW)
     assert before.count(is_narrow) > 0 == after.count(is_narrow)
     assert after.count(is_at_fault) <= before.count(is_at_fault)
     moves = np.linalg.norm(after.model.points[: len(points)] - points, axis=1)
@@ -164,9 +163,7 @@ def test_nodes_of_a_volume_that_is_held_stay():
 
 def test_no_move_changes_a_volume_by_more_than_its_stage_allows():
     now = begun(*pushed_box(push=np.array([0.65, 0.0, 0.0])))
-    free, bound = (
-        opening_ways.with_moves(now, replace(STAGES[2], drift=drift)) for drift in (np.inf, 1e-3)
-    )
+    free, bound = (flat_places.with_moves(now, replace(STAGES[2], drift=drift)) for drift in (np.inf, 1e-3))
     drifts = [max(map(abs, after.drifts.values())) for after in (free, bound)]
     assert drifts[0] > 1e-3 >= drifts[1]
 
@@ -186,9 +183,9 @@ def test_what_makes_it_worse_is_not_done(monkeypatch):
         return points, np.array([1, 2])
 
     monkeypatch.setattr(opening_model, "_moved_points", spoilt)
-    for module in (opening_model, opening_ways):
+    for module in (opening_model, flat_places):
         monkeypatch.setattr(module, "repaired", lambda model, grains, measure: model)
-    monkeypatch.setattr(opening_ways, "CONTRACTIONS", 0)
+    monkeypatch.setattr(flat_places, "CONTRACTIONS", 0)
     surface, tets = pushed_box()
     opened = given_way(surface, tets)
     assert (opened.surface.points == surface.points).all() and opened.warning is None

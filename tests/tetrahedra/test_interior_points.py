@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import Delaunay, cKDTree
 from structured_box import hexagon, plane_crack, structured_box
 
-from craftmesh.sizing.surface_sizing import LocalSizing
+from craftmesh.sizing.length_field import LocalSizing
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.interior_points import (

@@ -6,8 +6,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from test_optimise_tets import assert_is_mesh, boundary, random_ball, random_tet, try_all
 
+from craftmesh.mesh.flat_tets import is_flat, is_poor
 from craftmesh.mesh.kernels.shape_measures import shape_measures
-from craftmesh.mesh.poor import is_flat, is_poor
 from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
 from craftmesh.tetrahedra.kernels.tet_faults import (
@@ -32,7 +32,7 @@ from craftmesh.tetrahedra.kernels.tet_lightening import (
 from craftmesh.tetrahedra.kernels.tet_passes import lighten_pass
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, Aim, all_qualities, quality_of
 from craftmesh.tetrahedra.kernels.tet_sum_swaps import SumAim, remove_edge_for_sum
-from craftmesh.tetrahedra.opening_stages import is_stretched
+from craftmesh.tetrahedra.opening_model import is_stretched
 from craftmesh.tetrahedra.optimise_tets import _result, new_state
 
 

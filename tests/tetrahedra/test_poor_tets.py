@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from craftmesh.tetrahedra.grain_surface import GrainSurface
-from craftmesh.tetrahedra.poor_tets import poor_tets
+from craftmesh.tetrahedra.record import poor_tets
 
 OUTWARD = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 

@@ -11,7 +11,7 @@ from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors, side_volumes
 from craftmesh.tetrahedra.kernels.tet_faults import FALL, fault_weight
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, quality_of
-from craftmesh.tetrahedra.opening_stages import is_at_fault
+from craftmesh.tetrahedra.opening_model import is_at_fault
 from craftmesh.tetrahedra.surface_partings import with_edges_parted, worthwhile
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface

@@ -9,19 +9,19 @@ from structured_box import plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.commands.assemble import complete_mesh
 from craftmesh.mesh.check_tets import check_tets
+from craftmesh.mesh.flat_tets import is_flat, is_poor
 from craftmesh.mesh.kernels.shape_measures import shape_measures
-from craftmesh.mesh.poor import is_flat, is_poor
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import mean_edges, side_volumes
-from craftmesh.surface.vertex_classes import AT_JUNCTION, ON_INTERFACE, ON_LINE, vertex_classes
+from craftmesh.surface.patches import AT_JUNCTION, ON_INTERFACE, ON_LINE, vertex_classes
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
 from craftmesh.tetrahedra.kernels.tet_surface_smoothing import FREE_FROM
-from craftmesh.tetrahedra.opening_stages import is_narrow, is_stretched
+from craftmesh.tetrahedra.opening_model import is_narrow, is_stretched
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
-from craftmesh.tetrahedra.surface_smoothing import REACH, smoothed_surface
 from craftmesh.tetrahedra.whole_mesh import Model
+from craftmesh.tetrahedra.whole_optimisation import REACH, smoothed_surface
 from craftmesh.types import CRACK
 
 CELLS = 5

@@ -11,9 +11,8 @@ from craftmesh.mesh.tet_connectivity import group_triples, half_face_corners, ha
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.whole.crack_faces import crack_half_faces, recovery_of_crack
-from craftmesh.tetrahedra.whole.labels import labels_at
 from craftmesh.tetrahedra.whole.new_surface import move_onto_planes
-from craftmesh.tetrahedra.whole.whole_model import mesh_whole_model
+from craftmesh.tetrahedra.whole.whole_model import labels_at, mesh_whole_model
 from craftmesh.types import CRACK, Surface
 
 OPTIONS = TetrahedralizeOptions(envelope=0.1)

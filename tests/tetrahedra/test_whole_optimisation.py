@@ -9,11 +9,9 @@ from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.surface.measure import side_volumes
 from craftmesh.tetrahedra import whole_optimisation
-from craftmesh.tetrahedra.inside_grains import changed_inside
-from craftmesh.tetrahedra.opening_stages import weighed_faults
-from craftmesh.tetrahedra.surface_smoothing import smoothed_surface
-from craftmesh.tetrahedra.whole_mesh import Model
-from craftmesh.tetrahedra.whole_optimisation import FIRST_ROUNDS, optimised_whole
+from craftmesh.tetrahedra.opening_model import weighed_faults
+from craftmesh.tetrahedra.whole_mesh import Model, changed_inside
+from craftmesh.tetrahedra.whole_optimisation import FIRST_ROUNDS, optimised_whole, smoothed_surface
 from craftmesh.types import CRACK
 
 

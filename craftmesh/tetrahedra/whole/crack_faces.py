@@ -4,10 +4,9 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.tet_connectivity import half_face_corners, tet_volumes
-from craftmesh.surface.distances import distances_and_sides
 from craftmesh.surface.front import front_edges, front_of
 from craftmesh.surface.kernels.distances import nearest_on_edges
-from craftmesh.surface.measure import area_vectors, total_area
+from craftmesh.surface.measure import area_vectors, distances_and_sides, total_area
 from craftmesh.types import CRACK, Surface
 
 # Shares by which the area and the front's length may differ from the input's.
