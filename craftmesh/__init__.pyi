@@ -3,7 +3,7 @@
 from craftmesh.assembly.assemble import assemble as assemble
 from craftmesh.assembly.open_crack import open_crack as open_crack
 from craftmesh.cracks.options import CrackOptions as CrackOptions
-from craftmesh.cracks.shapes import prescribed_crack as prescribed_crack
+from craftmesh.cracks.series import prescribed_crack as prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles as crack_from_triangles
 from craftmesh.deck.write_deck import DeckOptions as DeckOptions
 from craftmesh.deck.write_deck import write_deck as write_deck

@@ -43,7 +43,7 @@ _EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
 def flat_tets(mesh: TetMesh, measures: np.ndarray | None = None) -> dict:
-    """Return what quality.json says of flat elements (`mesh/poor`): `count`, `forced` and `places`.
+    """Return what quality.json says of flat elements: `count`, `forced` and `places`.
 
     Each place has the grain, the centre, the smallest and largest dihedral angle in degrees, the shape
     factor and the sharpest wedge of the grain, in degrees, at an edge of the element (None without one on
