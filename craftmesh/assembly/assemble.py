@@ -176,7 +176,10 @@ def _face_sets(
     chosen = {name: free[kind == plane] for plane, name in enumerate(BOX_PLANES, 1)}
     all_lips = np.concatenate([lips, free[on_crack]])
     ahead = same_turn(half_face_corners(tets, all_lips), surface.facets[facet[all_lips]])
-    number = _crack_numbers(surface, crack)[facet[all_lips]]
+    rows = np.flatnonzero(surface.kind == CRACK)
+    of_facet = np.full(len(surface.facets), -1)
+    of_facet[rows] = crack_numbers(surface.points, surface.facets[rows], crack)
+    number = of_facet[facet[all_lips]]
     chosen |= crack_sets(
         [
             (all_lips[own & ahead], all_lips[own & ~ahead])
@@ -189,14 +192,6 @@ def _face_sets(
     chosen["EXTERIOR"] = free[rest & (sides == 0)]
     ordered = {name: np.sort(rows) for name, rows in chosen.items() if len(rows)}
     return {name: np.stack([rows // 4, rows % 4], axis=1) for name, rows in ordered.items()}
-
-
-def _crack_numbers(surface: Surface, crack: Crack | None) -> np.ndarray:
-    """Return the number (m,) of the crack that each facet belongs to, -1 for none."""
-    rows = np.flatnonzero(surface.kind == CRACK)
-    number = np.full(len(surface.facets), -1)
-    number[rows] = crack_numbers(surface.points, surface.facets[rows], crack)
-    return number
 
 
 def _length(points: np.ndarray, closed: bool) -> float:

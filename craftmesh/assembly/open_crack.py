@@ -88,7 +88,9 @@ def _opened(mesh: TetMesh, facets: np.ndarray | str) -> tuple[TetMesh, np.ndarra
     opened = opened_along(mesh.points, mesh.tets, facets)
     points = mesh.points[opened.parent]
     face_sets = {name: faces for name, faces in sets.items() if not is_lip(name)}
-    face_sets |= crack_sets([*_known_lips(sets), *_lips(opened)])
+    own = [opened.crack == k for k in np.unique(opened.crack)]
+    lips = [(_faces(opened.ahead[one]), _faces(opened.behind[one])) for one in own]
+    face_sets |= crack_sets([*_known_lips(sets), *lips])
     bare = TetMesh(points, opened.tets, mesh.grain, {}, _lips_and_rest(face_sets, opened.free))
     fronts = mesh_fronts(bare)
     node_sets = _with_copies(mesh.node_sets, opened.parent, len(mesh.points))
@@ -114,12 +116,6 @@ def _known_lips(face_sets: Mapping[str, np.ndarray]) -> list[tuple[np.ndarray, n
             f"the mesh has {alone[0]} without its lip B; give both lips of a crack, or none"
         )
     return [(face_sets[name], face_sets[f"{name[:-1]}B"]) for name in names]
-
-
-def _lips(opened: Opened) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the lips A and B of the cracks that were opened, as rows (tet, face)."""
-    numbers = [opened.crack == k for k in np.unique(opened.crack)]
-    return [(_faces(opened.ahead[own]), _faces(opened.behind[own])) for own in numbers]
 
 
 def _faces(rows: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from craftmesh.commands.stage_io import add_file, existing, read_json, warn, write_json
+from craftmesh.commands.stage_io import add_file, existing, of_suffix, read_json, warn, write_json
 from craftmesh.errors import CraftmeshError
 
 
@@ -19,14 +19,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    file = existing(arguments.file)
-    if file.suffix not in CHECKS:
-        raise CraftmeshError(
-            f"{file}: suffix {file.suffix!r} is not a stage file's; expected {', '.join(CHECKS)}"
-        )
+    file, check = arguments.file, of_suffix(arguments.file, CHECKS)
     if arguments.quality and file.suffix != ".vtu":
         raise CraftmeshError(f"--quality measures a mesh .vtu; {file} is none")
-    breaches = CHECKS[file.suffix](file, arguments)
+    breaches = check(file, arguments)
     for breach in breaches:
         print(breach)
     return 1 if breaches else 0

@@ -66,7 +66,10 @@ def run(arguments: argparse.Namespace) -> None:
     with atomic_paths([config, sheet]) as temporaries:
         for temporary, content in zip(temporaries, (text, sheet_text(name, source.name))):
             temporary.write_text(content, "utf-8")
-        _check(source, *temporaries)
+        try:
+            read_campaign(read_config(temporaries[0]) | {"cases": str(temporaries[1])})
+        except CraftmeshError as error:
+            raise CraftmeshError(f"{source}: its campaign would be refused, {error}") from None
     shape = " x ".join(map(str, voxels.labels.shape))
     across = f"{first.across:.4g} across in the file's unit of length"
     print(f"{source}: {shape} voxels, grains: {first.grains}, the median one {across}")
@@ -79,14 +82,6 @@ def run(arguments: argparse.Namespace) -> None:
     quoted = shlex.quote(str(config))
     print(f"  craftmesh plan {quoted}")
     print(f"  snakemake -s $(craftmesh snakefile) --cores all --configfile {quoted}")
-
-
-def _check(source: Path, config: Path, sheet: Path) -> None:
-    """Raise CraftmeshError unless the campaign of a configuration and its sheet is accepted."""
-    try:
-        read_campaign(read_config(config) | {"cases": str(sheet)})
-    except CraftmeshError as error:
-        raise CraftmeshError(f"{source}: its campaign would be refused, {error}") from None
 
 
 def _read(source: Path, options: ReadOptions) -> RawVolume:

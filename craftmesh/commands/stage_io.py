@@ -4,7 +4,7 @@ import argparse
 import json
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -90,6 +90,15 @@ def existing(path: Path) -> Path:
     if not path.exists():
         raise CraftmeshError(f"{path}: no such file; check the path")
     return path
+
+
+def of_suffix(path: Path, table: Mapping[str, Any]) -> Any:
+    """Return what a table has for the suffix of a stage file; raises CraftmeshError for others."""
+    if existing(path).suffix not in table:
+        raise CraftmeshError(
+            f"{path}: suffix {path.suffix!r} is not a stage file's; expected {', '.join(table)}"
+        )
+    return table[path.suffix]
 
 
 def _finite(value: Any) -> Any:

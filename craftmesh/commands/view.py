@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from craftmesh.atomic import atomic_path
-from craftmesh.commands.stage_io import existing
+from craftmesh.commands.stage_io import of_suffix
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.mesh_sets import is_lip
 
@@ -23,13 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    file = existing(arguments.file)
-    if file.suffix not in VIEWS:
-        raise CraftmeshError(
-            f"{file}: suffix {file.suffix!r} is not a stage file's; expected {', '.join(VIEWS)}"
-        )
+    file, view = arguments.file, of_suffix(arguments.file, VIEWS)
     output = arguments.output or file.with_name(f"{file.name}.png")
-    picture = VIEWS[file.suffix](file)
+    picture = view(file)
     with atomic_path(output) as temporary:
         temporary.write_bytes(picture)
     print(f"wrote {output}")
@@ -91,7 +87,9 @@ def view_mesh(file: Path) -> bytes:
         from craftmesh.report.pictures import as_png, deformed_body
 
         points, tets = grid.points, grid.elements(file)[:, :4]
-        free = free_half_faces(_one_point_a_place(points)[tets])
+        # a solution has a point for each grain at a place: the first stands for all
+        _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)
+        free = free_half_faces(first[inverse.ravel()][tets])
         moved = grid.at_points["displacement"]
         return as_png(deformed_body(points, half_face_corners(tets, free), moved))
     from craftmesh.report.views import tets_picture
@@ -131,12 +129,6 @@ def view_front(file: Path) -> bytes:
     from craftmesh.report.views import fronts_picture
 
     return fronts_picture(read_fronts(file))
-
-
-def _one_point_a_place(points: np.ndarray) -> np.ndarray:
-    """Return for each point the first at the same place: a solution has one for each grain there."""
-    _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)
-    return first[inverse.ravel()]
 
 
 VIEWS = {

@@ -36,16 +36,13 @@ def radii(
     """
     points = fronts[number]
     s, total = arc_lengths(points, closed)
-    room = np.minimum(_to_others(fronts, number), _to_itself(points, s, total, closed)) - sizes
+    others = [own for k, own in enumerate(fronts) if k != number]
+    room = _to_itself(points, s, total, closed)
+    if others:
+        room = np.minimum(KDTree(np.concatenate(others)).query(points)[0], room)
+    room = room - sizes
     room = np.minimum(room, OF_CURVATURE * curve.bend_radius(s))
     return np.clip(room, LEAST_RADIUS * sizes, radius * sizes)
-
-
-def _to_others(fronts: list[np.ndarray], number: int) -> np.ndarray:
-    others = [points for k, points in enumerate(fronts) if k != number]
-    if not others:
-        return np.full(len(fronts[number]), np.inf)
-    return KDTree(np.concatenate(others)).query(fronts[number])[0]
 
 
 def _to_itself(points: np.ndarray, s: np.ndarray, total: float, closed: bool) -> np.ndarray:

@@ -59,13 +59,9 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: Smoothi
 
 def _nearest_sheet(parts: list[Crack], places: np.ndarray) -> np.ndarray:
     """Return on whose fronts each of the places (n, 3) lies: the number (n,) of the part."""
-    distance = [
-        np.min([feet(polyline(part.points[front]), places)[1] for front in part.fronts], axis=0)
-        if part.fronts
-        else np.full(len(places), np.inf)
-        for part in parts
-    ]
-    return np.argmin(distance, axis=0)
+    lines = [polyline(part.points[front]) for part in parts for front in part.fronts]
+    owner = np.repeat(np.arange(len(parts)), [len(part.fronts) for part in parts])
+    return owner[nearest_feet(lines, places)[0]]
 
 
 def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
@@ -146,16 +142,20 @@ def _rows_by_front(crack: Crack, places: np.ndarray) -> list[tuple[np.ndarray, n
             f"row {worst + 1} of the front lies {off[worst]:.4g} off the crack's fronts; expected under "
             f"{spacing:.4g}: give the crack that this front was meshed from"
         )
-    result = []
-    for number in range(len(lines)):
-        row = np.flatnonzero(nearest == number)
+    result = in_order(nearest, arc, len(lines))
+    for number, (row, _) in enumerate(result, 1):
         if not len(row):
             raise CraftmeshError(
-                f"front {number + 1} of the crack has no row of stress intensities; expected some on each"
+                f"front {number} of the crack has no row of stress intensities; expected some on each"
             )
-        row = row[np.argsort(arc[row], kind="stable")]
-        result.append((row, arc[row]))
     return result
+
+
+def in_order(nearest: np.ndarray, arc: np.ndarray, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the rows (k,) nearest to each of `count` fronts, in order of their arc lengths, and these."""
+    rows = [np.flatnonzero(nearest == number) for number in range(count)]
+    rows = [row[np.argsort(arc[row], kind="stable")] for row in rows]
+    return [(row, arc[row]) for row in rows]
 
 
 def nearest_feet(lines: list[Polyline], places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

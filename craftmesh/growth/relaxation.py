@@ -14,7 +14,7 @@ import numpy as np
 from scipy.fft import dct, idct, irfft, rfft
 
 from craftmesh.cracks.polyline import Polyline
-from craftmesh.growth.grow import nearest_feet
+from craftmesh.growth.grow import in_order, nearest_feet
 
 # Places to a row, straight between which a front's values are taken: they lose under 0.1 % of a wave of
 # ten rows.
@@ -41,12 +41,10 @@ def rows_along(lines: Sequence[Polyline], points: np.ndarray, binormal: np.ndarr
     """Return the rows of each front from the places and binormals (n, 3) of all of them."""
     nearest, arc, _ = nearest_feet(list(lines), points)
     found = []
-    for number, line in enumerate(lines):
-        row = np.flatnonzero(nearest == number)
-        row = row[np.argsort(arc[row], kind="stable")]
+    for line, (row, s) in zip(lines, in_order(nearest, arc, len(lines))):
         if len(row) < LEAST_ROWS:
             continue
-        s = arc[row] - (0.0 if line.closed else arc[row[0]])
+        s = s - (0.0 if line.closed else s[0])
         length = line.length if line.closed else float(s[-1])
         ring = np.append(row, row[0]) if line.closed else row
         along = np.diff(points[ring], axis=0)

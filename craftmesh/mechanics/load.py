@@ -168,7 +168,12 @@ def load_on(
     """
     _check_planes(mesh, rows)
     held = [Fixed(mesh.node_sets[row.plane], row.axis, name=row.plane) for row in rows if row.kind == FIXED]
-    moved = [_moved(mesh, row) for row in rows if row.kind == STRAIN]
+    spans = np.ptp(mesh.box, axis=0)
+    moved = [
+        Fixed(mesh.node_sets[row.plane], row.axis, float(row.along * spans[row.across]), row.plane)
+        for row in rows
+        if row.kind == STRAIN
+    ]
     _check_edges([*held, *moved])
     held += holds
     pulled = (*(_pulled(mesh, row) for row in rows if row.kind == STRESS), *lips)
@@ -203,11 +208,6 @@ def _check_edges(parts: Sequence[Fixed]) -> None:
                     f"{one.name} by {one.displacement:g}, and they meet in an edge; prescribe one, and a "
                     "stress on the other"
                 )
-
-
-def _moved(mesh: TetMesh, row: FaceRow) -> Fixed:
-    length = np.ptp(mesh.box[:, row.across])
-    return Fixed(mesh.node_sets[row.plane], row.axis, float(row.along * length), row.plane)
 
 
 def _pulled(mesh: TetMesh, row: FaceRow) -> Traction:
