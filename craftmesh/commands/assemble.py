@@ -7,25 +7,21 @@ tetrahedralize.
 
 import argparse
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from craftmesh.assembly.assemble import assemble, refuse_other_surface
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import (
-    NAMED,
-    add_crack,
-    add_front,
-    add_front_csv,
-    add_sizing,
+    add_mesh_flags,
     given_crack,
-    is_sized,
     refuse_two_sizings,
-    sizing_from,
-    write_front_csv,
+    sizing_if_given,
+    write_mesh,
 )
-from craftmesh.commands.stage_io import add_output, add_report, tell, warn
+from craftmesh.commands.stage_io import add_output, warn
 from craftmesh.io.stage_npz import read_grain_tets, read_record
-from craftmesh.io.vtk import read_surface, write_tets
+from craftmesh.io.vtk import read_surface
 from craftmesh.mesh.flat_tets import flat_sentence, flat_tets
 from craftmesh.mesh.tet_connectivity import severed_sentence
 from craftmesh.progress import ProgressLine
@@ -77,11 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("surface", type=Path, help="the gradated surface .vtp that was tetrahedralized")
     parser.add_argument("chunks", type=Path, nargs="+", metavar="CHUNK", help="chunks of grains .npz")
     add_output(parser, "mesh .vtu with the crack opened")
-    add_front_csv(parser)
-    add_report(parser)
-    add_front(parser)
-    add_crack(parser, NAMED)
-    add_sizing(parser)
+    add_mesh_flags(parser)
     add_options(parser, TetrahedralizeOptions)
 
 
@@ -92,18 +84,6 @@ def run(arguments: argparse.Namespace) -> None:
     record = merged([read_record(chunk) for chunk in arguments.chunks])
     if record.get("repair"):
         surface, _ = repair_surface(surface)
-
-    def sizing() -> Lengths | None:
-        return sizing_from(arguments, surface, arguments.front) if is_sized(arguments) else None
-
-    mesh, report = complete_mesh(
-        surface,
-        grain_tets,
-        record,
-        sizing,
-        options_from(arguments, TetrahedralizeOptions),
-        given_crack(arguments),
-    )
-    write_front_csv(arguments, mesh)
-    write_tets(arguments.output, mesh)
-    tell(report, arguments.report)
+    options, crack = options_from(arguments, TetrahedralizeOptions), given_crack(arguments)
+    sizing = partial(sizing_if_given, arguments, surface)
+    write_mesh(arguments, *complete_mesh(surface, grain_tets, record, sizing, options, crack))

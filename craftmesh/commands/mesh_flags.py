@@ -7,19 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_file, existing
+from craftmesh.commands.stage_io import add_file, add_report, existing, tell
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.front_csv import read_front_points
+from craftmesh.io.front_csv import read_front_points, write_front
 from craftmesh.io.point_files import SourcePoints, read_length_field, read_source_points
 from craftmesh.io.stage_npz import read_sizing
-from craftmesh.io.vtk import read_crack
+from craftmesh.io.vtk import read_crack, write_tets
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around, touches_box
 from craftmesh.sizing.stored import sizing_of
 from craftmesh.types import Crack, Surface, TetMesh
-
-NAMED = "that was inserted: what is one crack there has plain sets, in however many pieces"
 
 
 def add_crack(parser: argparse.ArgumentParser, what: str) -> None:
@@ -33,20 +31,24 @@ def given_crack(arguments: argparse.Namespace) -> Crack | None:
     return read_crack(file) if file is not None and (arguments.crack or file.suffix == ".vtp") else None
 
 
-def add_front_csv(parser: argparse.ArgumentParser) -> None:
-    """Add --front-csv."""
+def add_mesh_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of the verbs that end in the mesh, which `write_mesh` and `sizing_if_given` read."""
     add_file(parser, "--front-csv", "ordered front nodes with their frames")
+    add_report(parser)
+    add_front(parser)
+    add_crack(parser, "that was inserted: what is one crack there has plain sets, in however many pieces")
+    add_sizing(parser)
 
 
-def write_front_csv(arguments: argparse.Namespace, mesh: TetMesh) -> None:
-    """Write the fronts of the second-order mesh to the file of --front-csv, where it is given."""
-    if arguments.front_csv is None:
-        return
-    from craftmesh.io.front_csv import write_front
-    from craftmesh.mesh.front_frames import front_frames
-    from craftmesh.mesh.second_order import raise_order
+def write_mesh(arguments: argparse.Namespace, mesh: TetMesh, report: dict) -> None:
+    """Write the mesh, its report and, where --front-csv names a file, the fronts in second order."""
+    if arguments.front_csv is not None:
+        from craftmesh.mesh.front_frames import front_frames
+        from craftmesh.mesh.second_order import raise_order
 
-    write_front(arguments.front_csv, front_frames(raise_order(mesh)).columns())
+        write_front(arguments.front_csv, front_frames(raise_order(mesh)).columns())
+    write_tets(arguments.output, mesh)
+    tell(report, arguments.report)
 
 
 def add_front(parser: argparse.ArgumentParser) -> None:
@@ -70,10 +72,12 @@ def refuse_two_sizings(arguments: argparse.Namespace) -> None:
         existing(arguments.sizing)
 
 
-def is_sized(arguments: argparse.Namespace) -> bool:
-    """Return whether a sizing, a front, the voids or any number of the sizing function was given."""
-    has_front = getattr(arguments, "front", None) is not None
-    return bool(arguments.sizing or has_front or options_from(arguments, SizingOptions) != SizingOptions())
+def sizing_if_given(arguments: argparse.Namespace, surface: Surface) -> Sizing | None:
+    """Return the sizing function where a file of it, a front, the voids or any number of it was given."""
+    is_given = arguments.sizing or arguments.front is not None
+    if is_given or options_from(arguments, SizingOptions) != SizingOptions():
+        return sizing_from(arguments, surface, arguments.front)
+    return None
 
 
 def sizing_from(arguments: argparse.Namespace, surface: Surface, front: Path | None) -> Sizing:

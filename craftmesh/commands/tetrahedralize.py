@@ -9,21 +9,16 @@ from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import (
-    NAMED,
-    add_crack,
-    add_front,
-    add_front_csv,
-    add_sizing,
+    add_mesh_flags,
     given_crack,
-    is_sized,
     refuse_two_sizings,
-    sizing_from,
-    write_front_csv,
+    sizing_if_given,
+    write_mesh,
 )
-from craftmesh.commands.stage_io import add_file, add_output, add_report, read_json, tell, warn
+from craftmesh.commands.stage_io import add_file, add_output, read_json, tell, warn
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.io.stage_npz import write_grain_tets
-from craftmesh.io.vtk import read_surface, write_failed_grain, write_surface, write_tets
+from craftmesh.io.vtk import read_surface, write_failed_grain, write_surface
 from craftmesh.progress import ProgressLine
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.tetrahedra.diagnose import GrainFailure
@@ -44,11 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--chunk", type=chunk, metavar="K/N", help="only the K-th of N parts of the grains, K = 1..N"
     )
-    add_front_csv(parser)
-    add_report(parser)
-    add_front(parser)
-    add_crack(parser, NAMED)
-    add_sizing(parser)
+    add_mesh_flags(parser)
     add_options(parser, TetrahedralizeOptions)
 
 
@@ -61,7 +52,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise CraftmeshError("--front-csv needs all grains, not a --chunk; give it to craftmesh assemble")
     options = options_from(arguments, TetrahedralizeOptions)
     surface, repair = repaired(surface, arguments.output) if options.repair else (surface, None)
-    sizing = sizing_from(arguments, surface, arguments.front) if is_sized(arguments) else None
+    sizing = sizing_if_given(arguments, surface)
     grains = surface.grains.tolist()
     if arguments.chunk is not None:
         grains = grains_of_chunk(surface, *arguments.chunk)
@@ -81,9 +72,7 @@ def run(arguments: argparse.Namespace) -> None:
     mesh, opened = complete_mesh(
         surface, grain_tets, record, lambda: sizing, options, given_crack(arguments)
     )
-    write_front_csv(arguments, mesh)
-    write_tets(arguments.output, mesh)
-    tell(report | opened, arguments.report)
+    write_mesh(arguments, mesh, report | opened)
 
 
 def repaired(surface: Surface, output: Path) -> tuple[Surface, dict | None]:
