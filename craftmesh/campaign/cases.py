@@ -13,6 +13,9 @@ from craftmesh.errors import CraftmeshError, listed
 RESERVED = ("logs", "benchmarks", "report.html")
 LONGEST = 255  # bytes of a folder's name on common file systems
 _NAME = re.compile(r"\w[\w.-]*")
+SYNTHETIC = "synthetic"
+NO_CRACK = "none"
+PRESCRIBED, GROW, UNTIL = "prescribed", "grow", "until"
 
 
 def as_case_name(text: str) -> str:
@@ -39,11 +42,6 @@ def check_capitals(names: Iterable[str], place: str) -> None:
         other = known.setdefault(name.casefold(), name)
         if other != name:
             raise CraftmeshError(f"{place}: cases {other!r} and {name!r} differ in capitals alone; rename")
-
-
-SYNTHETIC = "synthetic"
-NO_CRACK = "none"
-PRESCRIBED, GROW, UNTIL = "prescribed", "grow", "until"
 
 
 @dataclass(frozen=True)

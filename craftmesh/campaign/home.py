@@ -17,6 +17,8 @@ NO_CONFIG = str(Path(__file__).with_name("no-config.yaml"))
 DEFAULT = Path("config", "config.yaml")
 # keys that say where and how a campaign runs; the others say which campaign it is
 RUN_KEYS = frozenset({"results", "data", "chunks", "exports", "node"})
+_ERROR = "craftmesh: error: "
+_MAIN = "from craftmesh.campaign.home import main; main()"
 
 
 def home() -> Path:
@@ -72,10 +74,6 @@ def read_config(path: Path) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise CraftmeshError(f"{path}: found {type(found).__name__}; expected keys with values")
     return found
-
-
-_ERROR = "craftmesh: error: "
-_MAIN = "from craftmesh.campaign.home import main; main()"
 
 
 class Job(NamedTuple):

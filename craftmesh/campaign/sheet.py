@@ -17,6 +17,8 @@ from craftmesh.io.text_table import read_rows
 # shows all
 WHOLE_CAMPAIGN = {"inp.includes", "node.cpus", "node.mem_mb", "report.quantity", "report.tolerance"}
 LONGEST_VALUE = 24  # letters that a value may add to a case's name; longer ones are counted
+COLUMNS = ("case", "microstructure", "crack", "increments")
+OPTIONAL = ("growth",)  # a column that a sheet may have besides those
 
 
 def case_keys(schema: Mapping[str, Any], config: Mapping[str, Any]) -> dict[str, dict]:
@@ -113,10 +115,6 @@ def laid_over(config: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str
         holder = made[section] if name else made
         holder[name or section] = {**holder[name or section], key: value}
     return made
-
-
-COLUMNS = ("case", "microstructure", "crack", "increments")
-OPTIONAL = ("growth",)  # a column that a sheet may have besides those
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,26 @@ from craftmesh.tetrahedra.whole_optimisation import optimised_whole
 from craftmesh.types import Crack, GrainTets, Surface, TetMesh
 
 
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("surface", type=Path, help="the gradated surface .vtp that was tetrahedralized")
+    parser.add_argument("chunks", type=Path, nargs="+", metavar="CHUNK", help="chunks of grains .npz")
+    add_output(parser, "mesh .vtu with the crack opened")
+    add_mesh_flags(parser)
+    add_options(parser, TetrahedralizeOptions)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    refuse_two_sizings(arguments)
+    surface = read_surface(arguments.surface)
+    grain_tets = [grain for chunk in arguments.chunks for grain in read_grain_tets(chunk)]
+    record = merged([read_record(chunk) for chunk in arguments.chunks])
+    if record.get("repair"):
+        surface, _ = repair_surface(surface)
+    options, crack = options_from(arguments, TetrahedralizeOptions), given_crack(arguments)
+    sizing = partial(sizing_if_given, arguments, surface)
+    write_mesh(arguments, *complete_mesh(surface, grain_tets, record, sizing, options, crack))
+
+
 def complete_mesh(
     surface: Surface,
     grain_tets: Sequence[GrainTets],
@@ -67,23 +87,3 @@ def complete_mesh(
             warn(sentence)
     meshing = with_counts(record, whole.whole_model, opened.report, smooth, poor)
     return mesh, report | {"meshing": meshing}
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("surface", type=Path, help="the gradated surface .vtp that was tetrahedralized")
-    parser.add_argument("chunks", type=Path, nargs="+", metavar="CHUNK", help="chunks of grains .npz")
-    add_output(parser, "mesh .vtu with the crack opened")
-    add_mesh_flags(parser)
-    add_options(parser, TetrahedralizeOptions)
-
-
-def run(arguments: argparse.Namespace) -> None:
-    refuse_two_sizings(arguments)
-    surface = read_surface(arguments.surface)
-    grain_tets = [grain for chunk in arguments.chunks for grain in read_grain_tets(chunk)]
-    record = merged([read_record(chunk) for chunk in arguments.chunks])
-    if record.get("repair"):
-        surface, _ = repair_surface(surface)
-    options, crack = options_from(arguments, TetrahedralizeOptions), given_crack(arguments)
-    sizing = partial(sizing_if_given, arguments, surface)
-    write_mesh(arguments, *complete_mesh(surface, grain_tets, record, sizing, options, crack))

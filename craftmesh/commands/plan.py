@@ -31,6 +31,52 @@ from craftmesh.voxels.options import CleanOptions
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 from craftmesh.voxels.remapping import as_raw
 
+UNCOUNTED = ("points", "field", "curvature", "around_voids")  # keys of sizing that add elements
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "config",
+        type=Path,
+        nargs="?",
+        help="configuration .yaml; left out: the one that snakemake would take",
+    )
+    parser.add_argument(
+        "--cores", type=int, default=2, metavar="N", help="cores of the machine (default 2)"
+    )
+    add_report(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    path = arguments.config
+    campaign = read_campaign(or_default(read_config(existing(path)) if path else {}))
+    jobs = planned_jobs(["--configfile", str(path)] if path else [])
+    report: dict[str, Any] = {"jobs": len(jobs), "by_rule": _by_rule(jobs), "cases": {}}
+    jobs_by_case: dict[str, list[Job]] = {}
+    for job in jobs:
+        jobs_by_case.setdefault(job.case, []).append(job)
+    efforts = [(job, effort(job.rule, Sizes(0, 0, 0))) for job in jobs_by_case.get("", [])]
+    sizes = sizes_of(campaign, [case for name, case in campaign.cases.items() if name in jobs_by_case])
+    for name in campaign.cases:
+        own, by_increment = jobs_by_case.get(name, []), sizes.get(name, {})
+        report["cases"][name] = {"jobs": 0}
+        if own:
+            first = next(iter(by_increment.values()))
+            mine = [
+                (job, effort(job.rule, by_increment.get(job.increment, first), campaign.chunks))
+                for job in own
+            ]
+            efforts += mine
+            elements = {inc: int(one.elements) for inc, one in by_increment.items()}
+            report["cases"][name] = _figures(mine) | {"by_rule": _by_rule(own), "elements": elements}
+    report |= _figures(efforts)
+    report["minutes"] = round(wall_seconds(efforts, campaign, arguments.cores) / 60, 2)
+    report["notes"] = list(notes(campaign))
+    for line in sentences(report, arguments.cores):
+        print(line)
+    if arguments.report:
+        write_json(arguments.report, report)
+
 
 def sizes_of(campaign: Campaign, cases: Collection[Case]) -> dict[str, dict[str, Sizes]]:
     """Return by case the sizes of each increment, of which the sheet knows the last at most.
@@ -120,53 +166,6 @@ def _grown(options: CrackOptions, factor: float) -> CrackOptions:
         a, b = options.semi_axes
         return replace(options, semi_axes=(factor * a, factor * b))
     return replace(options, radius=None if options.radius is None else factor * options.radius)
-
-
-UNCOUNTED = ("points", "field", "curvature", "around_voids")  # keys of sizing that add elements
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "config",
-        type=Path,
-        nargs="?",
-        help="configuration .yaml; left out: the one that snakemake would take",
-    )
-    parser.add_argument(
-        "--cores", type=int, default=2, metavar="N", help="cores of the machine (default 2)"
-    )
-    add_report(parser)
-
-
-def run(arguments: argparse.Namespace) -> None:
-    path = arguments.config
-    campaign = read_campaign(or_default(read_config(existing(path)) if path else {}))
-    jobs = planned_jobs(["--configfile", str(path)] if path else [])
-    report: dict[str, Any] = {"jobs": len(jobs), "by_rule": _by_rule(jobs), "cases": {}}
-    jobs_by_case: dict[str, list[Job]] = {}
-    for job in jobs:
-        jobs_by_case.setdefault(job.case, []).append(job)
-    efforts = [(job, effort(job.rule, Sizes(0, 0, 0))) for job in jobs_by_case.get("", [])]
-    sizes = sizes_of(campaign, [case for name, case in campaign.cases.items() if name in jobs_by_case])
-    for name in campaign.cases:
-        own, by_increment = jobs_by_case.get(name, []), sizes.get(name, {})
-        report["cases"][name] = {"jobs": 0}
-        if own:
-            first = next(iter(by_increment.values()))
-            mine = [
-                (job, effort(job.rule, by_increment.get(job.increment, first), campaign.chunks))
-                for job in own
-            ]
-            efforts += mine
-            elements = {inc: int(one.elements) for inc, one in by_increment.items()}
-            report["cases"][name] = _figures(mine) | {"by_rule": _by_rule(own), "elements": elements}
-    report |= _figures(efforts)
-    report["minutes"] = round(wall_seconds(efforts, campaign, arguments.cores) / 60, 2)
-    report["notes"] = list(notes(campaign))
-    for line in sentences(report, arguments.cores):
-        print(line)
-    if arguments.report:
-        write_json(arguments.report, report)
 
 
 def _by_rule(jobs: list[Job]) -> dict[str, int]:

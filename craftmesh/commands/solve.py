@@ -41,6 +41,48 @@ _CALLS = {
 _ITERATIVE = "iterative solver"
 
 
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("volume", type=Path, help="mesh .vtu")
+    add_output(parser, "solution .npz: displacements and reactions by the deck's nodes")
+    add_file(parser, "--vtu", "write displacements and stresses for ParaView")
+    add_microstructure(parser)
+    add_file(
+        parser,
+        "--field",
+        f"the displacements that `external` waits for (default {FIELD} beside the output)",
+    )
+    parser.add_argument(
+        "--work",
+        type=Path,
+        metavar="FOLDER",
+        help="where calculix and abaqus run; kept (default: beside the output, removed in the end)",
+    )
+    add_report(parser)
+    add_options(parser, ModelOptions, SolveOptions)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    options = options_from(arguments, SolveOptions)
+    known = known_of_files(arguments)
+    mesh = read_tets(arguments.volume)
+    model, counts = elastic_model(mesh, options_from(arguments, ModelOptions), **known)
+    start = time.monotonic()
+    if model.combinations:
+        solutions, report = _combinations(model, options, arguments)
+        write_solutions(arguments.output, solutions)
+        solution = next(iter(solutions.values()))
+    else:
+        solution, report = _solution(model, options, arguments)
+        write_solution(arguments.output, solution)
+    if arguments.vtu:
+        found = grain_stress(model, solution.displacement)
+        node, moved = found.node, solution.displacement[found.node]
+        place = model.mesh.points[node], found.tets, model.mesh.grain, node + 1
+        write_solution_vtu(arguments.vtu, *place, moved, found.stress)
+    seconds = round(time.monotonic() - start, 1)
+    tell(counts | {"solver": options.solver} | report | {"seconds": seconds}, arguments.report)
+
+
 @dataclass(frozen=True, eq=False)
 class ForeignField:
     """Numbers (k,) of the deck's nodes, their displacements (k, 3) in the model's unit, and their file."""
@@ -93,48 +135,6 @@ def given_field(model: ElasticModel, path: str | os.PathLike) -> ForeignField:
             "`craftmesh inp` writes with the same options; put it there and start again"
         )
     return _in_model_unit(model, *read_displacement_table(path), str(path))
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("volume", type=Path, help="mesh .vtu")
-    add_output(parser, "solution .npz: displacements and reactions by the deck's nodes")
-    add_file(parser, "--vtu", "write displacements and stresses for ParaView")
-    add_microstructure(parser)
-    add_file(
-        parser,
-        "--field",
-        f"the displacements that `external` waits for (default {FIELD} beside the output)",
-    )
-    parser.add_argument(
-        "--work",
-        type=Path,
-        metavar="FOLDER",
-        help="where calculix and abaqus run; kept (default: beside the output, removed in the end)",
-    )
-    add_report(parser)
-    add_options(parser, ModelOptions, SolveOptions)
-
-
-def run(arguments: argparse.Namespace) -> None:
-    options = options_from(arguments, SolveOptions)
-    known = known_of_files(arguments)
-    mesh = read_tets(arguments.volume)
-    model, counts = elastic_model(mesh, options_from(arguments, ModelOptions), **known)
-    start = time.monotonic()
-    if model.combinations:
-        solutions, report = _combinations(model, options, arguments)
-        write_solutions(arguments.output, solutions)
-        solution = next(iter(solutions.values()))
-    else:
-        solution, report = _solution(model, options, arguments)
-        write_solution(arguments.output, solution)
-    if arguments.vtu:
-        found = grain_stress(model, solution.displacement)
-        node, moved = found.node, solution.displacement[found.node]
-        place = model.mesh.points[node], found.tets, model.mesh.grain, node + 1
-        write_solution_vtu(arguments.vtu, *place, moved, found.stress)
-    seconds = round(time.monotonic() - start, 1)
-    tell(counts | {"solver": options.solver} | report | {"seconds": seconds}, arguments.report)
 
 
 def _solution(

@@ -14,6 +14,9 @@ from craftmesh.types import TetMesh
 # Errors over so much of the largest K of the front are flagged, some ten times those of exact cases, and so
 # are lips that overlap: K_I under 0 by more than that of |K|.
 LARGE = 0.05
+# That of a Poisson's ratio of 0.49, the most that the built-in solver takes; fields of materials with more
+# come from elements that do not lock.
+LOCKING = 50.0
 
 
 def flags_of(
@@ -103,9 +106,6 @@ class Signs(NamedTuple):
 WEIGHTS = Signs(
     mesh=0.0035, energy=1.5, tube=3.0, pieces=1.5, crystal=0.005, volume=0.0003, change=1.0, end=0.045
 )
-# That of a Poisson's ratio of 0.49, the most that the built-in solver takes; fields of materials with more
-# come from elements that do not lock.
-LOCKING = 50.0
 
 
 def errors(

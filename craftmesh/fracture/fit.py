@@ -30,6 +30,12 @@ OF_BEND = 0.8
 IN_CRYSTALS = 1.5
 # Gauss points on each edge of the front, exact for a quadratic times a cubic.
 _GAUSS, _WEIGHT = (a / 2 for a in np.polynomial.legendre.leggauss(4))
+# Pieces of the splines through the front's displacements, in local sizes; segments with fewer nodes, mid
+# nodes among them, get a straight line.
+PIECES, LEAST_NODES = 3.0, 7
+# Strains 11, 33 and 13 among 11, 22, 33, 12, 13, 23 in the axes binormal, normal, tangent: the others
+# follow from lips that are free of traction.
+_IN_LIPS = np.array([0, 2, 4])
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,14 +197,6 @@ def _gauss_on_edges(
         spread = csr_array((data, (np.repeat(edges, len(x)), np.arange(len(at)))), (len(edges), len(at)))
         share = share + values @ spread
     return at, csr_array(share)
-
-
-# Pieces of the splines through the front's displacements, in local sizes; segments with fewer nodes, mid
-# nodes among them, get a straight line.
-PIECES, LEAST_NODES = 3.0, 7
-# Strains 11, 33 and 13 among 11, 22, 33, 12, 13, 23 in the axes binormal, normal, tangent: the others
-# follow from lips that are free of traction.
-_IN_LIPS = np.array([0, 2, 4])
 
 
 @dataclass(frozen=True, eq=False)

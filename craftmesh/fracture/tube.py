@@ -24,6 +24,8 @@ OF_CURVATURE = 0.8
 # Parts of one front are strangers where the way along it is so many times the distance: half round a circle
 # it is 1.6 times.
 STRANGERS = 2.5
+# Points of the curve from which the nearest is sought, to a piece of it.
+_SAMPLES = 6
 
 
 def radii(
@@ -53,10 +55,6 @@ def _to_itself(points: np.ndarray, s: np.ndarray, total: float, closed: bool) ->
         distance = np.linalg.norm(points - point, axis=1)
         result[k] = distance[way > STRANGERS * distance].min(initial=np.inf)
     return result
-
-
-# Points of the curve from which the nearest is sought, to a piece of it.
-_SAMPLES = 6
 
 
 class SolvedMesh(NamedTuple):

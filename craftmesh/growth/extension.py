@@ -32,6 +32,7 @@ NOISE_SHARE = 0.01
 # Flags of points that say nothing: K is the mean of two grains' limits, or of too short a segment, or its
 # error is large.
 UNTRUSTED = frozenset(("limit", "short", "error"))
+NEAR_FIELD = "near_field"
 
 
 class Evidence(NamedTuple):
@@ -79,9 +80,6 @@ def reasons(
         _, nearest = cKDTree(known.points[known.trusted]).query(known.points)
         words = np.where(known.trusted, words, words[known.trusted][nearest])
     return words
-
-
-NEAR_FIELD = "near_field"
 
 
 class CrackFronts(NamedTuple):

@@ -15,8 +15,12 @@ WIDEST = 85.0
 SAMPLES = 171  # over them; the peak is then refined by a parabola through the best three
 # Halvings of the samples' spacing about the peak: 1 degree becomes 1e-4.
 HALVINGS = 14
-
 Criterion = Callable[[np.ndarray], np.ndarray]
+# Degrees within which the stress is sought: it is largest at 70.5 in pure mode II in isotropic materials.
+WIDEST_IN_CRYSTALS = 110.0
+STEP = 0.25  # of the search; a parabola through the best three then finds the angle to 1e-3
+# Rows of K among the fields, whose order is that of the axes binormal, normal, tangent.
+_ORDER = (1, 0, 2)
 
 
 def kink_angles(k: np.ndarray, criterion: str, poisson: float = 0.3) -> np.ndarray:
@@ -107,13 +111,6 @@ def kink_factors(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray,
     f22 += [-32 / 15 - 4 * p**2 / 9 - 1159 * p**4 / 7200 + 119 * p**6 / 15360]
     f22 += [10.58254, -4.78511, -1.8804, 7.280, -7.591, 0.25, 12.5]
     return even @ np.array(f11), odd @ np.array(f12), odd @ np.array(f21), even @ np.array(f22)
-
-
-# Degrees within which the stress is sought: it is largest at 70.5 in pure mode II in isotropic materials.
-WIDEST_IN_CRYSTALS = 110.0
-STEP = 0.25  # of the search; a parabola through the best three then finds the angle to 1e-3
-# Rows of K among the fields, whose order is that of the axes binormal, normal, tangent.
-_ORDER = (1, 0, 2)
 
 
 def largest_near_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,26 @@ from craftmesh.cracks.polyline import Polyline
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.mesh.cubic_basis import even_basis
 
+# Spacing of the knots of the fit in front spacings. 4 follow a kink angle along an inclined penny of ten
+# spacings' radius within its noise, as they do for the intensities themselves.
+KNOTS = 4.0
+# The fit halves waves along the front of wave number 1 / reach. That is so many front spacings at least: at
+# an end noise of the rows comes through doubled, and twentyfold with a sixth of it, which folded a crack
+# whose kink angles jump by 10 degrees between grains.
+REACH = 1.0
+# And so much of the extension. A front that is off its plane by a wave of number k turns back by k times
+# that in a unit of extension (Movchan, Gao & Willis 1998; Poisson's ratio 0), so that a step of over 1 / k
+# takes it past the plane. 3^(3/4) / 4 is the least share with which the fit lets no wave do so.
+OF_STEP = 0.57
+# Mean square of a cubic B-spline over a spacing of its knots.
+MEAN_SQUARE = 151 / 315
+# Rows this near to an end of a front, in front spacings, are left out of the fit, which goes on straight
+# there. K_II and K_III have no bound where a front meets a free surface, and the integrals reach over it:
+# with those rows the ends of a tilted half penny kinked by 35 degrees, to and fro at each increment.
+END = 2.0
+# Rows farther apart than so many spacings have an end between them, as at a void.
+GAP = 3.0
+
 
 def points_at_rest(line: Polyline, s: np.ndarray, goes: np.ndarray) -> np.ndarray:
     """Tell which points (k,) of a front stay, whose rows at arc lengths s (n,) go on where `goes` (n,).
@@ -45,27 +65,6 @@ def _places(line: Polyline, s: np.ndarray) -> np.ndarray:
 
 def _tree(line: Polyline, places: np.ndarray) -> cKDTree:
     return cKDTree(places, boxsize=line.length if line.closed else None)
-
-
-# Spacing of the knots of the fit in front spacings. 4 follow a kink angle along an inclined penny of ten
-# spacings' radius within its noise, as they do for the intensities themselves.
-KNOTS = 4.0
-# The fit halves waves along the front of wave number 1 / reach. That is so many front spacings at least: at
-# an end noise of the rows comes through doubled, and twentyfold with a sixth of it, which folded a crack
-# whose kink angles jump by 10 degrees between grains.
-REACH = 1.0
-# And so much of the extension. A front that is off its plane by a wave of number k turns back by k times
-# that in a unit of extension (Movchan, Gao & Willis 1998; Poisson's ratio 0), so that a step of over 1 / k
-# takes it past the plane. 3^(3/4) / 4 is the least share with which the fit lets no wave do so.
-OF_STEP = 0.57
-# Mean square of a cubic B-spline over a spacing of its knots.
-MEAN_SQUARE = 151 / 315
-# Rows this near to an end of a front, in front spacings, are left out of the fit, which goes on straight
-# there. K_II and K_III have no bound where a front meets a free surface, and the integrals reach over it:
-# with those rows the ends of a tilted half penny kinked by 35 degrees, to and fro at each increment.
-END = 2.0
-# Rows farther apart than so many spacings have an end between them, as at a void.
-GAP = 3.0
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,15 @@ from scipy.interpolate import CubicSpline
 from craftmesh.cracks.polyline import Polyline, polyline
 from craftmesh.cracks.triangulated import ON_PLANE
 
+# Of the spacing: points of the new front nearer than that say nothing about its course.
+CLOSE = 0.1
+# Of an end's move: how far its front goes on straight at most, to reach the end's box plane from there, and
+# the length of it that says which way that is.
+REACH = 1.0
+# Of the move of an end: how far beyond its box plane it goes at least. The strip's edge from old to new end
+# would else lie in that plane, and where it met an edge of the box traces on the two faces stayed apart.
+BEYOND = 0.25
+
 
 def with_front_points(
     points: np.ndarray, triangles: np.ndarray, front: np.ndarray, spacing: float
@@ -61,16 +70,6 @@ def strip_triangles(old: np.ndarray, arc: np.ndarray, new: np.ndarray, origin: n
             j += 1
     strip = np.array(rows)
     return strip[(strip != np.roll(strip, 1, axis=1)).all(axis=1)]
-
-
-# Of the spacing: points of the new front nearer than that say nothing about its course.
-CLOSE = 0.1
-# Of an end's move: how far its front goes on straight at most, to reach the end's box plane from there, and
-# the length of it that says which way that is.
-REACH = 1.0
-# Of the move of an end: how far beyond its box plane it goes at least. The strip's edge from old to new end
-# would else lie in that plane, and where it met an edge of the box traces on the two faces stayed apart.
-BEYOND = 0.25
 
 
 class NewFront(NamedTuple):

@@ -12,6 +12,14 @@ from craftmesh.surface.measure import meets_box
 from craftmesh.types import Crack
 
 ROOT = 0.5  # K of a crack under a load that stays goes with the root of its size
+# Of itself: how far the crack's size may be off, and of a front's length: the spacing of places on it.
+TOLERANCE = 1e-3
+# Of a front's length: in a step of it K along the front, by Paris' law with m = 3, loses the longest
+# difference that a front can have, half a wave, but for 1 / e: 2 / (pi m) (see `relaxation`).
+OF_FRONT = 0.2
+# Of the front's edges: a shorter step is a kink within one element of the next mesh, and K there says
+# little. Steps of 0.8 edges kinked by 53 degrees, and by 58 the same way again, where one kink was due.
+LEAST_STEP = 1.0
 
 
 class Counted(NamedTuple):
@@ -83,16 +91,6 @@ def _even(step: float, rate: float, reached: float) -> float:
     """Return the cycles of a step along which ln(da/dN) goes evenly from one rate to another."""
     change = math.log(reached / rate)
     return step / rate * (-math.expm1(-change) / change if change else 1.0)
-
-
-# Of itself: how far the crack's size may be off, and of a front's length: the spacing of places on it.
-TOLERANCE = 1e-3
-# Of a front's length: in a step of it K along the front, by Paris' law with m = 3, loses the longest
-# difference that a front can have, half a wave, but for 1 / e: 2 / (pi m) (see `relaxation`).
-OF_FRONT = 0.2
-# Of the front's edges: a shorter step is a kink within one element of the next mesh, and K there says
-# little. Steps of 0.8 edges kinked by 53 degrees, and by 58 the same way again, where one kink was due.
-LEAST_STEP = 1.0
 
 
 def crack_size(crack: Crack, box: np.ndarray) -> float:

@@ -18,6 +18,42 @@ EULERS, KOCKS, ROE = "eulers", "kocks", "roe"
 DEGREES, RADIANS = "degrees", "radians"
 _ID = re.compile(rb"-?[0-9]{1,18}")
 _TABLE_LIMIT = 10_000_000  # rows of orientations, 32 bytes each
+_EULERS = re.compile(r"euler", re.I)
+_QUATERNIONS = re.compile(r"quat", re.I)
+_ORIENTATIONS = re.compile(r"euler|bunge|quat|rodrig|orient|rotation|axis_?angle|^phi_?[12]$", re.I)
+_PHASES = re.compile(r"(cell|feature|grain|parent)?_?phases?(_?ids?)?", re.I)
+_IDS = re.compile(r"(cell|feature|grain|parent|region|twin|material)_?ids?|material|labels?", re.I)
+_UNITS = {
+    DEGREES: re.compile(r"deg(?![a-z])|degree|°", re.I),
+    RADIANS: re.compile(r"\brad\b|Rad\b|radian", re.I),
+}
+# DREAM.3D's codes 0 to 10 (Laue classes; 999 is unknown), as its filter Create Ensemble Info lists them.
+_DREAM3D = (
+    *("hexagonal", "cubic", "hexagonal", "cubic", "triclinic", "monoclinic", "orthorhombic"),
+    *("tetragonal", "tetragonal", "trigonal", "trigonal"),
+)
+# The last space group of each structure (International Tables for Crystallography A).
+_LAST_GROUP = MappingProxyType(
+    {
+        **{2: "triclinic", 15: "monoclinic", 74: "orthorhombic", 142: "tetragonal", 167: "trigonal"},
+        **{194: "hexagonal", 230: "cubic"},
+    }
+)
+# Laue groups, as Neper names symmetries beside the words themselves.
+_LAUE = MappingProxyType(
+    {
+        **{
+            "-1": "triclinic",
+            "2/m": "monoclinic",
+            "mmm": "orthorhombic",
+            "-3": "trigonal",
+            "-3m": "trigonal",
+        },
+        **dict.fromkeys(("4/m", "4/mmm"), "tetragonal"),
+        **dict.fromkeys(("6/m", "6/mmm"), "hexagonal"),
+        **dict.fromkeys(("m-3", "m-3m"), "cubic"),
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -116,17 +152,6 @@ def pick(path: str | os.PathLike, dataset: str, present: list[str], wanted: tupl
     raise CraftmeshError(f"{path}: no dataset {wanted[0]}; give dataset as one of: {listed(present)}")
 
 
-_EULERS = re.compile(r"euler", re.I)
-_QUATERNIONS = re.compile(r"quat", re.I)
-_ORIENTATIONS = re.compile(r"euler|bunge|quat|rodrig|orient|rotation|axis_?angle|^phi_?[12]$", re.I)
-_PHASES = re.compile(r"(cell|feature|grain|parent)?_?phases?(_?ids?)?", re.I)
-_IDS = re.compile(r"(cell|feature|grain|parent|region|twin|material)_?ids?|material|labels?", re.I)
-_UNITS = {
-    DEGREES: re.compile(r"deg(?![a-z])|degree|°", re.I),
-    RADIANS: re.compile(r"\brad\b|Rad\b|radian", re.I),
-}
-
-
 def is_eulers(name: str) -> bool:
     """Return whether an array's name says that it holds Euler angles."""
     return bool(_EULERS.search(name))
@@ -182,35 +207,6 @@ def left_unread(names: Iterable[str]) -> tuple[str, ...]:
     """Return the note on arrays of a file that were not read; none without names."""
     names = list(names)
     return (f"left unread: {listed(names)}",) if names else ()
-
-
-# DREAM.3D's codes 0 to 10 (Laue classes; 999 is unknown), as its filter Create Ensemble Info lists them.
-_DREAM3D = (
-    *("hexagonal", "cubic", "hexagonal", "cubic", "triclinic", "monoclinic", "orthorhombic"),
-    *("tetragonal", "tetragonal", "trigonal", "trigonal"),
-)
-# The last space group of each structure (International Tables for Crystallography A).
-_LAST_GROUP = MappingProxyType(
-    {
-        **{2: "triclinic", 15: "monoclinic", 74: "orthorhombic", 142: "tetragonal", 167: "trigonal"},
-        **{194: "hexagonal", 230: "cubic"},
-    }
-)
-# Laue groups, as Neper names symmetries beside the words themselves.
-_LAUE = MappingProxyType(
-    {
-        **{
-            "-1": "triclinic",
-            "2/m": "monoclinic",
-            "mmm": "orthorhombic",
-            "-3": "trigonal",
-            "-3m": "trigonal",
-        },
-        **dict.fromkeys(("4/m", "4/mmm"), "tetragonal"),
-        **dict.fromkeys(("6/m", "6/mmm"), "hexagonal"),
-        **dict.fromkeys(("m-3", "m-3m"), "cubic"),
-    }
-)
 
 
 def in_words(value: bytes | str) -> str:

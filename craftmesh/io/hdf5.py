@@ -12,6 +12,10 @@ from craftmesh.errors import CraftmeshError, listed
 from craftmesh.io.declared import DEFLATE, refuse_false_size
 from craftmesh.io.file_volume import belonging, is_described, is_ids
 
+# What is taken of several in one group, the first first.
+_USUAL = ("AvgEulerAngles", "EulerAngles", "AvgQuats", "Quats", "Phases")
+_ENSEMBLES = "CrystalStructures"  # an array of groups that have a row a phase, not a row a grain
+
 
 @contextmanager
 def opened(path: str | os.PathLike) -> Iterator[h5py.File]:
@@ -101,11 +105,6 @@ def cells_xyz(data: h5py.Dataset, dims: Sequence[int] | np.ndarray) -> np.ndarra
     if values.shape[3] == 1:
         values = values[..., 0]
     return values.transpose([2, 1, 0, 3][: values.ndim])
-
-
-# What is taken of several in one group, the first first.
-_USUAL = ("AvgEulerAngles", "EulerAngles", "AvgQuats", "Quats", "Phases")
-_ENSEMBLES = "CrystalStructures"  # an array of groups that have a row a phase, not a row a grain
 
 
 @dataclass(frozen=True)

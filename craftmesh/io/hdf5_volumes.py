@@ -38,6 +38,7 @@ from craftmesh.types import UNINDEXED, Crystal
 
 _IDS = ("FeatureIds", "GrainIds", "FeatureID", "GrainID")
 _PHASE_NAMES = ("PhaseName", "MaterialName")
+_DATA = "/LabDCT/Data"
 
 
 @dataclass(frozen=True)
@@ -162,9 +163,6 @@ def _crystals(image: _Image, phases: np.ndarray | None) -> tuple[dict[int, Cryst
     rows = zip(codes, [*map(in_words, names), *[""] * len(codes)])
     crystals = {phase: Crystal(of_dream3d(code), name) for phase, (code, name) in enumerate(rows) if phase}
     return of_grains(crystals, phases), []
-
-
-_DATA = "/LabDCT/Data"
 
 
 def read_labdct(path: str | os.PathLike, dataset: str) -> FileVolume:

@@ -13,6 +13,15 @@ from craftmesh.io.vtk import VTK_CELL_TYPE, set_arrays
 from craftmesh.types import TetMesh
 
 _CELLS = {4: ("tetra", "triangle"), 10: ("tetra10", "triangle6")}
+# scipy sorts variables by the shape that they are made with, and does nothing else with it but to tell
+# record variables. Given one shape they keep their order, by which meshio names the sets of an Exodus file.
+_ANY_LENGTH = (1,)
+LARGEST = 2**31 - 4  # bytes of a variable: scipy packs its padded size as int32
+Dimensions = dict[str, int | None]  # name -> length, None for the time steps
+_NAME_LIMIT = 32
+_ELEMENT = {4: "TETRA", 10: "TETRA10"}  # nodes in Abaqus' order
+_SIDE = np.array([4, 1, 2, 3])  # Exodus' sides 124, 234, 143, 132 of S1..S4 = 123, 142, 243, 341
+VTK_FACE_TYPE = {4: 5, 10: 22}  # VTK_TRIANGLE, VTK_QUADRATIC_TRIANGLE
 
 
 def write_msh(path: str | os.PathLike, mesh: TetMesh) -> None:
@@ -42,12 +51,6 @@ def write_msh(path: str | os.PathLike, mesh: TetMesh) -> None:
     data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
     with atomic_path(path) as temporary:
         write(temporary, Mesh(mesh.points, cells, cell_data=data, field_data=groups), "2.2", binary=True)
-
-
-# scipy sorts variables by the shape that they are made with, and does nothing else with it but to tell
-# record variables. Given one shape they keep their order, by which meshio names the sets of an Exodus file.
-_ANY_LENGTH = (1,)
-LARGEST = 2**31 - 4  # bytes of a variable: scipy packs its padded size as int32
 
 
 @dataclass(frozen=True)
@@ -97,12 +100,6 @@ def write_netcdf(
                 variable.dimensions,
                 dict(variable.attributes),
             )
-
-
-Dimensions = dict[str, int | None]  # name -> length, None for the time steps
-_NAME_LIMIT = 32
-_ELEMENT = {4: "TETRA", 10: "TETRA10"}  # nodes in Abaqus' order
-_SIDE = np.array([4, 1, 2, 3])  # Exodus' sides 124, 234, 143, 132 of S1..S4 = 123, 142, 243, 341
 
 
 def write_exodus(path: str | os.PathLike, mesh: TetMesh) -> None:
@@ -215,9 +212,6 @@ def _names(variable: str, dimension: str, names: list[str]) -> Variable:
 
 def _integers(values: np.ndarray) -> np.ndarray:
     return np.asarray(values, np.int32)
-
-
-VTK_FACE_TYPE = {4: 5, 10: 22}  # VTK_TRIANGLE, VTK_QUADRATIC_TRIANGLE
 
 
 def write_vtu(path: str | os.PathLike, mesh: TetMesh) -> None:

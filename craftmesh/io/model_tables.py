@@ -14,6 +14,11 @@ from craftmesh.io.text_table import read_table
 
 COLUMNS = ("node", "ux", "uy", "uz")
 FORM = "csv with the columns node,ux,uy,uz, or .npz with the entries node (k,) and displacement (k, 3)"
+# Columns of a line of values in the long ASCII form: key, node, then fields of twelve, six a line.
+_NODE, _FIRST, _FIELD, _PER_LINE = slice(3, 13), 13, 12, 6
+_ROWS = 100_000  # rows read at once
+ONE, SIX = ("e",), ("e11", "e22", "e33", "e12", "e13", "e23")
+PRESSURE, TRACTION = ("pressure",), ("tx", "ty", "tz")
 
 
 def read_displacement_table(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
@@ -42,11 +47,6 @@ def _from_npz(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
     if not is_sound or numbers.shape != values.shape[:1] or numbers.dtype.kind not in "iu":
         raise CraftmeshError(f"{path}: entries {', '.join(arrays)}; expected {FORM}")
     return numbers.astype(np.int64), values.astype(float)
-
-
-# Columns of a line of values in the long ASCII form: key, node, then fields of twelve, six a line.
-_NODE, _FIRST, _FIELD, _PER_LINE = slice(3, 13), 13, 12, 6
-_ROWS = 100_000  # rows read at once
 
 
 def read_displacements(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
@@ -121,9 +121,6 @@ def _column(table: np.ndarray, at: slice) -> np.ndarray:
     return np.ascontiguousarray(table[:, at]).view(f"S{at.stop - at.start}").ravel()
 
 
-ONE, SIX = ("e",), ("e11", "e22", "e33", "e12", "e13", "e23")
-
-
 def read_grain_strains(path: str | os.PathLike) -> tuple[list[int], np.ndarray]:
     """Return the ids of grains (k,) and their strains (k, 1 or 6): 11, 22, 33, 12, 13, 23.
 
@@ -143,9 +140,6 @@ def read_grain_strains(path: str | os.PathLike) -> tuple[list[int], np.ndarray]:
                 f"{path}, line {line}: a strain of {np.abs(strains[row]).max():g}; expected at most 1"
             )
     return grains.astype(int).tolist(), strains
-
-
-PRESSURE, TRACTION = ("pressure",), ("tx", "ty", "tz")
 
 
 def read_lip_field(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

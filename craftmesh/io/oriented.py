@@ -19,6 +19,23 @@ from craftmesh.io.declared import DEFLATE, data_file, refuse_false_size, unpacke
 from craftmesh.io.file_volume import FileVolume, ids_in_text
 
 _ALIGNED = 1e-4  # of a step: headers have six digits, and over 1000 voxels this is a tenth of one
+_TYPES = {
+    "CHAR": "i1",
+    "UCHAR": "u1",
+    "SHORT": "i2",
+    "USHORT": "u2",
+    "INT": "i4",
+    "UINT": "u4",
+    "LONG": "i4",
+    "ULONG": "u4",
+    "LONG_LONG": "i8",
+    "ULONG_LONG": "u8",
+    "FLOAT": "f4",
+    "DOUBLE": "f8",
+}
+_WIDEST = 8  # bytes of a number
+_LAST = "ElementDataFile"  # the key after which the data begin
+_METHODS = {"gzip": "deflate", "gz": "deflate", "bzip2": "bzip2", "bz2": "bzip2"}
 
 
 def along_axes(
@@ -56,24 +73,6 @@ def _is_diagonal(steps: np.ndarray) -> bool:
     along = steps.diagonal()
     aside = np.abs(steps - np.diag(along)).max(axis=1)
     return bool((along != 0).all() and (aside <= _ALIGNED * np.abs(along)).all())
-
-
-_TYPES = {
-    "CHAR": "i1",
-    "UCHAR": "u1",
-    "SHORT": "i2",
-    "USHORT": "u2",
-    "INT": "i4",
-    "UINT": "u4",
-    "LONG": "i4",
-    "ULONG": "u4",
-    "LONG_LONG": "i8",
-    "ULONG_LONG": "u8",
-    "FLOAT": "f4",
-    "DOUBLE": "f8",
-}
-_WIDEST = 8  # bytes of a number
-_LAST = "ElementDataFile"  # the key after which the data begin
 
 
 def read_metaimage(path: str | os.PathLike) -> FileVolume:
@@ -173,9 +172,6 @@ def _header_numbers(
                 raise CraftmeshError(f"{path}: {name} is {header[name]!r}; expected {count or ''} numbers")
             return numbers
     return None
-
-
-_METHODS = {"gzip": "deflate", "gz": "deflate", "bzip2": "bzip2", "bz2": "bzip2"}
 
 
 def read_nrrd(path: str | os.PathLike) -> FileVolume:

@@ -13,6 +13,11 @@ from craftmesh.io.surface_files import listed_suffixes, vertices_of
 from craftmesh.io.text_table import Table, read_table
 
 TEXTS = (".txt", ".xyz", ".asc", ".pts")
+_VOID, _VOID_COLUMNS = "xyzr", 5  # without a header its id comes first
+_CENTRE = ("barycenterx", "barycentery", "barycenterz")
+_DIAMETER, _VOLUME = "eqdiameter", "volume3d"
+_NO_POINTS, _NO_SPHERES = np.zeros((0, 3)), np.zeros((0, 4))
+_KINDS = {".vtp": "PolyData", ".vti": "ImageData"}
 
 
 def read_points(path: str | os.PathLike) -> np.ndarray:
@@ -37,12 +42,6 @@ def read_points(path: str | os.PathLike) -> np.ndarray:
     if not len(points) or not np.isfinite(points).all():
         raise CraftmeshError(f"{path}: holds {len(points)} points; expected finite ones, at least three")
     return points
-
-
-_VOID, _VOID_COLUMNS = "xyzr", 5  # without a header its id comes first
-_CENTRE = ("barycenterx", "barycentery", "barycenterz")
-_DIAMETER, _VOLUME = "eqdiameter", "volume3d"
-_NO_POINTS, _NO_SPHERES = np.zeros((0, 3)), np.zeros((0, 4))
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +97,6 @@ def _pores(table: Table) -> np.ndarray:
         return table.numbers((*_CENTRE, _DIAMETER)) * [1, 1, 1, 0.5]
     radius = np.cbrt(table.numbers([_VOLUME]) * 3 / (4 * np.pi))
     return np.column_stack([table.numbers(_CENTRE), radius])
-
-
-_KINDS = {".vtp": "PolyData", ".vti": "ImageData"}
 
 
 def read_length_field(path: Path, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -15,6 +15,20 @@ from craftmesh.io.vtk import VTK_CELL_TYPE
 from craftmesh.types import GrainTets, Solution
 
 _FIELDS = ("nodes", "interior", "tets")
+FORMAT = "craftmesh sizing 1"  # in the entry `format`
+_NUMBERS = ("l_min", "l0", "l_max", "r0", "r1", "exponent", "growth")
+# Entries with their shape (None: any number of rows) and kind of values.
+_ENTRIES = {
+    **{name: ((), "f") for name in _NUMBERS},
+    "sources": ((None, 3), "f"),
+    "field_points": ((None, 3), "f"),
+    "field_lengths": ((None,), "f"),
+    "field_counts": ((None,), "i"),
+    "field_growth": ((None,), "f"),
+}
+SOLUTION_FORMAT = "craftmesh solution 1"  # in the entry `format`
+# VTK has xz after yz.
+_VTK_ORDER = [0, 1, 2, 3, 5, 4]
 
 
 def write_grain_tets(
@@ -63,19 +77,6 @@ def _arrays(path: str | os.PathLike, names: Sequence[str]) -> dict[str, np.ndarr
     return arrays
 
 
-FORMAT = "craftmesh sizing 1"  # in the entry `format`
-_NUMBERS = ("l_min", "l0", "l_max", "r0", "r1", "exponent", "growth")
-# Entries with their shape (None: any number of rows) and kind of values.
-_ENTRIES = {
-    **{name: ((), "f") for name in _NUMBERS},
-    "sources": ((None, 3), "f"),
-    "field_points": ((None, 3), "f"),
-    "field_lengths": ((None,), "f"),
-    "field_counts": ((None,), "i"),
-    "field_growth": ((None,), "f"),
-}
-
-
 def write_sizing(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> None:
     """Write the arrays of a sizing function; the same arrays give the same bytes, whole or not at all."""
     write_arrays(path, {"format": np.array(FORMAT), **{name: arrays[name] for name in _ENTRIES}})
@@ -112,11 +113,6 @@ def read_sizing(path: str | os.PathLike) -> dict[str, np.ndarray]:
             "run `craftmesh size` again"
         )
     return {name: arrays[name] for name in _ENTRIES}
-
-
-SOLUTION_FORMAT = "craftmesh solution 1"  # in the entry `format`
-# VTK has xz after yz.
-_VTK_ORDER = [0, 1, 2, 3, 5, 4]
 
 
 def write_solution(path: str | os.PathLike, solution: Solution) -> None:

@@ -16,6 +16,7 @@ _EXPECTED = (
     f"{', '.join(BOX_PLANES)} and an AXIS of x, y, z, or AXIS={STRESS}:VALUE for a tension, and perhaps "
     "CASE/ before it"
 )
+_NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 
 class FaceRow(NamedTuple):
@@ -76,9 +77,6 @@ def number_of(text: str) -> float | None:
     except ValueError:
         return None
     return value if math.isfinite(value) else None
-
-
-_NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 
 class Combination(NamedTuple):

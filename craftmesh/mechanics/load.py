@@ -17,6 +17,13 @@ from craftmesh.types import BOX_PLANES, TetMesh
 # Where the deck's solvers integrate over faces of C3D4 and C3D10: shares of the second and third corner.
 _MIDDLE = np.array([[1 / 3, 1 / 3]])
 _THREE = np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]])
+# Of a displacement: prescribed ones that differ by less are the same, but for rounding.
+_SAME = 1e-9
+# Corners 0 to 7 of a cube, x fastest, and its tetrahedra along the diagonal.
+_CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+_TETS = np.array(
+    [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]], np.int32
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,10 +73,6 @@ def nodal_forces(tractions: Iterable[Traction], mesh: TetMesh) -> np.ndarray:
                 weight *= traction.stress
             np.add.at(forces, nodes, weight * values[:, None] * way[:, None, :])
     return forces
-
-
-# Of a displacement: prescribed ones that differ by less are the same, but for rounding.
-_SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,13 +228,6 @@ def _against_turning(mesh: TetMesh, axis: int, nodes: np.ndarray) -> list[Fixed]
     far = np.lexsort((np.abs(points[:, v] - points[corner, v]), -points[:, u]))[0]
     at_corner, at_far = nodes[[corner]], nodes[[far]]
     return [Fixed(at_corner, u), Fixed(at_corner, v), Fixed(at_far, v)]
-
-
-# Corners 0 to 7 of a cube, x fastest, and its tetrahedra along the diagonal.
-_CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
-_TETS = np.array(
-    [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]], np.int32
-)
 
 
 def check_faces(rows: Sequence[FaceRow]) -> None:

@@ -37,6 +37,10 @@ STAGES = {
     "quality": "check",
     "pictures": "depict",
 }
+RECORD = "case.json"
+PICTURES = ("grains", "sizes", "crack", "deformed", "stress")
+PACKAGES = ("craftmesh", "tetgen", "pytetwild", "numpy", "scipy", "numba", "pyamg", "vtk", "snakemake")
+_ERROR = "craftmesh: error: "
 
 
 class Cost(NamedTuple):
@@ -92,10 +96,6 @@ def _number(text: str | None) -> float:
         return float(text or 0)
     except ValueError:  # "NA" and "-", where a job was over before it was looked at
         return 0.0
-
-
-RECORD = "case.json"
-PICTURES = ("grains", "sizes", "crack", "deformed", "stress")
 
 
 @dataclass(frozen=True)
@@ -213,9 +213,6 @@ def _json(path: Path) -> dict:
         raise CraftmeshError(f"{path}: not JSON ({error}); make it again") from None
 
 
-PACKAGES = ("craftmesh", "tetgen", "pytetwild", "numpy", "scipy", "numba", "pyamg", "vtk", "snakemake")
-
-
 def versions() -> dict[str, str]:
     """Return the versions of craftmesh, Python and what the meshes depend on, by name."""
     found = {}
@@ -225,9 +222,6 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             continue
     return {"python": platform.python_version(), **found}
-
-
-_ERROR = "craftmesh: error: "
 
 
 class Failure(NamedTuple):

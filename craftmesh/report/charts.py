@@ -20,6 +20,14 @@ from craftmesh.report.sweeps import FEWEST, QUANTITIES, SOLVED, Sweep
 
 # Flags of nodes at which K is less sure than elsewhere.
 UNSURE = ("end", "short", "narrow", "error")
+# Histograms of quality.json: their names in words, and whether small or large values are bad.
+HISTOGRAMS = {
+    "aspect_ratio": "aspect ratio",
+    "dihedral_min": "smallest dihedral angle [degrees]",
+    "dihedral_max": "largest dihedral angle [degrees]",
+}
+BAR, JUDGED, GOOD = "#3b6ea5", "#3b6ea5", "#2e8b57"
+PER_ROW = 3
 
 
 class Converged(NamedTuple):
@@ -95,16 +103,6 @@ VALUES: dict[str, Callable[[Increment], float | None]] = {
     "mean_aspect_ratio": lambda increment: increment.quality["ar_mean"],
     "elements": lambda increment: increment.quality["elements"],
 }
-
-
-# Histograms of quality.json: their names in words, and whether small or large values are bad.
-HISTOGRAMS = {
-    "aspect_ratio": "aspect ratio",
-    "dihedral_min": "smallest dihedral angle [degrees]",
-    "dihedral_max": "largest dihedral angle [degrees]",
-}
-BAR, JUDGED, GOOD = "#3b6ea5", "#3b6ea5", "#2e8b57"
-PER_ROW = 3
 
 
 def histograms(qualities: Mapping[str, Mapping]) -> Figure:

@@ -22,6 +22,9 @@ from craftmesh.surface.measure import area_vectors, meets_box
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Crack, Surface
 
+GRAIN_COLOURS = "tab20"  # grains, one after another
+PLAIN = (0.75, 0.75, 0.75)  # a crack that was refused
+
 
 @dataclass(frozen=True, eq=False)
 class Preview:
@@ -105,10 +108,6 @@ def _face(surface: Surface) -> Callable[[int], str]:
 
 def _keys(edges: np.ndarray) -> np.ndarray:
     return np.sort(edges, axis=1).astype(np.int64) @ np.array([1 << 32, 1])
-
-
-GRAIN_COLOURS = "tab20"  # grains, one after another
-PLAIN = (0.75, 0.75, 0.75)  # a crack that was refused
 
 
 def preview_picture(preview: Preview, limit: float) -> bytes:

@@ -17,6 +17,13 @@ from craftmesh.types import TetMesh
 # Along the crack's normal, and along the two other axes: looked at from there its lip is seen well, and so
 # are two faces of the box.
 STEEPLY, ASIDE = 1.0, (0.75, 0.55)
+# By which of a tetrahedron's corners lie above the plane (bit k for corner k): the edges that the plane
+# crosses, in an order that goes round the polygon.
+_CROSSED: dict[int, tuple[tuple[int, int], ...]] = {}
+COARSER = 1.2  # the grid's cells grow by this until the triangles are few enough
+# Triangles of the body's skin and of the crack: some 180 kB of text a case and increment at most.
+MOST_SKIN, MOST_LIP = 8000, 5000
+LEVELS = 65535  # of coordinates within the box, and of lengths
 
 
 class Facets(NamedTuple):
@@ -133,9 +140,6 @@ def _boundary(mesh: TetMesh, tets: np.ndarray, kept: np.ndarray) -> Facets:
     return Facets(half_face_corners(tets, rows), mesh.grain[rows // 4], is_lip_face[rows])
 
 
-# By which of a tetrahedron's corners lie above the plane (bit k for corner k): the edges that the plane
-# crosses, in an order that goes round the polygon.
-_CROSSED: dict[int, tuple[tuple[int, int], ...]] = {}
 for _corner in range(4):
     _others = [k for k in range(4) if k != _corner]
     _CROSSED[1 << _corner] = _CROSSED[15 - (1 << _corner)] = tuple((_corner, k) for k in _others)
@@ -172,9 +176,6 @@ def _crossing(points: np.ndarray, edges: np.ndarray, origin: np.ndarray, normal:
     return a + (high / (high - low))[:, None] * (b - a)
 
 
-COARSER = 1.2  # the grid's cells grow by this until the triangles are few enough
-
-
 def decimated(
     points: np.ndarray, triangles: np.ndarray, box: np.ndarray, most: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -205,11 +206,6 @@ def decimated(
         size *= COARSER
     sums = [np.bincount(place.reshape(-1), corners[:, k]) for k in range(3)]
     return np.stack(sums, axis=1) / count[:, None], found[rows], rows
-
-
-# Triangles of the body's skin and of the crack: some 180 kB of text a case and increment at most.
-MOST_SKIN, MOST_LIP = 8000, 5000
-LEVELS = 65535  # of coordinates within the box, and of lengths
 
 
 def scene(shown: ShownMesh) -> dict:

@@ -10,6 +10,20 @@ from craftmesh.options import Options, option
 
 SIZES = ("l_min", "l0", "l_max", "r0", "r1")
 FEWEST = 2  # sizes that can be compared
+# Quantities of a case with one size, by name: what each is in words.
+QUANTITIES = {
+    "K_I": "mean K_I along the fronts",
+    "J": "mean J along the fronts",
+    "kink_angle": "mean kink angle, its sign left out [degrees]",
+    "largest_K_I": "largest K_I along the fronts, their ends left out",
+    "reaction": "force that the supports carry",
+    "crack_area": "area of the crack",
+    "mean_aspect_ratio": "mean aspect ratio of the elements",
+    "elements": "number of elements",
+}
+# The unit of each, of those that UnitsOptions knows.
+MEASURED_IN = {"K_I": "K", "largest_K_I": "K", "J": "J", "reaction": "force", "crack_area": "area"}
+SOLVED = ("K_I", "J", "kink_angle", "largest_K_I", "reaction")
 
 
 class Sweep(NamedTuple):
@@ -83,22 +97,6 @@ def _together(lengths: Mapping[str, tuple]) -> list[Sweep]:
 def _sweep(key: str, by_size: Mapping[float, str]) -> Sweep:
     sizes = sorted(by_size, reverse=True)
     return Sweep(f"sizing.{key}", tuple(map(float, sizes)), tuple(by_size[size] for size in sizes))
-
-
-# Quantities of a case with one size, by name: what each is in words.
-QUANTITIES = {
-    "K_I": "mean K_I along the fronts",
-    "J": "mean J along the fronts",
-    "kink_angle": "mean kink angle, its sign left out [degrees]",
-    "largest_K_I": "largest K_I along the fronts, their ends left out",
-    "reaction": "force that the supports carry",
-    "crack_area": "area of the crack",
-    "mean_aspect_ratio": "mean aspect ratio of the elements",
-    "elements": "number of elements",
-}
-# The unit of each, of those that UnitsOptions knows.
-MEASURED_IN = {"K_I": "K", "largest_K_I": "K", "J": "J", "reaction": "force", "crack_area": "area"}
-SOLVED = ("K_I", "J", "kink_angle", "largest_K_I", "reaction")
 
 
 @dataclass(frozen=True)

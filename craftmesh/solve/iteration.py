@@ -15,6 +15,15 @@ from craftmesh.solve.levels import Step, StiffnessMatrix, step_of, stiffness_mat
 from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.problem import Problem
 
+# Where cracks cross under supports a constraint may follow from others; with so much on the diagonal of
+# their products, which is 2, each gets its share.
+_DEPENDENT = 1e-12
+# The residual that the iteration carries along parts from the true one by rounding and by the reactions,
+# which change; it aims for half, and goes on from there where that was not enough.
+_AIM = 0.5
+# Forces under this share of those of uniform strain are rounding.
+_AT_REST = 1e-6
+
 
 class Matrix(Protocol):
     """A symmetric positive definite matrix."""
@@ -55,11 +64,6 @@ def conjugate_gradients(
     return x, most
 
 
-# Where cracks cross under supports a constraint may follow from others; with so much on the diagonal of
-# their products, which is 2, each gets its share.
-_DEPENDENT = 1e-12
-
-
 class ClosedPairs:
     """The pairs of lip nodes, `which` (p,) of all, whose gap stays 0; fixed (n, 3): prescribed components.
 
@@ -95,13 +99,6 @@ class ClosedPairs:
         push = np.zeros(len(self.which))
         push[self.which] = -self.answer(self.free @ left.ravel())
         return push
-
-
-# The residual that the iteration carries along parts from the true one by rounding and by the reactions,
-# which change; it aims for half, and goes on from there where that was not enough.
-_AIM = 0.5
-# Forces under this share of those of uniform strain are rounding.
-_AT_REST = 1e-6
 
 
 class Found(NamedTuple):

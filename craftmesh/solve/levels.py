@@ -20,6 +20,11 @@ from craftmesh.solve.kernels.blocks import (
 from craftmesh.solve.kernels.transfer import to_corners, to_nodes
 from craftmesh.solve.problem import Elements
 
+# Levels end here: the factor of a larger one costs more than it saves.
+COARSEST = 300
+_SMOOTHER = ("gauss_seidel", {"sweep": "symmetric"})
+Step = Callable[[np.ndarray, np.ndarray], None]
+
 
 @dataclass(frozen=True, eq=False)
 class StiffnessMatrix:
@@ -55,11 +60,6 @@ def stiffness_matrix(elements: Elements, fixed: np.ndarray) -> StiffnessMatrix:
     diagonal, upper = assemble_blocks(*elements.tables, start, column)
     take_out(fixed, start, column, diagonal, upper)
     return StiffnessMatrix(start, column, upper, diagonal)
-
-
-# Levels end here: the factor of a larger one costs more than it saves.
-COARSEST = 300
-_SMOOTHER = ("gauss_seidel", {"sweep": "symmetric"})
 
 
 class Aggregates:
@@ -123,9 +123,6 @@ class Sweeps:
         subtract_lower(*triangle, self.e, self.left)
         solve_upper(*triangle, self.inverse, self.left, self.e)
         out += self.e
-
-
-Step = Callable[[np.ndarray, np.ndarray], None]
 
 
 def step_of(elements: Elements, matrix: StiffnessMatrix, fixed: np.ndarray) -> Step:

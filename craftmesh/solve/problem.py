@@ -15,6 +15,14 @@ from craftmesh.mesh.tet_connectivity import bodies, tet_volumes
 from craftmesh.solve.kernels.elements import internal_forces, strain_forces
 from craftmesh.types import Solution, TetMesh
 
+# Points at which Abaqus and CalculiX integrate a C3D10.
+DECK_RULE = 4
+# Six digits, as in .frd, leave 3e-4 with 43 thousand unknowns, and more with finer meshes; a field of
+# another load or material leaves 0.3 and more.
+_LARGEST_RESIDUAL = 0.1
+# A support's displacement comes back to six digits of the largest one.
+_SUPPORT = 1e-4
+
 
 @dataclass(frozen=True, eq=False)
 class Elements:
@@ -108,10 +116,6 @@ def _check_held(mesh: TetMesh, fixed: np.ndarray) -> None:
             )
 
 
-# Points at which Abaqus and CalculiX integrate a C3D10.
-DECK_RULE = 4
-
-
 @dataclass(frozen=True, eq=False)
 class Problem:
     """elements, supports, and the forces (n, 3) that act at the nodes, those of eigenstrains too."""
@@ -170,13 +174,6 @@ def _check_elements(mesh: TetMesh) -> None:
             f"solve: {len(bad)} elements are turned over or flat (the first is element {bad[0] + 1} of "
             f"grain {mesh.grain[bad[0]]}); mend the mesh (craftmesh check says more)"
         )
-
-
-# Six digits, as in .frd, leave 3e-4 with 43 thousand unknowns, and more with finer meshes; a field of
-# another load or material leaves 0.3 and more.
-_LARGEST_RESIDUAL = 0.1
-# A support's displacement comes back to six digits of the largest one.
-_SUPPORT = 1e-4
 
 
 def foreign_solution(

@@ -22,6 +22,14 @@ from craftmesh.types import Solution, TetMesh
 MOST_POISSON = 0.49
 # Ratios are known to the rounding of a stiffness and its inverse.
 _ROUNDING = 1e-9
+# Bytes for a node of 4- and 10-node elements, and gigabytes for Python and its libraries: measured with
+# benchmarks/solve.py, rounded up.
+_PER_NODE = {4: 4000, 10: 2000}
+_AT_REST = 0.4
+# Supports in a plane say nothing of the strain across it: eigenvalues of their moments under this share of
+# the largest are rounding.
+_FLAT = 1e-10
+FULL_RULE = 14
 
 
 def check_compressible(model: ElasticModel) -> None:
@@ -50,16 +58,6 @@ def poisson_ratios(stiffness: np.ndarray) -> np.ndarray:
     mean = mean_moduli(stiffness)
     bulk, shear = mean.reuss_bulk, mean.voigt_shear
     return (3 * bulk - 2 * shear) / (6 * bulk + 2 * shear)
-
-
-# Bytes for a node of 4- and 10-node elements, and gigabytes for Python and its libraries: measured with
-# benchmarks/solve.py, rounded up.
-_PER_NODE = {4: 4000, 10: 2000}
-_AT_REST = 0.4
-# Supports in a plane say nothing of the strain across it: eigenvalues of their moments under this share of
-# the largest are rounding.
-_FLAT = 1e-10
-FULL_RULE = 14
 
 
 def solve(

@@ -15,6 +15,8 @@ from craftmesh.voxels.foam import largest_piece, struts
 from craftmesh.voxels.options import SMALLEST_RADIUS, GenerateOptions
 
 RAGGED_LENGTH = 1.5  # voxels along which boundaries stray alike: steps, not a gentle bend
+_CLEARANCE = 2.0  # voxels between a void and the box, or another void or embedded grain
+_TRIALS = 2000  # random centres per void before it is given up
 
 
 def stray_offsets(
@@ -47,10 +49,6 @@ def shuffle_boundaries(labels: np.ndarray, share: float, rounds: int, rng: np.ra
             chosen = chance & (ways == way) & (labels > 0) & (shifted > 0)
             taken[chosen] = shifted[chosen]
         labels[...] = taken
-
-
-_CLEARANCE = 2.0  # voxels between a void and the box, or another void or embedded grain
-_TRIALS = 2000  # random centres per void before it is given up
 
 
 def generate(options: GenerateOptions = GenerateOptions(), spheres: np.ndarray | None = None) -> Voxels:  # noqa: B008

@@ -8,6 +8,8 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 
+SMALLEST_RADIUS = 1.5  # voxels; smaller bodies are specks that cleaning absorbs
+
 
 @dataclass(frozen=True)
 class CleanOptions(Options):
@@ -26,9 +28,6 @@ class CleanOptions(Options):
         False, "make each disconnected piece of a grain a grain of its own, with ids after the largest"
     )
     allow_single_grain: bool = option(False, "accept a volume that is one grain throughout")
-
-
-SMALLEST_RADIUS = 1.5  # voxels; smaller bodies are specks that cleaning absorbs
 
 
 @dataclass(frozen=True)

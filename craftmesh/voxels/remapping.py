@@ -9,6 +9,8 @@ from craftmesh.errors import CraftmeshError, listed
 from craftmesh.io.file_volume import as_numbers, table_rows
 from craftmesh.types import GRAIN, UNINDEXED, Voxels
 
+_LARGEST = np.iinfo(np.int32).max
+
 
 @dataclass(frozen=True)
 class RawVolume:
@@ -38,9 +40,6 @@ def as_raw(voxels: Voxels) -> RawVolume:
     """Return voxels that are all indexed as a RawVolume, their labels kept."""
     labels = np.unique(voxels.labels).tolist()
     return RawVolume(voxels, np.zeros(voxels.labels.shape, bool), dict(zip(labels, labels)))
-
-
-_LARGEST = np.iinfo(np.int32).max
 
 
 @dataclass(frozen=True)
