@@ -94,12 +94,18 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> S
     """
     lengths = _length_field(options)
     crack, front_points = _crack_or_points(front)
-    if not options.points:
-        return sizing_around(Defects(crack, front_points), surface, options, lengths)
-    given = read_source_points(existing(Path(options.points)))
-    spheres = within_box(Path(options.points), given, surface.box)
-    defects = Defects(crack, np.concatenate([front_points, given.points]), spheres)
+    given = given_defects(options, surface.box)
+    defects = Defects(crack, np.concatenate([front_points, given.points]), given.spheres)
     return sizing_around(defects, surface, options, lengths)
+
+
+def given_defects(options: SizingOptions, box: np.ndarray) -> Defects:
+    """Return the points and voids of the file that options name, in the box (2, 3); none without one."""
+    if not options.points:
+        return Defects()
+    path = existing(Path(options.points))
+    given = read_source_points(path)
+    return Defects(points=given.points, spheres=within_box(path, given, box))
 
 
 def within_box(path: Path, given: SourcePoints, box: np.ndarray) -> np.ndarray:

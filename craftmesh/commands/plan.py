@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy import ndimage
 
 from craftmesh.campaign.campaign import Campaign, read_campaign
 from craftmesh.campaign.cases import SYNTHETIC, UNTIL, Case
@@ -17,13 +18,15 @@ from craftmesh.campaign.configuration import fields_of
 from craftmesh.campaign.effort import RULES, Effort, Sizes, effort, expected_elements, expected_facets
 from craftmesh.campaign.home import Job, or_default, planned_jobs, read_config
 from craftmesh.commands.crack import given_surface
+from craftmesh.commands.mesh_flags import given_defects
 from craftmesh.commands.stage_io import add_report, existing, write_json
 from craftmesh.cracks.options import BY_NUMBERS, IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.prescription import is_sized, semi_axes
 from craftmesh.cracks.series import crack_of_increment
 from craftmesh.growth.steps import share_of_size
 from craftmesh.io.npz import read_labels
-from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for, voxel_edge
+from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, voxel_edge
+from craftmesh.sizing.sources import sizing_around
 from craftmesh.types import Crack, Voxels
 from craftmesh.voxels.clean import clean
 from craftmesh.voxels.generate import GenerateOptions, generate
@@ -130,11 +133,11 @@ def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
     A crack that grows is taken as larger by a step at each increment; of a shape from files that grows,
     the first is taken; one along grain boundaries, which are not there yet, as a penny of its radius.
     """
-    options = SizingOptions(**{**case.settings["sizing"], "field": None, "points": None, "curvature": None})
+    options = SizingOptions(**{**case.settings["sizing"], "field": None, "curvature": None})
     if options.l0 is None:
         options = replace(options, l0=voxel_edge(voxels))
-    sizing = sizing_for(None, options, np.zeros((0, 3)))
-    sources = []
+    sizing = sizing_around(given_defects(options, voxels.box), None, options)
+    sources = [sizing.sources, *([_on_voids(voxels)] if options.around_voids else [])]
     for name in case.cracks:
         crack_options = CrackOptions(**case.settings["cracks"][name])
         if crack_options.shape == IN_BOUNDARIES:
@@ -153,7 +156,13 @@ def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
             heights = case.settings["stitch"]["insertion"] == "cut"
             crack = crack_of_increment(crack_options, which, voxels.box, surface, heights)
         sources += [densify(crack.points[front], sizing.l_min / 2) for front in crack.fronts]
-    return replace(sizing, sources=np.concatenate(sources)) if sources else sizing
+    return replace(sizing, sources=np.concatenate(sources))
+
+
+def _on_voids(voxels: Voxels) -> np.ndarray:
+    """Return the centres (k, 3) of the enclosed voids' voxels beside the grains."""
+    beside = (voxels.labels < 0) & ndimage.binary_dilation(voxels.labels > 0)
+    return voxels.origin + (np.argwhere(beside) + 0.5) * voxels.spacing
 
 
 @lru_cache(maxsize=64)  # one crack in many volumes of one size

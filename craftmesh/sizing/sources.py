@@ -29,24 +29,27 @@ class Defects:
 
 
 def sizing_around(
-    defects: Defects, surface: Surface, options: SizingOptions, lengths: LengthField | None = None
+    defects: Defects,
+    surface: Surface | None,
+    options: SizingOptions,
+    lengths: LengthField | None = None,
 ) -> Sizing:
     """Return the sizing function around all `defects` of a model; the least of all lengths counts.
 
     Sources on fronts and on spheres are l_min / 2 apart. `surface` gives the default of l0, the curvature,
-    the box and, with options.around_voids, the points of its own voids;
-    lengths: a field of largest lengths. Raises CraftmeshError as `sizing_for`.
+    the box and, with options.around_voids, the points of its own voids; None will do
+    for points and spheres. lengths: a field of largest lengths. Raises CraftmeshError as `sizing_for`.
     """
     crack = defects.crack
     plain = sizing_for(surface, options, np.zeros((0, 3)), () if lengths is None else (lengths,))
     step = plain.l_min / 2
     sources = [densify(crack.points[front], step) for front in crack.fronts] if crack else []
-    if options.around_voids:
+    if options.around_voids and surface is not None:
         sources.append(void_points(surface))
     sources.append(defects.points)
     sources += [_on_sphere(sphere[:3], sphere[3], step) for sphere in defects.spheres]
     sizing = replace(plain, sources=np.concatenate([plain.sources, *sources]))
-    if crack is None:
+    if crack is None or surface is None:
         return sizing
     found = (lengths_of(crack, surface.box, sizing) for lengths_of in (strip_lengths, fold_lengths))
     return replace(sizing, others=(*sizing.others, *(one for one in found if one is not None)))

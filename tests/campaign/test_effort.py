@@ -79,6 +79,17 @@ def test_elements_of_the_examples(example, elements, shared_data, monkeypatch):
         assert count / FACTOR < sizes[inc].elements < count * FACTOR
 
 
+def test_elements_around_given_voids(monkeypatch):
+    """The foam of examples/paper_1 as it was meshed, its struts here in voxels five times as large."""
+    monkeypatch.chdir(ROOT)
+    config = yaml.safe_load((ROOT / "examples/paper_1/config.yaml").read_text())
+    coarse = config["generate"] | {"shape": [48] * 3, "spacing": [10 / 48] * 3}
+    campaign = read_campaign(config | {"generate": coarse, "results": "no-results-there"})
+    sizes = sizes_of(campaign, campaign.cases.values())
+    for case, count in {"gradated": 1_235_149, "uniform": 7_945_882}.items():
+        assert count / FACTOR < sizes[case]["000"].elements < count * FACTOR
+
+
 # CPU seconds and MB of single jobs with compiled kernels: voxels, facets and elements of the increment
 COPPER, AL1050 = Sizes(32_768, 103_175, 155_105), Sizes(718_528, 332_611, 95_915)
 COPPER_FINE, AL6XN = Sizes(32_768, 103_175, 1_488_678), Sizes(143_888, 153_938, 354_665)
