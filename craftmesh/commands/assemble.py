@@ -14,9 +14,9 @@ from craftmesh.assembly.assemble import assemble, refuse_other_surface
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import (
     add_mesh_flags,
+    check_sizing,
     given_crack,
-    refuse_two_sizings,
-    sizing_if_given,
+    given_sizing,
     write_mesh,
 )
 from craftmesh.commands.stage_io import add_output, warn
@@ -44,14 +44,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    refuse_two_sizings(arguments)
+    check_sizing(arguments)
     surface = read_surface(arguments.surface)
     grain_tets = [grain for chunk in arguments.chunks for grain in read_grain_tets(chunk)]
     record = merged([read_record(chunk) for chunk in arguments.chunks])
     if record.get("repair"):
         surface, _ = repair_surface(surface)
     options, crack = options_from(arguments, TetrahedralizeOptions), given_crack(arguments)
-    sizing = partial(sizing_if_given, arguments, surface)
+    sizing = partial(given_sizing, arguments, surface)
     write_mesh(arguments, *complete_mesh(surface, grain_tets, record, sizing, options, crack))
 
 

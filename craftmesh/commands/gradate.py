@@ -8,8 +8,8 @@ from craftmesh.commands.mesh_flags import (
     add_crack,
     add_front,
     add_sizing,
+    check_sizing,
     given_crack,
-    refuse_two_sizings,
     sizing_from,
 )
 from craftmesh.commands.stage_io import add_output, add_report, tell
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    refuse_two_sizings(arguments)
+    check_sizing(arguments)
     surface = read_surface(arguments.surface)
     sizing = sizing_from(arguments, surface, arguments.front)
     crack = given_crack(arguments)

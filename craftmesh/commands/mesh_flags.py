@@ -32,7 +32,7 @@ def given_crack(arguments: argparse.Namespace) -> Crack | None:
 
 
 def add_mesh_flags(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of the verbs that end in the mesh, which `write_mesh` and `sizing_if_given` read."""
+    """Add the flags of the verbs that end in the mesh, which `write_mesh` and `given_sizing` read."""
     add_file(parser, "--front-csv", "ordered front nodes with their frames")
     add_report(parser)
     add_front(parser)
@@ -62,7 +62,7 @@ def add_sizing(parser: argparse.ArgumentParser) -> None:
     add_options(parser, SizingOptions)
 
 
-def refuse_two_sizings(arguments: argparse.Namespace) -> None:
+def check_sizing(arguments: argparse.Namespace) -> None:
     """Raise CraftmeshError where flags that make a sizing stand beside --sizing, or it is not there."""
     names = ["front", *(item.name for item in fields(SizingOptions))]
     given = [f"--{name.replace('_', '-')}" for name in names if getattr(arguments, name, None) is not None]
@@ -72,7 +72,7 @@ def refuse_two_sizings(arguments: argparse.Namespace) -> None:
         existing(arguments.sizing)
 
 
-def sizing_if_given(arguments: argparse.Namespace, surface: Surface) -> Sizing | None:
+def given_sizing(arguments: argparse.Namespace, surface: Surface) -> Sizing | None:
     """Return the sizing function where a file of it, a front, the voids or any number of it was given."""
     is_given = arguments.sizing or arguments.front is not None
     if is_given or options_from(arguments, SizingOptions) != SizingOptions():

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.mesh_flags import add_sizing, refuse_two_sizings, sizing_from
+from craftmesh.commands.mesh_flags import add_sizing, check_sizing, sizing_from
 from craftmesh.commands.stage_io import add_output, add_report, existing, write_json
 from craftmesh.cracks.meetings import Oblique, oblique, traces
 from craftmesh.errors import CraftmeshError
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    refuse_two_sizings(arguments)
+    check_sizing(arguments)
     surface = read_surface(existing(arguments.surface))
     preview = preview_of(arguments, surface)
     for line in sentences(preview):

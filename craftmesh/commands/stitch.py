@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.mesh_flags import add_sizing, refuse_two_sizings, sizing_from
+from craftmesh.commands.mesh_flags import add_sizing, check_sizing, sizing_from
 from craftmesh.commands.stage_io import add_file, add_output, add_report, existing, tell, warn
 from craftmesh.cracks.split_voxels import split_along
 from craftmesh.errors import CraftmeshError, listed
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    refuse_two_sizings(arguments)
+    check_sizing(arguments)
     report: dict = {}
     if existing(arguments.surface).is_dir():
         surface, report = _of_folder(arguments.surface, options_from(arguments, StitchOptions))

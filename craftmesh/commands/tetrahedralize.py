@@ -10,9 +10,9 @@ from pathlib import Path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import (
     add_mesh_flags,
+    check_sizing,
     given_crack,
-    refuse_two_sizings,
-    sizing_if_given,
+    given_sizing,
     write_mesh,
 )
 from craftmesh.commands.stage_io import add_file, add_output, read_json, tell, warn
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    refuse_two_sizings(arguments)
+    check_sizing(arguments)
     surface = read_surface(arguments.surface)
     if arguments.workers < 1:
         raise CraftmeshError(f"--workers is {arguments.workers}; expected a number >= 1")
@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise CraftmeshError("--front-csv needs all grains, not a --chunk; give it to craftmesh assemble")
     options = options_from(arguments, TetrahedralizeOptions)
     surface, repair = repaired(surface, arguments.output) if options.repair else (surface, None)
-    sizing = sizing_if_given(arguments, surface)
+    sizing = given_sizing(arguments, surface)
     grains = surface.grains.tolist()
     if arguments.chunk is not None:
         grains = grains_of_chunk(surface, *arguments.chunk)

@@ -12,9 +12,8 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io.text_table import Table, read_table
 
 _CRAFTMESHER_XYZ = 7  # the first of the columns x, y, z
-LOAD_CASE = (
-    "load_case"  # a column of names: a front's rows come once for each, and those of the first count
-)
+# A column of names: a front's rows come once for each, and those of the first count.
+LOAD_CASE = "load_case"
 _KNOWN = {"x", "y", "z", "front", "closed"}
 
 

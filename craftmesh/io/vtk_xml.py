@@ -20,13 +20,9 @@ if TYPE_CHECKING:
     from vtkmodules.vtkCommonCore import vtkDataArray, vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataObject, vtkFieldData
 
-_COMPRESSION = (
-    1  # connectivity shrinks 4-fold at level 1 and hardly more at level 5, which takes thrice as long
-)
-
+# Connectivity shrinks 4-fold at level 1 and hardly more at level 5, which takes thrice as long.
+_COMPRESSION = 1
 _CELL_SIZES = {5: 3, 10: 4, 22: 6, 24: 10}  # triangles and tetrahedra by VTK's number of the type
-
-
 Arrays = Mapping[str, np.ndarray]
 NO_CELLS = (np.zeros(0, np.int64), np.zeros(1, np.int64))
 
