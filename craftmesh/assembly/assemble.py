@@ -21,6 +21,8 @@ from craftmesh.surface.measure import total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Crack, GrainTets, Surface, TetMesh
 
+_NO_FACET = -1
+
 
 def refuse_other_surface(surface: Surface, grain_tets: Sequence[GrainTets]) -> None:
     """Raise CraftmeshError unless each grain of tets has the points that the surface gives that grain.
@@ -39,9 +41,6 @@ def refuse_other_surface(surface: Surface, grain_tets: Sequence[GrainTets]) -> N
                 f"grain {one.grain}: its tetrahedra have {len(one.nodes)} points of a surface that gives"
                 f" it {len(expected)}, or others; expected those of this surface: run tetrahedralize again"
             )
-
-
-_NO_FACET = -1
 
 
 @typed

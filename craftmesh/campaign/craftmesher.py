@@ -8,35 +8,6 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 
-
-def read_config(path: Path) -> dict[str, str]:
-    """Read a config.xml: texts by key, those of nested elements as outer/inner.
-
-    Raises CraftmeshError for a file that is missing or not XML, and for a key that is there twice.
-    """
-    try:
-        root = ElementTree.parse(path).getroot()
-    except FileNotFoundError:
-        raise CraftmeshError(f"{path}: no such file; check the path") from None
-    except ElementTree.ParseError as error:
-        raise CraftmeshError(f"{path}: not XML ({error}); expected craftmesher's config.xml") from None
-    found: dict[str, str] = {}
-    for prefix, element in _leaves(root, ""):
-        if prefix in found:
-            raise CraftmeshError(f"{path}: key {prefix} is there twice; keep one")
-        found[prefix] = (element.text or "").strip()
-    return found
-
-
-def _leaves(element: ElementTree.Element, prefix: str) -> Iterator[tuple[str, ElementTree.Element]]:
-    for child in element:
-        name = f"{prefix}{child.tag}"
-        if len(child):
-            yield from _leaves(child, f"{name}/")
-        else:
-            yield name, child
-
-
 # Keys of config.xml that nothing here answers to, and why.
 _NOT_CARRIED = {
     "stls": "microstructures stand in the sheet of cases; for surfaces run `craftmesh stitch FOLDER`",
@@ -66,6 +37,34 @@ _SIZES = (
     "coarsening/VolumeTargetEdgeLength",
 )
 _SHRINK = tuple(f"advCrackFileShrink{axis}" for axis in "XYZ")
+
+
+def read_config(path: Path) -> dict[str, str]:
+    """Read a config.xml: texts by key, those of nested elements as outer/inner.
+
+    Raises CraftmeshError for a file that is missing or not XML, and for a key that is there twice.
+    """
+    try:
+        root = ElementTree.parse(path).getroot()
+    except FileNotFoundError:
+        raise CraftmeshError(f"{path}: no such file; check the path") from None
+    except ElementTree.ParseError as error:
+        raise CraftmeshError(f"{path}: not XML ({error}); expected craftmesher's config.xml") from None
+    found: dict[str, str] = {}
+    for prefix, element in _leaves(root, ""):
+        if prefix in found:
+            raise CraftmeshError(f"{path}: key {prefix} is there twice; keep one")
+        found[prefix] = (element.text or "").strip()
+    return found
+
+
+def _leaves(element: ElementTree.Element, prefix: str) -> Iterator[tuple[str, ElementTree.Element]]:
+    for child in element:
+        name = f"{prefix}{child.tag}"
+        if len(child):
+            yield from _leaves(child, f"{name}/")
+        else:
+            yield name, child
 
 
 def converted(keys: dict[str, str], folder: Path) -> tuple[dict, list[str]]:
