@@ -23,10 +23,10 @@ _ANGLE_EDGES = tuple(range(0, 181, 10))
 def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
     """Return what quality.json holds: plain numbers, shares in percent, angles in degrees.
 
-    Aspect ratio: longest edge over smallest altitude, as TetGen. Poor elements: see
-    `mesh/flat_tets`. `jacobian_not_positive` counts the elements with a Jacobian <= 0 at an integration point
-    (4-node elements and straight 10-node ones: with a volume <= 0). With voxels, `volume_drift` compares
-    each grain's volume with its voxels'. `flat`: see `flat_tets`.
+    Aspect ratio: longest edge over smallest altitude, as TetGen. Poor elements: see `mesh/flat_tets`.
+    `jacobian_not_positive` counts the elements with a Jacobian <= 0 at an integration point (4-node
+    elements and straight 10-node ones: with a volume <= 0). With voxels, `volume_drift` compares each
+    grain's volume with its voxels'. `flat`: see `flat_tets`.
     """
     corners = np.ascontiguousarray(mesh.tets[:, :4])
     measures = shape_measures(mesh.points, corners)
