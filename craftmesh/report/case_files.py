@@ -103,7 +103,8 @@ class Increment:
     """An increment's measures, and what else there is of it: None or empty where it was not made.
 
     quality: quality.json; lengths: those of Eq. 3 by name; front: columns of sif.csv; growth: growth.json;
-    reaction: half of all reactions' sizes along the axis where that is largest; pictures: .webp by name;
+    size: the crack's, of fracture.json; reaction: half of all reactions' sizes along the axis where that is
+    largest; pictures: .webp by name;
     scene: scene.json; digests: SHA-256 of files by name.
     """
 
@@ -113,6 +114,7 @@ class Increment:
     front: Mapping[str, np.ndarray] | None
     growth: Mapping[str, Any] | None
     crack: Crack | None
+    size: float | None
     reaction: float | None
     pictures: Mapping[str, bytes]
     scene: Mapping[str, Any] | None
@@ -175,6 +177,7 @@ def _increment(folder: Path) -> Increment:
         front=_front(front),
         growth=_json(growth) if growth.is_file() else None,
         crack=read_crack(crack) if crack.is_file() else None,
+        size=_crack_size(folder / "fracture.json"),
         reaction=_reaction(folder / "solution.npz"),
         pictures={name: path.read_bytes() for name, path in drawn.items() if path.is_file()},
         scene=_json(scene) if scene.is_file() else None,
@@ -189,6 +192,10 @@ def _front(path: Path) -> dict[str, np.ndarray] | None:
     columns = read_front(path)
     flags = read_words(path, "flags") or [""] * len(columns["x"])
     return columns | {"flags": np.array(flags)}
+
+
+def _crack_size(path: Path) -> float | None:
+    return _json(path).get("growth", {}).get("size") if path.is_file() else None
 
 
 def _reaction(path: Path) -> float | None:

@@ -13,13 +13,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from craftmesh.io.front_csv import has_word
 from craftmesh.report.case_files import Case, Increment
+from craftmesh.report.measures import of_sure
 from craftmesh.report.pictures import COLOURS, new_figure, plain
 from craftmesh.report.sweeps import FEWEST, QUANTITIES, SOLVED, Sweep
 
-# Flags of nodes at which K is less sure than elsewhere.
-UNSURE = ("end", "short", "narrow", "error")
 # Histograms of quality.json: their names in words, and whether small or large values are bad.
 HISTOGRAMS = {
     "aspect_ratio": "aspect ratio",
@@ -88,9 +86,8 @@ def _mean(column: str, size: bool = False) -> Callable[[Increment], float | None
 def _largest(increment: Increment) -> float | None:
     if increment.front is None:
         return None
-    sure = ~has_word(increment.front["flags"], UNSURE)
-    values = increment.front["K_I"][sure & np.isfinite(increment.front["K_I"])]
-    return float(values.max()) if len(values) else None
+    values = of_sure(increment.front, "K_I")
+    return float(np.nanmax(values)) if np.isfinite(values).any() else None
 
 
 VALUES: dict[str, Callable[[Increment], float | None]] = {
@@ -173,3 +170,43 @@ def against_size(
         axes.set_axis_off()
     figure.tight_layout()
     return figure
+
+
+def against_crack(increments: Sequence[Increment], units: Mapping[str, str]) -> Figure | None:
+    """Return K against the crack's size, its mean and range over the sure nodes, and the load cycles to it.
+
+    None where fewer than two increments have both.
+    """
+    known = [one for one in increments if one.size is not None and one.front is not None]
+    if len(known) < 2:
+        return None
+    size = [one.size for one in known]
+    cycles = [one.front["cycles"][0] for one in known if one.front is not None and "cycles" in one.front]
+    panels = [
+        key
+        for key in ("K_I", "K_II", "K_III", "kink_angle")
+        if all(key in (one.front or {}) for one in known)
+    ]
+    figure = new_figure(11.0, 2.9)
+    places = figure.subplots(1, len(panels) + (len(cycles) == len(known)), squeeze=False)[0]
+    for axes, key in zip(places, panels):
+        values = [of_sure(one.front, key) for one in known if one.front is not None]
+        axes.fill_between(
+            size, [np.nanmin(v) for v in values], [np.nanmax(v) for v in values], color=BAR, alpha=0.2, lw=0
+        )
+        axes.plot(size, [np.nanmean(v) for v in values], "o-", color=BAR, markersize=4)
+        axes.set_title(_titled(key, units), fontsize=9)
+    if len(cycles) == len(known):
+        places[-1].plot(size, cycles, "o-", color=BAR, markersize=4)
+        places[-1].set_title("load cycles", fontsize=9)
+    for axes in places:
+        axes.set_xlabel(plain(f"crack size [{units['length']}]" if "length" in units else "crack size"))
+        axes.grid(alpha=0.3)
+    figure.tight_layout()
+    return figure
+
+
+def _titled(key: str, units: Mapping[str, str]) -> str:
+    if key == "kink_angle":
+        return "kink angle [degrees]"
+    return plain(f"{key} [{units['K']}]") if "K" in units else key

@@ -4,6 +4,7 @@ import base64
 import json
 from collections.abc import Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from markupsafe import Markup
 from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.mesh.quality import drift_sentence
 from craftmesh.report.case_files import Case, Failure
-from craftmesh.report.charts import against_size, compared, histograms
+from craftmesh.report.charts import against_crack, against_size, compared, histograms
 from craftmesh.report.measures import UNIFORM_TETS, grown_rows, outcome, table_row, totals
 from craftmesh.report.pictures import along_front, as_webp, crack_by_increment
 from craftmesh.report.sweeps import MEASURED_IN, QUANTITIES, ReportOptions, sweeps
@@ -68,6 +69,7 @@ def _case(case: Case, rows: list, shown: list[str]) -> dict[str, Any]:
         "rows": rows,
         "off": [(inc.name, drift_sentence(inc.quality.get("volume_drift", {}))) for inc in case.increments],
         "grown": grown_rows(case),
+        "solved": [increment.name for increment in case.increments if increment.front is not None],
         "charts": _charts(case),
         "increments": [
             {
@@ -108,6 +110,10 @@ def _charts(case: Case) -> list[tuple[str, str]]:
     if solved:
         text = "Stress intensities and kink angle along the front by increment; dashed: its second front."
         charts.append((text, along_front(solved, _units(case).get("K", ""))))
+    grown = against_crack(case.increments, _units(case))
+    if grown is not None:
+        text = "Against the crack's size: mean of the front, and its range without uncertain nodes."
+        charts.append((text, grown))
     if solved and len(cracks) > 1 and last.scene is not None:
         text = "The crack in the body, and along its normal: what each increment added, and its fronts."
         box, towards = np.array(last.scene["box"]), np.array(last.scene["towards"])
@@ -181,6 +187,11 @@ def _span(values: tuple[float, float] | None, digits: int = 3) -> str:
     return "–" if values is None else f"{_number(values[0], digits)} … {_number(values[1], digits)}"
 
 
+def _name(value: Any) -> Any:
+    """Return a path without the folders of the machine that made the page, anything else as it is."""
+    return Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value
+
+
 def _duration(seconds: float) -> str:
     if seconds < 100:
         return f"{seconds:.3g} s"
@@ -193,7 +204,7 @@ def _environment() -> Environment:
     environment = Environment(
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {"number": _number, "span": _span, "duration": _duration}
+    environment.filters |= {"number": _number, "span": _span, "duration": _duration, "name": _name}
     for name in ("style.css", "view.js"):
         text = loader.get_source(environment, name)[0]
         environment.globals[name.split(".")[0]] = Markup(text)

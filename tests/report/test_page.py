@@ -5,12 +5,14 @@ import re
 import shutil
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from shown_models import asked, write_front, write_increment
 
 from craftmesh.cli import main
 from craftmesh.report import page as page_module
 from craftmesh.report.case_files import read_cases
+from craftmesh.report.measures import grown_rows
 from craftmesh.report.page import page
 from craftmesh.report.sweeps import ReportOptions
 
@@ -95,3 +97,30 @@ def test_units_are_beside_what_they_measure(results):
     text = page([replace(case, record=record)], ReportOptions())
     for label in ("Crack area [&lt;µm&gt;^2]", "Front length [&lt;µm&gt;]", "[$MPa$ sqrt(&lt;µm&gt;)]"):
         assert label in text and label not in plain
+
+
+def test_k_is_shown_against_the_crack_without_uncertain_nodes_and_linked(results):
+    (case,) = read_cases(results)
+    front = case.increments[0].front | {
+        "K_I": np.array([9.0, 2.0, 3.0]),
+        "flags": np.array(["end", "", ""]),
+    }
+    case.increments[0] = replace(case.increments[0], front=front, size=4.0)
+    assert grown_rows(case)[0].k_1 == (2.0, 3.0)
+    text = page([case], ReportOptions())
+    assert "Against the crack" not in text, "one size makes no curve"
+    assert 'href="one/000/sif.csv"' in text and 'href="one/000/front.csv"' in text
+    case.increments[1] = replace(case.increments[1], front=front, size=5.0)
+    assert "Against the crack" in page([case], ReportOptions())
+
+
+def test_no_folder_of_the_machine_is_on_the_page(results):
+    (case,) = read_cases(results)
+    config = case.record["config"] | {
+        "cracks": {"edge": {"shape": "surface", "file": "/some/where/own.stl"}}
+    }
+    case = replace(
+        case, record=dict(case.record) | {"microstructure": "/some/where/s.npz", "config": config}
+    )
+    text = page([case], ReportOptions())
+    assert "/some/where" not in text and "own.stl" in text and "s.npz" in text
