@@ -272,13 +272,16 @@ class Solution:
     displacement (n, 3) float64; reactions (n, 3) float64: the supports' forces on the body, 0 at free
     nodes. record: the solver's name and its figures by name (residual, iterations, ...), plain numbers and
     texts. contact (n, 3) float64: the forces by which lips that touch push each other apart, None where
-    contact was not asked for or no lips would overlap.
+    contact was not asked for or no lips would overlap. history: of a load in steps, by increments: `time`,
+    and the nominal strain and stress of faces that move or are pulled, such as `ZMAX.z strain`, (k,) each;
+    the fields are those of its end.
     """
 
     displacement: np.ndarray
     reactions: np.ndarray
     record: Mapping[str, str | int | float] = field(default_factory=dict)
     contact: np.ndarray | None = None
+    history: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         _convert(self, "displacement", float, (None, 3))
@@ -286,3 +289,4 @@ class Solution:
         if self.contact is not None:
             _convert(self, "contact", float, (len(self.displacement), 3))
         object.__setattr__(self, "record", _mapping("Solution.record", self.record))
+        object.__setattr__(self, "history", _mapping("Solution.history", self.history))

@@ -91,9 +91,9 @@ class Campaign:
         return {"crack": f"{self.results}/{case}/{inc}/crack.vtp"} if has_crack else {}
 
     def solution(self, case: str, inc: str) -> dict[str, str]:
-        """Return the solution of an increment as the input `solution`, where its crack grows."""
-        grows = self.cases[case].grows
-        return {"solution": f"{self.results}/{case}/{inc}/solution.npz"} if grows else {}
+        """Return the solution of an increment as the input `solution`, where there is one to be shown."""
+        is_shown = self.cases[case].grows or self.cases[case].runs_history
+        return {"solution": f"{self.results}/{case}/{inc}/solution.npz"} if is_shown else {}
 
     def previous_crack(self, case: str, inc: str) -> dict[str, str]:
         """Return the crack of the increment before as the input `previous`; nothing for the first."""
@@ -164,6 +164,12 @@ class Campaign:
     def model_flags(self, case: str) -> str:
         """Return the flags of `inp` that make the deck's model, which is solved and integrated."""
         return command_flags(fields_of(ModelOptions, self._deck(case)))
+
+    def solved_flags(self, case: str) -> str:
+        """Return the flags of `inp` that a case's solver takes: programs also those of the deck's steps."""
+        if not self.cases[case].runs_history:
+            return self.model_flags(case)
+        return command_flags({key: value for key, value in self._deck(case).items() if key != "includes"})
 
     def growth_flags(self, case: str) -> str:
         """Return the flags of the kink angles and extensions that `craftmesh fracture` finds."""

@@ -7,7 +7,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from craftmesh.deck.options import DeckOptions
 from craftmesh.errors import CraftmeshError, listed
+from craftmesh.solve.options import BUILTIN
 
 # files of the results' own; macOS and Windows tell no files apart by capitals, and results are moved about
 RESERVED = ("logs", "benchmarks", "report.html")
@@ -74,6 +76,12 @@ class Case:
     @property
     def grows(self) -> bool:
         return self.growth != PRESCRIBED
+
+    @property
+    def runs_history(self) -> bool:
+        """Whether a program takes the load through steps, in place of a linear elastic field."""
+        by_program = self.settings["solve"]["solver"] != BUILTIN
+        return by_program and bool(DeckOptions(**self.settings["inp"]).history)
 
     @property
     def increment_names(self) -> tuple[str, ...]:

@@ -164,6 +164,11 @@ def _check_increments(case: Case) -> None:
             f"{case.place}: inp.element is {model.element}, and the crack grows; expected C3D10, whose "
             "displacements give its stress intensities"
         )
+    if case.grows and case.runs_history:
+        raise CraftmeshError(
+            f"{case.place}: solve.solver is {case.settings['solve']['solver']}, the load comes in steps "
+            "and the crack grows, by K of linear elastic fields; expected builtin, or growth prescribed"
+        )
     if case.grows and not model.is_loaded:
         found = f"inp.load is {model.load}, inp.magnitude {model.magnitude:g}"
         raise CraftmeshError(

@@ -27,8 +27,8 @@ def run(arguments: argparse.Namespace) -> None:
     pictures = mesh_pictures(shown)
     if arguments.solution:
         solution = read_solution(existing(arguments.solution))
-        points, elements, stress = read_solution_vtu(existing(arguments.solution.with_suffix(".vtu")))
-        solved = SolvedMesh(mesh, solution, points, elements[:, :4], stress)
+        points, elements, stress, slip = read_solution_vtu(existing(arguments.solution.with_suffix(".vtu")))
+        solved = SolvedMesh(mesh, solution, points, elements[:, :4], stress, slip)
         pictures |= solved_pictures(solved, shown)
     with atomic_folder(arguments.output) as folder:
         for name, picture in pictures.items():

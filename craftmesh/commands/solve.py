@@ -10,35 +10,23 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.microstructure import add_microstructure, known_of_files
+from craftmesh.commands.microstructure import add_microstructure, known_of_files, user_materials
+from craftmesh.commands.run_deck import FIELD, JOB, Ended, run_deck, solved_history
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell
-from craftmesh.deck.limits import deck_warning
+from craftmesh.deck.options import DeckOptions
 from craftmesh.deck.write_deck import write_model
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.model_tables import FORM, read_displacement_table, read_displacements
 from craftmesh.io.stage_npz import write_solution, write_solution_vtu, write_solutions
 from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.model import ElasticModel, elastic_model
-from craftmesh.mechanics.model_options import ModelOptions
-from craftmesh.processes import job
-from craftmesh.processes.job import run_program
+from craftmesh.mechanics.user_materials import UserMaterials
 from craftmesh.progress import ProgressLine
-from craftmesh.solve.options import ABAQUS, BUILTIN, CALCULIX, EXTERNAL, SolveOptions, words_of
+from craftmesh.solve.options import BUILTIN, CALCULIX, EXTERNAL, SolveOptions
 from craftmesh.solve.problem import foreign_solution
 from craftmesh.solve.solve import memory_of, solve, solve_combinations
 from craftmesh.solve.stress import grain_stress
 from craftmesh.types import Solution
-
-JOB, FIELD = "model", "field.csv"
-_CALLS = {
-    CALCULIX: ("ccx -i {job}",),
-    ABAQUS: (
-        "abaqus job={job} input={job}.inp interactive ask_delete=OFF output_precision=full",
-        "abaqus python {script} {job}.odb {field}",
-    ),
-}
-# CalculiX where it was built without a direct solver; the field would be wrong without a word.
-_ITERATIVE = "iterative solver"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,16 +46,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="where calculix and abaqus run; kept (default: beside the output, removed in the end)",
     )
     add_report(parser)
-    add_options(parser, ModelOptions, SolveOptions)
+    add_options(parser, DeckOptions, SolveOptions, skip=("includes",))
 
 
 def run(arguments: argparse.Namespace) -> None:
-    options = options_from(arguments, SolveOptions)
+    options, deck = options_from(arguments, SolveOptions), options_from(arguments, DeckOptions)
     known = known_of_files(arguments)
     mesh = read_tets(arguments.volume)
-    model, counts = elastic_model(mesh, options_from(arguments, ModelOptions), **known)
+    model, counts = elastic_model(mesh, deck, **known)
     start = time.monotonic()
-    if model.combinations:
+    stress = slip = None
+    if deck.history and options.solver != BUILTIN:
+        materials = user_materials(deck.user_material, known)
+        (solution, stress, slip), report = _ended(model, options, deck, materials, arguments)
+        write_solution(arguments.output, solution)
+    elif model.combinations:
         solutions, report = _combinations(model, options, arguments)
         write_solutions(arguments.output, solutions)
         solution = next(iter(solutions.values()))
@@ -75,10 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
         solution, report = _solution(model, options, arguments)
         write_solution(arguments.output, solution)
     if arguments.vtu:
-        found = grain_stress(model, solution.displacement)
-        node, moved = found.node, solution.displacement[found.node]
-        place = model.mesh.points[node], found.tets, model.mesh.grain, node + 1
-        write_solution_vtu(arguments.vtu, *place, moved, found.stress)
+        _write_vtu(arguments.vtu, model, solution, stress, slip)
     seconds = round(time.monotonic() - start, 1)
     tell(counts | {"solver": options.solver} | report | {"seconds": seconds}, arguments.report)
 
@@ -98,24 +88,10 @@ def computed_field(model: ElasticModel, options: SolveOptions, folder: Path) -> 
     Raises CraftmeshError for a deck that CalculiX would refuse, for a program that fails, and for results
     that cannot be read.
     """
-    warning = deck_warning(model) if options.solver == CALCULIX else ""
-    if warning:
-        raise CraftmeshError(f"calculix: {warning}")
     folder.mkdir(parents=True, exist_ok=True)
     results = folder / (f"{JOB}.frd" if options.solver == CALCULIX else FIELD)
-    results.unlink(missing_ok=True)
     write_model(folder / f"{JOB}.inp", model)
-    script = Path(job.__file__).with_name("abaqus_displacements.py")
-    limits = job.Limits(options.time_limit, options.memory_limit)
-    for number, call in enumerate(options.command or _CALLS[options.solver], 1):
-        log = folder.resolve() / f"{options.solver}_{number}.log"
-        said = run_program(words_of(call, JOB, str(script), FIELD), folder.resolve(), limits, log)
-        if options.solver == CALCULIX and _ITERATIVE in said:
-            raise CraftmeshError(
-                f"calculix: took its {_ITERATIVE}, which is not exact; take a ccx with SPOOLES"
-            )
-    if not results.exists():
-        raise CraftmeshError(f"{options.solver}: left no {results.name}; see the files in {folder}")
+    run_deck(model, options, results)
     read = read_displacements if options.solver == CALCULIX else read_displacement_table
     return _in_model_unit(model, *read(results), str(results))
 
@@ -137,6 +113,30 @@ def given_field(model: ElasticModel, path: str | os.PathLike) -> ForeignField:
     return _in_model_unit(model, *read_displacement_table(path), str(path))
 
 
+def _ended(
+    model: ElasticModel,
+    options: SolveOptions,
+    deck: DeckOptions,
+    materials: UserMaterials | None,
+    arguments: argparse.Namespace,
+) -> tuple[Ended, dict]:
+    """Return the end of a load in steps, and a report."""
+    if options.solver != CALCULIX:
+        raise CraftmeshError(
+            f"solver {options.solver}: reads linear elastic fields alone, and the load comes in steps "
+            "(steps, user_material, lip_contact); expected calculix, or run the deck of `craftmesh inp`"
+        )
+    folder = arguments.work or _folder(arguments.output, options)
+    result = solved_history(model, options, deck, materials, folder)
+    if not arguments.work:
+        shutil.rmtree(folder)
+    return result
+
+
+def _folder(output: Path, options: SolveOptions) -> Path:
+    return output.with_name(f"{output.stem}_{options.solver}")
+
+
 def _solution(
     model: ElasticModel, options: SolveOptions, arguments: argparse.Namespace, case: str = ""
 ) -> tuple[Solution, dict]:
@@ -150,7 +150,7 @@ def _solution(
         given: Path = arguments.field or output.with_name(FIELD)
         found = given_field(model, given.with_stem(f"{given.stem}_{case}") if case else given)
         return foreign_solution(model, found.numbers, found.displacement, EXTERNAL, found.source)
-    folder = arguments.work or output.with_name(f"{output.stem}_{options.solver}")
+    folder = arguments.work or _folder(output, options)
     found = computed_field(model, options, folder / case)
     result = foreign_solution(model, found.numbers, found.displacement, options.solver, found.source)
     if not arguments.work:
@@ -177,3 +177,18 @@ def _combinations(
             model.under(one), numbers, one.sum_of(fields), options.solver, one.name
         )
     return solutions, {"load_cases": figures}
+
+
+def _write_vtu(
+    path: Path,
+    model: ElasticModel,
+    solution: Solution,
+    stress: np.ndarray | None,
+    slip: np.ndarray | None,
+) -> None:
+    """Write the fields; stress (n, 6), slip (n,): of nodes where they are known, else by elasticity."""
+    found = grain_stress(model, solution.displacement)
+    node, mesh = found.node, model.mesh
+    moved, values = solution.displacement[node], found.stress if stress is None else stress[node]
+    slipped = None if slip is None else slip[node]
+    write_solution_vtu(path, mesh.points[node], found.tets, mesh.grain, node + 1, moved, values, slipped)

@@ -38,6 +38,10 @@ def solved_loads(
         )
     check_cycle(cycle, list(models))
     for name, solution in solutions.items():
+        if solution.history:
+            raise CraftmeshError(
+                f"{path}: has the end of a load in steps, and K is of elastic fields: solve with builtin"
+            )
         if solution.displacement.shape != model.mesh.points.shape:
             raise CraftmeshError(
                 f"{path}: has {len(solution.displacement)} nodes, the mesh {len(model.mesh.points)}; give "

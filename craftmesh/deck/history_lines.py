@@ -8,7 +8,7 @@ from craftmesh.deck.inp_format import number
 from craftmesh.deck.step_lines import COLD, ROUNDING, force_lines, moved_lines, parted, pressure_lines
 from craftmesh.mechanics.history import RAMP, LoadStep
 from craftmesh.mechanics.load import Load, combined
-from craftmesh.types import TetMesh
+from craftmesh.types import BOX_PLANES, TetMesh
 
 # An increment that does not converge is cut to no less than that share of the longest: ten halvings.
 _SHORTEST = 1e-3
@@ -17,9 +17,9 @@ _PAIRS_PER_LINE = 4
 
 
 def history_lines(
-    loads: Mapping[str, Load], steps: Sequence[LoadStep], mesh: TetMesh, extras: str, nlgeom: bool
+    loads: Mapping[str, Load], steps: Sequence[LoadStep], mesh: TetMesh, extras: Sequence[str], nlgeom: bool
 ) -> Iterator[str]:
-    """Yield the steps of a history; loads: by the names in it; extras: output and restart of each step.
+    """Yield the steps of a history; loads: by the names in it; extras: lines for the output of each step.
 
     A step has all that any of the loads holds, moves or pulls, 0 where its own does not, so that it takes
     the place of the step before.
@@ -30,22 +30,30 @@ def history_lines(
         if step.kind != RAMP:
             yield f"*AMPLITUDE, NAME=STEP_{count}\n"
             yield from _table_lines(step.table())
-    for count, step in enumerate(steps, 1):
+    for count, (step, asked) in enumerate(zip(steps, extras, strict=True), 1):
         yield f"*STEP, INC={_MOST_INCREMENTS}{', NLGEOM=YES' if nlgeom else ''}\n"
         yield f"** Step {count}: {step.kind} of the load {step.load}".rstrip() + "\n"
         longest = step.time / step.increments
         yield f"*STATIC\n{', '.join(map(number, (longest, step.duration, _SHORTEST * longest, longest)))}\n"
         yield from _load_lines(loads, step, count, mesh)
-        yield f"{extras}*END STEP\n"
+        yield f"{asked}*END STEP\n"
+
+
+def face_lines(loads: Mapping[str, Load]) -> str:
+    """Return the lines that print displacements and forces of the faces that move or are pulled."""
+    acting = {part.name for load in loads.values() for part in load.moved}
+    acting |= {part.name for load in loads.values() for part in load.pulled}
+    return "".join(
+        f"*NODE PRINT, NSET={plane}, TOTALS=YES\nU, RF\n" for plane in BOX_PLANES if plane in acting
+    )
 
 
 def _load_lines(loads: Mapping[str, Load], step: LoadStep, count: int, mesh: TetMesh) -> Iterator[str]:
     """Yield supports and loads of a step: at its end, or with its amplitude over time."""
     level, amplitude = (step.level, "") if step.kind == RAMP else (1.0, f", AMPLITUDE=STEP_{count}")
     load = combined([(level * (name == step.load), one) for name, one in loads.items()])
-    parts = [fixed for fixed in (*load.held, *load.moved)]
     yield "*BOUNDARY" + amplitude + "\n"
-    for fixed in parts:
+    for fixed in (*load.held, *load.moved):
         yield from moved_lines(fixed)
     pressures, forces = parted(load.pulled, mesh)
     if pressures:

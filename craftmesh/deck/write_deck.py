@@ -11,7 +11,7 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path, atomic_paths
 from craftmesh.deck.contact_lines import contact_lines
-from craftmesh.deck.history_lines import history_lines
+from craftmesh.deck.history_lines import face_lines, history_lines
 from craftmesh.deck.includes import include_line, mesh_file
 from craftmesh.deck.limits import check_writable
 from craftmesh.deck.mesh_lines import mesh_lines, set_lines
@@ -21,6 +21,7 @@ from craftmesh.deck.section_lines import section_lines
 from craftmesh.deck.step_lines import step_lines, steps_of_cases
 from craftmesh.deck.user_section_lines import user_section_lines
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.history import held_step
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.mechanics.user_materials import UserMaterial, UserMaterials
@@ -85,11 +86,13 @@ def write_model(
     options: DeckOptions = DeckOptions(),  # noqa: B008 (frozen)
     materials: UserMaterials | None = None,
     units: UnitsOptions = UnitsOptions(),  # noqa: B008 (frozen)
+    traced: bool = False,
 ) -> None:
     """Write the complete deck of a model, as `write_deck` does.
 
     options: what is no part of the model; materials: those of options.user_material; units: named in the
-    heading. Of options that have plates the load is in contact with them.
+    heading; traced: a history prints what faces bear in each increment, and fields in its last one alone,
+    for CalculiX has one frequency for both. Of options that have plates the load is in contact with them.
     """
     check_writable(model)
     if options.user_material and materials is None:
@@ -120,20 +123,25 @@ def write_model(
         if options.has_plates and model.load is not None:
             main.writelines(plate_lines(model.load, mesh))
             model = replace(model, load=on_plates(model.load))
-        main.writelines(_load_lines(model, options, materials))
+        main.writelines(_load_lines(model, options, materials, traced))
 
 
 def _load_lines(
-    model: ElasticModel, options: DeckOptions, materials: UserMaterials | None
+    model: ElasticModel, options: DeckOptions, materials: UserMaterials | None, traced: bool
 ) -> Iterator[str]:
     """Return the lines of the steps: of a history, of each load case, or of the load at once."""
-    if options.history:
+    steps = [piece for step in options.history for piece in step.pieces()]
+    if steps:
         user = None if materials is None else next(iter(materials.by_phase.values()))
+        loads = model.loads(step.load for step in steps)
         asked = (_OUTPUT if user is None else user.output).replace("{every}", str(options.output_every))
         if options.restart_every:
             asked += f"*RESTART, WRITE, FREQUENCY={options.restart_every}\n"
-        loads = model.loads(step.load for step in options.history)
-        return history_lines(loads, options.history, model.mesh, asked, user is not None and user.nlgeom)
+        extras = [asked] * len(steps)
+        if traced:
+            faces, steps = face_lines(loads), [*steps, held_step(steps[-1])]
+            extras = [faces] * len(extras) + [faces + asked]
+        return history_lines(loads, steps, model.mesh, extras, user is not None and user.nlgeom)
     if model.cases:
         return steps_of_cases(model.cases, model.mesh)
     return iter(()) if model.load is None else step_lines(model.load, model.mesh)

@@ -1,9 +1,10 @@
 """Tables of a model from users and other programs: displacements, eigenstrains of grains, lips' loads."""
 
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,7 @@ FORM = "csv with the columns node,ux,uy,uz, or .npz with the entries node (k,) a
 # Columns of a line of values in the long ASCII form: key, node, then fields of twelve, six a line.
 _NODE, _FIRST, _FIELD, _PER_LINE = slice(3, 13), 13, 12, 6
 _ROWS = 100_000  # rows read at once
+_PRINT = re.compile(r"^ *(displacements|total force|forces) \(.*\) for set (\S+) and time +(\S+)\s*$")
 ONE, SIX = ("e",), ("e11", "e22", "e33", "e12", "e13", "e23")
 PRESSURE, TRACTION = ("pressure",), ("tx", "ty", "tz")
 
@@ -119,6 +121,47 @@ def _rows_of_values(text: bytes, width: int) -> int:
 
 def _column(table: np.ndarray, at: slice) -> np.ndarray:
     return np.ascontiguousarray(table[:, at]).view(f"S{at.stop - at.start}").ravel()
+
+
+class FacePrint(NamedTuple):
+    """What CalculiX printed of a node set in increments: times (k,), numbers (n,) of its nodes, their
+    displacements (k, n, 3), and the sum of the forces on them (k, 3)."""
+
+    times: np.ndarray
+    numbers: np.ndarray
+    displacement: np.ndarray
+    force: np.ndarray
+
+
+def read_face_prints(path: str | os.PathLike) -> dict[str, FacePrint]:
+    """Return what a .dat of CalculiX has of node sets, by name: *NODE PRINT of U and RF, with their totals.
+
+    Raises CraftmeshError for a file that is missing, has none, or has not the same for each increment.
+    """
+    blocks: dict[tuple[str, str], list[tuple[float, list[list[float]]]]] = {}
+    into: list[list[float]] = []
+    try:
+        with open(path, encoding="latin-1") as stream:
+            for line in stream:
+                if head := _PRINT.match(line):
+                    into = []
+                    blocks.setdefault((head[2], head[1]), []).append((float(head[3]), into))
+                elif line.strip():
+                    into.append([float(word) for word in line.split()])
+        found = {}
+        for name in dict.fromkeys(name for name, _ in blocks):
+            times, moved = zip(*blocks[name, "displacements"])
+            forces = [rows[0] for _, rows in blocks[name, "total force"]]
+            table = np.array(moved)
+            numbers = table[0, :, 0].astype(np.int64)
+            found[name] = FacePrint(np.array(times), numbers, table[:, :, 1:], np.array(forces))
+        if found:
+            return found
+    except (OSError, ValueError, KeyError, IndexError):
+        pass
+    raise CraftmeshError(
+        f"{path}: has no displacements and forces of faces for each increment; solve again"
+    )
 
 
 def read_grain_strains(path: str | os.PathLike) -> tuple[list[int], np.ndarray]:

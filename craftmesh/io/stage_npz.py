@@ -27,6 +27,7 @@ _ENTRIES = {
     "field_growth": ((None,), "f"),
 }
 SOLUTION_FORMAT = "craftmesh solution 1"  # in the entry `format`
+_HISTORY = "history "  # how the entries of a history begin
 # VTK has xz after yz.
 _VTK_ORDER = [0, 1, 2, 3, 5, 4]
 
@@ -118,7 +119,7 @@ def read_sizing(path: str | os.PathLike) -> dict[str, np.ndarray]:
 def write_solution(path: str | os.PathLike, solution: Solution) -> None:
     """Write an .npz with `displacement`, `reactions` and `record` (JSON text), always in the same bytes.
 
-    `contact` too where the solution has it.
+    `contact`, and each column of a history as `history NAME`, where the solution has them.
     """
     write_arrays(path, {"format": np.array(SOLUTION_FORMAT)} | _solution_arrays(solution))
 
@@ -140,6 +141,7 @@ def _solution_arrays(solution: Solution) -> dict[str, np.ndarray]:
     text = json.dumps(dict(solution.record), sort_keys=True)
     arrays = {"record": np.array(text), "displacement": solution.displacement}
     arrays |= {"reactions": solution.reactions}
+    arrays |= {f"{_HISTORY}{name}": values for name, values in solution.history.items()}
     return arrays if solution.contact is None else arrays | {"contact": solution.contact}
 
 
@@ -159,7 +161,8 @@ def read_solutions(path: str | os.PathLike) -> dict[str, Solution]:
         before = "" if name == names[0] else f"{name}."
         own = {key.removeprefix(before): values for key, values in arrays.items() if key.startswith(before)}
         record = json.loads(str(own["record"]))
-        found[name] = Solution(own["displacement"], own["reactions"], record, own.get("contact"))
+        named = {key.removeprefix(_HISTORY): own[key] for key in own if key.startswith(_HISTORY)}
+        found[name] = Solution(own["displacement"], own["reactions"], record, own.get("contact"), named)
     return found
 
 
@@ -171,12 +174,13 @@ def write_solution_vtu(
     node: np.ndarray,
     displacement: np.ndarray,
     stress: np.ndarray,
+    slip: np.ndarray | None = None,
 ) -> None:
     """Write a .vtu of elements whose grains share no points.
 
     points (p, 3), tets (m, 4 or 10), cell data `grain` (m,). Point data: `node` (p,), the deck's number;
     `displacement` (p, 3); `stress` (p, 6) xx, yy, zz, xy, yz, xz, given as 11, 22, 33, 12, 13, 23; and
-    `von_mises`.
+    `von_mises`; and `slip` (p,) where it is known.
     """
     from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 
@@ -192,15 +196,18 @@ def write_solution_vtu(
         "stress": stress[:, _VTK_ORDER],
         "von_mises": np.sqrt(0.5 * apart + 3 * (shear**2).sum(axis=1)),
     }
-    vtk_xml.add_arrays(grid.GetPointData(), arrays)
+    vtk_xml.add_arrays(grid.GetPointData(), arrays | ({} if slip is None else {"slip": slip}))
     vtk_xml.write_dataset(path, grid, "UnstructuredGrid")
 
 
-def read_solution_vtu(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points (p, 3), elements (m, 4 or 10) and stress (p, 6) of a solution.vtu.
+def read_solution_vtu(
+    path: str | os.PathLike,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
+    """Return points (p, 3), elements (m, 4 or 10), stress (p, 6) and slip (p,) of a solution.vtu.
 
-    Stresses are 11, 22, 33, 12, 13, 23. Raises CraftmeshError for a file of another kind.
+    Stresses are 11, 22, 33, 12, 13, 23; slip is None where the file has none. Raises CraftmeshError for a
+    file of another kind.
     """
     grid = vtk_xml.read_dataset(path, "UnstructuredGrid")
     stress = vtk_xml.named_array(path, grid.at_points, ["stress"], "point data")
-    return grid.points, grid.elements(path), stress[:, _VTK_ORDER]
+    return grid.points, grid.elements(path), stress[:, _VTK_ORDER], grid.at_points.get("slip")

@@ -15,6 +15,7 @@ _EXPECTED = (
 )
 # Of a level: levels that differ by less are the same, but for rounding.
 _SAME = 1e-9
+_MOMENT = 1e-6  # of a step's time: what the load is held for, in which nothing creeps
 _DIGITS = 12  # of a level, so that one of 0 is 0
 
 
@@ -57,6 +58,25 @@ class LoadStep:
         """Where the cycles begin: 1 at the peak, -1 at the valley."""
         share = (2 * self.start / self.level - (1 + self.R)) / (1 - self.R)
         return min(max(share, -1.0), 1.0)
+
+    def pieces(self) -> list["LoadStep"]:
+        """Return the step as a deck has it: ramps between the turning points of a triangle, met exactly."""
+        if self.kind != TRIANGLE:
+            return [self]
+        table = self.table().tolist()
+        return [
+            LoadStep(
+                self.load,
+                RAMP,
+                level,
+                0.0,
+                1.0,
+                later - before,
+                self.increments * (later - before) / self.time,
+                start,
+            )
+            for (before, start), (later, level) in zip(table, table[1:])
+        ]
 
     def table(self) -> np.ndarray:
         """Return times and levels (k, 2), straight between, of a step of cycles.
@@ -104,6 +124,11 @@ def parse_steps(texts: Iterable[str], loads: Sequence[str]) -> tuple[LoadStep, .
                 )
         found.append(step)
     return tuple(found)
+
+
+def held_step(last: LoadStep) -> LoadStep:
+    """Return a step that holds the load for a moment where the last one ended."""
+    return LoadStep(last.load, RAMP, last.end, time=_MOMENT * last.time, increments=1)
 
 
 def _step(text: str) -> LoadStep:

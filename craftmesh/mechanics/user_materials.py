@@ -41,6 +41,9 @@ class UserMaterial(Options):
     oriented: bool = option(True, "whether the material has axes, and so each grain needs an orientation")
     nlgeom: bool = option(False, "whether steps are of finite strain")
     output: str = option(_OUTPUT, "lines of each step that ask for output; {every} is inp.output_every")
+    slip: tuple[int, int] | None = option(
+        None, "first and last of the state variables whose sum is the accumulated slip, from 1", at_least=1
+    )
     about: str = option("", "what the subroutine is, for who reads the template")
 
     def __post_init__(self) -> None:

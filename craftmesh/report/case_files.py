@@ -17,7 +17,7 @@ from craftmesh.io.front_csv import front_table, read_front, read_words
 from craftmesh.io.stage_npz import read_sizing, read_solution
 from craftmesh.io.vtk import read_crack
 from craftmesh.report.sweeps import SIZES
-from craftmesh.types import Crack
+from craftmesh.types import Crack, Solution
 
 # The stage that makes a file, by the file's name; others are called by the file itself.
 STAGES = {
@@ -38,7 +38,7 @@ STAGES = {
     "pictures": "depict",
 }
 RECORD = "case.json"
-PICTURES = ("grains", "sizes", "crack", "deformed", "stress")
+PICTURES = ("grains", "sizes", "crack", "deformed", "stress", "slip")
 PACKAGES = ("craftmesh", "tetgen", "pytetwild", "numpy", "scipy", "numba", "pyamg", "vtk", "snakemake")
 _ERROR = "craftmesh: error: "
 
@@ -104,7 +104,7 @@ class Increment:
 
     quality: quality.json; lengths: those of Eq. 3 by name; front: columns of sif.csv; growth: growth.json;
     size: the crack's, of fracture.json; reaction: half of all reactions' sizes along the axis where that is
-    largest; pictures: .webp by name;
+    largest; history: as of `Solution`; pictures: .webp by name;
     scene: scene.json; digests: SHA-256 of files by name.
     """
 
@@ -116,6 +116,7 @@ class Increment:
     crack: Crack | None
     size: float | None
     reaction: float | None
+    history: Mapping[str, np.ndarray]
     pictures: Mapping[str, bytes]
     scene: Mapping[str, Any] | None
     digests: Mapping[str, str]
@@ -166,6 +167,8 @@ def read_case(folder: Path) -> Case:
 
 
 def _increment(folder: Path) -> Increment:
+    path = folder / "solution.npz"
+    solution = read_solution(path) if path.is_file() else None
     scene, growth = folder / "pictures" / "scene.json", folder / "growth.json"
     sizing, front, crack = (folder / name for name in ("sizing.npz", "sif.csv", "crack.vtp"))
     drawn = {name: folder / "pictures" / f"{name}.webp" for name in PICTURES}
@@ -178,7 +181,8 @@ def _increment(folder: Path) -> Increment:
         growth=_json(growth) if growth.is_file() else None,
         crack=read_crack(crack) if crack.is_file() else None,
         size=_crack_size(folder / "fracture.json"),
-        reaction=_reaction(folder / "solution.npz"),
+        reaction=None if solution is None else _reaction(solution),
+        history={} if solution is None else solution.history,
         pictures={name: path.read_bytes() for name, path in drawn.items() if path.is_file()},
         scene=_json(scene) if scene.is_file() else None,
         digests=_digests(folder, ("model.inp", "model_mesh.inp", "volume.vtu")),
@@ -198,10 +202,8 @@ def _crack_size(path: Path) -> float | None:
     return _json(path).get("growth", {}).get("size") if path.is_file() else None
 
 
-def _reaction(path: Path) -> float | None:
-    if not path.is_file():
-        return None
-    return float(np.abs(read_solution(path).reactions).sum(axis=0).max() / 2)
+def _reaction(solution: Solution) -> float:
+    return float(np.abs(solution.reactions).sum(axis=0).max() / 2)
 
 
 def _digests(folder: Path, names: tuple[str, ...]) -> dict[str, str]:

@@ -210,3 +210,17 @@ def _titled(key: str, units: Mapping[str, str]) -> str:
     if key == "kink_angle":
         return "kink angle [degrees]"
     return plain(f"{key} [{units['K']}]") if "K" in units else key
+
+
+def loops(history: Mapping[str, np.ndarray], unit: str) -> Figure:
+    """Return nominal stress against nominal strain of each face of a history, as of `Solution`."""
+    figure = new_figure(6.0, 4.4)
+    axes = figure.add_subplot()
+    for name in [name.removesuffix(" strain") for name in history if name.endswith(" strain")]:
+        axes.plot(history[f"{name} strain"], history[f"{name} stress"], lw=1.2, label=name)
+    axes.set_xlabel("nominal strain")
+    axes.set_ylabel("nominal stress" + f" [{unit}]" * bool(unit))
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8)
+    figure.tight_layout()
+    return figure

@@ -17,7 +17,7 @@ from craftmesh.report.pictures import (
     deformed_body,
     draw_directions,
     new_figure,
-    stress_on_plane,
+    value_on_plane,
 )
 from craftmesh.report.shaded import View, shaded, view_from
 from craftmesh.report.shown_mesh import Facets, ShownMesh
@@ -108,17 +108,21 @@ def _add_scale(figure: Figure, scale: Normalize) -> None:
 
 
 class SolvedMesh(NamedTuple):
-    """A solved mesh; elements (m, 4) on points (p, 3) with stress (p, 6) as 11, 22, 33, 12, 13, 23."""
+    """A solved mesh; elements (m, 4) on points (p, 3) with stress (p, 6) as 11, 22, 33, 12, 13, 23.
+
+    slip (p,): accumulated on all systems, None where it is not known.
+    """
 
     mesh: TetMesh
     solution: Solution
     points: np.ndarray
     elements: np.ndarray
     stress: np.ndarray
+    slip: np.ndarray | None = None
 
 
 def solved_pictures(solved: SolvedMesh, shown: ShownMesh) -> dict[str, Figure]:
-    """Return pictures by name: `deformed`, and `stress` on a plane through the middle of the fronts.
+    """Return pictures by name: `deformed`, `stress` and `slip` on a plane through the middle of the fronts.
 
     The plane is square to the axis that is most nearly along the crack, so that it shows the crack's trace.
     """
@@ -134,7 +138,11 @@ def solved_pictures(solved: SolvedMesh, shown: ShownMesh) -> dict[str, Figure]:
     principal = np.linalg.eigvalsh(stress[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]])[:, -1]
     axis = int(np.abs(shown.normal).argmin())
     moved = solved.solution.displacement[: len(shown.points)]
-    return {
-        "deformed": deformed_body(shown.points, shown.skin.triangles, moved, shown.towards),
-        "stress": stress_on_plane(solved.points, solved.elements, principal, np.clip(middle, *box), axis),
-    }
+    values = {"stress": (principal, "largest principal stress")}
+    if solved.slip is not None:
+        values["slip"] = (solved.slip[solved.elements].mean(axis=1), "accumulated slip")
+    pictures = {"deformed": deformed_body(shown.points, shown.skin.triangles, moved, shown.towards)}
+    place = np.clip(middle, *box)
+    for name, (of_elements, words) in values.items():
+        pictures[name] = value_on_plane(solved.points, solved.elements, of_elements, place, axis, words)
+    return pictures

@@ -14,7 +14,7 @@ from markupsafe import Markup
 from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.mesh.quality import drift_sentence
 from craftmesh.report.case_files import Case, Failure
-from craftmesh.report.charts import against_crack, against_size, compared, histograms
+from craftmesh.report.charts import against_crack, against_size, compared, histograms, loops
 from craftmesh.report.measures import UNIFORM_TETS, grown_rows, outcome, table_row, totals
 from craftmesh.report.pictures import along_front, as_webp, crack_by_increment
 from craftmesh.report.sweeps import MEASURED_IN, QUANTITIES, ReportOptions, sweeps
@@ -28,6 +28,7 @@ CAPTIONS = {
     "crack": "The crack's face seen along its normal, by grain and by element size. Red: its front.",
     "deformed": "The loaded body, its displacement magnified.",
     "stress": "Largest principal stress on a plane through the middle of the front.",
+    "slip": "Slip accumulated on all systems, on the same plane.",
 }
 
 
@@ -118,6 +119,11 @@ def _charts(case: Case) -> list[tuple[str, str]]:
         text = "The crack in the body, and along its normal: what each increment added, and its fronts."
         box, towards = np.array(last.scene["box"]), np.array(last.scene["towards"])
         charts.append((text, crack_by_increment(cracks, box, towards)))
+    if last.history:
+        text = (
+            f"Increment {last.name}: stress and strain of the loaded faces through the history of the load."
+        )
+        charts.append((text, loops(last.history, _units(case).get("stress", ""))))
     text = f"Shapes of the elements in increment {last.name}: percent of the elements in each interval."
     charts.append((text, histograms({increment.name: increment.quality for increment in case.increments})))
     return [(caption, _embedded(as_webp(figure))) for caption, figure in charts]

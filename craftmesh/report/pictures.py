@@ -161,17 +161,17 @@ def deformed_body(
     return figure
 
 
-def stress_on_plane(
-    points: np.ndarray, tets: np.ndarray, stress: np.ndarray, origin: np.ndarray, axis: int
+def value_on_plane(
+    points: np.ndarray, tets: np.ndarray, values: np.ndarray, origin: np.ndarray, axis: int, name: str
 ) -> Figure:
-    """Return a stress (m,) of tets (m, 4) on the plane through `origin` square to axis 0..2."""
+    """Return values (m,) of tets (m, 4), called `name`, on the plane through `origin` square to an axis."""
     polygons, rows = cut_tets(points, tets, origin, np.eye(3)[axis])
     first, second = (k for k in range(3) if k != axis)
     figure = new_figure(6.0, 4.4)
     axes = figure.add_subplot()
-    low, high = np.percentile(stress[rows], [100 - SCALE_PERCENT, SCALE_PERCENT]) if len(rows) else (0, 1)
+    low, high = np.percentile(values[rows], [100 - SCALE_PERCENT, SCALE_PERCENT]) if len(rows) else (0, 1)
     cells = PolyCollection(
-        list(polygons[..., [first, second]]), array=stress[rows], cmap=COLOURS, clim=(low, high)
+        list(polygons[..., [first, second]]), array=values[rows], cmap=COLOURS, clim=(low, high)
     )
     cells.set_edgecolor("face")
     axes.add_collection(cells)
@@ -180,7 +180,7 @@ def stress_on_plane(
     axes.set_xlabel("xyz"[first])
     axes.set_ylabel("xyz"[second])
     axes.set_title(f"{'xyz'[axis]} = {origin[axis]:.4g}", fontsize=10)
-    figure.colorbar(cells, ax=axes, label="largest principal stress")
+    figure.colorbar(cells, ax=axes, label=name)
     return figure
 
 

@@ -192,7 +192,7 @@ def foreign_solution(
     keep the supports or is far from balance: one of another mesh, load or material.
     """
     problem = problem_of(model)
-    field = _in_order(numbers, displacement, len(model.mesh.points), source)
+    field = in_order(numbers, displacement, len(model.mesh.points), source)
     _check_supports(problem, field, source)
     _, reactions, residual = problem.balance(field, contact)
     if not residual <= _LARGEST_RESIDUAL:
@@ -205,22 +205,22 @@ def foreign_solution(
     return Solution(field, reactions, record, contact), {"unknowns": field.size} | record
 
 
-def _in_order(numbers: np.ndarray, displacement: np.ndarray, count: int, source: str) -> np.ndarray:
-    """Return the values (count, 3) by node."""
+def in_order(numbers: np.ndarray, values: np.ndarray, count: int, source: str) -> np.ndarray:
+    """Return the values (count, c) by node; raises CraftmeshError as `foreign_solution`."""
     seen = np.bincount(numbers[(numbers > 0) & (numbers <= count)], minlength=count + 1)[1:]
     for wrong, what in (
         (numbers[(numbers < 1) | (numbers > count)], "is no node of the deck"),
         (np.flatnonzero(seen > 1) + 1, "is there twice"),
         (np.flatnonzero(seen == 0) + 1, "is missing"),
-        (numbers[~np.isfinite(displacement).all(axis=1)], "has a value that is not finite"),
+        (numbers[~np.isfinite(values).all(axis=1)], "has a value that is not finite"),
     ):
         if len(wrong):
             raise CraftmeshError(
                 f"{source}: node {wrong[0]} {what} ({len(wrong)} such); expected the nodes 1 to {count}, "
                 "each once"
             )
-    field = np.empty((count, 3))
-    field[numbers - 1] = displacement
+    field = np.empty((count, values.shape[1]))
+    field[numbers - 1] = values
     return field
 
 

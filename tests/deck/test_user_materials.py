@@ -161,14 +161,14 @@ def test_templates_that_are_none_are_refused_in_one_line(tmp_path, text, said):
 
 
 def test_steps_have_times_amplitudes_and_output(mesh, tmp_path):
-    steps = ("ramp:0.5,time=2,increments=4", "triangle:1,R=-1,cycles=2,time=3")
+    steps = ("ramp:0.5,time=2,increments=4", "sine:1,R=-1,cycles=2,time=3")
     asked = {"steps": steps, "output_every": 7, "restart_every": 5, "magnitude": 0.01}
     blocks = written(mesh, tmp_path, "single_crystal", **asked)
     ramp, cyclic = (np.array(rows[0], float) for _, rows in of_kind(blocks, "STATIC"))
     assert ramp == pytest.approx([0.5, 2, 5e-4, 0.5]) and cyclic == pytest.approx([0.15, 6, 1.5e-4, 0.15])
     ((named, rows),) = of_kind(blocks, "AMPLITUDE")
     table = np.array([t for row in rows for t in row], float).reshape(-1, 2)
-    assert table[0].tolist() == [0, 0.5] and table[-1].tolist() == [6, 0.5] and np.ptp(table[:, 1]) == 2
+    assert table[0].tolist() == [0, 0.5] and table[-1].tolist() == [6, 0.5] and np.ptp(table[:, 1]) > 1.9
     first, second = of_kind(blocks, "BOUNDARY")
     moved = [float(row[3]) for _, rows in (first, second) for row in rows if row[0] == "ZMAX"]
     assert moved == pytest.approx([0.5 * 0.04, 0.04]) and second[0]["AMPLITUDE"] == named["NAME"]

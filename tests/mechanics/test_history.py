@@ -41,6 +41,13 @@ def test_a_triangle_is_straight_between_its_turning_points():
     assert half.table().tolist() == [[0, 0], [0.5, 1]] and half.end == 1
 
 
+def test_a_triangle_is_ramps_of_one_rate_between_its_turning_points():
+    (step,) = parse_steps(["triangle:2,R=-1,time=4,increments=40"], [])
+    pieces = step.pieces()
+    assert [(one.start, one.level, one.time) for one in pieces] == [(0, 2, 1), (2, -2, 2), (-2, 0, 1)]
+    assert {one.time / one.increments for one in pieces} == {0.1}
+
+
 def test_steps_go_on_where_the_one_before_ended():
     steps = parse_steps(["ramp:0.3", "sine:1,R=0.1,cycles=1.3", "ramp:0"], [])
     assert steps[1].start == 0.3 and steps[2].start == pytest.approx(steps[1].table()[-1, 1])

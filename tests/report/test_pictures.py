@@ -14,7 +14,7 @@ from craftmesh.report.pictures import (
     as_webp,
     crack_by_increment,
     deformed_body,
-    stress_on_plane,
+    value_on_plane,
 )
 from craftmesh.types import Crack
 
@@ -35,7 +35,7 @@ def intensities(k2):
 
 
 def stress(value):
-    return stress_on_plane(*TET, np.array([value]), np.array([1.0, 1.0, 1.0]), 2)
+    return value_on_plane(*TET, np.array([value]), np.array([1.0, 1.0, 1.0]), 2, "stress")
 
 
 PICTURES = [

@@ -9,16 +9,25 @@ import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
+from craftmesh.cli import main
+from craftmesh.commands.solved_loads import solved_loads
 from craftmesh.deck.options import DeckOptions
 from craftmesh.deck.write_deck import write_deck
+from craftmesh.errors import CraftmeshError
 from craftmesh.io.model_tables import read_displacements, read_frd
+from craftmesh.io.npz import write_labels
+from craftmesh.io.stage_npz import read_solution, read_solution_vtu
 from craftmesh.io.user_material import read_template
+from craftmesh.io.vtk import write_tets
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
 from craftmesh.mechanics.user_materials import parse_templates
 from craftmesh.mesh.second_order import raise_order
+from craftmesh.mesh.tet_connectivity import tet_volumes
+from craftmesh.report.charts import loops
 from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.solve import solve
+from craftmesh.types import Voxels
 
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
 
@@ -126,3 +135,34 @@ def test_lips_under_compression_meet_as_in_the_built_in_solver(tmp_path):
     lips = np.unique(np.concatenate([sets["CRACK_LIP_A"], sets["CRACK_LIP_B"]]))
     # lips that do not press overlap by half of the largest displacement; the penalty leaves 1e-4 of it
     assert np.abs(moved - ours)[lips].max() <= 2e-4 * np.abs(ours).max()
+
+
+def test_solve_gives_the_fields_at_the_end_and_the_loop_of_the_face(tmp_path):
+    """Through `craftmesh solve`, with a deck in another unit of length."""
+    mesh, _ = assemble(*structured_box((2, 2, 2), lambda c: np.where(c[:, 0] < 1, 1, 2)))
+    write_tets(tmp_path / "volume.vtu", mesh)
+    turns = random_orientations(3, np.random.default_rng(1))
+    labels = np.ones((2, 2, 2), np.int32)
+    labels[1] = 2
+    write_labels(tmp_path / "labels.npz", Voxels(labels, (1.0,) * 3, (0.0,) * 3, orientations=turns))
+    files = f"{tmp_path}/volume.vtu --microstructure {tmp_path}/labels.npz"
+    options = "--user-material single_crystal --magnitude 5e-3 --steps triangle:1,R=-1 --scale 10"
+    ends = f"-o {tmp_path}/solution.npz --vtu {tmp_path}/solution.vtu"
+    assert main(f"solve {files} {options} --solver calculix {ends}".split()) == 0
+    solution = read_solution(tmp_path / "solution.npz")
+    strain, stress = (solution.history[f"ZMAX.z {name}"] for name in ("strain", "stress"))
+    assert strain.max() == pytest.approx(5e-3) and strain.min() == pytest.approx(-5e-3)
+    assert abs(strain[-1]) < 1e-12 and stress[-1] > 50  # flow in compression leaves tension
+    # the first increments are elastic: slip begins over r0, at 2 r0 of uniaxial stress or more
+    modulus = stress[1] / strain[1]
+    assert 60e3 < modulus < 77e3 and stress[0] == strain[0] == 0
+    assert stress.max() < 0.5 * modulus * 5e-3
+    points, elements, of_nodes, slip = read_solution_vtu(tmp_path / "solution.vtu")
+    volumes = tet_volumes(points, elements[:, :4])
+    mean = np.average(of_nodes[elements[:, 4:]].mean(axis=1)[:, 2], weights=volumes)
+    assert mean == pytest.approx(stress[-1], rel=0.02)  # means at nodes are not those of elements
+    assert slip.max() == pytest.approx(solution.record["largest_slip"]) and slip.min() >= 0
+    with pytest.raises(CraftmeshError, match="end of a load in steps, and K is of elastic fields"):
+        solved_loads(elastic_model(mesh, DeckOptions())[0], tmp_path / "solution.npz", ())
+    assert loops(solution.history, "MPa").axes[0].get_ylabel() == "nominal stress [MPa]"
+    assert main(f"solve {files} {options} --solver external {ends}".split()) == 1

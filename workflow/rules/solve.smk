@@ -18,7 +18,7 @@ rule solve:
         mem_mb=job_memory("solve", f"{INC}/gradated.vtp"),
         runtime=job_minutes("solve", f"{INC}/gradated.vtp"),
     params:
-        model=lambda wildcards: CAMPAIGN.model_flags(wildcards.case),
+        model=lambda wildcards: CAMPAIGN.solved_flags(wildcards.case),
         options=lambda wildcards: CAMPAIGN.flags("solve", wildcards.case),
         code=CAMPAIGN.code("solve"),
     shell:

@@ -1,0 +1,112 @@
+"""Solvers run on a deck; of a load in steps the fields at its end, and the faces' loops."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from craftmesh.deck.limits import deck_warning
+from craftmesh.deck.options import DeckOptions
+from craftmesh.deck.write_deck import write_model
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.model_tables import read_face_prints, read_frd
+from craftmesh.mechanics.model import ElasticModel
+from craftmesh.mechanics.user_materials import UserMaterials
+from craftmesh.processes import job
+from craftmesh.processes.job import run_program
+from craftmesh.solve.history import acting_faces, face_loop
+from craftmesh.solve.options import ABAQUS, CALCULIX, SolveOptions, words_of
+from craftmesh.solve.problem import in_order
+from craftmesh.types import Solution
+
+JOB, FIELD = "model", "field.csv"
+_CALLS = {
+    CALCULIX: ("ccx -i {job}",),
+    ABAQUS: (
+        "abaqus job={job} input={job}.inp interactive ask_delete=OFF output_precision=full",
+        "abaqus python {script} {job}.odb {field}",
+    ),
+}
+# CalculiX where it was built without a direct solver; the field would be wrong without a word.
+_ITERATIVE = "iterative solver"
+
+_FIELDS = {"DISP": 3, "FORC": 3, "STRESS": 6}
+# .frd has xx, yy, zz, xy, yz, zx.
+_ORDER = [0, 1, 2, 3, 5, 4]
+
+
+class Ended(NamedTuple):
+    """The end of a history: stress (n, 6) as 11, 22, 33, 12, 13, 23, and slip (n,) where it is known."""
+
+    solution: Solution
+    stress: np.ndarray
+    slip: np.ndarray | None
+
+
+def run_deck(model: ElasticModel, options: SolveOptions, results: Path) -> None:
+    """Run a solver on the model's deck, which lies in the folder where it is to leave `results`.
+
+    Raises CraftmeshError as `computed_field`.
+    """
+    warning = deck_warning(model) if options.solver == CALCULIX else ""
+    if warning:
+        raise CraftmeshError(f"calculix: {warning}")
+    folder = results.parent.resolve()
+    results.unlink(missing_ok=True)
+    script = Path(job.__file__).with_name("abaqus_displacements.py")
+    limits = job.Limits(options.time_limit, options.memory_limit)
+    for number, call in enumerate(options.command or _CALLS[options.solver], 1):
+        log = folder / f"{options.solver}_{number}.log"
+        said = run_program(words_of(call, JOB, str(script), FIELD), folder, limits, log)
+        if options.solver == CALCULIX and _ITERATIVE in said:
+            raise CraftmeshError(
+                f"calculix: took its {_ITERATIVE}, which is not exact; take a ccx with SPOOLES"
+            )
+    if not results.exists():
+        raise CraftmeshError(f"{options.solver}: left no {results.name}; see the files in {results.parent}")
+
+
+def solved_history(
+    model: ElasticModel,
+    options: SolveOptions,
+    deck: DeckOptions,
+    materials: UserMaterials | None,
+    folder: Path,
+) -> tuple[Ended, dict]:
+    """Return the end of a deck's history and a report; CalculiX runs it in `folder`.
+
+    Values of nodes are means over their elements, as CalculiX has them. Raises CraftmeshError for a program
+    that fails or does not get to the end, and for results that cannot be read.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_model(folder / f"{JOB}.inp", model, deck, materials, traced=True)
+    results = folder / f"{JOB}.frd"
+    run_deck(model, options, results)
+    slips = [one.slip for one in materials.by_phase.values()] if materials else []
+    first, last = next(filter(None, slips), (1, 0))
+    columns = _FIELDS | ({"SDV": last} if last else {})
+    count = len(model.mesh.points)
+    read = read_frd(results, columns).items()
+    fields = {name: in_order(*found, count, f"{results}: {name}") for name, found in read}
+    slip = fields["SDV"][:, first - 1 :].sum(axis=1) if last else None
+    record: dict[str, str | int | float] = {"solver": CALCULIX, "user_material": deck.user_material}
+    history = _history(model, deck, results.with_suffix(".dat"))
+    record["increments"] = len(history["time"]) - 1
+    if slip is not None:
+        record["largest_slip"] = float(slip.max())
+    moved, forces = fields["DISP"] / model.scale, fields["FORC"] / model.scale**2
+    solution = Solution(moved, forces, record, None, history)
+    return Ended(solution, fields["STRESS"][:, _ORDER], slip), {"unknowns": moved.size} | record
+
+
+def _history(model: ElasticModel, deck: DeckOptions, path: Path) -> dict[str, np.ndarray]:
+    """Return the columns of the history, from the unloaded body on, in the model's unit."""
+    loads = model.loads(step.load for step in deck.history)
+    prints = read_face_prints(path)
+    columns = {}
+    for plane, axis in acting_faces(loads.values()):
+        found = prints[plane]
+        displacement, force = found.displacement / model.scale, found.force / model.scale**2
+        columns["time"] = found.times
+        columns |= face_loop(model.mesh, plane, axis, found.numbers - 1, displacement, force)
+    return {name: np.concatenate([[0.0], values]) for name, values in columns.items()}
