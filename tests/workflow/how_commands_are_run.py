@@ -24,6 +24,12 @@ IN_THE_GUIDE = {
         " craftmesh assemble gradated.vtp part-*.npz --sizing sizing.npz -o whole.vtu --front-csv whole.csv"
         " && cmp volume.vtu whole.vtu && cmp front.csv whole.csv"
     ),
+    "craftmesh inp volume.vtu --microstructure labels.npz --user-material oxford --magnitude 0.005"
+    " --steps triangle:1,R=-1,cycles=3 --output-every 5 -o model.inp": "",
+    "craftmesh inp volume.vtu --microstructure labels.npz --user-material copper.yaml -o model.inp": (
+        "cp \"$(python -c 'from craftmesh.io.user_material import FOLDER; print(FOLDER)')/huang.yaml\""
+        " copper.yaml && craftmesh inp volume.vtu --microstructure labels.npz --user-material copper.yaml -o model.inp"
+    ),
     "python -m craftmesh.campaign.config_schema craftmesh/campaign/schemas/config.schema.yaml": (
         "python -m craftmesh.campaign.config_schema config.schema.yaml"
         " && cmp config.schema.yaml $ROOT/craftmesh/campaign/schemas/config.schema.yaml"
@@ -125,6 +131,7 @@ NOT_RUN = {
     "make test": "it runs the tests",
     "make lint": "it runs ruff, mypy and snakefmt, and what is run elsewhere",
     "make bench": "hours",
+    "snakemake --cores 2 --configfile examples/paper_": "minutes to hours each",
     "python benchmarks/growth.py": "15 increments of a solved campaign: an hour",
     "python benchmarks/ablate.py": "25 CPU minutes; test_ablate.py holds its rows and what it compares",
     "python benchmarks/columnar.py": "minutes to hours; test_columnar.py holds its arithmetic",
