@@ -28,7 +28,8 @@ IN_THE_GUIDE = {
     " --steps triangle:1,R=-1,cycles=3 --output-every 5 -o model.inp": "",
     "craftmesh inp volume.vtu --microstructure labels.npz --user-material copper.yaml -o model.inp": (
         "cp \"$(python -c 'from craftmesh.io.user_material import FOLDER; print(FOLDER)')/huang.yaml\""
-        " copper.yaml && craftmesh inp volume.vtu --microstructure labels.npz --user-material copper.yaml -o model.inp"
+        " copper.yaml"
+        " && craftmesh inp volume.vtu --microstructure labels.npz --user-material copper.yaml -o model.inp"
     ),
     "python -m craftmesh.campaign.config_schema craftmesh/campaign/schemas/config.schema.yaml": (
         "python -m craftmesh.campaign.config_schema config.schema.yaml"
