@@ -134,6 +134,7 @@ NOT_RUN = {
     "make bench": "hours",
     "snakemake --cores 2 --configfile examples/paper_": "minutes to hours each",
     "snakemake --cores 2 --configfile examples/plastic": "it needs CalculiX",
+    "craftmesh solve volume.vtu --microstructure labels.npz --user-material single_crystal": "as that",
     "python benchmarks/growth.py": "15 increments of a solved campaign: an hour",
     "python benchmarks/ablate.py": "25 CPU minutes; test_ablate.py holds its rows and what it compares",
     "python benchmarks/columnar.py": "minutes to hours; test_columnar.py holds its arithmetic",
