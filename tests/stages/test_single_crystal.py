@@ -133,8 +133,8 @@ def test_lips_under_compression_meet_as_in_the_built_in_solver(tmp_path):
     ours = solve(elastic_model(mesh, options)[0], SolveOptions())[0].displacement
     sets = raise_order(mesh).node_sets
     lips = np.unique(np.concatenate([sets["CRACK_LIP_A"], sets["CRACK_LIP_B"]]))
-    # lips that do not press overlap by half of the largest displacement; the penalty leaves 1e-4 of it
-    assert np.abs(moved - ours)[lips].max() <= 2e-4 * np.abs(ours).max()
+    # lips that do not press overlap by half of the largest displacement; the penalty leaves 1e-3 of it
+    assert np.abs(moved - ours)[lips].max() <= 2e-3 * np.abs(ours).max()
 
 
 def test_solve_gives_the_fields_at_the_end_and_the_loop_of_the_face(tmp_path):
