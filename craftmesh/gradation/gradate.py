@@ -9,7 +9,6 @@ from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.cleaning import clean_facets, loosened, split_ears
 from craftmesh.gradation.folds import short_beside_folds
-from craftmesh.gradation.gaps import short_in_gaps
 from craftmesh.gradation.held_area import HeldArea
 from craftmesh.gradation.locality import spatially_sorted
 from craftmesh.gradation.narrow_places import open_narrow_places
@@ -129,7 +128,7 @@ def gradate(
     before = figures_before(surface)
     held = HeldArea(surface, crack, sizing.l_min)
     surface, done = _prepared(surface, options)
-    sizing = short_in_gaps(surface, short_beside_folds(surface, sizing))
+    sizing = short_beside_folds(surface, sizing)
     least = np.inf
     for share in CRACK_SHARES:
         begun = _begun(surface, sizing, dict(done), crack)

@@ -4,10 +4,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from craftmesh.sizing.folds import fold_lengths
+from craftmesh.sizing.clearance import clearance_lengths
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
-from craftmesh.sizing.strips import strip_lengths
 from craftmesh.types import Crack, Surface
 
 
@@ -19,8 +18,8 @@ def _none(columns: int) -> np.ndarray:
 class Defects:
     """What edges are refined around, beside the voids of the surface itself; in model units.
 
-    crack: its fronts, and what strips it leaves to faces of the box; points (k, 3), such as a front's;
-    spheres (s, 4): x, y, z, r.
+    crack: its fronts, and where it comes near to faces of the box or itself; points (k, 3), such as a
+    front's; spheres (s, 4): x, y, z, r.
     """
 
     crack: Crack | None = None
@@ -51,8 +50,8 @@ def sizing_around(
     sizing = replace(plain, sources=np.concatenate([plain.sources, *sources]))
     if crack is None or surface is None:
         return sizing
-    found = (lengths_of(crack, surface.box, sizing) for lengths_of in (strip_lengths, fold_lengths))
-    return replace(sizing, others=(*sizing.others, *(one for one in found if one is not None)))
+    clearance = clearance_lengths(crack, surface.box, sizing)
+    return sizing if clearance is None else replace(sizing, others=(*sizing.others, clearance))
 
 
 def void_points(surface: Surface) -> np.ndarray:

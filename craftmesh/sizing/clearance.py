@@ -1,0 +1,191 @@
+"""Shorter edges where a crack comes near to a face of the box or to another sheet without meeting it.
+
+Tetrahedra in such a place are as flat as their edges are long against its width.
+"""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from craftmesh.cracks.height_parts import MOST_PARTS, between_kinks
+from craftmesh.cracks.near_sheet import NearSheet
+from craftmesh.cracks.sheets import sheets
+from craftmesh.sizing.length_field import LengthField
+from craftmesh.sizing.sizing import Sizing, densify, where_short
+from craftmesh.surface.connectivity import edge_sides, unique_edges
+from craftmesh.surface.measure import meets_box, unit_normals
+from craftmesh.types import BOX_FACES, Crack
+
+# Of the width to a face: edges. A kinked disc .6 l_min from a face, with edges of 4.5 l_min, had 1.06 % of
+# its tets over an aspect ratio of 5; with 3 of the width .12 %, with 2.5 .06 %, for 9 % more tets.
+PER_WIDTH = 2.5
+# The same along lines where the crack goes on along the face, flatter than STEEP (sine of the angle): tets
+# in that wedge are as flat as it is, but with edges of over 11 widths under 5 degrees.
+PER_WIDTH_IN_WEDGE, STEEP = 6.0, 0.34
+# The same between a front and another sheet. With 6 as many of 48 pairs of discs had flat tets.
+PER_GAP = 4.0
+# Of l_min: no edge is shorter for a strip under an area, beside a line, in a gap between sheets.
+SHORTEST, SHORTEST_BESIDE_LINES, SHORTEST_IN_GAPS = 0.5, 0.12, 0.1
+# Of the height that its tilt gives a crack at the distance from where it meets the face: in between it
+# leads there, and what is between them is a wedge, which shorter edges make no less flat.
+IN_WEDGE = (0.35, 1.5)
+# Of the distance from where a front meets the other sheet: wider gaps are a corner of 14 degrees or more.
+IN_CORNER = 0.25
+MEETS = 0.02  # of l_min, what a front may be off: nearer than this it meets the other sheet
+ROUNDING = 1e-9  # of the box's extent: a place this near a face is on it
+STEP = 0.2  # l_min between places along lines
+
+Face = tuple[int, int]
+Lengths = tuple[np.ndarray, np.ndarray]  # places (k, 3) and what edges have there (k,)
+
+
+def clearance_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField | None:
+    """Return the lengths where a crack is near faces of the box (2, 3), or its sheets each other; or None.
+
+    At the centres of its triangles and along its fronts, kinks and mouths a length is PER_WIDTH of the way
+    to each face but those that it leads to; along fronts it is PER_GAP of the way to other sheets.
+    """
+    box, parts = np.asarray(box, float), sheets(crack)
+    kinks, fronts = kink_edges(crack), [crack.points[front] for front in crack.fronts]
+    found = [_to_face(crack, list(kinks), fronts, box, face, sizing) for face in BOX_FACES]
+    found += [
+        _to_sheet(own, other, box, sizing.l_min) for own in parts for other in parts if own is not other
+    ]
+    places, lengths = (np.concatenate(columns) for columns in zip(*found))
+    return where_short(places, lengths, sizing)
+
+
+def kink_edges(crack: Crack) -> np.ndarray:
+    """Return the edges (k, 2, 3) at which a crack has kinks (`height_parts`), none of a rough sheet."""
+    found = [np.zeros((0, 2, 3))]
+    for sheet in sheets(crack):
+        part, _ = between_kinks(sheet.points, sheet.triangles)
+        if part.max() >= MOST_PARTS:
+            continue
+        edges, of_corner, count = unique_edges(sheet.triangles)
+        f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
+        found.append(sheet.points[edges[count == 2][part[f] != part[g]]])
+    return np.concatenate(found)
+
+
+def _to_face(
+    crack: Crack,
+    kinks: list[np.ndarray],
+    fronts: list[np.ndarray],
+    box: np.ndarray,
+    face: Face,
+    sizing: Sizing,
+) -> Lengths:
+    """Return the lengths by the way to a face: over the crack's triangles, and along its lines."""
+    axis, upper = face
+    slab = box.copy()
+    slab[1 - upper, axis] = box[upper, axis] + (1 - 2 * upper) * sizing.l_max / PER_WIDTH
+    corners = _divided(crack.points[crack.triangles], slab, sizing.l_min)
+    if not len(corners):
+        return np.zeros((0, 3)), np.zeros(0)
+    centres, steep = corners.mean(axis=1), _steepness(corners, axis)
+    mouths = [mouth for other in BOX_FACES if other[0] != axis for mouth in _cuts(corners, box, other)]
+    lines = [*fronts, *mouths]
+    at_kinks, at_lines = _along(kinks, sizing.l_min), _along(lines, sizing.l_min)
+    met = np.concatenate([_cuts(corners, box, face).reshape(-1, 3), _crossings(lines, box, face)])
+    beside = steep[cKDTree(centres).query(at_lines)[1]]
+    per = np.where(beside < STEEP, PER_WIDTH_IN_WEDGE, PER_WIDTH)
+    upright = np.ones(len(at_kinks))  # under a kink the crack goes away to both sides
+    # distances over areas are from centres up to l_min apart
+    found = (
+        (_apart(centres, steep, met, box, face, sizing.l_min), PER_WIDTH, SHORTEST),
+        (
+            _apart(at_kinks, upright, _crossings(kinks, box, face), box, face),
+            PER_WIDTH,
+            SHORTEST_BESIDE_LINES,
+        ),
+        (_apart(at_lines, beside, met, box, face), per, SHORTEST_BESIDE_LINES),
+    )
+    places = np.concatenate([centres, at_kinks, at_lines])
+    lengths = [np.maximum(per * width, least * sizing.l_min) for width, per, least in found]
+    short = np.flatnonzero(np.isfinite(np.concatenate(lengths)))
+    return places[short], np.concatenate(lengths)[short]
+
+
+def _apart(
+    places: np.ndarray, tilt: np.ndarray, met: np.ndarray, box: np.ndarray, face: Face, slack: float = 0.0
+) -> np.ndarray:
+    """Return the ways (k,) from places (k, 3) in the box to a face; infinite where the crack leads there.
+
+    tilt: the sines of its angles to the face; met (n, 3): places where it is on that. slack: how much
+    longer a way may be than it is at a place.
+    """
+    axis, upper = face
+    width, rounding = np.abs(places[:, axis] - box[upper, axis]), ROUNDING * np.ptp(box)
+    apart = ((places >= box[0] - rounding) & (places <= box[1] + rounding)).all(axis=1) & (width > rounding)
+    met = np.concatenate([met, places[width <= rounding]])
+    if len(met) and len(places):
+        straight = tilt * cKDTree(met).query(places)[0]
+        apart &= (width + slack < IN_WEDGE[0] * straight) | (width > IN_WEDGE[1] * straight)
+    return np.where(apart, width, np.inf)
+
+
+def _to_sheet(own: Crack, other: Crack, box: np.ndarray, l_min: float) -> Lengths:
+    """Return the lengths along the fronts of a sheet by the way to another one; where they meet none."""
+    at = _along([own.points[front] for front in own.fronts], l_min)
+    at = at[((at >= box[0]) & (at <= box[1])).all(axis=1)]
+    if not len(at):
+        return np.zeros((0, 3)), np.zeros(0)
+    near = NearSheet(other, box).look(at)
+    width, side = np.linalg.norm(near.foot - at, axis=1), np.sign(near.psi)
+    crosses = np.append((side[1:] != side[:-1]) & (width[1:] < l_min) & (near.phi[1:] > 0), False)
+    clear, met = width < l_min, at[crosses | (width <= MEETS * l_min)]
+    if len(met):
+        clear &= width < IN_CORNER * cKDTree(met).query(at)[0]
+    return at[clear], np.maximum(PER_GAP * width, SHORTEST_IN_GAPS * l_min)[clear]
+
+
+def _along(lines: list[np.ndarray], l_min: float) -> np.ndarray:
+    """Return places (k, 3) along lines (n, 3), STEP apart."""
+    return np.concatenate([np.zeros((0, 3)), *(densify(line, STEP * l_min) for line in lines)])
+
+
+def _divided(corners: np.ndarray, slab: np.ndarray, longest: float) -> np.ndarray:
+    """Return triangles (k, 3, 3) halved until no edge is over `longest`, but those off the slab."""
+    done = [np.zeros((0, 3, 3))]
+    while True:
+        corners = corners[meets_box(corners, slab)]
+        length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+        is_long = length.max(axis=1, initial=0.0) > longest
+        done.append(corners[~is_long])
+        if not is_long.any():
+            return np.concatenate(done)
+        turned = (length[is_long].argmax(axis=1)[:, None] + np.arange(3)) % 3
+        a, b, c = np.take_along_axis(corners[is_long], turned[:, :, None], axis=1).transpose(1, 0, 2)
+        middle = (a + b) / 2
+        corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+
+
+def _cuts(corners: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
+    """Return the segments (k, 2, 3) in which triangles (n, 3, 3) cut a face of the box."""
+    places = _in_plane(corners, np.roll(corners, -1, axis=1), box, face)
+    ends = np.stack([places, np.roll(places, -1, axis=1)], axis=2)
+    length = np.nan_to_num(np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2), nan=-1.0)
+    cut = np.flatnonzero(length.max(axis=1, initial=-1.0) >= 0)
+    segments = ends[cut, length[cut].argmax(axis=1)]
+    return segments[meets_box(segments, box)]
+
+
+def _crossings(lines: list[np.ndarray], box: np.ndarray, face: Face) -> np.ndarray:
+    """Return where lines (n, 3) pass the plane of a face (k, 3)."""
+    found = [_in_plane(line[:-1], line[1:], box, face) for line in lines]
+    places = np.concatenate([np.zeros((0, 3)), *found])
+    return places[np.isfinite(places).all(axis=1)]
+
+
+def _in_plane(a: np.ndarray, b: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
+    """Return where edges from a to b (..., 3) pass the plane of a face (..., 3), NaN for others."""
+    axis, upper = face
+    at_a, at_b = a[..., axis] - box[upper, axis], b[..., axis] - box[upper, axis]
+    share = at_a / np.where(at_a == at_b, 1.0, at_a - at_b)
+    return np.where((at_a * at_b <= 0)[..., None], a + share[..., None] * (b - a), np.nan)
+
+
+def _steepness(corners: np.ndarray, axis: int) -> np.ndarray:
+    """Return the sines (k,) of the angles between triangles (k, 3, 3) and the faces across an axis."""
+    across = unit_normals(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    return np.sqrt(np.maximum(1 - across[:, axis] ** 2, 0.0))
