@@ -17,18 +17,13 @@ from craftmesh.tetrahedra.opening_model import (
     is_stretched,
     moved,
     repaired,
-    with_parting,
 )
 from craftmesh.tetrahedra.record import poor_by_grain
 from craftmesh.tetrahedra.surface_contractions import contracted
-from craftmesh.tetrahedra.surface_partings import worthwhile
 from craftmesh.types import GrainTets, Surface
 
 # Rounds of contractions: what one leaves may be contracted in the next.
 CONTRACTIONS = 3
-# Rounds of partings. Of four random cracks with 4, 2, 1 and 23 flat tets 2, 1, 0 and 10 are left
-# after up to three; later ones gain little.
-PARTINGS = 4
 
 
 def with_moves(now: Opening, stage: Stage) -> Opening:
@@ -62,19 +57,6 @@ def with_contractions(now: Opening, stage: Stage) -> Opening:
     return best
 
 
-def with_partings(now: Opening, stage: Stage) -> Opening:
-    """Return the best model with edges at bad tets parted where that gains, and nodes moved after that."""
-    best = now
-    for _ in range(PARTINGS):
-        parting = worthwhile(now.model, now.bad(stage.is_bad))
-        if not len(parting.edges):
-            break
-        now, grains = with_parting(now, parting)
-        now = with_moves(now.replaced(repaired(now.model, grains, stage.aim), grains), stage)
-        best = min(best, now, key=attrgetter("faults"))
-    return best
-
-
 @dataclass(frozen=True)
 class GivenWay:
     """Surface and tets of all grains after flat, poor and stretched tets were opened.
@@ -98,10 +80,9 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     Nodes near such tets go to where the worst tet round them, in any grain, is better; those of the surface
     by up to 0.4 of the mean edge at them, as long as there are such tets, those of the box on its planes,
     those of a crack along it, those of its front not at all. Where that is not enough, edges of the surface
-    are contracted at flat and poor ones. Then edges of the surface are parted. Last, nodes at narrow ones
-    go to where these are less so, by up to 0.1 of the mean edge. After each change the grains there are
-    repaired inside; what leaves no fewer such tets is not done. A function of the whole mesh, not of
-    chunks.
+    are contracted at flat and poor ones. Last, nodes at narrow ones go to where these are less so, by up
+    to 0.1 of the mean edge. After each change the grains there are repaired inside; what leaves no fewer
+    such tets is not done. A function of the whole mesh, not of chunks.
     """
     before = begun(surface, grain_tets)
     if before is None:
@@ -109,7 +90,7 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     after = before
     for stage in (JOINING, *STAGES):
         after = with_contractions(with_moves(after, stage), stage)
-    after = with_moves(with_partings(after, STAGES[-1]), AT_NARROW)
+    after = with_moves(after, AT_NARROW)
     report = _report(before, after)
     model = after.model
     poor = poor_by_grain(model.surface, model.grain_tets, after.changed)
@@ -129,20 +110,19 @@ def _report(before: Opening, after: Opening) -> dict:
         "surface_points_moved": int((moves > 0).sum()),
         "largest_move": float(moves.max()),
         "edges_contracted": after.contracted,
-        "edges_parted": after.parted,
         "volume_drift_worst": max(map(abs, after.drifts.values()), default=0.0),
     }
 
 
 def _warning(report: dict) -> str | None:
-    changes = ("surface_points_moved", "edges_contracted", "edges_parted")
+    changes = ("surface_points_moved", "edges_contracted")
     if not report["poor_before"] or not any(map(report.get, changes)):
         return None
     return (
         f"{report['poor_before']} poor tetrahedra, {report['flat_before']} of them flat, lie where the "
         f"surface leaves no room: {report['surface_points_moved']} of its points were moved by up to "
-        f"{report['largest_move']:.3g}, {report['edges_contracted']} of its edges contracted and "
-        f"{report['edges_parted']} parted, for both neighbours alike; {report['poor_left']} poor and "
+        f"{report['largest_move']:.3g} and {report['edges_contracted']} of its edges contracted, "
+        f"for both neighbours alike; {report['poor_left']} poor and "
         f"{report['flat_left']} flat ones are left, the largest change of a volume is "
         f"{100 * report['volume_drift_worst']:.2g} %"
     )

@@ -16,7 +16,6 @@ from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, WHOLE, WIDE, Ai
 from craftmesh.tetrahedra.kernels.tet_surface_moves import move_nodes
 from craftmesh.tetrahedra.optimise_tets import new_state, repaired_tets
 from craftmesh.tetrahedra.surface_freedom import Freedom, freedom
-from craftmesh.tetrahedra.surface_partings import Parting, with_edges_parted
 from craftmesh.tetrahedra.whole_mesh import Model, changed_inside
 from craftmesh.types import GrainTets, Surface
 
@@ -98,8 +97,8 @@ SWEEPS = 3
 class Opening:
     """A model while its surface gives way: the measures of its tets by grain, and what was done to it.
 
-    homes (n, 3): the surface's points at first, and where its edges were parted; free: how they may move;
-    changed: grains; contracted and parted: how many edges.
+    homes (n, 3): the surface's points at first; free: how they may move; changed: grains; contracted: how
+    many edges.
     """
 
     model: Model
@@ -108,7 +107,6 @@ class Opening:
     free: Freedom
     changed: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     contracted: int = 0
-    parted: int = 0
 
     def bad(self, is_bad: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Return (m,) bool: the tets that are bad."""
@@ -182,14 +180,6 @@ def moved(now: Opening, reach: float, bad: np.ndarray, stage: Stage, held: set[i
     """
     points, grains = _moved_points(now, reach, bad, stage, held)
     return now.replaced(repaired(now.model.moved(points), grains, stage.aim), grains)
-
-
-def with_parting(now: Opening, parting: Parting) -> tuple[Opening, np.ndarray]:
-    """Return the opening with edges of its surface parted, and the grains whose tets are others then."""
-    model, grains = with_edges_parted(now.model, parting)
-    homes = np.concatenate([now.homes, parting.places(now.homes)])
-    now = replace(now, homes=homes, parted=now.parted + len(parting.edges))
-    return now.replaced(model, grains), grains
 
 
 def _moved_points(

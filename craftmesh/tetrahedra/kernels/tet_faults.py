@@ -44,13 +44,6 @@ def fault_weight(quality):
 
 
 @lean_kernel
-def weigh_all(quality, weight):
-    """Write what tets of the qualities by WHOLE weigh."""
-    for t in range(len(quality)):
-        weight[t] = fault_weight(quality[t])
-
-
-@lean_kernel
 def faults_of(state, listed, count):
     """Return what the tets listed weigh; the state's qualities are by WHOLE."""
     total = 0.0
