@@ -159,15 +159,11 @@ def near_box(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np.n
     margin = REACH * np.linalg.norm(box[1] - box[0])
     near = meets_box(points[triangles], box + np.array([[-margin], [margin]]))
     while near.any():
-        pinched = _pinched(triangles[near], len(points))
+        # points at which more than one stretch of the boundary passes
+        edges, _, number = unique_edges(triangles[near])
+        pinched = np.bincount(edges[number == 1].ravel(), minlength=len(points)) > 2
         more = pinched[triangles].any(axis=1) & ~near
         if not more.any():
             break
         near |= more
     return np.flatnonzero(near)
-
-
-def _pinched(triangles: np.ndarray, count: int) -> np.ndarray:
-    """Tell at which of `count` points more than one stretch of the boundary passes."""
-    edges, _, number = unique_edges(triangles)
-    return np.bincount(edges[number == 1].ravel(), minlength=count) > 2

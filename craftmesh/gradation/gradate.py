@@ -131,7 +131,8 @@ def gradate(
     sizing = short_beside_folds(surface, sizing)
     least = np.inf
     for share in CRACK_SHARES:
-        begun = _begun(surface, sizing, dict(done), crack)
+        state = make_state(surface, sizing.at(surface.points), crack)
+        begun = Gradation(state, filled_grid(state.mesh), dict(done), sized=surface.points)
         attempt = _gradated(begun, sizing, _limits(options, sizing, crack, share), options, progress)
         found = surface_of(attempt.state, surface)
         times = held.times_off(found)
@@ -156,11 +157,6 @@ def _prepared(surface: Surface, options: GradateOptions) -> tuple[Surface, dict[
     surface, smoothed = smooth_junctions(surface, options.junction_smoothing)
     done = {"released_nodes": released, "unnecessary_nodes": removed, "smoothed_nodes": smoothed}
     return spatially_sorted(surface), done
-
-
-def _begun(surface: Surface, sizing: Sizing, done: dict[str, int], crack: Crack | None) -> Gradation:
-    state = make_state(surface, sizing.at(surface.points), crack)
-    return Gradation(state, filled_grid(state.mesh), done, sized=surface.points)
 
 
 def _gradated(

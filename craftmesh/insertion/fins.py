@@ -50,15 +50,10 @@ def without_fins(surface: Surface, fronts: Fronts, least: float) -> Surface:
     return surface
 
 
-def _stray(surface: Surface, fronts: Fronts, far: float) -> np.ndarray:
-    """Return the edges (k, 2) where the crack ends and no front is."""
-    front = front_edges(surface)
-    return front[fronts.off(surface.points[front].mean(axis=1)) > far]
-
-
 def _fins(surface: Surface, fronts: Fronts, far: float) -> np.ndarray:
     """Return the rows of crack facets that may go: one edge off all fronts, the others held without it."""
-    stray = _stray(surface, fronts, far)
+    front = front_edges(surface)
+    stray = front[fronts.off(surface.points[front].mean(axis=1)) > far]  # the crack ends, and no front is
     crack = np.flatnonzero(surface.kind == CRACK)
     if not len(stray):
         return crack[:0]

@@ -23,7 +23,9 @@ def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
     for _ in range(ROUNDS):
         surface = _touch(with_phi(surface, sheet), sheet)
         edges = trace_edges(surface)
-        edges = edges[_may_cross(surface, edges)]
+        # those long enough to reach the front from both their ends
+        reach = np.abs(surface.phi[edges]).sum(axis=1)
+        edges = edges[reach <= SLACK * edge_lengths(surface, edges)]
         row, fraction = _first_crossing(surface, sheet, edges)
         if not len(row):
             return surface
@@ -65,17 +67,11 @@ def with_front_points(surface: CutSurface, sheet: Sheet, rows: np.ndarray) -> Cu
     return replace(surface, phi=phi, front=front, arc=arc)
 
 
-def _may_cross(surface: CutSurface, edges: np.ndarray) -> np.ndarray:
-    """Tell which edges are long enough to reach the front from both their ends."""
-    phi, length = surface.phi[edges], edge_lengths(surface, edges)
-    return np.abs(phi).sum(axis=1) <= SLACK * length
-
-
 def _first_crossing(surface: CutSurface, sheet: Sheet, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows of edges that cross the front and the fraction of the edge of the first crossing."""
     if not len(edges):
         return np.zeros(0, np.int64), np.zeros(0)
-    at_end = _at_front_end(surface, sheet)[edges]
+    at_end = _is_end(sheet, surface.front, surface.arc, _end_reach(sheet) * surface.size)[edges]
     row, fraction, at = _rim_crossings(surface, sheet, edges, at_end)
     size = surface.size[edges[row, 0]]
     off = np.linalg.norm(sheet.rim.nearest_front(at)[0] - at, axis=1)
@@ -161,11 +157,6 @@ def _at_same_end(surface: CutSurface, sheet: Sheet, edges: np.ndarray, crossings
     along = np.abs(arc[:, None] - surface.arc[edges])
     same: np.ndarray = (number[:, None] == surface.front[edges]) & (along <= END * surface.size[edges])
     return same
-
-
-def _at_front_end(surface: CutSurface, sheet: Sheet) -> np.ndarray:
-    """Tell which points (n,) count as the end of an open front."""
-    return _is_end(sheet, surface.front, surface.arc, _end_reach(sheet) * surface.size)
 
 
 def _split_at_front(

@@ -52,8 +52,8 @@ def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
         },
         "jacobian_not_positive": int(np.count_nonzero(~(_jacobians(mesh, volume) > 0))),
         "volume": float(volume.sum()),
-        "crack_area": _crack_area(mesh),
-        "front_length": _front_length(mesh),
+        "crack_area": total_area(mesh.points, face_nodes(corners, lip_faces(mesh.face_sets)[0])),
+        "front_length": sum(arc_lengths(mesh.points[ids], closed)[1] for ids, closed in mesh_fronts(mesh)),
     }
     if voxels is not None:
         report["volume_drift"] = _drift_from_voxels(mesh.grain, volume, voxels)
@@ -110,13 +110,3 @@ def _histogram(values: np.ndarray, edges: tuple) -> dict:
     place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
     named = [None if np.isinf(edge) else edge for edge in edges]
     return {"edges": named, "counts": np.bincount(place, minlength=len(edges) - 1).tolist()}
-
-
-def _crack_area(mesh: TetMesh) -> float:
-    triangles = face_nodes(mesh.tets[:, :4], lip_faces(mesh.face_sets)[0])
-    return total_area(mesh.points, triangles)
-
-
-def _front_length(mesh: TetMesh) -> float:
-    """Return the length of all fronts, closing segments included."""
-    return sum(arc_lengths(mesh.points[nodes], closed)[1] for nodes, closed in mesh_fronts(mesh))

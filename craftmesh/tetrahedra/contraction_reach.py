@@ -29,7 +29,9 @@ def keeps_surface(stars: Stars, kept: int, gone: int) -> bool:
     old = {f: stars.facets[f] for f in sorted(stars.facets_at[gone])}
     reach = REACH * _mean_edge(stars, gone)
     for patch in sorted({int(classes.patch[f]) for f in old}):
-        was, new = (_of_patch(stars, cells, patch) for cells in (old, after))
+        was, new = (
+            [three for f, three in cells.items() if classes.patch[f] == patch] for cells in (old, after)
+        )
         is_crack = any(classes.crack[f] for f in old if classes.patch[f] == patch)
         samples = _samples(points, was) if is_crack else points[[gone]]
         limit = crack_reach * classes.crack_length if is_crack else reach
@@ -45,10 +47,6 @@ def keeps_surface(stars: Stars, kept: int, gone: int) -> bool:
 def _mean_edge(stars: Stars, node: int) -> float:
     others = {other for t in stars.tets_at[node] for other in stars.tets[t]} - {node}
     return float(np.linalg.norm(stars.points[sorted(others)] - stars.points[node], axis=1).mean())
-
-
-def _of_patch(stars: Stars, cells: Cells, patch: int) -> list[Corners]:
-    return [corners for f, corners in cells.items() if stars.classes.patch[f] == patch]
 
 
 def _samples(points: np.ndarray, facets: list[Corners]) -> np.ndarray:

@@ -42,7 +42,7 @@ def contracted(model: Model, bad: np.ndarray, least: float) -> tuple[Model, np.n
     tets = model.tets
     worst = _worst_first(model.points, tets, bad)[:MOST]
     stars = stars_of(model, classes_of(model.surface), _near(tets, worst))
-    count, done = _tets_by_grain(model), 0
+    count, done = Counter({one.grain: len(one.tets) for one in model.grain_tets}), 0
     for t in worst.tolist():
         if t in stars.gone_tets or _score(stars.points, [stars.tets[t]]) >= least:
             continue
@@ -71,10 +71,6 @@ def _near(tets: np.ndarray, bad: np.ndarray) -> np.ndarray:
 
 def _dying(stars: Stars, one: Contraction) -> list[int]:
     return sorted(stars.tets_at[one.kept] & stars.tets_at[one.gone])
-
-
-def _tets_by_grain(model: Model) -> Counter[int]:
-    return Counter({one.grain: len(one.tets) for one in model.grain_tets})
 
 
 def _best(stars: Stars, corners: Corners, count: Counter[int], least: float) -> Contraction | None:
