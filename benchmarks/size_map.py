@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 from measure import load
 
-from craftmesh.tetrahedra.meshers.base import MesherRefusal
-from craftmesh.tetrahedra.meshers.tetgen_program import PROGRAM, TetGenProgram, write_smesh
+from craftmesh.tetrahedra.meshers import PROGRAM, MesherRefusal, TetGenProgram, write_smesh
 
 MESHER = "size_map:SizeMapProgram"
 SIZING = "CRAFTMESH_BENCHMARK_SIZING"

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from craftmesh.tetrahedra.meshers.tetgen import TetGenMesher
+from craftmesh.tetrahedra.meshers import TetGenMesher
 
 
 class Faulty(TetGenMesher):

@@ -25,7 +25,7 @@ from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.user_materials import parse_templates
 from craftmesh.sizing.sizing import SizingOptions, sizing_for
 from craftmesh.solve.options import SolveOptions
-from craftmesh.tetrahedra.meshers.base import check_mesher
+from craftmesh.tetrahedra.meshers import check_mesher
 from craftmesh.voxels.options import GenerateOptions
 
 # K of a penny errs by twice as much with five edges to the radius as with ten (docs/fracture.md)

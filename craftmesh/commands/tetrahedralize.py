@@ -23,7 +23,7 @@ from craftmesh.progress import ProgressLine
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.tetrahedra.diagnose import GrainFailure
 from craftmesh.tetrahedra.grain_surface import mended
-from craftmesh.tetrahedra.meshers.base import TETWILD
+from craftmesh.tetrahedra.meshers import TETWILD
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
 from craftmesh.tetrahedra.tetrahedralize import grains_of_chunk, tetrahedralize

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from craftmesh.errors import CraftmeshError
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Lengths
-from craftmesh.tetrahedra.meshers.base import TETWILD
+from craftmesh.tetrahedra.meshers import TETWILD
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.types import GrainTets, Surface
 

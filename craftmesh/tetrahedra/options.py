@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from craftmesh.options import Options, option
-from craftmesh.tetrahedra.meshers.base import TETWILD
+from craftmesh.tetrahedra.meshers import TETWILD
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.tetrahedra.diagnose import diagnose, tetgen_diagnosis
 from craftmesh.tetrahedra.grain_surface import GrainSurface, grain_surfaces
-from craftmesh.tetrahedra.meshers.base import load_mesher
+from craftmesh.tetrahedra.meshers import load_mesher
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 

@@ -1,14 +1,96 @@
-"""TetGen's command-line program behind the mesher's interface, through files in a temporary folder."""
+"""What a tetrahedral mesher has to do, how one is found by name, and TetGen as package and as program."""
 
 import shutil
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.tetrahedra.meshers.base import MesherRefusal
+from craftmesh.options import own_code
+
+BUILT_IN = {
+    "tetgen": "craftmesh.tetrahedra.meshers:TetGenMesher",
+    "tetgen-cli": "craftmesh.tetrahedra.meshers:TetGenProgram",
+}
+# Not a mesher of single grains: `tetrahedra/whole/` meshes all of them at once with it.
+TETWILD = "tetwild"
+
+
+class MesherRefusal(Exception):
+    """A mesher's own reason for not meshing a surface."""
+
+
+class Mesher(Protocol):
+    """A mesher of one closed surface that keeps the surface as it is."""
+
+    def mesh(
+        self,
+        points: np.ndarray,
+        facets: np.ndarray,
+        markers: np.ndarray,
+        interior_points: np.ndarray,
+        holes: np.ndarray,
+        switches: str,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return (points, tets) with the input points first, in order and bit for bit.
+
+        points (n, 3); facets (m, 3) boundary and internal facets, all kept; markers (m,) > 0;
+        interior_points (k, 3) become vertices after `points`; holes (h, 3) seeds in regions to leave
+        empty; switches: the mesher's own language. The tets (t, 4) int64 have positive volumes (corners
+        1, 2, 3 turn right-handed towards corner 4). Raises MesherRefusal.
+        """
+        ...
+
+
+def load_mesher(name: str) -> Mesher:
+    """Return the mesher called `name`: a built-in one, or `package.module:Class` of another."""
+    made = own_code("mesher", BUILT_IN.get(name, name), (*BUILT_IN, TETWILD))
+    try:
+        return made()
+    except TypeError as error:
+        raise CraftmeshError(f"mesher {name!r}: {error}; expected a class without arguments") from error
+
+
+def check_mesher(name: str) -> None:
+    """Raise CraftmeshError unless `name` is a mesher; programs are looked for where grains are meshed."""
+    if name not in (*BUILT_IN, TETWILD) and not callable(getattr(load_mesher(name), "mesh", None)):
+        raise CraftmeshError(f"mesher {name!r} has no method mesh; see craftmesh.tetrahedra.meshers")
+
+
+class TetGenMesher:
+    """The package `tetgen` (AGPL-3.0), TetGen 1.6; it prints and may crash, so it belongs in a worker."""
+
+    def mesh(
+        self,
+        points: np.ndarray,
+        facets: np.ndarray,
+        markers: np.ndarray,
+        interior_points: np.ndarray,
+        holes: np.ndarray,
+        switches: str,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Mesh as `Mesher` promises."""
+        import tetgen
+
+        everything = np.concatenate([points, interior_points]) if len(interior_points) else points
+        try:
+            plc = tetgen.TetGen(
+                np.ascontiguousarray(everything, np.float64),
+                np.ascontiguousarray(facets, np.int32),
+                np.ascontiguousarray(markers, np.int32),
+            )
+            for seed in holes:
+                plc.add_hole([float(x) for x in seed])
+            nodes, tets, *_ = plc.tetrahedralize(switches=switches)
+        except RuntimeError as error:
+            raise MesherRefusal(str(error) or "TetGen failed") from error
+        if not len(tets):
+            raise MesherRefusal("TetGen made no tetrahedra")
+        return np.asarray(nodes), np.asarray(tets, np.int64)
+
 
 PROGRAM = "tetgen"
 # Largest difference between a coordinate and its text, as a share of the largest coordinate.

@@ -1,1 +1,0 @@
-"""Meshers of single grains, replaceable."""
