@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.arguments import typed
 from craftmesh.assembly.opening import drop_unused, is_closed, opened_tets, same_turn
-from craftmesh.cracks.crack_numbers import crack_numbers
+from craftmesh.cracks.sheets import crack_numbers
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import front_polylines
 from craftmesh.mesh.mesh_sets import crack_sets, is_lip, lip_faces, node_sets_of

@@ -10,12 +10,11 @@ from craftmesh.commands.flags import Parser, add_options, options_from
 from craftmesh.commands.stage_io import add_file, add_output, add_report, existing, tell
 from craftmesh.cracks.fit_bounds import Numbers, notes_on_size
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
-from craftmesh.cracks.measured import crack_through_fronts, crack_through_points
+from craftmesh.cracks.measured import crack_along_path, crack_through_fronts, crack_through_points
 from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files, given_file
 from craftmesh.cracks.prescription import check_crack
 from craftmesh.cracks.series import GivenSurface, crack_of_increment, refuse_shrunk
-from craftmesh.cracks.swept_path import crack_along_path
 from craftmesh.cracks.voxel_crack import crack_through_voxels
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.options import WayOptions

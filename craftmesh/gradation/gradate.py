@@ -8,8 +8,8 @@ import numpy as np
 from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.cleaning import clean_facets, loosened, split_ears
+from craftmesh.gradation.crack_reference import HeldArea
 from craftmesh.gradation.folds import short_beside_folds
-from craftmesh.gradation.held_area import HeldArea
 from craftmesh.gradation.locality import spatially_sorted
 from craftmesh.gradation.narrow_places import open_narrow_places
 from craftmesh.gradation.passes import (

@@ -14,7 +14,7 @@ from craftmesh.tetrahedra.grain_surface import lowest_equal_point
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, new_scratch
 from craftmesh.tetrahedra.kernels.tet_passes import aspect_pass
 from craftmesh.tetrahedra.kernels.tet_quality import POOR, WHOLE, Aim, all_aspect_ratios, all_qualities
-from craftmesh.tetrahedra.kernels.tet_surface_smoothing import FREE_FROM, add_edges, smooth_on_surface
+from craftmesh.tetrahedra.kernels.tet_surface_moves import FREE_FROM, add_edges, smooth_on_surface
 from craftmesh.tetrahedra.opening_model import weighed_faults
 from craftmesh.tetrahedra.optimise_tets import new_state, resumed_tets
 from craftmesh.tetrahedra.record import poor_by_grain

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from craftmesh.commands.crack import given_surface
+from craftmesh.cracks.measured import crack_along_path
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import crack_of_increment
-from craftmesh.cracks.swept_path import crack_along_path
 from craftmesh.errors import CraftmeshError
 
 BOX = np.array([[-3.0, 0, 0], [17, 16, 12]])

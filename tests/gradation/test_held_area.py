@@ -10,7 +10,7 @@ import craftmesh.gradation.gradate as gradation
 from craftmesh import Sizing, gradate
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.cracks.within_box import AREA_OFF, LEAST_AREA, area_off, segments_of
-from craftmesh.gradation.held_area import HeldArea
+from craftmesh.gradation.crack_reference import HeldArea
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.sizing.sizing import densify
 from craftmesh.types import CRACK, Crack, Surface

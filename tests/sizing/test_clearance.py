@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from craftmesh.cracks.shapes import prescribed_crack
 from given_cracks import over_grid
 
 from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import joined
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.sizing.clearance import (

@@ -27,8 +27,7 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     aspect_ratio_at,
     quality_of,
 )
-from craftmesh.tetrahedra.kernels.tet_sum_contractions import contract_for_sum
-from craftmesh.tetrahedra.kernels.tet_sum_swaps import SumAim, remove_edge_for_sum
+from craftmesh.tetrahedra.kernels.tet_sum_swaps import SumAim, contract_for_sum, remove_edge_for_sum
 from craftmesh.tetrahedra.kernels.tet_swaps import remove_edge, remove_face
 from craftmesh.tetrahedra.optimise_tets import (
     FORMED,

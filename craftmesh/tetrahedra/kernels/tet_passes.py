@@ -7,8 +7,7 @@ from craftmesh.tetrahedra.kernels.tet_insertion import CLIMB_STEPS, contract, in
 from craftmesh.tetrahedra.kernels.tet_lightening import lighten
 from craftmesh.tetrahedra.kernels.tet_quality import Aim
 from craftmesh.tetrahedra.kernels.tet_smoothing import smooth_aspect, smooth_worst
-from craftmesh.tetrahedra.kernels.tet_sum_contractions import contract_for_sum
-from craftmesh.tetrahedra.kernels.tet_sum_swaps import remove_edge_for_sum
+from craftmesh.tetrahedra.kernels.tet_sum_swaps import contract_for_sum, remove_edge_for_sum
 from craftmesh.tetrahedra.kernels.tet_swaps import GAIN, remove_edge, remove_face
 
 # What `work.done` counts.
