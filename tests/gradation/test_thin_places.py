@@ -17,7 +17,9 @@ from craftmesh.gradation.passes import Gradation, filled_grid, split_all
 from craftmesh.gradation.state import make_state
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import remesh
-from craftmesh.sizing.sizing import Sizing, densify
+from craftmesh.sizing.clearance import PER_WIDTH, SHORTEST_BESIDE_LINES
+from craftmesh.sizing.sizing import Sizing, SizingOptions
+from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.facet_shape import angle_score, score_of_angle
@@ -107,16 +109,17 @@ def test_a_front_beside_a_face_is_split_onto_its_arc_that_is_nearer_to_the_face_
     surface, _ = remesh(voronoi(3, 10, (20, 20, 20)))
     options = CrackOptions(centre=(10, 8 + 0.0175, 10), normal=(0, 0, 1), radius=8.0)
     crack = prescribed_crack(options, 0, surface.box)
-    front = np.concatenate([densify(crack.points[line], 0.3) for line in crack.fronts])
-    sizing = Sizing(0.7, 1.0, 3.0, 2.0, 8.0, 1.0, front)
+    sizes = SizingOptions(l_min=0.7, l0=1.0, l_max=3.0, r0=2.0, r1=8.0)
+    sizing = sizing_around(Defects(crack), surface, sizes)
     inserted, _ = insert_crack(surface, crack, sizing)
     gradated, _ = gradate(inserted, sizing, crack=crack)
     assert not check_surface(gradated)
     ends = gradated.points[front_edges(gradated)]
-    length, near = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), ends[..., 1].max(axis=1) < 0.05
+    length, gap = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), ends[..., 1].max(axis=1)
+    near = gap < 0.05
     assert near.sum() >= 2
-    # 0.32, with wished lengths of 0.1 at places up to a front edge apart; a chord of 0.64 stayed
-    assert length[near].max() < 0.4
+    # twice, as lengths grow by half the distance between their places; chords of 0.7 stay without clearance
+    assert (length[near] <= 2 * np.maximum(PER_WIDTH * gap[near], SHORTEST_BESIDE_LINES * 0.7)).all()
 
 
 def sliver_widths(surface) -> np.ndarray:
