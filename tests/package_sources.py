@@ -30,12 +30,12 @@ def imports_of(module: str) -> set[str]:
 
 
 def is_package(module: str) -> bool:
-    return _path(module).is_dir()
+    return (_path(module) / "__init__.py").exists()
 
 
 def source(module: str) -> str:
     path = _path(module)
-    return (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text()
+    return (path / "__init__.py" if is_package(module) else path.with_suffix(".py")).read_text()
 
 
 def _path(module: str) -> Path:
