@@ -87,6 +87,13 @@ class Voxels:
         """(2, 3) lower and upper corner of the volume."""
         return np.stack([self.origin, self.origin + self.spacing * self.labels.shape])
 
+    @property
+    def faces(self) -> int:
+        """How many faces voxels of two labels share, and grains have on the box."""
+        within = sum(np.count_nonzero(np.diff(self.labels, axis=axis)) for axis in range(3))
+        on_box = sum(np.count_nonzero(self.labels.take((0, -1), axis=axis) > 0) for axis in range(3))
+        return int(within + on_box)
+
 
 @dataclass(frozen=True)
 class Crack:

@@ -94,10 +94,7 @@ def effort(rule: str, sizes: Sizes, chunks: int = 2) -> Effort:
 
 def expected_facets(voxels: Voxels) -> float:
     """Return about how many facets the grains' surface will have when it is remeshed."""
-    labels = voxels.labels
-    within = sum(np.count_nonzero(np.diff(labels, axis=axis)) for axis in range(3))
-    on_box = sum(np.count_nonzero(labels.take((0, -1), axis=axis) > 0) for axis in range(3))
-    return FACETS_PER_FACE * (within + on_box)
+    return FACETS_PER_FACE * voxels.faces
 
 
 def expected_elements(voxels: Voxels, lengths: Lengths) -> float:
@@ -182,47 +179,48 @@ WORKER_MB = 400  # a worker process of tetrahedralize besides the first, on smal
 LONGER = {"assemble": 5}
 # jobs of one group that run at once on its node: Snakemake asks for the sum of their memory
 AT_ONCE = {"inp": 2, "check": 2}
-# Facets of the remeshed surface over voxels at most: copper, whose grains are four voxels across, has 0.9.
-FACETS_PER_VOXEL = 1.0
 # Tetrahedra over facets of the gradated surface: grains430 9.9, al1050 10.
 TETS_PER_FACET = 10.0
 # What is counted before a file is made: voxels by those who make them, and facets where a plan is shown.
-UNKNOWN = {".npz": 20_000_000, ".vtp": 100_000}
+UNKNOWN = {".npz": Sizes(2e7, 2e7, 2e8), ".vtp": Sizes(1e5, 1e5, 1e6)}
 
 
-def memory_mb(stage: str, count: int, attempt: int, node: Node) -> int:
-    """Return the memory of a stage's job on `count` facets or voxels, up to its part of the node's."""
-    megabytes = MEMORY_FACTOR * effort(stage, _sizes(count)).megabytes + COMPILER_MB
+def memory_mb(stage: str, sizes: Sizes, attempt: int, node: Node) -> int:
+    """Return the memory of a stage's job, up to its part of the node's."""
+    megabytes = MEMORY_FACTOR * effort(stage, sizes).megabytes + COMPILER_MB
     if stage == "tetrahedralize":
         megabytes += WORKER_MB * (node.workers - 1)
     asked = round(megabytes) * 2 ** (attempt - 1)
     return asked if node.mem_mb is None else min(asked, node.mem_mb // AT_ONCE.get(stage, 1))
 
 
-def minutes(stage: str, count: int, attempt: int) -> int:
-    """Return the time of a stage's job on `count` facets or voxels."""
-    first = START_MINUTES + round(TIME_FACTOR * effort(stage, _sizes(count)).seconds / 60)
+def minutes(stage: str, sizes: Sizes, attempt: int) -> int:
+    """Return the time of a stage's job."""
+    first = START_MINUTES + round(TIME_FACTOR * effort(stage, sizes).seconds / 60)
     return first * LONGER.get(stage, 2) ** (attempt - 1)
 
 
-def _sizes(count: int) -> Sizes:
-    """Return the sizes that go with a count of facets, or of voxels."""
-    return Sizes(voxels=count, facets=count * FACETS_PER_VOXEL, elements=count * TETS_PER_FACET)
-
-
-def count_of(path: str | Path) -> int:
-    """Return the facets of a .vtp or the voxels of a labels.npz, by its head.
+def sizes_of(path: str | Path) -> Sizes:
+    """Return the sizes by the facets of a .vtp, or by the voxels and faces of a labels.npz, by its head.
 
     UNKNOWN for a file that is not there yet or is none of these: the stage that reads it will say so.
     """
     suffix = Path(path).suffix
     try:
         if suffix == ".npz":
-            with zipfile.ZipFile(path) as archive, archive.open("labels.npy") as stream:
-                np.lib.format.read_magic(stream)
-                return int(np.prod(np.lib.format.read_array_header_1_0(stream)[0]))
+            with zipfile.ZipFile(path) as archive:
+                with archive.open("labels.npy") as stream:
+                    np.lib.format.read_magic(stream)
+                    voxels = np.prod(np.lib.format.read_array_header_1_0(stream)[0])
+                with archive.open("faces.npy") as stream:
+                    facets = FACETS_PER_FACE * int(np.lib.format.read_array(stream))
+            return Sizes(int(voxels), facets, TETS_PER_FACET * facets)
         with open(path, "rb") as stream:
             found = re.search(rb'NumberOfPolys="(\d+)', stream.read(4096))
-        return int(found[1]) if found else UNKNOWN[suffix]
+        return (
+            Sizes(int(found[1]), int(found[1]), TETS_PER_FACET * int(found[1]))
+            if found
+            else UNKNOWN[suffix]
+        )
     except (OSError, zipfile.BadZipFile, KeyError, ValueError):
         return UNKNOWN[suffix]

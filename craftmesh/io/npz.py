@@ -44,12 +44,12 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def write_labels(path: str | os.PathLike, voxels: Voxels) -> None:
-    """Write labels, spacing, origin and, where known, orientations, phases and crystals to an .npz.
+    """Write labels, how many faces they have, spacing, origin and what is known of the grains to an .npz.
 
     The same voxels give the same bytes; the file appears whole or not at all. Raises CraftmeshError where
     it cannot be written.
     """
-    arrays = {"format": np.array(FORMAT), "labels": voxels.labels}
+    arrays = {"format": np.array(FORMAT), "labels": voxels.labels, "faces": np.array(voxels.faces)}
     arrays |= {"spacing": voxels.spacing, "origin": voxels.origin}
     optional = {"orientations": voxels.orientations, "phases": voxels.phases}
     arrays |= {name: values for name, values in optional.items() if values is not None}

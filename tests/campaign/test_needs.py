@@ -11,10 +11,12 @@ from craftmesh.campaign.effort import (
     VARIABLE,
     WORKERS,
     Node,
+    Sizes,
     cluster_node,
-    count_of,
+    expected_facets,
     memory_mb,
     minutes,
+    sizes_of,
 )
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_surface
@@ -22,6 +24,7 @@ from craftmesh.voxels.generate import GenerateOptions, generate
 
 NOTHING = {"cpus": None, "mem_mb": None}
 AT_WILL = Node(None, None)
+SMALL, LARGE = Sizes(1e5, 1e5, 1e6), Sizes(1e6, 1e6, 1e7)
 
 
 @pytest.fixture
@@ -70,30 +73,32 @@ def test_where_nothing_is_known_a_job_takes_one_processor(sinfo):
 
 @pytest.mark.parametrize("stage", ["import_microstructure", "remesh", "gradate", "tetrahedralize", "solve"])
 def test_needs_grow_with_size_and_attempt_up_to_the_node(stage):
-    first, bigger = (memory_mb(stage, count, 1, AT_WILL) for count in (10**5, 10**6))
-    assert bigger > first > 800 and memory_mb(stage, 10**5, 2, AT_WILL) == 2 * first
-    assert memory_mb(stage, 10**6, 3, Node(4, 800)) == 800
-    assert minutes(stage, 10**5, 2) >= 2 * minutes(stage, 10**5, 1) > 0
+    first, bigger = (memory_mb(stage, sizes, 1, AT_WILL) for sizes in (SMALL, LARGE))
+    assert bigger > first > 800 and memory_mb(stage, SMALL, 2, AT_WILL) == 2 * first
+    assert memory_mb(stage, LARGE, 3, Node(4, 800)) == 800
+    assert minutes(stage, SMALL, 2) >= 2 * minutes(stage, SMALL, 1) > 0
 
 
 def test_jobs_at_once_on_a_node_ask_for_no_more_than_it_has():
-    first, second = (memory_mb(stage, 10**6, 3, Node(4, 8001)) for stage in ("inp", "check"))
+    first, second = (memory_mb(stage, LARGE, 3, Node(4, 8001)) for stage in ("inp", "check"))
     assert first == second == 4000
 
 
 def test_each_worker_process_has_its_memory():
-    one, four = (memory_mb("tetrahedralize", 10**5, 1, node) for node in (AT_WILL, Node(4, None)))
+    one, four = (memory_mb("tetrahedralize", SMALL, 1, node) for node in (AT_WILL, Node(4, None)))
     assert four > one
 
 
 def test_sizes_are_told_by_the_heads_of_files(tmp_path):
-    write_labels(tmp_path / "labels.npz", generate(GenerateOptions(shape=(6, 5, 4), grains=2, voids=0)))
-    assert count_of(tmp_path / "labels.npz") == 120
+    volume = generate(GenerateOptions(shape=(6, 5, 4), grains=2, voids=0))
+    write_labels(tmp_path / "labels.npz", volume)
+    found = sizes_of(tmp_path / "labels.npz")
+    assert found.voxels == 120 and found.facets == expected_facets(volume)
     surface = double_cone(5)
     write_surface(tmp_path / "gradated.vtp", surface)
-    assert count_of(tmp_path / "gradated.vtp") == len(surface.facets)
+    assert sizes_of(tmp_path / "gradated.vtp").facets == len(surface.facets)
     for name in ("other.npz", "other.vtp"):
         unknown = UNKNOWN[Path(name).suffix]
-        assert count_of(tmp_path / name) == unknown
+        assert sizes_of(tmp_path / name) == unknown
         (tmp_path / name).write_text("no such thing")
-        assert count_of(tmp_path / name) == unknown
+        assert sizes_of(tmp_path / name) == unknown

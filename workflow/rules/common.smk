@@ -5,12 +5,12 @@ CHECKED = "deck" if NODE.cpus != 1 else "quality"
 
 def job_memory(stage, file):
     """Return the function of the memory of a stage's job by the size of a file of its case or increment."""
-    return lambda wildcards, attempt: memory_mb(stage, count_of(file.format(**wildcards)), attempt, NODE)
+    return lambda wildcards, attempt: memory_mb(stage, sizes_of(file.format(**wildcards)), attempt, NODE)
 
 
 def job_minutes(stage, file):
     """Return the function of the minutes of a stage's job by the size of a file of its case or increment."""
-    return lambda wildcards, attempt: minutes(stage, count_of(file.format(**wildcards)), attempt)
+    return lambda wildcards, attempt: minutes(stage, sizes_of(file.format(**wildcards)), attempt)
 
 
 def every_increment(pattern, growing=False):
