@@ -217,10 +217,9 @@ def sizes_of(path: str | Path) -> Sizes:
             return Sizes(int(voxels), facets, TETS_PER_FACET * facets)
         with open(path, "rb") as stream:
             found = re.search(rb'NumberOfPolys="(\d+)', stream.read(4096))
-        return (
-            Sizes(int(found[1]), int(found[1]), TETS_PER_FACET * int(found[1]))
-            if found
-            else UNKNOWN[suffix]
-        )
+        if found is None:
+            return UNKNOWN[suffix]
+        facets = int(found[1])
+        return Sizes(facets, facets, TETS_PER_FACET * facets)
     except (OSError, zipfile.BadZipFile, KeyError, ValueError):
         return UNKNOWN[suffix]

@@ -30,12 +30,13 @@ def history_lines(
         if step.kind != RAMP:
             yield f"*AMPLITUDE, NAME=STEP_{count}\n"
             yield from _table_lines(step.table())
+    loaded = _loaded(loads, mesh)
     for count, (step, asked) in enumerate(zip(steps, extras, strict=True), 1):
         yield f"*STEP, INC={_MOST_INCREMENTS}{', NLGEOM=YES' if nlgeom else ''}\n"
         yield f"** Step {count}: {step.kind} of the load {step.load}".rstrip() + "\n"
         longest = step.time / step.increments
         yield f"*STATIC\n{', '.join(map(number, (longest, step.duration, _SHORTEST * longest, longest)))}\n"
-        yield from _load_lines(loads, step, count, mesh)
+        yield from _load_lines(loads, step, count, mesh, loaded)
         yield f"{asked}*END STEP\n"
 
 
@@ -48,7 +49,16 @@ def face_lines(loads: Mapping[str, Load]) -> str:
     )
 
 
-def _load_lines(loads: Mapping[str, Load], step: LoadStep, count: int, mesh: TetMesh) -> Iterator[str]:
+def _loaded(loads: Mapping[str, Load], mesh: TetMesh) -> np.ndarray:
+    """Return which nodes any of the loads has forces at, by axis (n, 3)."""
+    forces = (np.abs(parted(load.pulled, mesh)[1]) for load in loads.values())
+    sizes = sum(forces, np.zeros(mesh.points.shape))
+    return sizes > ROUNDING * sizes.max(initial=0.0)
+
+
+def _load_lines(
+    loads: Mapping[str, Load], step: LoadStep, count: int, mesh: TetMesh, loaded: np.ndarray
+) -> Iterator[str]:
     """Yield supports and loads of a step: at its end, or with its amplitude over time."""
     level, amplitude = (step.level, "") if step.kind == RAMP else (1.0, f", AMPLITUDE=STEP_{count}")
     load = combined([(level * (name == step.load), one) for name, one in loads.items()])
@@ -59,8 +69,6 @@ def _load_lines(loads: Mapping[str, Load], step: LoadStep, count: int, mesh: Tet
     if pressures:
         yield f"*DSLOAD{amplitude}\n"
         yield from pressure_lines(pressures)
-    sizes = sum((np.abs(parted(one.pulled, mesh)[1]) for one in loads.values()), np.zeros(forces.shape))
-    loaded = sizes > ROUNDING * sizes.max(initial=0.0)
     if loaded.any():
         yield f"*CLOAD{amplitude}\n"
         yield from force_lines(forces, loaded)

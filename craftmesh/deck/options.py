@@ -37,7 +37,6 @@ class DeckOptions(ModelOptions):
     def __post_init__(self) -> None:
         """Raise CraftmeshError for values out of bounds, and for those that do not fit each other."""
         super().__post_init__()
-        _ = self.history
         if self.history and not self.is_loaded:
             raise CraftmeshError(
                 "steps are given, and nothing is loaded; expected a load, faces or a pressure"

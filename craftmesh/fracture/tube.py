@@ -11,7 +11,7 @@ from craftmesh.fracture.kernels.curve import Curve, nearest_points
 from craftmesh.fracture.kernels.forces import Tube
 from craftmesh.fracture.lip_pressure import FaceTractions
 from craftmesh.fracture.options import LEAST_RADIUS
-from craftmesh.fracture.segments import Segments
+from craftmesh.fracture.segments import Segments, material_numbers
 from craftmesh.mesh.front_curve import FrontCurve, arc_lengths
 from craftmesh.mesh.front_frames import Front
 from craftmesh.mesh.mesh_sets import is_lip, lip_faces
@@ -98,7 +98,9 @@ class Surroundings:
         """Return whose tube, of radius (n,) at the nodes, holds another eigenstrain: segments (c,)."""
         tube = self.tube
         segment = tube.segment[tube.tets]
-        is_other = (tube.eigenstrain[tube.grain][:, None] != tube.shift[segment]).any(axis=(2, 3))
+        number = material_numbers(np.concatenate([tube.eigenstrain, tube.shift]))
+        of_grain, of_segment = np.split(number, [len(tube.eigenstrain)])
+        is_other = of_grain[tube.grain][:, None] != of_segment[segment]
         result = np.zeros(len(tube.shift), bool)
         result[segment[is_other & (self.distance < radius)[tube.tets]]] = True
         return result
