@@ -7,11 +7,11 @@ import numpy as np
 
 from craftmesh.arguments import as_array, check_indices
 from craftmesh.assembly.foreign_mesh import foreign_facets, foreign_with_crack, tet_mesh_of
-from craftmesh.assembly.opening import is_closed, opened_tets, same_turn
+from craftmesh.assembly.opening import opened_across, same_turn, with_copies
 from craftmesh.cracks.one_sheet import lip_a_ahead, turned_alike
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import mesh_fronts
-from craftmesh.mesh.mesh_sets import crack_sets, is_front, is_lip, lip_faces, node_sets_of
+from craftmesh.mesh.mesh_sets import crack_sets, is_lip, lip_faces, node_sets_of
 from craftmesh.mesh.tet_connectivity import (
     RowGroups,
     face_nodes,
@@ -93,7 +93,7 @@ def _opened(mesh: TetMesh, facets: np.ndarray | str) -> tuple[TetMesh, np.ndarra
     face_sets |= crack_sets([*_known_lips(sets), *lips])
     bare = TetMesh(points, opened.tets, mesh.grain, {}, _lips_and_rest(face_sets, opened.free))
     fronts = mesh_fronts(bare)
-    node_sets = _with_copies(mesh.node_sets, opened.parent, len(mesh.points))
+    node_sets = with_copies(mesh.node_sets, opened.parent, len(mesh.points))
     node_sets |= node_sets_of(opened.tets, face_sets, fronts)
     result = TetMesh(points, opened.tets, mesh.grain, node_sets, face_sets)
     return result, opened.parent, _report(opened, points, fronts)
@@ -130,17 +130,6 @@ def _lips_and_rest(face_sets: Mapping[str, np.ndarray], free: np.ndarray) -> dic
     return lips | {"FREE": _faces(np.setdiff1d(free, named))}
 
 
-def _with_copies(
-    node_sets: Mapping[str, np.ndarray], parent: np.ndarray, count: int
-) -> dict[str, np.ndarray]:
-    """Return the sets, but for lips and fronts, with the nodes that came apart from theirs at the end."""
-    return {
-        name: np.concatenate([nodes, count + np.flatnonzero(np.isin(parent[count:], nodes))])
-        for name, nodes in node_sets.items()
-        if not is_lip(name) and not is_front(name)
-    }
-
-
 def _report(opened: Opened, points: np.ndarray, fronts: list) -> dict[str, int | float]:
     vectors = area_vectors(points, half_face_corners(opened.tets, opened.ahead))
     return {
@@ -169,15 +158,12 @@ def opened_along(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> Op
     across = pairs[(count == 2) & (row >= 0)]
     facet = row[(count == 2) & (row >= 0)]
     linked = pairs[(count == 2) & (row < 0)]
-    by_corners, _ = opened_tets(tets[:, :4], linked, across.ravel(), len(points))
-    shut = is_closed(by_corners, across)
+    opened, parent, shut = opened_across(tets, linked, across, len(points))
     if shut.all():
         raise CraftmeshError(
             f"none of the {len(shut)} crack facets within the mesh opens, for all their corners are on the "
             "crack's front; expected facets round at least one node inside the crack, or on its mouth"
         )
-    linked = np.concatenate([linked, across[shut]])
-    opened, parent = opened_tets(tets, linked, across.ravel(), len(points))
     order = np.argsort(facet[~shut], kind="stable")
     across, facet = across[~shut][order], facet[~shut][order]
     is_ahead = same_turn(half_face_corners(tets, across[:, 0]), facets[facet])

@@ -1,9 +1,12 @@
 """The crack opened: nodes come apart where nothing but crack facets holds the tets round them together."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from craftmesh.mesh.mesh_sets import is_front, is_lip
 from craftmesh.mesh.tet_connectivity import FACE_NODES, half_face_corners, half_face_nodes
 
 
@@ -29,6 +32,33 @@ def opened_tets(
         links.append(np.stack(ends, axis=1)[at_boundary[here[:, i]]])
     movable = np.flatnonzero(at_boundary[tets.ravel()])  # flat (tet, node) ids
     return _renumber(tets, movable, np.concatenate(links), n_points)
+
+
+def opened_across(
+    tets: np.ndarray, linked: np.ndarray, across: np.ndarray, n_points: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return tets and old nodes as `opened_tets` of the pairs across (p, 2), and which (p,) stay shut.
+
+    Those whose corners all stay single do, mid nodes too.
+    """
+    by_corners, _ = opened_tets(tets[:, :4], linked, across.ravel(), n_points)
+    shut = is_closed(by_corners, across)
+    linked = np.concatenate([linked, across[shut]])
+    return *opened_tets(tets, linked, across.ravel(), n_points), shut
+
+
+def with_copies(
+    node_sets: Mapping[str, np.ndarray], parent: np.ndarray, count: int
+) -> dict[str, np.ndarray]:
+    """Return the sets, but for lips and fronts, with the nodes that came apart from theirs at the end.
+
+    parent (n,): the old node of each, the first `count` of which are the old ones.
+    """
+    return {
+        name: np.concatenate([nodes, count + np.flatnonzero(np.isin(parent[count:], nodes))])
+        for name, nodes in node_sets.items()
+        if not is_lip(name) and not is_front(name)
+    }
 
 
 def _renumber(

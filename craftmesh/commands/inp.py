@@ -1,8 +1,12 @@
 """Write the complete input deck for Abaqus and CalculiX: sets, sections, materials, a tension step."""
 
 import argparse
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+from craftmesh.assembly.boundary_layers import boundary_layers, grain_pairs
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure, known_of_files, user_materials
 from craftmesh.commands.stage_io import add_output, add_report, add_units, tell, warn
@@ -10,7 +14,8 @@ from craftmesh.deck.limits import deck_warning
 from craftmesh.deck.options import DeckOptions
 from craftmesh.deck.write_deck import write_model
 from craftmesh.io.vtk import read_tets
-from craftmesh.mechanics.model import elastic_model
+from craftmesh.mechanics.cohesive import CohesiveLayers, laws_of_pairs
+from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.units import UnitsOptions
 
 
@@ -27,8 +32,28 @@ def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, DeckOptions)
     known = known_of_files(arguments)
     model, report = elastic_model(read_tets(arguments.volume), options, **known)
-    materials = user_materials(options.user_material, known)
-    write_model(arguments.output, model, options, materials, UnitsOptions(*arguments.units))
+    materials, layers = user_materials(options.user_material, known), None
+    if options.cohesive:
+        model, layers = _with_layers(model, options, known)
+        report |= {"nodes": len(model.mesh.points), "cohesive_boundaries": len(layers.laws)}
+        report |= {"cohesive_elements": sum(map(len, layers.elements.values()))}
+    units = UnitsOptions(*arguments.units)
+    write_model(arguments.output, model, options, materials, units, layers=layers)
     for warning in filter(None, [*report.get("notes", ()), deck_warning(model)]):
         warn(warning)
     tell(report, arguments.report)
+
+
+def _with_layers(
+    model: ElasticModel, options: DeckOptions, known: Mapping[str, Any]
+) -> tuple[ElasticModel, CohesiveLayers]:
+    """Return the model opened along grain boundaries, under the load of the whole body, and its layers."""
+    pairs = grain_pairs(model.mesh)
+    laws = laws_of_pairs(options.cohesive, pairs, model, known.get("phases"), known.get("crystals"))
+    opened, elements = boundary_layers(model.mesh, laws)
+    if options.element == "C3D10" and any(law.strength for law in laws.values()):
+        warn(
+            "cohesive: on faces of C3D10 tractions swing about the true ones, by 5 % where stiffness * "
+            "edge / E is 0.05 and by 59 % at 1; for damage take element C3D4, or less stiffness"
+        )
+    return replace(model, mesh=opened), CohesiveLayers(laws, elements)

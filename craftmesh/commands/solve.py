@@ -12,7 +12,7 @@ import numpy as np
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure, known_of_files, user_materials
 from craftmesh.commands.run_deck import FIELD, JOB, Ended, run_deck, solved_history
-from craftmesh.commands.stage_io import add_file, add_output, add_report, tell
+from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
 from craftmesh.deck.options import DeckOptions
 from craftmesh.deck.write_deck import write_model
 from craftmesh.errors import CraftmeshError
@@ -51,6 +51,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     options, deck = options_from(arguments, SolveOptions), options_from(arguments, DeckOptions)
+    if deck.cohesive and options.solver != BUILTIN:
+        raise CraftmeshError(
+            f"solver {options.solver}: has no cohesive layers; run the deck of `craftmesh inp`, in Abaqus"
+        )
+    if deck.cohesive:
+        warn("cohesive layers are in the deck alone; this field, and K by it, are those of the welded body")
     known = known_of_files(arguments)
     mesh = read_tets(arguments.volume)
     model, counts = elastic_model(mesh, deck, **known)

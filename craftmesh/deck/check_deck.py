@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from craftmesh.deck.check_layers import kind_fault, order_faults
 from craftmesh.deck.includes import DeckText, read_deck_text
 from craftmesh.deck.limits import (
     LINE_LIMIT,
@@ -17,6 +18,7 @@ from craftmesh.deck.limits import (
 )
 from craftmesh.errors import CraftmeshError
 
+_OF_SECTION = ("ELSET", "MATERIAL", "ORIENTATION", "CONTROLS")  # parameters of sections that name something
 _NAMES = ("NAME", "NSET", "ELSET", "MATERIAL", "ORIENTATION")  # parameters that name something
 
 
@@ -35,8 +37,10 @@ def check_deck(path: str | os.PathLike) -> list[str]:
 
     Included files are read in their places. Checked: ASCII, length of lines, names and rows of sets, ids
     that occur twice, that elements, sets, surfaces and sections name nodes, elements, sets and materials
-    that are there, and that Jacobians of C3D10 at the integration points, and volumes of C3D4, are
-    positive and not too small for CalculiX. Raises CraftmeshError for a deck in which numbers are missing.
+    that are there, that user materials have as many values as they say, that cohesive elements are of a
+    kind that Abaqus has, turn the right way and have sections, and that Jacobians of C3D10 at the
+    integration points, and volumes of C3D4, are positive and not too small for CalculiX. Raises
+    CraftmeshError for a deck in which numbers are missing.
     """
     try:
         return _breaches(read_deck_text(path))
@@ -96,9 +100,14 @@ def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[
     breaches = [f"the name {name[:40]!r} {fault}" for name in names if (fault := name_fault(name))]
     if block.keyword == "ELEMENT":
         table = _table(block)
+        breaches += [fault] if (fault := kind_fault(block.parameters.get("TYPE", ""))) else []
         breaches += (
             _unknown("node", table[:, 1:], nodes) if table.size else ["an element block without elements"]
         )
+    elif block.keyword == "USER MATERIAL":
+        told, count = block.parameters.get("CONSTANTS", ""), len(re.findall(r"[^,\s]+", block.data))
+        if told != str(count):
+            breaches.append(f"the user material has CONSTANTS={told} and {count} values; expected as many")
     elif block.keyword in ("NSET", "ELSET"):
         if any(row.rstrip(", ").count(",") >= ROW_LIMIT for row in block.data.splitlines()):
             breaches.append(f"a row of the set has over {ROW_LIMIT} entries")
@@ -111,41 +120,61 @@ def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[
 
 
 def _check_references(blocks: list[Block]) -> list[str]:
-    """Return the sets, materials and orientations that are named and not there."""
-    defined: dict[str, set[str]] = {"ELSET": set(), "NSET": set(), "MATERIAL": set(), "ORIENTATION": set()}
+    """Return what sections name and is not there, and cohesive elements that no section names."""
+    defined: dict[str, set[str]] = {kind: set() for kind in ("NSET", *_OF_SECTION)}
+    cohesive = [block for block in blocks if block.keyword == "COHESIVE SECTION"]
+    sections = [block for block in blocks if block.keyword == "SOLID SECTION"] + cohesive
     for block in blocks:
         if block.keyword in ("NODE", "ELEMENT", "NSET", "ELSET"):
             for kind in ("NSET", "ELSET"):
                 defined[kind].add(block.parameters.get(kind, ""))
-        elif block.keyword in ("MATERIAL", "ORIENTATION"):
-            defined[block.keyword].add(block.parameters.get("NAME", ""))
-    return [
+        elif block.keyword in ("MATERIAL", "ORIENTATION", "SECTION CONTROLS"):
+            defined[block.keyword.split()[-1]].add(block.parameters.get("NAME", ""))
+    missing = [
         f"{block.place}: the section names {kind} {block.parameters[kind]}, which is not in the deck"
-        for block in blocks
-        if block.keyword == "SOLID SECTION"
-        for kind in ("ELSET", "MATERIAL", "ORIENTATION")
+        for block in sections
+        for kind in _OF_SECTION
         if kind in block.parameters and block.parameters[kind] not in defined[kind]
+    ]
+    named = {block.parameters.get("ELSET", "") for block in cohesive}
+    members = {
+        block.parameters.get("ELSET", ""): block.data for block in blocks if block.keyword == "ELSET"
+    }
+    named |= {word for name in named for word in re.findall(r"[^,\s]+", members.get(name, "").upper())}
+    return missing + [
+        f"{block.place}: no cohesive section has the elements of {block.parameters.get('ELSET', 'no set')}"
+        for block in blocks
+        if block.keyword == "ELEMENT" and block.parameters.get("TYPE", "").startswith("COH")
+        if block.parameters.get("ELSET", "") not in named
     ]
 
 
 def _check_shapes(blocks: list[Block]) -> list[str]:
-    """Return one sentence per block of tetrahedra with a Jacobian or a volume that is not positive."""
+    """Return one sentence per block of tetrahedra with a Jacobian or a volume that is not positive.
+
+    And what `order_faults` says of cohesive elements.
+    """
     tables = [_table(block) for block in blocks if block.keyword == "NODE"]
     nodes = np.concatenate([np.zeros((0, 4)), *(table for table in tables if table.shape[1] == 4)])
     nodes = nodes[np.argsort(nodes[:, 0], kind="stable")]
     points = np.ascontiguousarray(nodes[:, 1:])
-    breaches, sizes = [], [np.zeros(0)]
+    breaches, sizes, layers = [], [np.zeros(0)], [np.zeros((0, 6), np.int64)]
+    solids: list[np.ndarray] = []
     for block in blocks:
-        columns = {"C3D4": 5, "C3D10": 11}.get(block.parameters.get("TYPE", ""))
+        kind = block.parameters.get("TYPE", "")
+        columns = {"C3D4": 5, "C3D10": 11, "COH3D6": 7}.get(kind)
         if block.keyword != "ELEMENT" or columns is None:
             continue
         table = _table(block).astype(np.int64)
         if table.shape[1] != columns:
             breaches.append(f"{block.place}: rows of {table.shape[1]} numbers; expected {columns}")
         elif not _unknown("node", table[:, 1:], nodes[:, 0]):
-            tets = np.searchsorted(nodes[:, 0], table[:, 1:])
-            sizes.append(jacobians(points, tets))
-            breaches += _check_sizes(block, table[:, 0], sizes[-1])
+            rows = np.searchsorted(nodes[:, 0], table[:, 1:])
+            (layers if kind == "COH3D6" else solids).append(rows)
+            if kind != "COH3D6":
+                sizes.append(jacobians(points, rows))
+                breaches += _check_sizes(block, table[:, 0], sizes[-1])
+    breaches += order_faults(points, np.concatenate(layers), solids)
     too_small = too_small_sentence(np.concatenate(sizes))
     return breaches + [too_small] * bool(too_small)
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.cohesive import parse_cohesive
 from craftmesh.mechanics.faces import check_supports, parse_faces
 from craftmesh.mechanics.history import LoadStep, parse_steps
 from craftmesh.mechanics.model_options import ModelOptions
@@ -29,6 +30,14 @@ class DeckOptions(ModelOptions):
         "of that load case or sum",
     )
     lip_contact: bool = option(False, "lips of cracks press on each other, without friction")
+    cohesive: tuple[str, ...] = option(
+        (),
+        "zero-thickness cohesive elements on grain boundaries, in the deck alone, for Abaqus: "
+        "SCOPE:stiffness=K,... or SCOPE:none; SCOPE all, low_angle (under 15 degrees) or two grains as "
+        "3-7, the narrowest counts; beside stiffness, across a boundary: shear_stiffness along it, "
+        "strength, shear_strength, energy, shear_energy, eta of the mix, viscosity. A crack in a "
+        "boundary has none",
+    )
     output_every: int = option(
         1, "increments from one output of fields to the next, with steps", at_least=1
     )
@@ -37,6 +46,7 @@ class DeckOptions(ModelOptions):
     def __post_init__(self) -> None:
         """Raise CraftmeshError for values out of bounds, and for those that do not fit each other."""
         super().__post_init__()
+        parse_cohesive(self.cohesive)
         if self.history and not self.is_loaded:
             raise CraftmeshError(
                 "steps are given, and nothing is loaded; expected a load, faces or a pressure"

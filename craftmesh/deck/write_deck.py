@@ -10,6 +10,7 @@ from typing import TextIO
 import numpy as np
 
 from craftmesh.atomic import atomic_path, atomic_paths
+from craftmesh.deck.cohesive_lines import layer_lines, layer_section_lines
 from craftmesh.deck.contact_lines import contact_lines
 from craftmesh.deck.history_lines import face_lines, history_lines
 from craftmesh.deck.includes import include_line, mesh_file
@@ -21,6 +22,7 @@ from craftmesh.deck.section_lines import section_lines
 from craftmesh.deck.step_lines import step_lines, steps_of_cases
 from craftmesh.deck.user_section_lines import user_section_lines
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.cohesive import CohesiveLayers
 from craftmesh.mechanics.history import held_step
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.units import UnitsOptions
@@ -49,6 +51,11 @@ _STRAIN_NOTE = """\
 ** Expansions of materials are the eigenstrains of their grains: the temperature rises by 1. Where one has
 ** shears in the crystal's axes, ORI_<id> gives its principal axes in place of these, and constants of the
 ** material refer to them.
+"""
+_LAYER_NOTE = """\
+** COH_<a>_<b>: cohesive elements on the boundary of grains a < b, nodes 1 to 3 on a, 4 to 6 on b; COH_ALL
+** all. Their nodes are there once on each side: CRACK_FRONT has those in the grain of lowest id, and
+** CRACK_FRONT_COPIES the others.
 """
 _MESH_NOTE = "** Mesh of {model}: nodes, elements of the grains, node sets and surfaces; included by it.\n"
 # Of steps, whose increments are many.
@@ -87,18 +94,22 @@ def write_model(
     materials: UserMaterials | None = None,
     units: UnitsOptions = UnitsOptions(),  # noqa: B008 (frozen)
     traced: bool = False,
+    layers: CohesiveLayers | None = None,
 ) -> None:
     """Write the complete deck of a model, as `write_deck` does.
 
     options: what is no part of the model; materials: those of options.user_material; units: named in the
     heading; traced: a history prints what faces bear in each increment, and fields in its last one alone,
-    for CalculiX has one frequency for both. Of options that have plates the load is in contact with them.
+    for CalculiX has one frequency for both. layers: on the model's mesh, in the model's unit. Of options
+    that have plates the load is in contact with them.
     """
     check_writable(model)
     if options.user_material and materials is None:
         raise CraftmeshError(
             f"user_material is {options.user_material!r}, which commands read; give the deck its templates"
         )
+    if options.cohesive and layers is None:
+        raise CraftmeshError("cohesive: commands lay the layers; give the deck of a model with them these")
     includes = options.includes
     scale, model = model.scale, model.in_unit_of_deck()
     mesh, grains = model.mesh, model.grains
@@ -109,6 +120,8 @@ def write_model(
         main.write(header + (_ORIENTATION_NOTE if model.axes else ""))
         if model.own_strain.any():
             main.write(_STRAIN_NOTE)
+        if layers is not None:
+            main.write(_LAYER_NOTE)
         main.write(_units_note(units))
         if scale != 1:
             main.write(_SCALE_NOTE.format(scale=scale, forces=scale**2))
@@ -116,8 +129,12 @@ def write_model(
             main.write(include_line(target))
             included.write(_MESH_NOTE.format(model=Path(target).name))
         included.writelines(mesh_lines(mesh, grains, model.element))
+        if layers is not None:
+            included.writelines(layer_lines(layers, len(mesh.tets) + 1))
         included.writelines(set_lines(mesh))
         main.writelines(section_lines(model) if materials is None else user_section_lines(model, materials))
+        if layers is not None:
+            main.writelines(layer_section_lines(layers, scale))
         if options.lip_contact:
             main.writelines(contact_lines(model))
         if options.has_plates and model.load is not None:

@@ -49,6 +49,7 @@ def test_sound_deck_has_no_breach(tmp_path):
         ("ELSET=GRAIN_7, MATERIAL", "ELSET=GRAIN_8, MATERIAL", "names ELSET GRAIN_8"),
         ("MATERIAL=M", "MATERIAL=N", "names MATERIAL N"),
         ("1, 1, 2,", "1, 2, 1,", "1 elements have a volume <= 0 (the first is element 1 of GRAIN_7)"),
+        ("*ELASTIC\n70., 0.3", "*USER MATERIAL, CONSTANTS=3\n70., 0.3", "CONSTANTS=3 and 2 values"),
         ("1, 1, 2,", "1, 1,", "line 9: rows of 4 numbers; expected 5"),
     ],
 )

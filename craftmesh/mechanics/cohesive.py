@@ -1,0 +1,160 @@
+"""Laws of cohesive layers on grain boundaries, by classes of them."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.faces import number_of
+from craftmesh.types import Crystal
+
+if TYPE_CHECKING:
+    from craftmesh.mechanics.model import ElasticModel
+
+ALL, LOW_ANGLE, NO_LAYER = "all", "low_angle", "none"
+LOW = 15.0  # degrees of disorientation, under which boundaries are arrays of dislocations (Brandon 1966)
+# Rotations that bring a crystal onto itself, as groups of scipy.
+_GROUPS = {"cubic": "O", "hexagonal": "D6", "tetragonal": "D4", "trigonal": "D3", "orthorhombic": "D2"}
+
+
+@dataclass(frozen=True)
+class CohesiveLaw:
+    """Traction over separation: stiffness (stress / length), strength (stress), energy (stress * length).
+
+    shear_...: along the boundary, those across it where not given. Without strength and energy there is no
+    damage; it begins by the sum of squares of stresses over strengths, and mixes energies with the power
+    eta (Benzeggagh & Kenane 1996). viscosity: time over which damage lags.
+    """
+
+    stiffness: float
+    shear_stiffness: float = 0.0
+    strength: float = 0.0
+    shear_strength: float = 0.0
+    energy: float = 0.0
+    shear_energy: float = 0.0
+    eta: float = 2.0
+    viscosity: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("stiffness", "strength", "energy"):
+            if not getattr(self, f"shear_{name}"):
+                object.__setattr__(self, f"shear_{name}", getattr(self, name))
+
+    def with_lengths(self, scale: float) -> "CohesiveLaw":
+        """Return the law in a unit in which lengths are `scale` times as large; stresses stay."""
+        parts = {f.name: getattr(self, f.name) for f in fields(self)}
+        return replace(
+            self,
+            **{name: value / scale for name, value in parts.items() if "stiffness" in name},
+            **{name: value * scale for name, value in parts.items() if "energy" in name},
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class CohesiveLayers:
+    """Laws by pair of grains (a < b), and elements (k, 6) of nodes: 1 to 3 of a, 4 to 6 of b over them."""
+
+    laws: Mapping[tuple[int, int], CohesiveLaw]
+    elements: Mapping[tuple[int, int], np.ndarray]
+
+
+Scope = str | tuple[int, int]
+
+
+def parse_cohesive(texts: Iterable[str]) -> dict[Scope, CohesiveLaw | None]:
+    """Return laws, None where there is no layer, by scope: ALL, LOW_ANGLE or a pair of grains.
+
+    texts such as "all:stiffness=1e6,strength=300,energy=0.5", "low_angle:none" or "3-7:stiffness=2e6".
+    Raises CraftmeshError for other texts.
+    """
+    found: dict[Scope, CohesiveLaw | None] = {}
+    for text in texts:
+        head, _, rest = (part.strip() for part in text.partition(":"))
+        scope, law = _scope(head), _law(rest)
+        if scope is None or (law is None and rest != NO_LAYER) or scope in found:
+            names = ", ".join(f.name for f in fields(CohesiveLaw)[1:])
+            raise CraftmeshError(
+                f"cohesive: {text!r}; expected {ALL}:, {LOW_ANGLE}: or two grains as 3-7:, each once, then "
+                f"{NO_LAYER}, or stiffness= and any of {names}, with commas between; numbers over 0, "
+                "strength and energy both or neither"
+            )
+        found[scope] = law
+    return found
+
+
+def _scope(head: str) -> Scope | None:
+    first, dash, second = head.partition("-")
+    if not dash:
+        return head if head in (ALL, LOW_ANGLE) else None
+    if not (first.strip().isdecimal() and second.strip().isdecimal()) or int(first) == int(second):
+        return None
+    a, b = sorted((int(first), int(second)))
+    return a, b
+
+
+def _law(text: str) -> CohesiveLaw | None:
+    """Return the law of values by name; None where they are none of a law."""
+    words = [tuple(part.strip() for part in word.split("=")) for word in text.split(",")]
+    values = {word[0]: number_of(word[-1]) or 0.0 for word in words if len(word) == 2}
+    known = {f.name for f in fields(CohesiveLaw)}
+    if len(values) < len(words) or not values.keys() <= known or "stiffness" not in values:
+        return None
+    is_whole = ("strength" in values) == ("energy" in values) and min(values.values()) > 0
+    return CohesiveLaw(**values) if is_whole else None
+
+
+def laws_of_pairs(
+    texts: Iterable[str],
+    pairs: Sequence[tuple[int, int]],
+    model: "ElasticModel",
+    phases: np.ndarray | None = None,
+    crystals: Mapping[int, Crystal] | None = None,
+) -> dict[tuple[int, int], CohesiveLaw]:
+    """Return the laws of those of the pairs (a < b) that have layers: by pair, else low angle, else all.
+
+    phases (n,): row = grain id; crystals: by phase. Raises CraftmeshError for a pair that is not there, and
+    where a disorientation is asked for and orientations or the crystals' symmetry are not known.
+    """
+    rows = parse_cohesive(texts)
+    lost = [scope for scope in rows if isinstance(scope, tuple) and scope not in pairs]
+    if lost:
+        raise CraftmeshError(
+            f"cohesive: {lost[0][0]}-{lost[0][1]}: these grains share no face off the crack; expected one "
+            f"of the {len(pairs)} boundaries of the mesh"
+        )
+    found = {}
+    for pair in pairs:
+        scope: Scope = pair
+        if pair not in rows:
+            is_low = LOW_ANGLE in rows and _disorientation(pair, model, phases, crystals or {}) < LOW
+            scope = LOW_ANGLE if is_low else ALL
+        law = rows.get(scope)
+        if law is not None:
+            found[pair] = law
+    return found
+
+
+def _disorientation(
+    pair: tuple[int, int],
+    model: "ElasticModel",
+    phases: np.ndarray | None,
+    crystals: Mapping[int, Crystal],
+) -> float:
+    """Return the least angle in degrees between two grains of one phase, by their symmetry; 180 of two."""
+    from scipy.spatial.transform import Rotation
+
+    of = [0 if phases is None else int(phases[grain]) for grain in pair]
+    if of[0] != of[1]:
+        return 180.0
+    kind = model.materials[model.phase_of[pair[0]]].kind
+    structure = crystals[of[0]].structure if of[0] in crystals else kind
+    if structure not in _GROUPS or not set(pair) <= set(model.axes):
+        raise CraftmeshError(
+            f"cohesive: {LOW_ANGLE}: the disorientation of grains {pair[0]} and {pair[1]} is not known; "
+            f"give orientations and, in material, a crystal ({kind} is none), or name pairs"
+        )
+    one, other = (Rotation.from_matrix(model.own_axes(grain)) for grain in pair)
+    turns = one.inv() * other * Rotation.create_group(_GROUPS[structure])
+    return float(np.degrees(turns.magnitude().min()))
