@@ -15,7 +15,7 @@ UNCOMPILED_TESTS := $(addprefix tests/gradation/test_,\
 # where this is set, as in many containers, each process would compile all that it imports: jobs of 2 s took 6
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup docs demo test test-fast test-slow test-slurm test-bounds test-branches lint bench
+.PHONY: setup docs demo paper test test-fast test-slow test-slurm test-bounds test-branches lint bench
 
 setup: $(READY)
 
@@ -31,6 +31,14 @@ $(READY): pyproject.toml constraints.txt
 # the kernels of the later stages are compiled on one core while the first stages compile theirs on the other
 demo: setup
 	nice $(BIN)/craftmesh compile volume & $(BIN)/snakemake --cores all; status=$$?; wait; exit $$status
+
+# the paper's three models (docs/paper.md) into results/: some three hours on two cores, 16 GB
+paper: setup
+	for model in 1 2 3; do \
+	    $(BIN)/snakemake --cores all --configfile examples/paper_$$model/config.yaml || exit; \
+	done
+	$(BIN)/snakemake intensities all --cores all \
+	    --configfile examples/paper_3/config.yaml examples/paper_3/uniform.yaml
 
 # the kernels first, a half on each core: campaigns would wait for each other's. The campaigns of a file are made
 # once for all its tests; a test that hangs fails after a quarter of an hour.

@@ -1,0 +1,237 @@
+"""The paper's models, gradated beside uniform: forces, stresses, K and kink angles.
+
+Runs the campaigns of examples/paper_1 to paper_3 in a folder, voxels and edges --factor times as long, and
+compares what was solved on the two meshes of an increment.
+"""
+
+import argparse
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import yaml
+from measure import print_table, write_json
+
+ROOT = Path(__file__).resolve().parents[1]
+EXAMPLES = ("paper_1", "paper_2", "paper_3")
+LENGTHS = ("l_min", "l0", "l_max")
+# Front edges at the ends of a front that are left out: K has no meaning at a free face.
+END = 2.0
+# Stresses are compared in a square so many l_min wide, across the middle of the front, or l_min off voids.
+WIDTH, PLACES = 16.0, 40_000
+WORDS = ("id", "load_case", "face", "flags", "stays")  # columns that are no numbers
+COLUMNS = {
+    "increment": "increment",
+    "elements": "elements uniform/gradated",
+    "fewer": "fewer %",
+    "unknowns": "unknowns",
+    "solve_s": "solve CPU s",
+    "force": "force off %",
+    "stress": "stress off %: median/95%",
+    "K": "K off %: mean/max",
+    "kink": "kink angle off: mean/95%/max",
+    "probe": "probed stress off %: mean/max",
+}
+
+
+def campaign(example: str, factor: float, folder: Path, name: str = "config", **more) -> Path:
+    """Write an example's configuration, `more` in it and lengths `factor` times as long; return it."""
+    config = yaml.safe_load((ROOT / "examples" / example / "config.yaml").read_text())
+    shape = np.array(config["generate"]["shape"])
+    fewer = np.round(shape / factor).astype(int)
+    spacing = np.array(config["generate"]["spacing"]) * shape / fewer
+    config["generate"] |= {"shape": fewer.tolist(), "spacing": spacing.tolist()}
+    config["sizing"] |= {key: factor * config["sizing"][key] for key in LENGTHS}
+    with open(ROOT / more.pop("cases", config["cases"]), encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream, delimiter="\t"))
+    for row in rows:
+        row |= {key: factor * float(row[key]) for key in row if key.removeprefix("sizing.") in LENGTHS}
+    config |= {"cases": str(folder / f"{name}.tsv"), "results": str(folder)}
+    config |= {key: config.get(key, {}) | own for key, own in more.items()}
+    with open(config["cases"], "w", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]), delimiter="\t", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    path = folder / f"{name}.yaml"
+    path.write_text(yaml.safe_dump(config))
+    return path
+
+
+def solved(config: Path, cores: int, targets: list[str]) -> None:
+    """Run a campaign's jobs up to the targets."""
+    snakemake = str(Path(sys.executable).parent / "snakemake")
+    command = [snakemake, *targets, "--cores", str(cores), "--configfile", str(config)]
+    subprocess.run(command, cwd=ROOT, check=True)
+
+
+def both_meshes(example: str, factor: float, folder: Path, cores: int) -> list[tuple[Path, Path]]:
+    """Run an example; return the folders of its increments, of the uniform mesh and of the gradated one."""
+    config = campaign(example, factor, folder)
+    if example != "paper_3":
+        pair = (folder / "uniform" / "000", folder / "gradated" / "000")
+        wanted = "sif.csv" if example == "paper_2" else "solution.vtu"
+        solved(config, cores, [str(one / name) for one in pair for name in (wanted, "quality.json")])
+        return [pair]
+    solved(config, cores, ["all"])
+    more = yaml.safe_load((ROOT / "examples/paper_3/uniform.yaml").read_text())
+    of_gradated = more["cracks"]["of_gradated"]
+    files = [folder / Path(file).relative_to("results/paper_3") for file in of_gradated["increments"]]
+    of_gradated["increments"] = [str(file) for file in files]
+    solved(campaign(example, factor, folder, "uniform", **more), cores, ["intensities", "all"])
+    return [(folder / "uniform" / file.parent.name, file.parent) for file in files]
+
+
+def compared(uniform: Path, gradated: Path) -> dict:
+    """Return a row of the table for the folders of one increment's two meshes."""
+    pair = (uniform, gradated)
+    quality = [read_json(one / "quality.json") for one in pair]
+    config = read_json(uniform.parent / "case.json")["config"]
+    edge, cracked = config["sizing"]["l_min"], (uniform / "sif.csv").exists()
+    row = {
+        "increment": uniform.name,
+        "elements": [one["elements"] for one in quality],
+        "fewer": 100 * (1 - quality[1]["elements"] / quality[0]["elements"]),
+        "unknowns": [one["dof_second_order" if cracked else "dof"] for one in quality],
+        "solve_s": [cpu_seconds(one) for one in pair],
+        "force": 100 * (force(gradated) / force(uniform) - 1),
+    }
+    if cracked:
+        fronts = [read_table(one / "sif.csv") for one in pair]
+        row |= along_fronts(*fronts)
+        places = square(read_table(uniform / "front.csv"), edge)
+    else:
+        places = shells(ROOT / config["generate"]["voids_from"], config, edge)
+    return row | {"stress": stress_off(places, *pair)}
+
+
+def read_json(path: Path) -> dict:
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def read_table(path: Path) -> dict[str, np.ndarray]:
+    """Return the columns of numbers of a csv with a header."""
+    with open(path, encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    numbers = [key for key in rows[0] if key not in WORDS]
+    return {key: np.array([float(row[key] or "nan") for row in rows]) for key in numbers}
+
+
+def cpu_seconds(increment: Path) -> float:
+    """Return the CPU seconds of solution and K, as Snakemake sampled them."""
+    found = 0.0
+    for name in ("solution", "fracture"):
+        path = increment.parents[1] / "benchmarks" / increment.parent.name / increment.name / f"{name}.tsv"
+        if path.exists():
+            with open(path, encoding="utf-8") as stream:
+                found += sum(float(row["cpu_time"]) for row in csv.DictReader(stream, delimiter="\t"))
+    return found
+
+
+def force(increment: Path) -> float:
+    """Return the force that moves the body's far plane."""
+    with np.load(increment / "solution.npz") as solution:
+        return float(np.abs(solution["reactions"]).sum(axis=0).max() / 2)
+
+
+def along_fronts(uniform: dict, gradated: dict) -> dict:
+    """Return how far K, kink angles and probed stresses are off at the same places; ends are left out."""
+    s, other = (one["s"] / one["s"][-1] for one in (uniform, gradated))
+    end = END * max(np.median(np.diff(one)) for one in (s, other))
+    inner = (s > end) & (s < 1 - end)
+
+    def off(key: str) -> np.ndarray:
+        return np.abs(np.interp(s, other, gradated[key]) - uniform[key])[inner]
+
+    k = np.max([off(f"K_{mode}") for mode in ("I", "II", "III")], axis=0) / np.max(np.abs(uniform["K_I"]))
+    row = {"K": [100 * float(k.mean()), 100 * float(k.max())]}
+    if "kink_angle" in gradated:
+        row["kink"] = [
+            float(v) for v in (off("kink_angle").mean(), *np.percentile(off("kink_angle"), (95, 100)))
+        ]
+    if "probe_stress" in gradated:
+        part = 100 * off("probe_stress") / uniform["probe_stress"][inner]
+        row["probe"] = [float(np.nanmean(part)), float(np.nanmax(part))]
+    return row
+
+
+def square(front: dict, edge: float) -> np.ndarray:
+    """Return places (n, 3) of a square of WIDTH edges, square to the front at its middle."""
+    middle = np.argmin(np.abs(front["s"] - front["s"][-1] / 2))
+    origin, ahead, up = (
+        np.array([front[f"{name}{axis}"][middle] for axis in "xyz"])
+        for name in ("", "binormal_", "normal_")
+    )
+    steps = np.linspace(-WIDTH / 2, WIDTH / 2, round(PLACES**0.5)) * edge
+    across, along = np.meshgrid(steps, steps, indexing="ij")
+    return origin + across.reshape(-1, 1) * ahead + along.reshape(-1, 1) * up
+
+
+def shells(voids: Path, config: dict, edge: float) -> np.ndarray:
+    """Return random places (n, 3) an edge out of the surfaces of voids, listed as shares of the box."""
+    table = read_table(voids)
+    centres = np.stack([table[axis] for axis in "xyz"], axis=1)
+    extent = np.array(config["generate"]["shape"]) * config["generate"]["spacing"]
+    random = np.random.default_rng(1)
+    which = random.integers(len(centres), size=PLACES)
+    way = random.normal(size=(PLACES, 3))
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    return centres[which] * extent + (table["r"][which, None] * extent + edge) * way
+
+
+def stress_off(places: np.ndarray, uniform: Path, gradated: Path) -> list[float]:
+    """Return by how many % of its mean the largest principal stress differs: median and 95 %."""
+    fine, coarse = (largest_stress(one / "solution.vtu", places) for one in (uniform, gradated))
+    off = 100 * np.abs(coarse - fine) / np.nanmean(np.abs(fine))
+    return np.nanpercentile(off, (50, 95)).tolist()
+
+
+def largest_stress(path: Path, places: np.ndarray) -> np.ndarray:
+    """Return the principal stress of the largest size (n,) at places (n, 3), nan out of the body."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+    from vtkmodules.vtkFiltersCore import vtkProbeFilter
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+
+    from craftmesh.io.vtk_xml import vtk_points
+
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(path))
+    asked = vtkPolyData()
+    asked.SetPoints(vtk_points(places))
+    probe = vtkProbeFilter()
+    probe.SetSourceConnection(reader.GetOutputPort())
+    probe.SetInputData(asked)
+    probe.Update()
+    xx, yy, zz, xy, yz, xz = vtk_to_numpy(probe.GetOutput().GetPointData().GetArray("stress")).T
+    tensor = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
+    principal = np.linalg.eigvalsh(tensor)
+    largest = np.take_along_axis(principal, np.abs(principal).argmax(axis=1)[:, None], axis=1)[:, 0]
+    inside = vtk_to_numpy(probe.GetOutput().GetPointData().GetArray("vtkValidPointMask"))
+    return np.where(inside > 0, largest, np.nan)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("example", choices=EXAMPLES)
+    parser.add_argument("folder", type=Path, help="for all results; goes on where it stopped")
+    parser.add_argument(
+        "--factor", type=float, default=2.0, help="of voxels and edges (default 2; 1: the paper's)"
+    )
+    parser.add_argument("--cores", type=int, default=2, help="of the campaigns (default 2)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures to this file")
+    arguments = parser.parse_args()
+    folder = arguments.folder.absolute()
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = [
+        compared(*pair)
+        for pair in both_meshes(arguments.example, arguments.factor, folder, arguments.cores)
+    ]
+    write_json(arguments.json, {"rows": rows})
+    print_table(rows, COLUMNS)
+
+
+if __name__ == "__main__":
+    main()
