@@ -120,6 +120,7 @@ def _check_inp(keys: Mapping[str, Any], case: Case) -> None:
 
 
 def _check_grow(keys: Mapping[str, Any], case: Case) -> None:
+    _check_files("grow", keys)
     options = GrowthOptions(**fields_of(GrowthOptions, keys))
     check_criterion(options.criterion)
     loads = ModelOptions(**fields_of(ModelOptions, case.settings["inp"])).combinations

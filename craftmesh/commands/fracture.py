@@ -29,6 +29,7 @@ from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import FrontParameters, fracture_parameters
 from craftmesh.growth.extension import (
     NEAR_FIELD,
+    SLIP,
     UNTRUSTED,
     CrackFronts,
     Evidence,
@@ -40,8 +41,10 @@ from craftmesh.growth.grow import row_spacing
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.growth.rates import laws_of, local_rates
 from craftmesh.growth.relaxation import rows_along
+from craftmesh.growth.slip import SlipField, slip_ways
 from craftmesh.growth.steps import Counted, counted, crack_size
 from craftmesh.io.front_csv import LOAD_CASE, has_word, write_front
+from craftmesh.io.model_tables import read_slip_table
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.lips import mean_traction, on_lips
 from craftmesh.mechanics.load import Load
@@ -156,6 +159,7 @@ def growth_of(
         local_rates(laws_of(options), frames.grain, model.phase_of),
         local_stiffness(model, frames) if options.criterion == NEAR_FIELD else None,
         intensities(least[0].parameters) if least else None,
+        slip_angles(model, frames, options) if options.criterion == SLIP else None,
     )
     report = {"stress": stress} | counted_report(growth.counted, options)
     return growth_columns(growth, report, bool(least)), report
@@ -208,6 +212,19 @@ def local_stiffness(model: ElasticModel, frames: FrontFrames) -> np.ndarray:
     axes = np.stack([frames.binormal, frames.normal, frames.tangent], axis=1)
     grain = model.stiffness()[np.searchsorted(model.grains, frames.grain)]
     return np.concatenate([in_axes(own, turn[None]) for own, turn in zip(grain, axes)])
+
+
+def slip_angles(model: ElasticModel, frames: FrontFrames, options: GrowthOptions) -> np.ndarray:
+    """Return the kink angles (n,) of the front nodes along the planes that slip most in a table."""
+    unknown = sorted(set(frames.grain.tolist()) - set(model.axes))
+    if unknown:
+        raise CraftmeshError(
+            f"grow.criterion slip: grain {unknown[0]} at the front has no orientation; give orientations "
+            "with the microstructure"
+        )
+    table = read_slip_table(existing(Path(options.slip_table)))
+    turns = np.array([model.own_axes(grain) for grain in frames.grain.tolist()])
+    return slip_ways(frames, turns, SlipField(*table, options.slip_table), options.ring)
 
 
 def growth_columns(

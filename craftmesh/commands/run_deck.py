@@ -36,7 +36,7 @@ _ORDER = [0, 1, 2, 3, 5, 4]
 
 
 class Ended(NamedTuple):
-    """The end of a history: stress (n, 6) as 11, 22, 33, 12, 13, 23, and slip (n,) where it is known."""
+    """The end of a history: stress (n, 6) as 11, 22, 33, 12, 13, 23; slip (n, s) of systems if known."""
 
     solution: Solution
     stress: np.ndarray
@@ -88,12 +88,12 @@ def solved_history(
     count = len(model.mesh.points)
     read = read_frd(results, columns).items()
     fields = {name: in_order(*found, count, f"{results}: {name}") for name, found in read}
-    slip = fields["SDV"][:, first - 1 :].sum(axis=1) if last else None
+    slip = fields["SDV"][:, first - 1 :] if last else None
     record: dict[str, str | int | float] = {"solver": CALCULIX, "user_material": deck.user_material}
     history = _history(model, deck, results.with_suffix(".dat"))
     record["increments"] = len(history["time"]) - 1
     if slip is not None:
-        record["largest_slip"] = float(slip.max())
+        record["largest_slip"] = float(slip.sum(axis=1).max())
     moved, forces = fields["DISP"] / model.scale, fields["FORC"] / model.scale**2
     solution = Solution(moved, forces, record, None, history)
     return Ended(solution, fields["STRESS"][:, _ORDER], slip), {"unknowns": moved.size} | record

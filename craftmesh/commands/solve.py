@@ -16,6 +16,7 @@ from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, 
 from craftmesh.deck.options import DeckOptions
 from craftmesh.deck.write_deck import write_model
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.front_csv import write_front
 from craftmesh.io.model_tables import FORM, read_displacement_table, read_displacements
 from craftmesh.io.stage_npz import write_solution, write_solution_vtu, write_solutions
 from craftmesh.io.vtk import read_tets
@@ -33,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     add_output(parser, "solution .npz: displacements and reactions by the deck's nodes")
     add_file(parser, "--vtu", "write displacements and stresses for ParaView")
+    add_file(parser, "--slip-table", "write the slip of planes at nodes, for grow.criterion slip, a .csv")
     add_microstructure(parser)
     add_file(
         parser,
@@ -66,6 +68,8 @@ def run(arguments: argparse.Namespace) -> None:
         materials = user_materials(deck.user_material, known)
         (solution, stress, slip), report = _ended(model, options, deck, materials, arguments)
         write_solution(arguments.output, solution)
+        if arguments.slip_table:
+            _write_slip(arguments.slip_table, model.mesh.points, slip, materials)
     elif model.combinations:
         solutions, report = _combinations(model, options, arguments)
         write_solutions(arguments.output, solutions)
@@ -192,9 +196,26 @@ def _write_vtu(
     stress: np.ndarray | None,
     slip: np.ndarray | None,
 ) -> None:
-    """Write the fields; stress (n, 6), slip (n,): of nodes where they are known, else by elasticity."""
+    """Write the fields; stress (n, 6), slip (n, s): of nodes where they are known, else by elasticity."""
     found = grain_stress(model, solution.displacement)
     node, mesh = found.node, model.mesh
     moved, values = solution.displacement[node], found.stress if stress is None else stress[node]
-    slipped = None if slip is None else slip[node]
+    slipped = None if slip is None else slip[node].sum(axis=1)
     write_solution_vtu(path, mesh.points[node], found.tets, mesh.grain, node + 1, moved, values, slipped)
+
+
+def _write_slip(
+    path: Path, points: np.ndarray, slip: np.ndarray | None, materials: UserMaterials | None
+) -> None:
+    """Write the slip (n, s) of systems at nodes, summed on each plane, as `read_slip_table` reads it."""
+    of = [one.slip_planes for one in materials.by_phase.values()] if materials else []
+    planes = next((names for names in of if slip is not None and len(names) == slip.shape[1]), ())
+    if slip is None or not planes:
+        raise CraftmeshError(
+            "--slip-table: the user material does not say which state variables are slip of which planes; "
+            "give its template slip and slip_planes, as many"
+        )
+    columns = {f"slip_{plane}": np.zeros(len(points)) for plane in planes}
+    for plane, own in zip(planes, slip.T):
+        columns[f"slip_{plane}"] += own
+    write_front(path, {"points": points} | columns)

@@ -32,7 +32,7 @@ NOISE_SHARE = 0.01
 # Flags of points that say nothing: K is the mean of two grains' limits, or of too short a segment, or its
 # error is large.
 UNTRUSTED = frozenset(("limit", "short", "error"))
-NEAR_FIELD = "near_field"
+NEAR_FIELD, SLIP = "near_field", "slip"
 
 
 class Evidence(NamedTuple):
@@ -120,16 +120,18 @@ def kinks_and_extensions(
     laws: LocalRates | None = None,
     stiffness: np.ndarray | None = None,
     least: np.ndarray | None = None,
+    ways: np.ndarray | None = None,
 ) -> KinksAndExtensions:
     """Return which way and how far points with K_I, K_II, K_III (n, 3) of a crack's fronts go.
 
     The way is that of the criterion (Erdogan & Sih 1963 by default). Points stay as `reasons` says; without
     what is known of K it counts as exact. last: the front before; laws: of the points, those of the options
     by default; stiffness (n, 6, 6): as in `largest_near_stress`, which the criterion near_field asks for;
-    least (n, 3): K at the other end of the cycle, in place of the options' stress ratio. Raises
+    least (n, 3): K at the other end of the cycle, in place of the options' stress ratio; ways (n,): kink
+    angles of criterion slip, by `slip_ways`. Raises
     CraftmeshError as kink_angles does.
     """
-    angle, driving, ratio, k = _of_cycle(k, least, options, stiffness)
+    angle, driving, ratio, k = _of_cycle(k, least, options, stiffness, ways)
     laws = laws or local_rates(laws_of(options), np.zeros(len(k), int), {})
     opened = open_share(options.closure, ratio)
     span = opened * np.maximum(driving, 0.0)
@@ -172,17 +174,21 @@ def _rates(
 
 
 def _of_cycle(
-    k: np.ndarray, least: np.ndarray | None, options: GrowthOptions, stiffness: np.ndarray | None
+    k: np.ndarray,
+    least: np.ndarray | None,
+    options: GrowthOptions,
+    stiffness: np.ndarray | None,
+    ways: np.ndarray | None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return kink angle, driving intensity, ratio R (n,) and K (n, 3) of the load that drives each point.
 
     Of both ends of a cycle that is the one with the larger intensity, which has the kink angle; R is the
     other's intensity that way over it. K_I < 0 of the other, as without contact, counts in R as it is.
     """
-    angle, driving = _largest(k, options, stiffness)
+    angle, driving = _largest(k, options, stiffness, ways)
     if least is None:
         return angle, driving, np.full(len(k), options.stress_ratio), k
-    other_angle, other = _largest(least, options, stiffness)
+    other_angle, other = _largest(least, options, stiffness, ways)
     turned = other > driving
     angle, driving = np.where(turned, other_angle, angle), np.where(turned, other, driving)
     k, least = np.where(turned[:, None], least, k), np.where(turned[:, None], k, least)
@@ -196,9 +202,13 @@ def _of_cycle(
 
 
 def _largest(
-    k: np.ndarray, options: GrowthOptions, stiffness: np.ndarray | None
+    k: np.ndarray, options: GrowthOptions, stiffness: np.ndarray | None, ways: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return kink angles and driving intensities (n,) of the criterion; K_I < 0 counts as K_I = 0."""
+    if options.criterion == SLIP:
+        if ways is None:
+            raise CraftmeshError("grow.criterion is slip, and its angles are not given; see slip_ways")
+        return ways, driving_intensity(k, ways)
     if options.criterion != NEAR_FIELD:
         angle = kink_angles(k, options.criterion, options.poisson)
         return angle, driving_intensity(k, angle)

@@ -26,9 +26,9 @@ _ORDER = (1, 0, 2)
 def kink_angles(k: np.ndarray, criterion: str, poisson: float = 0.3) -> np.ndarray:
     """Return the kink angle (n,) in radians for K_I, K_II, K_III (n, 3), positive towards the normal.
 
-    criterion: one of CRITERIA but near_field, which needs more than K, or package.module:function, which
-    gets (n, 3) and returns (n,) radians. A closed crack (K_I < 0) counts as K_I = 0. Raises CraftmeshError
-    for a criterion that is not there or returns anything else.
+    criterion: one of CRITERIA but near_field and slip, which need more than K, or package.module:function,
+    which gets (n, 3) and returns (n,) radians. A closed crack (K_I < 0) counts as K_I = 0. Raises
+    CraftmeshError for a criterion that is not there or returns anything else.
     """
     k = np.asarray(k, float).reshape(-1, 3)
     opened = np.column_stack([np.maximum(k[:, 0], 0.0), k[:, 1:]])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option, own_code
 
-CRITERIA = ("tangential_stress", "energy_release", "near_field")
+CRITERIA = ("tangential_stress", "energy_release", "near_field", "slip")
 LAWS = ("uniform", "power")
 LEAST_RATIO = -2.0  # of Newman's opening function
 SMOOTHING = ("fit", "savitzky_golay", "none")
@@ -19,7 +19,15 @@ class GrowthOptions(Options):
     criterion: str = option(
         "tangential_stress",
         "kink angle: tangential_stress (Erdogan & Sih), energy_release, near_field (that of the "
-        "crystal), or package.module:function",
+        "crystal), slip (along the plane that slips most in slip_table), or package.module:function",
+    )
+    slip_table: str = option(
+        "",
+        "csv of the slip round the front of this increment, for criterion slip: columns x,y,z, and "
+        "slip_hkl of planes of the crystal, as slip_111, slip_1-11, or slip of all of {111}",
+    )
+    ring: float = option(
+        2.0, "radius of the ring round the front on which slip is read, over the front's edges", above=0
     )
     law: str = option(
         "uniform", "extension: the same all along, or as da/dN, a power of Delta K", choices=LAWS
@@ -68,6 +76,11 @@ class GrowthOptions(Options):
         if len(self.cycle) > 2 or len(set(self.cycle)) < len(self.cycle):
             raise CraftmeshError(
                 f"cycle is {', '.join(self.cycle)}; expected the largest load, or it and the least"
+            )
+        if (self.criterion == "slip") != bool(self.slip_table):
+            raise CraftmeshError(
+                f"criterion is {self.criterion} and slip_table {self.slip_table!r}; expected slip and "
+                "a table, or neither"
             )
         if len(self.cycle) == 2 and self.stress_ratio:
             raise CraftmeshError(

@@ -20,6 +20,8 @@ _NODE, _FIRST, _FIELD, _PER_LINE = slice(3, 13), 13, 12, 6
 _ROWS = 100_000  # rows read at once
 _PRINT = re.compile(r"^ *(displacements|total force|forces) \(.*\) for set (\S+) and time +(\S+)\s*$")
 ONE, SIX = ("e",), ("e11", "e22", "e33", "e12", "e13", "e23")
+_PLANE = re.compile(r"slip_(-?\d)(-?\d)(-?\d)")
+OCTAHEDRAL = ("111", "-111", "1-11", "11-1")
 PRESSURE, TRACTION = ("pressure",), ("tx", "ty", "tz")
 
 
@@ -202,3 +204,24 @@ def read_lip_field(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.
     none = {PRESSURE: np.zeros((len(points), 1)), TRACTION: np.zeros((len(points), 3))}
     values = none | {names: table.numbers(names) for names in known}
     return points, values[PRESSURE][:, 0], values[TRACTION]
+
+
+def read_slip_table(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points (k, 3), normals (p, 3) of planes in the crystal's axes, and the slip (k, p) of each.
+
+    Columns x, y, z, and slip_hkl of planes, as slip_111 or slip_1-11, or slip, which holds for OCTAHEDRAL.
+    Raises CraftmeshError for a table with neither, and for cells that are no numbers.
+    """
+    table = read_table(path, "xyz")
+    planes = [name for name in table.names if _PLANE.fullmatch(name.casefold())]
+    if not planes and not table.has(["slip"]):
+        raise CraftmeshError(
+            f"{path}: the columns are {', '.join(table.names) or 'not named'}; expected x, y, z, and slip "
+            "or slip_hkl of planes, as slip_111, slip_1-11"
+        )
+    found = [_PLANE.fullmatch(name.casefold()) for name in planes or [f"slip_{hkl}" for hkl in OCTAHEDRAL]]
+    normals = np.array([one.groups() for one in found if one], float)
+    columns = [name.casefold() for name in planes] or ["slip"] * len(normals)
+    if not np.abs(normals).max(axis=1).all():
+        raise CraftmeshError(f"{path}: slip_000 is no plane; expected the Miller indices of one")
+    return table.numbers("xyz"), normals, table.numbers(columns)

@@ -44,6 +44,9 @@ class UserMaterial(Options):
     slip: tuple[int, int] | None = option(
         None, "first and last of the state variables whose sum is the accumulated slip, from 1", at_least=1
     )
+    slip_planes: tuple[str, ...] = option(
+        (), "plane of each of them, as 111 or 1-11, for which craftmesh solve --slip-table has a column"
+    )
     about: str = option("", "what the subroutine is, for who reads the template")
 
     def __post_init__(self) -> None:

@@ -13,7 +13,9 @@ from craftmesh.assembly.assemble import assemble
 from craftmesh.cli import main
 from craftmesh.growth.steps import Counted
 from craftmesh.io.front_csv import read_front
+from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_tets
+from craftmesh.types import Voxels
 
 MATERIAL = ("--material", "isotropic:70,0.3")
 
@@ -59,6 +61,23 @@ def test_kink_angles_by_the_near_field_are_those_of_erdogan_and_sih_in_isotropic
     known, found = (columns[name] for name in ("tangential_stress", "near_field"))
     assert found["kink_angle"] == pytest.approx(known["kink_angle"], abs=5e-3)
     assert found["driving"] == pytest.approx(known["driving"], rel=1e-4)
+
+
+def test_by_slip_the_front_goes_along_the_most_active_plane(folder, capsys):
+    """The crystal's axes are the sample's: (111) meets the plane across a front along y at 45 degrees."""
+    grid = np.moveaxis(np.mgrid[0:10:21j, 0:4:9j, 0:10:21j], 0, -1).reshape(-1, 3)
+    table = np.column_stack([grid, np.ones(len(grid)), np.full(len(grid), 2.0)])
+    np.savetxt(folder / "slip.csv", table, "%g", ",", header="x,y,z,slip_001,slip_111", comments="")
+    flags = ("--quarter-points", "--crack", str(folder / "crack.vtp"), "--criterion", "slip")
+    flags += ("--slip-table", str(folder / "slip.csv"))
+    assert run(folder, *flags) == 1
+    assert "has no orientation; give orientations" in capsys.readouterr().err
+    known = Voxels(
+        np.ones((1, 1, 1), int), (1,) * 3, (0,) * 3, orientations=np.tile([1.0, 0, 0, 0], (2, 1))
+    )
+    write_labels(folder / "labels.npz", known)
+    assert run(folder, *flags, "--microstructure", str(folder / "labels.npz")) == 0
+    assert np.abs(read_front(folder / "sif.csv")["kink_angle"]) == pytest.approx(45, abs=1)
 
 
 def test_cycles_are_counted_on_from_the_front_before(folder, capsys):

@@ -1,6 +1,7 @@
 """CalculiX runs decks with its single crystal, and slips as the resolved shear stress says."""
 
 import os
+import re
 import shutil
 import subprocess
 
@@ -14,7 +15,7 @@ from craftmesh.commands.solved_loads import solved_loads
 from craftmesh.deck.options import DeckOptions
 from craftmesh.deck.write_deck import write_deck
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.model_tables import read_displacements, read_frd
+from craftmesh.io.model_tables import read_displacements, read_frd, read_slip_table
 from craftmesh.io.npz import write_labels
 from craftmesh.io.stage_npz import read_solution, read_solution_vtu
 from craftmesh.io.user_material import read_template
@@ -73,8 +74,16 @@ def schmid_factors(matrix, axis=2):
     return np.sort(found)[::-1]
 
 
+def planes_by_shear(matrix):
+    """Return the planes {111} by the largest resolved shear stress on each under tension along z."""
+    pull, planes = matrix[2], np.array([[1, 1, 1], [1, 1, -1], [1, -1, 1], [1, -1, -1]])
+    ways = np.array([(0, 1, 1), (0, 1, -1), (1, 0, 1), (1, 0, -1), (1, 1, 0), (1, -1, 0)])
+    shear = np.abs((planes @ pull)[:, None] * (ways @ pull)) * (planes @ ways.T == 0)
+    return planes[np.argsort(-shear.max(axis=1))]
+
+
 def slipped(folder, stress, steps):
-    """Return the slip (18,) of a crystal under uniaxial stress, and its Schmid factors."""
+    """Return the slip (18,) of a crystal under uniaxial stress, and the matrix of its orientation."""
     mesh, _ = assemble(*structured_box((1, 1, 1), lambda c: np.ones(len(c), int)))
     turn = random_orientations(2, np.random.default_rng(8))
     options = DeckOptions(
@@ -84,23 +93,30 @@ def slipped(folder, stress, steps):
     run(folder)
     slip = read_frd(folder / "model.frd", {"SDV": 60})["SDV"][1][:, SLIP]
     assert np.ptp(slip, axis=0).max() <= 1e-5 * slip.max() + 1e-12  # the stress is uniform
-    return np.sort(slip[0])[::-1], schmid_factors(quaternion_to_matrix(turn[1]))
+    return slip[0], quaternion_to_matrix(turn[1])
 
 
 def test_a_crystal_slips_where_the_resolved_shear_stress_passes_its_strength(tmp_path):
     """Under sigma(t) = sigma t the slip of a system is (m sigma - r0)^2 / (2 K m sigma), and 0 below r0."""
     stress = 78.0
-    found, factors = slipped(tmp_path, stress, ("ramp:1,increments=60",))
+    slip, matrix = slipped(tmp_path, stress, ("ramp:1,increments=60",))
+    found, factors = np.sort(slip)[::-1], schmid_factors(matrix)
     over = np.maximum(factors * stress - R0, 0)
     exact = over**2 / (2 * K * factors * stress)
     assert 0 < np.count_nonzero(exact) < 12
     assert np.allclose(found[:12], exact, rtol=0, atol=0.14 * exact.max()) and (found[12:] == 0).all()
     assert ((found[:12] > 0) == (exact > 0)).all()
+    planes = np.array(
+        [re.findall(r"-?\d", hkl) for hkl in read_template("single_crystal")["slip_planes"]], int
+    )
+    (most,) = np.unique(planes[slip == slip.max()], axis=0)
+    assert most.tolist() == planes_by_shear(matrix)[0].tolist()
 
 
 def test_two_cycles_give_the_slip_of_one_material_point(tmp_path):
     """A triangle between +-sigma is over r0 in four quarter periods a cycle, each as in the ramp."""
-    found, factors = slipped(tmp_path, 78.0, ("triangle:1,R=-1,cycles=2,time=4,increments=80",))
+    slip, matrix = slipped(tmp_path, 78.0, ("triangle:1,R=-1,cycles=2,time=4,increments=80",))
+    found, factors = np.sort(slip)[::-1], schmid_factors(matrix)
     over = np.maximum(factors * 78.0 - R0, 0)
     exact = 2 * 4 * over**2 / (2 * K * factors * 78.0)
     # differences too large on the way up are too small on the way down: 0.03
@@ -147,7 +163,7 @@ def test_solve_gives_the_fields_at_the_end_and_the_loop_of_the_face(tmp_path):
     write_labels(tmp_path / "labels.npz", Voxels(labels, (1.0,) * 3, (0.0,) * 3, orientations=turns))
     files = f"{tmp_path}/volume.vtu --microstructure {tmp_path}/labels.npz"
     options = "--user-material single_crystal --magnitude 5e-3 --steps triangle:1,R=-1 --scale 10"
-    ends = f"-o {tmp_path}/solution.npz --vtu {tmp_path}/solution.vtu"
+    ends = f"-o {tmp_path}/solution.npz --vtu {tmp_path}/solution.vtu --slip-table {tmp_path}/slip.csv"
     assert main(f"solve {files} {options} --solver calculix {ends}".split()) == 0
     solution = read_solution(tmp_path / "solution.npz")
     strain, stress = (solution.history[f"ZMAX.z {name}"] for name in ("strain", "stress"))
@@ -162,6 +178,9 @@ def test_solve_gives_the_fields_at_the_end_and_the_loop_of_the_face(tmp_path):
     mean = np.average(of_nodes[elements[:, 4:]].mean(axis=1)[:, 2], weights=volumes)
     assert mean == pytest.approx(stress[-1], rel=0.02)  # means at nodes are not those of elements
     assert slip.max() == pytest.approx(solution.record["largest_slip"]) and slip.min() >= 0
+    places, normals, of_planes = read_slip_table(tmp_path / "slip.csv")
+    assert np.array_equal(places[: len(mesh.points)], mesh.points) and len(normals) == 7
+    assert of_planes.sum(axis=1).max() == pytest.approx(slip.max())
     with pytest.raises(CraftmeshError, match="end of a load in steps, and K is of elastic fields"):
         solved_loads(elastic_model(mesh, DeckOptions())[0], tmp_path / "solution.npz", ())
     assert loops(solution.history, "MPa").axes[0].get_ylabel() == "nominal stress [MPa]"

@@ -4,7 +4,10 @@ rule fracture:
         crack=f"{INC}/crack.vtp",
         volume=f"{INC}/volume.vtu",
         labels=f"{CASE}/labels.npz",
-        files=lambda wildcards: CAMPAIGN.section_files("inp", wildcards.case),
+        files=lambda wildcards: [
+            *CAMPAIGN.section_files("inp", wildcards.case),
+            *CAMPAIGN.section_files("grow", wildcards.case),
+        ],
         solution=f"{INC}/solution.npz",
     output:
         sif=f"{INC}/sif.csv",

@@ -1,0 +1,103 @@
+"""Growth along slip planes: the direction of one grain is known, whatever its orientation."""
+
+import numpy as np
+import pytest
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
+from craftmesh.growth.options import GrowthOptions
+from craftmesh.growth.slip import SlipField, slip_ways
+from craftmesh.io.model_tables import OCTAHEDRAL, read_slip_table
+from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
+from craftmesh.mesh.front_frames import FrontFrames
+
+PLANES = np.array([[1, 1, 1], [-1, 1, 1], [1, -1, 1], [1, 1, -1]])
+SYSTEMS = [
+    (n, b)
+    for n in PLANES
+    for b in ([0, 1, -1], [0, 1, 1], [1, 0, -1], [1, 0, 1], [1, -1, 0], [1, 1, 0])
+    if np.dot(n, b) == 0
+]
+
+
+def frames(count=3):
+    """A straight front along y, the crack in the plane z = 0 and ahead of it x."""
+    numbers = np.zeros(count, int)
+    points = np.arange(count)[:, None] * [0.0, 1.0, 0.0]
+    axes = [np.repeat([axis], count, axis=0).astype(float) for axis in ((0, 1, 0), (0, 0, 1), (1, 0, 0))]
+    size = np.ones(count)
+    return FrontFrames(points[:, 1], points, *axes, *(numbers,) * 7, np.full(count, "", object), size)
+
+
+def cloud():
+    """Points that fill the room round the front."""
+    grid = np.moveaxis(np.mgrid[-3:3.1:0.5, -1:3.1:0.5, -3:3.1:0.5], 0, -1)
+    return grid.reshape(-1, 3)
+
+
+def resolved(turn):
+    """Return the largest shear stress on each plane under tension along z, by Schmid."""
+    shear = np.zeros(4)
+    for n, b in SYSTEMS:
+        own = abs((turn @ n)[2] * (turn @ b)[2]) / np.sqrt(6)
+        plane = int((np.abs(PLANES @ n) == 3).argmax())
+        shear[plane] = max(shear[plane], own)
+    return shear
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_one_grain_in_tension_cracks_along_its_plane_of_greatest_shear(seed):
+    turn = quaternion_to_matrix(random_orientations(1, np.random.default_rng(seed)))[0]
+    shear, points = resolved(turn), cloud()
+    field = SlipField(points, PLANES, np.tile(shear, (len(points), 1)))
+    angle = slip_ways(frames(), np.repeat(turn[None], 3, axis=0), field, 2.0)
+    normal = turn @ PLANES[shear.argmax()] / np.sqrt(3)
+    way = np.array([np.cos(angle[0]), 0, np.sin(angle[0])])
+    assert abs(way @ normal) < 1e-12 and abs(angle[0]) <= np.radians(95)
+    assert np.ptp(angle) == 0
+
+
+def turned(binormal, normal):
+    """Return the rotation whose crystal directions lie along binormal (x) and normal (z)."""
+    x, z = (np.array(v) / np.linalg.norm(v) for v in (binormal, normal))
+    return np.array([x, np.cross(z, x), z])
+
+
+def test_where_two_planes_slip_alike_the_side_of_the_ring_that_slips_more_decides():
+    turn = turned([1, 1, 0], [0, 0, 1])  # (111) and (11-1) hold the front, 54.74 degrees down and up
+    points = cloud()
+    slip = np.ones((len(points), 4)) * [1, 0, 0, 1]
+    slip[points[:, 2] > 0] *= 1.1
+    turns = np.repeat(turn[None], 3, axis=0)
+    angle = slip_ways(frames(), turns, SlipField(points, PLANES, slip), 2.0)
+    assert np.degrees(angle) == pytest.approx(np.degrees(np.arctan(np.sqrt(2))))
+    slip[:, 0] *= 2
+    angle = slip_ways(frames(), turns, SlipField(points, PLANES, slip), 2.0)
+    assert np.degrees(angle) == pytest.approx(-np.degrees(np.arctan(np.sqrt(2))))
+    assert not slip_ways(frames(), turns, SlipField(points, PLANES, 0 * slip), 2.0).any()
+
+
+def test_growth_takes_the_angles_and_a_ring_without_points_is_refused():
+    options = GrowthOptions(criterion="slip", slip_table="slip.csv", share=0.25)
+    k, ways = np.tile([1.0, 0.1, 0], (2, 1)), np.radians([50.0, -50.0])
+    found = kinks_and_extensions(k, CrackFronts(4.0), options, ways=ways)
+    assert np.array_equal(found.kink_angle, ways) and (found.extension == 1.0).all()
+    with pytest.raises(CraftmeshError, match="grow.criterion is slip"):
+        kinks_and_extensions(k, CrackFronts(4.0), options)
+    with pytest.raises(CraftmeshError, match="^slip_table: has no point within 1 of"):
+        slip_ways(frames(), np.tile(np.eye(3), (3, 1, 1)), SlipField(PLANES * 9.0, PLANES, np.eye(4)), 2.0)
+    with pytest.raises(CraftmeshError, match="criterion is slip and slip_table ''"):
+        GrowthOptions(criterion="slip")
+
+
+def test_tables_name_planes_or_stand_for_all_octahedral_ones(tmp_path):
+    path = tmp_path / "slip.csv"
+    path.write_text("x,y,z,slip_111,slip_1-11,slip_001\n0,0,0,1,2,3\n")
+    points, normals, slip = read_slip_table(path)
+    assert normals.tolist() == [[1, 1, 1], [1, -1, 1], [0, 0, 1]] and slip.tolist() == [[1, 2, 3]]
+    path.write_text("x,y,z,slip\n0,0,0,1\n")
+    points, normals, slip = read_slip_table(path)
+    assert len(normals) == len(OCTAHEDRAL) == 4 and slip.tolist() == [[1, 1, 1, 1]]
+    path.write_text("x,y,z,strain\n0,0,0,1\n")
+    with pytest.raises(CraftmeshError, match="expected x, y, z, and slip or"):
+        read_slip_table(path)
