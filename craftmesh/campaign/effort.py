@@ -64,12 +64,12 @@ _COSTS = {
     "generate": _Cost(2, 150, (10, 0, 0), (30, 0, 0)),
     "import_microstructure": _Cost(1.5, 220, (1, 0, 0), (50, 0, 0)),
     "remesh": _Cost(2, 190, (0, 35, 0), (0, 600, 0)),
-    "crack": _Cost(1, 140, (0, 0, 0), (40, 0, 0)),
-    "size": _Cost(1, 125, (0, 0, 0), (40, 0, 0)),
+    "crack": _Cost(1.6, 190, (0, 0, 0), (40, 0, 0)),
+    "size": _Cost(1, 125, (0, 0.8, 0), (20, 100, 0)),
     "stitch": _Cost(4.5, 250, (0, 6, 0), (0, 440, 0)),
-    "gradate": _Cost(3.2, 300, (0, 10.5, 3.2), (0, 270, 60)),
-    "tetrahedralize": _Cost(4.7, 420, (0, 0, 16), (0, 0, 100)),
-    "assemble": _Cost(1.6, 240, (0, 0, 11), (0, 0, 800)),
+    "gradate": _Cost(3.2, 300, (0, 14, 1.5), (0, 270, 35)),
+    "tetrahedralize": _Cost(4.7, 420, (0, 0, 11), (0, 0, 50)),
+    "assemble": _Cost(1.6, 260, (0, 0, 18), (0, 0, 420)),
     "inp": _Cost(1.6, 240, (0, 0, 5), (0, 0, 550)),
     "export": _Cost(1.6, 240, (0, 0, 5), (0, 0, 550)),
     "check": _Cost(1.3, 230, (0, 0, 5), (0, 0, 360)),
@@ -168,8 +168,10 @@ def _smallest() -> str:
     return " ".join(str(min(column)) for column in zip(*sizes))
 
 
-# What is expected holds within a factor of 1.5 on the examples; a file's size says less than a plan knows.
-MEMORY_FACTOR = 2
+# What is expected holds within a factor of 1.5 on the examples. Facets say less than a plan knows of elements:
+# uniform meshes of examples/paper_2 and paper_3 have 17 and 21 to a facet. Jobs on a volume.vtu have them counted.
+MEMORY_FACTOR, COUNTED_FACTOR = 2.0, 1.25
+COUNTED = ("export", "solve", "fracture", "depict")
 # Nodes are slower than the machine of the measurements, and shared; who asks for an hour waits no longer.
 TIME_FACTOR = 10
 COMPILER_MB = 500  # the kernels are compiled once on each kind of machine, which takes five minutes
@@ -182,12 +184,15 @@ AT_ONCE = {"inp": 2, "check": 2}
 # Tetrahedra over facets of the gradated surface: grains430 9.9, al1050 10.
 TETS_PER_FACET = 10.0
 # What is counted before a file is made: voxels by those who make them, and facets where a plan is shown.
-UNKNOWN = {".npz": Sizes(2e7, 2e7, 2e8), ".vtp": Sizes(1e5, 1e5, 1e6)}
+UNKNOWN = {".npz": Sizes(2e7, 2e7, 2e8), ".vtp": Sizes(1e5, 1e5, 1e6), ".vtu": Sizes(1e5, 1e5, 1e6)}
+_HEAD = 65_536  # bytes of a .vtp or .vtu that tell its counts, after the names of its sets
+_COUNTS = re.compile(rb'NumberOf(Polys|Cells)="(\d+)')
 
 
 def memory_mb(stage: str, sizes: Sizes, attempt: int, node: Node) -> int:
     """Return the memory of a stage's job, up to its part of the node's."""
-    megabytes = MEMORY_FACTOR * effort(stage, sizes).megabytes + COMPILER_MB
+    factor = COUNTED_FACTOR if stage in COUNTED else MEMORY_FACTOR
+    megabytes = factor * effort(stage, sizes).megabytes + COMPILER_MB
     if stage == "tetrahedralize":
         megabytes += WORKER_MB * (node.workers - 1)
     asked = round(megabytes) * 2 ** (attempt - 1)
@@ -201,7 +206,7 @@ def minutes(stage: str, sizes: Sizes, attempt: int) -> int:
 
 
 def sizes_of(path: str | Path) -> Sizes:
-    """Return the sizes by the facets of a .vtp, or by the voxels and faces of a labels.npz, by its head.
+    """Return the sizes by the voxels and faces of a labels.npz, a .vtp's facets or a .vtu's elements.
 
     UNKNOWN for a file that is not there yet or is none of these: the stage that reads it will say so.
     """
@@ -216,10 +221,11 @@ def sizes_of(path: str | Path) -> Sizes:
                     facets = FACETS_PER_FACE * int(np.lib.format.read_array(stream))
             return Sizes(int(voxels), facets, TETS_PER_FACET * facets)
         with open(path, "rb") as stream:
-            found = re.search(rb'NumberOfPolys="(\d+)', stream.read(4096))
+            found = _COUNTS.search(stream.read(_HEAD))
         if found is None:
             return UNKNOWN[suffix]
-        facets = int(found[1])
-        return Sizes(facets, facets, TETS_PER_FACET * facets)
+        count = int(found[2])
+        elements = TETS_PER_FACET * count if found[1] == b"Polys" else count
+        return Sizes(elements / TETS_PER_FACET, elements / TETS_PER_FACET, elements)
     except (OSError, zipfile.BadZipFile, KeyError, ValueError):
         return UNKNOWN[suffix]

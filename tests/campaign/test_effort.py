@@ -93,6 +93,7 @@ def test_elements_around_given_voids(monkeypatch):
 # CPU seconds and MB of single jobs with compiled kernels: voxels, facets and elements of the increment
 COPPER, AL1050 = Sizes(32_768, 103_175, 155_105), Sizes(718_528, 332_611, 95_915)
 COPPER_FINE, AL6XN = Sizes(32_768, 103_175, 1_488_678), Sizes(143_888, 153_938, 354_665)
+PAPER_2, PAPER_2_UNIFORM = Sizes(1e6, 801_431, 1_646_709), Sizes(1e6, 801_431, 8_313_951)
 JOBS = [
     ("remesh", COPPER, 5.2, 246),
     ("remesh", AL1050, 13.6, 388),
@@ -113,6 +114,16 @@ JOBS = [
     ("fracture", COPPER, 9.8, 451),
     ("fracture", AL1050, 6.7, 334),
     ("solve", Sizes(0, 0, 513_205), 39.9, 1_623),
+    ("crack", PAPER_2, 2.3, 237),
+    ("size", PAPER_2, 2.0, 258),
+    ("remesh", PAPER_2, 25.1, 487),
+    ("gradate", PAPER_2, 22.6, 656),
+    ("gradate", PAPER_2_UNIFORM, 23.1, 668),
+    ("tetrahedralize", PAPER_2, 23.4, 472),
+    ("tetrahedralize", PAPER_2_UNIFORM, 82.0, 605),
+    ("assemble", PAPER_2, 39.3, 891),
+    ("assemble", PAPER_2_UNIFORM, 221.0, 3_906),
+    ("inp", PAPER_2, 7.7, 1_062),
 ]
 
 

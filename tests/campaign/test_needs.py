@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from few_facets import double_cone
+from warped_cracks import disc_crack
 
 from craftmesh.campaign.effort import (
     UNKNOWN,
@@ -19,7 +20,7 @@ from craftmesh.campaign.effort import (
     sizes_of,
 )
 from craftmesh.io.npz import write_labels
-from craftmesh.io.vtk import write_surface
+from craftmesh.io.vtk import write_surface, write_tets
 from craftmesh.voxels.generate import GenerateOptions, generate
 
 NOTHING = {"cpus": None, "mem_mb": None}
@@ -97,7 +98,9 @@ def test_sizes_are_told_by_the_heads_of_files(tmp_path):
     surface = double_cone(5)
     write_surface(tmp_path / "gradated.vtp", surface)
     assert sizes_of(tmp_path / "gradated.vtp").facets == len(surface.facets)
-    for name in ("other.npz", "other.vtp"):
+    write_tets(tmp_path / "volume.vtu", disc_crack(2, 6, 2))
+    assert sizes_of(tmp_path / "volume.vtu").elements == len(disc_crack(2, 6, 2).tets)
+    for name in ("other.npz", "other.vtp", "other.vtu"):
         unknown = UNKNOWN[Path(name).suffix]
         assert sizes_of(tmp_path / name) == unknown
         (tmp_path / name).write_text("no such thing")

@@ -39,8 +39,8 @@ rule export:
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=job_memory("export", f"{INC}/gradated.vtp"),
-        runtime=job_minutes("export", f"{INC}/gradated.vtp"),
+        mem_mb=job_memory("export", f"{INC}/volume.vtu"),
+        runtime=job_minutes("export", f"{INC}/volume.vtu"),
     params:
         options=lambda wildcards: CAMPAIGN.mesh_flags(wildcards.case),
         code=CAMPAIGN.code("export"),

@@ -21,8 +21,8 @@ rule fracture:
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=job_memory("fracture", f"{INC}/gradated.vtp"),
-        runtime=job_minutes("fracture", f"{INC}/gradated.vtp"),
+        mem_mb=job_memory("fracture", f"{INC}/volume.vtu"),
+        runtime=job_minutes("fracture", f"{INC}/volume.vtu"),
     params:
         model=lambda wildcards: CAMPAIGN.model_flags(wildcards.case),
         options=lambda wildcards: CAMPAIGN.flags("fracture", wildcards.case),

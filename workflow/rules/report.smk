@@ -11,8 +11,8 @@ rule depict:
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=job_memory("depict", f"{INC}/gradated.vtp"),
-        runtime=job_minutes("depict", f"{INC}/gradated.vtp"),
+        mem_mb=job_memory("depict", f"{INC}/volume.vtu"),
+        runtime=job_minutes("depict", f"{INC}/volume.vtu"),
     params:
         solution=lambda wildcards, input: command_flags({"solution": input.get("solution")}),
         code=CAMPAIGN.code("depict"),

@@ -15,8 +15,8 @@ rule solve:
     conda:
         "../envs/craftmesh.yaml"
     resources:
-        mem_mb=job_memory("solve", f"{INC}/gradated.vtp"),
-        runtime=job_minutes("solve", f"{INC}/gradated.vtp"),
+        mem_mb=job_memory("solve", f"{INC}/volume.vtu"),
+        runtime=job_minutes("solve", f"{INC}/volume.vtu"),
     params:
         model=lambda wildcards: CAMPAIGN.solved_flags(wildcards.case),
         options=lambda wildcards: CAMPAIGN.flags("solve", wildcards.case),
