@@ -1,7 +1,9 @@
 """Progress of long stages: stages call `progress(fraction, text)`; where it goes is the caller's choice."""
 
+import shutil
 import sys
 import time
+from collections.abc import Sequence
 from typing import Self, TextIO
 
 
@@ -53,3 +55,37 @@ class ProgressLine:
             self.stream.write("\n")
             self.stream.flush()
             self.width = 0
+
+
+class LiveLines:
+    """Lines that a terminal shows in one place and rewrites; a context manager that takes them away.
+
+    A log gets those that have changed, at most every `interval` seconds.
+    """
+
+    def __init__(self, stream: TextIO | None = None, interval: float = 30.0):
+        self.stream = sys.stderr if stream is None else stream
+        self.is_terminal = self.stream.isatty()
+        self.interval = interval
+        self.next = 0.0
+        self.shown: list[str] = []
+
+    def show(self, lines: Sequence[str]) -> None:
+        """Show `lines`, of more than the terminal is high the last ones."""
+        if self.is_terminal:
+            width, height = shutil.get_terminal_size()
+            up = f"\x1b[{len(self.shown)}F" if self.shown else ""
+            self.shown = [line[: width - 1] for line in lines[-(height - 1) :]]
+            self.stream.write(up + "\x1b[J" + "".join(f"{line}\n" for line in self.shown))
+        elif time.monotonic() >= self.next:
+            self.next = time.monotonic() + self.interval
+            self.stream.writelines(f"{line}\n" for line in lines if line not in self.shown)
+            self.shown = list(lines)
+        self.stream.flush()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.is_terminal:
+            self.show([])

@@ -93,10 +93,15 @@ def planned_jobs(flags: Sequence[str]) -> list[Job]:
     command = [sys.executable, "-P", "-c", _MAIN, "-s", str(snakefile()), "--dry-run", "--quiet", *flags]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
-        lines = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
-        told = [line.removeprefix(_ERROR) for line in lines if line.startswith(_ERROR)]
-        raise CraftmeshError(told[0] if told else f"snakemake --dry-run fails: {' '.join(lines[-3:])}")
+        raise CraftmeshError(refusal(done.stdout + done.stderr))
     return [Job(*words) for words in json.loads(done.stdout.splitlines()[-1])]
+
+
+def refusal(said: str) -> str:
+    """Return why Snakemake ended, from what it said: the workflow's error, else its last three lines."""
+    lines = [line for line in said.splitlines() if line.strip()]
+    told = [line.removeprefix(_ERROR) for line in lines if line.startswith(_ERROR)]
+    return told[0] if told else f"snakemake fails: {' '.join(lines[-3:])}"
 
 
 def main() -> None:

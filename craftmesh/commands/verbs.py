@@ -9,6 +9,9 @@ from pathlib import Path
 VERBS = (
     "init",
     "plan",
+    "run",
+    "demo",
+    "status",
     "generate",
     "import",
     "remesh",
@@ -28,6 +31,7 @@ VERBS = (
     "view",
     "depict",
     "report",
+    "clean",
     "import-config",
     "snakefile",
     "compile",

@@ -244,24 +244,32 @@ class Failure(NamedTuple):
 def failures(case: Case, results: Path) -> list[Failure]:
     """Return the errors in which the logs of a case end, where it lacks increments that it was asked for.
 
-    A job writes its log anew, so a stage that went well later has none. Without an error there is one
-    entry, which says so: jobs that wait, run or were killed.
+    Without an error there is one entry, which says so: jobs that wait, run or were killed.
     """
     increments = case.increments
     growth = increments[-1].growth if increments else None
     has_ended = case.record["growth"] != "prescribed" and growth is not None and growth["ended"]
     if has_ended or len(increments) == case.record["increments"]:
         return []
-    logs = results / "logs"
-    found = [(path, _last_line(path)) for path in sorted((logs / case.name).rglob("*.log"))]
-    told = [
-        Failure(case.name, str(path.relative_to(logs)), line.removeprefix(_ERROR))
-        for path, line in found
-        if line.startswith(_ERROR)
-    ]
+    told = log_errors(results, case.name)
     return told or [Failure(case.name, "", "not made yet, and no log ends in an error")]
 
 
-def _last_line(path: Path) -> str:
+def log_errors(results: Path, case: str, since: float = 0.0) -> list[Failure]:
+    """Return the errors in which logs of a case end, of those not older than `since`.
+
+    A job writes its log anew, so a stage that went well later has none.
+    """
+    logs = results / "logs"
+    found = [(path, last_line(path)) for path in sorted((logs / case).rglob("*.log"))]
+    return [
+        Failure(case, str(path.relative_to(logs)), line.removeprefix(_ERROR))
+        for path, line in found
+        if line.startswith(_ERROR) and path.stat().st_mtime >= since
+    ]
+
+
+def last_line(path: Path) -> str:
+    """Return the last line of a text file that is not blank, empty without one."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     return next((line for line in reversed(lines) if line.strip()), "")

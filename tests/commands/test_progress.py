@@ -2,7 +2,7 @@
 
 import io
 
-from craftmesh.progress import ProgressLine
+from craftmesh.progress import LiveLines, ProgressLine
 
 
 class Terminal(io.StringIO):
@@ -37,3 +37,19 @@ def test_terminal_line_is_rewritten_in_place_and_ended():
     assert first.startswith("remesh  10%")
     assert second.rstrip() == "remesh 100% end (0 s)" and len(second.rstrip("\n")) >= len(first)
     assert terminal.getvalue().endswith("\n")
+
+
+def test_lines_of_a_terminal_are_rewritten_in_place_and_taken_away():
+    terminal = Terminal()
+    with LiveLines(terminal) as lines:
+        lines.show(["one", "two"])
+        lines.show(["one", "three"])
+    assert terminal.getvalue() == "\x1b[Jone\ntwo\n\x1b[2F\x1b[Jone\nthree\n\x1b[2F\x1b[J"
+
+
+def test_log_gets_the_lines_that_changed():
+    log = io.StringIO()
+    with LiveLines(log, interval=0) as lines:
+        lines.show(["one", "two"])
+        lines.show(["one", "three"])
+    assert log.getvalue() == "one\ntwo\nthree\n"

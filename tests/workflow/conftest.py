@@ -157,8 +157,10 @@ if words[0] == "depict":
     os.mkdir(words[words.index("-o") + 1])
     sys.exit()
 if words[0] == "report":
-    for name in json.load(open(words[words.index("--campaign") + 1]))["cases"]:
-        open(os.path.join(words[1], name, "case.json"), "w").close()
+    asked = json.load(open(words[words.index("--campaign") + 1]))
+    for name, case in asked["cases"].items():
+        with open(os.path.join(words[1], name, "case.json"), "w") as stream:
+            json.dump({"campaign": asked["campaign"], **case}, stream)
 for flag in named.get(words[0], ["-o"]):
     with open(words[words.index(flag) + 1], "w") as stream:
         json.dump({"ended": "", "flags": words}, stream)

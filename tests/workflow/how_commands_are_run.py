@@ -41,6 +41,13 @@ NOT_IN_THE_GUIDE = ("craftmesh report results -o results/report.html",)
 # in the folder of the README's "Your own data", after its fence
 IN_YOUR_OWN_DATA = {
     "craftmesh plan scan.yaml --cores 4": "",
+    "craftmesh run mine.yaml": "craftmesh run scan.yaml",
+    "craftmesh run mine.yaml --profile profiles/slurm": (
+        "craftmesh run scan.yaml --profile $ROOT/profiles/default --snakemake --cores 2"
+    ),
+    "craftmesh status results": "",
+    "craftmesh clean results --dry-run": "",
+    "craftmesh clean results": "",
     "craftmesh report results -o results/report.html": "",
     "craftmesh gradate results/notch/001/surface.vtp --sizing results/notch/001/sizing.npz -o try.vtp": (
         "craftmesh gradate results/scan/000/surface.vtp --sizing results/scan/000/sizing.npz -o try.vtp"
@@ -66,7 +73,6 @@ IN_THE_TREE = {
     "snakemake --unlock": "",
     "snakemake --lint": "",
     "snakemake --cores 1 --directory .test": "",
-    "snakemake --cores all --configfile mine.yaml": "",
     "snakemake --cores 2 --configfile examples/al1050/growth.yaml": "",
     "snakemake --cores 2 --configfile examples/copper/growth.yaml": "",
 }

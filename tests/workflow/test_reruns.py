@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from craftmesh.cli import main
+
 ROOT = Path(__file__).resolve().parents[2]
 CASES = """case\tmicrostructure\tcrack\tincrements\tgrowth\tsizing.l_min
 notch\tsynthetic\ttiny\t3\tprescribed\t
@@ -139,6 +141,19 @@ def test_what_is_there_is_accepted(finished):
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+def test_nothing_runs_again_after_a_clean(finished, monkeypatch, capsys):
+    monkeypatch.chdir(finished.path)
+    parts = Path("results", "grown", "001", "tets")
+    assert parts.is_dir()
+    assert main(["clean", "results", "-n"]) == 0 and parts.is_dir()
+    assert main(["clean", "results"]) == 0 and not parts.exists()
+    assert main(["status", "results"]) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert told[-3:-1] == ["grown: all is made", "notch: all is made"]
+    assert planned(finished) == {}
+
+
 def test_a_column_of_empty_cells_reruns_nothing(finished):
     text = (finished.path / "cases.tsv").read_text().splitlines()
     rows = [text[0] + "\tinp.load", *(row + "\t" for row in text[1:])]

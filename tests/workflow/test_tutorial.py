@@ -7,14 +7,14 @@ from shown_commands import ROOT, run
 
 TEXT = (ROOT / "docs" / "tutorial.md").read_text()
 BLOCKS = re.findall(r"```\n(.*?)```", TEXT, flags=re.S)
-RUN = "snakemake -s $(craftmesh snakefile) --cores all --configfile scan.yaml"
+RUN = "craftmesh run scan.yaml"
 
 
 def test_the_blocks_are_commands_and_one_sheet():
     sheets = [block for block in BLOCKS if block.startswith("case\t")]
     lines = [line for block in BLOCKS if block not in sheets for line in block.splitlines()]
     assert len(sheets) == 1 and RUN in lines
-    assert all(line.startswith(("craftmesh ", "snakemake ")) for line in lines)
+    assert all(line.startswith("craftmesh ") for line in lines)
 
 
 @pytest.mark.slow

@@ -1,0 +1,198 @@
+"""Where the cases in a folder of results stand, by its files and logs: whoever runs them, and wherever."""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from craftmesh.campaign.cases import PRESCRIBED, SYNTHETIC, UNTIL
+from craftmesh.campaign.effort import effort, sizes_of
+from craftmesh.report.case_files import RECORD, STAGES, Failure, last_line, log_errors, stage_costs
+
+# What a stage makes, by the name of its log, in the order of the way.
+MADE = {
+    "generated": "generated.npz",
+    "microstructure": "labels.npz",
+    "remeshed": "remeshed.vtp",
+    "crack": "crack.vtp",
+    "sizing": "sizing.npz",
+    "surface": "surface.vtp",
+    "gradated": "gradated.vtp",
+    "tets": "tets",
+    "volume": "volume.vtu",
+    "model": "model.inp",
+    "quality": "quality.json",
+    "solution": "solution.npz",
+    "fracture": "fracture.json",
+    "growth": "growth.json",
+    "pictures": "pictures",
+}
+# What volume.vtu holds in another form; where it is there they may be removed.
+SPARE = tuple(MADE[name] for name in ("surface", "gradated", "tets"))
+RULES = {"import": "import_microstructure"}  # of the workflow, where they are not called as the stage
+_PROGRESS = re.compile(r"\w+ +(\d+)% ")  # of `ProgressLine` in a log
+
+
+class Job(NamedTuple):
+    """A stage of an increment, or of the whole case where that is empty, by the name of its log."""
+
+    increment: str
+    name: str
+
+    @property
+    def stage(self) -> str:
+        return STAGES[self.name]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Where a case stands.
+
+    job: the one that runs or comes next, None where all is made; runs: whether it has begun. share: the
+    work that is done, 0 to 1, and left: seconds of the jobs that are left, one after another; None where
+    nobody knows, as before the first job has ended or where a crack grows until it stops. ended: why the
+    crack stopped before its last increment, else empty. failures: errors in which logs end.
+    """
+
+    case: str
+    increments: int
+    at_most: bool
+    job: Job | None
+    runs: bool
+    share: float | None
+    left: float | None
+    ended: str
+    failures: list[Failure]
+
+    def __str__(self) -> str:
+        """Return one line for readers."""
+        if self.failures:
+            log, line = self.failures[0].log, self.failures[0].line
+            return f"{self.case}: failed, {log}: {line}"
+        if self.job is None:
+            return f"{self.case}: " + (f"stopped, {self.ended}" if self.ended else "all is made")
+        words = [self.job.stage if self.runs else f"{self.job.stage} waits"]
+        if self.job.increment:
+            of = f"{'at most ' * self.at_most}{self.increments}"
+            words.insert(0, f"increment {self.job.increment} ({int(self.job.increment) + 1} of {of})")
+        words += [] if self.share is None else [f"{100 * self.share:.0f} %"]
+        words += [] if self.left is None else [f"{_duration(self.left)} left"]
+        return f"{self.case}: {', '.join(words)}"
+
+
+def standings(results: Path, campaign: str | None = None, since: float = 0.0) -> list[Standing]:
+    """Return where each case stands that was begun in a folder of results; of one campaign alone.
+
+    since: logs that are older than that time do not count.
+    """
+    records = {path.parent.name: _json(path) for path in sorted(results.glob(f"*/{RECORD}"))}
+    return [
+        standing(results, name, record, since)
+        for name, record in records.items()
+        if campaign in (None, record["campaign"])
+    ]
+
+
+def standing(results: Path, case: str, record: Mapping[str, Any], since: float = 0.0) -> Standing:
+    """Return where a case stands that was asked for in its `record`."""
+    folder = results / case
+    ended = _end(folder, record)
+    steps = list(_steps(results, case, record, ended[0] if ended else record["increments"], since))
+    current = next(((job, begun) for job, share, begun in steps if share < 1), None)
+    sizes = sizes_of(folder / "labels.npz")
+    works = [effort(RULES.get(job.stage, job.stage), sizes, 1).seconds for job, _, _ in steps]
+    done = sum(work * share for work, (_, share, _) in zip(works, steps))
+    costs = stage_costs(results / "benchmarks" / case, [f"{k:03d}" for k in range(record["increments"])])
+    spent = sum(cost.seconds for cost in costs)
+    known = record["growth"] != UNTIL
+    return Standing(
+        case=case,
+        increments=record["increments"],
+        at_most=not known,
+        job=current and current[0],
+        runs=current is not None and current[1],
+        share=done / sum(works) if known else None,
+        left=spent * (sum(works) - done) / done if known and done and spent else None,
+        ended=ended[1] if ended else "",
+        failures=log_errors(results, case, since) if current else [],
+    )
+
+
+def _steps(
+    results: Path, case: str, record: Mapping[str, Any], increments: int, since: float
+) -> Iterator[tuple[Job, float, bool]]:
+    """Yield each job, the share of it that is made, and whether it has begun.
+
+    What follows a job that is not made is not either: its files are those of an earlier run.
+    """
+    grows = record["growth"] != PRESCRIBED
+    is_made = {"": True}  # by increment, where they do not follow each other
+    for job in jobs(record, increments):
+        way = "" if grows else job.increment
+        log = _log(results / "logs" / case / job.increment, job.name, since)
+        reached = is_made.setdefault(way, is_made[""])
+        share = _share_made(results / case / job.increment / MADE[job.name], log) if reached else 0.0
+        is_made[way] = share == 1
+        yield job, share, log is not None
+
+
+def jobs(record: Mapping[str, Any], increments: int) -> Iterator[Job]:
+    """Yield the jobs of a case that its record asks for, in the order of the way."""
+    if record["microstructure"] == SYNTHETIC:
+        yield Job("", "generated")
+    yield from (Job("", name) for name in ("microstructure", "remeshed"))
+    grows = record["growth"] != PRESCRIBED
+    left_out = set() if record["cracks"] else {"crack"}
+    left_out |= set() if grows else {"solution", "fracture", "growth"}
+    names = [name for name in list(MADE)[3:] if name not in left_out]
+    for number in range(increments):
+        last = grows and number == increments - 1
+        yield from (Job(f"{number:03d}", name) for name in names if not (last and name == "growth"))
+
+
+def _end(folder: Path, record: Mapping[str, Any]) -> tuple[int, str] | None:
+    """Return after how many increments a crack stopped before the last one, and why."""
+    for number in range(record["increments"] if record["growth"] != PRESCRIBED else 0):
+        path = folder / f"{number:03d}" / MADE["growth"]
+        if not path.is_file():
+            break
+        reason = _json(path)["ended"]
+        if reason:
+            return number + 1, reason
+    return None
+
+
+def _json(path: Path) -> dict[str, Any]:
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def _log(logs: Path, name: str, since: float) -> Path | None:
+    """Return the log of a job, of its parts the one written last; None before it begins."""
+    found = [*logs.glob(f"{name}.log"), *logs.glob(f"{name}/*.log")]
+    last = max(found, key=_time, default=None)
+    return last if last and _time(last) >= since else None
+
+
+def _time(path: Path) -> float:
+    return path.stat().st_mtime
+
+
+def _share_made(path: Path, log: Path | None) -> float:
+    """Return 1 for a file that is there, else how far the log of its job says that it is."""
+    volume = path.with_name(MADE["volume"])
+    if path.name in SPARE and volume.is_file() and (log is None or _time(log) <= _time(volume)):
+        return 1.0
+    if path.name == "tets" and log is not None:  # a folder of parts, K-of-N.npz
+        parts = int(log.stem.rpartition("-")[2])
+        made = len(list(path.glob(f"*-of-{parts}.npz")))
+        return min(made / parts, 1.0)
+    if path.exists():
+        return 1.0
+    found = _PROGRESS.match(last_line(log)) if log else None
+    return int(found[1]) / 100 if found and int(found[1]) < 100 else 0.0
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"

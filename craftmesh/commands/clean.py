@@ -1,0 +1,49 @@
+"""Remove what no later stage needs: surfaces and parts of the tetrahedra of cases of which all is made.
+
+Their decks, meshes, results, pictures and logs stay, and no job runs again for it. Where a changed option
+asks for a stage that reads what was removed, Snakemake makes that first.
+"""
+
+import argparse
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+from craftmesh.campaign.standing import SPARE, standings
+from craftmesh.commands.stage_io import existing
+from craftmesh.errors import CraftmeshError
+
+LOCKS = Path(".snakemake", "locks")  # of the campaigns that run in a folder
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("results", type=Path, help="folder of results")
+    parser.add_argument("-n", "--dry-run", action="store_true", help="only tell what would be removed")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    if not arguments.dry_run and LOCKS.is_dir() and any(LOCKS.iterdir()):
+        raise CraftmeshError(
+            f"{LOCKS}: a campaign runs here; wait for its end, or after a kill `snakemake --unlock`"
+        )
+    freed = 0
+    for path in spare(existing(arguments.results)):
+        freed += disk(path)
+        print(f"{path}: {disk(path) / 1e6:.1f} MB")
+        if not arguments.dry_run:
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+    print(f"{freed / 1e6:.1f} MB {'can be freed' if arguments.dry_run else 'freed'}")
+
+
+def spare(results: Path) -> Iterator[Path]:
+    """Yield the files and folders that `clean` removes."""
+    for one in standings(results):
+        if one.job is None:
+            case = results / one.case
+            yield from sorted(path for name in SPARE for path in case.glob(f"[0-9][0-9][0-9]/{name}"))
+
+
+def disk(path: Path) -> int:
+    """Return the bytes of a file, or of all files in a folder."""
+    files = [path] if path.is_file() else [file for file in path.rglob("*") if file.is_file()]
+    return sum(file.stat().st_size for file in files)

@@ -1,0 +1,18 @@
+"""Run the demo of a crack that grows through a synthetic polycrystal; results come into this folder."""
+
+import argparse
+
+from craftmesh.campaign.home import DEFAULT, home, read_config
+from craftmesh.commands.run import add_cores, run_snakemake
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_cores(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    config = home() / DEFAULT
+    cases = home() / read_config(config)["cases"]
+    return run_snakemake(
+        ["--cores", arguments.cores, "--configfile", str(config), "--config", f"cases={cases}"]
+    )

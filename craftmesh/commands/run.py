@@ -1,0 +1,125 @@
+"""Run a campaign with a line for each case: where it stands, and in the end why it failed.
+
+Snakemake runs it, with the workflow that is installed; what it says is in the folder .snakemake/log. Words
+after `--snakemake` are for it, as in `craftmesh run mine.yaml --snakemake -R gradate`.
+"""
+
+import argparse
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+from craftmesh.campaign.home import refusal, snakefile
+from craftmesh.campaign.standing import Standing, standings
+from craftmesh.commands.stage_io import existing
+from craftmesh.errors import CraftmeshError
+from craftmesh.progress import LiveLines
+
+LOOK = 1.0  # s between two looks at the results
+NOTE = "craftmesh: note: "
+_PLACE = re.compile("craftmesh: the cases of (.*), results in (.*)")
+STOPPED = 130
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "config",
+        type=Path,
+        nargs="?",
+        help="configuration .yaml; left out: the one that snakemake would take",
+    )
+    where = parser.add_mutually_exclusive_group()
+    add_cores(where)
+    where.add_argument(
+        "--profile", metavar="FOLDER", help="a profile of Snakemake, as of a cluster, in their place"
+    )
+    parser.add_argument(
+        "--snakemake",
+        nargs=argparse.REMAINDER,
+        default=[],
+        metavar="WORD",
+        help="flags and targets of snakemake: all words that follow",
+    )
+
+
+def add_cores(parser: argparse._ActionsContainer) -> None:
+    parser.add_argument(
+        "--cores", default="all", metavar="N", help="cores to be used at once (default all)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    words = ["--profile", arguments.profile] if arguments.profile else ["--cores", arguments.cores]
+    if arguments.config:
+        words += ["--configfile", str(existing(arguments.config))]
+    return run_snakemake([*words, *arguments.snakemake])
+
+
+def run_snakemake(words: Sequence[str]) -> int:
+    """Run `snakemake WORDS` with the installed workflow, tell where its cases stand; return the status.
+
+    Raises CraftmeshError where it ends without a case that failed.
+    """
+    command = [sys.executable, "-P", "-m", "snakemake", "-s", str(snakefile()), *words]
+    begun = time.time()
+    cases: list[Standing] = []
+    with tempfile.NamedTemporaryFile("w") as said, _child(command, said) as child, LiveLines() as lines:
+        while child.poll() is None:
+            time.sleep(LOOK)
+            cases = _cases(_text(said), begun) or cases  # none while the report is written
+            lines.show(_lines(cases))
+        text = _text(said)
+    for line in text.splitlines():
+        if line.startswith(NOTE):
+            print(line)
+    cases = _cases(text, begun) or cases
+    failed = [one for one in cases if one.failures]
+    for one in failed:
+        print(one)
+    if child.returncode and not failed:
+        raise CraftmeshError(refusal(text))
+    place = _PLACE.search(text)
+    print(_made(cases) + (f"; see {Path(place[2], 'report.html')}" if place else ""))
+    return child.returncode
+
+
+@contextmanager
+def _child(command: Sequence[str], said: IO[str]) -> Iterator[subprocess.Popen]:
+    """Yield a process whose words go to `said`, and which ends with this block, however that ends."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(STOPPED))
+    child = subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT)
+    try:
+        yield child
+    except KeyboardInterrupt:  # the terminal tells both
+        child.wait()
+        raise CraftmeshError("stopped; the same command goes on from what is made") from None
+    finally:
+        if child.poll() is None:
+            child.terminate()
+            child.wait()
+
+
+def _text(said: IO[str]) -> str:
+    return Path(said.name).read_text(encoding="utf-8", errors="replace")
+
+
+def _cases(text: str, begun: float) -> list[Standing]:
+    """Return where the cases stand whose campaign and results Snakemake has named; none before that."""
+    place = _PLACE.search(text)
+    return standings(Path(place[2]), place[1], begun) if place else []
+
+
+def _lines(cases: Sequence[Standing]) -> list[str]:
+    """Return a line for each case that runs or failed, and one for all."""
+    return [*(str(one) for one in cases if one.failures or one.runs), _made(cases) if cases else "planning"]
+
+
+def _made(cases: Sequence[Standing]) -> str:
+    return f"{sum(one.job is None for one in cases)} of {len(cases)} cases made"

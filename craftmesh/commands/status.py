@@ -1,0 +1,28 @@
+"""Tell where the cases in a folder of results stand: a line each, and the disk that they take.
+
+It looks at files and logs alone, and may be called anywhere while a campaign runs elsewhere.
+"""
+
+import argparse
+from pathlib import Path
+
+from craftmesh.campaign.standing import standings
+from craftmesh.commands.clean import disk, spare
+from craftmesh.commands.stage_io import existing
+from craftmesh.errors import CraftmeshError
+from craftmesh.report.case_files import RECORD
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("results", type=Path, help="folder of results")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    found = standings(existing(arguments.results))
+    if not found:
+        raise CraftmeshError(f"{arguments.results}: no case with a {RECORD}; expected a folder of results")
+    for one in sorted(found, key=lambda one: not one.failures):
+        print(one)
+    freed = sum(map(disk, spare(arguments.results)))
+    print(f"{arguments.results}: {disk(arguments.results) / 1e6:.1f} MB", end="")
+    print(f", {freed / 1e6:.1f} of them freed by `craftmesh clean {arguments.results}`" if freed else "")

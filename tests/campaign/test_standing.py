@@ -1,0 +1,125 @@
+"""Where cases stand, by files and logs: share and time by what is made, what runs and what failed."""
+
+import json
+import os
+
+import pytest
+
+from craftmesh.campaign.standing import MADE, jobs, standings
+
+GROWS = {
+    "campaign": "s.tsv",
+    "microstructure": "synthetic",
+    "cracks": ["a"],
+    "increments": 2,
+    "growth": "grow",
+}
+PRESCRIBED = GROWS | {"microstructure": "v.npz", "growth": "prescribed"}
+ERROR = "craftmesh: error: no room\n"
+
+
+def begin(results, record, case="one"):
+    (results / case).mkdir(parents=True)
+    (results / case / "case.json").write_text(json.dumps(record))
+
+
+def say(results, job, text=""):
+    log = results / "logs" / "one" / job.increment / f"{job.name}.log"
+    log = log.with_suffix("") / "1-of-2.log" if job.name == "tets" else log
+    log.parent.mkdir(parents=True, exist_ok=True)
+    log.write_text(text)
+    return log
+
+
+def make(results, job, ended=""):
+    """Make the files of a job, its log, and the time that it took."""
+    say(results, job)
+    path = results / "one" / job.increment / MADE[job.name]
+    path.parent.mkdir(exist_ok=True)
+    if job.name == "tets":
+        for part in (1, 2):
+            path.mkdir(exist_ok=True)
+            (path / f"{part}-of-2.npz").touch()
+    else:
+        path.write_text(json.dumps({"ended": ended}))
+    took = results / "benchmarks" / "one" / job.increment / f"{job.name}.tsv"
+    took.parent.mkdir(parents=True, exist_ok=True)
+    took.write_text("s\tcpu_time\tmax_rss\n2.0\t2.0\t100\n")
+
+
+@pytest.mark.parametrize("record", [GROWS, PRESCRIBED])
+def test_each_job_that_is_made_adds_to_the_share_until_all_is(tmp_path, record):
+    begin(tmp_path, record)
+    shares = []
+    for job in jobs(record, 2):
+        (one,) = standings(tmp_path)
+        assert one.job == job and not one.runs
+        shares.append(one.share)
+        make(tmp_path, job)
+    assert shares[0] == 0 and shares == sorted(set(shares))
+    (one,) = standings(tmp_path)
+    assert one.job is None and one.share == 1 and one.left == 0 and str(one) == "one: all is made"
+
+
+def test_the_share_of_a_stage_is_that_of_its_log(tmp_path):
+    begin(tmp_path, GROWS)
+    first, second, *_ = jobs(GROWS, 2)
+    make(tmp_path, first)
+    before = standings(tmp_path)[0]
+    say(tmp_path, second, "import  40% smoothing (12 s)\nimport  50% filling (22 s)\n")
+    now = standings(tmp_path)[0]
+    assert now.runs and now.job == second and before.share < now.share
+    assert 0 < now.left < before.left
+    assert str(now).startswith("one: import, ")
+
+
+def test_files_after_a_missing_one_are_of_an_earlier_run(tmp_path):
+    begin(tmp_path, PRESCRIBED)
+    all_jobs = list(jobs(PRESCRIBED, 2))
+    for job in all_jobs:
+        make(tmp_path, job)
+    (tmp_path / "one" / "001" / "sizing.npz").unlink()
+    (one,) = standings(tmp_path)
+    assert (one.job.increment, one.job.stage) == ("001", "size")
+    half = one.share
+    (tmp_path / "one" / "000" / "crack.vtp").unlink()
+    (one,) = standings(tmp_path)
+    assert (one.job.increment, one.job.stage) == ("000", "crack")
+    assert 0 < one.share < half  # what was made of 001 still counts
+
+
+def test_an_error_is_told_unless_it_is_older_than_the_run(tmp_path):
+    begin(tmp_path, PRESCRIBED)
+    log = say(tmp_path, next(jobs(PRESCRIBED, 2)), ERROR)
+    (one,) = standings(tmp_path)
+    assert str(one) == "one: failed, one/microstructure.log: no room"
+    os.utime(log, (1, 1))
+    (one,) = standings(tmp_path, since=2)
+    assert not one.failures and not one.runs
+
+
+def test_a_crack_that_stops_early_is_all_made(tmp_path):
+    begin(tmp_path, GROWS)
+    for job in jobs(GROWS, 2):
+        if job.increment == "001":
+            break
+        make(tmp_path, job, ended="no K over the threshold")
+    assert str(standings(tmp_path)[0]) == "one: stopped, no K over the threshold"
+
+
+def test_nobody_knows_the_share_of_a_crack_that_grows_until_it_stops(tmp_path):
+    record = GROWS | {"growth": "until", "increments": 60}
+    begin(tmp_path, record)
+    for job in jobs(record, 60):
+        if job == ("000", "gradated"):
+            break
+        make(tmp_path, job)
+    (one,) = standings(tmp_path)
+    assert str(one) == "one: increment 000 (1 of at most 60), gradate waits"
+
+
+def test_only_the_cases_of_the_campaign_are_told(tmp_path):
+    begin(tmp_path, GROWS)
+    begin(tmp_path, GROWS | {"campaign": "other.tsv"}, "two")
+    assert [one.case for one in standings(tmp_path)] == ["one", "two"]
+    assert [one.case for one in standings(tmp_path, "other.tsv")] == ["two"]
