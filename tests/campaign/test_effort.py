@@ -94,6 +94,7 @@ def test_elements_around_given_voids(monkeypatch):
 COPPER, AL1050 = Sizes(32_768, 103_175, 155_105), Sizes(718_528, 332_611, 95_915)
 COPPER_FINE, AL6XN = Sizes(32_768, 103_175, 1_488_678), Sizes(143_888, 153_938, 354_665)
 PAPER_2, PAPER_2_UNIFORM = Sizes(1e6, 801_431, 1_646_709), Sizes(1e6, 801_431, 8_313_951)
+PAPER_3_UNIFORM = Sizes(223_600, 131_008, 2_440_000)
 JOBS = [
     ("remesh", COPPER, 5.2, 246),
     ("remesh", AL1050, 13.6, 388),
@@ -124,6 +125,8 @@ JOBS = [
     ("assemble", PAPER_2, 39.3, 891),
     ("assemble", PAPER_2_UNIFORM, 221.0, 3_906),
     ("inp", PAPER_2, 7.7, 1_062),
+    ("solve", PAPER_3_UNIFORM, 282.0, 6_607),
+    ("fracture", PAPER_3_UNIFORM, 82.4, 1_403),
 ]
 
 
