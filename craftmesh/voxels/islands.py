@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.types import GRAIN, VOID, Voxels
-from craftmesh.voxels.voxel_graph import Pieces, find_pieces, neighbours, shared_faces
+from craftmesh.voxels.voxel_graph import Pieces, find_pieces, shared_faces
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def find_islands(voxels: Voxels) -> tuple[Island, ...]:
     boundary is largest.
     """
     pieces = find_pieces(voxels.labels)
-    enclosures = [(int(pieces.label[host]), sorted(members)) for host, members in _enclosures(pieces)]
+    enclosures = [(int(pieces.label[host]), members) for host, members in _enclosures(pieces)]
     enclosures = sorted(e for e in enclosures if e[0] > 0)
     if not enclosures:
         return ()
@@ -110,42 +110,20 @@ def _island(entry: dict) -> Island:
 def _enclosures(pieces: Pieces) -> Iterator[tuple[int, list[int]]]:
     """Yield (host piece, enclosed pieces) for each place that one piece cuts off from the outside.
 
-    Depth-first search from the outside (Tarjan's low points, SIAM J. Comput. 1, 1972): the subtree below
-    the tree edge host - child is cut off when nothing in it reaches above the host.
+    Such places are the biconnected parts of the graph of pieces that share faces. Every way from the
+    outside into one leads through its host, which so is nearer to the outside than the others.
     """
-    count = outside = len(pieces.label)
-    open_pieces = np.flatnonzero(pieces.touches_box | (pieces.label == 0))
-    rim = np.stack([open_pieces, np.full(len(open_pieces), outside)], axis=1)
-    pairs, _ = shared_faces(pieces.of, count)
-    starts, ids = (a.tolist() for a in neighbours(np.concatenate([pairs, rim]), count + 1))
-    order, low, parent = [-1] * (count + 1), [0] * (count + 1), [-1] * (count + 1)
-    cursor, path, unassigned = starts[:-1], [outside], []
-    order[outside] = 0
-    found = 1
-    while path:
-        piece = path[-1]
-        if cursor[piece] < starts[piece + 1]:
-            other = ids[cursor[piece]]
-            cursor[piece] += 1
-            if order[other] < 0:
-                order[other] = low[other] = found
-                parent[other] = piece
-                found += 1
-                path.append(other)
-                unassigned.append(other)
-            else:
-                low[piece] = min(low[piece], order[other])
-            continue
-        path.pop()
-        host = parent[piece]
-        if host >= 0 and low[piece] >= order[host]:
-            members = [unassigned.pop()]
-            while members[-1] != piece:
-                members.append(unassigned.pop())
-            if host != outside:
-                yield host, members
-        elif host >= 0:
-            low[host] = min(low[host], low[piece])
+    from networkx import Graph, biconnected_components, single_source_shortest_path_length
+
+    outside = len(pieces.label)
+    graph = Graph(shared_faces(pieces.of, outside)[0].tolist())
+    open_pieces = np.flatnonzero(pieces.touches_box | (pieces.label == 0)).tolist()
+    graph.add_edges_from((piece, outside) for piece in open_pieces)
+    away = single_source_shortest_path_length(graph, outside)
+    for part in biconnected_components(graph):
+        host = min(part, key=away.__getitem__)
+        if host != outside:
+            yield host, sorted(part - {host})
 
 
 def _seed(of: np.ndarray, piece: int, window: tuple, voxels: Voxels) -> np.ndarray:

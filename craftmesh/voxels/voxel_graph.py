@@ -60,14 +60,6 @@ def shared_faces(of: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([pairs // count, pairs % count], axis=1), faces
 
 
-def neighbours(pairs: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return adjacency lists: the neighbours of piece p, ascending, are ids[starts[p] : starts[p + 1]]."""
-    both = np.concatenate([pairs, pairs[:, ::-1]])
-    both = both[np.lexsort((both[:, 1], both[:, 0]))]
-    starts = np.searchsorted(both[:, 0], np.arange(count + 1))
-    return starts, both[:, 1]
-
-
 def median_grain(labels: np.ndarray) -> float:
     """Return the median count of voxels of the grains, labels > 0; 0 without a grain."""
     counts = np.unique(labels[labels > 0], return_counts=True)[1]
