@@ -5,9 +5,9 @@ import re
 import h5py
 import numpy as np
 import pytest
+import vtk_objects
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io import vtk_xml
 from craftmesh.mechanics.orientation import angle_between, bunge_to_quaternion
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 
@@ -99,8 +99,8 @@ def vti(folder, **arrays):
     image.SetDimensions(*(n + 1 for n in SHAPE))
     flat = {"FeatureIds": LABELS} | arrays
     flat = {k: v.transpose(2, 1, 0, *range(3, v.ndim)).reshape(-1, *v.shape[3:]) for k, v in flat.items()}
-    vtk_xml.add_arrays(image.GetCellData(), flat)
-    vtk_xml.write_dataset(folder / "v.vti", image, "ImageData")
+    vtk_objects.add_arrays(image.GetCellData(), flat)
+    vtk_objects.write_dataset(folder / "v.vti", image, "ImageData")
     return folder / "v.vti"
 
 

@@ -18,7 +18,7 @@ from craftmesh.commands.mesh_flags import (
 from craftmesh.commands.stage_io import add_file, add_output, read_json, tell, warn
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.io.stage_npz import write_grain_tets
-from craftmesh.io.vtk import read_surface, write_failed_grain, write_surface
+from craftmesh.io.vtk import read_surface, write_facets, write_surface
 from craftmesh.progress import ProgressLine
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.tetrahedra.diagnose import GrainFailure
@@ -125,7 +125,7 @@ def write_places(output: Path, failures: Iterable[GrainFailure]) -> str:
     paths = []
     for failure in failures:
         paths.append(output.with_name(f"{output.stem}-failed-grain-{failure.grain}.vtp"))
-        write_failed_grain(paths[-1], failure.surface.points, failure.surface.facets, failure.marks)
+        write_facets(paths[-1], failure.surface.points, failure.surface.facets, failure.marks)
     return f"; see {', '.join(map(str, paths))}" if paths else ""
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
-from craftmesh.io import vtk_xml
 from craftmesh.io.vtk import VTK_CELL_TYPE, set_arrays
+from craftmesh.io.vtk_xml import Dataset, write_dataset
 from craftmesh.types import TetMesh
 
 _CELLS = {4: ("tetra", "triangle"), 10: ("tetra10", "triangle6")}
@@ -221,28 +221,25 @@ def write_vtu(path: str | os.PathLike, mesh: TetMesh) -> None:
     the k-th face set. Point data: for each node set an array of its name, uint8, 1 on its nodes. The field
     data are those of `write_tets`, whose reader reads this file too.
     """
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
-
     width, count = mesh.tets.shape[1], len(mesh.tets)
     triangles = [mesh.outward_triangles(name) for name in mesh.face_sets]
     numbers = np.repeat(np.arange(1, len(triangles) + 1), [len(rows) for rows in triangles])
     total = len(numbers)
     sizes = np.repeat([width, 3 if width == 4 else 6], [count, total])
-    types = np.repeat([VTK_CELL_TYPE[width], VTK_FACE_TYPE[width]], [count, total]).astype(np.uint8)
     nodes = np.concatenate([mesh.tets.ravel(), *(rows.ravel() for rows in triangles)])
-    grid = vtkUnstructuredGrid()
-    grid.SetPoints(vtk_xml.vtk_points(mesh.points))
-    offsets = np.concatenate([[0], np.cumsum(sizes)])
-    grid.SetCells(numpy_to_vtk(types, deep=True), vtk_xml.cell_array(nodes, offsets))
-    grain = np.concatenate([mesh.grain, np.zeros(total, np.int32)])
-    number = np.concatenate([np.zeros(count, np.int32), numbers.astype(np.int32)])
-    vtk_xml.add_arrays(grid.GetCellData(), {"grain": grain, "face_set": number})
     every = np.arange(len(mesh.points))
-    masks = {name: np.isin(every, nodes).astype(np.uint8) for name, nodes in mesh.node_sets.items()}
-    vtk_xml.add_arrays(grid.GetPointData(), masks)
-    vtk_xml.add_arrays(grid.GetFieldData(), set_arrays(mesh))
-    vtk_xml.write_dataset(path, grid, "UnstructuredGrid")
+    grid = Dataset(
+        at_points={name: np.isin(every, own).astype(np.uint8) for name, own in mesh.node_sets.items()},
+        at_cells={
+            "grain": np.concatenate([mesh.grain, np.zeros(total, np.int32)]),
+            "face_set": np.concatenate([np.zeros(count, np.int32), numbers.astype(np.int32)]),
+        },
+        others=set_arrays(mesh),
+        points=mesh.points,
+        cells={"Cells": (nodes, np.append(0, np.cumsum(sizes)))},
+        types=np.repeat([VTK_CELL_TYPE[width], VTK_FACE_TYPE[width]], [count, total]).astype(np.uint8),
+    )
+    write_dataset(path, "UnstructuredGrid", grid)
 
 
 # What writes a mesh to a path, by the suffix without its dot.

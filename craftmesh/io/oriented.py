@@ -1,12 +1,12 @@
 """MetaImage (.mha, .mhd) and NRRD (.nrrd, .nhdr): headers say where axes point; the first runs fastest.
 
-VTK's reader of MetaImage crashes on labels of 64 bits, and ITK is too large to carry for a header of a
-dozen lines. Source: the documentation of MetaIO in the wiki of ITK. NRRD is read by pynrrd.
+NRRD is read by pynrrd, and so is MetaImage, its header turned into one of NRRD: VTK's reader crashes on
+labels of 64 bits, and ITK is too large to carry. Source: the documentation of MetaIO in the wiki of ITK.
 """
 
-import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from io import BytesIO
 from itertools import permutations
 from pathlib import Path
@@ -16,23 +16,14 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.io.declared import DEFLATE, data_file, refuse_false_size, unpacked
-from craftmesh.io.file_volume import FileVolume, ids_in_text
+from craftmesh.io.file_volume import FileVolume
 
 _ALIGNED = 1e-4  # of a step: headers have six digits, and over 1000 voxels this is a tenth of one
-_TYPES = {
-    "CHAR": "i1",
-    "UCHAR": "u1",
-    "SHORT": "i2",
-    "USHORT": "u2",
-    "INT": "i4",
-    "UINT": "u4",
-    "LONG": "i4",
-    "ULONG": "u4",
-    "LONG_LONG": "i8",
-    "ULONG_LONG": "u8",
-    "FLOAT": "f4",
-    "DOUBLE": "f8",
-}
+# MetaIO's types by NRRD's names.
+_TYPES = {"CHAR": "int8", "UCHAR": "uint8", "SHORT": "int16", "USHORT": "uint16", "INT": "int32"}
+_TYPES |= {"UINT": "uint32", "LONG": "long", "ULONG": "ulong", "LONG_LONG": "int64", "ULONG_LONG": "uint64"}
+_TYPES |= {"FLOAT": "float", "DOUBLE": "double"}
+_LONG = {"long": ("int32", "int64"), "ulong": ("uint32", "uint64")}
 _WIDEST = 8  # bytes of a number
 _LAST = "ElementDataFile"  # the key after which the data begin
 _METHODS = {"gzip": "deflate", "gz": "deflate", "bzip2": "bzip2", "bz2": "bzip2"}
@@ -88,17 +79,36 @@ def read_metaimage(path: str | os.PathLike) -> FileVolume:
         raise CraftmeshError(f"{path}: DimSize is {header.get('DimSize')}; expected three counts of voxels")
     if header.get("ElementNumberOfChannels", "1") != "1":
         raise CraftmeshError(f"{path}: has several numbers a voxel; expected one label a voxel")
-    counts = [int(n) for n in shape]
-    labels = _labels(path, header, _content(path, header, rest, counts), counts)
+    kind = header.get("ElementType", "").removeprefix("MET_")
+    if kind not in _TYPES:
+        raise CraftmeshError(
+            f"{path}: ElementType is {header.get('ElementType')}; "
+            f"expected one of MET_{', MET_'.join(_TYPES)}"
+        )
+    if header[_LAST].upper() != "LOCAL":
+        rest = data_file(path, _LAST, header[_LAST]).read_bytes()
+    skip = _header_numbers(path, header, ("HeaderSize",), np.int64)  # -1: the data are the end of the file
+    before = 0 if skip is None else int(skip[0])
+    is_packed = header.get("CompressedData", "False").lower() == "true"
+    is_text = header.get("BinaryData", "True").lower() == "false"
+    big = header.get("BinaryDataByteOrderMSB", header.get("ElementByteOrderMSB", "False"))
+    as_nrrd = {"dimension": 3, "sizes": shape, "type": _TYPES[kind], "byte skip": min(before, 0)}
+    as_nrrd["endian"] = "big" if big.lower() == "true" else "little"
+    as_nrrd["encoding"] = "gzip" if is_packed else "text" if is_text else "raw"
+    labels = _labels(path, as_nrrd, rest[max(before, 0) :])
     spacing = _header_numbers(path, header, ("ElementSpacing", "ElementSize"), float, 3)
     first = _header_numbers(path, header, ("Offset", "Position", "Origin"), float, 3)
     turn = _header_numbers(path, header, ("TransformMatrix", "Rotation", "Orientation"), float, 9)
     directions = np.eye(3) if turn is None else turn.reshape(3, 3)
-    steps = directions * (np.ones(3) if spacing is None else spacing)[:, None]
-    turned, lengths, corner = along_axes(path, labels, steps, np.zeros(3) if first is None else first)
     if spacing is None:
-        return FileVolume(turned)
-    return FileVolume(turned, lengths, None if first is None else corner)
+        return FileVolume(_placed(path, labels, directions, None).labels)
+    return _placed(path, labels, directions * spacing[:, None], first)
+
+
+def _placed(path: Path, labels: np.ndarray, steps: np.ndarray, first: np.ndarray | None) -> FileVolume:
+    """Return the volume along x, y, z; first (3,): the centre of the first voxel, None where not known."""
+    turned, spacing, corner = along_axes(path, labels, steps, np.zeros(3) if first is None else first)
+    return FileVolume(turned, spacing, None if first is None else corner)
 
 
 def _header(path: Path) -> tuple[dict[str, str], bytes]:
@@ -118,44 +128,6 @@ def _header(path: Path) -> tuple[dict[str, str], bytes]:
         header[key.strip()] = value.strip()
         start = end + 1 if end >= 0 else len(content)
     return header, content[start:]
-
-
-def _content(path: Path, header: Mapping[str, str], rest: bytes, shape: Sequence[int]) -> bytes:
-    """Return the data behind the header or in the file that it names, unpacked as far as needed."""
-    if header[_LAST].upper() != "LOCAL":
-        rest = data_file(path, _LAST, header[_LAST]).read_bytes()
-    size = _header_numbers(path, header, ("HeaderSize",), np.int64)
-    rest = rest if size is None else rest[max(int(size[0]), 0) :]
-    if header.get("CompressedData", "False").lower() != "true":
-        return rest
-    most = _WIDEST * refuse_false_size(path, "DimSize", shape, 1, len(rest), DEFLATE)
-    return unpacked(path, rest, most, "deflate")
-
-
-def _labels(path: Path, header: Mapping[str, str], content: bytes, shape: Sequence[int]) -> np.ndarray:
-    kind = header.get("ElementType", "").removeprefix("MET_")
-    if kind not in _TYPES:
-        raise CraftmeshError(
-            f"{path}: ElementType is {header.get('ElementType')}; "
-            f"expected one of MET_{', MET_'.join(_TYPES)}"
-        )
-    count = math.prod(shape)
-    if header.get("BinaryData", "True").lower() == "false":
-        values = ids_in_text(path, content.split()[:count])
-    else:
-        kind = f"LONG_{kind}" if kind == "LONG" and len(content) >= 8 * count else kind
-        kind = f"{kind}_LONG" if kind == "ULONG" and len(content) >= 8 * count else kind
-        big = header.get("BinaryDataByteOrderMSB", header.get("ElementByteOrderMSB", "False"))
-        dtype = np.dtype((">" if big.lower() == "true" else "<") + _TYPES[kind])
-        ends_with = header.get("HeaderSize") == "-1"  # the data are the end of the file
-        start = max(len(content) - count * dtype.itemsize, 0) if ends_with else 0
-        whole = min(count, (len(content) - start) // dtype.itemsize)
-        values = np.frombuffer(content, dtype, whole, start) if whole else np.zeros(0, dtype)
-    if len(values) != count:
-        raise CraftmeshError(
-            f"{path}: has {len(values)} of {count} labels; the data are cut off, copy it anew"
-        )
-    return values.reshape(shape, order="F")
 
 
 def _header_numbers(
@@ -181,30 +153,35 @@ def read_nrrd(path: str | os.PathLike) -> FileVolume:
     """
     import nrrd
 
+    path = Path(path)
+    with _told(path), open(path, "rb") as stream:
+        header = nrrd.read_header(stream)
+        labels = _labels(path, header, stream.read())
+    steps = _steps(header, labels.ndim)
+    if steps is None:
+        return FileVolume(_placed(path, labels, np.eye(labels.ndim), None).labels)
+    return _placed(path, labels, steps, _numbers(header.get("space origin"), 3))
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Raise CraftmeshError for what pynrrd, and the decoders that it calls, raise."""
     try:
-        with open(path, "rb") as stream:
-            header = nrrd.read_header(stream)
-            rest = stream.read()
-        plain = _unpacked(Path(path), header, rest)
-        labels = nrrd.read_data(header, BytesIO(plain), index_order="F")
+        yield
     except (CraftmeshError, MemoryError):
         raise
-    except Exception as error:  # pynrrd and the decoders that it calls raise many kinds
+    except Exception as error:
         reason = " ".join(str(error).split())
-        raise CraftmeshError(f"{path}: is not a whole NRRD file ({reason}); export it anew") from None
-    steps, has_spacing = _steps(header, labels.ndim)
-    first = _numbers(header.get("space origin"), 3)
-    turned, spacing, corner = along_axes(path, labels, steps, np.zeros(3) if first is None else first)
-    if not has_spacing:
-        return FileVolume(turned)
-    return FileVolume(turned, spacing, None if first is None else corner)
+        raise CraftmeshError(f"{path}: is not a whole file ({reason}); export it anew") from None
 
 
-def _unpacked(path: Path, header: dict[str, Any], rest: bytes) -> bytes:
-    """Return the data behind the header or in the file that it names, unpacked as far as needed.
+def _labels(path: Path, header: dict[str, Any], rest: bytes) -> np.ndarray:
+    """Return the labels that follow an NRRD header, or lie in the file that it names.
 
-    The header loses what says where they were and how they were packed.
+    They are unpacked as far as needed. The header loses what says where they were and how they were packed.
     """
+    import nrrd
+
     for key in ("datafile", "data file"):
         if key in header:
             rest = data_file(path, key, header.pop(key)).read_bytes()
@@ -212,23 +189,25 @@ def _unpacked(path: Path, header: dict[str, Any], rest: bytes) -> bytes:
     rest = rest.split(b"\n", lines)[lines]
     method = _METHODS.get(header["encoding"])
     ratio = DEFLATE if method == "deflate" else None if method else 1
-    most = _WIDEST * refuse_false_size(path, "sizes", header["sizes"], 1, len(rest), ratio)
-    if method is None:
-        return rest
-    header["encoding"] = "raw"
-    skip = max(0, *(header.get(key, 0) for key in ("byteskip", "byte skip")))
-    return unpacked(path, rest, most + refuse_false_size(path, "byte skip", [skip], 1, 0, None), method)
+    count = refuse_false_size(path, "sizes", header["sizes"], 1, len(rest), ratio)
+    if method is not None:
+        header["encoding"] = "raw"
+        skip = max(0, *(header.get(key, 0) for key in ("byteskip", "byte skip")))
+        most = _WIDEST * count + refuse_false_size(path, "byte skip", [skip], 1, 0, None)
+        rest = unpacked(path, rest, most, method)
+    if header["type"] in _LONG:
+        header["type"] = _LONG[header["type"]][len(rest) >= 8 * count]
+    with _told(path):
+        return nrrd.read_data(header, BytesIO(rest), index_order="F")
 
 
-def _steps(header: Mapping[str, Any], axes: int) -> tuple[np.ndarray, bool]:
-    """Return the step of each axis, a unit along its own where the header has none, and whether it has."""
+def _steps(header: Mapping[str, Any], axes: int) -> np.ndarray | None:
+    """Return the step (3, 3) of each axis, None where the header has none."""
     directions = header.get("space directions")
     if directions is not None and np.shape(directions) == (3, 3):
-        return np.asarray(directions, float), True
+        return np.asarray(directions, float)
     spacings = _numbers(header.get("spacings"), axes)
-    if spacings is not None and axes == 3:
-        return np.diag(spacings), True
-    return np.eye(axes), False
+    return np.diag(spacings) if spacings is not None and axes == 3 else None
 
 
 def _numbers(values: Any, count: int) -> np.ndarray | None:

@@ -11,7 +11,7 @@ from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
 from craftmesh.io.npz import load, write_arrays
-from craftmesh.io.vtk import VTK_CELL_TYPE
+from craftmesh.io.vtk import tets_alone
 from craftmesh.types import GrainTets, Solution
 
 _FIELDS = ("nodes", "interior", "tets")
@@ -182,12 +182,6 @@ def write_solution_vtu(
     `displacement` (p, 3); `stress` (p, 6) xx, yy, zz, xy, yz, xz, given as 11, 22, 33, 12, 13, 23; and
     `von_mises`; and `slip` (p,) where it is known.
     """
-    from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
-
-    grid = vtkUnstructuredGrid()
-    grid.SetPoints(vtk_xml.vtk_points(points))
-    grid.SetCells(VTK_CELL_TYPE[tets.shape[1]], vtk_xml.uniform_cells(tets))
-    vtk_xml.add_arrays(grid.GetCellData(), {"grain": grain})
     straight, shear = stress[:, :3], stress[:, 3:]
     apart = ((straight - np.roll(straight, 1, axis=1)) ** 2).sum(axis=1)
     arrays = {
@@ -196,8 +190,9 @@ def write_solution_vtu(
         "stress": stress[:, _VTK_ORDER],
         "von_mises": np.sqrt(0.5 * apart + 3 * (shear**2).sum(axis=1)),
     }
-    vtk_xml.add_arrays(grid.GetPointData(), arrays | ({} if slip is None else {"slip": slip}))
-    vtk_xml.write_dataset(path, grid, "UnstructuredGrid")
+    arrays |= {} if slip is None else {"slip": slip}
+    data = tets_alone(points, tets, at_points=arrays, at_cells={"grain": grain})
+    vtk_xml.write_dataset(path, "UnstructuredGrid", data)
 
 
 def read_solution_vtu(

@@ -1,12 +1,12 @@
-"""VTK XML files: arrays in, arrays out; vtkmodules, which writes them, is imported on first use."""
+"""VTK XML files: arrays in, arrays out."""
 
 import math
 import os
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
@@ -14,14 +14,11 @@ from craftmesh.arguments import as_array
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.declared import enough_memory
-from craftmesh.io.vtk_xml_file import VtkFile
-
-if TYPE_CHECKING:
-    from vtkmodules.vtkCommonCore import vtkDataArray, vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkDataObject, vtkFieldData
+from craftmesh.io.vtk_xml_file import TYPE_NAMES, VtkFile
 
 # Connectivity shrinks 4-fold at level 1 and hardly more at level 5, which takes thrice as long.
 _COMPRESSION = 1
+_BLOCK = 1 << 20  # bytes packed at once
 _CELL_SIZES = {5: 3, 10: 4, 22: 6, 24: 10}  # triangles and tetrahedra by VTK's number of the type
 Arrays = Mapping[str, np.ndarray]
 NO_CELLS = (np.zeros(0, np.int64), np.zeros(1, np.int64))
@@ -36,9 +33,9 @@ class Dataset:
     (9,) of an image.
     """
 
-    at_points: Arrays
-    at_cells: Arrays
-    others: Arrays
+    at_points: Arrays = field(default_factory=dict)
+    at_cells: Arrays = field(default_factory=dict)
+    others: Arrays = field(default_factory=dict)
     points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     cells: Mapping[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     types: np.ndarray = field(default_factory=lambda: np.zeros(0, np.uint8))
@@ -55,81 +52,55 @@ class Dataset:
         return connectivity.reshape(-1, sizes[0])
 
 
-def add_arrays(attributes: "vtkFieldData", arrays: Mapping[str, np.ndarray]) -> None:
-    """Add named arrays (k,) or (k, c) to the point, cell or field data `attributes`."""
-    for name, values in arrays.items():
-        array = as_vtk(values)
-        array.SetName(name)
-        attributes.AddArray(array)
+def in_rows(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return connectivity and offsets of the cells (m, k), which all have k points."""
+    return cells.ravel(), cells.shape[1] * np.arange(len(cells) + 1)
 
 
-def as_vtk(values: np.ndarray) -> "vtkDataArray":
-    """Return `values` (k,) or (k, c) as a VTK array of the same type and bits."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk
+def write_dataset(path: str | os.PathLike, kind: str, data: Dataset) -> None:
+    """Write a VTK XML file of `kind` (PolyData, ImageData, UnstructuredGrid): one piece, packed by zlib.
 
-    return numpy_to_vtk(np.ascontiguousarray(values), deep=True)
-
-
-def cell_array(connectivity: np.ndarray, offsets: np.ndarray) -> "vtkCellArray":
-    """Return a vtkCellArray of the cells connectivity[offsets[i] : offsets[i + 1]]."""
-    from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray
-    from vtkmodules.vtkCommonDataModel import vtkCellArray
-
-    cells = vtkCellArray()
-    ids = [
-        numpy_to_vtkIdTypeArray(np.ascontiguousarray(a, np.int64), deep=True)
-        for a in (offsets, connectivity)
-    ]
-    cells.SetData(*ids)
-    return cells
-
-
-def uniform_cells(cells: np.ndarray) -> "vtkCellArray":
-    """Return the rows of `cells` (m, k) as a vtkCellArray."""
-    m, k = cells.shape
-    return cell_array(cells.ravel(), np.arange(0, m * k + 1, k))
-
-
-def vtk_points(points: np.ndarray) -> "vtkPoints":
-    """Return vtkPoints that hold `points` (n, 3) in float64."""
-    from vtkmodules.vtkCommonCore import vtkPoints
-
-    result = vtkPoints()
-    result.SetDataTypeToDouble()
-    result.SetData(as_vtk(np.asarray(points, float)))
-    return result
-
-
-def write_dataset(path: str | os.PathLike, dataset: "vtkDataObject", kind: str) -> None:
-    """Write `dataset` as VTK XML of `kind` (PolyData, ImageData, UnstructuredGrid), zlib-compressed.
-
-    The same data set gives the same bytes. Raises CraftmeshError where the file cannot be written.
+    The same data give the same bytes. Raises CraftmeshError where the file cannot be written.
     """
-    from vtkmodules import vtkIOXML
-    from vtkmodules.vtkCommonCore import vtkObject
-    from vtkmodules.vtkIOCore import vtkZLibDataCompressor
+    head = {"type": kind, "version": "1.0", "byte_order": "LittleEndian", "header_type": "UInt64"}
+    root = Element("VTKFile", head, compressor="vtkZLibDataCompressor")
+    counts = {f"NumberOf{name}": len(offsets) - 1 for name, (_, offsets) in data.cells.items()}
+    counts["NumberOfPoints"] = len(data.points)
+    sections = {name: {"connectivity": ids, "offsets": at[1:]} for name, (ids, at) in data.cells.items()}
+    if kind == "ImageData":
+        place = {key.capitalize(): " ".join(map(str, row.tolist())) for key, row in data.place.items()}
+        whole = SubElement(root, kind, place, WholeExtent=place["Extent"])
+        piece = Element("Piece", Extent=place["Extent"])
+    else:
+        whole = SubElement(root, kind)
+        piece = Element("Piece", {key: str(n) for key, n in counts.items()})
+        sections["Points"] = {"Points": data.points}
+    if kind == "UnstructuredGrid":
+        sections["Cells"]["types"] = data.types
+    packed: list[bytes] = []
+    _add_section(whole, "FieldData", data.others, packed)
+    whole.append(piece)
+    for name, arrays in {"PointData": data.at_points, "CellData": data.at_cells, **sections}.items():
+        _add_section(piece, name, arrays, packed)
+    with atomic_path(path) as temporary, open(temporary, "wb") as stream:
+        stream.write(tostring(root).removesuffix(b"</VTKFile>") + b'<AppendedData encoding="raw">_')
+        stream.writelines(packed)
+        stream.write(b"\n</AppendedData></VTKFile>\n")  # meshio wants lines
 
-    writer = getattr(vtkIOXML, f"vtkXML{kind}Writer")()
-    writer.SetDataModeToAppended()
-    writer.EncodeAppendedDataOff()
-    writer.SetHeaderTypeToUInt64()
-    compressor = vtkZLibDataCompressor()
-    compressor.SetCompressionLevel(_COMPRESSION)
-    writer.SetCompressor(compressor)
-    writer.SetInputData(dataset)
-    faults: list = []
-    writer.AddObserver("ErrorEvent", lambda *_: faults.append(True))
-    shown = vtkObject.GetGlobalWarningDisplay()  # nothing is printed of what is raised
-    vtkObject.SetGlobalWarningDisplay(0)
-    try:
-        with atomic_path(path) as temporary:
-            writer.SetFileName(os.fspath(temporary))
-            if not writer.Write() or faults or writer.GetErrorCode():
-                raise CraftmeshError(
-                    f"{path}: cannot be written; check the folder and the space left on it"
-                )
-    finally:
-        vtkObject.SetGlobalWarningDisplay(shown)
+
+def _add_section(above: Element, name: str, arrays: Arrays, packed: list[bytes]) -> None:
+    """Add the heads of arrays (k,) or (k, c), and what they hold, in blocks, to what is appended."""
+    section = SubElement(above, name)
+    for key, values in arrays.items():
+        place = {"format": "appended", "offset": str(sum(map(len, packed)))}
+        about = {"type": TYPE_NAMES[values.dtype.str[1:]], "Name": key, "NumberOfTuples": str(len(values))}
+        about |= {"NumberOfComponents": str(values.shape[1])} if values.ndim > 1 else {}
+        SubElement(section, "DataArray", about | place)
+        content = values.astype(values.dtype.newbyteorder("<")).tobytes()
+        blocks = [content[at : at + _BLOCK] for at in range(0, len(content), _BLOCK)]
+        blocks = [zlib.compress(block, _COMPRESSION) for block in blocks]
+        numbers = [len(blocks), _BLOCK, len(content) % _BLOCK, *map(len, blocks)]
+        packed.append(b"".join([np.array(numbers, "<u8").tobytes(), *blocks]))
 
 
 def read_dataset(path: str | os.PathLike, kind: str) -> Dataset:

@@ -19,6 +19,7 @@ from craftmesh.io.declared import DEFLATE, refuse_false_size, unpacked
 
 _TYPES = {f"{'U' * (k == 'u')}Int{8 * n}": f"{k}{n}" for k in "iu" for n in (1, 2, 4, 8)}
 _TYPES |= {"Float32": "f4", "Float64": "f8"}
+TYPE_NAMES = {kind: name for name, kind in _TYPES.items()}
 _METHODS = {
     "vtkZLibDataCompressor": "deflate",
     "vtkLZMADataCompressor": "lzma",

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import vtk_objects
 from given_cracks import wavy_disc
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -13,7 +14,6 @@ from craftmesh.cracks.series import crack_of_increment, prescribed_crack, refuse
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.sheet import sheet_of
-from craftmesh.io import vtk_xml
 from craftmesh.io.surface_files import SUFFIXES, write_triangles
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
@@ -150,10 +150,10 @@ def write_plain(path, points, triangles, **point_data):
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
     poly = vtkPolyData()
-    poly.SetPoints(vtk_xml.vtk_points(points))
-    poly.SetPolys(vtk_xml.uniform_cells(triangles))
-    vtk_xml.add_arrays(poly.GetPointData(), point_data)
-    vtk_xml.write_dataset(path, poly, "PolyData")
+    poly.SetPoints(vtk_objects.vtk_points(points))
+    poly.SetPolys(vtk_objects.uniform_cells(triangles))
+    vtk_objects.add_arrays(poly.GetPointData(), point_data)
+    vtk_objects.write_dataset(path, poly, "PolyData")
 
 
 @pytest.mark.parametrize("arrays", [(), ("uv", "Normals")])

@@ -8,10 +8,10 @@ import meshio
 import numpy as np
 import pytest
 import trimesh
+import vtk_objects
 from structured_box import structured_box
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io import vtk_xml
 from craftmesh.io.surface_files import (
     SUFFIXES,
     read_grain_folder,
@@ -113,8 +113,8 @@ def test_files_of_vtk_are_read(tmp_path, module, writer, suffix, binary):
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
     poly = vtkPolyData()
-    poly.SetPoints(vtk_xml.vtk_points(TETRAHEDRON[0]))
-    poly.SetPolys(vtk_xml.uniform_cells(TETRAHEDRON[1]))
+    poly.SetPoints(vtk_objects.vtk_points(TETRAHEDRON[0]))
+    poly.SetPolys(vtk_objects.uniform_cells(TETRAHEDRON[1]))
     vtk_writer = getattr(importlib.import_module(f"vtkmodules.{module}"), writer)()
     vtk_writer.SetInputData(poly)
     vtk_writer.SetFileName(str(tmp_path / f"a{suffix}"))

@@ -5,10 +5,12 @@ import zipfile
 import numpy as np
 import pytest
 import pyvista
+import vtk_objects
+from vtkmodules import vtkIOXML
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
-from craftmesh.io import stage_npz, vtk, vtk_xml
+from craftmesh.io import stage_npz, vtk
 from craftmesh.io.surface_files import read_triangles
 from craftmesh.types import CRACK, Crack, GrainTets, Surface, TetMesh, Voxels
 
@@ -123,12 +125,12 @@ def write_poly(path, surface, **cell_data):
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
     poly = vtkPolyData()
-    poly.SetPoints(vtk_xml.vtk_points(surface.points))
-    poly.SetVerts(vtk_xml.uniform_cells(np.array([[0]])))
-    poly.SetPolys(vtk_xml.uniform_cells(surface.facets))
+    poly.SetPoints(vtk_objects.vtk_points(surface.points))
+    poly.SetVerts(vtk_objects.uniform_cells(np.array([[0]])))
+    poly.SetPolys(vtk_objects.uniform_cells(surface.facets))
     padded = {name: np.concatenate([values[:1], values]) for name, values in cell_data.items()}
-    vtk_xml.add_arrays(poly.GetCellData(), padded)
-    vtk_xml.write_dataset(path, poly, "PolyData")
+    vtk_objects.add_arrays(poly.GetCellData(), padded)
+    vtk_objects.write_dataset(path, poly, "PolyData")
 
 
 def test_kind_is_found_from_crack_and_box(tmp_path):
@@ -198,3 +200,34 @@ def test_points_that_are_no_places_are_refused_with_their_file(value, suffix, tm
     read = vtk.read_crack if suffix == ".vtp" else read_triangles
     with pytest.raises(CraftmeshError, match=rf"bad{suffix}: points\[2, 1\] is .*expected finite numbers"):
         read(path)
+
+
+def as_vtk_reads_it(path):
+    """Return the data set that VTK's own reader gives."""
+    kind = {".vtp": "PolyData", ".vti": "ImageData", ".vtu": "UnstructuredGrid"}[path.suffix]
+    reader = getattr(vtkIOXML, f"vtkXML{kind}Reader")()
+    reader.SetFileName(str(path))
+    reader.Update()
+    assert not reader.GetErrorCode()
+    return pyvista.wrap(reader.GetOutput())
+
+
+def test_vtk_reads_what_is_written(tmp_path):
+    """Points, cells and arrays of more than one block, without cells, with rows of several numbers."""
+    many = np.random.default_rng(0).random((60_000, 3))  # 1.4 MB
+    facets = np.arange(60_000).reshape(-1, 3)
+    mesh = tets(10)
+    vtk.write_facets(tmp_path / "s.vtp", many, facets, {"area": many[:20_000, 0]})
+    vtk.write_crack(tmp_path / "c.vtp", crack_with_two_fronts())
+    vtk.write_tets(tmp_path / "m.vtu", mesh)
+    vtk.write_voxels(tmp_path / "v.vti", voxels(phases=[0, 1, 1, 2]))
+    poly, crack = as_vtk_reads_it(tmp_path / "s.vtp"), as_vtk_reads_it(tmp_path / "c.vtp")
+    assert (poly.points == many).all() and (poly.regular_faces == facets).all()
+    assert (poly.cell_data["area"] == many[:20_000, 0]).all()
+    assert (crack.n_lines, crack.n_faces) == (2, 2)
+    grid, image = as_vtk_reads_it(tmp_path / "m.vtu"), as_vtk_reads_it(tmp_path / "v.vti")
+    assert (grid.points == mesh.points).all() and (grid.cells_dict[24] == mesh.tets).all()
+    assert (grid.field_data["node_set:CRACK_FRONT"] == [3, 1, 2]).all()
+    assert (grid.field_data["face_set:XMIN"] == [[0, 3], [0, 1]]).all()
+    assert image.dimensions == (3, 4, 5) and image.spacing == (0.1, 1 / 3, 2.5e-6)
+    assert (image.cell_data["labels"] == voxels().labels.ravel(order="F")).all()

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+import vtk_objects
 from vtkmodules import vtkIOXML
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData, vtkUnstructuredGrid
@@ -23,27 +24,27 @@ def image():
     made.SetExtent(1, 4, 0, 3, -2, 3)
     made.SetSpacing(0.5, 1, 2)
     made.SetOrigin(1, 2, 3)
-    vtk_xml.add_arrays(made.GetCellData(), {"labels": np.arange(45, dtype=np.int32) // 7})
-    vtk_xml.add_arrays(made.GetCellData(), {"eulers": np.linspace(0, 1, 135).reshape(45, 3)})
-    vtk_xml.add_arrays(made.GetPointData(), {"kind": np.arange(96, dtype=np.uint8)})
-    vtk_xml.add_arrays(made.GetFieldData(), {"table": np.arange(12, dtype=np.uint64).reshape(3, 4)})
+    vtk_objects.add_arrays(made.GetCellData(), {"labels": np.arange(45, dtype=np.int32) // 7})
+    vtk_objects.add_arrays(made.GetCellData(), {"eulers": np.linspace(0, 1, 135).reshape(45, 3)})
+    vtk_objects.add_arrays(made.GetPointData(), {"kind": np.arange(96, dtype=np.uint8)})
+    vtk_objects.add_arrays(made.GetFieldData(), {"table": np.arange(12, dtype=np.uint64).reshape(3, 4)})
     return made
 
 
 def poly():
     made = vtkPolyData()
-    made.SetPoints(vtk_xml.vtk_points(POINTS))
-    made.SetLines(vtk_xml.cell_array(np.arange(7), np.array([0, 3, 7])))
-    made.SetPolys(vtk_xml.cell_array(np.arange(10), np.array([0, 3, 6, 10])))
-    vtk_xml.add_arrays(made.GetCellData(), {"sides": np.arange(10, dtype=np.int16).reshape(5, 2)})
+    made.SetPoints(vtk_objects.vtk_points(POINTS))
+    made.SetLines(vtk_objects.cell_array(np.arange(7), np.array([0, 3, 7])))
+    made.SetPolys(vtk_objects.cell_array(np.arange(10), np.array([0, 3, 6, 10])))
+    vtk_objects.add_arrays(made.GetCellData(), {"sides": np.arange(10, dtype=np.int16).reshape(5, 2)})
     return made
 
 
 def grid():
     made = vtkUnstructuredGrid()
-    made.SetPoints(vtk_xml.vtk_points(POINTS))
-    made.SetCells(10, vtk_xml.uniform_cells(TETS))
-    vtk_xml.add_arrays(made.GetPointData(), {"height": POINTS[:, 2].astype(np.float32)})
+    made.SetPoints(vtk_objects.vtk_points(POINTS))
+    made.SetCells(10, vtk_objects.uniform_cells(TETS))
+    vtk_objects.add_arrays(made.GetPointData(), {"height": POINTS[:, 2].astype(np.float32)})
     return made
 
 

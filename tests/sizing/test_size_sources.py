@@ -4,10 +4,10 @@ import argparse
 
 import numpy as np
 import pytest
+import vtk_objects
 
 from craftmesh.commands.mesh_flags import add_front, add_sizing, sizing_from
 from craftmesh.errors import CraftmeshError
-from craftmesh.io import vtk_xml
 from craftmesh.io.point_files import read_length_field, read_source_points
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.sizing.length_field import LengthField
@@ -124,8 +124,8 @@ def write_field(path, lengths: np.ndarray, spacing: float, at_points: bool) -> N
     image.SetSpacing(*[spacing] * 3)
     image.SetOrigin(1.0, 0.0, 0.0)
     data = image.GetPointData() if at_points else image.GetCellData()
-    vtk_xml.add_arrays(data, {"h": lengths.ravel(order="F")})
-    vtk_xml.write_dataset(path, image, "ImageData")
+    vtk_objects.add_arrays(data, {"h": lengths.ravel(order="F")})
+    vtk_objects.write_dataset(path, image, "ImageData")
 
 
 @pytest.mark.parametrize("at_points", [True, False])
@@ -146,13 +146,13 @@ def test_field_on_a_surface(tmp_path, at_points):
     points = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0], [3, 3, 0]])
     facets = np.array([[0, 1, 2], [1, 3, 2]])
     poly = vtkPolyData()
-    poly.SetPoints(vtk_xml.vtk_points(points))
-    poly.SetPolys(vtk_xml.uniform_cells(facets))
+    poly.SetPoints(vtk_objects.vtk_points(points))
+    poly.SetPolys(vtk_objects.uniform_cells(facets))
     places = points if at_points else points[facets].mean(axis=1)
     lengths = 1.0 + np.arange(len(places))
     data = poly.GetPointData() if at_points else poly.GetCellData()
-    vtk_xml.add_arrays(data, {"length": lengths})
-    vtk_xml.write_dataset(tmp_path / "h.vtp", poly, "PolyData")
+    vtk_objects.add_arrays(data, {"length": lengths})
+    vtk_objects.write_dataset(tmp_path / "h.vtp", poly, "PolyData")
     field = LengthField(*read_length_field(tmp_path / "h.vtp", "length"))
     assert np.allclose(field.at(places), lengths, rtol=1e-6)
 

@@ -4,9 +4,9 @@ import h5py
 import numpy as np
 import pytest
 import tifffile
+import vtk_objects
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io import vtk_xml
 from craftmesh.io.npz import read_labels
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 
@@ -128,10 +128,10 @@ def metaimage(folder, **changed):
     [
         ({"DimSize": "2 2"}, "DimSize is 2 2"),
         ({"DimSize": "2 2 a"}, "DimSize is '2 2 a'"),
-        ({"DimSize": "2 2 3"}, "8 of 12"),
+        ({"DimSize": "2 2 3"}, "takes 12 bytes, and the file has 8"),
         ({"ElementSpacing": "1 1"}, "ElementSpacing is '1 1'; expected 3"),
         ({"ElementSpacing": "1 0 1"}, "expected a finite spacing, not 0"),
-        ({"BinaryData": "False"}, "is not a whole number"),
+        ({"BinaryData": "False"}, "is not a whole file"),
         ({"ElementType": "MET_OTHER"}, "MET_UCHAR"),
         ({"ElementNumberOfChannels": "3"}, "one label a voxel"),
         ({"ElementDataFile": "gone.raw"}, "gone.raw is missing"),
@@ -306,9 +306,9 @@ def test_labels_as_point_data_are_told_what_to_do(tmp_path, at_points, at_cells,
 
     image = vtkImageData()
     image.SetDimensions(4, 5, 6)
-    vtk_xml.add_arrays(image.GetPointData(), {at_points: np.ones(120, np.uint16)})
+    vtk_objects.add_arrays(image.GetPointData(), {at_points: np.ones(120, np.uint16)})
     if at_cells:
-        vtk_xml.add_arrays(image.GetCellData(), {at_cells: np.ones(60, np.int32)})
-    vtk_xml.write_dataset(tmp_path / "v.vti", image, "ImageData")
+        vtk_objects.add_arrays(image.GetCellData(), {at_cells: np.ones(60, np.int32)})
+    vtk_objects.write_dataset(tmp_path / "v.vti", image, "ImageData")
     way = f"{named} is point data.*points_to_cells.*Point Data to Cell Data"
     refuse(tmp_path / "v.vti", way, ReadOptions(dataset=dataset))
