@@ -1,4 +1,4 @@
-"""Digests follow imports and the modules that texts name, and nothing else."""
+"""Digests follow imports, and nothing else."""
 
 import ast
 import shutil
@@ -7,21 +7,21 @@ from pathlib import Path
 import pytest
 
 import craftmesh
-from craftmesh.campaign.digest import NAMED, digest, imports_of, source_file
+from craftmesh.campaign.digest import digest, imports_of, source_file
 
 
 @pytest.fixture
 def package(tmp_path) -> Path:
-    """A small package: stage `a` imports `shared` inside a function, stage `b` imports it relatively."""
+    """A small package: stage `a` imports `shared` inside a function, stage `b` by another module."""
     root = tmp_path / "craftmesh"
     (root / "kernels").mkdir(parents=True)
     (root / "__init__.py").write_text("from craftmesh.a import run\n")
     (root / "kernels" / "__init__.py").write_text("")
     (root / "a.py").write_text("def run():\n    from craftmesh.shared import x\n")
-    (root / "b.py").write_text("import numpy\nfrom .kernels import swap\n")
+    (root / "b.py").write_text("import numpy\nfrom craftmesh.kernels import swap\n")
     (root / "shared.py").write_text("x = 1\n")
-    (root / "kernels" / "swap.py").write_text("from ..shared import x\n")
-    (root / "c.py").write_text('"""Unlike craftmesh.shared."""\nLATER = "craftmesh.mesher:Mesher"\n')
+    (root / "kernels" / "swap.py").write_text("from craftmesh.shared import x\n")
+    (root / "c.py").write_text('"""Unlike craftmesh.shared."""\nimport craftmesh.mesher\n')
     (root / "mesher.py").write_text("class Mesher: pass\n")
     return root
 
@@ -69,11 +69,10 @@ def test_stages_of_the_real_package_have_their_own_digests():
 
 
 def imports_by_syntax(module: str, root: Path) -> set[str]:
-    """Return what a module imports or names in a text, by its syntax tree; all imports are absolute."""
+    """Return what a module imports, by its syntax tree; all imports are absolute."""
     file = source_file(module, root)
     assert file is not None
     nodes = list(ast.walk(ast.parse(file.read_text())))
-    docstrings = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
     names: set[str] = set()
     for node in nodes:
         if isinstance(node, ast.Import):
@@ -82,8 +81,6 @@ def imports_by_syntax(module: str, root: Path) -> set[str]:
             assert not node.level
             members = {f"{node.module}.{alias.name}" for alias in node.names}
             names |= {name if source_file(name, root) else str(node.module) for name in members}
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
-            names |= set(NAMED.findall(node.value))
     return {name for name in names if source_file(name, root)}
 
 
