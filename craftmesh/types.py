@@ -53,6 +53,7 @@ class Voxels:
     quaternion (w, x, y, z) of the active rotation that turns crystal axes into sample axes, NaN
     where unknown. phases (g,) int32 or None: row = grain id. crystals: phase -> Crystal, only the phases
     that the file describes; where phases is None, the crystal of all grains is that of phase 0.
+    voxel_orientations (nx, ny, nz, 4) float32 or None: quaternions of the voxels, where they are kept.
     Raises CraftmeshError on shapes that do not fit or spacing <= 0.
     """
 
@@ -62,6 +63,7 @@ class Voxels:
     orientations: np.ndarray | None = None
     phases: np.ndarray | None = None
     crystals: Mapping[int, Crystal] = field(default_factory=dict)
+    voxel_orientations: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "crystals", _mapping("Voxels.crystals", self.crystals))
@@ -72,6 +74,8 @@ class Voxels:
             _convert(self, "orientations", float, (None, 4), finite=False)
         if self.phases is not None:
             _convert(self, "phases", np.int32, (None,))
+        if self.voxel_orientations is not None:
+            _convert(self, "voxel_orientations", np.float32, (*self.labels.shape, 4), finite=False)
         if not (self.spacing > 0).all():
             raise CraftmeshError(f"spacing is {self.spacing.tolist()}; expected three numbers > 0")
 

@@ -2,15 +2,20 @@
 
 import argparse
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from craftmesh.commands.stage_io import add_file, existing
+from craftmesh.deck.options import DeckOptions
+from craftmesh.errors import CraftmeshError
 from craftmesh.io.file_volume import of_grains
 from craftmesh.io.model_tables import read_grain_strains, read_lip_field
 from craftmesh.io.npz import read_labels
 from craftmesh.io.user_material import read_template
 from craftmesh.mechanics.eigenstrains import as_strain
+from craftmesh.mechanics.element_axes import element_axes
 from craftmesh.mechanics.lips import LipField
+from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mechanics.user_materials import UserMaterials, parse_templates
 
 
@@ -35,6 +40,29 @@ def known_of_files(arguments: argparse.Namespace) -> dict[str, Any]:
     voxels = read_labels(existing(arguments.microstructure))
     crystals = of_grains(voxels.crystals, voxels.phases)
     return {"orientations": voxels.orientations, "phases": voxels.phases, "crystals": crystals} | found
+
+
+def with_element_axes(
+    model: ElasticModel,
+    options: DeckOptions,
+    arguments: argparse.Namespace,
+    materials: UserMaterials | None,
+) -> ElasticModel:
+    """Return the model with the axes of its elements, where inp.orientations asks for them.
+
+    Raises CraftmeshError where they are not known, and for materials whose sections have no axes.
+    """
+    if options.orientations == "grain":
+        return model
+    if not arguments.microstructure:
+        raise CraftmeshError("orientations: element needs the voxels; give --microstructure")
+    for user in materials.by_phase.values() if materials else ():
+        if not user.has_sections_axes:
+            raise CraftmeshError(
+                f"orientations: element, and the constants of {options.user_material} hold the axes, one "
+                "material a grain; expected a template whose sections have them, as single_crystal"
+            )
+    return replace(model, element_axes=element_axes(model.mesh, read_labels(arguments.microstructure)))
 
 
 def user_materials(name: str, known: Mapping[str, Any]) -> UserMaterials | None:

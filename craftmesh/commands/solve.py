@@ -10,7 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.microstructure import add_microstructure, known_of_files, user_materials
+from craftmesh.commands.microstructure import (
+    add_microstructure,
+    known_of_files,
+    user_materials,
+    with_element_axes,
+)
 from craftmesh.commands.run_deck import FIELD, JOB, Ended, run_deck, solved_history
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
 from craftmesh.deck.options import DeckOptions
@@ -66,6 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
     stress = slip = None
     if deck.history and options.solver != BUILTIN:
         materials = user_materials(deck.user_material, known)
+        model = with_element_axes(model, deck, arguments, materials)
         (solution, stress, slip), report = _ended(model, options, deck, materials, arguments)
         write_solution(arguments.output, solution)
         if arguments.slip_table:

@@ -22,6 +22,12 @@ class DeckOptions(ModelOptions):
         "template of a user subroutine's material in place of material, which K and builtin keep: angles, "
         "huang, oxford, single_crystal (CalculiX), or a .yaml of one's own",
     )
+    orientations: str = option(
+        "grain",
+        "axes of sections: the grain's mean, or of each element that of its nearest voxel, where import "
+        "kept them (voxel_orientations); builtin and K take the mean",
+        choices=("grain", "element"),
+    )
     steps: tuple[str, ...] = option(
         (),
         "history of the load in place of one step at once, step after step: ramp:LEVEL, triangle:PEAK or "
@@ -50,6 +56,10 @@ class DeckOptions(ModelOptions):
         if self.history and not self.is_loaded:
             raise CraftmeshError(
                 "steps are given, and nothing is loaded; expected a load, faces or a pressure"
+            )
+        if self.orientations == "element" and self.strains_grains:
+            raise CraftmeshError(
+                "orientations is element, and there is an eigenstrain, which is of grains; keep one"
             )
         if self.user_material and self.strains_grains:
             raise CraftmeshError(

@@ -11,6 +11,7 @@ from craftmesh.mechanics.model import ElasticModel
 
 # Of an eigenstrain: shears under that share are rounding.
 _ROUNDING = 1e-12
+AXES_TABLE = "AXES"
 
 
 def section_lines(model: ElasticModel) -> Iterator[str]:
@@ -28,13 +29,26 @@ def section_lines(model: ElasticModel) -> Iterator[str]:
     for grain, name, strain in zip(model.grains.tolist(), names, model.own_strain):
         orientation = ""
         if grain in model.axes or _has_shears(strain):
-            yield from orientation_lines(grain, _section_axes(model, grain, strain))
+            yield from orientation_lines(model, grain, _section_axes(model, grain, strain))
             orientation = f", ORIENTATION=ORI_{grain}"
         yield f"*SOLID SECTION, ELSET=GRAIN_{grain}, MATERIAL={name}{orientation}\n"
 
 
-def orientation_lines(grain: int, axes: list[float]) -> Iterator[str]:
-    """Yield the orientation of a grain: the sample components (6,) of its first two axes."""
+def orientation_lines(model: ElasticModel, grain: int, axes: list[float]) -> Iterator[str]:
+    """Yield the orientation of a grain: the sample components (6,) of its first two axes.
+
+    Where its elements have their own it is a distribution, which has these for the others.
+    """
+    own, of_elements = np.zeros(0, int), model.element_axes
+    if of_elements is not None:
+        own = np.flatnonzero((model.mesh.grain == grain) & np.isfinite(of_elements).all(axis=1))
+    if of_elements is not None and len(own):
+        yield f"*DISTRIBUTION, NAME=ELEMENTS_{grain}, LOCATION=ELEMENT, TABLE={AXES_TABLE}\n"
+        yield "," + "".join(constant_lines(axes))
+        for row, values in zip(own.tolist(), of_elements[own].tolist()):
+            yield f"{row + 1}," + "".join(constant_lines(values))
+        yield f"*ORIENTATION, NAME=ORI_{grain}, SYSTEM=RECTANGULAR\nELEMENTS_{grain}\n"
+        return
     yield f"*ORIENTATION, NAME=ORI_{grain}, SYSTEM=RECTANGULAR\n"
     yield from constant_lines(axes)
 

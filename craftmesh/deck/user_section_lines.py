@@ -25,6 +25,6 @@ def user_section_lines(model: ElasticModel, materials: UserMaterials) -> Iterato
     for grain, (name, material, _) in found.items():
         orientation = ""
         if material.has_sections_axes:
-            yield from orientation_lines(grain, model.axes[grain].tolist())
+            yield from orientation_lines(model, grain, model.axes[grain].tolist())
             orientation = f", ORIENTATION=ORI_{grain}"
         yield f"*SOLID SECTION, ELSET=GRAIN_{grain}, MATERIAL={name}{orientation}\n"

@@ -18,7 +18,7 @@ from craftmesh.deck.limits import check_writable
 from craftmesh.deck.mesh_lines import mesh_lines, set_lines
 from craftmesh.deck.options import DeckOptions
 from craftmesh.deck.plate_lines import on_plates, plate_lines
-from craftmesh.deck.section_lines import section_lines
+from craftmesh.deck.section_lines import AXES_TABLE, section_lines
 from craftmesh.deck.step_lines import step_lines, steps_of_cases
 from craftmesh.deck.user_section_lines import user_section_lines
 from craftmesh.errors import CraftmeshError
@@ -132,6 +132,8 @@ def write_model(
         if layers is not None:
             included.writelines(layer_lines(layers, len(mesh.tets) + 1))
         included.writelines(set_lines(mesh))
+        if model.element_axes is not None:
+            main.write(f"*DISTRIBUTION TABLE, NAME={AXES_TABLE}\nCOORD3D, COORD3D\n")
         main.writelines(section_lines(model) if materials is None else user_section_lines(model, materials))
         if layers is not None:
             main.writelines(layer_section_lines(layers, scale))

@@ -34,6 +34,7 @@ from craftmesh.io.file_volume import (
 from craftmesh.types import VOID, Crystal, Voxels
 
 FORMAT = "craftmesh labels 1"  # in the entry `format`: 0 is outside, -k the void k
+_OPTIONAL = ("orientations", "phases", "voxel_orientations")
 # What numpy, zipfile and their codecs raise at a broken file.
 BROKEN = (ValueError, OSError, EOFError, AttributeError, TypeError, RuntimeError, ArithmeticError) + (
     zipfile.BadZipFile,
@@ -51,7 +52,7 @@ def write_labels(path: str | os.PathLike, voxels: Voxels) -> None:
     """
     arrays = {"format": np.array(FORMAT), "labels": voxels.labels, "faces": np.array(voxels.faces)}
     arrays |= {"spacing": voxels.spacing, "origin": voxels.origin}
-    optional = {"orientations": voxels.orientations, "phases": voxels.phases}
+    optional = {name: getattr(voxels, name) for name in _OPTIONAL}
     arrays |= {name: values for name, values in optional.items() if values is not None}
     if voxels.crystals:
         arrays["crystals"] = as_table(voxels.crystals)
@@ -76,7 +77,8 @@ def read_labels(path: str | os.PathLike) -> Voxels:
     if missing:
         raise CraftmeshError(f"{path}: no entry {missing[0]}; expected a labels.npz made by craftmesh")
     place = arrays["labels"], arrays["spacing"], arrays["origin"]
-    return Voxels(*place, arrays.get("orientations"), arrays.get("phases"), _crystals(path, arrays))
+    orientations, phases, of_voxels = (arrays.get(name) for name in _OPTIONAL)
+    return Voxels(*place, orientations, phases, _crystals(path, arrays), of_voxels)
 
 
 def read_npz(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:

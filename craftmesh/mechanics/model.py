@@ -31,6 +31,7 @@ class ElasticModel:
     key in them of each grain; load: None where none is asked for, the first of several; own_strain
     (g, 3, 3): the eigenstrain of each grain in its own axes; scale: of lengths in the deck over those here.
     cases: the loads by name where they have names; combinations: the sums of them that are asked for.
+    element_axes (m, 6): such axes of single elements, for the deck alone; NaN: those of their grain.
     """
 
     mesh: TetMesh
@@ -44,6 +45,7 @@ class ElasticModel:
     scale: float = 1.0
     cases: Mapping[str, Load] = field(default_factory=dict)
     combinations: tuple[Combination, ...] = ()
+    element_axes: np.ndarray | None = None
 
     def under(self, one: Combination) -> "ElasticModel":
         """Return the model whose load is a sum of its load cases."""

@@ -77,6 +77,23 @@ def orientation_table(
     return next(iter(tables.values())), notes
 
 
+def quaternions_of_voxels(
+    path: str | os.PathLike, given: Mapping[str, Rotations], unit: str = ""
+) -> np.ndarray:
+    """Return the quaternions (nx, ny, nz, 4) of voxels; arguments as of `orientation_table`.
+
+    Raises CraftmeshError for a file without.
+    """
+    for name, rotations in given.items():
+        if rotations.values.ndim == 4:
+            shape = rotations.values.shape[:3]
+            return _quaternions(path, name, rotations, unit, shape)[0].reshape(*shape, 4)
+    raise CraftmeshError(
+        f"{path}: has no orientations of voxels, only {', '.join(given) or 'none'}; leave out "
+        "voxel_orientations, or give a file with them"
+    )
+
+
 def _fit(path: str | os.PathLike, name: str, rows: int, ids: np.ndarray) -> tuple[str, ...]:
     """Return a note on a table with more rows than its ids (k,) need; refuses one that counts them."""
     largest = int(ids.max(initial=0))

@@ -20,7 +20,7 @@ from craftmesh.io.vti import read_vti
 from craftmesh.options import Options, option
 from craftmesh.types import GRAIN, UNINDEXED, VOID, Voxels
 from craftmesh.voxels.background import background_shown
-from craftmesh.voxels.file_orientations import orientation_table
+from craftmesh.voxels.file_orientations import orientation_table, quaternions_of_voxels
 from craftmesh.voxels.remapping import (
     Meaning,
     RawVolume,
@@ -70,6 +70,9 @@ class ReadOptions(Options):
     ignore_unknown_orientations: bool = option(
         False, "accept grains without an orientation in a file that has orientations"
     )
+    voxel_orientations: bool = option(
+        False, "keep the orientations of voxels beside the grains' means, for inp.orientations"
+    )
 
 
 @np.errstate(all="ignore")  # what is no number, its check refuses
@@ -102,6 +105,7 @@ def _understood(path: Path, content: FileVolume, options: ReadOptions, fills: bo
     renamed = renaming.renamed(labels)
     unit = "" if options.angles == AUTO else options.angles
     table, notes = orientation_table(path, content.orientations, labels, renamed > 0, unit)
+    kept = quaternions_of_voxels(path, content.orientations, unit) if options.voxel_orientations else None
     orientations = by_grain(path, table, renaming.remap)
     if orientations is not None and not options.ignore_unknown_orientations:
         _refuse_unknown(path, orientations, renaming.remap)
@@ -110,7 +114,7 @@ def _understood(path: Path, content: FileVolume, options: ReadOptions, fills: bo
         phases, more_notes = phases_by_voxels(path, phases, labels, renamed > 0)
         notes += more_notes
     phases = by_grain(path, phase_table(path, phases, renaming.remap), renaming.remap)
-    voxels = Voxels(renamed, spacing, origin, orientations, phases, content.crystals)
+    voxels = Voxels(renamed, spacing, origin, orientations, phases, content.crystals, kept)
     notes = content.notes + notes + background + renaming.notes
     taken = meaning.background if background else ""
     return RawVolume(voxels, renaming.is_unindexed(labels), renaming.remap, notes, taken)
