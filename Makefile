@@ -28,9 +28,8 @@ $(READY): pyproject.toml constraints.txt
 	@echo "see the section Licence of README.md before you pass them on or serve them."
 	touch $@
 
-# the kernels of the later stages are compiled on one core while the first stages compile theirs on the other
 demo: setup
-	nice $(BIN)/craftmesh compile volume & $(BIN)/snakemake --cores all; status=$$?; wait; exit $$status
+	$(BIN)/craftmesh demo
 
 # the paper's three models (docs/paper.md) into results/: some three hours on two cores, 16 GB
 paper: setup

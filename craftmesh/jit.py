@@ -88,6 +88,14 @@ def _without_constants(template: Callable) -> Callable:
     return choose
 
 
+def is_kept(compiled: Any) -> bool:
+    """Return whether machine code of a kernel's present sources is on disk, or never is."""
+    kept = getattr(compiled, "_cache", None)
+    if not isinstance(kept, _KernelCache):
+        return True
+    return any(Path(kept.cache_path).glob(f"{kept._impl.filename_base}*.nbi"))
+
+
 @cache
 def sources_digest(module: str) -> str:
     """Return 16 hexadecimal digits for the sources of `module` and of all craftmesh modules it imports."""

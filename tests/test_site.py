@@ -35,7 +35,7 @@ def test_code_within_a_list_stays_code(site):
     text = (site / "index.html").read_text()
     listed = text[text.index("Name the microstructure in a sheet") :]
     assert "mine" in listed[listed.index("<code") : listed.index("</code>")]
-    assert listed.index("</ol>") > listed.index("--configfile mine.yaml")  # three items of one list
+    assert listed.index("</ol>") > listed.index("craftmesh run mine.yaml")  # three items of one list
 
 
 def test_every_stage_has_a_page(site):

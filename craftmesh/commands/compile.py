@@ -1,13 +1,17 @@
 """Compile the kernels ahead of use: by running the stages on a small cracked cube, in a folder of its own.
 
 Kernels are compiled by their first use, and kept on disk. Do it once before many jobs start, each of which
-would compile them; or those of the stages that come late while the first ones run.
+would compile them. `craftmesh run` does it beside the first stages, half of the kernels in a process each.
 """
 
 import argparse
+import os
+import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +19,13 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_surface
+from craftmesh.jit import is_kept
+from craftmesh.report.shaded import draw  # of the last stage that compiles
 from craftmesh.surface.connectivity import compact
 from craftmesh.types import CRACK, Surface, Voxels
 
 CELLS = 6  # along the cube's edges
-ALL, VOLUME = "all", "volume"
+ALL, GRADATE, VOLUME = "all", "gradate", "volume"
 SIZES = "--l-min 0.8 --l0 1 --l-max 2 --r0 2 --r1 4"
 MODEL = "--microstructure labels.npz --quarter-points --material cubic:168400,121400,75400"
 # The command lines up to a gradated surface, from voxels, ...
@@ -37,6 +43,7 @@ CUBE = (
     "crack gradated.vtp --shape through_edge --centre 0 3 3 --radius 3 -o crack.vtp",
     f"size gradated.vtp --crack crack.vtp {SIZES} -o sizing.npz",
 )
+GRADATED = ("gradate gradated.vtp --crack crack.vtp --sizing sizing.npz -o finer.vtp",)
 # ... and from the gradated surface to the growth of its crack.
 SURFACE = (
     "tetrahedralize gradated.vtp --sizing sizing.npz --chunk 1/1 -o part.npz",
@@ -48,15 +55,16 @@ SURFACE = (
     "depict volume.vtu -o pictures",
     "grow crack.vtp sif.csv front.csv --volume labels.npz --until -o grown.vtp",
 )
+LINES = {ALL: (*VOXELS, *SURFACE), GRADATE: (*CUBE, *GRADATED), VOLUME: (*CUBE, *SURFACE)}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "part",
         nargs="?",
-        choices=(ALL, VOLUME),
+        choices=tuple(LINES),
         default=ALL,
-        help=f"{ALL} stages (default), or those from tetrahedralize on ({VOLUME})",
+        help=f"{ALL} stages (default), {GRADATE} alone, or those from tetrahedralize on ({VOLUME})",
     )
 
 
@@ -64,10 +72,29 @@ def run(arguments: argparse.Namespace) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_cube(folder)
-        surface = CUBE if arguments.part == VOLUME else VOXELS
-        for line in (*surface, *SURFACE):
+        for line in LINES[arguments.part]:
             print(line.split()[0], flush=True)
             _run_verb(line, folder)
+
+
+@contextmanager
+def compiling_ahead() -> Iterator[None]:
+    """Compile in processes beside this block, where nothing was compiled yet and there is a second core."""
+    words = ["nice", sys.executable, "-m", "craftmesh.cli", "compile"]
+    alone = is_kept(draw) or len(os.sched_getaffinity(0)) == 1
+    parts = () if alone else (GRADATE, VOLUME)
+    with tempfile.TemporaryDirectory() as folder:
+        env, quiet = os.environ | {"TMPDIR": folder}, subprocess.DEVNULL
+        children = [
+            subprocess.Popen([*words, part], env=env, stdout=quiet, stderr=quiet, start_new_session=True)
+            for part in parts
+        ]
+        try:
+            yield
+        finally:
+            for child in children:
+                os.killpg(child.pid, signal.SIGTERM)  # with the verb that it runs
+                child.wait()
 
 
 def _run_verb(line: str, folder: Path) -> None:

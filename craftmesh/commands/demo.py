@@ -3,6 +3,7 @@
 import argparse
 
 from craftmesh.campaign.home import DEFAULT, home, read_config
+from craftmesh.commands.compile import compiling_ahead
 from craftmesh.commands.run import add_cores, run_snakemake
 
 
@@ -13,6 +14,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     config = home() / DEFAULT
     cases = home() / read_config(config)["cases"]
-    return run_snakemake(
-        ["--cores", arguments.cores, "--configfile", str(config), "--config", f"cases={cases}"]
-    )
+    words = ["--cores", arguments.cores, "--configfile", str(config), "--config", f"cases={cases}"]
+    with compiling_ahead():
+        return run_snakemake(words)

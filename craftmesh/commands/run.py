@@ -12,12 +12,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import IO
 
 from craftmesh.campaign.home import refusal, snakefile
 from craftmesh.campaign.standing import Standing, standings
+from craftmesh.commands.compile import compiling_ahead
 from craftmesh.commands.stage_io import existing
 from craftmesh.errors import CraftmeshError
 from craftmesh.progress import LiveLines
@@ -59,7 +60,8 @@ def run(arguments: argparse.Namespace) -> int:
     words = ["--profile", arguments.profile] if arguments.profile else ["--cores", arguments.cores]
     if arguments.config:
         words += ["--configfile", str(existing(arguments.config))]
-    return run_snakemake([*words, *arguments.snakemake])
+    with nullcontext() if arguments.profile else compiling_ahead():
+        return run_snakemake([*words, *arguments.snakemake])
 
 
 def run_snakemake(words: Sequence[str]) -> int:
