@@ -12,9 +12,10 @@ ELSEWHERE = re.compile(r"results/|\.\./|.*/my\w+\.py")
 
 
 def named_paths(page: Path) -> list[str]:
-    """Return the paths and modules that a page names as code within its text."""
+    """Return the paths and modules that a page names as code within its text, and in comments."""
     text = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)
     words = re.findall(r"`([\w./*-]+)`", text)
+    words += re.findall(r"\b[\w/]+/[\w.]*\w", " ".join(re.findall("<!--(.*?)-->", text, flags=re.S)))
     dotted = [word.replace(".", "/") for word in words if re.fullmatch(r"craftmesh(\.\w+)+", word)]
     paths = [word for word in words if "/" in word and not ELSEWHERE.match(word)]
     return dotted + [word for word in paths if re.fullmatch(r"[\w.*-]+(/[\w.*-]*)+", word)]
