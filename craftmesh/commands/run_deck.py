@@ -43,27 +43,37 @@ class Ended(NamedTuple):
     slip: np.ndarray | None
 
 
-def run_deck(model: ElasticModel, options: SolveOptions, results: Path) -> None:
-    """Run a solver on the model's deck, which lies in the folder where it is to leave `results`.
+def run_deck(
+    model: ElasticModel,
+    options: SolveOptions,
+    folder: Path,
+    deck: DeckOptions | None = None,
+    materials: UserMaterials | None = None,
+) -> Path:
+    """Write the deck into `folder`, run the solver on it there, and return the file that it leaves.
 
-    Raises CraftmeshError as `computed_field`.
+    deck, materials: of a load in steps, whose faces are printed as well. Raises CraftmeshError for a deck
+    that CalculiX would refuse, and for a program that fails or leaves nothing.
     """
     warning = deck_warning(model) if options.solver == CALCULIX else ""
     if warning:
         raise CraftmeshError(f"calculix: {warning}")
-    folder = results.parent.resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    results = folder.resolve() / (f"{JOB}.frd" if options.solver == CALCULIX else FIELD)
     results.unlink(missing_ok=True)
+    write_model(folder / f"{JOB}.inp", model, deck or DeckOptions(), materials, traced=deck is not None)
     script = Path(job.__file__).with_name("abaqus_displacements.py")
     limits = job.Limits(options.time_limit, options.memory_limit)
     for number, call in enumerate(options.command or _CALLS[options.solver], 1):
-        log = folder / f"{options.solver}_{number}.log"
-        said = run_program(words_of(call, JOB, str(script), FIELD), folder, limits, log)
+        log = results.parent / f"{options.solver}_{number}.log"
+        said = run_program(words_of(call, JOB, str(script), FIELD), results.parent, limits, log)
         if options.solver == CALCULIX and _ITERATIVE in said:
             raise CraftmeshError(
                 f"calculix: took its {_ITERATIVE}, which is not exact; take a ccx with SPOOLES"
             )
     if not results.exists():
-        raise CraftmeshError(f"{options.solver}: left no {results.name}; see the files in {results.parent}")
+        raise CraftmeshError(f"{options.solver}: left no {results.name}; see the files in {folder}")
+    return results
 
 
 def solved_history(
@@ -78,10 +88,7 @@ def solved_history(
     Values of nodes are means over their elements, as CalculiX has them. Raises CraftmeshError for a program
     that fails or does not get to the end, and for results that cannot be read.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    write_model(folder / f"{JOB}.inp", model, deck, materials, traced=True)
-    results = folder / f"{JOB}.frd"
-    run_deck(model, options, results)
+    results = run_deck(model, options, folder, deck, materials)
     slips = [one.slip for one in materials.by_phase.values()] if materials else []
     first, last = next(filter(None, slips), (1, 0))
     columns = _FIELDS | ({"SDV": last} if last else {})

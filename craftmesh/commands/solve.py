@@ -1,11 +1,13 @@
 """Find the displacements of the deck's model: by the built-in solver, CalculiX, Abaqus or from a file."""
 
 import argparse
-import os
 import shutil
 import time
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +18,9 @@ from craftmesh.commands.microstructure import (
     user_materials,
     with_element_axes,
 )
-from craftmesh.commands.run_deck import FIELD, JOB, Ended, run_deck, solved_history
+from craftmesh.commands.run_deck import FIELD, Ended, run_deck, solved_history
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
 from craftmesh.deck.options import DeckOptions
-from craftmesh.deck.write_deck import write_model
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import write_front
 from craftmesh.io.model_tables import FORM, read_displacement_table, read_displacements
@@ -89,44 +90,43 @@ def run(arguments: argparse.Namespace) -> None:
     tell(counts | {"solver": options.solver} | report | {"seconds": seconds}, arguments.report)
 
 
-@dataclass(frozen=True, eq=False)
-class ForeignField:
-    """Numbers (k,) of the deck's nodes, their displacements (k, 3) in the model's unit, and their file."""
+def computed_solution(model: ElasticModel, options: SolveOptions, folder: Path) -> tuple[Solution, dict]:
+    """Return what CalculiX or Abaqus finds for the model's deck, which it runs in `folder`, and a report.
 
-    numbers: np.ndarray
-    displacement: np.ndarray
-    source: str
-
-
-def computed_field(model: ElasticModel, options: SolveOptions, folder: Path) -> ForeignField:
-    """Write the deck into `folder`, run the solver on it there, and read the field.
-
-    Raises CraftmeshError for a deck that CalculiX would refuse, for a program that fails, and for results
-    that cannot be read.
+    Raises CraftmeshError as `run_deck`, and for results that cannot be read.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    results = folder / (f"{JOB}.frd" if options.solver == CALCULIX else FIELD)
-    write_model(folder / f"{JOB}.inp", model)
-    run_deck(model, options, results)
+    results = run_deck(model, options, folder)
     read = read_displacements if options.solver == CALCULIX else read_displacement_table
-    return _in_model_unit(model, *read(results), str(results))
+    return _of_table(model, read(results), options.solver, results)
 
 
-def _in_model_unit(
-    model: ElasticModel, numbers: np.ndarray, displacement: np.ndarray, source: str
-) -> ForeignField:
-    return ForeignField(numbers, displacement / model.scale, source)
-
-
-def given_field(model: ElasticModel, path: str | os.PathLike) -> ForeignField:
+def given_solution(model: ElasticModel, path: Path) -> tuple[Solution, dict]:
     """Read the field that the user brings; raises CraftmeshError that says what is waited for."""
-    if not Path(path).exists():
+    if not path.exists():
         count = len(model.mesh.points)
         raise CraftmeshError(
             f"solver external: waits for {path}: {FORM}, a row for each node 1 to {count} of the deck that "
             "`craftmesh inp` writes with the same options; put it there and start again"
         )
-    return _in_model_unit(model, *read_displacement_table(path), str(path))
+    return _of_table(model, read_displacement_table(path), EXTERNAL, path)
+
+
+def _of_table(
+    model: ElasticModel, rows: tuple[np.ndarray, np.ndarray], solver: str, path: Path
+) -> tuple[Solution, dict]:
+    """Return the solution of the deck's nodes by number (k,), which move by (k, 3) in its unit."""
+    numbers, displacement = rows
+    return foreign_solution(model, numbers, displacement / model.scale, solver, str(path))
+
+
+def _in_folder(run: Callable[[Path], Any], options: SolveOptions, arguments: argparse.Namespace) -> Any:
+    """Return what `run` finds in the folder of a program, which is removed unless --work names it."""
+    output: Path = arguments.output
+    folder = arguments.work or output.with_name(f"{output.stem}_{options.solver}")
+    result = run(folder)
+    if not arguments.work:
+        shutil.rmtree(folder)
+    return result
 
 
 def _ended(
@@ -142,36 +142,29 @@ def _ended(
             f"solver {options.solver}: reads linear elastic fields alone, and the load comes in steps "
             "(steps, user_material, lip_contact); expected calculix, or run the deck of `craftmesh inp`"
         )
-    folder = arguments.work or _folder(arguments.output, options)
-    result = solved_history(model, options, deck, materials, folder)
-    if not arguments.work:
-        shutil.rmtree(folder)
-    return result
+    run = partial(solved_history, model, options, deck, materials)
+    return _in_folder(run, options, arguments)
 
 
-def _folder(output: Path, options: SolveOptions) -> Path:
-    return output.with_name(f"{output.stem}_{options.solver}")
+def _built_in(
+    solver: Callable[..., tuple[Any, dict]], model: ElasticModel, options: SolveOptions
+) -> tuple[Any, dict]:
+    print(f"{model.mesh.points.size} unknowns, about {memory_of(model.mesh):.1f} GB", flush=True)
+    with ProgressLine("solve") as progress:
+        return solver(model, options, progress)
 
 
 def _solution(
     model: ElasticModel, options: SolveOptions, arguments: argparse.Namespace, case: str = ""
 ) -> tuple[Solution, dict]:
     """Return the solution of a model's load, and a report; case: its name among several."""
-    output: Path = arguments.output
     if options.solver == BUILTIN:
-        print(f"{model.mesh.points.size} unknowns, about {memory_of(model.mesh):.1f} GB", flush=True)
-        with ProgressLine("solve") as progress:
-            return solve(model, options, progress)
+        return _built_in(solve, model, options)
     if options.solver == EXTERNAL:
-        given: Path = arguments.field or output.with_name(FIELD)
-        found = given_field(model, given.with_stem(f"{given.stem}_{case}") if case else given)
-        return foreign_solution(model, found.numbers, found.displacement, EXTERNAL, found.source)
-    folder = arguments.work or _folder(output, options)
-    found = computed_field(model, options, folder / case)
-    result = foreign_solution(model, found.numbers, found.displacement, options.solver, found.source)
-    if not arguments.work:
-        shutil.rmtree(folder)
-    return result
+        given: Path = arguments.field or arguments.output.with_name(FIELD)
+        return given_solution(model, given.with_stem(f"{given.stem}_{case}") if case else given)
+    run = partial(computed_solution, model, options)
+    return _in_folder(lambda folder: run(folder / case), options, arguments)
 
 
 def _combinations(
@@ -179,9 +172,7 @@ def _combinations(
 ) -> tuple[dict[str, Solution], dict]:
     """Return the solutions of a model's combinations by name; other programs solve the load cases."""
     if options.solver == BUILTIN:
-        print(f"{model.mesh.points.size} unknowns, about {memory_of(model.mesh):.1f} GB", flush=True)
-        with ProgressLine("solve") as progress:
-            return solve_combinations(model, options, progress)
+        return _built_in(solve_combinations, model, options)
     fields = {
         case: _solution(replace(model, load=load, cases={}), options, arguments, case)[0].displacement
         for case, load in model.cases.items()

@@ -12,7 +12,7 @@ from craftmesh.cli import main
 from craftmesh.io.npz import write_labels
 from craftmesh.types import Voxels
 
-LIMIT = 1024  # bytes a file may have, less than any that is written here
+LIMIT = 512  # bytes a file may have, less than any that is written here
 # OUT stands for the folder for what is written
 LINES = [
     "generate --shape 20 20 20 --grains 4 -o OUT/made.npz",
