@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from craftmesh.fracture.segments import Segments, is_isotropic
-from craftmesh.fracture.tube import Surroundings
+from craftmesh.fracture.tube import Tube
 from craftmesh.mesh.cubic_basis import CubicBasis, graded_basis
 from craftmesh.mesh.front_curve import FrontCurve, sizes_at_bends
 from craftmesh.mesh.front_frames import Front
@@ -36,6 +36,8 @@ PIECES, LEAST_NODES = 3.0, 7
 # Strains 11, 33 and 13 among 11, 22, 33, 12, 13, 23 in the axes binormal, normal, tangent: the others
 # follow from lips that are free of traction.
 _IN_LIPS = np.array([0, 2, 4])
+# Places of 11, 22, 33, 12, 13, 23 among the nine components of a tensor, row by row.
+_OF_NINE = np.array([0, 4, 8, 1, 2, 5])
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,17 +217,15 @@ class FrontStrain:
         return np.stack([(slope * axis).sum(axis=1) for axis in (tangent, binormal)], axis=1)
 
 
-def strains_along_front(
-    around: Surroundings, front: Front, line: FrontLine, segments: Segments
-) -> list[FrontStrain]:
+def strains_along_front(tube: Tube, front: Front, line: FrontLine, segments: Segments) -> list[FrontStrain]:
     """Return the strain of each segment less its eigenstrain, from its nodes' displacements.
 
     They are those of the tube, whose mean turn is taken out: fields of unit forces tell the strain without.
     """
     begin, end = line.edges()
     s = np.concatenate([line.s, 0.5 * (begin + end)])
-    nodes = np.searchsorted(around.nodes, np.concatenate([front.corners, front.mids]))
-    points, displacement = around.tube.points[nodes], around.tube.displacement[nodes]
+    nodes = np.searchsorted(tube.nodes, np.concatenate([front.corners, front.mids]))
+    points, displacement = tube.points[nodes], tube.displacement[nodes]
     found = []
     for segment, (start, length) in enumerate(zip(segments.start, segments.length)):
         offset = np.mod(s - start, line.total) if segments.closed else s - start
@@ -242,10 +242,10 @@ def strains_along_front(
 def stress_along_binormal(stiffness: np.ndarray, ahead: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Return T (k,): the stress 11 of the part of the field that stays finite at the front.
 
-    stiffness (k, 6, 6) in the local axes; ahead (k, 2): derivatives by the binormal of the displacements
+    stiffness (k, 9, 9) in the local axes; ahead (k, 2): derivatives by the binormal of the displacements
     along binormal and tangent; along (k, 2): those by the tangent of the displacements along tangent and
     binormal. The lips are free of traction, so stresses 22, 12 and 23 vanish.
     """
     strain = np.column_stack([ahead[:, 0], along[:, 0], ahead[:, 1] + along[:, 1]])
-    compliance = np.linalg.inv(stiffness)[:, _IN_LIPS[:, None], _IN_LIPS]
+    compliance = np.linalg.inv(stiffness[:, _OF_NINE[:, None], _OF_NINE])[:, _IN_LIPS[:, None], _IN_LIPS]
     return np.linalg.solve(compliance, strain[:, :, None])[:, 0, 0]

@@ -16,13 +16,12 @@ from craftmesh.fracture.fit import (
     strains_along_front,
     stress_along_binormal,
 )
-from craftmesh.fracture.kernels.forces import ROWS, add_element_forces, add_face_forces
+from craftmesh.fracture.interaction import interaction_weights
 from craftmesh.fracture.lip_pressure import lip_tractions, lips_touch
 from craftmesh.fracture.options import LEAST_PIECES, LEAST_RADIUS, FractureOptions
-from craftmesh.fracture.quadrature import element_rule, face_rules
 from craftmesh.fracture.segments import Segments, Stations, material_numbers, segments_of, stations_of
 from craftmesh.fracture.stress_probe import probed
-from craftmesh.fracture.tube import SolvedMesh, Surroundings, kernel_curve, radii, surroundings
+from craftmesh.fracture.tube import SolvedMesh, Tube, radii, tube_of
 from craftmesh.mechanics.load import Traction
 from craftmesh.mesh.front_curve import arc_lengths, local_sizes
 from craftmesh.mesh.front_frames import Front, fronts_of, grain_of_edges
@@ -133,18 +132,18 @@ def _of_front(
     line, segments = _line_and_segments(solved, front)
     stations = stations_of(segments, front.curve)
     reach = max(wide.max(), ((options.probe or 0) + 1) * line.sizes.max())
-    around = surroundings(solved, front, segments, reach)
-    weights = _weights(front, stations, around)
+    tube = tube_of(solved, front, segments, reach)
+    weights = interaction_weights(tube, front.curve, stations)
     narrow, pieces = np.maximum(SMALLER * wide, LEAST_RADIUS * line.sizes), options.knots
     tries = (wide, pieces), (narrow, pieces), (wide, max(pieces / 2, LEAST_PIECES))
-    found = [_along(line, segments, around, weights, radius, knots) for radius, knots in tries]
-    strains = strains_along_front(around, front, line, segments)
+    found = [_along(line, segments, tube, weights, radius, knots) for radius, knots in tries]
+    strains = strains_along_front(tube, front, line, segments)
     values = [_at_nodes(line, segments, stations, fitted, strains) for fitted in found]
     k, t, j, g, one_sided = values[0]
     spread, by_pieces = (np.abs(k - other).max(axis=1) for other, *_ in values[1:])
     material = material_numbers(stiffness)[np.searchsorted(solved.grains, mesh.grain)]
     touch = solved.touch[front.corners]
-    strained = around.strained(line.along(wide, around.tube.s))
+    strained = tube.strained(line.along(wide, tube.s))
     error = errors(k, j, g, spread, by_pieces, wide, line, segments, one_sided, strained)
     flags = flags_of(mesh, front, line, segments, wide, k, error, material, touch)
     count = len(front.corners)
@@ -161,19 +160,17 @@ def _of_front(
         spread=spread,
         error=error,
         flags=flags,
-        **_probed(around, front, line, options.probe),
+        **_probed(tube, front, line, options.probe),
     )
-    return parameters, _report(parameters, segments, around, one_sided)
+    return parameters, _report(parameters, segments, tube, one_sided)
 
 
-def _probed(
-    around: Surroundings, front: Front, line: FrontLine, radius: float | None
-) -> dict[str, np.ndarray]:
+def _probed(tube: Tube, front: Front, line: FrontLine, radius: float | None) -> dict[str, np.ndarray]:
     """Return the columns of the probe at `radius` local sizes."""
     if radius is None:
         angle = stress = np.full(len(line.s), np.nan)
     else:
-        angle, stress = probed(around.tube, front, line.s, radius * line.sizes)
+        angle, stress = probed(tube, front, line.s, radius * line.sizes)
     return {"probe_angle": angle, "probe_stress": stress}
 
 
@@ -189,42 +186,20 @@ def _line_and_segments(solved: SolvedMesh, front: Front) -> tuple[FrontLine, Seg
     return line, segments_of(s, total, front.closed, solved.stiffness[own], solved.eigenstrain[own])
 
 
-def _weights(front: Front, stations: Stations, around: Surroundings) -> np.ndarray:
-    """Return the forces (n, ROWS) of the tube's nodes along their binormals."""
-    forces = np.zeros((len(around.nodes), ROWS, 3))
-    curve, rules = kernel_curve(front.curve), face_rules()
-    add_element_forces(around.tube, curve, stations.fields, element_rule(), forces)
-    add_face_forces(
-        around.tube,
-        curve,
-        stations.fields,
-        around.faces,
-        around.sides,
-        around.at_front,
-        around.loaded,
-        around.traction,
-        rules.rule,
-        rules.outward,
-        rules.share,
-        forces,
-    )
-    return np.einsum("nmi,ni->nm", forces, around.binormal)
-
-
 def _along(
     line: FrontLine,
     segments: Segments,
-    around: Surroundings,
+    tube: Tube,
     weights: np.ndarray,
     radius: np.ndarray,
     knots: float,
 ) -> list[Fitted]:
     """Return the values along each segment from a tube of radius (k,) at the front's nodes."""
-    weights = weights * falloff(around.distance, line.along(radius, around.tube.s))[:, None]
+    weights = weights * falloff(tube.distance, line.along(radius, tube.s))[:, None]
     found = []
     for segment in range(len(segments.start)):
-        own = (around.tube.segment == segment) & (weights != 0).any(axis=1)
-        found.append(fit_segment(line, segments, segment, around.tube.s[own], weights[own], knots))
+        own = (tube.segment == segment) & (weights != 0).any(axis=1)
+        found.append(fit_segment(line, segments, segment, tube.s[own], weights[own], knots))
     return found
 
 
@@ -258,7 +233,7 @@ def _values(
     stations: Stations, segment: int, fit: Fitted, strain: FrontStrain, offset: np.ndarray
 ) -> np.ndarray:
     """Return K_I, K_II, K_III, T, J and G (k, 6) at offsets (k,) in a segment."""
-    opening, stiffness = stations.at(segment, offset)
+    opening, stiffness = stations.at(segment, stations.start[segment] + offset)
     found = fit.at(offset)
     k = np.linalg.solve(opening, found[:, :3, None])[:, :, 0]
     t = stress_along_binormal(stiffness, found[:, 3:5], strain.at(offset))
@@ -266,7 +241,7 @@ def _values(
     return np.column_stack([k[:, _IN_ORDER], t, found[:, 5], g])
 
 
-def _report(parameters: FrontParameters, segments: Segments, around: Surroundings, one_sided: list) -> dict:
+def _report(parameters: FrontParameters, segments: Segments, tube: Tube, one_sided: list) -> dict:
     """Return what was integrated and how far it may be trusted."""
     largest = np.abs([parameters.K_I, parameters.K_II, parameters.K_III]).max()
     words: dict[str, int] = {}
@@ -279,8 +254,8 @@ def _report(parameters: FrontParameters, segments: Segments, around: Surrounding
         "nodes": len(parameters.node),
         "closed": segments.closed,
         "length": segments.total,
-        "elements": len(around.tube.tets),
-        "free_faces": len(around.faces),
+        "elements": len(tube.tets),
+        "free_faces": len(tube.faces),
         "radius": [float(parameters.radius.min()), float(parameters.radius.max())],
         "largest_K": float(largest),
         "error": _least_middle_most(parameters.error / (largest or 1.0)),

@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.fracture.kernels.forces import Rule
-from craftmesh.mesh.integration import shape_slopes, tet_rule
-from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, FACE_CORNERS
+from craftmesh.mesh.integration import shape_slopes, shape_values, tet_rule
+from craftmesh.mesh.tet_connectivity import FACE_CORNERS
 
 # In elements; 4 points give K_I 0.4 % less, and more noise.
 POINTS = 14
@@ -18,13 +17,23 @@ _PARTS = 3
 _CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 
 
+class Rule(NamedTuple):
+    """Points of integration: values (p, 10) and slopes (p, 10, 3) of the shape functions, weights (p,)."""
+
+    value: np.ndarray
+    slope: np.ndarray
+    weight: np.ndarray
+
+
 class FaceRules(NamedTuple):
     """Points on the four faces: value (4, p, 10), slope (4, p, 10, 3), weight (p,), outward (4, 3).
 
     share (p, 3): barycentric coordinates by the face's corners.
     """
 
-    rule: Rule
+    value: np.ndarray
+    slope: np.ndarray
+    weight: np.ndarray
     outward: np.ndarray
     share: np.ndarray
 
@@ -32,22 +41,20 @@ class FaceRules(NamedTuple):
 def element_rule() -> Rule:
     """Return the 14 points in a tetrahedron; weights add up to 1 / 6."""
     share, weight = tet_rule(POINTS)
-    return _rule(share, weight)
+    return Rule(shape_values(share), shape_slopes(share, 10), weight)
 
 
 def face_rules() -> FaceRules:
     """Return the points on the four faces; weights add up to 1 / 2, outward is twice the area's vector."""
     flat, weight = triangle_points()
     on_face = np.column_stack([1 - flat.sum(axis=1), flat])
-    rules, outward = [], []
-    for corners in FACE_CORNERS:
-        a, b, c = _CORNERS[corners]
-        share = np.zeros((len(flat), 4))
-        share[:, corners] = on_face
-        rules.append(_rule(share, weight))
-        outward.append(-np.cross(b - a, c - a))  # by the right-hand rule they point inwards
-    value, slope = (np.stack([rule[k] for rule in rules]) for k in (0, 1))
-    return FaceRules(Rule(value, slope, weight), np.array(outward), on_face)
+    share = np.zeros((4, len(flat), 4))
+    np.put_along_axis(share, FACE_CORNERS[:, None], on_face[None], axis=2)
+    value, slope = shape_values(share.reshape(-1, 4)), shape_slopes(share.reshape(-1, 4), 10)
+    a, b, c = _CORNERS[FACE_CORNERS].swapaxes(0, 1)
+    outward = -np.cross(b - a, c - a)  # by the right-hand rule they point inwards
+    shape = 4, len(flat), 10
+    return FaceRules(value.reshape(shape), slope.reshape(*shape, 3), weight, outward, on_face)
 
 
 def triangle_points() -> tuple[np.ndarray, np.ndarray]:
@@ -65,10 +72,3 @@ def triangle_points() -> tuple[np.ndarray, np.ndarray]:
         for upright in ((True, False) if i + j < _PARTS - 1 else (True,))
     ]
     return np.concatenate(parts), np.tile(share / _PARTS**2, len(parts))
-
-
-def _rule(share: np.ndarray, weight: np.ndarray) -> Rule:
-    """Return shape functions at barycentric coordinates (p, 4)."""
-    a, b = EDGE_CORNERS.T
-    value = np.hstack([share * (2 * share - 1), 4 * share[:, a] * share[:, b]])
-    return Rule(value, shape_slopes(share, 10), weight)

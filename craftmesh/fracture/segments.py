@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.fracture.kernels.fields import Fields
-from craftmesh.mechanics.near_field import NearField, in_axes, near_field
+from craftmesh.mechanics.near_field import MODES, as_tensor, in_axes, near_field
 from craftmesh.mesh.front_curve import FrontCurve
 
 # The axes turn by so much, in radians, from one station to the next; in copper fields between them, which
@@ -78,23 +77,42 @@ def material_numbers(constants: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Stations:
-    """The fields along a front for kernels, and at each station its L^-1 (n, 3, 3)."""
+    """Fields at stations along a front's segments: those of segment k are first[k] .. first[k + 1] - 1.
 
-    fields: Fields
+    start, step (k,): s of its first station, and from one to the next. gradients (n * a * 2, 3 * m * 3), in
+    the local axes, components i, m, j: at each station and angle (a,) of `near_field` the value and its
+    slope by the angle. opening (n, 3, 3): L^-1; stiffness (n, 9, 9); length of the front, 0 where it is
+    open.
+    """
+
+    first: np.ndarray
+    start: np.ndarray
+    step: np.ndarray
+    angles: np.ndarray
+    gradients: np.ndarray
     opening: np.ndarray
+    stiffness: np.ndarray
+    length: float
 
-    def at(self, segment: int, offset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return L^-1 (k, 3, 3) and the stiffness (k, 6, 6), local axes, at offsets (k,) in a segment."""
-        fields = self.fields
-        first, last = fields.first[segment], fields.first[segment + 1] - 1
-        place = np.clip(offset / fields.step[segment], 0, last - first)
+    def places(self, segment: int, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the station (k,) at or before s (k,), the part of the way to the next, and its slope."""
+        first, last = self.first[segment], self.first[segment + 1] - 1
+        reach = self.step[segment] * (last - first)
+        offset = s - self.start[segment]
+        if self.length:  # a closed front: from half the rest before the segment to half of it behind
+            rest = 0.5 * (self.length - reach)
+            offset = np.mod(offset + rest, self.length) - rest
+        place = offset.clip(0, reach) / self.step[segment]
         station = np.minimum(place.astype(np.int64), last - first - 1)
-        part = (place - station)[:, None, None]
-        station += first
-        return tuple(
-            (1 - part) * table[station] + part * table[station + 1]
-            for table in (self.opening, fields.stiffness)
-        )
+        inside = (offset > 0) & (offset < reach)
+        return first + station, place - station, np.where(inside, 1 / self.step[segment], 0.0)
+
+    def at(self, segment: int, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return L^-1 (k, 3, 3) and the stiffness (k, 9, 9), local axes, at s (k,) in a segment."""
+        station, part, _ = self.places(segment, s)
+        part = part[:, None, None]
+        tables = self.opening, self.stiffness
+        return tuple((1 - part) * table[station] + part * table[station + 1] for table in tables)
 
 
 def stations_of(segments: Segments, curve: FrontCurve) -> Stations:
@@ -102,32 +120,32 @@ def stations_of(segments: Segments, curve: FrontCurve) -> Stations:
     local, counts = [], []
     for start, length, stiffness in zip(segments.start, segments.length, segments.stiffness):
         count = _station_count(curve, start, length, stiffness)
-        s = start + np.linspace(0, length, count)
-        _, tangent, normal, binormal = curve.frames(s)
-        local.append(in_axes(stiffness, np.stack([binormal, normal, tangent], axis=1)))
+        axes = curve.moving_frames(start + np.linspace(0, length, count)).axes
+        local.append(in_axes(stiffness, axes))
         counts.append(count)
-    found: NearField = near_field(np.concatenate(local))
-    fields = Fields(
+    stiffness = np.concatenate(local)
+    field = near_field(stiffness)
+    gradients = np.stack([field.value, field.slope], axis=2).swapaxes(3, 4)
+    gradients = np.concatenate([gradients, np.zeros_like(gradients[..., :1])], axis=5)
+    return Stations(
         first=np.concatenate([[0], np.cumsum(counts)]),
         start=segments.start.astype(float),
         step=segments.length / (np.array(counts) - 1),
-        value=found.value,
-        slope=found.slope,
-        stiffness=np.concatenate(local),
-        angle=float(found.angles[0]),
-        cell=float(found.angles[1] - found.angles[0]),
+        angles=field.angles,
+        gradients=gradients.reshape(-1, 9 * MODES),
+        opening=field.opening,
+        stiffness=as_tensor(stiffness).reshape(-1, 9, 9),
         length=segments.total if segments.closed else 0.0,
     )
-    return Stations(fields, found.opening)
 
 
 def _station_count(curve: FrontCurve, start: float, length: float, stiffness: np.ndarray) -> int:
     """Return the number of stations, at least two; isotropic materials need no more."""
     if is_isotropic(stiffness):
         return 2
-    pieces = max(len(curve.breaks) * length / curve.length, 1)
-    _, tangent, normal, _ = curve.frames(start + np.linspace(0, length, int(_SAMPLES * pieces) + 2))
-    steps = np.hypot(*(np.linalg.norm(np.diff(axis, axis=0), axis=1) for axis in (tangent, normal)))
+    pieces = max(curve.pieces * length / curve.length, 1)
+    axes = curve.moving_frames(start + np.linspace(0, length, int(_SAMPLES * pieces) + 2)).axes
+    steps = np.linalg.norm(np.diff(axes[:, 1:], axis=0), axis=(1, 2))
     return 2 + int(steps.sum() / TURN)
 
 

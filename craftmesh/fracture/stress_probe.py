@@ -3,16 +3,20 @@
 import numpy as np
 from scipy.spatial import KDTree
 
-from craftmesh.fracture.kernels.forces import Tube
-from craftmesh.fracture.kernels.probe import fill_stresses
+from craftmesh.fracture.fields import stresses
+from craftmesh.fracture.tube import Tube
+from craftmesh.mechanics.near_field import as_tensor
 from craftmesh.mesh.front_frames import Front
+from craftmesh.mesh.integration import shape_slopes, shape_values
 
 # Degrees: the arc ends well before the lips; the step of the probes, that in which the largest is sought.
 WIDEST, STEP, FINE = 110.0, 5.0, 0.1
 # Elements that are tried for each place, by the distance of their centres.
 TRIED = 32
-# A place further out of all elements, in barycentric coordinates, lies outside the body.
-OUTSIDE = 0.05
+# In barycentric coordinates: an element holds a place that is no further out of it, and one that is
+# further out of all elements lies outside the body.
+INSIDE, OUTSIDE = 1e-6, 0.05
+NEWTON_STEPS = 12
 
 
 def probed(tube: Tube, front: Front, s: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -27,17 +31,49 @@ def probed(tube: Tube, front: Front, s: np.ndarray, radius: np.ndarray) -> tuple
     out = np.cos(angles)[:, None] * binormal[:, None] + np.sin(angles)[:, None] * normal[:, None]
     across = -np.sin(angles)[:, None] * binormal[:, None] + np.cos(angles)[:, None] * normal[:, None]
     places = (points[:, None] + radius[:, None, None] * out).reshape(-1, 3)
-    centres = tube.points[tube.tets[:, :4]].mean(axis=1)
-    _, candidates = KDTree(centres).query(places, k=min(TRIED, len(centres)))
-    stress, missed = np.zeros((len(places), 3, 3)), np.zeros(len(places))
-    fill_stresses(
-        tube.points, tube.displacement, tube.tets, tube.grain, tube.stiffness, tube.eigenstrain, places,
-        candidates.reshape(len(places), -1), stress, missed,
-    )  # fmt: skip
+    stress, missed = _stresses(tube, places)
     across = across.reshape(-1, 3)
     pull = np.einsum("pi,pij,pj->p", across, stress, across)
     pull = np.where(missed > OUTSIDE, -np.inf, pull).reshape(len(s), -1)
     return _largest(angles, pull)
+
+
+def _stresses(tube: Tube, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the stresses (k, 3, 3) at places (k, 3), and how far each lies outside its element (k,).
+
+    That is the first of those with the nearest centres that holds the place, or the one that misses least.
+    """
+    centres = tube.points[tube.tets[:, :4]].mean(axis=1)
+    tried = KDTree(centres).query(places, k=range(1, min(TRIED, len(centres)) + 1))[1]
+    element, share = tried[:, 0].copy(), np.zeros((len(places), 4))
+    missed, left = np.full(len(places), np.inf), np.arange(len(places))
+    for column in tried.T:
+        found = _located(tube.points[tube.tets[column[left]]], places[left])
+        outside = np.maximum(0.0, -found.min(axis=1))
+        better = outside < missed[left]
+        rows = left[better]
+        element[rows], share[rows], missed[rows] = column[rows], found[better], outside[better]
+        left = left[missed[left] > INSIDE]
+    nodes, slope, grain = tube.tets[element], shape_slopes(share, 10), tube.grain[element]
+    inverse = np.linalg.pinv(tube.points[nodes].swapaxes(1, 2) @ slope)
+    gradient = tube.displacement[nodes].swapaxes(1, 2) @ slope @ inverse - tube.eigenstrain[grain]
+    return stresses(as_tensor(tube.stiffness[grain]).reshape(-1, 9, 9), gradient), missed
+
+
+def _located(nodes: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return the barycentric coordinates (k, 4) of places (k, 3) in elements with nodes at (k, 10, 3).
+
+    By Newton's method, whose steps are at most half an element long.
+    """
+    share = np.full((len(places), 4), 0.25)
+    for _ in range(NEWTON_STEPS):
+        off = places - (shape_values(share)[:, None] @ nodes)[:, 0]
+        jacobian = nodes.swapaxes(1, 2) @ shape_slopes(share, 10)
+        step = (np.linalg.pinv(jacobian) @ off[:, :, None])[:, :, 0]
+        step /= np.maximum(1.0, 2 * np.abs(step).max(axis=1, keepdims=True))
+        share[:, 1:] += step
+        share[:, 0] = 1 - share[:, 1:].sum(axis=1)
+    return share
 
 
 def _largest(angles: np.ndarray, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,8 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import KDTree
 
-from craftmesh.fracture.kernels.curve import Curve, nearest_points
-from craftmesh.fracture.kernels.forces import Tube
 from craftmesh.fracture.lip_pressure import FaceTractions
 from craftmesh.fracture.options import LEAST_RADIUS
 from craftmesh.fracture.segments import Segments, material_numbers
@@ -75,65 +73,72 @@ class SolvedMesh(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
-    """A front's tube and what its nodes need for q.
+class Tube:
+    """The elements round a front and their nodes, and the outer faces that q may move.
 
-    nodes (n,): ids in the mesh; distance (n,) from the front; binormal (n, 3) at their nearest points;
-    faces (f, 2): outer faces (element of the tube, face), those of the lips that touch the front only where
-    there are tractions; sides (f,): as in Tube; at_front (f, 3): which corners of lips are on it; loaded
-    (f,): whether there may be tractions that are not known; traction (f, 3, 3): known ones, at the corners.
+    nodes (n,): ids in the mesh; points, displacement (n, 3); s (n,): of their nearest points on the front,
+    distance (n,) from these, binormal (n, 3) there; segment (n,) of the front. tets (e, 10): rows of nodes;
+    grain (e,): rows of stiffness (g, 6, 6) and eigenstrain (g, 3, 3); side (e,): 1 on the side of lip A, -1
+    on that of lip B; shift (c, 3, 3): the eigenstrain at the front in each segment. faces (f, 2): outer
+    faces (element, face), those of the lips that touch the front only where there are tractions; face_side
+    (f,): as side; at_front (f, 3): which corners of lips are on it; loaded (f,): whether there may be
+    tractions that are not known; traction (f, 3, 3): known ones, at the corners.
     """
 
-    tube: Tube
     nodes: np.ndarray
+    points: np.ndarray
+    displacement: np.ndarray
+    s: np.ndarray
     distance: np.ndarray
     binormal: np.ndarray
+    segment: np.ndarray
+    tets: np.ndarray
+    grain: np.ndarray
+    side: np.ndarray
+    stiffness: np.ndarray
+    eigenstrain: np.ndarray
+    shift: np.ndarray
     faces: np.ndarray
-    sides: np.ndarray
+    face_side: np.ndarray
     at_front: np.ndarray
     loaded: np.ndarray
     traction: np.ndarray
 
     def strained(self, radius: np.ndarray) -> np.ndarray:
         """Return whose tube, of radius (n,) at the nodes, holds another eigenstrain: segments (c,)."""
-        tube = self.tube
-        segment = tube.segment[tube.tets]
-        number = material_numbers(np.concatenate([tube.eigenstrain, tube.shift]))
-        of_grain, of_segment = np.split(number, [len(tube.eigenstrain)])
-        is_other = of_grain[tube.grain][:, None] != of_segment[segment]
-        result = np.zeros(len(tube.shift), bool)
-        result[segment[is_other & (self.distance < radius)[tube.tets]]] = True
+        segment = self.segment[self.tets]
+        number = material_numbers(np.concatenate([self.eigenstrain, self.shift]))
+        of_grain, of_segment = np.split(number, [len(self.eigenstrain)])
+        is_other = of_grain[self.grain][:, None] != of_segment[segment]
+        result = np.zeros(len(self.shift), bool)
+        result[segment[is_other & (self.distance < radius)[self.tets]]] = True
         return result
 
 
-def kernel_curve(curve: FrontCurve) -> Curve:
-    """Return the curve for kernels."""
-    breaks, point, normal = map(np.ascontiguousarray, (curve.breaks, curve.point, curve.normal))
-    return Curve(breaks, point, normal, curve.closed)
-
-
-def surroundings(solved: SolvedMesh, front: Front, segments: Segments, reach: float) -> Surroundings:
+def tube_of(solved: SolvedMesh, front: Front, segments: Segments, reach: float) -> Tube:
     """Return the tube of elements with a corner nearer to the front than `reach`."""
     mesh = solved.mesh
-    corner_distance = _corner_distances(mesh, front.curve, reach)
-    chosen = np.flatnonzero((corner_distance[mesh.tets[:, :4]] < reach).any(axis=1))
+    chosen = _elements_near(mesh, front.curve, reach)
     nodes, tets = np.unique(mesh.tets[chosen], return_inverse=True)
     points = mesh.points[nodes]
     s, distance, binormal = _nearest(front.curve, points)
-    tube = Tube(
-        tets=tets.reshape(-1, 10),
-        points=points,
-        displacement=without_rigid_motion(points, solved.displacement[nodes]),
-        s=s,
-        segment=segments.at(s),
-        grain=np.searchsorted(solved.grains, mesh.grain[chosen]),
-        side=_sides(mesh, chosen),
-        stiffness=np.ascontiguousarray(solved.stiffness),
-        eigenstrain=np.ascontiguousarray(solved.eigenstrain),
-        shift=np.ascontiguousarray(segments.eigenstrain),
+    side = _sides(mesh, chosen)
+    return Tube(
+        nodes,
+        points,
+        without_rigid_motion(points, solved.displacement[nodes]),
+        s,
+        distance,
+        binormal,
+        segments.at(s),
+        tets.reshape(-1, 10),
+        np.searchsorted(solved.grains, mesh.grain[chosen]),
+        side,
+        solved.stiffness,
+        solved.eigenstrain,
+        segments.eigenstrain,
+        *_faces(solved, chosen, front, side),
     )
-    faces = _faces(mesh, chosen, front, tube.side, solved.loaded, solved.tractions)
-    return Surroundings(tube, nodes, distance, binormal, *faces)
 
 
 def without_rigid_motion(points: np.ndarray, displacement: np.ndarray) -> np.ndarray:
@@ -146,35 +151,27 @@ def without_rigid_motion(points: np.ndarray, displacement: np.ndarray) -> np.nda
     return moved - 0.5 * place @ (gradient - gradient.T)
 
 
-def _corner_distances(mesh: TetMesh, curve: FrontCurve, reach: float) -> np.ndarray:
-    """Return the distances (n,) of corner nodes from the curve; infinite far from it and at mid nodes."""
-    result = np.full(len(mesh.points), np.inf)
-    is_corner = np.zeros(len(mesh.points), bool)
-    is_corner[mesh.tets[:, :4]] = True
+def _elements_near(mesh: TetMesh, curve: FrontCurve, reach: float) -> np.ndarray:
+    """Return the elements (e,) with a corner nearer to the curve than `reach`."""
     samples = curve.frames(_samples(curve))[0]
     gap = np.linalg.norm(np.diff(samples, axis=0), axis=1).max()
-    near = np.flatnonzero(is_corner)
-    box = samples.min(axis=0) - reach - gap, samples.max(axis=0) + reach + gap
-    near = near[((mesh.points[near] > box[0]) & (mesh.points[near] < box[1])).all(axis=1)]
-    rough, _ = KDTree(samples).query(mesh.points[near], distance_upper_bound=reach + gap)
-    near = near[np.isfinite(rough)]
-    result[near] = _nearest(curve, mesh.points[near])[1]
-    return result
+    low, high = samples.min(axis=0) - reach - gap, samples.max(axis=0) + reach + gap
+    near = np.flatnonzero(((mesh.points > low) & (mesh.points < high)).all(axis=1))
+    is_near = np.zeros(len(mesh.points), bool)
+    is_near[near] = _nearest(curve, mesh.points[near])[1] < reach
+    return np.flatnonzero(is_near[mesh.tets[:, :4]].any(axis=1))
 
 
 def _samples(curve: FrontCurve) -> np.ndarray:
-    return np.linspace(0, curve.length, _SAMPLES * len(curve.point) + 1)
+    return np.linspace(0, curve.length, _SAMPLES * curve.pieces + 1)
 
 
 def _nearest(curve: FrontCurve, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return s (k,), distances (k,) and binormals (k, 3) of the points' nearest ones on the curve."""
     at = _samples(curve)
-    _, place = KDTree(curve.frames(at)[0]).query(points)
-    s, distance, binormal = np.empty(len(points)), np.empty(len(points)), np.empty((len(points), 3))
-    nearest_points(kernel_curve(curve), np.ascontiguousarray(points), at[place], s, distance, binormal)
-    if curve.closed:
-        return s, distance, binormal
-    return s, np.hypot(distance, s - np.clip(s, 0, curve.length)), binormal
+    s = curve.nearest(points, at[KDTree(curve.frames(at)[0]).query(points)[1]])
+    nearest, _, _, binormal = curve.frames(s)
+    return s, np.linalg.norm(points - nearest, axis=1), binormal
 
 
 def _sides(mesh: TetMesh, chosen: np.ndarray) -> np.ndarray:
@@ -197,14 +194,10 @@ def _sides(mesh: TetMesh, chosen: np.ndarray) -> np.ndarray:
 
 
 def _faces(
-    mesh: TetMesh,
-    chosen: np.ndarray,
-    front: Front,
-    side: np.ndarray,
-    loaded: Collection[str],
-    tractions: FaceTractions,
+    solved: SolvedMesh, chosen: np.ndarray, front: Front, side: np.ndarray
 ) -> tuple[np.ndarray, ...]:
-    """Return the outer faces (f, 2) of chosen elements, by their rows, and the rest of `Surroundings`."""
+    """Return the outer faces (f, 2) of chosen elements, by their rows, and what `Tube` says of them."""
+    mesh = solved.mesh
     row = np.full(len(mesh.tets), -1)
     row[chosen] = np.arange(len(chosen))
     is_front = np.zeros(len(mesh.points), bool)
@@ -212,10 +205,10 @@ def _faces(
     parts = []
     for name, faces in mesh.face_sets.items():
         faces = faces[row[faces[:, 0]] >= 0]
-        lip, traction = is_lip(name), tractions.on(faces)
+        lip, traction = is_lip(name), solved.tractions.on(faces)
         touches = is_front[face_nodes(mesh.tets[:, :4], faces)] & lip
         own = np.full(len(faces), 1.0 if name.endswith("A") else -1.0) if lip else side[row[faces[:, 0]]]
-        part = faces, own, touches, np.full(len(faces), name in loaded), traction
+        part = faces, own, touches, np.full(len(faces), name in solved.loaded), traction
         kept = ~touches.any(axis=1) | traction.any(axis=(1, 2))
         parts.append([values[kept] for values in part])
     faces, *rest = (np.concatenate(values) for values in zip(*parts))

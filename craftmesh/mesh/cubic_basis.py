@@ -1,9 +1,10 @@
 """Cubic B-splines in the arc length of a front: periodic or open, fitted by least squares."""
 
 from dataclasses import dataclass
+from math import factorial
 
 import numpy as np
-from scipy.interpolate import BSpline
+from scipy.interpolate import BSpline, PPoly
 from scipy.sparse import csr_array, diags_array, eye_array, sparray
 from scipy.sparse.linalg import splu
 
@@ -54,12 +55,11 @@ class CubicBasis:
         system = normal + scale * (stiffness * (bend.T @ bend) + SMALLEST * eye_array(self.size))
         return splu(system.tocsc()).solve(np.ascontiguousarray(weighted @ values))
 
-    def pieces(self, coefficients: np.ndarray) -> np.ndarray:
-        """Return the polynomials (m, 4, c) in s - break, constant term first, of coefficients (size, c)."""
-        spline = self._spline(coefficients)
-        factorial = (1.0, 1.0, 2.0, 6.0)
-        at = self.breaks[:-1]
-        return np.stack([spline(at, nu=k) / factorial[k] for k in range(DEGREE + 1)], axis=1)
+    def pieces(self, coefficients: np.ndarray) -> PPoly:
+        """Return the polynomials between the breaks of the spline of coefficients (size, c)."""
+        spline, at = self._spline(coefficients), self.breaks[:-1]
+        powers = [spline(at, nu=k) / factorial(k) for k in range(DEGREE, -1, -1)]
+        return PPoly(np.stack(powers), self.breaks)
 
     def slopes(self, s: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
         """Return the derivatives (k, c) at s (k,) of the spline of coefficients (size, c)."""

@@ -1,8 +1,10 @@
 """A front as a smooth curve with the crack's normal along it."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import PPoly
 
 from craftmesh.mesh.cubic_basis import graded_basis
 
@@ -21,31 +23,79 @@ OF_BEND = 0.6
 SHORTEST = 0.5
 # Weight of an open front's ends against its other nodes: they lie on faces, and the curve ends there.
 END_WEIGHT = 1e6
+# Of Newton's method for the nearest point: no step is longer than so many pieces.
+NEWTON_STEPS, LONGEST_STEP = 12, 0.5
+
+
+class MovingFrames(NamedTuple):
+    """Frames on a curve.
+
+    point (k, 3); axes (k, 3, 3): rows binormal, normal and tangent; turns (k, 3, 3): their derivatives by
+    s; speed (k,): the length of the point's derivative.
+    """
+
+    point: np.ndarray
+    axes: np.ndarray
+    turns: np.ndarray
+    speed: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class FrontCurve:
-    """Cubic pieces in the arc length s along a front, from breaks[i] to breaks[i + 1].
+    """A front by its arc length s: point and normal, piecewise cubics of it with three columns.
 
-    point, normal (m, 4, 3): coefficients of the powers of s - breaks[i], constant first. normal is the
-    crack's, neither of unit length nor quite square to the curve; see `frames`.
+    normal is the crack's, neither of unit length nor quite square to the curve; see `frames`. An open curve
+    goes on straight beyond its ends, with the frames there.
     """
 
-    breaks: np.ndarray
-    point: np.ndarray
-    normal: np.ndarray
+    point: PPoly
+    normal: PPoly
     closed: bool
 
     @property
     def length(self) -> float:
         """The front's length."""
-        return float(self.breaks[-1])
+        return float(self.point.x[-1])
+
+    @property
+    def pieces(self) -> int:
+        """The number of cubics."""
+        return len(self.point.x) - 1
 
     def frames(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return points, tangents, normals and binormals (k, 3) at s (k,) on the curve."""
-        tangent = unit(self._values(self.point, s, 1))
-        normal = unit(square_to(self._values(self.normal, s), tangent))
-        return self._values(self.point, s), tangent, normal, np.cross(tangent, normal)
+        found = self.moving_frames(s)
+        return found.point, *found.axes[:, ::-1].swapaxes(0, 1)
+
+    def moving_frames(self, s: np.ndarray) -> MovingFrames:
+        """Return the frames at s (k,) with their derivatives."""
+        point, tangent, bend, speed = self._course(s)
+        inside = self._inside(s)
+        raw, slope = self.normal(inside), self.normal(inside, 1)
+        across = square_to(raw, tangent)
+        size = np.maximum(np.linalg.norm(across, axis=1, keepdims=True), np.finfo(float).tiny)
+        normal = across / size
+        tilt = (slope * tangent).sum(axis=1, keepdims=True) + (raw * bend).sum(axis=1, keepdims=True)
+        turn = slope - bend * (raw * tangent).sum(axis=1, keepdims=True) - tilt * tangent
+        turn = square_to(turn / size, normal)
+        axes = np.stack([np.cross(tangent, normal), normal, tangent], axis=1)
+        turns = np.stack([np.cross(bend, normal) + np.cross(tangent, turn), turn, bend], axis=1)
+        if not self.closed:
+            turns[s != inside] = 0.0
+        return MovingFrames(point, axes, turns, speed)
+
+    def nearest(self, points: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """Return the s (k,) of the points on the curve nearest to points (k, 3), by Newton's method."""
+        s, left = np.array(guess, float), np.arange(len(points))
+        longest = LONGEST_STEP * self.length / self.pieces
+        for _ in range(NEWTON_STEPS):
+            place, tangent, bend, speed = self._course(s[left])
+            off = place - points[left]
+            slowest = np.maximum(speed + (off * bend).sum(axis=1), 0.2 * speed)
+            step = (off * tangent).sum(axis=1) / slowest
+            s[left] -= step.clip(-longest, longest)
+            left = left[np.abs(step) >= 1e-12 * self.length]
+        return self._inside(s) if self.closed else s
 
     def bend_radius(self, s: np.ndarray) -> np.ndarray:
         """Return the curve's radius (k,) at s (k,), from how its tangents turn over a thousandth of it."""
@@ -53,15 +103,22 @@ class FrontCurve:
         low, high = s - step, s + step
         if not self.closed:
             low, high = low.clip(0), high.clip(None, self.length)
-        turn = np.linalg.norm(self.frames(high)[1] - self.frames(low)[1], axis=1)
+        turn = np.linalg.norm(self._course(high)[1] - self._course(low)[1], axis=1)
         return (high - low) / np.maximum(turn, 1e-12)
 
-    def _values(self, pieces: np.ndarray, s: np.ndarray, derivative: int = 0) -> np.ndarray:
-        s = np.mod(s, self.length) if self.closed else s
-        piece = np.clip(np.searchsorted(self.breaks, s, side="right") - 1, 0, len(pieces) - 1)
-        x = (s - self.breaks[piece])[:, None]
-        a, b, c, d = np.moveaxis(pieces[piece], 1, 0)
-        return a + x * (b + x * (c + x * d)) if derivative == 0 else b + x * (2 * c + 3 * x * d)
+    def _inside(self, s: np.ndarray) -> np.ndarray:
+        return np.mod(s, self.length) if self.closed else np.clip(s, 0, self.length)
+
+    def _course(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return points, unit tangents and their derivatives (k, 3) at s (k,), and the speed (k,)."""
+        inside = self._inside(s)
+        first, second = self.point(inside, 1), self.point(inside, 2)
+        beyond = np.zeros(len(s)) if self.closed else s - inside
+        speed = np.linalg.norm(first, axis=1)
+        tangent = first / speed[:, None]
+        bend = square_to(second, tangent) / speed[:, None]
+        place = self.point(inside) + beyond[:, None] * first
+        return place, tangent, np.where(beyond[:, None] == 0, bend, 0.0), speed
 
 
 def front_curve(points: np.ndarray, normals: np.ndarray, closed: bool) -> FrontCurve:
@@ -80,8 +137,8 @@ def _fitted(points: np.ndarray, normals: np.ndarray, closed: bool, sizes: np.nda
     weights = np.ones(len(s))
     if not closed:
         weights[[0, -1]] = END_WEIGHT
-    pieces = basis.pieces(basis.solve(basis.design(s), np.hstack([points, normals]), weights, STIFFNESS))
-    return FrontCurve(basis.breaks, pieces[:, :, :3].copy(), pieces[:, :, 3:].copy(), closed)
+    found = basis.solve(basis.design(s), np.hstack([points, normals]), weights, STIFFNESS)
+    return FrontCurve(basis.pieces(found[:, :3]), basis.pieces(found[:, 3:]), closed)
 
 
 def sizes_at_bends(sizes: np.ndarray, bend: np.ndarray, share: float) -> np.ndarray:

@@ -46,6 +46,12 @@ def shape_slopes(places: np.ndarray, width: int) -> np.ndarray:
     return np.concatenate([corners, middles], axis=1)
 
 
+def shape_values(places: np.ndarray) -> np.ndarray:
+    """Return the values (q, 10) of the shape functions of 10 nodes at barycentric places (q, 4)."""
+    a, b = EDGE_CORNERS.T
+    return np.hstack([places * (2 * places - 1), 4 * places[:, a] * places[:, b]])
+
+
 def face_shape(s: float, t: float, is_linear: bool) -> tuple[np.ndarray, np.ndarray]:
     """Return values (k,) and slopes (k, 2) of a triangle's 3 or 6 shape functions at (s, t)."""
     r = 1 - s - t

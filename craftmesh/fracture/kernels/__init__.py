@@ -1,1 +1,0 @@
-"""Numba kernels on the surroundings of a crack front."""
