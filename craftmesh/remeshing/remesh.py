@@ -11,9 +11,8 @@ from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.remeshing.kernels.marching import march
 from craftmesh.remeshing.kernels.smoothing import lap
-from craftmesh.surface.kernels.spoiled_facets import spoiled_facets
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import facet_angles, side_volumes
+from craftmesh.surface.measure import facet_angles, side_volumes, spoiled_facets
 from craftmesh.surface.patches import (
     PLANES,
     facets_beyond_box,

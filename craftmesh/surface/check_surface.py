@@ -6,12 +6,9 @@ from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import facet_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, side_volumes
+from craftmesh.surface.measure import area_vectors, is_degenerate, side_volumes
 from craftmesh.surface.patches import PLANES, is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Surface
-
-# A facet is degenerate when its area is below this part of its longest edge squared.
-FLAT = 1e-10
 
 
 @typed
@@ -63,11 +60,7 @@ def _points(surface: Surface) -> list[str]:
 
 
 def _shapes(surface: Surface) -> list[str]:
-    corners = surface.points[surface.facets]
-    longest = (np.roll(corners, -1, axis=1) - corners) ** 2
-    longest = longest.sum(axis=2).max(axis=1)
-    area = np.linalg.norm(area_vectors(surface.points, surface.facets), axis=1)
-    return _facets_breach(surface, area <= FLAT * longest, "are degenerate")
+    return _facets_breach(surface, is_degenerate(surface.points, surface.facets), "are degenerate")
 
 
 def _duplicates(surface: Surface) -> list[str]:

@@ -60,9 +60,13 @@ def joined(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
     Pieces are numbered from 0 in the order of their first things.
     """
     graph = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(count, count))
-    found = connected_components(graph, directed=False)[1]
-    _, first, piece = np.unique(found, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(first))[piece.ravel()]
+    return in_order(connected_components(graph, directed=False)[1])
+
+
+def in_order(numbers: np.ndarray) -> np.ndarray:
+    """Return the numbers (k,) of things from 0 on in the order in which they occur first."""
+    _, first, place = np.unique(numbers, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[place.ravel()]
 
 
 def compact(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -8,6 +8,8 @@ from scipy.spatial import cKDTree
 from craftmesh.errors import told
 from craftmesh.surface.kernels.distances import ROUNDING, nearest_facets
 
+FLAT = 1e-10
+
 
 def area_vectors(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     """Return (m, 3) vectors along the normals of facets (m, 3) on points (n, 3), as long as the areas."""
@@ -35,6 +37,41 @@ def unit_normals(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     """Return the unit normals (m, 3) of facets (m, 3); zero for facets without area."""
     vectors = area_vectors(points, facets)
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
+
+
+def facet_shapes(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return of facets (m, 3) the quality (m,), 1 where equilateral, 0 where flat, and the shortest edge.
+
+    Quality is 4 sqrt(3) area / sum of squared edges.
+    """
+    corners = points[facets]
+    squares = ((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2)
+    area = np.linalg.norm(area_vectors(points, facets), axis=1)
+    total = np.maximum(squares.sum(axis=1), np.finfo(float).tiny)
+    return 4 * np.sqrt(3) * area / total, np.sqrt(squares.min(axis=1, initial=np.inf))
+
+
+def is_degenerate(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Return (m,) bool: facets (m, 3) whose area is at most FLAT of their longest edge squared."""
+    corners = points[facets]
+    longest = ((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2).max(axis=1)
+    return np.linalg.norm(area_vectors(points, facets), axis=1) <= FLAT * longest
+
+
+def spoiled_facets(
+    points: np.ndarray, before: np.ndarray, facets: np.ndarray, min_quality: float, min_edge: float
+) -> np.ndarray:
+    """Return (m,) bool: facets worse than at the points `before`, and of low quality or with a short edge.
+
+    min_quality: as `facet_shapes`; min_edge is a length.
+    """
+    quality, edge = facet_shapes(points, facets)
+    low, short = quality < min_quality, edge < min_edge
+    spoiled = low | short
+    rows = np.flatnonzero(spoiled)
+    old_quality, old_edge = facet_shapes(before, facets[rows])
+    spoiled[rows] = np.where(low[rows], quality[rows] < old_quality, edge[rows] < old_edge)
+    return spoiled
 
 
 def meets_box(corners: np.ndarray, box: np.ndarray) -> np.ndarray:
@@ -68,6 +105,12 @@ def numbered(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return labels, np.searchsorted(labels, sides)
 
 
+def swept_volumes(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Return the signed volumes (m,) between the points' mean and facets (m, 3): those behind are > 0."""
+    centre = points.mean(axis=0) if len(points) else np.zeros(3)
+    return np.einsum("ij,ij->i", points[facets[:, 0]] - centre, area_vectors(points, facets)) / 3
+
+
 def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> dict[int, float]:
     """Return the volume enclosed per label by the divergence theorem; label 0, the outside, is left out.
 
@@ -75,8 +118,7 @@ def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> d
     A facet's volume counts for the label behind it and against the label ahead of it, so a crack
     facet with one grain on both sides adds nothing.
     """
-    centre = points.mean(axis=0) if len(points) else np.zeros(3)
-    swept = np.einsum("ij,ij->i", points[facets[:, 0]] - centre, area_vectors(points, facets)) / 3
+    swept = swept_volumes(points, facets)
     labels, index = numbered(sides)
     volume = np.bincount(index[:, 0], swept, len(labels)) - np.bincount(index[:, 1], swept, len(labels))
     return {int(k): float(v) for k, v in zip(labels, volume) if k}

@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from craftmesh.surface.check_surface import FLAT
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, mean_edges, side_volumes, volume_drift
+from craftmesh.surface.measure import is_degenerate, mean_edges, side_volumes, volume_drift
 from craftmesh.surface.patches import (
     facets_beyond_box,
     smoothing_neighbours,
@@ -54,9 +53,7 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
 
 def faulty_facets(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     """Return (m,) bool: facets that intersect others or have no area to speak of."""
-    corners = points[facets]
-    longest = ((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2).max(axis=1)
-    faulty = np.linalg.norm(area_vectors(points, facets), axis=1) <= FLAT * longest
+    faulty = is_degenerate(points, facets)
     faulty[intersecting_pairs(points, facets).ravel()] = True
     return faulty
 

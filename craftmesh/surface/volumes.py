@@ -4,16 +4,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
 from craftmesh.arguments import LARGEST, as_array
 from craftmesh.errors import CraftmeshError
 from craftmesh.progress import silent
 from craftmesh.surface.connectivity import facet_edges
-from craftmesh.surface.kernels.spoiled_facets import spoiled_facets
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, mean_edges
+from craftmesh.surface.measure import area_vectors, mean_edges, spoiled_facets, swept_volumes
 from craftmesh.surface.patches import facets_beyond_box, held_by_box, vertices_around
 from craftmesh.surface.wedges import wedge_guard
 from craftmesh.types import CRACK, Surface
@@ -64,18 +63,18 @@ def restore_volumes(
     limits = limits or RestoringLimits()
     facets = surface.facets.astype(np.int64)
     grains, target = checked_targets(targets, surface)
-    boundaries = _boundaries(facets, surface.sides, grains)
+    signs = _signs(surface.sides, grains)
     free = _free_directions(surface)
     points, done = surface.points.copy(), 0
-    first = drift = boundaries.volumes(points) / target - 1
+    first = drift = signs @ swept_volumes(points, facets) / target - 1
     held = np.zeros(len(points), bool)
     while done < limits.rounds and np.abs(drift).max(initial=0) > limits.tolerance:
         progress(done / limits.rounds, "restoring volumes")
-        displacement = _displacement(points, boundaries, -drift * target, free & ~held[:, None])
+        displacement = _displacement(points, facets, signs, -drift * target, free & ~held[:, None])
         if limits.reach is not None:
             displacement = _within(points + displacement, surface.points, limits.reach) - points
         points, held = _guarded_step(points, displacement, facets, surface.kind, limits)
-        drift = boundaries.volumes(points) / target - 1
+        drift = signs @ swept_volumes(points, facets) / target - 1
         done += 1
     report = {"rounds": done} | _drift_report("before", first) | _drift_report("after", drift)
     return Surface(points, surface.facets, surface.sides, surface.kind), report
@@ -107,49 +106,12 @@ def _free_directions(surface: Surface) -> np.ndarray:
     return free
 
 
-@dataclass(frozen=True)
-class _Boundaries:
-    """Which vertices bound which grains: the pattern of the gradient of volumes.
-
-    row_start (g + 1,), vertex (k,): compressed rows, one per grain. facet, sign, entry (c,): each corner
-    of each facet on each of its sides adds sign / 3 of the facet's area vector to one entry.
-    """
-
-    facets: np.ndarray
-    row_start: np.ndarray
-    vertex: np.ndarray
-    facet: np.ndarray
-    sign: np.ndarray
-    entry: np.ndarray
-
-    def gradient(self, points: np.ndarray) -> list[csr_matrix]:
-        """Return three (g, n) matrices: the change of volumes with the vertices' x, y and z."""
-        third = area_vectors(points, self.facets) / 3
-        shape = (len(self.row_start) - 1, len(points))
-        values = (
-            np.bincount(self.entry, self.sign * third[self.facet, k], len(self.vertex)) for k in range(3)
-        )
-        return [csr_matrix((value, self.vertex, self.row_start), shape=shape) for value in values]
-
-    def volumes(self, points: np.ndarray) -> np.ndarray:
-        """Return the (g,) volumes: a third of their gradient times the positions (Euler's theorem)."""
-        centred = points - points.mean(axis=0)
-        return sum(matrix @ centred[:, k] for k, matrix in enumerate(self.gradient(points))) / 3
-
-
-def _boundaries(facets: np.ndarray, sides: np.ndarray, grains: np.ndarray) -> _Boundaries:
-    rows, corner_facet, signs = [], [], []
-    for side, way in ((0, 1.0), (1, -1.0)):
-        bounds = np.flatnonzero(np.isin(sides[:, side], grains) & (sides[:, 0] != sides[:, 1]))
-        rows.append(np.repeat(np.searchsorted(grains, sides[bounds, side]), 3))
-        corner_facet.append(np.repeat(bounds, 3))
-        signs.append(np.full(3 * len(bounds), way))
-    row, facet, sign = (np.concatenate(part) for part in (rows, corner_facet, signs))
-    vertex = facets[facet, np.tile(np.arange(3), len(facet) // 3)]
-    stride = int(facets.max(initial=0)) + 1
-    pairs, entry = np.unique(row * stride + vertex, return_inverse=True)
-    row_start = np.searchsorted(pairs, np.arange(len(grains) + 1) * stride)
-    return _Boundaries(facets, row_start, pairs % stride, facet, sign, entry.reshape(-1))
+def _signs(sides: np.ndarray, grains: np.ndarray) -> csr_array:
+    """Return (g, m): 1 where a facet is the boundary of a grain behind it, -1 of one ahead of it."""
+    bounds = np.isin(sides, grains) & (sides[:, :1] != sides[:, 1:])
+    facet, side = np.nonzero(bounds)
+    row = np.searchsorted(grains, sides[facet, side])
+    return csr_array((1.0 - 2 * side, (row, facet)), (len(grains), len(sides)))
 
 
 def _guarded_step(
@@ -203,19 +165,23 @@ def _vertex_scales(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, 
 
 
 def _displacement(
-    points: np.ndarray, boundaries: _Boundaries, missing: np.ndarray, mobile: np.ndarray
+    points: np.ndarray, facets: np.ndarray, signs: csr_array, missing: np.ndarray, mobile: np.ndarray
 ) -> np.ndarray:
     """Return the (n, 3) least-squares displacement that adds the missing volumes, capped per vertex.
 
-    missing (g,): what each grain lacks; mobile (n, 3) bool: coordinates that may change.
+    missing (g,): what each grain lacks; mobile (n, 3) bool: coordinates that may change. A volume changes
+    with a vertex by a third of the area vectors of its facets there.
     """
-    reach, weight = _vertex_scales(points, boundaries.facets)
-    gradient = boundaries.gradient(points)
-    weighted = [matrix @ diags(weight * mobile[:, k]) for k, matrix in enumerate(gradient)]
+    reach, weight = _vertex_scales(points, facets)
+    first = np.arange(0, facets.size + 1, 3)
+    corners = csr_array((np.ones(facets.size), facets.ravel(), first), (len(facets), len(points)))
+    third = area_vectors(points, facets) / 3
+    gradient = [signs @ diags_array(third[:, k]) @ corners for k in range(3)]
+    weighted = [matrix @ diags_array(weight * mobile[:, k]) for k, matrix in enumerate(gradient)]
     system = sum(left @ matrix.T for left, matrix in zip(weighted, gradient)).tocsc()
     diagonal = system.diagonal()
     lift = np.where(diagonal > 0, DAMPING * diagonal, 1.0)
-    pressure = np.atleast_1d(spsolve((system + diags(lift)).tocsc(), missing))
+    pressure = np.atleast_1d(spsolve((system + diags_array(lift)).tocsc(), missing))
     displacement = np.stack([matrix.T @ pressure for matrix in weighted], axis=1)
     size = np.linalg.norm(displacement, axis=1)
     return displacement * np.minimum(1.0, STEP * reach / np.maximum(size, 1e-300))[:, None]

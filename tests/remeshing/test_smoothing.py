@@ -11,8 +11,7 @@ from craftmesh.remeshing.kernels.marching import march
 from craftmesh.remeshing.kernels.smoothing import lap
 from craftmesh.remeshing.remesh import RemeshOptions, remesh, smooth
 from craftmesh.surface.check_surface import check_surface
-from craftmesh.surface.kernels.spoiled_facets import spoiled_facets
-from craftmesh.surface.measure import area_vectors, facet_angles
+from craftmesh.surface.measure import area_vectors, facet_angles, spoiled_facets
 from craftmesh.surface.patches import (
     AT_JUNCTION,
     ON_INTERFACE,
