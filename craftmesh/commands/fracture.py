@@ -48,9 +48,9 @@ from craftmesh.io.model_tables import read_slip_table
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.lips import mean_traction, on_lips
 from craftmesh.mechanics.load import Load
+from craftmesh.mechanics.materials import turned
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
-from craftmesh.mechanics.near_field import in_axes
 from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.mesh.front_frames import FrontFrames, front_frames
 from craftmesh.solve.stress import mean_stress
@@ -211,7 +211,7 @@ def local_stiffness(model: ElasticModel, frames: FrontFrames) -> np.ndarray:
     """Return the stiffness (n, 6, 6) of the grain along the front at its nodes, in their local axes."""
     axes = np.stack([frames.binormal, frames.normal, frames.tangent], axis=1)
     grain = model.stiffness()[np.searchsorted(model.grains, frames.grain)]
-    return np.concatenate([in_axes(own, turn[None]) for own, turn in zip(grain, axes)])
+    return turned(grain, axes)
 
 
 def slip_angles(model: ElasticModel, frames: FrontFrames, options: GrowthOptions) -> np.ndarray:

@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.mechanics.near_field import MODES, as_tensor, in_axes, near_field
+from craftmesh.mechanics.materials import turned
+from craftmesh.mechanics.near_field import MODES, as_tensor, near_field
 from craftmesh.mesh.front_curve import FrontCurve
 
 # The axes turn by so much, in radians, from one station to the next; in copper fields between them, which
 # are interpolated, err by 0.02 %.
 TURN = 0.02
+SAME = 1e-9  # of a front's length: places nearer to each other are one
 _SAMPLES = 16  # of the axes in each piece of the curve, to find how much they turn
 
 
@@ -47,6 +49,18 @@ class Segments:
             return offset
         rest = 0.5 * (self.total - self.length[segment])
         return np.mod(offset + rest, self.total) - rest
+
+    def within(self, segment: int, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rows of s (k,) in a segment, ends included, and how far past its start, ascending."""
+        length, rounding = self.length[segment], SAME * self.total
+        offset = s - self.start[segment]
+        if self.closed:
+            offset = np.mod(offset + rounding, self.total) - rounding
+        offset = np.where(np.abs(offset) < rounding, 0.0, offset)
+        offset = np.where(np.abs(offset - length) < rounding, length, offset)
+        rows = np.flatnonzero((offset >= 0) & (offset <= length))
+        rows = rows[np.argsort(offset[rows], kind="stable")]
+        return rows, offset[rows]
 
 
 def segments_of(
@@ -121,7 +135,7 @@ def stations_of(segments: Segments, curve: FrontCurve) -> Stations:
     for start, length, stiffness in zip(segments.start, segments.length, segments.stiffness):
         count = _station_count(curve, start, length, stiffness)
         axes = curve.moving_frames(start + np.linspace(0, length, count)).axes
-        local.append(in_axes(stiffness, axes))
+        local.append(turned(stiffness, axes))
         counts.append(count)
     stiffness = np.concatenate(local)
     field = near_field(stiffness)
@@ -153,5 +167,5 @@ def is_isotropic(stiffness: np.ndarray) -> bool:
     """Return whether a stiffness (6, 6) is the same in all axes, to 1e-9."""
     turn = np.array([[2.0, -1, 2], [2, 2, -1], [-1, 2, 2]]) / 3
     other = np.array([[0.0, 0.6, 0.8], [1, 0, 0], [0, 0.8, -0.6]])
-    turned = in_axes(stiffness, np.stack([turn, other, turn @ other]))
-    return bool(np.abs(turned - stiffness).max() < 1e-9 * np.abs(stiffness).max())
+    found = turned(stiffness, np.stack([turn, other, turn @ other]))
+    return bool(np.abs(found - stiffness).max() < 1e-9 * np.abs(stiffness).max())

@@ -5,14 +5,13 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.materials import COLUMN, COMPONENT, ROW, numbers_by_phase
 
 _COUNT = {"isotropic": 1, "orthotropic": 3, "anisotropic": 6}
 _EXPECTED = (
     "expected KIND:VALUES or PHASE=KIND:VALUES: isotropic and one value, orthotropic and three (11, 22, "
     "33), or anisotropic and six (11, 22, 33, 12, 13, 23)"
 )
-# Places of six components in a tensor: 11, 22, 33, 12, 13, 23.
-_PLACES = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 
 
 def parse_eigenstrains(texts: Iterable[str]) -> dict[int | None, np.ndarray]:
@@ -20,27 +19,17 @@ def parse_eigenstrains(texts: Iterable[str]) -> dict[int | None, np.ndarray]:
 
     A text without a phase holds for every phase (key None). Raises CraftmeshError for other texts.
     """
-    found: dict[int | None, np.ndarray] = {}
-    for text in texts:
-        head, _, values = text.partition(":")
-        phase, named, kind = head.rpartition("=")
-        try:
-            key = int(phase) if named else None
-            numbers = np.array([float(value) for value in values.split(",")])
-        except ValueError:
-            raise CraftmeshError(f"eigenstrain: {text!r}; {_EXPECTED}") from None
-        if len(numbers) != _COUNT.get(kind.strip()) or (key is not None and key < 0):
-            raise CraftmeshError(f"eigenstrain: {text!r}; {_EXPECTED}")
+    found = {}
+    for key, (kind, values) in numbers_by_phase("eigenstrain", texts, _EXPECTED).items():
+        numbers = np.array(values)
+        if len(numbers) != _COUNT.get(kind):
+            raise CraftmeshError(f"eigenstrain: {kind} with {len(numbers)} values; {_EXPECTED}")
         if not np.abs(numbers).max() <= 1:
             raise CraftmeshError(
-                f"eigenstrain: {text!r} more than doubles the body; expected small strains such as "
-                "0.001: the coefficient of thermal expansion times the change of temperature"
+                f"eigenstrain: {max(values, key=abs):g} more than doubles the body; expected small strains "
+                "such as 0.001: the coefficient of thermal expansion times the change of temperature"
             )
-        if key in found:
-            raise CraftmeshError(f"eigenstrain: {text!r} is a second one for its phase; keep one")
         found[key] = as_strain(numbers)
-    if None in found and len(found) > 1:
-        raise CraftmeshError("eigenstrain: expected one for all phases, or each with its phase")
     return found
 
 
@@ -48,13 +37,12 @@ def as_strain(numbers: np.ndarray) -> np.ndarray:
     """Return a strain (3, 3) of one, three or six components."""
     if len(numbers) < 6:
         return np.diag(np.broadcast_to(numbers, 3)) + 0.0
-    return numbers[_PLACES]
+    return numbers[COMPONENT]
 
 
 def components(strain: np.ndarray) -> np.ndarray:
     """Return 11, 22, 33 and the engineering shears 12, 13, 23 (g, 6) of strains (g, 3, 3)."""
-    row, column = np.array([[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]]).T
-    return strain[:, row, column] * np.where(row == column, 1.0, 2.0)
+    return strain[:, ROW, COLUMN] * np.where(ROW == COLUMN, 1.0, 2.0)
 
 
 def eigenstrains_of_grains(

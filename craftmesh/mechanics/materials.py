@@ -10,8 +10,10 @@ from craftmesh.errors import CraftmeshError
 _COUNT = {"isotropic": 2, "cubic": 3, "hexagonal": 5, "anisotropic": 21}
 _NAMES = {"isotropic": "E, nu", "cubic": "c11, c12, c44", "hexagonal": "c11, c12, c13, c33, c44"}
 _NAMES |= {"anisotropic": "D1111, D1122, D2222, ... D2323"}
-# Components of stress and strain in the order of all stiffnesses: 11, 22, 33, 12, 13, 23.
-_PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+# Rows and columns in a tensor of the components of stress and strain in the order of all stiffnesses, 11,
+# 22, 33, 12, 13, 23, and the number of each place's component.
+ROW, COLUMN = np.array([[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]]).T
+COMPONENT = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 # Column by column of the upper triangle over them: D1111, D1122, D2222, D1133, ...
 _UPPER = tuple((row, column) for column in range(6) for row in range(column + 1))
 
@@ -85,16 +87,16 @@ def _lame(young: float, poisson: float) -> tuple[float, float, float]:
 
 
 def turned(stiffness: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Return the stiffness (6, 6) of a crystal in the axes of the sample.
+    """Return stiffnesses (..., 6, 6) of crystals in the axes of the sample.
 
-    matrix (3, 3): the active rotation from crystal to sample axes.
+    matrix (..., 3, 3): the active rotations from crystal to sample axes; rows are the sample's axes.
     Source: W. L. Bond, Bell Syst. Tech. J. 22 (1943), the matrix of stresses.
     """
-    row, column = np.array(_PLACES).T
-    straight = matrix[row][:, row] * matrix[column][:, column]
-    crossed = matrix[row][:, column] * matrix[column][:, row]
-    bond = straight + np.where(row != column, crossed, 0.0)
-    return bond @ stiffness @ bond.T
+    on_row, on_column = matrix[..., ROW, :], matrix[..., COLUMN, :]
+    straight = on_row[..., ROW] * on_column[..., COLUMN]
+    crossed = on_row[..., COLUMN] * on_column[..., ROW]
+    bond = straight + np.where(ROW != COLUMN, crossed, 0.0)
+    return bond @ stiffness @ bond.swapaxes(-1, -2)
 
 
 def parse_materials(texts: Iterable[str]) -> dict[int | None, Material]:
@@ -102,28 +104,37 @@ def parse_materials(texts: Iterable[str]) -> dict[int | None, Material]:
 
     A text without a phase holds for every phase (key None). Raises CraftmeshError for other texts.
     """
-    materials: dict[int | None, Material] = {}
+    expected = "expected KIND:CONSTANTS or PHASE=KIND:CONSTANTS as cubic:8e3,6e3,2e3"
+    found = numbers_by_phase("material", texts, expected)
+    if not found:
+        raise CraftmeshError("material: none is given; expected one for all phases, or each with its phase")
+    return {phase: Material(kind, tuple(numbers)) for phase, (kind, numbers) in found.items()}
+
+
+def numbers_by_phase(
+    option: str, texts: Iterable[str], expected: str
+) -> dict[int | None, tuple[str, list[float]]]:
+    """Return kinds and numbers by phase, None: all of them, of texts KIND:NUMBERS or PHASE=KIND:NUMBERS.
+
+    Raises CraftmeshError for other texts, with what is expected, and for two of one phase.
+    """
+    found: dict[int | None, tuple[str, list[float]]] = {}
     for text in texts:
-        head, found, constants = text.partition(":")
+        head, _, numbers = text.partition(":")
         phase, named, kind = head.rpartition("=")
         try:
             key = int(phase) if named else None
-            found = found if key is None or key >= 0 else ""
-            values = tuple(float(value) for value in constants.split(","))
+            values = [float(number) for number in numbers.split(",")]
         except ValueError:
-            found = ""
-        if not found:
-            raise CraftmeshError(
-                f"material {text!r}; expected KIND:CONSTANTS or PHASE=KIND:CONSTANTS as cubic:8e3,6e3,2e3"
-            )
-        if key in materials:
-            raise CraftmeshError(f"material {text!r}: there is one for the same phase already; keep one")
-        materials[key] = Material(kind.strip(), values)
-    if not materials or (None in materials and len(materials) > 1):
-        raise CraftmeshError(
-            "material: expected one for all phases, or each with its phase, as 1=isotropic:70e3,0.33"
-        )
-    return materials
+            raise CraftmeshError(f"{option}: {text!r}; {expected}") from None
+        if key is not None and key < 0:
+            raise CraftmeshError(f"{option}: {text!r}; {expected}")
+        if key in found:
+            raise CraftmeshError(f"{option}: {text!r} is a second one for its phase already; keep one")
+        found[key] = kind.strip(), values
+    if None in found and len(found) > 1:
+        raise CraftmeshError(f"{option}: expected one for all phases, or each with its phase")
+    return found
 
 
 def phases_of_grains(

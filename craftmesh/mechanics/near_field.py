@@ -14,6 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from craftmesh.mechanics.materials import COMPONENT
+
 # The fields: K_II, K_I, K_III in the order of the axes in which the lips part, then the forces that give
 # the strain along the binormal and the shear towards the tangent.
 MODES = 5
@@ -23,7 +25,6 @@ LARGEST_ANGLE = 1.5 * np.pi
 # Cells in theta. Cubic interpolation between them errs by 1e-6 of the field in copper.
 CELLS = 96
 _STEPS = 2  # of integration in each cell
-_PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,19 +66,7 @@ def near_field(stiffness: np.ndarray) -> NearField:
 
 def as_tensor(stiffness: np.ndarray) -> np.ndarray:
     """Return stiffnesses (k, 6, 6) over 11, 22, 33, 12, 13, 23 as tensors (k, 3, 3, 3, 3)."""
-    place = np.empty((3, 3), np.int64)
-    for number, (i, j) in enumerate(_PLACES):
-        place[i, j] = place[j, i] = number
-    return stiffness[:, place[:, :, None, None], place[None, None]]
-
-
-def in_axes(stiffness: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Return a stiffness (6, 6) in axes (k, 3, 3), whose rows are unit vectors: (k, 6, 6)."""
-    tensor = as_tensor(stiffness[None])[0]
-    turned = np.einsum("zia,zjb,abcd->zijcd", axes, axes, tensor, optimize=True)
-    turned = np.einsum("zkc,zld,zijcd->zijkl", axes, axes, turned, optimize=True)
-    row, column = np.array(_PLACES).T
-    return turned[:, row[:, None], column[:, None], row[None, :], column[None, :]]
+    return stiffness[:, COMPONENT[:, :, None, None], COMPONENT[None, None]]
 
 
 def fundamental_matrix(tensor: np.ndarray, angles: np.ndarray) -> np.ndarray:

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from craftmesh.fracture.error import elastic_ratios, errors
 from craftmesh.fracture.fit import FrontLine
 from craftmesh.fracture.segments import segments_of
-from craftmesh.mechanics.materials import Material
-from craftmesh.mechanics.near_field import in_axes
+from craftmesh.mechanics.materials import Material, turned
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
 
 COUNT = 24
@@ -86,7 +85,7 @@ def test_the_ratios_of_moduli_are_those_of_the_material_however_it_lies():
     turns = quaternion_to_matrix(random_orientations(8, np.random.default_rng(1)))
     zener = 2 * 75.4 / (168.4 - 121.4)
     cubic = 6 / 5 * (np.sqrt(zener) - 1 / np.sqrt(zener)) ** 2  # Ranganathan & Ostoja-Starzewski
-    index, ratio = elastic_ratios(in_axes(COPPER, turns))
+    index, ratio = elastic_ratios(turned(COPPER, turns))
     assert index == pytest.approx(cubic) and np.ptp(ratio) == pytest.approx(0, abs=1e-9)
     (none,), (of_ratio,) = elastic_ratios(ISOTROPIC[None])
     assert none == pytest.approx(0, abs=1e-12) and of_ratio == pytest.approx(2 * 1.3 / (3 * 0.4))

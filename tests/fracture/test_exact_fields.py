@@ -10,8 +10,8 @@ from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
 from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import fracture_parameters
-from craftmesh.mechanics.materials import Material
-from craftmesh.mechanics.near_field import as_tensor, in_axes
+from craftmesh.mechanics.materials import Material, turned
+from craftmesh.mechanics.near_field import as_tensor
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
 from craftmesh.mesh.second_order import as_elements
 
@@ -68,9 +68,9 @@ def test_williams_fields_have_unit_k(mode):
 @pytest.mark.parametrize("mode", [1, 2, 3])
 def test_strohs_fields_have_unit_k(mode):
     turn = quaternion_to_matrix(random_orientations(1, np.random.default_rng(5))[0])
-    stiffness = in_axes(Material("cubic", (168.4, 121.4, 75.4)).stiffness(), turn[None])
+    stiffness = turned(Material("cubic", (168.4, 121.4, 75.4)).stiffness(), turn[None])
     mesh = straight()
-    local = as_tensor(in_axes(stiffness[0], AXES[None]))[0]
+    local = as_tensor(turned(stiffness[0], AXES[None]))[0]
     found, _ = parameters(mesh, unit_k(mesh, mode, local), stiffness)
     assert np.abs(k_of(found) - np.eye(3)[mode - 1]).max() < 0.004
     assert np.abs(found.T).max() < 0.07
@@ -91,7 +91,7 @@ def test_rigid_motion_has_no_k():
     turn = np.array([[0, 0.1, 0.2], [-0.1, 0, 0.3], [-0.2, -0.3, 0]])
     mesh = straight()
     axes = quaternion_to_matrix(random_orientations(1, np.random.default_rng(5))[0])
-    crystal = in_axes(Material("cubic", (168.4, 121.4, 75.4)).stiffness(), axes[None])
+    crystal = turned(Material("cubic", (168.4, 121.4, 75.4)).stiffness(), axes[None])
     for stiffness in (ISOTROPIC, crystal):
         found, _ = parameters(mesh, mesh.points @ turn + [1, 2, 3], stiffness)
         assert np.abs(k_of(found)).max() < 1e-11 and np.abs(found.T).max() < 1e-10

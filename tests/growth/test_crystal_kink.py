@@ -12,8 +12,7 @@ from craftmesh.growth.kink_angle import (
     tangential_stress,
 )
 from craftmesh.growth.options import GrowthOptions
-from craftmesh.mechanics.materials import Material
-from craftmesh.mechanics.near_field import in_axes
+from craftmesh.mechanics.materials import Material, turned
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
 
 COPPER = Material("cubic", (168.4, 121.4, 75.4)).stiffness()
@@ -32,8 +31,8 @@ def test_in_isotropic_materials_it_is_the_known_angle():
 
 def test_a_crack_turned_over_kinks_the_other_way():
     turns = quaternion_to_matrix(random_orientations(5, np.random.default_rng(4)))
-    stiffness = in_axes(COPPER, turns)
-    over = np.concatenate([in_axes(c, HALF_TURN[None]) for c in stiffness])
+    stiffness = turned(COPPER, turns)
+    over = np.concatenate([turned(c, HALF_TURN[None]) for c in stiffness])
     k = np.random.default_rng(5).uniform(0.2, 1, (5, 3))
     angle, driving = largest_near_stress(k, stiffness)
     # lips and front change direction: the stress along the normal and its shears keep K_I and turn K_II

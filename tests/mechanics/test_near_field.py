@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from near_fields import POISSON, SHEAR, YOUNG, stroh, williams
 
-from craftmesh.mechanics.materials import Material
-from craftmesh.mechanics.near_field import as_tensor, in_axes, near_field
+from craftmesh.mechanics.materials import Material, turned
+from craftmesh.mechanics.near_field import as_tensor, near_field
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
 
 ISOTROPIC = Material("isotropic", (YOUNG, POISSON)).stiffness()
@@ -14,7 +14,7 @@ COPPER = Material("cubic", (168.4, 121.4, 75.4)).stiffness()
 
 def crystals(count=3, crystal=COPPER):
     turns = quaternion_to_matrix(random_orientations(count, np.random.default_rng(3)))
-    return in_axes(crystal, turns)
+    return turned(crystal, turns)
 
 
 def gradients(displacement, angles):
