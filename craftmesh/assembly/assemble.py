@@ -9,6 +9,7 @@ from craftmesh.assembly.opening import drop_unused, is_closed, opened_tets, same
 from craftmesh.cracks.sheets import crack_numbers
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import front_polylines
+from craftmesh.mesh.front_curve import arc_lengths
 from craftmesh.mesh.mesh_sets import crack_sets, is_lip, lip_faces, node_sets_of
 from craftmesh.mesh.tet_connectivity import (
     RowGroups,
@@ -92,7 +93,7 @@ def _report(mesh: TetMesh, fronts: Sequence, closed: np.ndarray, added: dict[str
         "nodes_unwelded": added["unwelded"],
         "fronts": len(fronts),
         "front_nodes": sum(len(nodes) for nodes, _ in fronts),
-        "front_length": sum(_length(points[nodes], is_ring) for nodes, is_ring in fronts),
+        "front_length": sum(arc_lengths(points[nodes], is_ring)[1] for nodes, is_ring in fronts),
         "faces": {name: len(faces) for name, faces in mesh.face_sets.items()},
     }
 
@@ -191,8 +192,3 @@ def _face_sets(
     chosen["EXTERIOR"] = free[rest & (sides == 0)]
     ordered = {name: np.sort(rows) for name, rows in chosen.items() if len(rows)}
     return {name: np.stack([rows // 4, rows % 4], axis=1) for name, rows in ordered.items()}
-
-
-def _length(points: np.ndarray, closed: bool) -> float:
-    steps = np.diff(points, axis=0, append=points[:1] if closed else points[-1:])
-    return float(np.linalg.norm(steps, axis=1).sum())

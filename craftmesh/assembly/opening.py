@@ -3,11 +3,10 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from craftmesh.mesh.mesh_sets import is_front, is_lip
 from craftmesh.mesh.tet_connectivity import FACE_NODES, half_face_corners, half_face_nodes
+from craftmesh.surface.connectivity import joined
 
 
 def opened_tets(
@@ -67,11 +66,9 @@ def _renumber(
     """Give each component of the movable (tet, node) places a node; each old node's first keeps its id."""
     place = np.full(tets.size, -1, np.int64)
     place[movable] = np.arange(len(movable))
-    ones = np.ones(len(links), np.int8)
-    graph = coo_array((ones, (place[links[:, 0]], place[links[:, 1]])), shape=(len(movable),) * 2)
-    count, component = connected_components(graph, directed=False)
-    first = np.full(count, len(movable), np.int64)
-    np.minimum.at(first, component, np.arange(len(movable)))
+    component = joined(len(movable), place[links[:, 0]], place[links[:, 1]])
+    first = np.unique(component, return_index=True)[1]
+    count = len(first)
     old = tets.ravel()[movable[first]]
     order = np.lexsort((first, old))
     repeated = np.zeros(count, bool)

@@ -12,11 +12,11 @@ from craftmesh.deck.limits import (
     LINE_LIMIT,
     NUMBER_LIMIT,
     ROW_LIMIT,
-    jacobians,
     name_fault,
     too_small_sentence,
 )
 from craftmesh.errors import CraftmeshError
+from craftmesh.mesh.integration import smallest_jacobians
 
 _OF_SECTION = ("ELSET", "MATERIAL", "ORIENTATION", "CONTROLS")  # parameters of sections that name something
 _NAMES = ("NAME", "NSET", "ELSET", "MATERIAL", "ORIENTATION")  # parameters that name something
@@ -172,7 +172,7 @@ def _check_shapes(blocks: list[Block]) -> list[str]:
             rows = np.searchsorted(nodes[:, 0], table[:, 1:])
             (layers if kind == "COH3D6" else solids).append(rows)
             if kind != "COH3D6":
-                sizes.append(jacobians(points, rows))
+                sizes.append(smallest_jacobians(points, rows))
                 breaches += _check_sizes(block, table[:, 0], sizes[-1])
     breaches += order_faults(points, np.concatenate(layers), solids)
     too_small = too_small_sentence(np.concatenate(sizes))

@@ -6,8 +6,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.model import ElasticModel
-from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
-from craftmesh.mesh.tet_connectivity import tet_volumes
+from craftmesh.mesh.integration import smallest_jacobians
 
 LINE_LIMIT = 256  # characters, in Abaqus
 NAME_LIMIT = 80  # characters, in both
@@ -59,11 +58,6 @@ def check_writable(model: ElasticModel) -> None:
             raise CraftmeshError(f"deck: {count} {kind}; Abaqus takes {NUMBER_LIMIT}: mesh more coarsely")
 
 
-def jacobians(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
-    """Return the least Jacobian (m,) of 4- or 10-node tetrahedra where the solvers integrate."""
-    return 6 * tet_volumes(points, tets) if tets.shape[1] == 4 else smallest_jacobians(points, tets)
-
-
 def too_small_sentence(least: np.ndarray) -> str:
     """Return a sentence where positive Jacobians (m,) are too small for CalculiX, "" where none is."""
     small = least[(least > 0) & (least < LEAST_JACOBIAN)]
@@ -81,4 +75,4 @@ def too_small_sentence(least: np.ndarray) -> str:
 
 def deck_warning(model: ElasticModel) -> str:
     """Return in a sentence why CalculiX would refuse the deck of a sound model, "" where it would not."""
-    return too_small_sentence(jacobians(model.mesh.points, model.mesh.tets) * model.scale**3)
+    return too_small_sentence(smallest_jacobians(model.mesh.points, model.mesh.tets) * model.scale**3)

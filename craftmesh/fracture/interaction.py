@@ -1,6 +1,5 @@
 """Interaction integrals: what each node of the tube round a front adds to those of the K, of T and of J."""
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +10,7 @@ from craftmesh.fracture.segments import Stations
 from craftmesh.fracture.tube import Tube
 from craftmesh.mechanics.near_field import MODES, as_tensor
 from craftmesh.mesh.front_curve import FrontCurve
+from craftmesh.mesh.integration import jacobians, parts_of
 from craftmesh.mesh.tet_connectivity import FACE_CORNERS
 
 # The last row is that of J.
@@ -41,18 +41,14 @@ def interaction_weights(tube: Tube, curve: FrontCurve, stations: Stations) -> np
     weights = np.zeros((len(tube.nodes), ROWS))
     for segment in range(len(stations.start)):
         own = tube.segment[tube.tets] == segment
-        for elements in _parts(np.flatnonzero(own.any(axis=1))):
+        for elements in parts_of(np.flatnonzero(own.any(axis=1)), AT_ONCE):
             found = _of_elements(tube, curve, stations, segment, elements)
             np.add.at(weights, tube.tets[elements], np.where(own[elements][:, :, None], found, 0.0))
-        for faces in _parts(np.flatnonzero(own[tube.faces[:, 0]].any(axis=1))):
+        for faces in parts_of(np.flatnonzero(own[tube.faces[:, 0]].any(axis=1)), AT_ONCE):
             elements = tube.faces[faces, 0]
             found = _of_faces(tube, curve, stations, segment, faces)
             np.add.at(weights, tube.tets[elements], np.where(own[elements][:, :, None], found, 0.0))
     return weights
-
-
-def _parts(rows: np.ndarray) -> Iterator[np.ndarray]:
-    return (rows[first : first + AT_ONCE] for first in range(0, len(rows), AT_ONCE))
 
 
 def _points(
@@ -60,13 +56,12 @@ def _points(
 ) -> Points:
     """Return points of elements (e,); value (e or 1, q, 10), slope (e or 1, q, 10, 3): of their rule."""
     nodes = tube.tets[element]
-    corners = tube.points[nodes][:, None]
-    jacobian = corners.swapaxes(2, 3) @ slope
+    jacobian = jacobians(tube.points, nodes, slope)
     rows = [np.cross(jacobian[..., (i + 1) % 3, :], jacobian[..., (i + 2) % 3, :]) for i in range(3)]
     cofactors = np.stack(rows, axis=2)
     determinant = (jacobian[..., 0, :] * cofactors[..., 0, :]).sum(axis=2)
     in_space = slope @ cofactors.swapaxes(2, 3) / determinant[..., None, None]
-    place = (value[:, :, None, :] @ corners)[:, :, 0]
+    place = (value[:, :, None, :] @ tube.points[nodes][:, None])[:, :, 0]
     s = tube.s[nodes]
     if curve.closed:
         s = s[:, :1] + np.mod(s - s[:, :1] + curve.length / 2, curve.length) - curve.length / 2

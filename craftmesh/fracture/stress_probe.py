@@ -7,7 +7,7 @@ from craftmesh.fracture.fields import stresses
 from craftmesh.fracture.tube import Tube
 from craftmesh.mechanics.near_field import as_tensor
 from craftmesh.mesh.front_frames import Front
-from craftmesh.mesh.integration import shape_slopes, shape_values
+from craftmesh.mesh.integration import jacobians, shape_slopes, shape_values
 
 # Degrees: the arc ends well before the lips; the step of the probes, that in which the largest is sought.
 WIDEST, STEP, FINE = 110.0, 5.0, 0.1
@@ -55,7 +55,7 @@ def _stresses(tube: Tube, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         element[rows], share[rows], missed[rows] = column[rows], found[better], outside[better]
         left = left[missed[left] > INSIDE]
     nodes, slope, grain = tube.tets[element], shape_slopes(share, 10), tube.grain[element]
-    inverse = np.linalg.pinv(tube.points[nodes].swapaxes(1, 2) @ slope)
+    inverse = np.linalg.pinv(jacobians(tube.points, nodes, slope[:, None])[:, 0])
     gradient = tube.displacement[nodes].swapaxes(1, 2) @ slope @ inverse - tube.eigenstrain[grain]
     return stresses(as_tensor(tube.stiffness[grain]).reshape(-1, 9, 9), gradient), missed
 

@@ -1,6 +1,7 @@
 """What holds the bodies of a mesh against moving as a whole: rigid motions, and supports they lack."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,6 +29,32 @@ def rigid_motions(points: np.ndarray, middle: np.ndarray | None = None) -> np.nd
     return motions
 
 
+class Body(NamedTuple):
+    """A body of a mesh, of elements (m,) bool joined by nodes.
+
+    nodes (n,): its corners; size: its largest extent; motions (n, 3, 6): rigid motions of these in units of
+    that; rows (k, 6): the motions of supported displacements, which supports keep at 0.
+    """
+
+    elements: np.ndarray
+    nodes: np.ndarray
+    size: float
+    motions: np.ndarray
+    rows: np.ndarray
+
+
+def supported_bodies(mesh: TetMesh, held: Sequence[tuple[np.ndarray, int]]) -> Iterator[Body]:
+    """Yield the bodies of a mesh on supports: nodes (k,) and the axis (0, 1, 2) of each."""
+    body = bodies(mesh)
+    for one in range(body.max(initial=-1) + 1):
+        nodes = np.unique(mesh.tets[body == one, :4])
+        places = mesh.points[nodes]
+        size = np.ptp(places, axis=0).max()
+        motions = rigid_motions(places / size)
+        parts = (motions[np.isin(nodes, supported), axis] for supported, axis in held)
+        yield Body(body == one, nodes, size, motions, np.concatenate([np.zeros((0, 6)), *parts]))
+
+
 def lacking(
     mesh: TetMesh, held: Sequence[tuple[np.ndarray, int]], forces: np.ndarray
 ) -> list[tuple[int, int]]:
@@ -37,21 +64,14 @@ def lacking(
     until no rigid motion of it is free. Raises CraftmeshError where the forces (n, 3) at the nodes would
     move a body so.
     """
-    body = bodies(mesh)
     found = []
-    for one in range(body.max() + 1):
-        nodes = np.unique(mesh.tets[body == one, :4])
-        places = mesh.points[nodes]
-        size = np.ptp(places, axis=0).max()
-        motions = rigid_motions(places / size)
-        rows = np.concatenate(
-            [np.zeros((0, 6)), *(motions[np.isin(nodes, supported), axis] for supported, axis in held)]
-        )
-        while len(free := _free(rows)):
-            _check_balance(mesh, body == one, free, forces, size)
-            node, axis = divmod(int(np.argmax(((motions @ free.T) ** 2).sum(axis=2))), 3)
-            found.append((int(nodes[node]), axis))
-            rows = np.concatenate([rows, motions[node, axis][None]])
+    for body in supported_bodies(mesh, held):
+        rows = body.rows
+        while len(free := free_motions(rows)):
+            _check_balance(mesh, body.elements, free, forces, body.size)
+            node, axis = divmod(int(np.argmax(((body.motions @ free.T) ** 2).sum(axis=2))), 3)
+            found.append((int(body.nodes[node]), axis))
+            rows = np.concatenate([rows, body.motions[node, axis][None]])
     return found
 
 
@@ -80,7 +100,7 @@ def _check_balance(
     )
 
 
-def _free(rows: np.ndarray) -> np.ndarray:
+def free_motions(rows: np.ndarray) -> np.ndarray:
     """Return the rigid motions (f, 6) that supports with these rows (k, 6) leave free."""
     padded = np.concatenate([rows, np.zeros((6, 6))])
     _, size, ways = np.linalg.svd(padded, full_matrices=False)

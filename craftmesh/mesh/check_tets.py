@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from craftmesh.mesh.front import mesh_fronts
-from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.mesh.integration import smallest_jacobians
 from craftmesh.mesh.mesh_sets import is_front, is_lip, lip_faces, node_sets_of
 from craftmesh.mesh.tet_connectivity import (
     EDGE_CORNERS,

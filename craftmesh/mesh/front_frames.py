@@ -8,10 +8,8 @@ from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.front_curve import FrontCurve, arc_lengths, front_curve, local_sizes
 from craftmesh.mesh.lips import front_normals
 from craftmesh.mesh.mesh_sets import is_lip
-from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, face_nodes
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, OFF_EDGE, face_nodes
 from craftmesh.types import BOX_PLANES, TetMesh
-
-_FACES_AT_EDGE = np.array([[2, 3], [0, 3], [1, 3], [1, 2], [0, 2], [0, 1]])  # the corners off each edge
 
 
 def grain_of_edges(mesh: TetMesh, tails: np.ndarray, heads: np.ndarray) -> np.ndarray:
@@ -84,7 +82,7 @@ def _dihedral(mesh: TetMesh, tets: np.ndarray, local: np.ndarray) -> np.ndarray:
     """Return the angles (k,) in radians between the two faces at edge `local` (k,) of tets (k,)."""
     nodes = mesh.tets[tets]
     a, b = (mesh.points[np.take_along_axis(nodes, EDGE_CORNERS[local, i, None], 1)[:, 0]] for i in range(2))
-    off = [np.take_along_axis(nodes, _FACES_AT_EDGE[local, i, None], 1)[:, 0] for i in range(2)]
+    off = [np.take_along_axis(nodes, OFF_EDGE[local, i, None], 1)[:, 0] for i in range(2)]
     u, v = (np.cross(b - a, mesh.points[node] - a) for node in off)
     return np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), (u * v).sum(axis=1))
 

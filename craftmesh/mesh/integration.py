@@ -1,19 +1,22 @@
 """Rules of integration over tetrahedra, and the shape functions of them and their faces."""
 
+from collections.abc import Iterator
 from itertools import permutations
 
 import numpy as np
 
-from craftmesh.mesh.kernels.tet_jacobians import FAR, NEAR
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS
 
+# The four integration points of C3D10 in Abaqus and CalculiX lie at these barycentric coordinates, the
+# larger one at each corner in turn.
+_NEAR, _FAR = (5 + 3 * np.sqrt(5)) / 20, (5 - np.sqrt(5)) / 20
 # Barycentric coordinates of the first point of each orbit, and its share of the volume. 1 and 4 points,
 # exact to degree 1 and 2, are those of C3D4 and C3D10 (Hammer & Stroud 1956); 14, to degree 5, are
 # Walkington's (2000).
 _A, _B, _C = 0.3108859192633006, 0.0927352503108912, 0.0455037041256496
 _ORBITS = {
     1: (((0.25, 0.25, 0.25, 0.25), 1.0),),
-    4: (((NEAR, FAR, FAR, FAR), 0.25),),
+    4: (((_NEAR, _FAR, _FAR, _FAR), 0.25),),
     14: (
         ((1 - 3 * _A, _A, _A, _A), 0.1126879257180159),
         ((1 - 3 * _B, _B, _B, _B), 0.0734930431163619),
@@ -21,6 +24,7 @@ _ORBITS = {
     ),
 }
 _CORNER_SLOPES = np.concatenate([-np.ones((1, 3)), np.eye(3)])
+AT_ONCE = 10_000  # elements that are worked on at once: arrays of some 10 MB
 
 
 def tet_rule(points: int) -> tuple[np.ndarray, np.ndarray]:
@@ -50,6 +54,37 @@ def shape_values(places: np.ndarray) -> np.ndarray:
     """Return the values (q, 10) of the shape functions of 10 nodes at barycentric places (q, 4)."""
     a, b = EDGE_CORNERS.T
     return np.hstack([places * (2 * places - 1), 4 * places[:, a] * places[:, b]])
+
+
+def jacobians(points: np.ndarray, tets: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """Return the derivatives (m, q, 3, 3) of places in elements (m, k) by the elements' own coordinates.
+
+    slopes (q, k, 3), or (m, q, k, 3): as `shape_slopes` gives them; row i is that of coordinate i in space.
+    """
+    corners = points[tets] - points[tets[:, :1]]  # slopes add up to 0, so any point may be the origin
+    return corners[:, None].swapaxes(2, 3) @ slopes
+
+
+def determinants(jacobian: np.ndarray) -> np.ndarray:
+    """Return the determinants (...) of matrices (..., 3, 3)."""
+    return (np.cross(jacobian[..., 0, :], jacobian[..., 1, :]) * jacobian[..., 2, :]).sum(axis=-1)
+
+
+def parts_of(rows: np.ndarray, size: int = AT_ONCE) -> Iterator[np.ndarray]:
+    """Yield rows (k,) in parts of a size."""
+    return (rows[first : first + size] for first in range(0, len(rows), size))
+
+
+def smallest_jacobians(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
+    """Return the least Jacobian determinant (m,) over the points at which solvers integrate an element.
+
+    tets (m, 4) or (m, 10) in Abaqus' order. An element with straight edges and mid nodes in their middles
+    has six times its volume at every point.
+    """
+    width = tets.shape[1]
+    slopes = shape_slopes(tet_rule(1 if width == 4 else 4)[0], width)
+    parts = (determinants(jacobians(points, tets[rows], slopes)) for rows in parts_of(np.arange(len(tets))))
+    return np.concatenate([np.zeros(0), *(part.min(axis=1) for part in parts)])
 
 
 def face_shape(s: float, t: float, is_linear: bool) -> tuple[np.ndarray, np.ndarray]:

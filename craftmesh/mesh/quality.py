@@ -8,8 +8,8 @@ from craftmesh.errors import listed
 from craftmesh.mesh.flat_tets import flat_tets, is_poor, poor_parts
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.front_curve import arc_lengths
+from craftmesh.mesh.integration import smallest_jacobians
 from craftmesh.mesh.kernels.shape_measures import shape_measures
-from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
 from craftmesh.mesh.mesh_sets import lip_faces
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges, tet_edges
 from craftmesh.surface.measure import total_area, volume_drift
@@ -50,7 +50,7 @@ def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
             "dihedral_min": _histogram(low, _ANGLE_EDGES),
             "dihedral_max": _histogram(high, _ANGLE_EDGES),
         },
-        "jacobian_not_positive": int(np.count_nonzero(~(_jacobians(mesh, volume) > 0))),
+        "jacobian_not_positive": int(np.count_nonzero(~(smallest_jacobians(mesh.points, mesh.tets) > 0))),
         "volume": float(volume.sum()),
         "crack_area": total_area(mesh.points, face_nodes(corners, lip_faces(mesh.face_sets)[0])),
         "front_length": sum(arc_lengths(mesh.points[ids], closed)[1] for ids, closed in mesh_fronts(mesh)),
@@ -95,10 +95,6 @@ def drift_sentence(drift: Mapping) -> str | None:
         f"{len(far)} of {drift['grains']} grains differ in volume from their voxels by more than "
         f"{MOST_DRIFT:.0%}: {listed(f'grain {grain} by {far[grain]:+.1%}' for grain in worst)}"
     )
-
-
-def _jacobians(mesh: TetMesh, volume: np.ndarray) -> np.ndarray:
-    return volume if mesh.tets.shape[1] == 4 else smallest_jacobians(mesh.points, mesh.tets)
 
 
 def _percent(chosen: np.ndarray) -> float:

@@ -1,17 +1,14 @@
 """From 4-node to 10-node tetrahedra."""
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import mesh_fronts
-from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.mesh.integration import smallest_jacobians
 from craftmesh.mesh.mesh_sets import node_sets_of
-from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, group_edges, tet_edges
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, OFF_EDGE, group_edges, tet_edges
+from craftmesh.surface.connectivity import joined
 from craftmesh.types import TetMesh
-
-_OFF_EDGE = np.array([[2, 3], [0, 3], [1, 3], [1, 2], [0, 2], [0, 1]])  # the corners that an edge lacks
 
 
 def as_elements(mesh: TetMesh, element: str, quarter_points: bool = False) -> tuple[TetMesh, dict]:
@@ -68,14 +65,12 @@ def _open_chords(mesh: TetMesh, edge: np.ndarray, count: int) -> np.ndarray:
     tet, local = np.nonzero(on_front[mesh.tets][:, EDGE_CORNERS].all(axis=2))
     if not len(tet):
         return edge
-    third = mesh.tets[tet[:, None], _OFF_EDGE[local]]
+    third = mesh.tets[tet[:, None], OFF_EDGE[local]]
     number = edge[tet, local]
     _, face = np.unique(number[:, None] * len(mesh.points) + third, return_inverse=True)
     rows = np.repeat(np.arange(len(tet)), 2)
-    n = len(tet) + face.max() + 1
-    graph = coo_array((np.ones(len(rows), np.int8), (rows, len(tet) + face.ravel())), shape=(n, n))
-    _, component = connected_components(graph, directed=False)
-    _, first, which = np.unique(component[: len(tet)], return_index=True, return_inverse=True)
+    which = joined(len(tet) + face.max() + 1, rows, len(tet) + face.ravel())[: len(tet)]
+    first = np.unique(which, return_index=True)[1]
     order = np.lexsort((first, number[first]))
     repeated = order[1:][number[first[order[1:]]] == number[first[order[:-1]]]]
     new_number = number[first]

@@ -3,16 +3,16 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from craftmesh.mesh.kernels.row_groups import group_rows
+from craftmesh.surface.connectivity import in_order, joined
 from craftmesh.types import TetMesh
 
 # Corners of S1..S4; by the right-hand rule their normals point into an element of positive volume.
 FACE_CORNERS = np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
 # Corners of the edges that carry the mid nodes 5..10.
 EDGE_CORNERS = np.array([[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]])
+OFF_EDGE = EDGE_CORNERS[[5, 3, 4, 1, 2, 0]]  # the corners that each edge lacks
 # Edges of S1..S4 from each corner to the next.
 FACE_EDGES = np.array([[0, 1, 2], [3, 4, 0], [4, 5, 1], [5, 3, 2]])
 # Nodes of S1..S4 by the number of an element's nodes: the corners, then the mid nodes of those edges.
@@ -114,13 +114,9 @@ def tet_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
 
 def bodies(mesh: TetMesh) -> np.ndarray:
     """Return the number (m,) of the body that each element is in, from 0 in the order of first elements."""
-    n = len(mesh.points)
     tails = np.repeat(mesh.tets[:, 0], mesh.tets.shape[1] - 1)
     heads = mesh.tets[:, 1:].ravel()
-    links = coo_array((np.ones(len(heads), np.int8), (tails, heads)), shape=(n, n))
-    found = connected_components(links, directed=False)[1][mesh.tets[:, 0]]
-    _, first, body = np.unique(found, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(first))[body.ravel()]
+    return in_order(joined(len(mesh.points), tails, heads)[mesh.tets[:, 0]])
 
 
 def severed_sentence(mesh: TetMesh) -> str:

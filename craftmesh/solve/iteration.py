@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import cached_property, partial
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array
@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.lips import LipPairs
-from craftmesh.solve.kernels.blocks import add_multiple, dot, renew_direction
+from craftmesh.solve.kernels.blocks import dot
 from craftmesh.solve.levels import Step, StiffnessMatrix, step_of, stiffness_matrix
 from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.problem import Problem
@@ -25,23 +25,17 @@ _AIM = 0.5
 _AT_REST = 1e-6
 
 
-class Matrix(Protocol):
-    """A symmetric positive definite matrix."""
-
-    def times(self, x: np.ndarray, out: np.ndarray) -> float:
-        """Fill `out` with the matrix times x and return x . out."""
-
-
 def conjugate_gradients(
-    matrix: Matrix,
-    precondition: Callable[[np.ndarray, np.ndarray], None],
+    times: Callable[[np.ndarray, np.ndarray], float],
+    precondition: Step,
     right: np.ndarray,
     goal: float,
     most: int,
     heard: Callable[[float], None],
 ) -> tuple[np.ndarray, int]:
-    """Return x (n, 3) with |right - matrix x| <= goal, or what `most` iterations gave, and their number.
+    """Return x (n, 3) with |right - A x| <= goal, or what `most` iterations gave, and their number.
 
+    times(x, out) fills `out` with the symmetric positive definite A times x and returns x . out;
     precondition(r, out) fills `out` with an approximate answer to r; heard(|r|) is called each iteration.
     The residual is the one that the iteration carries along; rounding parts it from the true one.
     """
@@ -56,11 +50,12 @@ def conjugate_gradients(
             return x, iteration
         precondition(residual, answer)
         weight = dot(residual, answer)
-        renew_direction(weight / before, answer, direction)
+        direction *= weight / before
+        direction += answer
         before = weight
-        step = weight / matrix.times(direction, product)
-        add_multiple(step, direction, x)
-        add_multiple(-step, product, residual)
+        step = weight / times(direction, product)
+        x += step * direction
+        residual -= step * product
     return x, most
 
 
@@ -172,9 +167,9 @@ class Iteration:
             if count == self.options.max_iterations:
                 raise refused(now.residual, count, self.options)
             heard = partial(self._heard, now.size, "" if closed is None else closed.text)
-            matrix, step = (self.matrix, self.step) if closed is None else _within(closed, self)
+            times, step = (self.matrix.times, self.step) if closed is None else _within(closed, self)
             goal, most = _AIM * tolerance * now.size, self.options.max_iterations - count
-            change, used = conjugate_gradients(matrix, step, now.left, goal, most, heard)
+            change, used = conjugate_gradients(times, step, now.left, goal, most, heard)
             count, self.count = count + used, self.count + used
             before, now = now.residual, self.found(now.displacement + change, closed)
             if now.residual * now.size <= tolerance * first.size and now.size <= _AT_REST * first.size:
@@ -191,26 +186,21 @@ class Iteration:
         self.progress(self.done, f"{text}residual {out / size:.1e}")
 
 
-class _Constrained(NamedTuple):
-    """A matrix on the fields that keep pairs closed."""
+def _within(
+    closed: ClosedPairs, whole: Iteration
+) -> tuple[Callable[[np.ndarray, np.ndarray], float], Step]:
+    """Return the matrix's product and the step of an iteration on the fields that keep pairs closed."""
 
-    matrix: StiffnessMatrix
-    closed: ClosedPairs
-
-    def times(self, x: np.ndarray, out: np.ndarray) -> float:
-        product = self.matrix.times(x, out)
-        self.closed.take_out(out)
+    def times(x: np.ndarray, out: np.ndarray) -> float:
+        product = whole.matrix.times(x, out)
+        closed.take_out(out)
         return product
-
-
-def _within(closed: ClosedPairs, whole: Iteration) -> tuple[Matrix, Step]:
-    """Return the matrix and the step of an iteration on the fields that keep pairs closed."""
 
     def step(right: np.ndarray, out: np.ndarray) -> None:
         whole.step(right, out)
         closed.take_out(out)
 
-    return _Constrained(whole.matrix, closed), step
+    return times, step
 
 
 def refused(residual: float, iterations: int, options: SolveOptions) -> CraftmeshError:

@@ -4,20 +4,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import bsr_array, csr_array, eye_array, triu
 
 from craftmesh.mechanics.holding import rigid_motions
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS
-from craftmesh.solve.kernels.assembly import assemble_blocks, take_out, upper_pattern
+from craftmesh.solve.kernels.assembly import assemble_blocks
 from craftmesh.solve.kernels.blocks import (
-    all_blocks,
-    inverted,
     multiply,
     negative_upper,
     solve_lower,
     solve_upper,
     subtract_lower,
 )
-from craftmesh.solve.kernels.transfer import to_corners, to_nodes
 from craftmesh.solve.problem import Elements
 
 # Levels end here: the factor of a larger one costs more than it saves.
@@ -45,9 +43,12 @@ class StiffnessMatrix:
         """start, column and upper, as the kernels take them."""
         return self.start, self.column, self.upper
 
-    def inverse_diagonal(self) -> np.ndarray:
-        """Return the inverses (n, 3, 3) of the blocks on the diagonal."""
-        return inverted(self.diagonal)
+    def whole(self) -> bsr_array:
+        """Return the matrix (3n, 3n) in blocks; those that are 0 are left out."""
+        n = len(self.diagonal)
+        upper = bsr_array((self.upper, self.column, self.start), shape=(3 * n, 3 * n))
+        diagonal = bsr_array((self.diagonal, np.arange(n), np.arange(n + 1)), shape=(3 * n, 3 * n))
+        return upper + upper.T + diagonal
 
     def times(self, x: np.ndarray, out: np.ndarray) -> float:
         """Fill `out` (n, 3) with the matrix times x (n, 3); return x . out."""
@@ -55,11 +56,30 @@ class StiffnessMatrix:
 
 
 def stiffness_matrix(elements: Elements, fixed: np.ndarray) -> StiffnessMatrix:
-    """Return the matrix of the elements; fixed (n, 3) bool: prescribed displacements."""
-    start, column = upper_pattern(elements.tets, len(elements.points))
+    """Return the matrix of the elements; fixed (n, 3) bool: prescribed displacements.
+
+    Their rows and columns are 0 but on the diagonal: a right-hand side that is 0 there then has an answer
+    that is 0 there. A node without an element has 1.
+    """
+    start, column = _upper_pattern(elements.tets, len(elements.points))
     diagonal, upper = assemble_blocks(*elements.tables, start, column)
-    take_out(fixed, start, column, diagonal, upper)
+    row = np.repeat(np.arange(len(fixed)), np.diff(start))
+    holds = np.asarray(fixed.any(axis=1))
+    at = np.flatnonzero(holds[row] | holds[column])
+    upper[at] *= ~(fixed[row[at]][:, :, None] | fixed[column[at]][:, None, :])
+    own = np.eye(3, dtype=bool)
+    diagonal *= own | ~(fixed[:, :, None] | fixed[:, None, :])
+    diagonal[own & (diagonal == 0)] = 1.0
     return StiffnessMatrix(start, column, upper, diagonal)
+
+
+def _upper_pattern(tets: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return start (n + 1,) and column of the blocks above the diagonal, one for each pair of nodes."""
+    first = np.arange(0, tets.size + 1, tets.shape[1])
+    touches = csr_array((np.ones(tets.size, bool), tets.ravel(), first), (len(tets), count))
+    pattern = triu(touches.T @ touches, k=1, format="csr")
+    pattern.sort_indices()
+    return pattern.indptr.astype(np.int64), pattern.indices.astype(np.int32)
 
 
 class Aggregates:
@@ -72,11 +92,9 @@ class Aggregates:
     def __init__(self, elements: Elements, matrix: StiffnessMatrix, fixed: np.ndarray):
         from pyamg import smoothed_aggregation_solver
         from pyamg.multilevel import MultilevelSolver
-        from scipy.sparse import bsr_array, eye_array
 
-        first, at, blocks = all_blocks(*matrix.triangle, matrix.diagonal)
         levels = smoothed_aggregation_solver(
-            bsr_array((blocks, at, first.astype(np.int32)), shape=(fixed.size, fixed.size)),
+            matrix.whole(),
             B=rigid_motions(elements.points).reshape(fixed.size, 6) * ~fixed.reshape(-1, 1),
             strength=("symmetric", {"theta": 0.0}),
             smooth=("jacobi", {"weighting": "local"}),
@@ -110,7 +128,7 @@ class Sweeps:
 
     def __init__(self, matrix: StiffnessMatrix, correct: Callable[[np.ndarray, np.ndarray], None]):
         self.matrix, self.correct = matrix, correct
-        self.inverse = matrix.inverse_diagonal()
+        self.inverse = np.linalg.inv(matrix.diagonal)
         self.left, self.e = np.empty((2, len(matrix.diagonal), 3))
 
     def __call__(self, right: np.ndarray, out: np.ndarray) -> None:
@@ -136,24 +154,30 @@ class Corners:
     """Answers on the corners of 10-node elements, and between them linear along each edge."""
 
     def __init__(self, elements: Elements, fixed: np.ndarray):
-        tets = elements.tets
-        corner = np.unique(tets[:, :4])
-        number = np.zeros(len(elements.points), np.int64)
-        number[corner] = np.arange(len(corner))
+        tets, count = elements.tets, len(elements.points)
+        self.corner, self.fixed = np.unique(tets[:, :4]), fixed
+        number = np.zeros(count, np.int64)
+        number[self.corner] = np.arange(len(self.corner))
         mid, first = np.unique(tets[:, 4:], return_index=True)
         tet, edge = np.divmod(first, 6)
         ends = tets[tet[:, None], EDGE_CORNERS[edge]]
-        self.links = corner, mid, number[ends], _shares(elements.points, mid, ends), fixed
-        self.right, self.answer = np.empty((2, len(corner), 3))
+        share = _shares(elements.points, mid, ends)
+        rows = np.concatenate([self.corner, mid, mid])
+        columns = np.concatenate([self.corner, ends[:, 0], ends[:, 1]])
+        values = np.concatenate([np.ones(len(self.corner)), 1 - share, share])
+        self.spread = csr_array((values, (rows, number[columns])), (count, len(self.corner)))
+        self.gather = self.spread.T.tocsr()
+        self.answer = np.empty((len(self.corner), 3))
         grains = elements.part, elements.stiffness
-        linear = Elements(elements.points[corner], number[tets[:, :4]], *grains, rule=1)
-        self.step = step_of(linear, stiffness_matrix(linear, fixed[corner]), fixed[corner])
+        linear = Elements(elements.points[self.corner], number[tets[:, :4]], *grains, rule=1)
+        held = fixed[self.corner]
+        self.step = step_of(linear, stiffness_matrix(linear, held), held)
 
     def __call__(self, left: np.ndarray, out: np.ndarray) -> None:
         """Fill `out` (n, 3) with the corners' answer to what is left (n, 3)."""
-        to_corners(*self.links, left, self.right)
-        self.step(self.right, self.answer)
-        to_nodes(*self.links, self.answer, out)
+        right = self.gather @ np.where(self.fixed, 0.0, left)
+        self.step(np.where(self.fixed[self.corner], 0.0, right), self.answer)
+        np.copyto(out, np.where(self.fixed, 0.0, self.spread @ self.answer))
 
 
 def _shares(points: np.ndarray, mid: np.ndarray, ends: np.ndarray) -> np.ndarray:

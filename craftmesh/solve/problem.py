@@ -6,13 +6,11 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.eigenstrains import components
-from craftmesh.mechanics.holding import LOOSE, rigid_motions
+from craftmesh.mechanics.holding import free_motions, supported_bodies
 from craftmesh.mechanics.load import Load, nodal_forces
 from craftmesh.mechanics.model import ElasticModel
-from craftmesh.mesh.integration import shape_slopes, tet_rule
-from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
-from craftmesh.mesh.tet_connectivity import bodies, tet_volumes
-from craftmesh.solve.kernels.elements import internal_forces, strain_forces
+from craftmesh.mesh.integration import shape_slopes, smallest_jacobians, tet_rule
+from craftmesh.solve.kernels.elements import internal_forces
 from craftmesh.types import Solution, TetMesh
 
 # Points at which Abaqus and CalculiX integrate a C3D10.
@@ -44,13 +42,13 @@ class Elements:
         slopes = shape_slopes(places, self.tets.shape[1])
         return self.points, self.tets, self.part, self.stiffness, slopes, weights
 
-    def forces(self, displacement: np.ndarray) -> np.ndarray:
-        """Return the forces (n, 3) that hold the elements in this displacement (n, 3)."""
-        return internal_forces(*self.tables, displacement)
+    def forces(self, displacement: np.ndarray, free: np.ndarray | None = None) -> np.ndarray:
+        """Return the forces (n, 3) that hold the elements in this displacement (n, 3).
 
-    def strain_forces(self, strain: np.ndarray) -> np.ndarray:
-        """Return the forces (n, 3) that hold the elements in uniform strains (g, 6) by part."""
-        return strain_forces(*self.tables, strain)
+        free (g, 6): the strains by part that take no force, none by default.
+        """
+        free = np.zeros((len(self.stiffness), 6)) if free is None else free
+        return internal_forces(*self.tables, displacement, free)
 
 
 def elements_of(model: ElasticModel, rule: int) -> Elements:
@@ -96,21 +94,12 @@ def supports_of(load: Load, mesh: TetMesh) -> Supports:
 
 def _check_held(mesh: TetMesh, fixed: np.ndarray) -> None:
     """Refuse a piece of the body (elements joined by nodes) that the supports leave a rigid motion."""
-    in_piece = bodies(mesh)
-    piece = np.full(len(mesh.points), -1)
-    piece[mesh.tets] = in_piece[:, None]
-    motions = rigid_motions(mesh.points / max(np.ptp(mesh.points, axis=0).max(initial=0.0), 1e-300))
-    node, axis = np.nonzero(fixed)
-    order = np.argsort(piece[node], kind="stable")
-    node, axis = node[order], axis[order]
-    for number in np.unique(in_piece):
-        low, high = np.searchsorted(piece[node], [number, number + 1])
-        rows = motions[node[low:high], axis[low:high]]
-        if len(rows) < 6 or np.linalg.cond(rows) > LOOSE:
-            elements = np.flatnonzero(in_piece == number)
-            place = ", ".join(f"{x:.4g}" for x in mesh.points[mesh.tets[elements[0], 0]])
+    for body in supported_bodies(mesh, [(np.flatnonzero(fixed[:, axis]), axis) for axis in range(3)]):
+        if len(free_motions(body.rows)):
+            first = np.argmax(body.elements)
+            place = ", ".join(f"{x:.4g}" for x in mesh.points[mesh.tets[first, 0]])
             raise CraftmeshError(
-                f"load: a piece of {len(elements)} elements at ({place}), grain {mesh.grain[elements[0]]}, "
+                f"load: a piece of {body.elements.sum()} elements at ({place}), grain {mesh.grain[first]}, "
                 "is not held against moving as a whole; hold it (sides, axis), or end the growth before "
                 "the crack severs the body"
             )
@@ -162,13 +151,12 @@ def problem_of(model: ElasticModel, rule: int = DECK_RULE, elements: Elements | 
     supports, forces = supports_of(model.load, model.mesh), nodal_forces(model.load.pulled, model.mesh)
     strain = model.eigenstrain()
     if strain.any():
-        forces += elements.strain_forces(components(strain))
+        forces -= elements.forces(np.zeros_like(forces), components(strain))
     return Problem(elements, supports, forces)
 
 
 def _check_elements(mesh: TetMesh) -> None:
-    check = tet_volumes if mesh.tets.shape[1] == 4 else smallest_jacobians
-    bad = np.flatnonzero(~(check(mesh.points, mesh.tets) > 0))
+    bad = np.flatnonzero(~(smallest_jacobians(mesh.points, mesh.tets) > 0))
     if len(bad):
         raise CraftmeshError(
             f"solve: {len(bad)} elements are turned over or flat (the first is element {bad[0] + 1} of "

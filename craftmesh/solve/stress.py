@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.mechanics.eigenstrains import components
+from craftmesh.mechanics.materials import COMPONENT
 from craftmesh.mechanics.model import ElasticModel
-from craftmesh.mesh.integration import tet_rule
+from craftmesh.mesh.integration import determinants, jacobians, parts_of, tet_rule
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, tet_volumes
-from craftmesh.solve.kernels.stress import add_stresses
-from craftmesh.solve.problem import DECK_RULE, elements_of
+from craftmesh.solve.problem import DECK_RULE, Elements, elements_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,16 +37,31 @@ def grain_stress(model: ElasticModel, displacement: np.ndarray) -> GrainStress:
     tets = point.reshape(mesh.tets.shape)
     stress, volume = np.zeros((len(found), 6)), np.zeros(len(found))
     spread = _to_nodes(mesh.tets.shape[1], elements.rule)
-    add_stresses(*elements.tables, displacement, spread, tets, stress, volume)
+    for rows in parts_of(np.arange(len(tets))):
+        own, size = _at_points(elements, displacement, rows)
+        np.add.at(stress, tets[rows], size[:, None, None] * (spread @ own))
+        np.add.at(volume, tets[rows], size[:, None])
     part, node = np.divmod(found, len(mesh.points))
     free = np.einsum("gij,gj->gi", elements.stiffness, components(model.eigenstrain()))
     return GrainStress(node, tets, stress / volume[:, None] - free[part])
 
 
+def _at_points(
+    elements: Elements, displacement: np.ndarray, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return stresses (e, q, 6) at the integration points of elements `rows`, and their volumes (e,)."""
+    points, tets, part, stiffness, slopes, weights = elements.tables
+    jacobian = jacobians(points, tets[rows], slopes)
+    moved = displacement[tets[rows]][:, None].swapaxes(2, 3) @ slopes @ np.linalg.inv(jacobian)
+    strain = components((0.5 * (moved + moved.swapaxes(2, 3))).reshape(-1, 3, 3))
+    stress = strain.reshape(len(rows), -1, 6) @ stiffness[part[rows]]
+    return stress, determinants(jacobian) @ weights
+
+
 def mean_stress(model: ElasticModel, displacement: np.ndarray) -> float:
     """Return the mean over the body of the principal stress that is largest by size: of tension, that."""
     found = grain_stress(model, displacement)
-    matrix = found.stress[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
+    matrix = found.stress[:, COMPONENT]
     size = np.abs(np.linalg.eigvalsh(matrix)[:, [0, 2]]).max(axis=1)
     corners = model.mesh.tets[:, :4]
     return float(

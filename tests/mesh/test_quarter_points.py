@@ -11,7 +11,7 @@ from structured_box import hexagon, plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.check_tets import check_tets
-from craftmesh.mesh.kernels.tet_jacobians import smallest_jacobians
+from craftmesh.mesh.integration import smallest_jacobians
 from craftmesh.mesh.quality import quality
 from craftmesh.mesh.second_order import as_elements, move_to_quarter_points, raise_order
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, tet_volumes

@@ -11,52 +11,6 @@ from craftmesh.solve.kernels.elements import add_stiffness, gradients
 
 
 @kernel
-def elements_of_nodes(tets, n):
-    """Return start (n + 1,) and `tet`: node i is in the elements tet[start[i] : start[i + 1]]."""
-    start = np.zeros(n + 1, np.int64)
-    for row in tets:
-        for node in row:
-            start[node + 1] += 1
-    for node in range(n):
-        start[node + 1] += start[node]
-    place = start[:-1].copy()
-    owner = np.empty(start[n], np.int32)
-    for tet in range(len(tets)):
-        for node in tets[tet]:
-            owner[place[node]] = tet
-            place[node] += 1
-    return start, owner
-
-
-@kernel
-def upper_pattern(tets, n):
-    """Return start (n + 1,) and column of the blocks above the diagonal, one for each pair of nodes."""
-    first, owner = elements_of_nodes(tets, n)
-    seen = np.full(n, -1, np.int64)
-    start = np.zeros(n + 1, np.int64)
-    for node in range(n):
-        count = 0
-        for place in range(first[node], first[node + 1]):
-            for other in tets[owner[place]]:
-                if other > node and seen[other] != node:
-                    seen[other] = node
-                    count += 1
-        start[node + 1] = start[node] + count
-    column = np.empty(start[n], np.int32)
-    seen[:] = -1
-    for node in range(n):
-        end = start[node]
-        for place in range(first[node], first[node + 1]):
-            for other in tets[owner[place]]:
-                if other > node and seen[other] != node:
-                    seen[other] = node
-                    column[end] = other
-                    end += 1
-        column[start[node] : end].sort()
-    return start, column
-
-
-@kernel
 def assemble_blocks(points, tets, part, stiffness, slopes, weights, start, column):
     """Return the blocks on (n, 3, 3) and above the diagonal of the stiffness matrix.
 
@@ -114,26 +68,3 @@ def _add_block(own, row, column, is_upper, block):
         for r in range(3):
             for s in range(3):
                 block[s, r] += own[row + r, column + s]
-
-
-@lean_kernel
-def take_out(fixed, start, column, diagonal, upper):
-    """Set the rows and columns of prescribed displacements, fixed (n, 3), to 0 but on the diagonal.
-
-    A right-hand side that is 0 there then has an answer that is 0 there. A node without an element gets 1.
-    """
-    for i in range(len(diagonal)):
-        _clear(fixed[i], fixed[i], diagonal[i], True)
-        for r in range(3):
-            if diagonal[i, r, r] == 0.0:
-                diagonal[i, r, r] = 1.0
-        for place in range(start[i], start[i + 1]):
-            _clear(fixed[i], fixed[column[place]], upper[place], False)
-
-
-@lean_kernel
-def _clear(rows, columns, block, is_diagonal):
-    for r in range(3):
-        for s in range(3):
-            if (rows[r] or columns[s]) and not (is_diagonal and r == s):
-                block[r, s] = 0.0

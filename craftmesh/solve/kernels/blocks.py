@@ -6,25 +6,7 @@ The matrix is L + D + U with L the transpose of U; `start`, `column` and `upper`
 
 import numpy as np
 
-from craftmesh.jit import kernel, lean_kernel
-
-
-@kernel
-def inverted(blocks):
-    """Return the inverses of symmetric positive definite blocks (n, 3, 3)."""
-    out = np.empty_like(blocks)
-    for i in range(len(blocks)):
-        b = blocks[i]
-        a00 = b[1, 1] * b[2, 2] - b[1, 2] * b[1, 2]
-        a01 = b[0, 2] * b[1, 2] - b[0, 1] * b[2, 2]
-        a02 = b[0, 1] * b[1, 2] - b[0, 2] * b[1, 1]
-        scale = 1.0 / (b[0, 0] * a00 + b[0, 1] * a01 + b[0, 2] * a02)
-        out[i, 0, 0], out[i, 0, 1], out[i, 0, 2] = a00 * scale, a01 * scale, a02 * scale
-        out[i, 1, 0], out[i, 2, 0] = out[i, 0, 1], out[i, 0, 2]
-        out[i, 1, 1] = (b[0, 0] * b[2, 2] - b[0, 2] * b[0, 2]) * scale
-        out[i, 1, 2] = out[i, 2, 1] = (b[0, 1] * b[0, 2] - b[0, 0] * b[1, 2]) * scale
-        out[i, 2, 2] = (b[0, 0] * b[1, 1] - b[0, 1] * b[0, 1]) * scale
-    return out
+from craftmesh.jit import lean_kernel
 
 
 @lean_kernel
@@ -117,39 +99,6 @@ def solve_upper(start, column, upper, inverse, right, out):
         out[i, 2] = d[2, 0] * a + d[2, 1] * b + d[2, 2] * c
 
 
-@kernel
-def all_blocks(start, column, upper, diagonal):
-    """Return start, column and blocks of the whole matrix, row by row, columns ascending."""
-    n = len(diagonal)
-    first = np.zeros(n + 1, np.int64)
-    for i in range(n):
-        first[i + 1] += 1 + start[i + 1] - start[i]
-        for place in range(start[i], start[i + 1]):
-            first[column[place] + 1] += 1
-    for i in range(n):
-        first[i + 1] += first[i]
-    at, blocks = np.empty(first[n], np.int32), np.empty((first[n], 3, 3))
-    end = first[:-1].copy()
-    for i in range(n):  # rows above have put what lies left of the diagonal
-        _put(i, diagonal[i], end[i], at, blocks)
-        end[i] += 1
-        for place in range(start[i], start[i + 1]):
-            j = np.int64(column[place])
-            _put(j, upper[place], end[i], at, blocks)
-            _put(i, upper[place].T, end[j], at, blocks)
-            end[i] += 1
-            end[j] += 1
-    return first, at, blocks
-
-
-@kernel
-def _put(node, block, place, at, blocks):
-    at[place] = node
-    for r in range(3):
-        for s in range(3):
-            blocks[place, r, s] = block[r, s]
-
-
 @lean_kernel
 def dot(x, y):
     """Return the sum of products of two arrays (n, 3), summed in one order on every machine."""
@@ -157,19 +106,3 @@ def dot(x, y):
     for i in range(len(x)):
         total += x[i, 0] * y[i, 0] + x[i, 1] * y[i, 1] + x[i, 2] * y[i, 2]
     return total
-
-
-@lean_kernel
-def add_multiple(factor, x, out):
-    """Add factor * x to `out`, arrays (n, 3)."""
-    for i in range(len(x)):
-        for r in range(3):
-            out[i, r] += factor * x[i, r]
-
-
-@lean_kernel
-def renew_direction(factor, x, out):
-    """Overwrite `out` with x + factor * out, arrays (n, 3)."""
-    for i in range(len(x)):
-        for r in range(3):
-            out[i, r] = x[i, r] + factor * out[i, r]

@@ -63,7 +63,27 @@ def add_stiffness(grads, stiffness, weight, product, out):
 
 
 @kernel
-def strain_at(grads, nodes, displacement, out):
+def internal_forces(points, tets, part, stiffness, slopes, weights, displacement, free):
+    """Return the forces (n, 3) that the nodes must exert on the elements for this displacement (n, 3).
+
+    part (m,): the row of each element in `stiffness` (g, 6, 6) and in `free` (g, 6), the strains that take
+    no force, with engineering shears.
+    """
+    forces = np.zeros((len(points), 3))
+    grads, inverse = np.empty((tets.shape[1], 3)), np.empty((3, 3))
+    strain = np.empty(6)
+    for tet in range(len(tets)):
+        nodes, own = tets[tet], part[tet]
+        for q in range(len(weights)):
+            weight = weights[q] * gradients(points, nodes, slopes[q], inverse, grads)
+            _fill_strain(grads, nodes, displacement, strain)
+            strain -= free[own]
+            _add_forces(grads, nodes, stiffness[own], strain, weight, forces)
+    return forces
+
+
+@lean_kernel
+def _fill_strain(grads, nodes, displacement, out):
     """Fill `out` (6,), the strain with engineering shears at the point of the gradients (k, 3)."""
     out[:] = 0.0
     for k in range(len(nodes)):
@@ -75,37 +95,6 @@ def strain_at(grads, nodes, displacement, out):
         out[3] += y * u + x * v
         out[4] += z * u + x * w
         out[5] += z * v + y * w
-
-
-@kernel
-def internal_forces(points, tets, part, stiffness, slopes, weights, displacement):
-    """Return the forces (n, 3) that the nodes must exert on the elements for this displacement (n, 3).
-
-    part (m,): the row of each element in `stiffness` (g, 6, 6).
-    """
-    forces = np.zeros((len(points), 3))
-    grads, inverse = np.empty((tets.shape[1], 3)), np.empty((3, 3))
-    strain = np.empty(6)
-    for tet in range(len(tets)):
-        nodes = tets[tet]
-        for q in range(len(weights)):
-            weight = weights[q] * gradients(points, nodes, slopes[q], inverse, grads)
-            strain_at(grads, nodes, displacement, strain)
-            _add_forces(grads, nodes, stiffness[part[tet]], strain, weight, forces)
-    return forces
-
-
-@kernel
-def strain_forces(points, tets, part, stiffness, slopes, weights, strain):
-    """Return the forces (n, 3) that the nodes must exert on elements of uniform strains (g, 6) by part."""
-    forces = np.zeros((len(points), 3))
-    grads, inverse = np.empty((tets.shape[1], 3)), np.empty((3, 3))
-    for tet in range(len(tets)):
-        own = part[tet]
-        for q in range(len(weights)):
-            weight = weights[q] * gradients(points, tets[tet], slopes[q], inverse, grads)
-            _add_forces(grads, tets[tet], stiffness[own], strain[own], weight, forces)
-    return forces
 
 
 @kernel
