@@ -46,12 +46,11 @@ def flags_of(
     if not front.closed:
         ends[[0, -1]] = True
     limit, short = np.zeros(count, bool), np.zeros(count, bool)
-    for segment, length in enumerate(segments.length):
-        offset = line.s - segments.start[segment]
-        offset = np.mod(offset, line.total) if front.closed else offset
-        limit |= (np.abs(offset) < 1e-9 * length) & ~ends & ~np.array(segments.is_ring)
-        inside = (offset >= 0) & (offset <= length)
-        short |= inside & (length < HALF_WIDTH * line.sizes) & ~np.array(segments.is_ring)
+    for segment, length in enumerate([] if segments.is_ring else segments.length):
+        rows, offset = segments.within(segment, line.s)
+        limit[rows[offset == 0]] = True
+        short[rows[length < HALF_WIDTH * line.sizes[rows]]] = True
+    limit &= ~ends
     words = {
         "end": ends,
         "pierce": meets_boundary(mesh, front.corners),

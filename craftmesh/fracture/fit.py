@@ -8,7 +8,7 @@ from scipy.sparse import csr_array
 from craftmesh.fracture.segments import Segments, is_isotropic
 from craftmesh.fracture.tube import Tube
 from craftmesh.mesh.cubic_basis import CubicBasis, graded_basis
-from craftmesh.mesh.front_curve import FrontCurve, sizes_at_bends
+from craftmesh.mesh.front_curve import sizes_at_bends
 from craftmesh.mesh.front_frames import Front
 
 # Half width of a test in local sizes: hats of one edge see each irregularity of the mesh (errors of 3 % in
@@ -106,6 +106,12 @@ class Fitted:
             return np.repeat(self.coefficients, len(offset), axis=0)
         return self.basis.design(offset) @ self.coefficients
 
+    def slopes(self, offset: np.ndarray) -> np.ndarray:
+        """Return the values' derivatives (k, c) at offsets (k,)."""
+        if self.basis is None:
+            return np.zeros((len(offset), self.coefficients.shape[1]))
+        return self.basis.pieces(self.coefficients)(offset, 1)
+
 
 def falloff(distance: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """Return q's part across the front at nodes (n,): 1 up to PLATEAU of the radius (n,), 0 from it on."""
@@ -118,13 +124,12 @@ def tests_on(line: FrontLine, segments: Segments, segment: int) -> Tests:
     At the front's own ends hats are whole. A segment without a corner inside gets one over its length.
     """
     length, ring = segments.length[segment], segments.is_ring
-    offset = segments.offset(segment, line.s)
-    inside = (offset > 0) & (offset < length)
+    rows, offset = segments.within(segment, line.s)
     whole_start = not segments.closed and segment == 0
     whole_end = not segments.closed and segment == len(segments.start) - 1
-    inside |= (offset == 0) & (ring or whole_start)
-    inside |= (np.abs(offset - length) <= 1e-9 * length) & whole_end
-    centres, width = offset[inside], HALF_WIDTH * line.sizes[inside]
+    inside = (offset > 0) & (offset < length)
+    inside |= (offset == 0) & (ring or whole_start) | (offset == length) & whole_end
+    centres, width = offset[inside], HALF_WIDTH * line.sizes[rows[inside]]
     if not len(centres):
         centres, width = np.array([length / 2]), np.array([length])
     if ring:
@@ -132,8 +137,8 @@ def tests_on(line: FrontLine, segments: Segments, segment: int) -> Tests:
         return Tests(centres, width, width, length)
     before = np.minimum(width, np.inf if whole_start else centres)
     behind = np.minimum(width, np.inf if whole_end else length - centres)
-    before = np.where(whole_start & (centres <= 0), np.inf, before)
-    behind = np.where(whole_end & (centres >= length * (1 - 1e-9)), np.inf, behind)
+    before = np.where(centres == 0, np.inf, before)
+    behind = np.where(centres == length, np.inf, behind)
     return Tests(centres, before, behind, 0.0)
 
 
@@ -164,10 +169,8 @@ def segment_basis(line: FrontLine, segments: Segments, segment: int, knots: floa
     if segments.is_ring:
         return graded_basis(line.s, sizes, line.total, True, knots)
     length = segments.length[segment]
-    offset = segments.offset(segment, line.s)
-    kept = np.flatnonzero((offset >= 0) & (offset <= length))
-    kept = kept[np.argsort(offset[kept])]
-    at = np.concatenate([[0.0], offset[kept], [length]])
+    kept, offset = segments.within(segment, line.s)
+    at = np.concatenate([[0.0], offset, [length]])
     sizes = sizes[kept] if len(kept) else np.array([length])
     sizes = np.concatenate([sizes[:1], sizes, sizes[-1:]])
     return graded_basis(at, sizes, length, False, knots)
@@ -201,24 +204,10 @@ def _gauss_on_edges(
     return at, csr_array(share)
 
 
-@dataclass(frozen=True, eq=False)
-class FrontStrain:
-    """Displacements along one segment of a front, as a spline over offsets from its start."""
-
-    basis: CubicBasis
-    coefficients: np.ndarray
-    curve: FrontCurve
-    start: float
-
-    def at(self, offset: np.ndarray) -> np.ndarray:
-        """Return the displacement's slopes (k, 2) along the front: its parts along tangent and binormal."""
-        slope = self.basis.slopes(offset, self.coefficients)
-        _, tangent, _, binormal = self.curve.frames(self.start + offset)
-        return np.stack([(slope * axis).sum(axis=1) for axis in (tangent, binormal)], axis=1)
-
-
-def strains_along_front(tube: Tube, front: Front, line: FrontLine, segments: Segments) -> list[FrontStrain]:
-    """Return the strain of each segment less its eigenstrain, from its nodes' displacements.
+def displacements_along_front(
+    tube: Tube, front: Front, line: FrontLine, segments: Segments
+) -> list[Fitted]:
+    """Return the displacement (3) along each segment less that of its eigenstrain, from its nodes.
 
     They are those of the tube, whose mean turn is taken out: fields of unit forces tell the strain without.
     """
@@ -227,15 +216,13 @@ def strains_along_front(tube: Tube, front: Front, line: FrontLine, segments: Seg
     nodes = np.searchsorted(tube.nodes, np.concatenate([front.corners, front.mids]))
     points, displacement = tube.points[nodes], tube.displacement[nodes]
     found = []
-    for segment, (start, length) in enumerate(zip(segments.start, segments.length)):
-        offset = np.mod(s - start, line.total) if segments.closed else s - start
-        own = (offset >= 0) & (offset <= length * (1 + 1e-9))
+    for segment in range(len(segments.start)):
+        own, offset = segments.within(segment, s)
         basis = segment_basis(line, segments, segment, PIECES)
-        stiffness = SMOOTH if own.sum() >= LEAST_NODES else STRAIGHT
-        rows, weights = basis.design(offset[own]), np.ones(own.sum())
+        stiffness = SMOOTH if len(own) >= LEAST_NODES else STRAIGHT
         moved = displacement - points @ segments.eigenstrain[segment]
-        coefficients = basis.solve(rows, moved[own], weights, stiffness)
-        found.append(FrontStrain(basis, coefficients, front.curve, float(start)))
+        rows, weights = basis.design(offset), np.ones(len(own))
+        found.append(Fitted(basis, basis.solve(rows, moved[own], weights, stiffness)))
     return found
 
 

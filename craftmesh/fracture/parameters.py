@@ -10,10 +10,9 @@ from craftmesh.fracture.error import errors, flags_of
 from craftmesh.fracture.fit import (
     Fitted,
     FrontLine,
-    FrontStrain,
+    displacements_along_front,
     falloff,
     fit_segment,
-    strains_along_front,
     stress_along_binormal,
 )
 from craftmesh.fracture.interaction import interaction_weights
@@ -23,7 +22,7 @@ from craftmesh.fracture.segments import Segments, Stations, material_numbers, se
 from craftmesh.fracture.stress_probe import probed
 from craftmesh.fracture.tube import SolvedMesh, Tube, radii, tube_of
 from craftmesh.mechanics.load import Traction
-from craftmesh.mesh.front_curve import arc_lengths, local_sizes
+from craftmesh.mesh.front_curve import FrontCurve, arc_lengths, local_sizes
 from craftmesh.mesh.front_frames import Front, fronts_of, grain_of_edges
 from craftmesh.types import TetMesh
 
@@ -137,8 +136,8 @@ def _of_front(
     narrow, pieces = np.maximum(SMALLER * wide, LEAST_RADIUS * line.sizes), options.knots
     tries = (wide, pieces), (narrow, pieces), (wide, max(pieces / 2, LEAST_PIECES))
     found = [_along(line, segments, tube, weights, radius, knots) for radius, knots in tries]
-    strains = strains_along_front(tube, front, line, segments)
-    values = [_at_nodes(line, segments, stations, fitted, strains) for fitted in found]
+    moved = displacements_along_front(tube, front, line, segments)
+    values = [_at_nodes(line, segments, stations, front.curve, fitted, moved) for fitted in found]
     k, t, j, g, one_sided = values[0]
     spread, by_pieces = (np.abs(k - other).max(axis=1) for other, *_ in values[1:])
     material = material_numbers(stiffness)[np.searchsorted(solved.grains, mesh.grain)]
@@ -207,36 +206,36 @@ def _at_nodes(
     line: FrontLine,
     segments: Segments,
     stations: Stations,
+    curve: FrontCurve,
     fitted: list[Fitted],
-    strains: list[FrontStrain],
+    moved: list[Fitted],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, list]:
     """Return K (k, 3), T, J, G (k,) at the front's nodes, and per segment K at both of its ends."""
     count = len(line.s)
     total, times, one_sided = np.zeros((count, 6)), np.zeros(count), []
-    for segment, (fit, strain) in enumerate(zip(fitted, strains)):
-        length = segments.length[segment]
-        offset = segments.offset(segment, line.s)
-        rows = np.flatnonzero((offset >= -1e-9 * length) & (offset <= length * (1 + 1e-9)))
-        if not segments.is_ring and segments.closed:  # the node where it ends may lie before its start
-            end = np.flatnonzero(np.isclose(np.mod(line.s - segments.start[segment], line.total), length))
-            rows, offset = np.union1d(rows, end), np.where(np.isin(np.arange(count), end), length, offset)
-        values = _values(stations, segment, fit, strain, offset[rows])
-        total[rows] += values
+    for segment, (fit, own) in enumerate(zip(fitted, moved)):
+        rows, offset = segments.within(segment, line.s)
+        places = np.append(offset, [0.0, segments.length[segment]])
+        values = _values(stations, segment, curve, fit, own, places)
+        total[rows] += values[:-2]
         times[rows] += 1
-        ends = np.array([0.0, length])
-        one_sided.append(_values(stations, segment, fit, strain, ends)[:, :3])
+        one_sided.append(values[-2:, :3])
     mean = total / times[:, None]
     return mean[:, :3], mean[:, 3], mean[:, 4], mean[:, 5], one_sided
 
 
 def _values(
-    stations: Stations, segment: int, fit: Fitted, strain: FrontStrain, offset: np.ndarray
+    stations: Stations, segment: int, curve: FrontCurve, fit: Fitted, moved: Fitted, offset: np.ndarray
 ) -> np.ndarray:
-    """Return K_I, K_II, K_III, T, J and G (k, 6) at offsets (k,) in a segment."""
-    opening, stiffness = stations.at(segment, stations.start[segment] + offset)
+    """Return K_I, K_II, K_III, T, J and G (k, 6) at offsets (k,) in a segment; moved: displacements."""
+    s = stations.start[segment] + offset
+    opening, stiffness = stations.at(segment, s)
     found = fit.at(offset)
     k = np.linalg.solve(opening, found[:, :3, None])[:, :, 0]
-    t = stress_along_binormal(stiffness, found[:, 3:5], strain.at(offset))
+    _, tangent, _, binormal = curve.frames(s)
+    slope = moved.slopes(offset)
+    along = np.column_stack([(slope * axis).sum(axis=1) for axis in (tangent, binormal)])
+    t = stress_along_binormal(stiffness, found[:, 3:5], along)
     g = 0.5 * (k * found[:, :3]).sum(axis=1)
     return np.column_stack([k[:, _IN_ORDER], t, found[:, 5], g])
 

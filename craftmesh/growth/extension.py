@@ -62,12 +62,12 @@ def reasons(
     driving: np.ndarray,
     span: np.ndarray,
     threshold: float | np.ndarray,
-    known: Evidence | None = None,
+    known: Evidence | None,
 ) -> np.ndarray:
     """Return why each point stays, a word of STAYS, or "" where it goes on: (n,) texts.
 
     k (n, 3); driving (n,): the intensity that drives a point; span (n,): its Delta K over a cycle, which
-    has to be over the threshold. What is known: K is exact by default.
+    has to be over the threshold. What is known: of None K is exact.
     """
     words = np.full(len(k), "", object)
     known = known or Evidence(np.zeros((len(k), 3)), np.zeros(len(k)), np.ones(len(k), bool))

@@ -1,7 +1,5 @@
 """Kink angles of a crack front from its stress intensities, and the intensity that drives the growth."""
 
-from collections.abc import Callable
-
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -12,13 +10,9 @@ from craftmesh.options import own_code
 
 # Angles over which the energy release rate is searched, degrees: it peaks at 76 in pure mode II.
 WIDEST = 85.0
-SAMPLES = 171  # over them; the peak is then refined by a parabola through the best three
-# Halvings of the samples' spacing about the peak: 1 degree becomes 1e-4.
-HALVINGS = 14
-Criterion = Callable[[np.ndarray], np.ndarray]
 # Degrees within which the stress is sought: it is largest at 70.5 in pure mode II in isotropic materials.
 WIDEST_IN_CRYSTALS = 110.0
-STEP = 0.25  # of the search; a parabola through the best three then finds the angle to 1e-3
+STEP = 0.25  # of both searches; a parabola through the best three then finds the angle to 1e-3
 # Rows of K among the fields, whose order is that of the axes binormal, normal, tangent.
 _ORDER = (1, 0, 2)
 
@@ -72,16 +66,22 @@ def largest_energy_release(k: np.ndarray, poisson: float) -> np.ndarray:
 
     The kink's intensities are those of Amestoy & Leblond (1992); mode III's is exact.
     """
-    angle = np.radians(np.linspace(-WIDEST, WIDEST, SAMPLES))
-    best = angle[np.argmax(energy_release(k, angle[None, :], poisson), axis=1)]
-    step = angle[1] - angle[0]
-    for _ in range(HALVINGS):
-        near = best[:, None] + step * np.array([0.0, -0.5, 0.5])
-        best = np.take_along_axis(
-            near, np.argmax(energy_release(k, near, poisson), axis=1)[:, None], axis=1
-        )[:, 0]
-        step /= 2
-    return best
+    angles = _angles_within(WIDEST)
+    return _peak(angles, energy_release(k, angles[None], poisson))[0]
+
+
+def _angles_within(widest: float) -> np.ndarray:
+    """Return angles (a,) in radians every STEP degrees."""
+    return np.radians(np.arange(-widest, widest + STEP / 2, STEP))
+
+
+def _peak(angles: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where values (n, a) at even angles (a,) are largest, and the value: both (n,)."""
+    row, best = np.arange(len(values)), np.clip(np.argmax(values, axis=1), 1, len(angles) - 2)
+    before, here, after = (values[row, best + off] for off in (-1, 0, 1))
+    bend = before - 2 * here + after
+    shift = np.where(bend < 0, 0.5 * (before - after) / np.where(bend < 0, bend, 1.0), 0.0).clip(-1, 1)
+    return angles[best] + shift * (angles[1] - angles[0]), here - 0.25 * (before - after) * shift
 
 
 def energy_release(k: np.ndarray, angle: np.ndarray, poisson: float) -> np.ndarray:
@@ -120,14 +120,9 @@ def largest_near_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarra
     The intensity is that stress times root(2 pi r), K_I in pure opening straight ahead. Angle 0 without K.
     """
     angles, stress = tangential_stress(np.asarray(k, float), stiffness)
-    fine = np.radians(np.arange(-WIDEST_IN_CRYSTALS, WIDEST_IN_CRYSTALS + STEP / 2, STEP))
-    pull = CubicSpline(angles, stress, axis=1)(fine)
-    row, best = np.arange(len(k)), np.clip(np.argmax(pull, axis=1), 1, len(fine) - 2)
-    before, here, after = (pull[row, best + off] for off in (-1, 0, 1))
-    bend = before - 2 * here + after
-    shift = np.where(bend < 0, 0.5 * (before - after) / np.where(bend < 0, bend, 1.0), 0.0).clip(-1, 1)
-    angle = np.where(np.abs(k).max(axis=1) > 0, fine[best] + shift * np.radians(STEP), 0.0)
-    return angle, here - 0.25 * (before - after) * shift
+    fine = _angles_within(WIDEST_IN_CRYSTALS)
+    angle, pull = _peak(fine, CubicSpline(angles, stress, axis=1)(fine))
+    return np.where(np.abs(k).max(axis=1) > 0, angle, 0.0), pull
 
 
 def near_stress(k: np.ndarray, angle: np.ndarray, stiffness: np.ndarray) -> np.ndarray:

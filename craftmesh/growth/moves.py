@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from craftmesh.cracks.polyline import Polyline
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.mesh.cubic_basis import even_basis
+from craftmesh.mesh.front_curve import square_to, unit
 
 # Spacing of the knots of the fit in front spacings. 4 follow a kink angle along an inclined penny of ten
 # spacings' radius within its noise, as they do for the intensities themselves.
@@ -125,8 +126,8 @@ def moves_along(
     ahead, aside = fitted(along.parts, trusted).T
     tangent = line.tangents()
     normal, binormal = (fitted(directions, None) for directions in (along.normal, along.binormal))
-    binormal -= (binormal * tangent).sum(axis=1, keepdims=True) * tangent
-    return _as_long(ahead[:, None] * _unit(binormal) + aside[:, None] * _unit(normal), lengths)
+    binormal = square_to(binormal, tangent)
+    return _as_long(ahead[:, None] * unit(binormal) + aside[:, None] * unit(normal), lengths)
 
 
 def _as_long(moves: np.ndarray, lengths: np.ndarray) -> np.ndarray:
@@ -199,13 +200,8 @@ def interpolated(
     s: np.ndarray, values: np.ndarray, length: float, closed: bool, at: np.ndarray
 ) -> np.ndarray:
     """Return values (k, m) at arc lengths (k,), straight between those (n, m) at s (n,)."""
-    if closed:
-        s, values = np.concatenate([s - length, s, s + length]), np.concatenate([values] * 3)
-    return np.stack([np.interp(at, s, column) for column in values.T], axis=1)
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    period = length if closed else None
+    return np.stack([np.interp(at, s, column, period=period) for column in values.T], axis=1)
 
 
 def _off_ends(s: np.ndarray, length: float, closed: bool, spacing: float) -> np.ndarray:

@@ -61,11 +61,6 @@ class CubicBasis:
         powers = [spline(at, nu=k) / factorial(k) for k in range(DEGREE, -1, -1)]
         return PPoly(np.stack(powers), self.breaks)
 
-    def slopes(self, s: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        """Return the derivatives (k, c) at s (k,) of the spline of coefficients (size, c)."""
-        s = np.mod(s, self.length) if self.closed else np.clip(s, 0.0, self.length)
-        return self._spline(coefficients)(s, nu=1)
-
     def _spline(self, coefficients: np.ndarray) -> BSpline:
         if self.closed:
             coefficients = coefficients[np.arange(self.size + DEGREE) % self.size]
