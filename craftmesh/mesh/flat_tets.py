@@ -1,10 +1,10 @@
 """What counts as a poor and a flat element; a mesh's flat ones, and whether a wedge forces them."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from craftmesh.mesh.kernels.shape_measures import shape_measures
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, dihedral_angles
+from craftmesh.surface.connectivity import joined
 from craftmesh.types import TetMesh
 
 LEAST_SHAPE_FACTOR = 0.02
@@ -39,7 +39,6 @@ def is_flat(measures: np.ndarray) -> np.ndarray:
 
 # Elements that are named at most, the flattest first.
 MAX_NAMED = 100
-_EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
 def flat_tets(mesh: TetMesh, measures: np.ndarray | None = None) -> dict:
@@ -56,10 +55,13 @@ def flat_tets(mesh: TetMesh, measures: np.ndarray | None = None) -> dict:
         measures = shape_measures(mesh.points, corners)
     flat = np.flatnonzero(is_flat(measures))
     named = flat[np.argsort(measures[flat, 2], kind="stable")][:MAX_NAMED]
-    round_nodes = _tets_round(corners, np.unique(corners[named]))
+    is_named = np.zeros(len(mesh.points), bool)
+    is_named[corners[named]] = True
+    near = np.flatnonzero(is_named[corners].sum(axis=1) > 1)
     places = []
     for t in named.tolist():
-        angles = [_wedge(mesh.points, corners, mesh.grain, round_nodes, t, edge) for edge in _EDGES]
+        own = corners[near[mesh.grain[near] == mesh.grain[t]]]
+        angles = [_wedge(mesh.points, own, corners[t], edge) for edge in EDGE_CORNERS]
         places.append(
             {
                 "grain": int(mesh.grain[t]),
@@ -93,40 +95,17 @@ def _is_forced(place: dict) -> bool:
     return place["wedge"] is not None and place["wedge"] < FLAT_DIHEDRALS[0]
 
 
-def _tets_round(corners: np.ndarray, nodes: np.ndarray) -> dict[int, set[int]]:
-    """Return the tets at each of the nodes."""
-    wanted = np.zeros(int(corners.max(initial=-1)) + 1, bool)
-    wanted[nodes] = True
-    result: dict[int, set[int]] = {node: set() for node in nodes.tolist()}
-    for t, k in np.argwhere(wanted[corners]).tolist():
-        result[int(corners[t, k])].add(t)
-    return result
+def _wedge(points: np.ndarray, tets: np.ndarray, corners: np.ndarray, edge: np.ndarray) -> float | None:
+    """Return the angle in degrees that tets (m, 4) fill round an edge of one of them, corners (4,).
 
-
-def _wedge(
-    points: np.ndarray,
-    corners: np.ndarray,
-    grain: np.ndarray,
-    round_nodes: dict[int, set[int]],
-    t: int,
-    edge: Sequence[int],
-) -> float | None:
-    """Return the angle that tets of its grain fill round an edge of t; None where they close the round."""
-    a, b = (int(corners[t, k]) for k in edge)
-    left = {u for u in round_nodes[a] & round_nodes[b] if grain[u] == grain[t]} - {t}
-    fan, rim, total = [t], [], 0.0
-    for u in fan:
-        ends = [int(node) for node in corners[u] if node not in (a, b)]
-        total += _dihedral(points, a, b, ends)
-        rim += ends
-        beyond = {v for v in left if not set(ends).isdisjoint(corners[v].tolist())}
-        left -= beyond
-        fan += sorted(beyond)
-    return total if len(set(rim)) > len(fan) else None
-
-
-def _dihedral(points: np.ndarray, a: int, b: int, others: Sequence[int]) -> float:
-    axis = (points[b] - points[a]) / np.linalg.norm(points[b] - points[a])
-    p, q = (points[node] - points[a] for node in others)
-    p, q = p - np.dot(p, axis) * axis, q - np.dot(q, axis) * axis
-    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(p, q)), np.dot(p, q))))
+    Those count that hang together with it by faces at the edge; None where they close the round.
+    """
+    a, b = corners[edge]
+    tets = tets[(tets == a).any(axis=1) & (tets == b).any(axis=1)]
+    rim, place = np.unique(tets[(tets != a) & (tets != b)], return_inverse=True)
+    ends = place.reshape(-1, 2)
+    part = joined(len(rim), *ends.T)
+    ends = rim[ends[part[ends[:, 0]] == part[np.isin(rim, corners)][0]]]
+    if len(np.unique(ends)) == len(ends):
+        return None
+    return float(np.degrees(dihedral_angles(points, a, b, *ends.T).sum()))

@@ -68,19 +68,14 @@ def _have_twins(
     points: np.ndarray, triangles: np.ndarray, others: np.ndarray, edges: np.ndarray
 ) -> np.ndarray:
     """Tell on which edges (k, 2) of triangles (k, 3) one of `others` (j, 3) is that has their places."""
-    off = triangles.sum(axis=1) - edges.sum(axis=1)
     theirs = _edges_of(others)
-    known: dict[tuple[int, int], list[int]] = {}
-    at_edges = np.zeros(len(points), bool)
-    at_edges[edges] = True
-    for row in np.flatnonzero(at_edges[theirs].all(axis=1)).tolist():
-        a, b = theirs[row].tolist()
-        known.setdefault((min(a, b), max(a, b)), []).append(int(others[row // 3].sum()) - a - b)
-    found = [
-        any((points[node] == points[third]).all() for third in known.get((min(a, b), max(a, b)), ()))
-        for (a, b), node in zip(edges.tolist(), off.tolist())
-    ]
-    return np.array(found, bool)
+    near = np.isin(theirs, edges).all(axis=1)
+    ends = np.sort(np.concatenate([edges, theirs[near]]), axis=1)
+    corners = np.concatenate([triangles, np.repeat(others, 3, axis=0)[near]])
+    third = corners.sum(axis=1) - ends.sum(axis=1)
+    _, place = np.unique(points[third], axis=0, return_inverse=True)
+    _, row = np.unique(np.column_stack([ends, place.ravel()]), axis=0, return_inverse=True)
+    return np.isin(row.ravel()[: len(edges)], row.ravel()[len(edges) :])
 
 
 def _edges_of(triangles: np.ndarray) -> np.ndarray:

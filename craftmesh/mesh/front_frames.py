@@ -8,7 +8,7 @@ from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.front_curve import FrontCurve, arc_lengths, front_curve, local_sizes
 from craftmesh.mesh.lips import front_normals
 from craftmesh.mesh.mesh_sets import is_lip
-from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, OFF_EDGE, face_nodes
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, OFF_EDGE, dihedral_angles, face_nodes
 from craftmesh.types import BOX_PLANES, TetMesh
 
 
@@ -17,7 +17,9 @@ def grain_of_edges(mesh: TetMesh, tails: np.ndarray, heads: np.ndarray) -> np.nd
     edge, tet, local = _round_edges(mesh, tails, heads)
     ids, grain = np.unique(mesh.grain[tet], return_inverse=True)
     angle = np.zeros((len(tails), len(ids)))
-    np.add.at(angle, (edge, grain.ravel()), _dihedral(mesh, tet, local))
+    row, nodes = np.arange(len(tet)), mesh.tets[tet]
+    ends = (nodes[row, table[local, k]] for table in (EDGE_CORNERS, OFF_EDGE) for k in (0, 1))
+    np.add.at(angle, (edge, grain.ravel()), dihedral_angles(mesh.points, *ends))
     return ids[np.argmax(np.round(angle, 9), axis=1)]  # equal angles: the lower id
 
 
@@ -54,12 +56,9 @@ def meets_boundary(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
     at_front = np.zeros(len(mesh.points), bool)
     at_front[nodes] = True
     rows = np.flatnonzero(at_front[mesh.tets[:, :4]].any(axis=1))
-    corners, grain = mesh.tets[rows, :4], mesh.grain[rows]
-    low = np.full(len(mesh.points), np.iinfo(np.int32).max)
-    high = np.full(len(mesh.points), np.iinfo(np.int32).min)
-    np.minimum.at(low, corners, grain[:, None])
-    np.maximum.at(high, corners, grain[:, None])
-    return low[nodes] < high[nodes]
+    pairs = np.column_stack([mesh.tets[rows, :4].ravel(), np.repeat(mesh.grain[rows], 4)])
+    found, grains = np.unique(np.unique(pairs, axis=0)[:, 0], return_counts=True)
+    return np.isin(nodes, found[grains > 1])
 
 
 def faces_of_nodes(mesh: TetMesh, nodes: np.ndarray) -> list[str]:
@@ -76,15 +75,6 @@ def faces_of_nodes(mesh: TetMesh, nodes: np.ndarray) -> list[str]:
 
 def _keys(tails: np.ndarray, heads: np.ndarray, stride: int) -> np.ndarray:
     return np.minimum(tails, heads) * stride + np.maximum(tails, heads)
-
-
-def _dihedral(mesh: TetMesh, tets: np.ndarray, local: np.ndarray) -> np.ndarray:
-    """Return the angles (k,) in radians between the two faces at edge `local` (k,) of tets (k,)."""
-    nodes = mesh.tets[tets]
-    a, b = (mesh.points[np.take_along_axis(nodes, EDGE_CORNERS[local, i, None], 1)[:, 0]] for i in range(2))
-    off = [np.take_along_axis(nodes, OFF_EDGE[local, i, None], 1)[:, 0] for i in range(2)]
-    u, v = (np.cross(b - a, mesh.points[node] - a) for node in off)
-    return np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), (u * v).sum(axis=1))
 
 
 NONE = -1

@@ -112,6 +112,14 @@ def tet_volumes(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
     return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
 
 
+def dihedral_angles(
+    points: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray
+) -> np.ndarray:
+    """Return the angles (k,) in radians between faces a, b, c and a, b, d of tets, nodes (k,) each."""
+    u, v = (np.cross(points[b] - points[a], points[node] - points[a]) for node in (c, d))
+    return np.arctan2(np.linalg.norm(np.cross(u, v), axis=-1), (u * v).sum(axis=-1))
+
+
 def bodies(mesh: TetMesh) -> np.ndarray:
     """Return the number (m,) of the body that each element is in, from 0 in the order of first elements."""
     tails = np.repeat(mesh.tets[:, 0], mesh.tets.shape[1] - 1)
