@@ -4,9 +4,9 @@ import numpy as np
 
 from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.connectivity import facet_edges
+from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, is_degenerate, side_volumes
+from craftmesh.surface.measure import area_vectors, is_degenerate, numbered, side_volumes
 from craftmesh.surface.patches import PLANES, is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Surface
 
@@ -101,39 +101,25 @@ def _planes(surface: Surface) -> list[str]:
     return breaches
 
 
-def _oriented_boundaries(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
-    """Return labels (k,) and triangles (k, 3) with outward normals, of grains and voids."""
-    bounds = surface.sides[:, 0] != surface.sides[:, 1]
-    facets = surface.facets[bounds].astype(np.int64)
-    label = surface.sides[bounds].T.ravel().astype(np.int64)
-    triangle = np.concatenate([facets, facets[:, ::-1]])
-    inside = label != 0
-    return label[inside], triangle[inside]
-
-
-def _edge_groups(label: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return an order of directed edges that groups them by label and ends, and where groups begin."""
-    low, high = edges.min(axis=1), edges.max(axis=1)
-    order = np.lexsort((high, low, label))
-    key = np.stack([label, low, high], axis=1)[order]
-    return order, np.flatnonzero(np.append(True, (np.diff(key, axis=0) != 0).any(axis=1)))
-
-
 def _closedness(surface: Surface) -> list[str]:
     """Round each grain and void every directed edge has as many partners as there are edges."""
-    label, triangle = _oriented_boundaries(surface)
-    if not len(label):
+    bounds = surface.sides[:, 0] != surface.sides[:, 1]
+    facets, (labels, place) = surface.facets[bounds], numbered(surface.sides[bounds])
+    if not labels.any():
         return ["no facet bounds a grain"]
-    edges, label = facet_edges(triangle), np.repeat(label, 3)
-    order, start = _edge_groups(label, edges)
-    balance = np.add.reduceat(np.where(edges[order, 0] < edges[order, 1], 1, -1), start)
-    open_edges = order[start[balance != 0]]
-    if not len(open_edges):
+    edges, of_corner, _ = unique_edges(facets)
+    way = np.where(np.roll(facets, -1, axis=1) > facets, 1, -1)
+    keys = place[:, :, None] * len(edges) + of_corner[:, None, :]
+    found, at = np.unique(keys, return_inverse=True)
+    balance = np.bincount(at.ravel(), np.stack([way, -way], axis=1).ravel())
+    label, edge = labels[found // len(edges)], found % len(edges)
+    is_open = (balance != 0) & (label != 0)
+    if not is_open.any():
         return []
-    place = _at(surface.points[edges[open_edges[0]]].mean(axis=0))
+    place = _at(surface.points[edges[edge[is_open.argmax()]]].mean(axis=0))
     return [
-        f"{len(open_edges)} edges have no partner, so the boundary is open or turned round: "
-        f"{_some(label[open_edges])}; first {place}"
+        f"{is_open.sum()} edges have no partner, so the boundary is open or turned round: "
+        f"{_some(label[is_open])}; first {place}"
     ]
 
 
