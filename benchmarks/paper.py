@@ -134,7 +134,9 @@ def cpu_seconds(increment: Path) -> float:
 def force(increment: Path) -> float:
     """Return the force that moves the body's far plane."""
     with np.load(increment / "solution.npz") as solution:
-        return float(np.abs(solution["reactions"]).sum(axis=0).max() / 2)
+        axis = np.abs(solution["reactions"]).sum(axis=0).argmax()
+        force, moved = solution["reactions"][:, axis], np.abs(solution["displacement"][:, axis])
+    return float(abs(force[moved > moved[force != 0].max() / 2].sum()))
 
 
 def along_fronts(uniform: dict, gradated: dict) -> dict:
