@@ -211,7 +211,7 @@ def _environment() -> Environment:
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {"number": _number, "span": _span, "duration": _duration, "name": _name}
-    for name in ("style.css", "view.js"):
+    for name in ("style.css", "view.js", "tables.js"):
         text = loader.get_source(environment, name)[0]
         environment.globals[name.split(".")[0]] = Markup(text)
     return environment

@@ -21,6 +21,7 @@ setTimeout(() => {
   const pixels = new Uint8Array(4 * canvas.width * canvas.height), colours = new Set();
   if (gl) gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
   for (let k = 0; k < pixels.length; k += 4) colours.add(pixels.slice(k, k + 3).join());
+  document.querySelectorAll("table.sorted th").forEach((head) => head.click());
   const broken = [...document.images].filter((image) => image.complete && !image.naturalWidth);
   document.title = JSON.stringify({ width: innerWidth, scrolled: document.scrollingElement.scrollWidth,
     colours: colours.size, increments: document.querySelectorAll("option[value='0']").length,
