@@ -1,6 +1,7 @@
 """The one family of errors that craftmesh raises on purpose, and how messages write numbers and names."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -27,6 +28,15 @@ class MeshingError(CraftmeshError):
         self.failures = failures
         self.done = done
         self.report = report or {}
+
+
+@contextmanager
+def named(place: object) -> Iterator[None]:
+    """Begin the message of a CraftmeshError that is raised within with a place: a file, a row or a key."""
+    try:
+        yield
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{place}: {error}") from None
 
 
 def told(places: "np.ndarray") -> list:

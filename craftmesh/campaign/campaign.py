@@ -20,7 +20,7 @@ from craftmesh.campaign.paths import files_of, read_path, with_paths, written_pa
 from craftmesh.campaign.sheet import Rules, read_cases
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import named
 from craftmesh.growth.options import CorrectionOptions, GrowthOptions, SmoothingOptions
 from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.mechanics.model_options import ModelOptions
@@ -260,11 +260,8 @@ def _with_paths(case: Case, config: Mapping[str, Any]) -> Case:
     if path != SYNTHETIC:
         path = read_path(f"{case.place}: microstructure", path, Path(config["data"]))
         path = os.path.abspath(path) if path == SYNTHETIC else path  # ./synthetic is a file
-    try:
-        settings = with_paths(case.settings)
-    except CraftmeshError as error:
-        raise CraftmeshError(f"{case.place}: {error}") from None
-    return replace(case, microstructure=path, settings=settings)
+    with named(case.place):
+        return replace(case, microstructure=path, settings=with_paths(case.settings))
 
 
 def command_flags(options: Mapping[str, Any]) -> str:

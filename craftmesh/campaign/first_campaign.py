@@ -54,7 +54,9 @@ def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign
     """Return the first campaign for cleaned voxels; imported: how they were read and cleaned."""
     edge = voxel_edge(voxels)
     across = edge * float(np.cbrt(6 / np.pi * median_grain(voxels.labels)))
-    low, high = _material_box(voxels)
+    filled = np.nonzero(voxels.labels)
+    cells = np.array([[axis.min() for axis in filled], [axis.max() + 1 for axis in filled]])
+    low, high = voxels.origin + voxels.spacing * cells
     extent = high - low
     l0 = min(edge, across / ACROSS)
     l_max = min(L_MAX * l0, max(l0, across / ACROSS))
@@ -66,13 +68,6 @@ def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign
     crack = {"centre": centre.tolist(), "radius": radius, "growth": GROWTH * radius}
     grains = len(np.unique(voxels.labels[voxels.labels > 0]))
     return FirstCampaign(imported, sizing, crack, _materials(voxels), grains, across)
-
-
-def _material_box(voxels: Voxels) -> np.ndarray:
-    """Return the lower and the upper corner (2, 3) of what is not empty."""
-    filled = np.nonzero(voxels.labels)
-    cells = np.array([[axis.min() for axis in filled], [axis.max() + 1 for axis in filled]])
-    return voxels.origin + voxels.spacing * cells
 
 
 def _materials(voxels: Voxels) -> tuple[FirstMaterial, ...]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from craftmesh.campaign.cases import Case, as_case_name, check_capitals, check_case_name
 from craftmesh.campaign.configuration import completed, filled, is_valid, kinds_of
-from craftmesh.errors import CraftmeshError, listed
+from craftmesh.errors import CraftmeshError, listed, named
 from craftmesh.io.text_table import read_rows
 
 # which files a deck consists of is asked before the cases are known; all run on one cluster, and one page
@@ -142,7 +142,10 @@ def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
     if not path.is_file():
         raise CraftmeshError(f"cases: {path} is not there; expected a sheet with {listed(COLUMNS)}")
     swept = _sweep(rules)
-    rows = [(number, _without_last_empty(cells)) for number, cells in read_rows(path)]
+    rows = read_rows(path)
+    for _, cells in rows:
+        while len(cells) > 1 and not cells[-1]:  # spreadsheets leave them
+            cells.pop()
     columns = rows[0][1] if rows else []
     _check_columns(columns, rules.keys, str(path))
     cases: dict[str, Case] = {}
@@ -163,13 +166,6 @@ def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
         raise CraftmeshError(f"{path}: no case; expected at least one row under the header")
     check_capitals(cases, str(path))
     return cases
-
-
-def _without_last_empty(cells: list[str]) -> list[str]:
-    """Return the cells of a line without the empty ones that spreadsheets leave at its end."""
-    while len(cells) > 1 and not cells[-1]:
-        cells = cells[:-1]
-    return cells
 
 
 def _sweep(rules: Rules) -> dict[str, Choice]:
@@ -205,7 +201,8 @@ def _cases(
         at = f"{place}, case {name!r}"
         changes = {key: value for key, value in values.items() if key in rules.keys}
         columns = {key: _counted(value) for key, value in values.items() if key not in rules.keys}
-        columns = _checked({"case": name} | columns, rules.row, at)
+        with named(at):
+            columns = completed({"case": name} | columns, rules.row)
         check_case_name(name, place)
         yield Case(
             columns.pop("case"),
@@ -221,7 +218,8 @@ def _settings(changes: Mapping[str, Any], rules: Rules, place: str) -> dict[str,
     """Return the configuration with a case's changes; they alone are held against the schema, for speed."""
     made = laid_over(rules.config, changes)
     if not all(is_valid(value, rules.keys[key]) for key, value in changes.items()):
-        _checked(made, rules.schema, place)  # says which key
+        with named(place):
+            completed(made, rules.schema)  # says which key
     return made
 
 
@@ -241,10 +239,3 @@ def _choices(cells: Mapping[str, str], known: Mapping[str, dict], place: str) ->
 def _counted(value: Any) -> Any:
     """Return a text of digits as a whole number."""
     return int(value) if isinstance(value, str) and value.isdecimal() else value
-
-
-def _checked(values: Mapping[str, Any], schema: dict, place: str) -> dict:
-    try:
-        return completed(values, schema)
-    except CraftmeshError as error:
-        raise CraftmeshError(f"{place}: {error}") from None

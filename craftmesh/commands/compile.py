@@ -71,10 +71,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        write_cube(folder)
+        labels, turns = np.ones((CELLS,) * 3, np.int32), np.tile([1.0, 0.0, 0.0, 0.0], (2, 1))
+        write_labels(folder / "labels.npz", Voxels(labels, np.ones(3), np.zeros(3), turns))
+        write_surface(folder / "gradated.vtp", cracked_cube())
         for line in LINES[arguments.part]:
-            print(line.split()[0], flush=True)
-            _run_verb(line, folder)
+            verb, *_ = words = line.split()
+            print(verb, flush=True)
+            command = [sys.executable, "-m", "craftmesh.cli", *words]
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+            if done.returncode:
+                said = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
+                raise CraftmeshError(f"compile: craftmesh {verb} fails on the small model: {said[-1]}")
 
 
 @contextmanager
@@ -95,23 +102,6 @@ def compiling_ahead() -> Iterator[None]:
             for child in children:
                 os.killpg(child.pid, signal.SIGTERM)  # with the verb that it runs
                 child.wait()
-
-
-def _run_verb(line: str, folder: Path) -> None:
-    """Run a command line in a process of its own; raises CraftmeshError with its last words if it fails."""
-    words = [sys.executable, "-m", "craftmesh.cli", *line.split()]
-    done = subprocess.run(words, cwd=folder, capture_output=True, text=True)
-    if done.returncode:
-        said = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
-        raise CraftmeshError(f"compile: craftmesh {line.split()[0]} fails on the small model: {said[-1]}")
-
-
-def write_cube(folder: Path) -> None:
-    """Write the cube as gradated.vtp, and its voxels, of a known orientation, as labels.npz."""
-    labels = np.ones((CELLS,) * 3, np.int32)
-    turns = np.tile([1.0, 0.0, 0.0, 0.0], (2, 1))
-    write_labels(folder / "labels.npz", Voxels(labels, np.ones(3), np.zeros(3), turns))
-    write_surface(folder / "gradated.vtp", cracked_cube())
 
 
 def cracked_cube() -> Surface:

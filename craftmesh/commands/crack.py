@@ -18,10 +18,10 @@ from craftmesh.cracks.series import GivenSurface, crack_of_increment, refuse_shr
 from craftmesh.cracks.voxel_crack import crack_through_voxels
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.options import WayOptions
-from craftmesh.io.front_csv import read_fronts, read_path
+from craftmesh.io.front_csv import front_table, read_fronts
 from craftmesh.io.npz import read_labels
 from craftmesh.io.point_files import read_points
-from craftmesh.io.surface_files import listed_suffixes, read_triangles
+from craftmesh.io.surface_files import LISTED, read_triangles
 from craftmesh.io.vtk import read_crack, read_surface, read_voxels, write_crack
 from craftmesh.sizing.sizing import SizingOptions, median_edge, sizing_for, voxel_edge
 from craftmesh.types import Surface, Voxels
@@ -62,7 +62,8 @@ def run(arguments: argparse.Namespace) -> None:
     box, edge, grid = body_of(arguments.volume)
     heights = options_from(arguments, WayOptions).insertion == "cut"
     lengths, cracks, reports = options_from(arguments, SizingOptions), [], {}
-    l_min = l_min_of(lengths, edge)
+    known = lengths if lengths.l0 is not None else replace(lengths, l0=edge)
+    l_min = sizing_for(None, known, np.zeros((0, 3))).l_min
     given = options_of(arguments)
     for number, options in enumerate(given, 1):
         if options.shape == IN_BOUNDARIES:
@@ -107,7 +108,8 @@ def given_surface(
         cloud, fronts = read_points(given_file(options, increment)), read_fronts(str(options.front))
         return crack_through_points(cloud, fronts, box, options.spacing, l_min)
     if options.shape == "path":
-        return crack_along_path(read_path(given_file(options, increment)), options, increment, box)
+        points = front_table(given_file(options, increment), "xy").numbers("xy")
+        return crack_along_path(points, options, increment, box)
     if options.shape == "voxels":
         marked = read_marked(given_file(options, increment), options.label, grid)
         return crack_through_voxels(*marked, box, options.spacing)
@@ -119,7 +121,7 @@ def _triangulated(options: CrackOptions, increment: int) -> GivenSurface:
     path = given_file(options, increment)
     if not path.is_file():
         raise CraftmeshError(
-            f"crack.file {path} does not exist; expected a triangulated surface .vtp, {listed_suffixes()}"
+            f"crack.file {path} does not exist; expected a triangulated surface .vtp, {LISTED}"
         )
     if path.suffix.lower() != ".vtp":
         surface = GivenSurface(*read_triangles(path))
@@ -171,10 +173,3 @@ def body_of(path: Path) -> tuple[np.ndarray, float, Voxels | None]:
         return voxels.box, voxel_edge(voxels), voxels
     surface = read_surface(path)
     return surface.box, median_edge(surface), None
-
-
-def l_min_of(options: SizingOptions, edge: float) -> float:
-    """Return the least target length; `edge` is l0 where the options give none."""
-    if options.l0 is None:
-        options = replace(options, l0=edge)
-    return sizing_for(None, options, np.zeros((0, 3))).l_min

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_file, add_report, existing, tell, write_json
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, named
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_voxels
 from craftmesh.progress import ProgressLine
@@ -33,11 +33,8 @@ def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, CleanOptions)
     read = options_from(arguments, ReadOptions)
     raw = read_voxels(existing(arguments.input), read, fills=options.fill_unindexed)
-    with ProgressLine("import") as progress:
-        try:
-            voxels, report = clean(raw, options, progress)
-        except CraftmeshError as error:
-            raise CraftmeshError(f"{arguments.input}: {error}") from error
+    with ProgressLine("import") as progress, named(arguments.input):
+        voxels, report = clean(raw, options, progress)
     islands = find_islands(voxels)
     if arguments.image:
         write_voxels(arguments.image, voxels)

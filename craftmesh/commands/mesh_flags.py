@@ -8,8 +8,8 @@ import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_file, add_report, existing, tell
-from craftmesh.errors import CraftmeshError
-from craftmesh.io.front_csv import read_front_points, write_front
+from craftmesh.errors import CraftmeshError, named
+from craftmesh.io.front_csv import front_table, write_front
 from craftmesh.io.point_files import SourcePoints, read_length_field, read_source_points
 from craftmesh.io.stage_npz import read_sizing
 from craftmesh.io.vtk import read_crack, write_tets
@@ -93,9 +93,11 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> S
     That is the voids of the surface, points or voids in a csv, and a field of lengths: the least counts.
     """
     lengths = _length_field(options)
-    crack, front_points = _crack_or_points(front)
+    is_crack = front is not None and front.suffix == ".vtp"
+    crack = read_crack(front) if front is not None and is_crack else None
+    points = front_table(front).numbers("xyz") if front is not None and not is_crack else np.zeros((0, 3))
     given = given_defects(options, surface.box)
-    defects = Defects(crack, np.concatenate([front_points, given.points]), given.spheres)
+    defects = Defects(crack, np.concatenate([points, given.points]), given.spheres)
     return sizing_around(defects, surface, options, lengths)
 
 
@@ -122,19 +124,8 @@ def within_box(path: Path, given: SourcePoints, box: np.ndarray) -> np.ndarray:
 def stored_sizing(path: Path) -> Sizing:
     """Read the sizing function in a file of `craftmesh size`; raises CraftmeshError that names the file."""
     arrays = read_sizing(path)
-    try:
+    with named(path):
         return sizing_of(arrays)
-    except CraftmeshError as error:
-        raise CraftmeshError(f"{path}: {error}") from None
-
-
-def _crack_or_points(path: Path | None) -> tuple[Crack | None, np.ndarray]:
-    """Return the crack in a .vtp, or the points (k, 3) of a front .csv as they are."""
-    if path is None:
-        return None, np.zeros((0, 3))
-    if path.suffix != ".vtp":
-        return None, read_front_points(path)
-    return read_crack(path), np.zeros((0, 3))
 
 
 def _length_field(options: SizingOptions) -> LengthField | None:
@@ -142,7 +133,5 @@ def _length_field(options: SizingOptions) -> LengthField | None:
         return None
     path = existing(Path(options.field))
     points, lengths = read_length_field(path, options.field_array)
-    try:
+    with named(path):
         return LengthField(points, lengths)
-    except CraftmeshError as error:
-        raise CraftmeshError(f"{path}: {error}") from None

@@ -31,21 +31,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    labels = arguments.labels and existing(arguments.labels)
-    options, l0_is = with_l0(options_from(arguments, SizingOptions), labels)
+    options, l0_is = options_from(arguments, SizingOptions), "given"
+    if options.l0 is None and arguments.labels is None:
+        l0_is = "the surface's median edge"
+    elif options.l0 is None:
+        l0_is = "the voxel's edge, the cube root of its volume"
+        options = replace(options, l0=voxel_edge(read_labels(existing(arguments.labels))))
     sizing = sizing_by(options, read_surface(arguments.surface), arguments.front)
     arrays = arrays_of(sizing)
     write_sizing(arguments.output, arrays)
     numbers = {name: getattr(sizing, name) for name in NUMBERS}
     fields = {"sources": len(sizing.sources), "fields_of_lengths": len(sizing.others)}
     tell(numbers | {"l0_is": l0_is, "growth": sizing.growth} | fields, arguments.report)
-
-
-def with_l0(options: SizingOptions, labels: Path | None) -> tuple[SizingOptions, str]:
-    """Return the options with the default that a volume of labels gives l0, and where l0 comes from."""
-    if options.l0 is not None:
-        return options, "given"
-    if labels is None:
-        return options, "the surface's median edge"
-    edge = voxel_edge(read_labels(labels))
-    return replace(options, l0=edge), "the voxel's edge, the cube root of its volume"

@@ -7,12 +7,12 @@ from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import add_sizing, check_sizing, sizing_from
 from craftmesh.commands.stage_io import add_file, add_output, add_report, existing, tell, warn
 from craftmesh.cracks.split_voxels import split_along
-from craftmesh.errors import CraftmeshError, listed
+from craftmesh.errors import CraftmeshError, listed, named
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.insert_split import insert_by_voxels
 from craftmesh.insertion.options import InsertOptions, WayOptions
 from craftmesh.io.npz import read_labels
-from craftmesh.io.surface_files import listed_suffixes, read_grain_folder, unnumbered
+from craftmesh.io.surface_files import LISTED, read_grain_folder, unnumbered
 from craftmesh.io.vtk import read_crack, read_surface, write_surface
 from craftmesh.progress import ProgressLine
 from craftmesh.remeshing.remesh import RemeshOptions
@@ -24,7 +24,7 @@ from craftmesh.types import Surface
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "surface", type=Path, help=f"surface .vtp, or folder of {listed_suffixes()} files, one per grain"
+        "surface", type=Path, help=f"surface .vtp, or folder of {LISTED} files, one per grain"
     )
     add_output(parser, "stitched surface .vtp")
     add_file(parser, "--crack", "crack .vtp to insert")
@@ -44,7 +44,12 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.crack:
         sizing = sizing_from(arguments, surface, arguments.crack)
         surface, inserted = _with_crack(arguments, surface, sizing)
-        _warn_if_off(inserted)
+        if (times := inserted.get("crack_off_times", 0.0)) > 1:
+            warn(
+                f"the crack in the mesh is up to {times:.2g} times farther off the given one than it "
+                "should be (facets 0.05 l_min, front 0.02 l_min, area 0.5 %): move it a little, or give "
+                "a shorter l_min"
+            )
         report = report | inserted
     write_surface(arguments.output, surface)
     tell(report, arguments.report)
@@ -53,10 +58,8 @@ def run(arguments: argparse.Namespace) -> None:
 def _of_folder(folder: Path, options: StitchOptions) -> tuple[Surface, dict]:
     """Return the surface of the grains in a folder, and the report; errors name the folder."""
     grains, others = read_grain_folder(folder), unnumbered(folder)
-    try:
+    with named(folder):
         surface, report = stitch_grains(grains, options)
-    except CraftmeshError as error:
-        raise CraftmeshError(f"{folder}: {error}") from None
     left_out = [f"{listed(others)} left out: no grain id ends the name"] if others else []
     return surface, report | {"notes": report["notes"] + left_out}
 
@@ -79,12 +82,3 @@ def _with_crack(arguments: argparse.Namespace, surface: Surface, sizing: Sizing)
     if "cut_instead" in report:
         warn(f"the crack is cut, not brought in by voxels: {report['cut_instead']}")
     return inserted, report
-
-
-def _warn_if_off(report: dict) -> None:
-    times = report.get("crack_off_times", 0.0)
-    if times > 1:
-        warn(
-            f"the crack in the mesh is up to {times:.2g} times farther off the given one than it should be "
-            "(facets 0.05 l_min, front 0.02 l_min, area 0.5 %): move it a little, or give a shorter l_min"
-        )

@@ -18,11 +18,13 @@ EULERS, KOCKS, ROE = "eulers", "kocks", "roe"
 DEGREES, RADIANS = "degrees", "radians"
 _ID = re.compile(rb"-?[0-9]{1,18}")
 _TABLE_LIMIT = 10_000_000  # rows of orientations, 32 bytes each
-_EULERS = re.compile(r"euler", re.I)
-_QUATERNIONS = re.compile(r"quat", re.I)
 _ORIENTATIONS = re.compile(r"euler|bunge|quat|rodrig|orient|rotation|axis_?angle|^phi_?[12]$", re.I)
-_PHASES = re.compile(r"(cell|feature|grain|parent)?_?phases?(_?ids?)?", re.I)
-_IDS = re.compile(r"(cell|feature|grain|parent|region|twin|material)_?ids?|material|labels?", re.I)
+# What an array's name says that it holds.
+is_eulers, is_quaternions = re.compile(r"euler", re.I).search, re.compile(r"quat", re.I).search
+is_phases = re.compile(r"(cell|feature|grain|parent)?_?phases?(_?ids?)?", re.I).fullmatch
+is_ids = re.compile(
+    r"(cell|feature|grain|parent|region|twin|material)_?ids?|material|labels?", re.I
+).fullmatch
 _UNITS = {
     DEGREES: re.compile(r"deg(?![a-z])|degree|°", re.I),
     RADIANS: re.compile(r"\brad\b|Rad\b|radian", re.I),
@@ -152,29 +154,9 @@ def pick(path: str | os.PathLike, dataset: str, present: list[str], wanted: tupl
     raise CraftmeshError(f"{path}: no dataset {wanted[0]}; give dataset as one of: {listed(present)}")
 
 
-def is_eulers(name: str) -> bool:
-    """Return whether an array's name says that it holds Euler angles."""
-    return bool(_EULERS.search(name))
-
-
-def is_quaternions(name: str) -> bool:
-    """Return whether an array's name says that it holds quaternions."""
-    return bool(_QUATERNIONS.search(name))
-
-
-def is_phases(name: str) -> bool:
-    """Return whether an array's name says that it holds phases."""
-    return bool(_PHASES.fullmatch(name))
-
-
-def is_ids(name: str) -> bool:
-    """Return whether an array's name says that it holds ids of grains."""
-    return bool(_IDS.fullmatch(name))
-
-
 def is_described(name: str) -> bool:
     """Return whether an array's name says that it holds orientations, phases or ids of grains."""
-    return bool(_ORIENTATIONS.search(name)) or is_phases(name) or is_ids(name)
+    return bool(_ORIENTATIONS.search(name) or is_phases(name) or is_ids(name))
 
 
 def unit_said(*texts: str) -> str:
@@ -234,13 +216,3 @@ def of_grains(crystals: Mapping[int, Crystal], phases: np.ndarray | None) -> dic
     if phases is not None:
         return dict(crystals)
     return dict(zip([0], crystals.values())) if len(crystals) == 1 else {}
-
-
-def as_table(crystals: Mapping[int, Crystal]) -> np.ndarray:
-    """Return crystals as texts (k, 3): phase, structure, name."""
-    return np.array([[str(phase), *crystal] for phase, crystal in crystals.items()], str).reshape(-1, 3)
-
-
-def from_table(table: np.ndarray) -> dict[int, Crystal]:
-    """Return the crystals of a table made by `as_table`."""
-    return {int(phase): Crystal(structure, name) for phase, structure, name in table.tolist()}

@@ -36,11 +36,6 @@ def write_front(path: str | os.PathLike, columns: Mapping[str, np.ndarray]) -> N
         writer.writerows(zip(*(values.tolist() for values in flat.values())))
 
 
-def read_path(path: str | os.PathLike) -> np.ndarray:
-    """Return the points (k, 2) of a path in a plane: the columns x and y; errors as `read_front`."""
-    return front_table(path, "xy").numbers("xy")
-
-
 def read_front(path: str | os.PathLike) -> dict[str, np.ndarray]:
     """Return the columns (k,) of numbers of a front by their names, at least x, y and z.
 
@@ -86,11 +81,6 @@ def bare_front(table: Table, axes: str = "xyz") -> Table:
     return table.named((*[""] * _CRAFTMESHER_XYZ, *"xyz"))
 
 
-def read_front_points(path: str | os.PathLike) -> np.ndarray:
-    """Return the points (k, 3) of a front file, in its order; errors as `read_front`."""
-    return front_table(path).numbers("xyz")
-
-
 def read_fronts(path: str | os.PathLike) -> list[np.ndarray]:
     """Return the fronts (k, 3) of a file, as polylines in its order; errors as `read_front`.
 
@@ -105,11 +95,6 @@ def read_fronts(path: str | os.PathLike) -> list[np.ndarray]:
         ring = closed[own].any() and (points[own][0] != points[own][-1]).any()
         fronts.append(np.concatenate([points[own], points[own][:1]]) if ring else points[own])
     return fronts
-
-
-def read_words(path: str | os.PathLike, name: str) -> list[str] | None:
-    """Return a column of text of a front with a header, row by row; None where it has no such column."""
-    return _of_first_load(read_table(path, [name])).words(name)
 
 
 def has_word(cells: Iterable[str], words: Collection[str]) -> np.ndarray:

@@ -122,7 +122,7 @@ class Beside:
     arrays: Sequence[h5py.Dataset]
     table: str = ""
 
-    def find(self, is_named: Callable[[str], bool], width: int) -> tuple[h5py.Dataset, np.ndarray] | None:
+    def find(self, is_named: Callable[[str], object], width: int) -> tuple[h5py.Dataset, np.ndarray] | None:
         """Return the array, `width` numbers a row, that is of the grains, else of the cells; None without.
 
         Its values are a table (g, width), row = id, or of voxels (nx, ny, nz, width); without the last axis

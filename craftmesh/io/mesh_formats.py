@@ -121,8 +121,10 @@ def write_exodus(path: str | os.PathLike, mesh: TetMesh) -> None:
     nodes = {name: ids for name, ids in mesh.node_sets.items() if len(ids)}
     sides = {name: faces for name, faces in mesh.face_sets.items() if len(faces)}
     made = [Variable(f"coord{axis}", ("num_nodes",), mesh.points[:, i]) for i, axis in enumerate("xyz")]
-    made.append(_names("coor_names", "num_dim", list("xyz")))
-    made.append(Variable("elem_num_map", ("num_elem",), order + 1))
+    made += [
+        _names("coor_names", "num_dim", list("xyz")),
+        Variable("elem_num_map", ("num_elem",), order + 1),
+    ]
     made += _set_heads("eb", "num_el_blk", grains, [f"GRAIN_{grain}" for grain in blocks])
     element = {"elem_type": _ELEMENT[mesh.tets.shape[1]]}
     for k, rows in enumerate(blocks.values(), 1):

@@ -21,8 +21,6 @@ from craftmesh.io.file_volume import (
     UNSAID,
     FileVolume,
     Rotations,
-    as_table,
-    from_table,
     is_described,
     is_eulers,
     is_phases,
@@ -55,7 +53,8 @@ def write_labels(path: str | os.PathLike, voxels: Voxels) -> None:
     optional = {name: getattr(voxels, name) for name in _OPTIONAL}
     arrays |= {name: values for name, values in optional.items() if values is not None}
     if voxels.crystals:
-        arrays["crystals"] = as_table(voxels.crystals)
+        rows = [[str(phase), *crystal] for phase, crystal in voxels.crystals.items()]
+        arrays["crystals"] = np.array(rows, str)
     write_arrays(path, arrays)
 
 
@@ -135,7 +134,8 @@ def _orientations(arrays: Mapping[str, np.ndarray], axes: str, voxels: int) -> d
 
 def _crystals(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> dict[int, Crystal]:
     try:
-        return from_table(arrays["crystals"]) if "crystals" in arrays else {}
+        rows = arrays["crystals"].tolist() if "crystals" in arrays else []
+        return {int(phase): Crystal(structure, name) for phase, structure, name in rows}
     except (ValueError, TypeError) as error:
         raise CraftmeshError(
             f"{path}: crystals cannot be read ({error}); expected rows of phase, structure and name"

@@ -8,8 +8,8 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
-from craftmesh.io.front_csv import bare_front, read_front_points
-from craftmesh.io.surface_files import listed_suffixes, vertices_of
+from craftmesh.io.front_csv import bare_front, front_table
+from craftmesh.io.surface_files import LISTED, vertices_of
 from craftmesh.io.text_table import Table, read_table
 
 TEXTS = (".txt", ".xyz", ".asc", ".pts")
@@ -28,10 +28,10 @@ def read_points(path: str | os.PathLike) -> np.ndarray:
     """
     path = Path(path)
     if not path.is_file():
-        raise CraftmeshError(f"{path}: no such file; give points as .csv, .xyz, .vtp, {listed_suffixes()}")
+        raise CraftmeshError(f"{path}: no such file; give points as .csv, .xyz, .vtp, {LISTED}")
     suffix = path.suffix.lower()
     if suffix == ".csv":
-        return read_front_points(path)
+        return front_table(path).numbers("xyz")
     if suffix in TEXTS:
         table = read_table(path, "xyz")
         points = (table if table.names else table.named("xyz")).numbers("xyz")

@@ -18,9 +18,9 @@ from craftmesh.arguments import as_array
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.declared import data_file, enough_memory, heard, refuse_false_zip
-from craftmesh.types import Surface
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off", ".3mf")
+LISTED = f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"  # in messages
 _GRAIN = re.compile(r"(\d+)$")
 _TEXT_CUT_SHORT = "string or file could not be read to its end"  # numpy's warning at what is no number
 # The head's number of faces: trimesh reads a file that was cut short as far as it goes.
@@ -77,9 +77,13 @@ def read_grain_folder(folder: str | os.PathLike) -> list[tuple[int, np.ndarray, 
         found[grain] = path
     if not found:
         raise CraftmeshError(
-            f"{folder}: no file named *<grain id> with suffix {listed_suffixes()}; expected one per grain"
+            f"{folder}: no file named *<grain id> with suffix {LISTED}; expected one per grain"
         )
-    _refuse_mixed(folder, list(found.values()))
+    (first, a), *others = {path.suffix.lower(): path.name for path in found.values()}.items()
+    for second, b in others:
+        raise CraftmeshError(
+            f"{folder}: holds {first} and {second} files ({a}, {b}); expected one format: move the others"
+        )
     return [(grain, *_one_solid(found[grain])) for grain in sorted(found)]
 
 
@@ -124,25 +128,11 @@ def write_triangles(path: str | os.PathLike, points: np.ndarray, triangles: np.n
 
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
-        raise CraftmeshError(f"{path}: suffix {suffix!r} is not known; expected {listed_suffixes()}")
+        raise CraftmeshError(f"{path}: suffix {suffix!r} is not known; expected {LISTED}")
     surface = Trimesh(points, triangles, process=False)
     precision: dict[str, Any] = {"digits": _DIGITS[suffix]} if suffix in _DIGITS else {}
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
         surface.export(stream, file_type=suffix[1:], **precision)
-
-
-def write_grain_folder(
-    folder: str | os.PathLike, surface: Surface, prefix: str = "grain", suffix: str = ".stl"
-) -> list[Path]:
-    """Write `<prefix>_<id><suffix>` per grain, normals outward, crack facets inside a grain left out."""
-    Path(folder).mkdir(parents=True, exist_ok=True)
-    paths = []
-    for grain in surface.grains.tolist():
-        behind, ahead = (surface.sides == grain).T
-        facets = np.concatenate([surface.facets[behind & ~ahead], surface.facets[ahead & ~behind][:, ::-1]])
-        paths.append(Path(folder) / f"{prefix}_{grain}{suffix}")
-        write_triangles(paths[-1], *_used(surface.points, facets))
-    return paths
 
 
 def vertices_of(path: str | os.PathLike) -> np.ndarray:
@@ -154,26 +144,12 @@ def vertices_of(path: str | os.PathLike) -> np.ndarray:
     return np.concatenate([np.zeros((0, 3)), *(np.asarray(body.vertices, float) for body in parts)])
 
 
-def listed_suffixes() -> str:
-    """Return the suffixes for an error message."""
-    return ", ".join(SUFFIXES[:-1]) + f" or {SUFFIXES[-1]}"
-
-
-def _refuse_mixed(folder: str | os.PathLike, paths: list[Path]) -> None:
-    by_suffix = {path.suffix.lower(): path.name for path in paths}
-    if len(by_suffix) > 1:
-        (first, a), (second, b), *_ = by_suffix.items()
-        raise CraftmeshError(
-            f"{folder}: holds {first} and {second} files ({a}, {b}); expected one format: move the others"
-        )
-
-
 def _parts(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return (points, triangles) of every body of the file with triangles, moved to its place."""
     import trimesh
 
     if not path.is_file():
-        raise CraftmeshError(f"{path}: no such file; give a triangulated surface ({listed_suffixes()})")
+        raise CraftmeshError(f"{path}: no such file; give a triangulated surface ({LISTED})")
     scene = _scene(path)
     flat = path.suffix.lower() in SUFFIXES[:-1]  # the others may place a body in several ways
     bodies = list(scene.geometry.values()) if flat else scene.dump()
@@ -194,7 +170,7 @@ def _scene(path: Path) -> Any:
     suffix = path.suffix.lower()
     if suffix[1:] not in trimesh.available_formats() - _NO_SURFACES:
         raise CraftmeshError(
-            f"{path}: suffix {path.suffix!r} is not known; expected {listed_suffixes()}, or another format "
+            f"{path}: suffix {path.suffix!r} is not known; expected {LISTED}, or another format "
             "that trimesh reads"
         )
     # Textures and materials would make trimesh look for more files, and split points that differ in them.

@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.front_csv import front_table, read_front, read_words
+from craftmesh.io.front_csv import front_table, read_front
 from craftmesh.io.stage_npz import read_sizing, read_solution
 from craftmesh.io.vtk import read_crack
 from craftmesh.report.sweeps import SIZES
-from craftmesh.types import Crack, Solution
+from craftmesh.types import Crack
 
 # The stage that makes a file, by the file's name; others are called by the file itself.
 STAGES = {
@@ -170,6 +170,7 @@ def _increment(folder: Path) -> Increment:
     path = folder / "solution.npz"
     solution = read_solution(path) if path.is_file() else None
     scene, growth = folder / "pictures" / "scene.json", folder / "growth.json"
+    fracture = folder / "fracture.json"
     sizing, front, crack = (folder / name for name in ("sizing.npz", "sif.csv", "crack.vtp"))
     drawn = {name: folder / "pictures" / f"{name}.webp" for name in PICTURES}
     lengths = read_sizing(sizing) if sizing.is_file() else {}
@@ -180,8 +181,8 @@ def _increment(folder: Path) -> Increment:
         front=_front(front),
         growth=_json(growth) if growth.is_file() else None,
         crack=read_crack(crack) if crack.is_file() else None,
-        size=_crack_size(folder / "fracture.json"),
-        reaction=None if solution is None else _reaction(solution),
+        size=_json(fracture).get("growth", {}).get("size") if fracture.is_file() else None,
+        reaction=None if solution is None else float(np.abs(solution.reactions).sum(axis=0).max() / 2),
         history={} if solution is None else solution.history,
         pictures={name: path.read_bytes() for name, path in drawn.items() if path.is_file()},
         scene=_json(scene) if scene.is_file() else None,
@@ -191,19 +192,11 @@ def _increment(folder: Path) -> Increment:
 
 def _front(path: Path) -> dict[str, np.ndarray] | None:
     """Return the columns of a sif.csv; None without one, and of a crack that has no front left."""
-    if not path.is_file() or not front_table(path).rows:
+    table = front_table(path) if path.is_file() else None
+    if table is None or not table.rows:
         return None
-    columns = read_front(path)
-    flags = read_words(path, "flags") or [""] * len(columns["x"])
-    return columns | {"flags": np.array(flags)}
-
-
-def _crack_size(path: Path) -> float | None:
-    return _json(path).get("growth", {}).get("size") if path.is_file() else None
-
-
-def _reaction(solution: Solution) -> float:
-    return float(np.abs(solution.reactions).sum(axis=0).max() / 2)
+    flags = table.words("flags") or [""] * len(table.rows)
+    return read_front(path) | {"flags": np.array(flags)}
 
 
 def _digests(folder: Path, names: tuple[str, ...]) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """Pictures of the files between the stages: labels, surfaces, cracks, sizes, tetrahedra, solutions."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -50,7 +51,9 @@ def lengths_picture(lengths: Lengths, sources: np.ndarray, box: np.ndarray) -> b
     middle = sources.mean(axis=0) if len(sources) else box.mean(axis=0)
     planes = []
     for axis in (2, 1, 0):
-        ranges = [middle[k : k + 1] if k == axis else np.linspace(*box[:, k], 200) for k in range(3)]
+        ranges = [
+            middle[k : k + 1] if k == axis else np.linspace(box[0, k], box[1, k], 200) for k in range(3)
+        ]
         points = np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, 3)
         planes.append(lengths.at(points).reshape(200, 200))
     limits = {"vmin": min(map(np.min, planes)), "vmax": max(map(np.max, planes))}
@@ -60,7 +63,7 @@ def lengths_picture(lengths: Lengths, sources: np.ndarray, box: np.ndarray) -> b
 
 
 def _three_planes(
-    box: np.ndarray, middle: np.ndarray, planes: Sequence[np.ndarray], **look: object
+    box: np.ndarray, middle: np.ndarray, planes: Sequence[np.ndarray], **look: Any
 ) -> tuple[Figure, AxesImage]:
     """Return values (k, l) on planes of a box square to z, y, x through `middle`, and an image."""
     figure = new_figure(11.0, 4.2)

@@ -67,7 +67,11 @@ def orientation_table(
         if rotations.values.ndim == 4:
             table_rows(path, labels)
             quaternions, spread = mean_by_grain(labels[is_grain], quaternions[is_grain.ravel()])
-            notes += _spread_notes(spread)
+            notes += ("orientations are means over each grain's voxels",)
+            if spread > _MIXED_ANGLES:
+                notes += (
+                    f"orientations spread by up to {spread:.0f} degrees within a grain: check the averages",
+                )
         else:
             notes += _fit(path, name, len(quaternions), np.unique(labels[is_grain]))
         tables[name] = quaternions
@@ -163,13 +167,6 @@ def _unit_by_range(size: np.ndarray) -> str:
     columns = size.max(axis=0)
     one_unit = ((columns > _TURN) | (columns == 0)).all() and is_small.mean() <= _SMALL_SHARE
     return DEGREES if one_unit and 2 * _TURN < size.max() <= np.degrees(_TURN) else ""
-
-
-def _spread_notes(spread: float) -> tuple[str, ...]:
-    notes: tuple[str, ...] = ("orientations are means over each grain's voxels",)
-    if spread > _MIXED_ANGLES:
-        notes += (f"orientations spread by up to {spread:.0f} degrees within a grain: check the averages",)
-    return notes
 
 
 def _refuse_disagreement(path: str | os.PathLike, tables: Mapping[str, np.ndarray]) -> None:

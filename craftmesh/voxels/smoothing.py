@@ -52,12 +52,13 @@ def smooth_boundaries(labels: np.ndarray, spacing: np.ndarray, rounds: int) -> t
         flow.round()
     smoothed = grid.labels(labels) if rounds else labels
     changed = smoothed != labels
+    change = float(np.abs(flow.voxels / flow.wanted - 1).max(initial=0.0))
     ids, count = np.unique(np.concatenate([smoothed[changed], labels[changed]]), return_counts=True)
     report = {
         "roughness": float(1 - area / before) if before else 0.0,
         "smoothed_voxels": int(changed.sum()),
         "smoothed_by_grain": dict(zip(map(str, ids.tolist()), count.tolist())),
-        "smoothing_volume_change": flow.volume_change() if rounds else 0.0,
+        "smoothing_volume_change": change if rounds else 0.0,
     }
     return smoothed, report
 
@@ -141,29 +142,14 @@ def _gaussian(spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return offsets[order], np.exp(-square[order] / (2 * sigma**2))
 
 
-@dataclass(frozen=True)
-class _Rows:
-    """The voxels with several grains around them, and the parts of these."""
-
-    place: np.ndarray  # (k,)
-    grain: np.ndarray  # (k, MOST_GRAINS)
-    share: np.ndarray  # (k, MOST_GRAINS)
-
-    def choose(self, grid: _Grid, price: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return for each row the best grain and its lead; for each grain how many rows are nearly even."""
-        best, lead = np.empty(len(self.grain), np.int64), np.empty(len(self.grain))
-        near = np.zeros(len(price), np.int64)
-        choices(grid.padded, self.place, self.grain, self.share, price, best, lead, near, WIDTH)
-        return best, lead, near
-
-
-def _rows(grid: _Grid) -> _Rows:
+def _rows(grid: _Grid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return places (k,) of voxels with several grains around them, these, and their parts (k, m)."""
     near = grid.near_boundaries()
     place = np.empty(len(near) + 1, np.int64)
     grain = np.empty((len(near) + 1, MOST_GRAINS), np.int32)
     share = np.empty((len(near) + 1, MOST_GRAINS), np.float32)
     count = votes(grid.padded, near, grid.steps, grid.weights, place, grain, share)
-    return _Rows(place[:count], grain[:count], share[:count])
+    return place[:count], grain[:count], share[:count]
 
 
 class _Flow:
@@ -188,23 +174,21 @@ class _Flow:
             change = DAMPING * missing * 2 * WIDTH / np.maximum(near, 1)
             self.price += np.clip(change, -WIDTH, WIDTH)
 
-    def volume_change(self) -> float:
-        """Return the largest relative change of a grain's volume."""
-        return float(np.abs(self.voxels / self.wanted - 1).max(initial=0.0))
-
     def _room(self, drift: float) -> np.ndarray:
         """Return by how many voxels (g,) each grain may be off."""
         return np.maximum(1, (drift * self.wanted).astype(np.int64))
 
-    def _sweep(self, rows: _Rows, drift: float) -> np.ndarray:
+    def _sweep(self, rows: tuple[np.ndarray, np.ndarray, np.ndarray], drift: float) -> np.ndarray:
         """Exchange voxels, those with the largest lead first; return how many each grain has nearly even.
 
         Volumes that are off by more than `drift` may come nearer only.
         """
-        best, lead, near = rows.choose(self.grid, self.price)
+        best, lead = np.empty(len(rows[0]), np.int64), np.empty(len(rows[0]))
+        near = np.zeros(len(self.price), np.int64)
+        choices(self.grid.padded, *rows, self.price, best, lead, near, WIDTH)
         chosen = np.flatnonzero(lead > 0)
         chosen = chosen[np.argsort(-lead[chosen], kind="stable")]
-        place, wanted = rows.place[chosen], best[chosen]
+        place, wanted = rows[0][chosen], best[chosen]
         room = self._room(drift)
         bounds = np.stack([np.maximum(self.wanted - room, 1), self.wanted + room], axis=1)
         arguments = place, wanted, self.voxels, bounds, self.contacts, self.count, self.mark

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.front_csv import read_front, read_front_points, write_front
+from craftmesh.io.front_csv import front_table, read_front, write_front
 
 
 def test_columns_come_back_bit_for_bit(tmp_path):
@@ -15,26 +15,26 @@ def test_columns_come_back_bit_for_bit(tmp_path):
     read = read_front(tmp_path / "front.csv")
     assert list(read) == ["front", "s", "x", "y", "z", "tangent_x", "tangent_y", "tangent_z"]
     assert (read["s"] == columns["s"]).all()
-    assert (read_front_points(tmp_path / "front.csv") == columns["points"]).all()
+    assert (front_table(tmp_path / "front.csv").numbers("xyz") == columns["points"]).all()
     assert (np.stack([read[f"tangent_{a}"] for a in "xyz"], 1) == columns["tangent"]).all()
     assert (tmp_path / "front.csv").read_text().splitlines()[1].startswith("1,0.")
 
 
 def test_columns_are_found_by_name_whatever_their_order(tmp_path):
     (tmp_path / "f.csv").write_text(" z , remark,x,y\n3,deep,1,2\n\n6,mouth,4,5\n")
-    assert read_front_points(tmp_path / "f.csv").tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert front_table(tmp_path / "f.csv").numbers("xyz").tolist() == [[1, 2, 3], [4, 5, 6]]
     assert "remark" not in read_front(tmp_path / "f.csv")
 
 
 def test_headerless_files(tmp_path):
     (tmp_path / "f.csv").write_text("0,0,0,0,0,0,0,1.5,2.5,3.5\n0,0,0,0,0,0,0,4,5,6\n")
-    assert read_front_points(tmp_path / "f.csv").tolist() == [[1.5, 2.5, 3.5], [4, 5, 6]]
+    assert front_table(tmp_path / "f.csv").numbers("xyz").tolist() == [[1.5, 2.5, 3.5], [4, 5, 6]]
     (tmp_path / "f.csv").write_text("1,2,3\n4,5,6\n")
-    assert read_front_points(tmp_path / "f.csv").tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert front_table(tmp_path / "f.csv").numbers("xyz").tolist() == [[1, 2, 3], [4, 5, 6]]
 
 
 def test_craftmesher_example(shared_data):
-    points = read_front_points(shared_data / "defects/craftmesher_AdvCrack.csv")
+    points = front_table(shared_data / "defects/craftmesher_AdvCrack.csv").numbers("xyz")
     assert points.shape[1] == 3 and points[0].tolist() == [
         23.85648985261602,
         2.3164245662542067,

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 import vtk_objects
+from grain_folders import write_grain_folder
 from structured_box import structured_box
 
 from craftmesh.errors import CraftmeshError
@@ -16,7 +17,6 @@ from craftmesh.io.surface_files import (
     SUFFIXES,
     read_grain_folder,
     read_triangles,
-    write_grain_folder,
     write_triangles,
 )
 from craftmesh.stitching.stitch import stitch_grains

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.front_csv import read_front_points, read_fronts, read_path
+from craftmesh.io.front_csv import front_table, read_fronts
 from craftmesh.io.model_tables import read_displacement_table as read_displacements
 from craftmesh.io.point_files import read_points, read_source_points
 from craftmesh.io.text_table import read_table
@@ -15,9 +15,9 @@ POINTS = np.array([[1.5, -2.25, 3.0], [4.0, 5.5e-3, 6.0], [-7.0, 8.125, 9.0]])
 RADII = np.array([[0.5], [1.25], [2.0]])
 NODES = np.array([[3.0], [1.0], [2.0]])
 KINDS = {
-    "front": (("x", "y", "z"), POINTS, "f.csv", read_front_points),
+    "front": (("x", "y", "z"), POINTS, "f.csv", lambda path: front_table(path).numbers("xyz")),
     "fronts": (("front", "x", "y", "z"), np.hstack([NODES * 0 + 1, POINTS]), "f.csv", read_fronts),
-    "path": (("x", "y"), POINTS[:, :2], "p.csv", read_path),
+    "path": (("x", "y"), POINTS[:, :2], "p.csv", lambda path: front_table(path, "xy").numbers("xy")),
     "cloud": (("x", "y", "z"), POINTS, "c.csv", read_points),
     "cloud as text": (("x", "y", "z"), POINTS, "c.txt", read_points),
     "points": (("x", "y", "z"), POINTS, "s.csv", lambda p: read_source_points(p).points),
@@ -115,13 +115,13 @@ def test_what_is_no_table_is_one_line_with_file_and_line(tmp_path, kind, text, s
 
 def test_a_header_in_a_comment_names_the_columns(tmp_path):
     np.savetxt(tmp_path / "f.csv", POINTS[:, ::-1], header="z [um] y [um] x [um]")
-    assert np.array_equal(read_front_points(tmp_path / "f.csv"), POINTS)
+    assert np.array_equal(front_table(tmp_path / "f.csv").numbers("xyz"), POINTS)
 
 
 @pytest.mark.parametrize("between", [",", ", ", ";", "\t", " ", " \t "])
 def test_bare_numbers_need_no_header(tmp_path, between):
     (tmp_path / "f.csv").write_text("\n".join(between.join(map(repr, row)) for row in POINTS.tolist()))
-    assert np.array_equal(read_front_points(tmp_path / "f.csv"), POINTS)
+    assert np.array_equal(front_table(tmp_path / "f.csv").numbers("xyz"), POINTS)
 
 
 NUMBERS = st.floats(-1e12, 1e12, allow_subnormal=False).map(lambda x: x + 0.0)

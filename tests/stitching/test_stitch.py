@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from grain_folders import write_grain_folder
 from hypothesis import given
 from hypothesis import strategies as st
 from models import real_grains, with_voids
 from structured_box import structured_box
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.surface_files import read_grain_folder, write_grain_folder
+from craftmesh.io.surface_files import read_grain_folder
 from craftmesh.stitching.kernels.distinct_points import distinct_points
 from craftmesh.stitching.stitch import StitchOptions, stitch_grains
 from craftmesh.surface.check_surface import check_surface
