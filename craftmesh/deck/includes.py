@@ -3,6 +3,7 @@
 import os
 import re
 from bisect import bisect_right
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -50,36 +51,34 @@ def read_deck_text(path: str | os.PathLike) -> DeckText:
 
     Files that are not there, or that include themselves, are breaches and left out.
     """
-    deck = DeckText()
-    pieces: list[str] = []
-    path = Path(path)
-    _collect(deck, pieces, path, "", (path,))
-    deck.text = "".join(pieces)
+    deck, texts, line = DeckText(), [], 1
+    for name, first, text in _pieces(Path(path), "", (Path(path),), deck.breaches):
+        if text:
+            text = text if text.endswith("\n") else text + "\n"
+            deck.starts.append(line)
+            deck.sources.append((name, first))
+            texts.append(text)
+            line += text.count("\n")
+    deck.text = "".join(texts)
     return deck
 
 
-def _collect(deck: DeckText, pieces: list[str], path: Path, name: str, chain: tuple[Path, ...]) -> None:
+def _pieces(
+    path: Path, name: str, chain: tuple[Path, ...], breaches: list[str]
+) -> Iterator[tuple[str, int, str]]:
+    """Yield the texts between includes: of which file, from which line on, and the text."""
     text = path.read_bytes().decode("latin-1")
     start, line = 0, 1
     for found in re.finditer(r"^\*INCLUDE\b[^\n]*\n?", text, re.M | re.I):
-        _append(deck, pieces, text[start : found.start()], name, line)
+        yield name, line, text[start : found.start()]
         line += text.count("\n", start, found.start())
         given = re.search(r"INPUT\s*=\s*([^,\n]*)", found.group(), re.I)
         file = chain[0].parent / (given.group(1).strip().strip("\"'") if given else "")
         if file in chain:
-            deck.breaches.append(f"{name}line {line}: {file.name} includes itself")
+            breaches.append(f"{name}line {line}: {file.name} includes itself")
         elif not file.is_file():
-            deck.breaches.append(f"{name}line {line}: the included file {file.name} is not there")
+            breaches.append(f"{name}line {line}: the included file {file.name} is not there")
         else:
-            _collect(deck, pieces, file, f"{file.name}, ", (*chain, file))
+            yield from _pieces(file, f"{file.name}, ", (*chain, file), breaches)
         start, line = found.end(), line + 1
-    _append(deck, pieces, text[start:], name, line)
-
-
-def _append(deck: DeckText, pieces: list[str], piece: str, name: str, line: int) -> None:
-    if not piece:
-        return
-    last = deck.starts[-1] + pieces[-1].count("\n") if pieces else 1
-    deck.starts.append(last)
-    deck.sources.append((name, line))
-    pieces.append(piece if piece.endswith("\n") else piece + "\n")
+    yield name, line, text[start:]

@@ -8,6 +8,7 @@ from craftmesh.deck.inp_format import constant_lines
 from craftmesh.mechanics.eigenstrains import is_even
 from craftmesh.mechanics.materials import Material
 from craftmesh.mechanics.model import ElasticModel
+from craftmesh.mechanics.user_materials import UserMaterials
 
 # Of an eigenstrain: shears under that share are rounding.
 _ROUNDING = 1e-12
@@ -27,11 +28,36 @@ def section_lines(model: ElasticModel) -> Iterator[str]:
             material = model.materials[model.phase_of[int(model.grains[row])]]
             yield from _material_lines(names[row], material, model.own_strain[row])
     for grain, name, strain in zip(model.grains.tolist(), names, model.own_strain):
-        orientation = ""
-        if grain in model.axes or _has_shears(strain):
-            yield from orientation_lines(model, grain, _section_axes(model, grain, strain))
-            orientation = f", ORIENTATION=ORI_{grain}"
-        yield f"*SOLID SECTION, ELSET=GRAIN_{grain}, MATERIAL={name}{orientation}\n"
+        oriented = grain in model.axes or _has_shears(strain)
+        yield from _section(model, grain, name, _section_axes(model, grain, strain) if oriented else None)
+
+
+def user_section_lines(model: ElasticModel, materials: UserMaterials) -> Iterator[str]:
+    """Yield the user materials, each once, then orientation and section of each grain.
+
+    Sections have no orientation where the constants hold it.
+    """
+    found = materials.of_grains(model)
+    written = set()
+    for name, material, values in found.values():
+        if name not in written:
+            written.add(name)
+            yield f"*MATERIAL, NAME={name}\n*USER MATERIAL, CONSTANTS={material.constants}\n"
+            yield from constant_lines(values)
+            if material.depvar:
+                yield f"*DEPVAR\n{material.depvar}\n"
+    for grain, (name, material, _) in found.items():
+        axes = model.axes[grain].tolist() if material.has_sections_axes else None
+        yield from _section(model, grain, name, axes)
+
+
+def _section(model: ElasticModel, grain: int, material: str, axes: list[float] | None) -> Iterator[str]:
+    """Yield the section of a grain, after its orientation where it has axes (6,)."""
+    orientation = ""
+    if axes is not None:
+        yield from orientation_lines(model, grain, axes)
+        orientation = f", ORIENTATION=ORI_{grain}"
+    yield f"*SOLID SECTION, ELSET=GRAIN_{grain}, MATERIAL={material}{orientation}\n"
 
 
 def orientation_lines(model: ElasticModel, grain: int, axes: list[float]) -> Iterator[str]:

@@ -11,16 +11,14 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path, atomic_paths
 from craftmesh.deck.cohesive_lines import layer_lines, layer_section_lines
-from craftmesh.deck.contact_lines import contact_lines
+from craftmesh.deck.contact_lines import contact_lines, on_plates, plate_lines
 from craftmesh.deck.history_lines import face_lines, history_lines
 from craftmesh.deck.includes import include_line, mesh_file
 from craftmesh.deck.limits import check_writable
 from craftmesh.deck.mesh_lines import mesh_lines, set_lines
 from craftmesh.deck.options import DeckOptions
-from craftmesh.deck.plate_lines import on_plates, plate_lines
-from craftmesh.deck.section_lines import AXES_TABLE, section_lines
+from craftmesh.deck.section_lines import AXES_TABLE, section_lines, user_section_lines
 from craftmesh.deck.step_lines import step_lines, steps_of_cases
-from craftmesh.deck.user_section_lines import user_section_lines
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.cohesive import CohesiveLayers
 from craftmesh.mechanics.history import held_step
