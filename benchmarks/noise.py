@@ -137,8 +137,8 @@ def meshed(voxels, sizes: dict, crack: dict) -> tuple:
 def figures_of(surface, sizing, mesh, raw) -> dict:
     """Return quality, flat tets, far edges' lengths over target, and the drift from the `raw` voxels."""
     from craftmesh.gradation.report import size_adherence
-    from craftmesh.mesh.kernels.shape_measures import shape_measures
     from craftmesh.mesh.quality import quality
+    from craftmesh.mesh.shape_measures import shape_measures
 
     measures = quality(mesh, raw)
     adherence = size_adherence(surface, sizing)

@@ -55,8 +55,8 @@ def figures_of(points, tets, grain, surface, sizing) -> dict:
 
     The first points are those of `surface`. Clean grains have no facet under CLEAN degrees.
     """
-    from craftmesh.mesh.kernels.shape_measures import shape_measures
     from craftmesh.mesh.quality import quality
+    from craftmesh.mesh.shape_measures import shape_measures
     from craftmesh.mesh.tet_connectivity import tet_edges
     from craftmesh.surface.measure import facet_angles
     from craftmesh.types import TetMesh

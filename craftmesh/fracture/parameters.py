@@ -146,6 +146,9 @@ def _of_front(
     error = errors(k, j, g, spread, by_pieces, wide, line, segments, one_sided, strained)
     flags = flags_of(mesh, front, line, segments, wide, k, error, material, touch)
     count = len(front.corners)
+    angle = stress = np.full(count, np.nan)
+    if options.probe:
+        angle, stress = probed(tube, front, line.s, options.probe * line.sizes)
     parameters = FrontParameters(
         front=np.full(count, number),
         node=front.corners,
@@ -159,18 +162,10 @@ def _of_front(
         spread=spread,
         error=error,
         flags=flags,
-        **_probed(tube, front, line, options.probe),
+        probe_angle=angle,
+        probe_stress=stress,
     )
     return parameters, _report(parameters, segments, tube, one_sided)
-
-
-def _probed(tube: Tube, front: Front, line: FrontLine, radius: float | None) -> dict[str, np.ndarray]:
-    """Return the columns of the probe at `radius` local sizes."""
-    if radius is None:
-        angle = stress = np.full(len(line.s), np.nan)
-    else:
-        angle, stress = probed(tube, front, line.s, radius * line.sizes)
-    return {"probe_angle": angle, "probe_stress": stress}
 
 
 def _line_and_segments(solved: SolvedMesh, front: Front) -> tuple[FrontLine, Segments]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.mesh.kernels.shape_measures import shape_measures
+from craftmesh.mesh.shape_measures import shape_measures
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, dihedral_angles
 from craftmesh.surface.connectivity import joined
 from craftmesh.types import TetMesh
@@ -71,7 +71,8 @@ def flat_tets(mesh: TetMesh, measures: np.ndarray | None = None) -> dict:
                 "wedge": min((round(angle, 2) for angle in angles if angle is not None), default=None),
             }
         )
-    return {"count": len(flat), "forced": sum(map(_is_forced, places)), "places": places}
+    forced = sum(place["wedge"] is not None and place["wedge"] < FLAT_DIHEDRALS[0] for place in places)
+    return {"count": len(flat), "forced": forced, "places": places}
 
 
 def flat_sentence(flat: dict) -> str | None:
@@ -89,10 +90,6 @@ def flat_sentence(flat: dict) -> str | None:
         f"shape factor under {FLAT_SHAPE_FACTOR:g}), {flat['forced']} of them in wedges "
         f"of the surface under {low:g} degrees: {where}; quality.json names their places under flat"
     )
-
-
-def _is_forced(place: dict) -> bool:
-    return place["wedge"] is not None and place["wedge"] < FLAT_DIHEDRALS[0]
 
 
 def _wedge(points: np.ndarray, tets: np.ndarray, corners: np.ndarray, edge: np.ndarray) -> float | None:

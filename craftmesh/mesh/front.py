@@ -6,6 +6,7 @@ import numpy as np
 
 from craftmesh.mesh.mesh_sets import is_lip, lip_faces
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges
+from craftmesh.surface.connectivity import facet_edges
 from craftmesh.types import TetMesh
 
 
@@ -55,7 +56,7 @@ def _front_edges(points: np.ndarray, tets: np.ndarray, face_sets: Mapping[str, n
     other_faces = [
         face_nodes(tets, faces) for name, faces in face_sets.items() if len(faces) and not is_lip(name)
     ]
-    edges = [_edges_of(triangles) for triangles in (lips[0], *other_faces)]
+    edges = [facet_edges(triangles) for triangles in (lips[0], *other_faces)]
     kept = [np.flatnonzero(shared[rows].all(axis=1)) for rows in edges]
     together = np.concatenate([rows[chosen] for rows, chosen in zip(edges, kept)])
     groups = group_edges(together)
@@ -68,7 +69,7 @@ def _have_twins(
     points: np.ndarray, triangles: np.ndarray, others: np.ndarray, edges: np.ndarray
 ) -> np.ndarray:
     """Tell on which edges (k, 2) of triangles (k, 3) one of `others` (j, 3) is that has their places."""
-    theirs = _edges_of(others)
+    theirs = facet_edges(others)
     near = np.isin(theirs, edges).all(axis=1)
     ends = np.sort(np.concatenate([edges, theirs[near]]), axis=1)
     corners = np.concatenate([triangles, np.repeat(others, 3, axis=0)[near]])
@@ -76,10 +77,6 @@ def _have_twins(
     _, place = np.unique(points[third], axis=0, return_inverse=True)
     _, row = np.unique(np.column_stack([ends, place.ravel()]), axis=0, return_inverse=True)
     return np.isin(row.ravel()[: len(edges)], row.ravel()[len(edges) :])
-
-
-def _edges_of(triangles: np.ndarray) -> np.ndarray:
-    return triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
 
 
 def _chains(edges: np.ndarray, points: np.ndarray) -> Iterator[tuple[np.ndarray, bool]]:

@@ -105,18 +105,17 @@ def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes:
         offset = (lip_points[near] - mesh.points[nodes[k]]) / sizes[k]
         binormal = np.cross(tangents[k], start[k])
         x, y, z = (offset @ axis for axis in (binormal, tangents[k], start[k]))
-        result[k] = start[k] - _slope(x, y, z) * binormal
+        slope, off = _fitted(x, y, z, WIDE)
+        slope = slope if off <= SMOOTH else _fitted(x, y, z, REACH)[0]
+        result[k] = start[k] - slope * binormal
     return unit(result)
 
 
-def _slope(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> float:
-    """Return dz/dx at the origin of the quadric through it, level along y, nearest to the points."""
-    slope, off = _fitted(x, y, z, WIDE)
-    return slope if off <= SMOOTH else _fitted(x, y, z, REACH)[0]
-
-
 def _fitted(x: np.ndarray, y: np.ndarray, z: np.ndarray, reach: float) -> tuple[float, float]:
-    """Return that slope by the points within reach, and how far they are off the quadric, rms."""
+    """Return dz/dx at the origin of the quadric through it, level along y, nearest to points within reach.
+
+    And how far these are off it, rms.
+    """
     weight = np.clip(1 - (x * x + y * y + z * z) / reach**2, 0, None)
     if np.count_nonzero(weight) < LEAST_NODES:
         return 0.0, 0.0

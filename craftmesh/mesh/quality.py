@@ -9,8 +9,8 @@ from craftmesh.mesh.flat_tets import flat_tets, is_poor, poor_parts
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.front_curve import arc_lengths
 from craftmesh.mesh.integration import smallest_jacobians
-from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.mesh_sets import lip_faces
+from craftmesh.mesh.shape_measures import shape_measures
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges, tet_edges
 from craftmesh.surface.measure import total_area, volume_drift
 from craftmesh.types import TetMesh, Voxels

@@ -32,6 +32,13 @@ def held_by_box(surface: Surface) -> np.ndarray:
     return held
 
 
+def free_directions(surface: Surface) -> np.ndarray:
+    """Return (n, 3) bool: coordinates that neither planes of the box nor the crack hold."""
+    free = ~held_by_box(surface)
+    free[surface.facets[surface.kind == CRACK]] = False
+    return free
+
+
 def oriented(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     """Return facets (m, 3) and sides (m, 2) with the larger label behind each normal.
 

@@ -7,11 +7,12 @@ from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import is_degenerate, mean_edges, side_volumes, volume_drift
 from craftmesh.surface.patches import (
     facets_beyond_box,
+    free_directions,
     smoothing_neighbours,
     vertex_classes,
     vertices_around,
 )
-from craftmesh.types import CRACK, Surface
+from craftmesh.types import Surface
 
 ROUNDS = 24
 # Rounds after which the neighbourhood that moves grows by a ring of facets.
@@ -34,10 +35,7 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
     faulty = faulty_facets(surface.points, facets)
     first, best = faulty, (surface.points, faulty)
     if faulty.any():
-        classes = vertex_classes(surface)
-        mobile = ~classes.fixed
-        mobile[facets[surface.kind == CRACK].ravel()] = False
-        neighbours = smoothing_neighbours(classes)
+        mobile, neighbours = free_directions(surface), smoothing_neighbours(vertex_classes(surface))
         points = surface.points
         for done in range(ROUNDS):
             around = vertices_around(facets, faulty, done // PATIENCE, len(points))

@@ -13,9 +13,9 @@ from craftmesh.progress import silent
 from craftmesh.surface.connectivity import facet_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, mean_edges, spoiled_facets, swept_volumes
-from craftmesh.surface.patches import facets_beyond_box, held_by_box, vertices_around
+from craftmesh.surface.patches import facets_beyond_box, free_directions, vertices_around
 from craftmesh.surface.wedges import wedge_guard
-from craftmesh.types import CRACK, Surface
+from craftmesh.types import Surface
 
 # A vertex moves at most this part of its mean edge in one round.
 STEP = 0.3
@@ -64,7 +64,7 @@ def restore_volumes(
     facets = surface.facets.astype(np.int64)
     grains, target = checked_targets(targets, surface)
     signs = _signs(surface.sides, grains)
-    free = _free_directions(surface)
+    free = free_directions(surface)
     points, done = surface.points.copy(), 0
     first = drift = signs @ swept_volumes(points, facets) / target - 1
     held = np.zeros(len(points), bool)
@@ -97,13 +97,6 @@ def checked_targets(targets: Mapping[int, float], surface: Surface) -> tuple[np.
 def _drift_report(when: str, drift: np.ndarray) -> dict:
     size = np.abs(drift) if len(drift) else np.zeros(1)
     return {f"mean_drift_{when}": float(size.mean()), f"worst_drift_{when}": float(size.max())}
-
-
-def _free_directions(surface: Surface) -> np.ndarray:
-    """(n, 3) bool: coordinates that may change."""
-    free = ~held_by_box(surface)
-    free[surface.facets[surface.kind == CRACK].ravel()] = False
-    return free
 
 
 def _signs(sides: np.ndarray, grains: np.ndarray) -> csr_array:

@@ -12,7 +12,7 @@ from craftmesh.mesh.flat_tets import (
     LEAST_DIHEDRAL,
     LEAST_SHAPE_FACTOR,
 )
-from craftmesh.mesh.kernels.shape_measures import shape_measures
+from craftmesh.mesh.shape_measures import shape_measures
 from craftmesh.mesh.tet_connectivity import touching
 from craftmesh.tetrahedra.contraction_reach import keeps_surface
 from craftmesh.tetrahedra.contraction_rules import keeps_topology, may_merge

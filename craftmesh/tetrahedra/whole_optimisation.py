@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from craftmesh.mesh.kernels.shape_measures import shape_measures
+from craftmesh.mesh.shape_measures import shape_measures
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import area_vectors, mean_edges

@@ -30,7 +30,7 @@ from trials import (  # noqa: E402
 from craftmesh.cracks.height_parts import height_parts  # noqa: E402
 from craftmesh.cracks.series import crack_area  # noqa: E402
 from craftmesh.cracks.sheets import cracks_from_triangles  # noqa: E402
-from craftmesh.mesh.kernels.shape_measures import shape_measures  # noqa: E402
+from craftmesh.mesh.shape_measures import shape_measures  # noqa: E402
 from craftmesh.sizing.sizing import Sizing, SizingOptions  # noqa: E402
 from craftmesh.types import Surface, Voxels  # noqa: E402
 

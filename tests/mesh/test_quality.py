@@ -11,9 +11,9 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.deck.write_deck import DeckOptions, write_deck
-from craftmesh.mesh.kernels.shape_measures import shape_measures
 from craftmesh.mesh.quality import drift_sentence, quality
 from craftmesh.mesh.second_order import raise_order
+from craftmesh.mesh.shape_measures import shape_measures
 from craftmesh.types import TetMesh, Voxels
 
 ROOT = Path(__file__).resolve().parents[2]
