@@ -31,7 +31,7 @@ $(READY): pyproject.toml constraints.txt
 demo: setup
 	$(BIN)/craftmesh demo
 
-# the paper's three models (docs/paper.md) into results/: some three hours on two cores, 16 GB
+# the paper's three models (docs/paper.md) into results/: two hours of CPU, 7 GB for the largest job
 paper: setup
 	for model in 1 2 3; do \
 	    $(BIN)/snakemake --cores all --configfile examples/paper_$$model/config.yaml || exit; \
