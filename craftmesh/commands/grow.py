@@ -216,16 +216,12 @@ def _frames(columns: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.
 
 def _columns(table: Table, names: tuple[str, ...], made: str) -> dict[str, np.ndarray]:
     """Return x, y, z and other columns of numbers; raises CraftmeshError that says how they are made."""
-    columns = {}
-    for name in (*"xyz", *names):
-        column = table.column(name) if table.has([name]) else None
-        if column is None:
-            raise CraftmeshError(f"{table.path}: no column {name!r} of numbers; expected a file {made}")
-        bad = np.flatnonzero(~np.isfinite(column))
-        if len(bad):
-            raise CraftmeshError(f"{table.path}, row {bad[0] + 1}: {name} is not a number; expected one")
-        columns[name] = column
-    return columns
+    wanted = (*"xyz", *names)
+    try:
+        rows = table.numbers(wanted) if table.rows or not table.has(wanted) else np.zeros((0, len(wanted)))
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{error}; expected a file {made}") from None
+    return dict(zip(wanted, rows.T))
 
 
 def growth_report(cracks: tuple[Crack, Crack], box: np.ndarray, along: FrontExtensions, ended: str) -> dict:

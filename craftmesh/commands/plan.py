@@ -4,7 +4,7 @@ import argparse
 import json
 from collections import Counter
 from collections.abc import Collection, Iterator
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ from craftmesh.growth.steps import share_of_size
 from craftmesh.io.npz import read_labels
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, voxel_edge
 from craftmesh.sizing.sources import sizing_around
-from craftmesh.types import Crack, Voxels
+from craftmesh.types import Voxels
 from craftmesh.voxels.clean import clean
 from craftmesh.voxels.generate import GenerateOptions, generate
 from craftmesh.voxels.options import CleanOptions
@@ -149,12 +149,9 @@ def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
         if case.grows and crack_options.shape in BY_NUMBERS:
             share = case.settings["grow"]["share"] or share_of_size(case.settings["grow"]["change"])
             crack_options = _grown(crack_options, (1 + share) ** increment)
-        if crack_options.shape in BY_NUMBERS:
-            crack = _prescribed(json.dumps(asdict(crack_options)), which, *voxels.box.ravel().tolist())
-        else:
-            surface, _ = given_surface(crack_options, which, voxels.box, voxels)
-            heights = case.settings["stitch"]["insertion"] == "cut"
-            crack = crack_of_increment(crack_options, which, voxels.box, surface, heights)
+        surface, _ = given_surface(crack_options, which, voxels.box, voxels)
+        heights = case.settings["stitch"]["insertion"] == "cut"
+        crack = crack_of_increment(crack_options, which, voxels.box, surface, heights)
         sources += [densify(crack.points[front], sizing.l_min / 2) for front in crack.fronts]
     return replace(sizing, sources=np.concatenate(sources))
 
@@ -163,11 +160,6 @@ def _on_voids(voxels: Voxels) -> np.ndarray:
     """Return the centres (k, 3) of the enclosed voids' voxels beside the grains."""
     beside = (voxels.labels < 0) & ndimage.binary_dilation(voxels.labels > 0)
     return voxels.origin + (np.argwhere(beside) + 0.5) * voxels.spacing
-
-
-@lru_cache(maxsize=64)  # one crack in many volumes of one size
-def _prescribed(options: str, increment: int, *box: float) -> Crack:
-    return crack_of_increment(CrackOptions(**json.loads(options)), increment, np.reshape(box, (2, 3)))
 
 
 def _grown(options: CrackOptions, factor: float) -> CrackOptions:

@@ -38,18 +38,13 @@ def opened(path: str | os.PathLike) -> Iterator[h5py.File]:
 def _refuse_other_files(path: str | os.PathLike, file: h5py.File) -> None:
     """Refuse external links, external and virtual data, and data sets larger than the file can hold."""
     links: list[str] = []
-    data_sets = []
 
     def note_link(name: str, item: h5py.HardLink | h5py.SoftLink | h5py.ExternalLink) -> None:
         if isinstance(item, h5py.ExternalLink):
             links.append(name)
 
-    def note_data(_: str, item: h5py.Group | h5py.Dataset) -> None:
-        if isinstance(item, h5py.Dataset):
-            data_sets.append(item)
-
     file.visititems_links(note_link)
-    file.visititems(note_data)
+    data_sets = datasets(file).values()
     outside = links + [data.name for data in data_sets if data.external or data.is_virtual]
     if outside:
         raise CraftmeshError(f"{path}: {outside[0]} lies in another file; expected all data in this one")

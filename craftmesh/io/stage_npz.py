@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from craftmesh.arguments import as_array
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
@@ -17,14 +18,14 @@ from craftmesh.types import GrainTets, Solution
 _FIELDS = ("nodes", "interior", "tets")
 FORMAT = "craftmesh sizing 1"  # in the entry `format`
 _NUMBERS = ("l_min", "l0", "l_max", "r0", "r1", "exponent", "growth")
-# Entries with their shape (None: any number of rows) and kind of values.
+# Entries with their type and shape, None: any number of rows.
 _ENTRIES = {
-    **{name: ((), "f") for name in _NUMBERS},
-    "sources": ((None, 3), "f"),
-    "field_points": ((None, 3), "f"),
-    "field_lengths": ((None,), "f"),
-    "field_counts": ((None,), "i"),
-    "field_growth": ((None,), "f"),
+    **dict.fromkeys(_NUMBERS, (float, ())),
+    "sources": (float, (None, 3)),
+    "field_points": (float, (None, 3)),
+    "field_lengths": (float, (None,)),
+    "field_counts": (np.int64, (None,)),
+    "field_growth": (float, (None,)),
 }
 SOLUTION_FORMAT = "craftmesh solution 1"  # in the entry `format`
 _HISTORY = "history "  # how the entries of a history begin
@@ -93,27 +94,21 @@ def read_sizing(path: str | os.PathLike) -> dict[str, np.ndarray]:
     arrays = load(path)
     if str(arrays.get("format")) != FORMAT:
         raise CraftmeshError(f"{path}: is no sizing; expected a sizing.npz made by `craftmesh size`")
-    for name, (shape, kind) in _ENTRIES.items():
-        if name not in arrays:
-            raise CraftmeshError(f"{path}: no entry {name}; run `craftmesh size` again")
-        found = arrays[name]
-        fits = len(found.shape) == len(shape) and all(b in (None, a) for a, b in zip(found.shape, shape))
-        if not fits or found.dtype.kind != kind:
-            raise CraftmeshError(
-                f"{path}: {name} has shape {found.shape} and type {found.dtype}; run `craftmesh size` again"
-            )
+    missing = [name for name in _ENTRIES if name not in arrays]
+    if missing:
+        raise CraftmeshError(f"{path}: no entry {missing[0]}; run `craftmesh size` again")
+    arrays = {
+        name: as_array(f"{path}: {name}", arrays[name], *entry, finite=False)
+        for name, entry in _ENTRIES.items()
+    }
     rows, counts = len(arrays["field_points"]), arrays["field_counts"]
-    if (counts < 1).any() or not rows == len(arrays["field_lengths"]) == counts.sum():
+    lengths, growth = len(arrays["field_lengths"]), len(arrays["field_growth"])
+    if (counts < 1).any() or not rows == lengths == counts.sum() or len(counts) != growth:
         raise CraftmeshError(
-            f"{path}: field_counts {counts.tolist()} do not fit {rows} field_points and "
-            f"{len(arrays['field_lengths'])} field_lengths; run `craftmesh size` again"
+            f"{path}: field_counts {counts.tolist()} do not fit {rows} field_points, {lengths} "
+            f"field_lengths and {growth} field_growth; run `craftmesh size` again"
         )
-    if len(counts) != len(arrays["field_growth"]):
-        raise CraftmeshError(
-            f"{path}: {len(counts)} field_counts and {len(arrays['field_growth'])} field_growth; "
-            "run `craftmesh size` again"
-        )
-    return {name: arrays[name] for name in _ENTRIES}
+    return arrays
 
 
 def write_solution(path: str | os.PathLike, solution: Solution) -> None:

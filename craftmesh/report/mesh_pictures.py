@@ -1,5 +1,6 @@
 """Pictures of an increment: its grains, the size of its elements, its crack; deformed, and its stress."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import matplotlib
@@ -34,26 +35,20 @@ def mesh_pictures(shown: ShownMesh) -> dict[str, Figure]:
     """Return pictures by name: `grains`, `sizes`, and of a crack `crack`."""
     whole = view_from(shown.towards, shown.points)
     scale = Normalize(*np.percentile(shown.lengths, [LEFT_OUT, 100 - LEFT_OUT]))
-    pictures = {"grains": _grains(shown, whole), "sizes": _sizes(shown, whole, scale)}
+    pictures = {"grains": _bodies(shown, whole, _by_grain)}
+    pictures["sizes"] = _bodies(shown, whole, lambda facets: _by_length(shown, facets, scale))
+    _add_scale(pictures["sizes"], scale)
     if len(shown.lip.triangles):
         pictures["crack"] = _crack(shown, scale)
     return pictures
 
 
-def _grains(shown: ShownMesh, view: View) -> Figure:
+def _bodies(shown: ShownMesh, view: View, colours: Callable[[Facets], np.ndarray]) -> Figure:
+    """Return the body, whole and cut open along the crack, in the colours of its facets."""
     figure, axes = _pair()
     for place, facets in zip(axes, (shown.skin, shown.opened)):
-        _show(place, shown, facets, _by_grain(facets), view)
+        _show(place, shown, facets, colours(facets), view)
     _draw_fronts(axes[1], shown, view)
-    return figure
-
-
-def _sizes(shown: ShownMesh, view: View, scale: Normalize) -> Figure:
-    figure, axes = _pair()
-    for place, facets in zip(axes, (shown.skin, shown.opened)):
-        _show(place, shown, facets, _by_length(shown, facets, scale), view)
-    _draw_fronts(axes[1], shown, view)
-    _add_scale(figure, scale)
     return figure
 
 

@@ -117,7 +117,7 @@ def _understood(path: Path, content: FileVolume, options: ReadOptions, fills: bo
     voxels = Voxels(renamed, spacing, origin, orientations, phases, content.crystals, kept)
     notes = content.notes + notes + background + renaming.notes
     taken = meaning.background if background else ""
-    return RawVolume(voxels, renaming.is_unindexed(labels), renaming.remap, notes, taken)
+    return RawVolume(voxels, np.isin(labels, renaming.unindexed), renaming.remap, notes, taken)
 
 
 @np.errstate(all="ignore")

@@ -69,10 +69,6 @@ class Renaming:
         new = np.array([self.remap[label] for label in old.tolist()], np.int32)
         return new[np.searchsorted(old, labels)]
 
-    def is_unindexed(self, labels: np.ndarray) -> np.ndarray:
-        """Return which voxels (nx, ny, nz) have no grain."""
-        return np.isin(labels, self.unindexed)
-
 
 def integer_labels(path: str | os.PathLike, labels: np.ndarray) -> np.ndarray:
     """Return the labels (nx, ny, nz) as int64; refuses empty or flat volumes and ids that are no int32."""

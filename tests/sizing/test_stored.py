@@ -55,9 +55,8 @@ def test_a_sizing_within_a_sizing_is_refused():
         ({"l_min": None}, "no entry l_min"),
         ({"l0": np.ones(2)}, r"l0 has shape \(2,\)"),
         ({"sources": np.zeros((4, 2))}, r"sources has shape \(4, 2\)"),
-        ({"sources": np.zeros((4, 3), int)}, "sources has shape .* type int64"),
         ({"field_counts": np.array([7])}, r"field_counts \[7\] do not fit"),
-        ({"field_growth": np.zeros(2)}, "1 field_counts and 2 field_growth"),
+        ({"field_growth": np.zeros(2)}, "field_counts .* do not fit .* 2 field_growth"),
     ],
 )
 def test_entries_that_are_not_so_are_named(tmp_path, change, said):
