@@ -9,6 +9,7 @@ from craftmesh.deck.limits import deck_warning
 from craftmesh.deck.options import DeckOptions
 from craftmesh.deck.write_deck import write_model
 from craftmesh.errors import CraftmeshError
+from craftmesh.fracture.rings import NodalField, front_rings
 from craftmesh.io.model_tables import read_face_prints, read_frd
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mechanics.user_materials import UserMaterials
@@ -89,9 +90,10 @@ def solved_history(
     that fails or does not get to the end, and for results that cannot be read.
     """
     results = run_deck(model, options, folder, deck, materials)
-    slips = [one.slip for one in materials.by_phase.values()] if materials else []
-    first, last = next(filter(None, slips), (1, 0))
-    columns = _FIELDS | ({"SDV": last} if last else {})
+    users = list(materials.by_phase.values()) if materials else []
+    first, last = next(filter(None, (one.slip for one in users)), (1, 0))
+    has_work = all("ENER" in one.output for one in users)
+    columns = _FIELDS | ({"SDV": last} if last else {}) | ({"ENER": 1} if has_work else {})
     count = len(model.mesh.points)
     read = read_frd(results, columns).items()
     fields = {name: in_order(*found, count, f"{results}: {name}") for name, found in read}
@@ -103,7 +105,12 @@ def solved_history(
         record["largest_slip"] = float(slip.sum(axis=1).max())
     moved, forces = fields["DISP"] / model.scale, fields["FORC"] / model.scale**2
     solution = Solution(moved, forces, record, None, history)
-    return Ended(solution, fields["STRESS"][:, _ORDER], slip), {"unknowns": moved.size} | record
+    stress = fields["STRESS"][:, _ORDER]
+    report: dict = {"unknowns": moved.size} | record
+    if has_work and model.mesh.tets.shape[1] == 10:
+        found = front_rings(model.mesh, NodalField(moved, stress, fields["ENER"][:, 0]))
+        report["fronts"] = [front._asdict() for front in found]
+    return Ended(solution, stress, slip), report
 
 
 def _history(model: ElasticModel, deck: DeckOptions, path: Path) -> dict[str, np.ndarray]:

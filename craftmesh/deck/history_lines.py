@@ -41,10 +41,13 @@ def history_lines(
 
 
 def face_lines(loads: Mapping[str, Load]) -> str:
-    """Return the lines that print displacements and forces of the faces that move or are pulled."""
+    """Return the lines that print displacements and forces of the faces that move or are pulled.
+
+    And the body's energy, without which in the first step CalculiX has none in the last.
+    """
     acting = {part.name for load in loads.values() for part in load.moved}
     acting |= {part.name for load in loads.values() for part in load.pulled}
-    return "".join(
+    return "*EL PRINT, ELSET=EALL, TOTALS=ONLY\nELSE\n" + "".join(
         f"*NODE PRINT, NSET={plane}, TOTALS=YES\nU, RF\n" for plane in BOX_PLANES if plane in acting
     )
 

@@ -57,7 +57,7 @@ _LAYER_NOTE = """\
 """
 _MESH_NOTE = "** Mesh of {model}: nodes, elements of the grains, node sets and surfaces; included by it.\n"
 # Of steps, whose increments are many.
-_OUTPUT = "*NODE FILE, FREQUENCY={every}\nU, RF\n*EL FILE, FREQUENCY={every}\nS, E\n"
+_OUTPUT = "*NODE FILE, FREQUENCY={every}\nU, RF\n*EL FILE, FREQUENCY={every}\nS, E, ENER\n"
 
 
 def write_deck(

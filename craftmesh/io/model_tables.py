@@ -18,7 +18,10 @@ FORM = "csv with the columns node,ux,uy,uz, or .npz with the entries node (k,) a
 # Columns of a line of values in the long ASCII form: key, node, then fields of twelve, six a line.
 _NODE, _FIRST, _FIELD, _PER_LINE = slice(3, 13), 13, 12, 6
 _ROWS = 100_000  # rows read at once
-_PRINT = re.compile(r"^ *(displacements|total force|forces) \(.*\) for set (\S+) and time +(\S+)\s*$")
+_PRINT = re.compile(
+    r"^ *(displacements|total force|forces|total internal energy)(?: \(.*\))? +for set (\S+) +and time "
+    r"+(\S+)\s*$"
+)
 ONE, SIX = ("e",), ("e11", "e22", "e33", "e12", "e13", "e23")
 _PLANE = re.compile(r"slip_(-?\d)(-?\d)(-?\d)")
 OCTAHEDRAL = ("111", "-111", "1-11", "11-1")
@@ -151,7 +154,7 @@ def read_face_prints(path: str | os.PathLike) -> dict[str, FacePrint]:
                 elif line.strip():
                     into.append([float(word) for word in line.split()])
         found = {}
-        for name in dict.fromkeys(name for name, _ in blocks):
+        for name in dict.fromkeys(name for name, kind in blocks if kind == "displacements"):
             times, moved = zip(*blocks[name, "displacements"])
             forces = [rows[0] for _, rows in blocks[name, "total force"]]
             table = np.array(moved)

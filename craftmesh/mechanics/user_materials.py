@@ -20,7 +20,7 @@ _MATRIX = tuple(f"r{row}{column}" for row in "123" for column in "123")
 _TURN = {*_ANGLES, *_QUATERNION, *_MATRIX}
 _KNOWN = (*_ANGLES, *_QUATERNION, *_MATRIX, "grain", "phase")
 _PLACEHOLDER = re.compile(r"\{(\w+)\}")
-_OUTPUT = "*NODE FILE, FREQUENCY={every}\nU, RF\n*EL FILE, FREQUENCY={every}\nS, E, SDV\n"
+_OUTPUT = "*NODE FILE, FREQUENCY={every}\nU, RF\n*EL FILE, FREQUENCY={every}\nS, E, ENER, SDV\n"
 
 
 @dataclass(frozen=True)

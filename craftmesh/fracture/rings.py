@@ -1,0 +1,103 @@
+"""J of a body that may have flowed, from stresses and densities of work at nodes, on several rings."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from craftmesh.cracks.polyline import feet, polyline
+from craftmesh.fracture.tube import OF_CURVATURE
+from craftmesh.mesh.front_curve import local_sizes
+from craftmesh.mesh.front_frames import Front, faces_of_nodes, fronts_of
+from craftmesh.mesh.integration import shape_slopes, tet_rule
+from craftmesh.mesh.lips import lip_pairs
+from craftmesh.mesh.mesh_sets import is_lip
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, face_nodes
+from craftmesh.types import BOX_PLANES, TetMesh
+
+# Inner and outer radius in edges of the front. In the first, elements at the front count: the worst ones.
+RINGS = ((1.0, 2.0), (2.0, 3.0), (3.0, 4.0))
+_PLACES = [[0, 3, 4], [3, 1, 5], [4, 5, 2]]  # of 11, 22, 33, 12, 13, 23 in a matrix
+
+
+class NodalField(NamedTuple):
+    """Displacement (n, 3), stress (n, 6) as 11, 22, 33, 12, 13, 23, and its work (n,) per volume."""
+
+    displacement: np.ndarray
+    stress: np.ndarray
+    work: np.ndarray
+
+
+class FrontRings(NamedTuple):
+    """Of one front: J on each of RINGS, and the opening of the lips an edge behind it, mean and largest.
+
+    J is a mean along the front, NaN where a ring has no room. Its spread over the rings is its path
+    dependence: by unloading, by grains that differ, and by the mesh.
+    """
+
+    J: tuple[float, ...]
+    opening: float
+    largest_opening: float
+
+
+def front_rings(mesh: TetMesh, field: NodalField) -> list[FrontRings]:
+    """Return what is found along each front of a 10-node mesh.
+
+    J is the domain integral of sigma_ij u_i,k v_k,j - W v_k,k (Li, Shih & Needleman 1985), W the work of
+    the stresses, plastic work too; lips bear nothing. It is what a longer crack would release where the
+    load has grown in proportion; after cycles it is a figure of the field round the front.
+    """
+    pairs = lip_pairs(mesh)
+    gaps, lips = pairs.gaps(field.displacement), cKDTree(mesh.points[pairs.nodes[:, 0]])
+    found = []
+    for front in fronts_of(mesh):
+        ends = mesh.points[front.corners]
+        line = polyline(np.concatenate([ends, ends[:1]]) if front.closed else ends)
+        sizes = local_sizes(ends, front.closed)
+        binormal = front.curve.frames(line.arc[: len(ends)] * front.curve.length / line.length)[3]
+        behind = gaps[lips.query(ends - sizes[:, None] * binormal)[1]]
+        arc, distance = feet(line, mesh.points)
+        edge = np.interp(arc, line.arc, np.append(sizes, sizes[:1]) if front.closed else sizes)
+        s = arc / line.length * front.curve.length
+        bend = front.curve.bend_radius(s) / edge
+        J = []
+        for inner, outer in RINGS:
+            q = np.clip((outer - distance / edge) / (outer - inner), 0, 1)
+            moved = _extension(mesh, front, q[:, None] * front.curve.frames(s)[3])
+            if moved is None or (bend[q > 0] * OF_CURVATURE < outer).any():
+                J.append(np.nan)
+            else:
+                J.append(_integral(mesh, field, moved) / line.length)
+        found.append(FrontRings(tuple(J), float(behind.mean()), float(behind.max())))
+    return found
+
+
+def _extension(mesh: TetMesh, front: Front, moved: np.ndarray) -> np.ndarray | None:
+    """Return an extension (n, 3) along planes on which the front ends, None where it moves other faces."""
+    ends = [] if front.closed else faces_of_nodes(mesh, front.corners[[0, -1]])
+    for name, faces in mesh.face_sets.items():
+        nodes = np.unique(face_nodes(mesh.tets, faces))
+        if is_lip(name) or not moved[nodes].any():
+            continue
+        if name not in BOX_PLANES or not any(name in end for end in ends):
+            return None
+        moved[nodes, BOX_PLANES.index(name) // 2] = 0.0
+    return moved
+
+
+def _integral(mesh: TetMesh, field: NodalField, moved: np.ndarray) -> float:
+    """Return J times the front's length for an extension (n, 3) of the nodes, of 1 along the front."""
+    tets = mesh.tets[np.ptp(moved[mesh.tets], axis=1).any(axis=1)]
+    places, weights = tet_rule(4)
+    a, b = EDGE_CORNERS.T
+    values = np.concatenate([places * (2 * places - 1), 4 * places[:, a] * places[:, b]], axis=1)
+    total = 0.0
+    for value, slopes, weight in zip(values, shape_slopes(places, 10), weights):
+        jacobian = np.einsum("wk,mwi->mik", slopes, mesh.points[tets])
+        gradient = np.einsum("wk,mkj->mwj", slopes, np.linalg.inv(jacobian))
+        u, v = (np.einsum("mwi,mwj->mij", own[tets], gradient) for own in (field.displacement, moved))
+        stress = np.einsum("w,mwc->mc", value, field.stress[tets])[:, _PLACES]
+        work = field.work[tets] @ value
+        density = np.einsum("mij,mik,mkj->m", stress, u, v) - work * np.trace(v, axis1=1, axis2=2)
+        total += weight * float(density @ np.linalg.det(jacobian))
+    return total
