@@ -52,7 +52,7 @@ class Standing:
 
     job: the one that runs or comes next, None where all is made; runs: whether it has begun. share: the
     work that is done, 0 to 1, and left: seconds of the jobs that are left, one after another; None where
-    nobody knows, as before the first job has ended or where a crack grows until it stops. ended: why the
+    nobody knows, as before the microstructure is imported or where a crack grows until it stops. ended: why the
     crack stopped before its last increment, else empty. failures: errors in which logs end.
     """
 
@@ -107,6 +107,7 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
     costs = stage_costs(results / "benchmarks" / case, [f"{k:03d}" for k in range(record["increments"])])
     spent = sum(cost.seconds for cost in costs)
     known = record["growth"] != UNTIL
+    timed = known and spent > 0 and (folder / MADE["microstructure"]).is_file()
     return Standing(
         case=case,
         increments=record["increments"],
@@ -114,7 +115,7 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
         job=current and current[0],
         runs=current is not None and current[1],
         share=done / sum(works) if known else None,
-        left=spent * (sum(works) - done) / done if known and done and spent else None,
+        left=spent * (sum(works) - done) / done if timed else None,
         ended=ended[1] if ended else "",
         failures=log_errors(results, case, since) if current else [],
     )

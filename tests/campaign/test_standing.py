@@ -63,14 +63,16 @@ def test_each_job_that_is_made_adds_to_the_share_until_all_is(tmp_path, record):
 
 def test_the_share_of_a_stage_is_that_of_its_log(tmp_path):
     begin(tmp_path, GROWS)
-    first, second, *_ = jobs(GROWS, 2)
+    first, second, third, *_ = jobs(GROWS, 2)
     make(tmp_path, first)
+    assert standings(tmp_path)[0].left is None  # nobody knows yet how large it is
+    make(tmp_path, second)
     before = standings(tmp_path)[0]
-    say(tmp_path, second, "import  40% smoothing (12 s)\nimport  50% filling (22 s)\n")
+    say(tmp_path, third, "remesh  40% cubes (12 s)\nremesh  50% smoothing (22 s)\n")
     now = standings(tmp_path)[0]
-    assert now.runs and now.job == second and before.share < now.share
+    assert now.runs and now.job == third and before.share < now.share
     assert 0 < now.left < before.left
-    assert str(now).startswith("one: import, ")
+    assert str(now).startswith("one: remesh, ")
 
 
 def test_files_after_a_missing_one_are_of_an_earlier_run(tmp_path):
