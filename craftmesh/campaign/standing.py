@@ -51,9 +51,9 @@ class Standing:
     """Where a case stands.
 
     job: the one that runs or comes next, None where all is made; runs: whether it has begun. share: the
-    work that is done, 0 to 1, and left: seconds of the jobs that are left, one after another; None where
-    nobody knows, as before the microstructure is imported or where a crack grows until it stops. ended: why the
-    crack stopped before its last increment, else empty. failures: errors in which logs end.
+    work that is done, 0 to 1, None where a crack grows until it stops. left: seconds of the jobs that are
+    left, one after another; None there too, and before the microstructure is imported. ended: why the crack
+    stopped before its last increment, else empty. failures: errors in which logs end.
     """
 
     case: str
