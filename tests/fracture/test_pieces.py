@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from craftmesh.fracture import fit
 from craftmesh.fracture.fit import OF_BEND, FrontLine, segment_basis
-from craftmesh.fracture.segments import Segments
+from craftmesh.fracture.segments import Segments, segments_of
 from craftmesh.mesh.front_curve import SHORTEST
 
 KNOTS = 4.0
@@ -22,3 +23,19 @@ def test_pieces_are_shorter_where_the_front_bends_but_half_as_long_at_least():
     for low, high, wished in ((5, 35, KNOTS), (44, 56, OF_BEND * 3.5), (84, 96, SHORTEST * KNOTS)):
         own = length[(middle > low) & (middle < high)]
         assert np.abs(own / wished - 1).max() < 0.05
+
+
+def test_no_test_is_centred_where_the_material_changes():
+    """Wherever on a closed front its first node lies, by whatever rounding arc lengths add up."""
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        steps = rng.uniform(0.5, 1.5, 24)
+        s, total = np.append(0.0, np.cumsum(steps[:-1])), steps.sum()
+        own = 1.0 + np.roll(np.arange(24) // 8, rng.integers(24))
+        stiffness = own[:, None, None] * np.diag([1, 1, 1, 0.5, 0.5, 0.5])
+        segments = segments_of(s, total, True, stiffness, np.zeros((24, 3, 3)))
+        line = FrontLine(s, np.ones(24), np.full(24, 1e6), total, True)
+        for segment in range(3):
+            found = fit.tests_on(line, segments, segment)
+            assert len(found.centres) == 7
+            assert min(found.before.min(), found.behind.min()) > 0.49
