@@ -1,1 +1,0 @@
-"""The whole model at once, where single grains fail."""
