@@ -192,6 +192,18 @@ def test_steps_of_load_cases_replace_each_other(mesh, tmp_path):
         DeckOptions(faces=("a/z=strain:1e-3", "b/z=stress:3"), steps=("a/ramp:1", "b/ramp:1"))
 
 
+def test_plates_move_through_the_steps(mesh, tmp_path):
+    steps = ("ramp:1", "triangle:1,R=0.5,cycles=1")
+    blocks = written(mesh, tmp_path, "oxford", load="plates", magnitude=-1e-3, steps=steps)
+    first = next(k for k, (keyword, _, _) in enumerate(blocks) if keyword == "STEP")
+    moves = [
+        row for _, rows in of_kind(blocks[first:], "BOUNDARY") for row in rows if row[0] == "PLATE_ZMAX"
+    ]
+    assert [(row[1], float(row[3])) for row in moves] == [("3", x * -4e-3) for x in (1, 0.5, 1)]
+    names = {row[0] for _, rows in of_kind(blocks[first:], "BOUNDARY") for row in rows}
+    assert {"PLATE_ZMIN", "PLATE_ZMAX"} <= names and not {"ZMIN", "ZMAX"} & names
+
+
 def test_lips_get_a_contact_pair(mesh, tmp_path):
     write_deck(tmp_path / "model.inp", mesh, DeckOptions(lip_contact=True))
     blocks = read_deck(tmp_path / "model.inp")

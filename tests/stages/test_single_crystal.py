@@ -114,6 +114,54 @@ def test_a_crystal_slips_where_the_resolved_shear_stress_passes_its_strength(tmp
     assert most.tolist() == planes_by_shear(matrix)[0].tolist()
 
 
+BY_HAND = """*NODE, NSET=ALL
+1, 0, 0, 0
+2, 1, 0, 0
+3, 1, 1, 0
+4, 0, 1, 0
+5, 0, 0, 1
+6, 1, 0, 1
+7, 1, 1, 1
+8, 0, 1, 1
+*ELEMENT, TYPE=C3D8, ELSET=CUBE
+1, 1, 2, 3, 4, 5, 6, 7, 8
+*ORIENTATION, NAME=TURN, SYSTEM=RECTANGULAR
+{axes}
+*MATERIAL, NAME=SINGLE_CRYSTAL
+*USER MATERIAL, CONSTANTS=21
+106750, 60410, 28340, {K}, 1, 1e-6, 1e-6, 1
+1, {R0}, 1e-6, 1e-6, 30, 10, 5000, 200
+1, 1, 1e6, 10, 10
+*DEPVAR
+60
+*SOLID SECTION, ELSET=CUBE, MATERIAL=SINGLE_CRYSTAL, ORIENTATION=TURN
+*BOUNDARY
+1, 1, 3
+2, 2, 3
+4, 3, 3
+3, 3, 3
+*STEP, INC=1000
+*STATIC
+{step}, 1, 1e-5, {step}
+*DLOAD
+1, P2, -78
+*EL FILE, FREQUENCY=1000
+SDV
+*END STEP
+"""
+
+
+def test_a_cube_written_by_hand_slips_alike(tmp_path):
+    """One brick, with the constants, the orientation and the load as CalculiX' manual has them."""
+    (tmp_path / "ours").mkdir()
+    ours, matrix = slipped(tmp_path / "ours", 78.0, ("ramp:1,increments=20",))
+    axes = ", ".join(f"{x:.15g}" for x in matrix[:, :2].T.ravel())
+    (tmp_path / "model.inp").write_text(BY_HAND.format(axes=axes, K=K, R0=R0, step=1 / 20))
+    run(tmp_path)
+    slip = read_frd(tmp_path / "model.frd", {"SDV": 60})["SDV"][1][0, SLIP]
+    assert slip.max() > 1e-4 and slip == pytest.approx(ours, abs=1e-4 * slip.max())  # .frd has 6 digits
+
+
 def test_two_cycles_give_the_slip_of_one_material_point(tmp_path):
     """A triangle between +-sigma is over r0 in four quarter periods a cycle, each as in the ramp."""
     slip, matrix = slipped(tmp_path, 78.0, ("triangle:1,R=-1,cycles=2,time=4,increments=80",))
