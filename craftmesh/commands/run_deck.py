@@ -103,14 +103,14 @@ def solved_history(
     record["increments"] = len(history["time"]) - 1
     if slip is not None:
         record["largest_slip"] = float(slip.sum(axis=1).max())
-    moved, forces = fields["DISP"] / model.scale, fields["FORC"] / model.scale**2
-    solution = Solution(moved, forces, record, None, history)
     stress = fields["STRESS"][:, _ORDER]
-    report: dict = {"unknowns": moved.size} | record
+    moved, forces = fields["DISP"] / model.scale, fields["FORC"] / model.scale**2
     if has_work and model.mesh.tets.shape[1] == 10:
         found = front_rings(model.mesh, NodalField(moved, stress, fields["ENER"][:, 0]))
-        report["fronts"] = [front._asdict() for front in found]
-    return Ended(solution, stress, slip), report
+        for number, front in enumerate(found, 1):
+            record |= {f"front {number}: {name}": value for name, value in front.figures().items()}
+    solution = Solution(moved, forces, record, None, history)
+    return Ended(solution, stress, slip), {"unknowns": moved.size} | record
 
 
 def _history(model: ElasticModel, deck: DeckOptions, path: Path) -> dict[str, np.ndarray]:

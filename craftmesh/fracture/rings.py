@@ -39,6 +39,12 @@ class FrontRings(NamedTuple):
     opening: float
     largest_opening: float
 
+    def figures(self) -> dict[str, float]:
+        """Return the figures by name, J of the rings that have room."""
+        rings = {f"J {inner:g} to {outer:g} edges off": J for (inner, outer), J in zip(RINGS, self.J)}
+        known = {name: J for name, J in rings.items() if np.isfinite(J)}
+        return {"opening": self.opening, "largest opening": self.largest_opening} | known
+
 
 def front_rings(mesh: TetMesh, field: NodalField) -> list[FrontRings]:
     """Return what is found along each front of a 10-node mesh.

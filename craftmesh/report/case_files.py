@@ -17,7 +17,7 @@ from craftmesh.io.front_csv import front_table, read_front
 from craftmesh.io.stage_npz import read_sizing, read_solution
 from craftmesh.io.vtk import read_crack
 from craftmesh.report.sweeps import SIZES
-from craftmesh.types import Crack
+from craftmesh.types import Crack, Solution
 
 # The stage that makes a file, by the file's name; others are called by the file itself.
 STAGES = {
@@ -104,8 +104,8 @@ class Increment:
 
     quality: quality.json; lengths: those of Eq. 3 by name; front: columns of sif.csv; growth: growth.json;
     size: the crack's, of fracture.json; reaction: half of all reactions' sizes along the axis where that is
-    largest; history: as of `Solution`; pictures: .webp by name;
-    scene: scene.json; digests: SHA-256 of files by name.
+    largest; history: as of `Solution`; at_fronts: what its record has of fronts; pictures: .webp by
+    name; scene: scene.json; digests: SHA-256 of files by name.
     """
 
     name: str
@@ -117,6 +117,7 @@ class Increment:
     size: float | None
     reaction: float | None
     history: Mapping[str, np.ndarray]
+    at_fronts: Mapping[str, float]
     pictures: Mapping[str, bytes]
     scene: Mapping[str, Any] | None
     digests: Mapping[str, str]
@@ -184,10 +185,16 @@ def _increment(folder: Path) -> Increment:
         size=_json(fracture).get("growth", {}).get("size") if fracture.is_file() else None,
         reaction=None if solution is None else float(np.abs(solution.reactions).sum(axis=0).max() / 2),
         history={} if solution is None else solution.history,
+        at_fronts=_of_fronts(solution),
         pictures={name: path.read_bytes() for name, path in drawn.items() if path.is_file()},
         scene=_json(scene) if scene.is_file() else None,
         digests=_digests(folder, ("model.inp", "model_mesh.inp", "volume.vtu")),
     )
+
+
+def _of_fronts(solution: Solution | None) -> dict[str, float]:
+    record = {} if solution is None else solution.record
+    return {name: float(value) for name, value in record.items() if name.startswith("front ")}
 
 
 def _front(path: Path) -> dict[str, np.ndarray] | None:

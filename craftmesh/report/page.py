@@ -123,6 +123,8 @@ def _charts(case: Case) -> list[tuple[str, str]]:
         text = (
             f"Increment {last.name}: stress and strain of the loaded faces through the history of the load."
         )
+        told = "; ".join(f"{name} {value:.4g}" for name, value in last.at_fronts.items())
+        text += f" At its end {told}." if told else ""
         charts.append((text, loops(last.history, _units(case).get("stress", ""))))
     text = f"Shapes of the elements in increment {last.name}: percent of the elements in each interval."
     charts.append((text, histograms({increment.name: increment.quality for increment in case.increments})))
