@@ -165,14 +165,22 @@ class Surface:
 
     @classmethod
     def of_facets(
-        cls, points: np.ndarray, facets: np.ndarray, sides: np.ndarray, crack: np.ndarray | None = None
+        cls,
+        points: np.ndarray,
+        facets: np.ndarray,
+        sides: np.ndarray | tuple,
+        crack: np.ndarray | None = None,
     ) -> "Surface":
         """Return the surface of facets from elsewhere, with their kinds: INTERFACE, box planes, CRACK.
 
-        crack (m,) bool: which facets are the crack's, none by default. A facet that is open to one side and
-        whose corners lie exactly on a plane of the facets' bounding box belongs to that plane.
+        sides (m, 2), or one pair for all facets, as (1, 0) for one closed grain whose facets are turned
+        outward. crack (m,) bool: which facets are the crack's, none by default. A facet that is open to one
+        side and whose corners lie exactly on a plane of the facets' bounding box belongs to that plane.
         """
         facets = as_array("facets", facets, np.int32, (None, 3))
+        if isinstance(sides, tuple) and len(sides) == 2 and not any(map(np.ndim, sides)):
+            sides = np.tile(sides, (len(facets), 1))
+        sides = cast(np.ndarray, sides)
         kind = np.full(len(facets), INTERFACE, np.uint8)
         surface = cls(points, facets, sides, kind)
         if len(kind):

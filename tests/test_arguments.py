@@ -24,7 +24,7 @@ POINTS = np.eye(4, 3)
 TETS = np.array([[3, 0, 1, 2]])
 BOX = np.array([[-2.0] * 3, [2.0] * 3])
 HULL = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])[:, ::-1]
-TETRAHEDRON = Surface.of_facets(POINTS, HULL, [[1, 0]] * 4)
+TETRAHEDRON = Surface.of_facets(POINTS, HULL, (1, 0))
 SIZING = Sizing(1, 2, 3, 4, 5, 1, POINTS)
 DOORS = {
     "labels": lambda a: Voxels(a, (1, 1, 1), (0, 0, 0)),

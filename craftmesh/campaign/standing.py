@@ -5,10 +5,11 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 from typing import Any, NamedTuple
 
 from craftmesh.campaign.cases import PRESCRIBED, SYNTHETIC, UNTIL
-from craftmesh.campaign.effort import effort, sizes_of
+from craftmesh.campaign.effort import Sizes, effort, sizes_of
 from craftmesh.report.case_files import RECORD, STAGES, Failure, last_line, log_errors, stage_costs
 
 # What a stage makes, by the name of its log, in the order of the way.
@@ -102,12 +103,13 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
     steps = list(_steps(results, case, record, ended[0] if ended else record["increments"], since))
     current = next(((job, begun) for job, share, begun in steps if share < 1), None)
     sizes = sizes_of(folder / "labels.npz")
-    works = [effort(RULES.get(job.stage, job.stage), sizes, 1).seconds for job, _, _ in steps]
+    works = [_expected(job.stage, sizes, 1) for job, _, _ in steps]
     done = sum(work * share for work, (_, share, _) in zip(works, steps))
     costs = stage_costs(results / "benchmarks" / case, [f"{k:03d}" for k in range(record["increments"])])
-    spent = sum(cost.seconds for cost in costs)
+    # of the median stage: the kernels' compilation falls on few
+    paces = [cost.seconds / (cost.jobs * _expected(cost.stage, sizes, 2)) for cost in costs]
     known = record["growth"] != UNTIL
-    timed = known and spent > 0 and (folder / MADE["microstructure"]).is_file()
+    timed = known and paces and (folder / MADE["microstructure"]).is_file()
     return Standing(
         case=case,
         increments=record["increments"],
@@ -115,10 +117,15 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
         job=current and current[0],
         runs=current is not None and current[1],
         share=done / sum(works) if known else None,
-        left=spent * (sum(works) - done) / done if timed else None,
+        left=median(paces) * (sum(works) - done) if timed else None,
         ended=ended[1] if ended else "",
         failures=log_errors(results, case, since) if current else [],
     )
+
+
+def _expected(stage: str, sizes: Sizes, chunks: int) -> float:
+    """Return the seconds that a job of a stage takes where its kernels are compiled."""
+    return effort(RULES.get(stage, stage), sizes, chunks).seconds
 
 
 def _steps(
