@@ -47,8 +47,7 @@ class StiffnessMatrix:
         """Return the matrix (3n, 3n) in blocks; those that are 0 are left out."""
         n = len(self.diagonal)
         upper = bsr_array((self.upper, self.column, self.start), shape=(3 * n, 3 * n))
-        diagonal = bsr_array((self.diagonal, np.arange(n), np.arange(n + 1)), shape=(3 * n, 3 * n))
-        return upper + upper.T + diagonal
+        return upper + upper.T + bsr_array((self.diagonal, np.arange(n), np.arange(n + 1)), upper.shape)
 
     def times(self, x: np.ndarray, out: np.ndarray) -> float:
         """Fill `out` (n, 3) with the matrix times x (n, 3); return x . out."""
@@ -118,36 +117,33 @@ class Aggregates:
         np.copyto(out, (self.prolongation @ answer).reshape(-1, 3))
 
 
-class Sweeps:
-    """An approximate inverse of a stiffness matrix L + D + U, symmetric and positive definite.
+def sweeps(matrix: StiffnessMatrix, correct: Step) -> Step:
+    """Return an approximate inverse of a stiffness matrix L + D + U, symmetric and positive definite.
 
     From a right-hand side r: x by (L + D) x = r; what is left, -U x, has the coarser level's answer e; then
     t by (D + U) t = -U x - L e. The answer is x + t, which holds e already. `correct(left, out)` fills
     `out` (n, 3) with the answer of the coarser level.
     """
+    triangle, inverse = matrix.triangle, np.linalg.inv(matrix.diagonal)
+    left, e = np.empty((2, len(inverse), 3))
 
-    def __init__(self, matrix: StiffnessMatrix, correct: Callable[[np.ndarray, np.ndarray], None]):
-        self.matrix, self.correct = matrix, correct
-        self.inverse = np.linalg.inv(matrix.diagonal)
-        self.left, self.e = np.empty((2, len(matrix.diagonal), 3))
+    def step(right: np.ndarray, out: np.ndarray) -> None:
+        np.copyto(left, right)
+        solve_lower(*triangle, inverse, left, out)
+        negative_upper(*triangle, out, left)
+        correct(left, e)
+        subtract_lower(*triangle, e, left)
+        solve_upper(*triangle, inverse, left, e)
+        out += e
 
-    def __call__(self, right: np.ndarray, out: np.ndarray) -> None:
-        """Fill `out` (n, 3) with the approximate answer to `right` (n, 3)."""
-        triangle = self.matrix.triangle
-        np.copyto(self.left, right)
-        solve_lower(*triangle, self.inverse, self.left, out)
-        negative_upper(*triangle, out, self.left)
-        self.correct(self.left, self.e)
-        subtract_lower(*triangle, self.e, self.left)
-        solve_upper(*triangle, self.inverse, self.left, self.e)
-        out += self.e
+    return step
 
 
 def step_of(elements: Elements, matrix: StiffnessMatrix, fixed: np.ndarray) -> Step:
     """Return a step(right, out) towards the answer of the elements' matrix; fixed (n, 3) prescribed."""
     if elements.tets.shape[1] == 4:
-        return Sweeps(matrix, Aggregates(elements, matrix, fixed))
-    return Sweeps(matrix, Corners(elements, fixed))
+        return sweeps(matrix, Aggregates(elements, matrix, fixed))
+    return sweeps(matrix, Corners(elements, fixed))
 
 
 class Corners:
