@@ -58,20 +58,21 @@ def flat_tets(mesh: TetMesh, measures: np.ndarray | None = None) -> dict:
     is_named = np.zeros(len(mesh.points), bool)
     is_named[corners[named]] = True
     near = np.flatnonzero(is_named[corners].sum(axis=1) > 1)
-    places = []
+    places, forced = [], 0
     for t in named.tolist():
         own = corners[near[mesh.grain[near] == mesh.grain[t]]]
         angles = [_wedge(mesh.points, own, corners[t], edge) for edge in EDGE_CORNERS]
+        wedge = min((round(angle, 2) for angle in angles if angle is not None), default=None)
+        forced += wedge is not None and wedge < FLAT_DIHEDRALS[0]
         places.append(
             {
                 "grain": int(mesh.grain[t]),
                 "centre": [round(float(x), 6) for x in mesh.points[corners[t]].mean(axis=0)],
                 "dihedrals": [round(float(angle), 2) for angle in measures[t, 2:4]],
                 "shape_factor": float(measures[t, 4]),
-                "wedge": min((round(angle, 2) for angle in angles if angle is not None), default=None),
+                "wedge": wedge,
             }
         )
-    forced = sum(place["wedge"] is not None and place["wedge"] < FLAT_DIHEDRALS[0] for place in places)
     return {"count": len(flat), "forced": forced, "places": places}
 
 

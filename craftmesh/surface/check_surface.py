@@ -116,10 +116,10 @@ def _closedness(surface: Surface) -> list[str]:
     is_open = (balance != 0) & (label != 0)
     if not is_open.any():
         return []
-    place = _at(surface.points[edges[edge[is_open.argmax()]]].mean(axis=0))
+    first = _at(surface.points[edges[edge[is_open.argmax()]]].mean(axis=0))
     return [
         f"{is_open.sum()} edges have no partner, so the boundary is open or turned round: "
-        f"{_some(label[is_open])}; first {place}"
+        f"{_some(label[is_open])}; first {first}"
     ]
 
 
