@@ -42,3 +42,11 @@ def test_gone_paths_are_seen(tmp_path):
     )
     gone = [name for name in named_paths(page) if not is_there(name, page)]
     assert gone == ["craftmesh/gone", "gradation/gone.py", "kernels/nothing"]
+
+
+def test_the_papers_references_and_figures_are_there():
+    text = (ROOT / "paper/paper.md").read_text()
+    known = re.findall(r"^@\w+\{(\w+),", (ROOT / "paper/paper.bib").read_text(), flags=re.M)
+    assert set(re.findall(r"@(\w+\d{4})", text)) == set(known)
+    figures = re.findall(r"!\[[^\]]*\]\(([^)]+)\)", text)
+    assert figures and all((ROOT / "paper" / path).is_file() for path in figures)
