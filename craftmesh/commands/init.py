@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> None:
     print(f"wrote {config} and {sheet}; look them over, then")
     quoted = shlex.quote(str(config))
     print(f"  craftmesh plan {quoted}")
-    print(f"  snakemake -s $(craftmesh snakefile) --cores all --configfile {quoted}")
+    print(f"  craftmesh run {quoted}")
 
 
 def _read(source: Path, options: ReadOptions) -> RawVolume:

@@ -18,7 +18,7 @@ def test_first_campaign_of_a_tiny_volume_gives_a_deck(tmp_path, run_snakemake):
     command = str(Path(sys.executable).parent / "craftmesh")
     done = subprocess.run([command, "init", "tiny.npz"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert "snakemake" in done.stdout
+    assert "craftmesh run " in done.stdout
     deck = tmp_path / "results/tiny/000/model.inp"
     flags = ("-s", str(ROOT / "Snakefile"), "--cores", "2", "--configfile", "tiny.yaml")
     run = run_snakemake(tmp_path, str(deck.relative_to(tmp_path)), *flags)
