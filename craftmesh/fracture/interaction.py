@@ -11,7 +11,7 @@ from craftmesh.fracture.tube import Tube
 from craftmesh.mechanics.near_field import MODES, as_tensor
 from craftmesh.mesh.front_curve import FrontCurve
 from craftmesh.mesh.integration import jacobians, parts_of
-from craftmesh.mesh.tet_connectivity import FACE_CORNERS
+from craftmesh.mesh.tet_connectivity import face_nodes
 
 # The last row is that of J.
 ROWS = MODES + 1
@@ -20,11 +20,11 @@ AT_ONCE = 200
 
 
 class Points(NamedTuple):
-    """Points of integration in elements (e,), q in each.
+    """Points of integration (p,), each in an element.
 
-    value (e, q, 10), slope (e, q, 10, 3): shape functions and their derivatives in space; place (e, q, 3);
-    cofactors (e, q, 3, 3): of the Jacobian, whose determinants (e, q) are; guess (e, q): of the s of the
-    nearest point on the front.
+    value (p, 10), slope (p, 10, 3): shape functions and their derivatives in space; place (p, 3); cofactors
+    (p, 3, 3): of the Jacobian, whose determinant (p,) is; guess (p,): of the s of the nearest point on the
+    front.
     """
 
     element: np.ndarray
@@ -34,6 +34,25 @@ class Points(NamedTuple):
     cofactors: np.ndarray
     determinant: np.ndarray
     guess: np.ndarray
+
+
+class Local(NamedTuple):
+    """What points (p,) have in their local axes (p, 3, 3).
+
+    across (p, 10, 3): the nodes' binormals; gradient (p, 3, 3): the element's displacement gradient less
+    the eigenstrain of the grain at the front; own (p, 3, 3): its stress; energy (p,): its elastic energy; h
+    and others: see `PointFields`.
+    """
+
+    axes: np.ndarray
+    across: np.ndarray
+    gradient: np.ndarray
+    own: np.ndarray
+    energy: np.ndarray
+    h: np.ndarray
+    dh: np.ndarray
+    stress: np.ndarray
+    dstress: np.ndarray
 
 
 def interaction_weights(tube: Tube, curve: FrontCurve, stations: Stations) -> np.ndarray:
@@ -54,63 +73,34 @@ def interaction_weights(tube: Tube, curve: FrontCurve, stations: Stations) -> np
 def _points(
     tube: Tube, curve: FrontCurve, element: np.ndarray, value: np.ndarray, slope: np.ndarray
 ) -> Points:
-    """Return points of elements (e,); value (e or 1, q, 10), slope (e or 1, q, 10, 3): of their rule."""
+    """Return points in elements (p,); value (p, 10), slope (p, 10, 3): of the rule."""
     nodes = tube.tets[element]
-    jacobian = jacobians(tube.points, nodes, slope)
-    rows = [np.cross(jacobian[..., (i + 1) % 3, :], jacobian[..., (i + 2) % 3, :]) for i in range(3)]
-    cofactors = np.stack(rows, axis=2)
-    determinant = (jacobian[..., 0, :] * cofactors[..., 0, :]).sum(axis=2)
-    in_space = slope @ cofactors.swapaxes(2, 3) / determinant[..., None, None]
-    place = (value[:, :, None, :] @ tube.points[nodes][:, None])[:, :, 0]
+    jacobian = jacobians(tube.points, nodes, slope[:, None])[:, 0]
+    cofactors = np.stack([np.cross(jacobian[:, i - 2], jacobian[:, i - 1]) for i in range(3)], axis=1)
+    determinant = (jacobian[:, 0] * cofactors[:, 0]).sum(axis=1)
+    in_space = slope @ cofactors.swapaxes(1, 2) / determinant[:, None, None]
     s = tube.s[nodes]
     if curve.closed:
         s = s[:, :1] + np.mod(s - s[:, :1] + curve.length / 2, curve.length) - curve.length / 2
-    guess = (value @ s[:, :, None])[..., 0]
-    value = np.broadcast_to(value, (*guess.shape, 10))
-    return Points(element, value, in_space, place, cofactors, determinant, guess)
-
-
-def _flat(values: np.ndarray) -> np.ndarray:
-    """Return values (e, q, ...) of points one after the other."""
-    return values.reshape(-1, *values.shape[2:])
-
-
-class Local(NamedTuple):
-    """What the points (p,) have in their local axes (p, 3, 3).
-
-    across (p, 10, 3): the nodes' binormals; gradient (p, 3, 3): the element's displacement gradient less
-    the eigenstrain of the grain at the front; own (p, 3, 3): its stress; energy (p,): its elastic energy; h
-    and others: see `PointFields`.
-    """
-
-    axes: np.ndarray
-    across: np.ndarray
-    gradient: np.ndarray
-    own: np.ndarray
-    energy: np.ndarray
-    h: np.ndarray
-    dh: np.ndarray
-    stress: np.ndarray
-    dstress: np.ndarray
+    place = (value[:, None] @ tube.points[nodes])[:, 0]
+    return Points(element, value, in_space, place, cofactors, determinant, (value * s).sum(axis=1))
 
 
 def _local(
     tube: Tube, curve: FrontCurve, stations: Stations, segment: int, points: Points, side: np.ndarray
 ) -> Local:
-    """Return what is integrated; side (e,): see `fields_at`."""
-    per = points.guess.shape[1]
-    s = curve.nearest(_flat(points.place), points.guess.ravel())
+    """Return what is integrated; side (p,): see `fields_at`."""
+    s = curve.nearest(points.place, points.guess)
     frames = curve.moving_frames(s)
-    fields = fields_at(stations, segment, s, frames, _flat(points.place), np.repeat(side, per))
-    nodes, grain = tube.tets[points.element], np.repeat(tube.grain[points.element], per)
+    fields = fields_at(stations, segment, s, frames, points.place, side)
+    nodes, grain = tube.tets[points.element], tube.grain[points.element]
     strain = tube.eigenstrain[grain]
-    raw = _flat(tube.displacement[nodes][:, None].swapaxes(2, 3) @ points.slope) - strain
+    raw = tube.displacement[nodes].swapaxes(1, 2) @ points.slope - strain
     stress = stresses(as_tensor(tube.stiffness).reshape(-1, 9, 9)[grain], raw)
     energy = 0.5 * (stress * raw).sum(axis=(1, 2))
     axes, turned = frames.axes, frames.axes.swapaxes(1, 2)
     gradient = axes @ (raw + strain - tube.shift[segment]) @ turned
-    across = np.repeat(tube.binormal[nodes], per, axis=0) @ turned
-    return Local(axes, across, gradient, axes @ stress @ turned, energy, *fields)
+    return Local(axes, tube.binormal[nodes] @ turned, gradient, axes @ stress @ turned, energy, *fields)
 
 
 def _of_elements(
@@ -123,9 +113,11 @@ def _of_elements(
     u is less the uniform eigenstrain of the grain at the front, so that s is C e there as without one. Of
     J, P is the tensor of energy and momentum.
     """
-    rule = element_rule()
-    points = _points(tube, curve, elements, rule.value[None], rule.slope[None])
-    at = _local(tube, curve, stations, segment, points, tube.side[elements])
+    rule, count = element_rule(), len(elements)
+    element = np.repeat(elements, len(rule.weight))
+    value, slope = np.tile(rule.value, (count, 1)), np.tile(rule.slope, (count, 1, 1))
+    points = _points(tube, curve, element, value, slope)
+    at = _local(tube, curve, stations, segment, points, tube.side[element])
     own, u = at.own, at.gradient
     flow = np.empty((len(u), 3, ROWS, 3))  # components i, field, k
     flow[:, :, :MODES] = (own @ at.h.reshape(-1, 3, 3 * MODES)).reshape(at.h.shape)
@@ -138,12 +130,11 @@ def _of_elements(
     body = sum(at.dstress[:, k, :, k] for k in range(3)) @ u
     body += (own.reshape(-1, 1, 9) @ at.dh.reshape(-1, 9, 3 * MODES)).reshape(body.shape)
     body -= pieces.reshape(-1, 3, MODES).swapaxes(1, 2)
-    slope = _flat(points.slope) @ at.axes.swapaxes(1, 2)
-    force = (slope @ flow.reshape(-1, 3, 3 * ROWS)).reshape(-1, 10, ROWS, 3)
-    force[:, :, :MODES] += _flat(points.value)[:, :, None, None] * body[:, None]
-    weight = (rule.weight * points.determinant).ravel()
-    found = np.einsum("pamk,pak,p->pam", force, at.across, weight)
-    return found.reshape(len(elements), -1, 10, ROWS).sum(axis=1)
+    local_slope = points.slope @ at.axes.swapaxes(1, 2)
+    force = (local_slope @ flow.reshape(-1, 3, 3 * ROWS)).reshape(-1, 10, ROWS, 3)
+    force[:, :, :MODES] += value[:, :, None, None] * body[:, None]
+    weight = np.tile(rule.weight, count) * points.determinant
+    return np.einsum("pamk,pak,p->pam", force, at.across, weight).reshape(count, -1, 10, ROWS).sum(axis=1)
 
 
 def _energies(at: Local) -> np.ndarray:
@@ -162,49 +153,54 @@ def _of_faces(
     Lips are not straight, which is left out where corners are on the front; on others q has a part along
     their normal.
     """
-    rules, (element, face) = face_rules(), tube.faces[faces].T
-    points = _points(tube, curve, element, rules.value[face], rules.slope[face])
-    normal = rules.weight[:, None] * (points.cofactors @ rules.outward[face][:, None, :, None])[..., 0]
-    area, touches = np.linalg.norm(normal, axis=2), tube.at_front[faces].any(axis=1)
+    rules, count = face_rules(), len(faces)
+    row, share = np.repeat(faces, len(rules.weight)), np.tile(rules.share, (count, 1))
+    element, face = tube.faces[row].T
+    own_faces = tube.faces[faces, 1]
+    value, slope = rules.value[own_faces].reshape(-1, 10), rules.slope[own_faces].reshape(-1, 10, 3)
+    points = _points(tube, curve, element, value, slope)
+    normal = np.tile(rules.weight, count)[:, None] * _times(points.cofactors, rules.outward[face])
+    area, touches = np.linalg.norm(normal, axis=1), tube.at_front[row].any(axis=1)
     if touches.any():
-        points.place[touches], stretch = _begun_at_curve(tube, curve, points, rules.share, faces, touches)
+        own = Points(*(part[touches] for part in points))
+        points.place[touches], stretch = _begun_at_curve(tube, curve, own, share[touches], row[touches])
         area[touches] *= stretch
-    at = _local(tube, curve, stations, segment, points, tube.face_side[faces])
-    turned, u = at.axes.swapaxes(1, 2), at.gradient
-    m = _flat(normal[:, :, None, :]) @ turned
-    pull = _flat((area[:, :, None] * (rules.share @ tube.traction[faces]))[:, :, None, :]) @ turned
-    per = len(rules.weight)
-    pull = np.where(np.repeat(tube.loaded[faces], per)[:, None, None], m @ at.own, pull)
+    at = _local(tube, curve, stations, segment, points, tube.face_side[row])
+    m, u = _times(at.axes, normal), at.gradient
+    pull = area[:, None] * _times(at.axes, _times(tube.traction[row].swapaxes(1, 2), share))
+    pull = np.where(tube.loaded[row, None], _times(at.own, m), pull)
     fields = np.concatenate([at.h, u[:, :, None]], axis=2).reshape(-1, 3, 3 * ROWS)
-    force = -(pull @ fields).reshape(-1, ROWS, 3)
-    bent = _energies(at)[:, :, None] * m
-    bent[:, :MODES] -= (m[:, None] @ at.stress)[:, :, 0] @ u
-    force += np.where(np.repeat(touches, per)[:, None, None], 0.0, bent)
-    found = _flat(points.value)[:, :, None] * (at.across @ force.swapaxes(1, 2))
-    return found.reshape(len(faces), per, 10, ROWS).sum(axis=1)
+    force = -(pull[:, None] @ fields).reshape(-1, ROWS, 3)
+    bent = _energies(at)[:, :, None] * m[:, None]
+    bent[:, :MODES] -= (m[:, None, None] @ at.stress)[:, :, 0] @ u
+    force[~touches] += bent[~touches]
+    found = value[:, :, None] * (at.across @ force.swapaxes(1, 2))
+    return found.reshape(count, -1, 10, ROWS).sum(axis=1)
+
+
+def _times(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Return the products (p, 3) of matrices (p, 3, 3) and vectors (p, 3)."""
+    return (matrices @ vectors[:, :, None])[:, :, 0]
 
 
 def _begun_at_curve(
-    tube: Tube, curve: FrontCurve, points: Points, share: np.ndarray, faces: np.ndarray, chosen: np.ndarray
+    tube: Tube, curve: FrontCurve, points: Points, share: np.ndarray, row: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return places (f, q, 3) on chosen lips as if these began at the front's curve, and the stretches.
+    """Return places (p, 3) on lips as if these began at the front's curve, and how they stretch (p,).
 
     Near the front the fields grow with 1 / root(r): on its chords 6 % of a pressure's K are missing with
     ten edges to the radius. A place lies between one on the chord and one on the other side of the facet,
-    at shares of its corners (q, 3).
+    row (p,) of the tube's faces, at shares of its corners (p, 3).
     """
-    place, (element, face) = points.place[chosen], tube.faces[faces[chosen]].T
-    corners = tube.points[np.take_along_axis(tube.tets[element], FACE_CORNERS[face], axis=1)]
-    at_front = tube.at_front[faces[chosen]][:, None, :]
-    base = (share * at_front).sum(axis=2, keepdims=True)
-    rest = np.maximum(1 - base, 1e-9)
-    foot, inner = (share * at_front) @ corners / base, (share * ~at_front) @ corners / rest
-    s = curve.nearest(_flat(foot), points.guess[chosen].ravel())
-    off = curve.frames(s)[0].reshape(foot.shape) - foot
+    corners = tube.points[face_nodes(tube.tets[:, :4], tube.faces[row])].swapaxes(1, 2)
+    at_front = tube.at_front[row]
+    base = (share * at_front).sum(axis=1)
+    foot = _times(corners, share * at_front) / base[:, None]
+    inner = _times(corners, share * ~at_front) / np.maximum(1 - base, 1e-9)[:, None]
+    off = curve.frames(curve.nearest(foot, points.guess))[0] - foot
     way = inner - foot
-    width = (way * way).sum(axis=2, keepdims=True)
-    fade = 1 - np.linalg.norm(place - foot, axis=2, keepdims=True) / np.sqrt(width)
-    fade, along = (
-        np.where(base > 1 - 1e-9, 0.0, part) for part in (fade, (way * off).sum(axis=2, keepdims=True))
-    )
-    return place + fade * off, (1 - along[..., 0] / width[..., 0]) ** 2
+    width = (way * way).sum(axis=1)
+    fade = 1 - np.linalg.norm(points.place - foot, axis=1) / np.sqrt(width)
+    on_chord = base > 1 - 1e-9
+    fade, along = (np.where(on_chord, 0.0, part) for part in (fade, (way * off).sum(axis=1)))
+    return points.place + fade[:, None] * off, (1 - along / width) ** 2
