@@ -148,8 +148,8 @@ SWAPS = {
     "from front to front": (sheet(PAIR, (1, 1), CRACK, RHOMBUS), {}, EAR),
     "bent": (sheet(PAIR, points=BENT[:4]), {"distance": 0.5}, DISTANCE),
     "bent crack": (
-        sheet([*PAIR, [2, 1, 4], [2, 4, 0]], (1, 1), CRACK, BENT * np.array([1, 1, 0.4])),
-        {"distance": 2.0, "crack_distance": 0.2},
+        sheet([*PAIR, [2, 1, 4], [2, 4, 0]], (1, 1), CRACK, BENT * np.array([1, 1, 0.2])),
+        {"distance": 2.0, "crack_distance": 0.1},
         DISTANCE,
     ),
 }

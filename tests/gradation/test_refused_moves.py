@@ -10,7 +10,6 @@ from unchanged import OPEN, frozen
 
 from craftmesh.by_reference import by_reference
 from craftmesh.gradation.kernels.codes import (
-    DISTANCE,
     DONE,
     LINK,
     NO_NEED,
@@ -68,14 +67,6 @@ def test_vertices_move_where_there_is_room_and_a_guard_allows_it(
     if operation is slides and limits == NEVER:
         reason = NO_NEED  # it looks for places with sound normals alone
     assert operation(references, OPEN._replace(**limits), v) == reason
-    assert (frozen(state) == before) == (reason != DONE)
-
-
-@pytest.mark.parametrize("classes, reason", [({}, DONE), ({"sides": (1, 1), "kind": CRACK}, DISTANCE)])
-def test_vertices_keep_nearer_to_the_crack_than_to_the_rest(classes, reason):
-    state, references = prepared(off_centre(**classes))
-    before = frozen(state)
-    assert relaxes(references, OPEN._replace(distance=1.0, crack_distance=0.01), 0) == reason
     assert (frozen(state) == before) == (reason != DONE)
 
 
