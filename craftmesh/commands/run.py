@@ -23,7 +23,8 @@ from craftmesh.commands.stage_io import existing
 from craftmesh.errors import CraftmeshError
 from craftmesh.progress import LiveLines
 
-LOOK = 1.0  # s between two looks at the results
+LOOK = 1.0  # s between two looks at the results, at least
+REST = 20  # times what a look took, in campaigns of many cases
 NOTE = "craftmesh: note: "
 _PLACE = re.compile("craftmesh: the cases of (.*), results in (.*)")
 STOPPED = 130
@@ -70,24 +71,26 @@ def run_snakemake(words: Sequence[str]) -> int:
     Raises CraftmeshError where it ends without a case that failed.
     """
     command = [sys.executable, "-P", "-m", "snakemake", "-s", str(snakefile()), *words]
-    begun = time.time()
+    begun, place = time.time(), None
     cases: list[Standing] = []
     with tempfile.NamedTemporaryFile("w") as said, _child(command, said) as child, LiveLines() as lines:
         while child.poll() is None:
-            time.sleep(LOOK)
-            cases = _cases(_text(said), begun) or cases  # none while the report is written
+            looked = time.monotonic()
+            place = place or _PLACE.search(_text(said))
+            cases = _cases(place, begun) or cases  # none while the report is written
             lines.show(_lines(cases))
+            time.sleep(max(LOOK, REST * (time.monotonic() - looked)))
         text = _text(said)
+    place = place or _PLACE.search(text)
+    cases = _cases(place, begun) or cases
     for line in text.splitlines():
         if line.startswith(NOTE):
             print(line)
-    cases = _cases(text, begun) or cases
     failed = [one for one in cases if one.failures]
     for one in failed:
         print(one)
     if child.returncode and not failed:
         raise CraftmeshError(refusal(text))
-    place = _PLACE.search(text)
     print(_made(cases) + (f"; see {Path(place[2], 'report.html')}" if place else ""))
     return child.returncode
 
@@ -112,9 +115,8 @@ def _text(said: IO[str]) -> str:
     return Path(said.name).read_text(encoding="utf-8", errors="replace")
 
 
-def _cases(text: str, begun: float) -> list[Standing]:
-    """Return where the cases stand whose campaign and results Snakemake has named; none before that."""
-    place = _PLACE.search(text)
+def _cases(place: re.Match | None, begun: float) -> list[Standing]:
+    """Return where the cases stand of the campaign that Snakemake has named; none before that."""
     return standings(Path(place[2]), place[1], begun) if place else []
 
 
