@@ -87,7 +87,8 @@ def run(arguments: argparse.Namespace) -> None:
 @contextmanager
 def compiling_ahead() -> Iterator[None]:
     """Compile in processes beside this block, where nothing was compiled yet and there is a second core."""
-    words = ["nice", sys.executable, "-m", "craftmesh.cli", "compile"]
+    # not niced: a stage would wait for a kernel whose turn it is there, on a busy machine for minutes
+    words = [sys.executable, "-m", "craftmesh.cli", "compile"]
     alone = is_kept(draw) or len(os.sched_getaffinity(0)) == 1
     parts = () if alone else (GRADATE, VOLUME)
     with tempfile.TemporaryDirectory() as folder:
