@@ -7,7 +7,7 @@ import numpy as np
 from craftmesh.fracture.fit import HALF_WIDTH, FrontLine
 from craftmesh.fracture.options import LEAST_RADIUS
 from craftmesh.fracture.segments import Segments, is_isotropic
-from craftmesh.mechanics.mean_moduli import mean_moduli
+from craftmesh.mechanics.materials import mean_moduli
 from craftmesh.mesh.front_frames import Front, edges_between_materials, meets_boundary
 from craftmesh.types import TetMesh
 
@@ -175,10 +175,6 @@ def _changes(
 
 
 def elastic_ratios(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the index of anisotropy, and the bulk over the shear modulus (g,), of stiffnesses (g, 6, 6).
-
-    The index is that of Ranganathan & Ostoja-Starzewski (2008); the other ratio is of Voigt's moduli.
-    """
+    """Return the index of anisotropy and the bulk over the shear modulus (g,) of stiffnesses (g, 6, 6)."""
     mean = mean_moduli(stiffness)
-    index = 5 * mean.voigt_shear / mean.reuss_shear + mean.voigt_bulk / mean.reuss_bulk - 6
-    return np.maximum(index, 0.0), mean.voigt_bulk / mean.voigt_shear
+    return mean.anisotropy, mean.voigt_bulk / mean.voigt_shear

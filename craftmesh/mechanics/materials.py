@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,8 @@ _NAMES |= {"anisotropic": "D1111, D1122, D2222, ... D2323"}
 # 22, 33, 12, 13, 23, and the number of each place's component.
 ROW, COLUMN = np.array([[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]]).T
 COMPONENT = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
+# Engineering shears are twice those of tensors.
+_OF_TENSOR = np.multiply.outer([1, 1, 1, 0.5, 0.5, 0.5], [1, 1, 1, 0.5, 0.5, 0.5])
 # Column by column of the upper triangle over them: D1111, D1122, D2222, D1133, ...
 _UPPER = tuple((row, column) for column in range(6) for row in range(column + 1))
 
@@ -97,6 +100,35 @@ def turned(stiffness: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     crossed = on_row[..., COLUMN] * on_column[..., ROW]
     bond = straight + np.where(ROW != COLUMN, crossed, 0.0)
     return bond @ stiffness @ bond.swapaxes(-1, -2)
+
+
+class MeanModuli(NamedTuple):
+    """Bulk and shear moduli (g,): voigt's of the same strain everywhere, reuss's of the same stress."""
+
+    voigt_bulk: np.ndarray
+    voigt_shear: np.ndarray
+    reuss_bulk: np.ndarray
+    reuss_shear: np.ndarray
+
+    @property
+    def anisotropy(self) -> np.ndarray:
+        """The universal index (g,) of Ranganathan & Ostoja-Starzewski (2008), 0 of isotropic materials."""
+        index = 5 * self.voigt_shear / self.reuss_shear + self.voigt_bulk / self.reuss_bulk - 6
+        return np.maximum(index, 0.0)
+
+
+def mean_moduli(stiffness: np.ndarray) -> MeanModuli:
+    """Return the mean moduli of stiffnesses (g, 6, 6), whose last three components are shears."""
+    compliance = _means(np.linalg.inv(stiffness) * _OF_TENSOR)
+    return MeanModuli(*_means(stiffness), 1 / (9 * compliance[0]), 1 / (4 * compliance[1]))
+
+
+def _means(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mean bulk and shear terms (g,) of (g, 6, 6) over the components of tensors."""
+    stretch = np.trace(matrix[:, :3, :3], axis1=1, axis2=2)
+    across = matrix[:, :3, :3].sum(axis=(1, 2)) - stretch
+    shear = np.trace(matrix[:, 3:, 3:], axis1=1, axis2=2)
+    return (stretch + across) / 9, (2 * stretch - across + 6 * shear) / 30
 
 
 def parse_materials(texts: Iterable[str]) -> dict[int | None, Material]:

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.mean_moduli import mean_moduli
+from craftmesh.mechanics.materials import mean_moduli
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.lips import lip_pairs
 from craftmesh.progress import silent
