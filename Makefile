@@ -24,7 +24,7 @@ setup: $(READY)
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv --without-pip .venv
 	$(PYTHON) -m pip --python .venv/bin/python install -q --no-compile -c constraints.txt -e '.[test]'
-	@echo "Installed with TetGen (package tetgen, AGPL-3.0) as mesher:"
+	@echo "Installed with TetGen (package tetgen, AGPL-3.0) and fTetWild (package pytetwild, MPL-2.0) as meshers:"
 	@echo "see the section Licence of README.md before you pass them on or serve them."
 	touch $@
 

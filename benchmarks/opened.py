@@ -22,5 +22,5 @@ def opened_mesh(voxels, crack, sizes):
     found = mended(gradated)
     options = TetrahedralizeOptions()
     tets, report = tetrahedralize(found.surface, sizing, find_islands(voxels), options)
-    record = record_of(options.mesher, report, found.report)
-    return complete_mesh(found.surface, tets, record, options)[0]
+    record = record_of(options.mesher, report, [], found.report)
+    return complete_mesh(found.surface, tets, record, lambda: sizing, options)[0]

@@ -106,17 +106,20 @@ def _crack(case: Drawn, surface: Surface, insertion: str) -> Crack:
 
 
 def _meshed(case: Drawn, made: Made, crack: Crack):
-    """Return the assembled mesh and the report."""
+    """Return the assembled mesh and the report, with the whole model meshed anew where a grain fails."""
     options = TetrahedralizeOptions()
     found = mended(made.gradated)
     made.warnings += (found.warning,) if found.warning else ()
+    surface, left = found.surface, []
+    islands = find_islands(case.voxels)
     try:
-        grain_tets, report = tetrahedralize(found.surface, made.sizing, find_islands(case.voxels), options)
+        grain_tets, report = tetrahedralize(surface, made.sizing, islands, options)
     except MeshingError as error:
         made.warnings += (f"meshing: {error}",)
-        raise
-    record = record_of(options.mesher, report, found.report)
-    return complete_mesh(found.surface, grain_tets, record, options, crack)
+        grain_tets, report = list(error.done), error.report
+        left = [failure.grain for failure in error.failures]
+    record = record_of(options.mesher, report, left, found.report)
+    return complete_mesh(surface, grain_tets, record, lambda: made.sizing, options, crack)
 
 
 def _plain(value: Any) -> Any:

@@ -177,7 +177,8 @@ TIME_FACTOR = 10
 COMPILER_MB = 500  # the kernels are compiled once on each kind of machine, which takes five minutes
 START_MINUTES = 15
 WORKER_MB = 400  # a worker process of tetrahedralize besides the first, on small grains
-LONGER = 2  # the next attempt's time over that before
+# the next attempt's time over that before; where a grain failed, assemble meshes the whole model
+LONGER = {"assemble": 5}
 # jobs of one group that run at once on its node: Snakemake asks for the sum of their memory
 AT_ONCE = {"inp": 2, "check": 2}
 # Tetrahedra over facets of the gradated surface: grains430 9.9, al1050 10.
@@ -201,7 +202,7 @@ def memory_mb(stage: str, sizes: Sizes, attempt: int, node: Node) -> int:
 def minutes(stage: str, sizes: Sizes, attempt: int) -> int:
     """Return the time of a stage's job."""
     first = START_MINUTES + round(TIME_FACTOR * effort(stage, sizes).seconds / 60)
-    return first * LONGER ** (attempt - 1)
+    return first * LONGER.get(stage, 2) ** (attempt - 1)
 
 
 def sizes_of(path: str | Path) -> Sizes:

@@ -1,11 +1,13 @@
 """Merge the grains' tetrahedra by surface node and open the crack.
 
-Last, points slide within the surface, which --no-optimise omits: give the same options as to
+Where grains are left without tetrahedra, or with mesher tetwild, the whole model is meshed here; last,
+points slide within the surface, which --no-optimise omits: give the same sizes and options as to
 tetrahedralize.
 """
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from craftmesh.assembly.assemble import assemble, refuse_other_surface
@@ -14,6 +16,7 @@ from craftmesh.commands.mesh_flags import (
     add_mesh_flags,
     check_sizing,
     given_crack,
+    given_sizing,
     write_mesh,
 )
 from craftmesh.commands.stage_io import add_output, warn
@@ -21,7 +24,10 @@ from craftmesh.io.stage_npz import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface
 from craftmesh.mesh.flat_tets import flat_sentence, flat_tets
 from craftmesh.mesh.tet_connectivity import severed_sentence
+from craftmesh.progress import ProgressLine
+from craftmesh.sizing.sizing import Lengths
 from craftmesh.surface.repair import repair_surface
+from craftmesh.tetrahedra.fallback import Completion, completed
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import merged, with_counts
@@ -45,13 +51,15 @@ def run(arguments: argparse.Namespace) -> None:
     if record.get("repair"):
         surface, _ = repair_surface(surface)
     options, crack = options_from(arguments, TetrahedralizeOptions), given_crack(arguments)
-    write_mesh(arguments, *complete_mesh(surface, grain_tets, record, options, crack))
+    sizing = partial(given_sizing, arguments, surface)
+    write_mesh(arguments, *complete_mesh(surface, grain_tets, record, sizing, options, crack))
 
 
 def complete_mesh(
     surface: Surface,
     grain_tets: Sequence[GrainTets],
     record: dict,
+    sizing_of: Callable[[], Lengths | None],
     options: TetrahedralizeOptions,
     crack: Crack | None = None,
 ) -> tuple[TetMesh, dict]:
@@ -60,7 +68,11 @@ def complete_mesh(
     crack: the given one, which tells what is one crack, see assemble.
     """
     refuse_other_surface(surface, grain_tets)
-    opened = given_way(surface, grain_tets)
+    with ProgressLine("whole model") as progress:
+        whole = completed(Completion(surface, grain_tets), record, sizing_of, options, progress)
+    if whole.warning:
+        warn(whole.warning)
+    opened = given_way(whole.surface, whole.grain_tets)
     if opened.warning:
         warn(opened.warning)
     surface, grain_tets, poor, smooth = opened.surface, opened.grain_tets, opened.poor, None
@@ -73,5 +85,5 @@ def complete_mesh(
     for sentence in (flat, severed_sentence(mesh)):
         if sentence:
             warn(sentence)
-    meshing = with_counts(record, opened.report, smooth, poor)
+    meshing = with_counts(record, whole.whole_model, opened.report, smooth, poor)
     return mesh, report | {"meshing": meshing}

@@ -23,6 +23,7 @@ from craftmesh.progress import ProgressLine
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.tetrahedra.diagnose import GrainFailure
 from craftmesh.tetrahedra.grain_surface import mended
+from craftmesh.tetrahedra.meshers import TETWILD
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
 from craftmesh.tetrahedra.tetrahedralize import grains_of_chunk, tetrahedralize
@@ -55,15 +56,22 @@ def run(arguments: argparse.Namespace) -> None:
     grains = surface.grains.tolist()
     if arguments.chunk is not None:
         grains = grains_of_chunk(surface, *arguments.chunk)
-    grain_tets, report = mesh_grains(arguments, surface, sizing, options, grains)
-    record = record_of(options.mesher, report, repair)
+    if options.mesher == TETWILD:
+        grain_tets: list[GrainTets] = []
+        report: dict = {}
+        left = grains
+    else:
+        grain_tets, report, left = mesh_grains(arguments, surface, sizing, options, grains)
+    record = record_of(options.mesher, report, left, repair)
     if arguments.chunk is not None:
         write_grain_tets(arguments.output, grain_tets, record)
-        tell(report, arguments.report)
+        tell(report | {"left_to_the_whole_model": left}, arguments.report)
         return
     from craftmesh.commands.assemble import complete_mesh
 
-    mesh, opened = complete_mesh(surface, grain_tets, record, options, given_crack(arguments))
+    mesh, opened = complete_mesh(
+        surface, grain_tets, record, lambda: sizing, options, given_crack(arguments)
+    )
     write_mesh(arguments, mesh, report | opened)
 
 
@@ -86,13 +94,16 @@ def mesh_grains(
     sizing: Lengths | None,
     options: TetrahedralizeOptions,
     grains: list[int],
-) -> tuple[list[GrainTets], dict]:
-    """Return the tets of the grains and the report; raises CraftmeshError where one fails every attempt."""
+) -> tuple[list[GrainTets], dict, list[int]]:
+    """Return the tets of the grains, the report and the ids of the grains that are left.
+
+    Raises CraftmeshError when grains fail, `fallback` is none and there is no chunk to keep the others in.
+    """
     file = arguments.islands
     islands = islands_from_json(read_json(file), str(file)) if file else ()
     try:
         with ProgressLine("tetrahedralize") as progress:
-            return tetrahedralize(
+            return *tetrahedralize(
                 surface,
                 sizing,
                 islands,
@@ -100,10 +111,13 @@ def mesh_grains(
                 grains=grains,
                 workers=arguments.workers,
                 progress=progress,
-            )
+            ), []
     except MeshingError as error:
         places = write_places(arguments.output, error.failures)
-        raise CraftmeshError(f"{error}{places}") from None
+        if options.fallback == "none" and arguments.chunk is None:
+            raise CraftmeshError(f"{error}{places}") from None
+        warn(f"{error}{places}")
+        return list(error.done), error.report, [failure.grain for failure in error.failures]
 
 
 def write_places(output: Path, failures: Iterable[GrainFailure]) -> str:

@@ -1,6 +1,10 @@
 """Where a grain's surface fails: the facets at fault, and their neighbourhood to look at."""
 
+import subprocess
+import sys
+import tempfile
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -9,6 +13,15 @@ from craftmesh.tetrahedra.grain_surface import GrainSurface
 
 # Pairs of facets that intersect: the search ends after so many.
 MAX_PAIRS = 1000
+# Where TetGen lists the facets it could not use, in its working folder.
+SKIPPED = "tetgen-tmpfile_skipped.face"
+# Seconds for TetGen's own diagnosis.
+TIME_LIMIT = 120.0
+_ASK = (
+    "import sys, numpy, tetgen; data = numpy.load(sys.argv[1]); facets = data['facets'];"
+    "ids = numpy.arange(1, len(facets) + 1, dtype=numpy.int32);"
+    "tetgen.TetGen(data['points'], facets.astype(numpy.int32), ids).tetrahedralize(switches='pYQ')"
+)
 
 
 @dataclass(frozen=True)
@@ -59,13 +72,15 @@ class GrainFailure:
         return f"{text}; facets {shortened(self.facet_ids)} near ({near})"
 
 
-def diagnose(surface: GrainSurface, attempts: tuple, where: np.ndarray) -> GrainFailure:
+def diagnose(surface: GrainSurface, attempts: tuple, where: np.ndarray, ask_tetgen: bool) -> GrainFailure:
     """Return the failure of a grain with the facets at fault.
 
-    These are the facets that intersect; failing that `where`, rows of the grain's facets that the checks
-    found.
+    These are the facets that intersect; failing that those that TetGen's own diagnosis names; failing
+    that `where`, rows of the grain's facets that the checks found.
     """
     rows = np.unique(intersecting_pairs(surface.points, surface.facets, MAX_PAIRS))
+    if not len(rows) and ask_tetgen:
+        rows = tetgen_diagnosis(surface)
     if not len(rows):
         rows = np.asarray(where, np.int64)
     at_fault = np.zeros(len(surface.facets), bool)
@@ -73,6 +88,23 @@ def diagnose(surface: GrainSurface, attempts: tuple, where: np.ndarray) -> Grain
     return GrainFailure(
         surface.grain, attempts[-1]["reason"], attempts, surface.facet_ids[at_fault], surface, at_fault
     )
+
+
+def tetgen_diagnosis(surface: GrainSurface) -> np.ndarray:
+    """Return rows of the grain's facets that TetGen skips, run apart in a temporary folder."""
+    with tempfile.TemporaryDirectory() as folder:
+        data = Path(folder) / "surface.npz"
+        np.savez(data, points=surface.points, facets=surface.facets)
+        try:
+            command = [sys.executable, "-c", _ASK, str(data)]
+            subprocess.run(command, cwd=folder, capture_output=True, timeout=TIME_LIMIT)
+            lines = (Path(folder) / SKIPPED).read_text().splitlines()[1:]
+        except (subprocess.TimeoutExpired, FileNotFoundError):
+            return np.zeros(0, np.int64)
+    # a line is: number, three corners, marker; markers are rows of the facets + 1
+    named = [int(line.split()[4]) - 1 for line in lines if line.strip() and line[0] != "#"]
+    rows = np.unique(np.array(named, np.int64))
+    return rows[(rows >= 0) & (rows < len(surface.facets))]
 
 
 def shortened(ids: np.ndarray, limit: int = 6) -> str:

@@ -76,16 +76,20 @@ SUMMED = (
 
 
 class Ladder:
-    """Grains on their way through the attempts, and what became of each; a Listener of `run_tasks`."""
+    """Grains on their way through the attempts, and what became of each; a Listener of `run_tasks`.
+
+    ask_tetgen: whether TetGen's own diagnosis counts for grains that fail every attempt.
+    """
 
     def __init__(
         self,
         attempts: Sequence[Attempt],
         surfaces: Sequence[GrainSurface],
+        ask_tetgen: bool,
         progress: Callable[[float, str], None],
     ):
         self.attempts, self.surfaces = attempts, surfaces
-        self.progress = progress
+        self.ask_tetgen, self.progress = ask_tetgen, progress
         self.done: dict[int, tuple[GrainTets, dict]] = {}
         self.failures: list[GrainFailure] = []
         self.spent = 0.0
@@ -118,7 +122,7 @@ class Ladder:
         if task.rung + 1 < len(self.attempts):
             return task.next(self.attempts[task.rung + 1], attempt)
         tried = (*task.failed, attempt)
-        self.failures.append(diagnose(task.surface, tried, failure.where))
+        self.failures.append(diagnose(task.surface, tried, failure.where, self.ask_tetgen))
         self._tell(task)
         return None
 

@@ -15,6 +15,8 @@ BUILT_IN = {
     "tetgen": "craftmesh.tetrahedra.meshers:TetGenMesher",
     "tetgen-cli": "craftmesh.tetrahedra.meshers:TetGenProgram",
 }
+# Not a mesher of single grains: `tetrahedra/whole/` meshes all of them at once with it.
+TETWILD = "tetwild"
 
 
 class MesherRefusal(Exception):
@@ -45,7 +47,7 @@ class Mesher(Protocol):
 
 def load_mesher(name: str) -> Mesher:
     """Return the mesher called `name`: a built-in one, or `package.module:Class` of another."""
-    made = own_code("mesher", BUILT_IN.get(name, name), tuple(BUILT_IN))
+    made = own_code("mesher", BUILT_IN.get(name, name), (*BUILT_IN, TETWILD))
     try:
         return made()
     except TypeError as error:
@@ -54,7 +56,7 @@ def load_mesher(name: str) -> Mesher:
 
 def check_mesher(name: str) -> None:
     """Raise CraftmeshError unless `name` is a mesher; programs are looked for where grains are meshed."""
-    if name not in BUILT_IN and not callable(getattr(load_mesher(name), "mesh", None)):
+    if name not in (*BUILT_IN, TETWILD) and not callable(getattr(load_mesher(name), "mesh", None)):
         raise CraftmeshError(f"mesher {name!r} has no method mesh; see craftmesh.tetrahedra.meshers")
 
 

@@ -3,13 +3,16 @@
 from dataclasses import dataclass
 
 from craftmesh.options import Options, option
+from craftmesh.tetrahedra.meshers import TETWILD
 
 
 @dataclass(frozen=True)
 class TetrahedralizeOptions(Options):
     """How grains are filled with tetrahedra."""
 
-    mesher: str = option("tetgen", "tetgen, tetgen-cli, or package.module:Class of your own")
+    mesher: str = option(
+        "tetgen", "tetgen, tetgen-cli, tetwild (the whole model), or package.module:Class of your own"
+    )
     radius_edge_ratio: float = option(1.4, "TetGen's bound on circumradius over shortest edge", at_least=1)
     min_dihedral: float = option(10.0, "TetGen's bound on dihedral angles", "degrees", above=0, below=90)
     switches: str = option("", "the mesher's switches in full, in place of the two bounds above")
@@ -18,6 +21,15 @@ class TetrahedralizeOptions(Options):
     time_limit: float = option(600.0, "longest time for one attempt at one grain", "s", above=0)
     memory_limit: float = option(16.0, "largest address space of a worker process", "GB", above=0)
     repair: bool = option(True, "first move points of facets that intersect or are degenerate")
+    fallback: str = option(
+        TETWILD,
+        "what happens when a grain fails every attempt: the whole model by pytetwild, or an error",
+        choices=(TETWILD, "none"),
+    )
+    envelope: float = option(
+        0.1, "tetwild moves facets by this at most, in shortest target lengths", above=0
+    )
+    whole_time_limit: float = option(14400.0, "longest time for tetwild", "s", above=0)
 
     @property
     def all_switches(self) -> str:

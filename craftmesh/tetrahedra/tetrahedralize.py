@@ -14,7 +14,7 @@ from craftmesh.sizing.sizing import Lengths
 from craftmesh.tetrahedra.grain_meshing import Setting, mesh_grain
 from craftmesh.tetrahedra.grain_surface import GrainSurface, grain_surfaces
 from craftmesh.tetrahedra.ladder import Attempt, Ladder, MeshingTask, attempts
-from craftmesh.tetrahedra.meshers import load_mesher
+from craftmesh.tetrahedra.meshers import BUILT_IN, load_mesher
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.types import GrainTets, Surface
 from craftmesh.voxels.islands import Island
@@ -41,7 +41,7 @@ def tetrahedralize(
     options = options or TetrahedralizeOptions()
     load_mesher(options.mesher)
     tried = attempts(options.all_switches, options.interior_points)
-    ladder = Ladder(tried, grain_surfaces(surface, grains), progress)
+    ladder = Ladder(tried, grain_surfaces(surface, grains), options.mesher in BUILT_IN, progress)
     limits = Limits(options.time_limit, options.memory_limit)
     job = Job(mesh_grain, Setting(options, sizing), limits, compile_kernels, "the sizing or options")
     run_tasks(job, ladder.tasks(islands or ()), ladder, workers)

@@ -65,7 +65,7 @@ def test_a_bowl_is_refused_by_the_cut_and_meshed_by_voxels(folder, capsys):
     given, surface = read_crack(folder / "crack.vtp"), read_surface(folder / "surface.vtp")
     sizing = sizing_for(surface, SizingOptions(**LENGTHS), given.points[given.fronts[0]])
     surface, _ = gradate(surface, sizing, GradateOptions(), crack=given)
-    tets, _ = tetrahedralize(surface, sizing, None, TetrahedralizeOptions())
+    tets, _ = tetrahedralize(surface, sizing, None, TetrahedralizeOptions(fallback="none"))
     mesh, report = assemble(surface, tets)
     assert check_tets(mesh) == check_tets(raise_order(mesh)) == []
     assert report["cracks"] == report["fronts"] == 1

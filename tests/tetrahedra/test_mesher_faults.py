@@ -11,7 +11,7 @@ from structured_box import hexagon, plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.mesh.check_tets import check_tets
-from craftmesh.tetrahedra.diagnose import diagnose
+from craftmesh.tetrahedra.diagnose import diagnose, tetgen_diagnosis
 from craftmesh.tetrahedra.grain_surface import GrainSurface, grain_surfaces
 from craftmesh.tetrahedra.meshers import load_mesher
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
@@ -79,15 +79,18 @@ def pierced_cube() -> GrainSurface:
     return GrainSurface(1, np.arange(11), points, facets, internal, 100 + np.arange(len(facets)))
 
 
-def test_the_facets_at_fault_are_those_that_intersect():
+def test_the_facets_at_fault_are_found_in_two_ways():
     surface = pierced_cube()
-    failure = diagnose(surface, ({"reason": "it failed"},), np.zeros(0))
+    failure = diagnose(surface, ({"reason": "it failed"},), np.zeros(0), ask_tetgen=False)
     rows = np.flatnonzero(failure.at_fault)
     assert rows[-1] == 12 and len(rows) >= 2
     # the others are those of the side x = 1 that it goes through
     assert (surface.points[surface.facets[rows[:-1]]][:, :, 0] == 1).all()
     assert failure.facet_ids.tolist() == (100 + rows).tolist()
     assert "grain 1" in failure.sentence() and "112" in failure.sentence()
+    # TetGen names those that it could not recover
+    named = tetgen_diagnosis(surface)
+    assert len(named) and np.isin(named, rows).all()
 
 
 @pytest.mark.sampled(2)

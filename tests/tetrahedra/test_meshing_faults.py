@@ -10,10 +10,10 @@ import pytest
 from structured_box import structured_box
 
 from craftmesh import cli
+from craftmesh.io.stage_npz import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface, read_tets, write_surface, write_tets
 from craftmesh.io.vtk_xml import read_dataset
 from craftmesh.mesh.check_tets import check_tets
-from craftmesh.tetrahedra.tetrahedralize import grains_of_chunk
 from craftmesh.types import Surface
 
 QUICK = ["--switches", "pYQ", "--no-interior-points", "--no-optimise"]
@@ -47,7 +47,7 @@ def run(*words) -> int:
 
 
 def test_intersecting_input_names_grain_and_facets_and_shows_them(folder, capsys):
-    status = run("tetrahedralize", "bad.vtp", "-o", "v.vtu", *QUICK, "--no-repair")
+    status = run("tetrahedralize", "bad.vtp", "-o", "v.vtu", *QUICK, "--no-repair", "--fallback", "none")
     out, err = capsys.readouterr()
     # a slow machine's progress comes before
     err = err.splitlines()[-1]
@@ -77,20 +77,54 @@ def test_intersecting_input_is_repaired_alike_in_every_chunk(folder, capsys):
     assert run("check", "v.vtu", "--meshing", "m.json", "--quality", "q.json") == 0
     meshing = json.loads((folder / "q.json").read_text())["meshing"]
     assert meshing["repair"]["faults_left"] == 0 < meshing["repair"]["points_moved"]
-    assert meshing["grains_tried_again"] == len(meshing["tried_again"])
+    assert meshing["failed"] == {} and meshing["whole_model"] is None
 
 
-def test_a_grain_that_fails_ends_its_chunk_and_leaves_the_others(folder, capsys):
-    surface = read_surface("bad.vtp")
+def test_a_grain_that_fails_everywhere_ends_in_a_mesh_of_the_whole_model(folder, capsys):
+    flags = [*QUICK, "--no-repair"]
     for part in (1, 2):
-        fails = 7 in grains_of_chunk(surface, part, 2)
-        words = ("--chunk", f"{part}/2", "-o", f"{part}.npz", *QUICK, "--no-repair")
-        status = run("tetrahedralize", "bad.vtp", *words)
-        assert not fails or status == 1
-        assert (status == 1) == (not (folder / f"{part}.npz").exists())
-        if fails:
-            last = capsys.readouterr().err.splitlines()[-1]
-            assert "grain 7 could not be meshed" in last and f"{part}-failed-grain-7.vtp" in last
+        assert run("tetrahedralize", "bad.vtp", "--chunk", f"{part}/2", "-o", f"{part}.npz", *flags) == 0
+    assert "warning: grain 7 could not be meshed" in capsys.readouterr().err
+    done = [one.grain for part in (1, 2) for one in read_grain_tets(f"{part}.npz")]
+    left = [grain for part in (1, 2) for grain in read_record(f"{part}.npz")["left"]]
+    assert 7 in left and sorted(done + left) == [4, 7, 9]
+    assert run("assemble", "bad.vtp", "1.npz", "2.npz", "-o", "v.vtu", "--report", "m.json", *flags) == 0
+    err = capsys.readouterr().err
+    assert "warning: every attempt of tetgen failed at grains" in err and "pytetwild" in err
+    mesh = read_tets("v.vtu")
+    assert check_tets(mesh) == [] and np.unique(mesh.grain).tolist() == [4, 7, 9]
+    meshing = json.loads((folder / "m.json").read_text())["meshing"]
+    assert meshing["grains_failed"] == len(left) and len(meshing["failed"]["7"]["attempts"]) >= 2
+    opened = meshing["given_way"]  # stretched tets were opened after that: nothing was contracted
+    assert meshing["whole_model"]["tets"] > 0 == opened["edges_contracted"]
+
+
+def test_without_fallback_a_chunk_keeps_its_other_grains_and_the_assembly_fails(folder, capsys):
+    flags = [*QUICK, "--no-repair", "--fallback", "none"]
+    assert run("tetrahedralize", "bad.vtp", "--chunk", "1/1", "-o", "c.npz", *flags) == 0
+    assert "warning: grain 7 could not be meshed" in capsys.readouterr().err
+    left = read_record("c.npz")["left"]
+    assert 7 in left and [one.grain for one in read_grain_tets("c.npz")] == sorted({4, 7, 9} - set(left))
+    assert run("assemble", "bad.vtp", "c.npz", "-o", "v.vtu", *flags) == 1
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert "grain 7: " in last and "fallback is none" in last and not (folder / "v.vtu").exists()
+
+
+def test_mesher_tetwild_leaves_all_grains_to_the_whole_model(folder, capsys):
+    assert run("tetrahedralize", "sound.vtp", "--chunk", "1/1", "-o", "c.npz", "--mesher", "tetwild") == 0
+    assert read_grain_tets("c.npz") == [] and read_record("c.npz")["left"] == [4, 7, 9]
+    assert run("assemble", "sound.vtp", "c.npz", "-o", "v.vtu", "--mesher", "tetwild") == 0
+    mesh = read_tets("v.vtu")
+    assert check_tets(mesh) == [] and np.unique(mesh.grain).tolist() == [4, 7, 9]
+    assert "warning" not in capsys.readouterr().err
+
+
+def test_a_failure_of_the_whole_model_too_is_one_line(folder, capsys):
+    flags = [*QUICK, "--no-repair", "--whole-time-limit", "0.1"]
+    assert run("tetrahedralize", "bad.vtp", "-o", "v.vtu", *flags) == 1
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert last.startswith("craftmesh: error: every attempt of tetgen failed at grains")
+    assert "no answer within 0.1 s" in last and not (folder / "v.vtu").exists()
 
 
 def on_full_disk(limit, *words):

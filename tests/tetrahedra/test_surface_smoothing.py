@@ -134,13 +134,12 @@ def test_points_with_equal_places_stay_together():
 def test_the_record_names_the_poor_tets_that_are_left_and_without_optimise_nothing_moves():
     surface, tets = shaken_box(3)
     options = TetrahedralizeOptions()
-    poor = {"1": [{"dihedrals": [1.0, 90.0]}]}
-    record = record_of(options.mesher, {"poor": poor, "tried_again": {}}, None)
-    mesh, report = complete_mesh(surface, tets, record, options)
+    record = record_of(options.mesher, {"poor": {"1": [{"dihedrals": [1.0, 90.0]}]}}, [], None)
+    mesh, report = complete_mesh(surface, tets, record, lambda: None, options)
     assert report["meshing"]["smoothed"]["surface_points_moved"] > 0
     assert is_poor(shape_measures(mesh.points, mesh.tets)).sum() == 0
     assert report["meshing"]["poor"] == {}
-    mesh, report = complete_mesh(surface, tets, record, replace(options, optimise=False))
+    mesh, report = complete_mesh(surface, tets, record, lambda: None, replace(options, optimise=False))
     assert report["meshing"]["smoothed"] is None
     opened = given_way(surface, tets).surface.points
     assert set(map(tuple, opened.tolist())) <= set(map(tuple, mesh.points.tolist()))

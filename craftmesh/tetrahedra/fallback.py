@@ -1,0 +1,81 @@
+"""The last rung of the ladder: where grains are left without tets, the whole model is meshed anew."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.progress import silent
+from craftmesh.sizing.sizing import Lengths
+from craftmesh.tetrahedra.meshers import TETWILD
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
+from craftmesh.types import GrainTets, Surface
+
+# Grains that a message names at most.
+MAX_NAMED = 6
+
+
+@dataclass(frozen=True)
+class Completion:
+    """Tets of all grains and the surface they lie on.
+
+    whole_model: the report of the mesh of the whole model, if that was needed; warning: says so in one
+    line where it was not asked for.
+    """
+
+    surface: Surface
+    grain_tets: Sequence[GrainTets]
+    whole_model: dict | None = None
+    warning: str | None = None
+
+
+def completed(
+    given: Completion,
+    record: dict,
+    sizing_of: Callable[[], Lengths | None],
+    options: TetrahedralizeOptions,
+    progress: Callable[[float, str], None] = silent,
+) -> Completion:
+    """Return the tets `given` or, where the record says that grains are left, those of the whole model.
+
+    record: that of `record_of` or `merged`; sizing_of: called only when the model is meshed anew, by
+    pytetwild. Raises CraftmeshError when that fails, or when options.fallback is none.
+    """
+    if not record.get("left"):
+        return given
+    if options.fallback == "none" and record["mesher"] != TETWILD:
+        raise CraftmeshError(
+            f"{_reason(record)} ({_first_failure(record)}) and fallback is none; repair the surface there "
+            f"(craftmesh check names its breaches) or set fallback to {TETWILD}"
+        )
+    from craftmesh.tetrahedra.whole.whole_model import mesh_whole_model
+
+    try:
+        surface, grain_tets, report = mesh_whole_model(given.surface, sizing_of(), options, progress)
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{_reason(record)}; then {error}") from None
+    return Completion(surface, grain_tets, report, _warning(record, report))
+
+
+def _warning(record: dict, report: dict) -> str | None:
+    if record["mesher"] == TETWILD:
+        return None
+    return (
+        f"{_reason(record)}; the whole model was meshed by pytetwild instead: grain boundaries lie "
+        f"within {report['envelope']:.3g} of the surface and the largest change of a grain's "
+        f"volume is {100 * report['volume_drift_worst']:.3g} % (grain "
+        f"{report['volume_drift_grain']}); another run gives another mesh"
+    )
+
+
+def _first_failure(record: dict) -> str:
+    grain, failure = min(record["failed"].items(), key=lambda item: int(item[0]))
+    return f"grain {grain}: {failure['reason']}"
+
+
+def _reason(record: dict) -> str:
+    if record["mesher"] == TETWILD:
+        return f"mesher {TETWILD} is for the whole model"
+    left = record["left"]
+    ids = ", ".join(map(str, left[:MAX_NAMED]))
+    more = f" and {len(left) - MAX_NAMED} more" if len(left) > MAX_NAMED else ""
+    return f"every attempt of {record['mesher']} failed at grains {ids}{more}"

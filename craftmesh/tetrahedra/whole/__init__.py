@@ -1,0 +1,1 @@
+"""The whole model at once, where single grains fail."""

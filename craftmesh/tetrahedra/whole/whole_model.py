@@ -1,0 +1,218 @@
+"""The whole model meshed in one call of pytetwild, with its grains, box planes and crack found again."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import Delaunay
+from scipy.spatial.transform import Rotation
+
+from craftmesh.errors import CraftmeshError
+from craftmesh.processes.job import Failure, Job, Limits
+from craftmesh.processes.worker import run_tasks
+from craftmesh.progress import silent
+from craftmesh.sizing.length_field import LocalSizing
+from craftmesh.sizing.sizing import Lengths
+from craftmesh.surface.connectivity import compact
+from craftmesh.surface.kernels.bins import Bins, cells_of, fill_bins, grid_over
+from craftmesh.surface.measure import side_volumes, volume_drift
+from craftmesh.tetrahedra.grain_surface import grain_surfaces
+from craftmesh.tetrahedra.kernels.label_lookup import winding_labels
+from craftmesh.tetrahedra.meshers import MesherRefusal
+from craftmesh.tetrahedra.optimise_tets import optimise_tets
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
+from craftmesh.tetrahedra.whole.crack_faces import recovery_of_crack, with_fins
+from craftmesh.tetrahedra.whole.new_surface import model_of, move_onto_planes, settle_crack
+from craftmesh.types import GrainTets, Surface
+
+# fTetWild stops to improve the mesh at this energy; 3 is that of the regular tetrahedron.
+STOP_ENERGY = 10.0
+
+
+@dataclass(frozen=True)
+class TetWildTask:
+    """Facets (m, 3) on points to mesh, with target edge lengths (b,) on the points of background tets.
+
+    envelope: largest distance of the mesh's facets from those given, in model units.
+    """
+
+    points: np.ndarray
+    facets: np.ndarray
+    background_points: np.ndarray
+    background_tets: np.ndarray
+    lengths: np.ndarray
+    envelope: float
+
+
+def tetwild(_: None, task: TetWildTask) -> tuple[np.ndarray, np.ndarray]:
+    """Return (points, tets) that fill a box round the facets and follow them; for a worker process.
+
+    The tets (t, 4) int64 have volumes >= 0. Nothing says which of their faces lie on the facets. It
+    shuffles by a random device that cannot be seeded, so no two meshes of the same input are the same.
+    """
+    import pytetwild
+
+    diagonal = np.linalg.norm(np.ptp(task.points, axis=0))
+    points, tets = pytetwild.tetrahedralize(
+        np.array(task.points, np.float64),
+        np.array(task.facets, np.int32),
+        edge_length_abs=float(task.lengths.max()),
+        epsilon=float(task.envelope / diagonal),
+        stop_energy=STOP_ENERGY,
+        simplify=False,
+        num_threads=1,
+        disable_filtering=True,
+        quiet=True,
+        bg_vertices=np.array(task.background_points, np.float64),
+        bg_tets=np.array(task.background_tets, np.int32),
+        bg_values=np.array(task.lengths, np.float64),
+    )
+    if not len(tets):
+        raise MesherRefusal("pytetwild made no tetrahedra")
+    # its tets turn the other way round
+    return np.asarray(points, float), np.asarray(tets, np.int64)[:, [0, 2, 1, 3]]
+
+
+# Looks along no direction in which meshes of voxels have edges or facets.
+VIEW = Rotation.from_rotvec([0.3711, 0.6183, 0.2047]).as_matrix()
+# Bins along the longer axis at most.
+MAX_CELLS = 1000
+
+
+def labels_at(surface: Surface, places: np.ndarray) -> np.ndarray:
+    """Return the labels (q,) int64 at `places` (q, 3): a grain, -k in the void k, 0 outside the material.
+
+    A label's winding number is counted by the facets that lie straight above a place, so facets that
+    intersect only leave doubt between them, where the largest number decides.
+    """
+    points, seen = surface.points @ VIEW.T, places @ VIEW.T
+    facets, sides = surface.facets.astype(np.int64), surface.sides.astype(np.int64)
+    bins = _bins_from_above(points, facets)
+    return winding_labels(seen, bins, points, facets, sides)
+
+
+def _bins_from_above(points: np.ndarray, facets: np.ndarray) -> Bins:
+    """Return bins of the facets over x and y; their grid is one cell high."""
+    flat = points * [1.0, 1.0, 0.0]
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    corners = flat[facets]
+    width = max(np.ptp(corners[:, :, :2], axis=1).mean(), (high - low).max() / MAX_CELLS)
+    grid = grid_over(low, high, float(width))
+    return fill_bins(cells_of(corners.min(axis=1), grid), cells_of(corners.max(axis=1), grid), grid)
+
+
+# Points of the background lattice along the longest side of the box.
+LATTICE = 20
+# Faces count as those of a plane or of the crack within this many envelopes.
+REACH = 1.2
+# The envelopes tried, one after the other, as parts of the option.
+ENVELOPES = (1.0, 0.5)
+
+
+def mesh_whole_model(
+    surface: Surface,
+    sizing: Lengths | None,
+    options: TetrahedralizeOptions,
+    progress: Callable[[float, str], None] = silent,
+) -> tuple[Surface, list[GrainTets], dict]:
+    """Return the surface of a new mesh of the whole model, the tets of each grain by id, and a report.
+
+    For surfaces that a mesher which keeps them refuses: every grain boundary may move by up to
+    `options.envelope` times the shortest target length, on both its sides alike, so the mesh is
+    conformal. Box planes are exact; the crack's front is put back on the given one. sizing: `at(points)`
+    gives target lengths, None takes the surface's own. options: TetrahedralizeOptions. Raises
+    CraftmeshError where pytetwild gives up, a grain is lost, or the crack cannot be found again.
+    """
+    sizing = LocalSizing(surface.points, surface.facets) if sizing is None else sizing
+    for factor in ENVELOPES:
+        task = _task(surface, sizing, factor * options.envelope)
+        progress(0.0, "meshing the whole model")
+        points, tets, seconds = _run(task, options)
+        progress(0.9, "finding the grains again")
+        try:
+            found, grain_tets, report = _found_again(surface, points, tets, task.envelope)
+            break
+        except CraftmeshError:
+            # pytetwild draws random numbers: the next mesh is another one
+            if factor == ENVELOPES[-1]:
+                raise
+    if options.optimise:
+        grain_tets = _optimised(found, grain_tets, sizing)
+    report |= {"tets": sum(len(grain.tets) for grain in grain_tets), "seconds": seconds}
+    return found, grain_tets, report
+
+
+def _found_again(
+    surface: Surface, points: np.ndarray, tets: np.ndarray, envelope: float
+) -> tuple[Surface, list[GrainTets], dict]:
+    """Return surface and grains of pytetwild's mesh and how well they fit; raises CraftmeshError."""
+    reach = REACH * envelope
+    labels = labels_at(surface, points[tets].mean(axis=1))
+    points, labels, on_planes = move_onto_planes(surface, points, tets, labels, reach)
+    points, tets, labels = settle_crack(surface, points, tets, labels, reach)
+    found, grain_tets = model_of(surface, points, tets, labels, reach)
+    lost = np.setdiff1d(surface.sides, found.sides)
+    if len(lost):
+        name = f"grain {lost[-1]}" if lost[-1] > 0 else f"void {-lost[-1]}"
+        raise CraftmeshError(
+            f"{name} is lost in the mesh of the whole model ({len(lost)} in all); repair its surface or "
+            "take a smaller envelope"
+        )
+    recovery = recovery_of_crack(surface, found)
+    return found, grain_tets, {"envelope": envelope, **on_planes, **recovery, **_drift(surface, found)}
+
+
+def _task(surface: Surface, sizing: Lengths, envelope: float) -> TetWildTask:
+    points, facets, _ = compact(*with_fins(surface, sizing.at(surface.points)))
+    low, high = points.min(axis=0), points.max(axis=0)
+    step = (high - low).max() / LATTICE
+    axes = [np.linspace(a - step, b + step, int((b - a) / step) + 3) for a, b in zip(low, high)]
+    lattice = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    background = np.concatenate([np.unique(points, axis=0), lattice])
+    lengths = sizing.at(background)
+    shortest = float(lengths.min())
+    return TetWildTask(
+        points, facets, background, Delaunay(background).simplices, lengths, envelope * shortest
+    )
+
+
+class _OneMesh:
+    """The only mesh of a job of one task; a Listener of `run_tasks`."""
+
+    def on_done(self, _: TetWildTask, value: tuple[np.ndarray, np.ndarray], seconds: float) -> None:
+        self.mesh = (*value, seconds)
+
+    def on_failure(self, _: TetWildTask, failure: Failure, __: float) -> None:
+        raise CraftmeshError(
+            f"pytetwild could not mesh the whole model: {failure.reason}; larger sizes or a larger "
+            "envelope make it quicker, whole_time_limit and memory_limit bound it"
+        )
+
+
+def _run(task: TetWildTask, options: TetrahedralizeOptions) -> tuple[np.ndarray, np.ndarray, float]:
+    """Run pytetwild in a process of its own under the limits of time and memory."""
+    found = _OneMesh()
+    job = Job(tetwild, None, Limits(options.whole_time_limit, options.memory_limit))
+    run_tasks(job, [(1.0, task)], found, workers=1)
+    return found.mesh
+
+
+def _drift(before: Surface, after: Surface) -> dict:
+    """Return the largest relative change of a grain's volume, and its grain."""
+    volumes = [side_volumes(s.points, s.facets, s.sides) for s in (before, after)]
+    drift = {grain: abs(part) for grain, part in volume_drift(*volumes).items()}
+    worst = max(drift, key=lambda grain: drift[grain])
+    return {"volume_drift_worst": drift[worst], "volume_drift_grain": worst}
+
+
+def _optimised(surface: Surface, grain_tets: list[GrainTets], sizing: Lengths) -> list[GrainTets]:
+    """Return better tets of each grain on the same surface."""
+    result = []
+    for one, bounds in zip(grain_tets, grain_surfaces(surface)):
+        local = np.full(len(surface.points), -1, np.int64)
+        local[one.nodes] = np.arange(len(one.nodes))
+        points = np.concatenate([surface.points[one.nodes], one.interior])
+        crack = local[bounds.nodes][bounds.facets[bounds.internal]]
+        points, tets, _ = optimise_tets(points, one.tets, len(one.nodes), crack, sizing.at(points))
+        result.append(GrainTets(one.grain, one.nodes, points[len(one.nodes) :], tets))
+    return result
