@@ -168,8 +168,9 @@ def _smallest() -> str:
     return " ".join(str(min(column)) for column in zip(*sizes))
 
 
-# What is expected holds within a factor of 1.5 on the examples. Facets say less than a plan knows of elements:
-# uniform meshes of examples/paper_2 and paper_3 have 17 and 21 to a facet. Jobs on a volume.vtu have them counted.
+# What is expected holds within a factor of 1.5 on the examples. Facets say less than a plan knows of
+# elements: uniform meshes of examples/paper_2 and paper_3 have 17 and 21 to a facet. Jobs on a volume.vtu
+# have them counted.
 MEMORY_FACTOR, COUNTED_FACTOR = 2.0, 1.25
 COUNTED = ("export", "solve", "fracture", "depict")
 # Nodes are slower than the machine of the measurements, and shared; who asks for an hour waits no longer.
