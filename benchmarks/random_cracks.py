@@ -27,9 +27,6 @@ def parser() -> argparse.ArgumentParser:
     flags.add_argument("--only", type=int, nargs="+", metavar="SEED", help="only these seeds of the range")
     flags.add_argument("--kind", choices=KINDS, help="draw this kind of crack alone")
     flags.add_argument(
-        "--insertion", choices=("cut", "voxel"), help="the way all cracks come in; else a fifth by voxels"
-    )
-    flags.add_argument(
         "--keep", type=Path, metavar="FOLDER", help="keep the one seed's inputs and every stage's file"
     )
     flags.add_argument("--time-limit", type=float, default=TIME_LIMIT, metavar="S", help="of one seed")
@@ -41,7 +38,7 @@ def main() -> None:
     arguments = parser().parse_args()
     seeds = arguments.only or list(range(arguments.first, arguments.last + 1))
     judged = arguments.judge and JUDGE.exists()
-    trial = Trial(judged, arguments.keep, arguments.kind, arguments.insertion)
+    trial = Trial(judged, arguments.keep, arguments.kind)
     if arguments.inside:
         run_inside(seeds[0], arguments.inside, trial)
         return

@@ -12,15 +12,12 @@ from craftmesh.cracks.in_boundaries import crack_in_boundaries
 from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.series import GivenSurface, crack_of_increment
-from craftmesh.cracks.split_voxels import split_along
 from craftmesh.deck.write_deck import DeckOptions, write_deck
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.gradation.gradate import gradate
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.insert_split import insert_by_voxels
 from craftmesh.io.vtk import write_crack, write_surface, write_tets
 from craftmesh.remeshing.remesh import remesh
-from craftmesh.remeshing.split import remesh_split
 from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.tetrahedra.grain_surface import mended
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
@@ -43,37 +40,30 @@ class Made:
     stage: str = "remesh"
     refusal: str | None = None
     warnings: tuple[str, ...] = ()
-    cut_instead: bool = False
 
 
-def run_chain(case: Drawn, folder: Path, insertion: str = "cut", crack: Crack | None = None) -> Made:
+def run_chain(case: Drawn, folder: Path, crack: Crack | None = None) -> Made:
     """Run all stages; the deck and each stage's file go to `folder`. A refusal ends it and is kept.
 
     crack: in place of the case's sheet, as it is.
     """
     made = Made()
     try:
-        _run(case, folder, made, insertion, crack)
+        _run(case, folder, made, crack)
     except CraftmeshError as error:
         made.refusal = " ".join(str(error).split())
     return made
 
 
-def _run(case: Drawn, folder: Path, made: Made, insertion: str, crack: Crack | None) -> None:
+def _run(case: Drawn, folder: Path, made: Made, crack: Crack | None) -> None:
     surface, _ = remesh(case.voxels)
     made.stage = "crack"
-    crack = crack or _crack(case, surface, insertion)
+    crack = crack or _crack(case, surface)
     write_crack(folder / "crack.vtp", crack)
     made.stage = "stitch"
     defects = Defects(crack)
     sizing = sizing_around(defects, surface, case.sizes)
-    if insertion == "cut":
-        made.inserted, report = insert_crack(surface, crack, sizing)
-    else:
-        split = split_along(case.voxels, crack)
-        halves, bits, _ = remesh_split(split)
-        made.inserted, report = insert_by_voxels(surface, crack, (halves, bits), split, sizing)
-        made.cut_instead = "cut_instead" in report
+    made.inserted, report = insert_crack(surface, crack, sizing)
     write_surface(folder / "surface.vtp", made.inserted)
     (folder / "stitch.json").write_text(json.dumps(report, default=_plain))
     made.stage = "gradate"
@@ -92,7 +82,7 @@ def _run(case: Drawn, folder: Path, made: Made, insertion: str, crack: Crack | N
     made.deck = folder / "model.inp"
 
 
-def _crack(case: Drawn, surface: Surface, insertion: str) -> Crack:
+def _crack(case: Drawn, surface: Surface) -> Crack:
     """Return the crack that `craftmesh crack` makes of the case's sheet."""
     options = case.prescribed or CrackOptions(shape="surface")
     fronts = case.sheet.fronts if case.with_front else ()
@@ -100,7 +90,7 @@ def _crack(case: Drawn, surface: Surface, insertion: str) -> Crack:
         crack = crack_in_boundaries(surface, options, 0)
     else:
         given = None if case.prescribed else GivenSurface(case.sheet.points, case.sheet.triangles, fronts)
-        crack = crack_of_increment(options, 0, case.voxels.box, given, insertion == "cut")
+        crack = crack_of_increment(options, 0, case.voxels.box, given)
     of_facets = (0,) if options.shape == IN_BOUNDARIES else ()
     return meshable([crack], case.voxels.box, float(case.sizes.l_min or 0), of_facets)
 
@@ -126,7 +116,7 @@ def _plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else str(value)
 
 
-def write_inputs(case: Drawn, folder: Path, insertion: str = "cut") -> list[str]:
+def write_inputs(case: Drawn, folder: Path) -> list[str]:
     """Write the case's inputs to `folder`; return the commands that redo it by hand."""
     from craftmesh.io.front_csv import write_front
     from craftmesh.io.npz import write_labels
@@ -152,12 +142,11 @@ def write_inputs(case: Drawn, folder: Path, insertion: str = "cut") -> list[str]
     front = f"--front crack.vtp {sizes}"
     lengths = f"--l-min {case.sizes.l_min!r} --l0 {case.sizes.l0!r}"
     deck = f"--element {case.element}{quarter}"
-    way = " --insertion voxel" if insertion == "voxel" else ""
     return [
         f"cd {folder}",
         "craftmesh remesh labels.npz -o remeshed.vtp",
-        f"craftmesh crack labels.npz {crack} {lengths}{way} -o crack.vtp",
-        f"craftmesh stitch remeshed.vtp --crack crack.vtp --labels labels.npz {sizes}{way} -o surface.vtp",
+        f"craftmesh crack labels.npz {crack} {lengths} -o crack.vtp",
+        f"craftmesh stitch remeshed.vtp --crack crack.vtp {sizes} -o surface.vtp",
         f"craftmesh gradate surface.vtp {front} -o gradated.vtp",
         f"craftmesh tetrahedralize gradated.vtp --islands islands.json {front} -o volume.vtu",
         f"craftmesh inp volume.vtu --microstructure labels.npz {deck} -o model.inp",

@@ -18,7 +18,6 @@ TETS_PER_LENGTH = 10.0  # tetrahedra of edge l in a volume l^3
 RAISED = 1.1  # l_min and l0 grow by this until the mesh is small enough
 FINEST = 60  # triangles from the middle of a sheet to its rim at most
 COARSEST = 1.25  # steps of the sheet's triangles that its reliefs take for l_min at least
-BY_VOXELS = 0.2  # share of the cracks that come in by voxels, of those that can: not those in boundaries
 LARGEST_L_MIN = 4.0  # voxels: with MOST_TETS never reached in 48^3 voxels, it ends the raising
 
 
@@ -45,21 +44,14 @@ class Drawn:
         return ", ".join([f"{shape} {self.kinds['volume']}", *list(self.kinds.values())[1:]])
 
 
-def draw(
-    seed: int, sides: tuple[int, int] = (30, 48), kind: str | None = None, insertion: str | None = None
-) -> Drawn:
+def draw(seed: int, sides: tuple[int, int] = (30, 48), kind: str | None = None) -> Drawn:
     """Return the case of `seed`; the same seed gives the same case.
 
-    kind: of the crack, insertion: the way it comes in, else drawn too. A crack in boundaries is made of
-    their facets, whatever way others come in.
+    kind: of the crack, else drawn too.
     """
     case = _of_kind(seed, sides, kind)
-    by_voxels = np.random.default_rng([seed, more_cracks.STREAM, 1]).random() < BY_VOXELS
-    way = insertion or ("voxel" if by_voxels else "cut")
-    if case.kinds["crack"] == "boundaries":
-        way = "cut"
     sheet = case.sheet if case.with_front or case.prescribed else with_rim(case.sheet, case.voxels.box)
-    return replace(case, sheet=sheet, kinds=case.kinds | {"insertion": way})
+    return replace(case, sheet=sheet)
 
 
 def _of_kind(seed: int, sides: tuple[int, int], kind: str | None) -> Drawn:

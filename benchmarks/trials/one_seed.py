@@ -21,17 +21,16 @@ MEMORY_LIMIT = 10.0  # GB of address space; the libraries alone take 4
 
 
 class Trial(NamedTuple):
-    """What is done with a seed: judged, files kept where, one kind of crack alone, by one way in alone."""
+    """What is done with a seed: judged, files kept where, one kind of crack alone."""
 
     judged: bool = False
     keep: Path | None = None
     kind: str | None = None
-    insertion: str | None = None
 
     @property
     def flags(self) -> list[str]:
         """The flags of random_cracks.py that say the same."""
-        given = {"--keep": self.keep, "--kind": self.kind, "--insertion": self.insertion}
+        given = {"--keep": self.keep, "--kind": self.kind}
         flags = [word for flag, value in given.items() if value for word in (flag, str(value))]
         return flags + (["--judge"] if self.judged else [])
 
@@ -87,15 +86,14 @@ def run_inside(seed: int, target: Path, trial: Trial) -> None:
     from trials.chain import run_chain, write_inputs
     from trials.drawing import draw
 
-    case = draw(seed, kind=trial.kind, insertion=trial.insertion)
-    insertion = case.kinds["insertion"]
+    case = draw(seed, kind=trial.kind)
     row: dict = {"seed": seed, "words": case.words, **case.kinds, "l_min": case.sizes.l_min}
     row["sizes"] = [getattr(case.sizes, key) for key in ("l_min", "l0", "l_max", "r0", "r1", "gradation")]
     target.write_text(json.dumps(row))
     if trial.keep is not None:
-        print("\n".join(write_inputs(case, trial.keep, insertion)), flush=True)
+        print("\n".join(write_inputs(case, trial.keep)), flush=True)
     with tempfile.TemporaryDirectory() as scratch:
-        made = run_chain(case, trial.keep or Path(scratch), insertion)
+        made = run_chain(case, trial.keep or Path(scratch))
         row |= checked(case, made)
         if made.deck is not None and trial.judged:
             row |= judge(made.deck)
@@ -120,7 +118,6 @@ def checked(case, made) -> dict:
 
     l_min = float(case.sizes.l_min)
     row = {"may_be_refused": may_be_refused(case, l_min), "warnings": list(made.warnings)}
-    row["cut_instead"] = made.cut_instead
     if made.refusal is not None:
         return row | {"outcome": "refusal", "stage": made.stage, "message": made.refusal}
     deck = read_deck(made.deck)

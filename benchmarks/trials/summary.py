@@ -43,7 +43,7 @@ def _table(head: tuple, rows: Iterable) -> str:
 
 def _outcomes(rows: list[dict]) -> str:
     lines = []
-    for key in ("volume", "crack", "relief", "place", "insertion"):
+    for key in ("volume", "crack", "relief", "place"):
         for kind in sorted({row[key] for row in rows if key in row}):
             chosen = [row for row in rows if row.get(key) == kind]
             lines.append((f"{key}: {kind}", *_counts(chosen)))
@@ -85,10 +85,6 @@ def _figures(rows: list[dict]) -> str:
             share = 100 * np.mean([sign * row[key] <= sign * goal for row in decks])
             bound = "at most" if sign > 0 else "at least"
             lines.append((f"decks with {FIGURES[key][0]} {bound} {goal:g}", f"{share:.1f} %", "", "", ""))
-        by_voxels = [row for row in decks if row.get("insertion") == "voxel"]
-        if by_voxels:
-            instead = sum(row["cut_instead"] for row in by_voxels)
-            lines.append(("cut, as voxels are too coarse", f"{instead} of {len(by_voxels)}", "", "", ""))
         with_flat = sum(row["flat"] > 0 for row in decks)
         lines.append(("decks with flat tets", f"{with_flat} of {len(decks)}", "", "", ""))
     return _table(("figure", "median", "95 % worse", "worst", "worst seeds"), lines)

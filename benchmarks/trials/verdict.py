@@ -3,7 +3,7 @@
 import math
 
 FRONT = 0.02  # l_min: front nodes off the given curve
-FACET = 0.05  # l_min: nodes of the crack, and middles of its facets and edges, off the given surface
+FACET = 0.15  # l_min: nodes of the crack, and middles of its facets and edges, off the given surface
 AREA = 0.5  # percent of the given area within the box
 LEAST_AREA = 0.02  # l_min squared: less counts for no crack; one of two facets has it at its rim
 MISSING = 1.0  # l_min: the given front that is not there; a chord of two l_min on a tight bend is 0.5 off

@@ -198,25 +198,11 @@ class Campaign:
         return self.flags("import", case)
 
     def crack_flags(self, case: str, inc: str) -> str:
-        """Return the flags of an increment's cracks, and of the lengths and the way they are held to."""
+        """Return the flags of an increment's cracks, and of the lengths they are held to."""
         sizing = self.cases[case].settings["sizing"]
         held = {key: sizing[key] for key in CRACK_LENGTHS}
-        held["insertion"] = self._way(case)
         first, *others = map(command_flags, self.crack_options(case, inc))
         return " --and ".join([" ".join([command_flags(held), first]).strip(), *others])
-
-    def split_labels(self, case: str) -> dict[str, str]:
-        """Return the labels that a case's insertion splits as the input `labels`; nothing where it cuts."""
-        splits = self.cases[case].crack != NO_CRACK and self._way(case) == "voxel"
-        return {"labels": f"{self.results}/{case}/labels.npz"} if splits else {}
-
-    def stitch_flags(self, case: str) -> str:
-        """Return the flags of `craftmesh stitch`, those of remeshing too where labels are split."""
-        remesh = self.flags("remesh", case) if self.split_labels(case) else ""
-        return f"{self.flags('stitch', case)} {remesh}".strip()
-
-    def _way(self, case: str) -> str:
-        return str(self.cases[case].settings["stitch"]["insertion"])
 
     def code(self, verb: str) -> str:
         """Return the digest of the modules that a verb of the command line runs."""

@@ -27,11 +27,7 @@ SECTIONS = {
     "sizing": ("the sizing function, Eq. 2-3", ["sizing.sizing.SizingOptions"]),
     "stitch": (
         "joining of surfaces and insertion of the crack",
-        [
-            "stitching.stitch.StitchOptions",
-            "insertion.options.WayOptions",
-            "insertion.options.InsertOptions",
-        ],
+        ["stitching.stitch.StitchOptions", "insertion.options.InsertOptions"],
     ),
     "gradate": ("gradation of the surface", ["gradation.gradate.GradateOptions"]),
     "tetrahedralize": ("tetrahedra in the grains", ["tetrahedra.options.TetrahedralizeOptions"]),

@@ -17,7 +17,6 @@ from craftmesh.cracks.prescription import check_crack
 from craftmesh.cracks.series import GivenSurface, crack_of_increment, refuse_shrunk
 from craftmesh.cracks.voxel_crack import crack_through_voxels
 from craftmesh.errors import CraftmeshError
-from craftmesh.insertion.options import WayOptions
 from craftmesh.io.front_csv import front_table, read_fronts
 from craftmesh.io.npz import read_labels
 from craftmesh.io.point_files import read_points
@@ -54,13 +53,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     others = (item.name for item in fields(SizingOptions) if item.name not in LENGTHS)
     add_options(parser, SizingOptions, skip=others)
-    add_options(parser, WayOptions)
 
 
 def run(arguments: argparse.Namespace) -> None:
     increment = arguments.increment
     box, edge, grid = body_of(arguments.volume)
-    heights = options_from(arguments, WayOptions).insertion == "cut"
     lengths, cracks, reports = options_from(arguments, SizingOptions), [], {}
     known = lengths if lengths.l0 is not None else replace(lengths, l0=edge)
     l_min = sizing_for(None, known, np.zeros((0, 3))).l_min
@@ -74,7 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
             if surface is not None:
                 notes = report.get("notes", []) + notes_on_size(surface.points, box, l_min)
                 report |= {"notes": notes} if notes else {}
-            cracks.append(crack_of_increment(options, increment, box, surface, heights))
+            cracks.append(crack_of_increment(options, increment, box, surface))
         reports[f"crack_{number}"] = report
     of_facets = [number for number, options in enumerate(given) if options.shape == IN_BOUNDARIES]
     is_guess = lengths.l_min is None and lengths.l0 is None

@@ -150,8 +150,7 @@ def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
             share = case.settings["grow"]["share"] or share_of_size(case.settings["grow"]["change"])
             crack_options = _grown(crack_options, (1 + share) ** increment)
         surface, _ = given_surface(crack_options, which, voxels.box, voxels)
-        heights = case.settings["stitch"]["insertion"] == "cut"
-        crack = crack_of_increment(crack_options, which, voxels.box, surface, heights)
+        crack = crack_of_increment(crack_options, which, voxels.box, surface)
         sources += [densify(crack.points[front], sizing.l_min / 2) for front in crack.fronts]
     return replace(sizing, sources=np.concatenate(sources))
 

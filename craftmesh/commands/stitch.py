@@ -6,17 +6,13 @@ from pathlib import Path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import add_sizing, check_sizing, sizing_from
 from craftmesh.commands.stage_io import add_file, add_output, add_report, existing, tell, warn
-from craftmesh.cracks.split_voxels import split_along
-from craftmesh.errors import CraftmeshError, listed, named
+from craftmesh.errors import listed, named
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.insert_split import insert_by_voxels
-from craftmesh.insertion.options import InsertOptions, WayOptions
-from craftmesh.io.npz import read_labels
+from craftmesh.insertion.misfit import FACETS_OFF, FRONT_OFF
+from craftmesh.insertion.options import InsertOptions
 from craftmesh.io.surface_files import LISTED, read_grain_folder, unnumbered
 from craftmesh.io.vtk import read_crack, read_surface, write_surface
 from craftmesh.progress import ProgressLine
-from craftmesh.remeshing.remesh import RemeshOptions
-from craftmesh.remeshing.split import remesh_split
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.stitching.stitch import StitchOptions, stitch_grains
 from craftmesh.types import Surface
@@ -30,8 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file(parser, "--crack", "crack .vtp to insert")
     add_report(parser)
     add_sizing(parser)
-    add_file(parser, "--labels", "labels .npz that --insertion voxel splits along the crack")
-    add_options(parser, StitchOptions, WayOptions, InsertOptions, RemeshOptions)
+    add_options(parser, StitchOptions, InsertOptions)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -47,8 +42,8 @@ def run(arguments: argparse.Namespace) -> None:
         if (times := inserted.get("crack_off_times", 0.0)) > 1:
             warn(
                 f"the crack in the mesh is up to {times:.2g} times farther off the given one than it "
-                "should be (facets 0.05 l_min, front 0.02 l_min, area 0.5 %): move it a little, or give "
-                "a shorter l_min"
+                f"should be (facets {FACETS_OFF} l_min, front {FRONT_OFF} l_min, area 0.5 %): move it a "
+                "little, or give a shorter l_min"
             )
         report = report | inserted
     write_surface(arguments.output, surface)
@@ -65,20 +60,7 @@ def _of_folder(folder: Path, options: StitchOptions) -> tuple[Surface, dict]:
 
 
 def _with_crack(arguments: argparse.Namespace, surface: Surface, sizing: Sizing) -> tuple[Surface, dict]:
-    """Return the surface with the crack of the arguments in it, by the way they name, and the report."""
+    """Return the surface with the crack of the arguments in it, and the report."""
     crack, options = read_crack(arguments.crack), options_from(arguments, InsertOptions)
     with ProgressLine("stitch") as progress:
-        if options_from(arguments, WayOptions).insertion == "cut":
-            return insert_crack(surface, crack, sizing, options, progress)
-        if arguments.labels is None:
-            raise CraftmeshError(
-                "--labels is not given; expected the labels .npz that --insertion voxel splits"
-            )
-        split = split_along(read_labels(existing(arguments.labels)), crack)
-        halved, bits, _ = remesh_split(split, options_from(arguments, RemeshOptions), progress)
-        inserted, report = insert_by_voxels(
-            surface, crack, (halved, bits), split, sizing, options, progress
-        )
-    if "cut_instead" in report:
-        warn(f"the crack is cut, not brought in by voxels: {report['cut_instead']}")
-    return inserted, report
+        return insert_crack(surface, crack, sizing, options, progress)

@@ -41,9 +41,8 @@ def _facet_breaches(crack: Crack) -> list[str]:
         parts, fault = height_parts(sheet.points, sheet.triangles)
         if fault:
             turned += _turned_back(sheet.points, sheet.triangles)
-        for rows in [] if fault else parts:
-            normal = best_fit_frame(sheet.points, sheet.triangles[rows])[2]
-            turned += int((area_vectors(sheet.points, sheet.triangles[rows]) @ normal < 0).sum())
+        for part in [] if fault else parts:
+            turned += int((area_vectors(*part) @ best_fit_frame(*part)[2] < 0).sum())
     if turned:
         breaches.append(f"{turned} triangles are turned over against their part or neighbours")
     return breaches

@@ -1,12 +1,13 @@
-"""A sheet that is a height over no plane, or sharply kinked, parted along its kinks into parts that are."""
+"""A sheet that is a height over no plane, or sharply kinked, as parts that are heights."""
 
 import numpy as np
 import shapely
 
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.errors import told
-from craftmesh.surface.connectivity import edge_sides, joined, unique_edges
-from craftmesh.surface.measure import area_vectors, unit_normals
+from craftmesh.surface.connectivity import compact, edge_sides, joined, unique_edges
+from craftmesh.surface.dividing import divided
+from craftmesh.surface.measure import area_vectors, total_area, unit_normals
 
 STEEPEST = 0.15  # least cosine between a triangle's normal and the plane's: lengths stretch by 7 at most
 LEAST_AREA = 1e-12  # share of the sheet's: the normal of a smaller triangle is rounding
@@ -68,29 +69,76 @@ SHARP = 65.0
 LEAST_PART = 1e-3  # of the area of a sheet that is a height: a smaller part is a sliver with a wild normal
 SHARPEST = 150.0  # degrees: what turns back by more leaves a wedge under 30 between its own parts
 MOST_PARTS = 50  # chosen by hand: a sheet with more is rough, not kinked
+AT_END = 0.15  # of an edge: a smooth fold is parted through a point this near, not beside it
+
+Part = tuple[np.ndarray, np.ndarray]  # points (n, 3) and triangles (m, 3)
 
 
-def height_parts(points: np.ndarray, triangles: np.ndarray) -> tuple[list[np.ndarray], str]:
-    """Return rows of the triangles (m, 3) by parts, each a height over its own plane, and what is folded.
+def height_parts(points: np.ndarray, triangles: np.ndarray) -> tuple[list[Part], str]:
+    """Return a sheet as parts that are heights over their own planes, and what is folded, '' if nothing is.
 
-    A sheet that is a height without a kink of SHARP is one part; any other is parted along kinks sharper
-    than KINK and up to SHARPEST, in the order of first triangles, if its parts are heights. The text says
-    where it is folded all the same, '' if not.
+    A sheet that is a height without a kink of SHARP is one part. Any other is parted along kinks sharper
+    than KINK and up to SHARPEST, and what folds smoothly, as a bowl or a roll, is halved until its parts
+    are heights. The text says where it is folded all the same.
     """
-    every = [np.arange(len(triangles))]
+    whole = [(points, triangles)]
     fault = fold_of(points, triangles)
     piece, sharpest = between_kinks(points, triangles)
-    if not fault and sharpest < SHARP:
-        return every, ""
-    if not 0 < piece.max() < MOST_PARTS or sharpest > SHARPEST:
-        return every, fault
-    parts = [np.flatnonzero(piece == number) for number in range(piece.max() + 1)]
-    faults = [text for text in (fold_of(points, triangles[rows]) for rows in parts) if text]
-    if fault:
-        return (every, faults[0]) if faults else (parts, "")
-    area = np.linalg.norm(area_vectors(points, triangles), axis=1)
-    small = min(area[rows].sum() for rows in parts) < LEAST_PART * area.sum()
-    return every if faults or small else parts, ""
+    if sharpest > SHARPEST or (not fault and (sharpest < SHARP or not 0 < piece.max() < MOST_PARTS)):
+        return whole, fault
+    if piece.max() >= MOST_PARTS:
+        piece = np.zeros(len(triangles), np.int64)
+    if not fault:
+        parts = _parts(points, triangles, piece)
+        least = min(total_area(*part) for part in parts) < LEAST_PART * total_area(points, triangles)
+        return whole if least or any(fold_of(*part) for part in parts) else parts, ""
+    while True:
+        parts = _parts(points, triangles, piece)
+        folded = [number for number, part in enumerate(parts) if fold_of(*part)]
+        if not folded:
+            return parts, ""
+        if len(parts) + len(folded) > MOST_PARTS or min(len(parts[k][1]) for k in folded) < 2:
+            return whole, fault
+        for number in folded:
+            points, triangles, piece = _halved(points, triangles, piece, number)
+
+
+def _parts(points: np.ndarray, triangles: np.ndarray, piece: np.ndarray) -> list[Part]:
+    """Return the parts of a sheet by their numbers (m,), each without the points of the others."""
+    return [compact(points, triangles[piece == number])[:2] for number in range(piece.max() + 1)]
+
+
+def _halved(
+    points: np.ndarray, triangles: np.ndarray, piece: np.ndarray, number: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a sheet whose part `number` is two, parted by a plane across the way its normals turn most.
+
+    Points that the seam gets are the neighbours' too, so that the seams of these can end in them.
+    """
+    own = triangles[piece == number]
+    vectors = area_vectors(points, own)
+    area = np.linalg.norm(vectors, axis=1)
+    weight, centres = area / area.sum(), points[own].mean(axis=1)
+    turn = vectors / np.maximum(area, 1e-300)[:, None]
+    turn, middle = turn - weight @ turn, weight @ centres
+    _, axes = np.linalg.eigh((turn * weight[:, None]).T @ turn)
+    offset = (points - middle) @ ((weight * (turn @ axes[:, 2])) @ (centres - middle))
+    edges = unique_edges(own)[0]
+    start, end = offset[edges].T
+    share = np.where(start * end < 0, start / np.where(start == end, 1.0, start - end), np.nan)
+    offset[edges[share < AT_END, 0]] = 0.0
+    offset[edges[share > 1 - AT_END, 1]] = 0.0
+    crossed = offset[edges].prod(axis=1) < 0
+    edges, share = edges[crossed], share[crossed, None]
+    every = np.concatenate([points, (1 - share) * points[edges[:, 0]] + share * points[edges[:, 1]]])
+    triangles, parent = divided(every, triangles, edges, len(points))
+    offset = np.concatenate([offset, np.zeros(len(edges))])
+    piece = piece[parent]
+    piece[(piece == number) & (offset[triangles].sum(axis=1) < 0)] = piece.max() + 1
+    _, of_corner, count = unique_edges(triangles)
+    f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
+    same = piece[f] == piece[g]
+    return every, triangles.astype(np.int64), joined(len(triangles), f[same], g[same])
 
 
 def between_kinks(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, float]:

@@ -9,6 +9,7 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.prescription import boundary_pairs, is_sized, semi_axes, vector
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, unique_edges
+from craftmesh.surface.dividing import divided
 from craftmesh.surface.front import among_edges
 from craftmesh.types import INTERFACE, Crack, Surface
 
@@ -83,34 +84,17 @@ def _within(points: np.ndarray, facets: np.ndarray, centre: np.ndarray, radius: 
     corners inside the shorter diagonal parts what is left, as where a surface is cut.
     """
     side = np.sign(radius - np.linalg.norm(points - centre, axis=1))
-    edges, of_corner, _ = unique_edges(facets)
+    edges, _, _ = unique_edges(facets)
     share = _shares(points[edges], side[edges], centre, radius)
     side[edges[share < AT_END, 0]] = 0
     side[edges[share > 1 - AT_END, 1]] = 0
     crossed = np.flatnonzero(side[edges].prod(axis=1) < 0)
-    new = np.full(len(edges), -1)
-    new[crossed] = len(points) + np.arange(len(crossed))
     start, step = points[edges[crossed, 0]], np.diff(points[edges[crossed]], axis=1)[:, 0]
     everything = np.concatenate([points, start + share[crossed, None] * step])
-    inside, outside = (side[facets] > 0).sum(axis=1), (side[facets] < 0).sum(axis=1)
-    kept = [facets[(inside > 0) & (outside == 0)]]
-    for row in np.flatnonzero((inside > 0) & (outside > 0)).tolist():
-        corners, parted = side[facets[row]].tolist(), new[of_corner[row]].tolist()
-        polygon = []
-        for i, corner in enumerate(facets[row].tolist()):
-            polygon += ([corner] if corners[i] >= 0 else []) + ([parted[i]] if parted[i] >= 0 else [])
-        kept.append(_triangles(everything, np.array(polygon)))
-    return _Clipped(everything, np.concatenate(kept), edges[crossed])
-
-
-def _triangles(points: np.ndarray, polygon: np.ndarray) -> np.ndarray:
-    """Return the triangles of three corners or four; the shorter diagonal parts the latter."""
-    if len(polygon) == 3:
-        return polygon[None]
-    a, b = points[polygon[:2]] - points[polygon[2:]]
-    turn = 0 if a @ a <= b @ b else 1
-    p, q, r, s = np.roll(polygon, -turn)
-    return np.array([[p, q, r], [p, r, s]])
+    facets, _ = divided(everything, facets, edges[crossed], len(points))
+    side = np.concatenate([side, np.zeros(len(crossed))])[facets]
+    kept = (side >= 0).all(axis=1) & (side > 0).any(axis=1)
+    return _Clipped(everything, facets[kept].astype(np.int64), edges[crossed])
 
 
 def _shares(ends: np.ndarray, side: np.ndarray, centre: np.ndarray, radius: float) -> np.ndarray:

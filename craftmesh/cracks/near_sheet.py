@@ -5,16 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.surface.connectivity import beside_edges, edge_sides, unique_edges
+from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.distances import ROUNDING, nearest_facets, nearest_on_edges
 from craftmesh.surface.measure import facet_angles, unit_normals
 from craftmesh.types import Crack
 
 ON = 1e-7  # of a triangle's weights: a foot this near an edge or a corner of it counts as there
-CORNER = np.cos(np.radians(20.0))  # fronts that turn by more at a point have a corner there
-# Degrees: a sheet has a kink at edges at which it turns by more than FOLD, or by more than KINK and ALONE
-# times as much as at those beside.
-KINK, FOLD, ALONE = 15.0, 45.0, 2.0
 ON_PLANE = 1e-7  # share of the box's diagonal within which a point counts as on a plane of the box
 
 
@@ -40,8 +36,6 @@ class NearSheet:
         self.points = np.array(sheet.points, float, order="C")
         self.triangles = sheet.triangles.astype(np.int64)
         self.fronts = sheet.front_edges
-        sharp = [_corners(self.points[front]) for front in sheet.fronts]
-        self.corners = np.concatenate([np.zeros((0, 3)), *sharp])
         corners = self.points[self.triangles]
         self.centres = corners.mean(axis=1)
         far = np.linalg.norm(corners - self.centres[:, None], axis=2).max(axis=1)
@@ -52,7 +46,6 @@ class NearSheet:
         self.ends_at = np.zeros(len(self.points), bool)
         self.ends_at[edges[self.ends]] = True
         self.of_facet = unit_normals(self.points, self.triangles)
-        self.kinks = self._kinks(edges, count)
         self.of_edge = np.zeros((len(edges), 3))
         self.of_point = np.zeros((len(self.points), 3))
         angle = np.radians(facet_angles(self.points, self.triangles))
@@ -66,18 +59,6 @@ class NearSheet:
         planes = np.concatenate([np.abs(self.points - corner) <= near for corner in box], axis=1)
         on_box: np.ndarray = planes[edges].all(axis=1).any(axis=1)
         return on_box
-
-    def _kinks(self, edges: np.ndarray, count: np.ndarray) -> np.ndarray:
-        """Return the edges (k, 2) at which the sheet has a kink; it is one sheet, that branches nowhere."""
-        inner = count == 2
-        sides = edge_sides(self.of_corner, inner)
-        turn = np.zeros(len(edges))
-        cosine = np.einsum("ij,ij->i", *(self.of_facet[side // 3] for side in sides))
-        turn[inner] = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-        around = turn[self.of_corner]
-        beside = np.concatenate([beside_edges(around, side) for side in sides], axis=1).max(axis=1)
-        alone = (turn[inner] > KINK) & (turn[inner] > ALONE * beside)
-        return edges[inner][alone | (turn[inner] > FOLD)]
 
     def look(self, places: np.ndarray) -> Near:
         """Return what the sheet is to places (n, 3), at least one."""
@@ -105,22 +86,6 @@ class NearSheet:
         if not len(self.fronts):
             return np.full(places.shape, np.inf)
         return nearest_on_edges(np.ascontiguousarray(places), self.points, self.fronts)
-
-    def at_corners(self, places: np.ndarray, reach: np.ndarray) -> np.ndarray:
-        """Return places (n, 3) on fronts moved onto corners of these that are within reach (n,)."""
-        if not len(self.corners):
-            return places
-        distance, corner = cKDTree(self.corners).query(places)
-        return np.where((distance < reach)[:, None], self.corners[corner], places)
-
-
-def _corners(line: np.ndarray) -> np.ndarray:
-    """Return the points (k, 3) of a front (n, 3) between its ends at which it turns by more than CORNER."""
-    if (line[0] == line[-1]).all():
-        line = np.concatenate([line, line[1:2]])
-    step = np.diff(line, axis=0)
-    step /= np.linalg.norm(step, axis=1)[:, None]
-    return line[1:-1][np.einsum("ij,ij->i", step[1:], step[:-1]) < CORNER]
 
 
 def feet_in_triangles(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

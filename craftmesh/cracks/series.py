@@ -91,16 +91,15 @@ def crack_of_increment(
     increment: int,
     box: np.ndarray,
     given: GivenSurface | None = None,
-    heights: bool = True,
 ) -> Crack:
     """Return the crack of `increment` in the box (2, 3): prescribed, or the given surface.
 
-    A surface in several pieces is several cracks. heights: as for crack_from_triangles. Raises
-    CraftmeshError as prescribed_crack and crack_from_triangles do.
+    A surface in several pieces is several cracks. Raises CraftmeshError as prescribed_crack and
+    crack_from_triangles do.
     """
     if given is None:
         return prescribed_crack(options, increment, box)
-    return cracks_from_triangles(given.points, given.triangles, list(given.fronts) or None, box, heights)
+    return cracks_from_triangles(given.points, given.triangles, list(given.fronts) or None, box)
 
 
 def crack_area(crack: Crack) -> float:

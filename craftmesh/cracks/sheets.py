@@ -1,6 +1,5 @@
 """The sheets of a crack that is several: each has its own fronts, and its own plane."""
 
-from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,7 +12,7 @@ from craftmesh.cracks.one_sheet import clean_triangles
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.cracks.within_box import is_in
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.connectivity import compact, pieces
+from craftmesh.surface.connectivity import compact, pieces, unique_edges
 from craftmesh.surface.kernels.distances import ROUNDING, nearest_facets
 from craftmesh.surface.measure import meets_box, total_area
 from craftmesh.types import Crack
@@ -72,24 +71,31 @@ def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
     A part ends in the fronts and in the seams with other parts alike: both are its fronts. Parts outside
     the box are left out.
     """
-    rows, fault = height_parts(sheet.points, sheet.triangles)
+    parts, fault = height_parts(sheet.points, sheet.triangles)
     if fault:
         raise CraftmeshError(fault)
-    if len(rows) == 1:
+    if len(parts) == 1:
         return [sheet]
-    found = []
-    for own in sorted(rows, key=lambda own: -total_area(sheet.points, sheet.triangles[own])):
-        points, triangles, _ = compact(sheet.points, sheet.triangles[own])
-        if is_in(points[triangles], box):
-            found.append(crack_from_triangles(points, triangles, None, box))
-    return found
+    return [
+        crack_from_triangles(points, triangles, None, box)
+        for points, triangles in sorted(parts, key=lambda part: -total_area(*part))
+        if is_in(points[triangles], box)
+    ]
 
 
-def seam_ends(sheet: Crack, parts: list[Crack]) -> np.ndarray:
-    """Return the points (k, 3) in which a front of a sheet passes from one of its parts to another."""
-    front = {tuple(point) for ids in sheet.fronts for point in sheet.points[ids].tolist()}
-    times = Counter(tuple(point) for part in parts for point in part.points.tolist())
-    return np.array([point for point in sorted(front) if times[point] > 1]).reshape(-1, 3)
+def seam_ends(parts: list[Crack]) -> np.ndarray:
+    """Return the points (k, 3) on the boundary of a sheet in which it passes from one part to another."""
+    if len(parts) == 1:
+        return np.zeros((0, 3))
+    points, every = np.unique(np.concatenate([part.points for part in parts]), axis=0, return_inverse=True)
+    of_part = np.split(every.ravel(), np.cumsum([len(part.points) for part in parts])[:-1])
+    edges, _, count = unique_edges(
+        np.concatenate([own[part.triangles] for own, part in zip(of_part, parts)])
+    )
+    times = np.bincount(every.ravel())
+    rim = np.unique(edges[count == 1])
+    ends: np.ndarray = points[rim[times[rim] > 1]]
+    return ends
 
 
 def joined(cracks: Sequence[Crack]) -> Crack:
@@ -109,7 +115,6 @@ def cracks_from_triangles(
     triangles: np.ndarray,
     fronts: Sequence[np.ndarray] | None,
     box: np.ndarray,
-    heights: bool = True,
 ) -> Crack:
     """Return the crack of a triangulated surface of one or several sheets, those outside the box left out.
 
@@ -119,15 +124,13 @@ def cracks_from_triangles(
     points, triangles = clean_triangles(points, triangles)
     piece = pieces(triangles)
     if piece.max() == 0:
-        return crack_from_triangles(points, triangles, fronts, box, heights=heights)
+        return crack_from_triangles(points, triangles, fronts, box)
     meets = meets_box(points[triangles], box)
     found = np.unique(piece[meets]) if meets.any() else np.unique(piece)
     parts = [compact(points, triangles[piece == k])[:2] for k in found]
     own = [[front for front in fronts or () if _is_of(front, part[0])] for part in parts]
     named = [mine or None for mine in own] if any(own) else [fronts] * len(parts)
-    return joined(
-        [crack_from_triangles(*part, mine, box, heights=heights) for part, mine in zip(parts, named)]
-    )
+    return joined([crack_from_triangles(*part, mine, box) for part, mine in zip(parts, named)])
 
 
 def _is_of(front: np.ndarray, points: np.ndarray) -> bool:

@@ -32,15 +32,14 @@ def crack_from_triangles(
     fronts: Sequence[np.ndarray] | None,
     box: np.ndarray,
     frame: np.ndarray | None = None,
-    heights: bool = True,
 ) -> Crack:
     """Return the crack of a disc- or annulus-like triangulated surface.
 
     points (n, 3); triangles (m, 3); fronts: polylines (k, 3) along the surface's boundary, or None:
     every boundary edge within the box (2, 3) is front; without any the crack parts the body.
     frame (3, 3): rows u, v, normal of a planar
-    crack; None finds planes over which the surface, parted along its kinks where one will not do, is a
-    height, at least near the box; with heights False it need not be one. Front ends lie exactly on the box.
+    crack; None finds planes over which the surface, parted where one will not do, is a height, at least
+    near the box. Front ends lie exactly on the box.
     Raises CraftmeshError for bad numbers, for surfaces that are non-manifold, folded, through themselves or
     in pieces, and for cracks outside the box.
     """
@@ -52,10 +51,7 @@ def crack_from_triangles(
     points, triangles = clean_triangles(points, triangles)
     if frame is None:
         triangles = _one_piece(points, triangles, box)
-        if heights:
-            points, triangles, frame = _heights(points, triangles, box)
-        else:
-            points, triangles, _ = compact(points, without_slivers(points, triangles))
+        points, triangles, frame = _heights(points, triangles, box)
     else:
         frame = as_array("frame", frame, float, (3, 3))
         turned = area_vectors(points, triangles) @ frame[2] < 0

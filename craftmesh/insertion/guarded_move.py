@@ -7,11 +7,10 @@ import numpy as np
 from craftmesh.insertion.cut import CutSurface
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, facet_angles, meets_box
+from craftmesh.surface.measure import area_vectors, facet_angles
 
 KEPT = 0.999  # of its least angle, that a facet flatter than LEAST_ANGLE usually has to keep
 KEPT_AT_LAST = 0.3  # the same where a point has to settle
-KEPT_WHEN_FORCED = 0.1  # the same where facets may turn
 TURN_AT_LAST = 80.0  # degrees, by which a facet may turn where a point has to settle
 LEAST_ANGLE = 4.0  # degrees: a move may not leave a facet below this, unless it was worse before
 
@@ -66,27 +65,6 @@ def settled(
         if not len(rows):
             break
     return surface, rows
-
-
-def forced(
-    surface: CutSurface, rows: np.ndarray, targets: np.ndarray, options: InsertOptions
-) -> tuple[CutSurface, np.ndarray]:
-    """Return the surface with the points `rows` at `targets` (k, 3), and the rows left behind.
-
-    Where `settled` leaves a point, facets may turn in any way, as those of a narrow strip.
-    """
-    surface, left = settled(surface, rows, targets, options)
-    targets = targets[np.isin(rows, left)]
-    points, moved = guarded_move(surface, left, targets, replace(options, max_turn=180.0), KEPT_WHEN_FORCED)
-    return replace(surface, points=points), left[~np.isin(left, moved)]
-
-
-def meet_others(points: np.ndarray, facets: np.ndarray, others: np.ndarray) -> bool:
-    """Tell whether facets (k, 3) meet each other or one of the others (m, 3), beyond what they share."""
-    corners = points[facets]
-    reach = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
-    near = others[meets_box(points[others], reach)]
-    return len(intersecting_pairs(points, np.concatenate([facets, near]))) > 0
 
 
 def _longest(movers: np.ndarray, step: np.ndarray, active: np.ndarray) -> np.ndarray:

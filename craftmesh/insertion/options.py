@@ -1,22 +1,8 @@
-"""Options of the insertion: which way the crack comes in, and how far points may move onto it."""
+"""Options of the insertion: how far points may move onto the crack."""
 
 from dataclasses import dataclass
 
 from craftmesh.options import Options, option
-
-WAYS = ("cut", "voxel")
-
-
-@dataclass(frozen=True)
-class WayOptions(Options):
-    """Which way a crack comes into the surface."""
-
-    insertion: str = option(
-        "cut",
-        "cut: the surface is cut along the crack; voxel: labels are split on either side of it and "
-        "remeshed, for cracks of any shape",
-        choices=WAYS,
-    )
 
 
 @dataclass(frozen=True)

@@ -74,18 +74,6 @@ def remesh(
     raw = Surface(*march(voxels.labels))
     progress(0.3, "smoothing")
     points, frozen = smooth(raw, options, progress)
-    return finished(points, frozen, raw, voxels, options, progress)
-
-
-def finished(
-    points: np.ndarray,
-    frozen: int,
-    raw: Surface,
-    voxels: Voxels,
-    options: RemeshOptions,
-    progress: Callable[[float, str], None],
-) -> tuple[Surface, dict]:
-    """Return the raw surface at smoothed points, in model units, with its voxels' volumes; a report."""
     surface = Surface(_in_model_units(points, raw, voxels), raw.facets, raw.sides, raw.kind)
     surface, volumes = restore_volumes(
         surface,
@@ -154,11 +142,8 @@ def smooth(
     raw: Surface,
     options: RemeshOptions,
     progress: Callable[[float, str], None] = silent,
-    drawn: Callable[[np.ndarray], np.ndarray] = lambda points: points,
 ) -> tuple[np.ndarray, int]:
     """Return smoothed points (n, 3) of a raw surface in voxel units, and how many were frozen.
-
-    drawn: returns the points after each lap where they are wished, as those of a crack on it.
 
     Laps weigh neighbours alike, so that smoothing in voxels equals smoothing in model units whatever the
     spacing; only the sliver limits are measured in voxels. The raw surface must be free of
@@ -166,7 +151,7 @@ def smooth(
     vanishes go back to the last checkpoint with a growing neighbourhood and stay there.
     """
     classes = vertex_classes(raw)
-    laps = _Laps(raw, options, smoothing_neighbours(classes), drawn)
+    laps = _Laps(raw, options, smoothing_neighbours(classes))
     points, fixed = raw.points.copy(), classes.fixed.copy()
     stages = _smoothing_stages(options)
     for number, weights in enumerate(stages):
@@ -183,10 +168,9 @@ class _Laps:
         raw: Surface,
         options: RemeshOptions,
         neighbours: tuple[np.ndarray, np.ndarray],
-        drawn: Callable[[np.ndarray], np.ndarray],
     ) -> None:
         self.facets, self.sides, self.kind = raw.facets.astype(np.int64), raw.sides, raw.kind
-        self.options, self.neighbours, self.drawn = options, neighbours, drawn
+        self.options, self.neighbours = options, neighbours
         self.raw_volume = side_volumes(raw.points, self.facets, raw.sides)
 
     def sound(self, points: np.ndarray, weights: list[float], fixed: np.ndarray) -> np.ndarray:
@@ -199,7 +183,6 @@ class _Laps:
             moved = points
             for weight in weights:
                 moved = lap(moved, *self.neighbours, fixed, weight)
-                moved = np.where(fixed, moved, self.drawn(moved))
             bad = self._spoiled(points, moved)
             if not bad.any():
                 return moved

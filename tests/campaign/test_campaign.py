@@ -64,14 +64,6 @@ def test_a_case_has_several_cracks_with_commas_between_them(campaign):
         campaign("one\tsynthetic\tpenny,penny\t2\n", cracks=cracks)
 
 
-def test_a_crack_that_comes_in_by_voxels_needs_labels_and_the_flags_of_remeshing(campaign):
-    found = campaign("one\tsynthetic\tpenny\t1\n", stitch={"insertion": "voxel"})
-    assert found.split_labels("one") == {"labels": "results/one/labels.npz"}
-    assert found.flags("remesh", "one") in found.stitch_flags("one")
-    plain = campaign("one\tsynthetic\tpenny\t1\n")
-    assert plain.split_labels("one") == {} and plain.stitch_flags("one") == plain.flags("stitch", "one")
-
-
 def test_a_growing_case_takes_the_crack_that_the_increment_before_left(campaign):
     found = campaign("one\tsynthetic\tpenny\t3\tgrow\n", GROWING)
     assert found.increments("{inc}", no_growth) == ["000", "001", "002"]

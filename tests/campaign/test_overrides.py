@@ -51,8 +51,7 @@ def test_a_cell_overrides_its_key_for_its_case_alone(sheet):
         ("grow.extension", "1E-03", lambda c: c.growth_flags("a"), "--extension 0.001"),
         ("grow.smoothing", "none", lambda c: c.grow_flags("a"), "--smoothing none"),
         ("sizing.around_voids", "TRUE", lambda c: c.flags("sizing", "a"), "--around-voids"),
-        ("stitch.insertion", "voxel", lambda c: c.stitch_flags("a"), "--insertion voxel"),
-        ("stitch.insertion", "voxel", lambda c: c.crack_flags("a", "000"), "--insertion voxel"),
+        ("stitch.snap", "0.1", lambda c: c.flags("stitch", "a"), "--snap 0.1"),
         ("gradate.passes", "5", lambda c: c.flags("gradate", "a"), "--passes 5"),
     ],
 )

@@ -50,7 +50,6 @@ rule size:
 rule stitch:
     input:
         unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
-        unpack(lambda wildcards: CAMPAIGN.split_labels(wildcards.case)),
         surface=f"{CASE}/remeshed.vtp",
         sizing=f"{INC}/sizing.npz",
     output:
@@ -67,10 +66,8 @@ rule stitch:
         mem_mb=job_memory("stitch", f"{CASE}/remeshed.vtp"),
         runtime=job_minutes("stitch", f"{CASE}/remeshed.vtp"),
     params:
-        options=lambda wildcards: CAMPAIGN.stitch_flags(wildcards.case),
-        crack=lambda wildcards, input: command_flags(
-            {"crack": input.get("crack"), "labels": input.get("labels")}
-        ),
+        options=lambda wildcards: CAMPAIGN.flags("stitch", wildcards.case),
+        crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("stitch"),
     shell:
         "craftmesh stitch {input.surface:q} {params.crack} --sizing {input.sizing:q} {params.options}"
