@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.cracks.mouths import ON_FACE
 from craftmesh.cracks.triangulated import boundary_loops, split_boundary_edge, with_fronts
 from craftmesh.surface.measure import unit_normals
 from craftmesh.types import BOX_FACES, Crack
@@ -27,22 +26,21 @@ class _Face(NamedTuple):
     out: float
 
 
-def ending_on_faces(sheet: Crack, box: np.ndarray, l_min: float, only_whole: bool = False) -> Crack:
+def ending_on_faces(sheet: Crack, box: np.ndarray, l_min: float) -> Crack:
     """Return a sheet whose fronts end on the faces of the box (2, 3) that they graze; l_min in model units.
 
     Points of a front within TAKEN of a face, along the crack, go past it, and those within twice that give
-    way, so that the front comes down to the face twice as steeply. One that is nowhere TAKEN from the face
-    goes past it whole. A front with the crack between itself and the face stays. only_whole: so does one
-    that does not go past whole, as one that was ended before has to.
+    way, so that the front comes down to the face twice as steeply. A front with the crack between itself
+    and the face stays.
     """
     for axis, upper in BOX_FACES:
         outward = (2.0 * upper - 1.0) * np.eye(3)[axis]
         face = _Face(outward, float(outward @ box[upper]))
-        sheet = _ending_on_face(sheet, face, box, l_min, only_whole)
+        sheet = _ending_on_face(sheet, face, box, l_min)
     return sheet
 
 
-def _ending_on_face(sheet: Crack, face: _Face, box: np.ndarray, l_min: float, only_whole: bool) -> Crack:
+def _ending_on_face(sheet: Crack, face: _Face, box: np.ndarray, l_min: float) -> Crack:
     reach = 2 * TAKEN * l_min
     near = [face.out - sheet.points[front] @ face.outward < reach for front in sheet.fronts]
     if not any(one.any() for one in near):
@@ -51,16 +49,10 @@ def _ending_on_face(sheet: Crack, face: _Face, box: np.ndarray, l_min: float, on
     fronts, steps = [], []
     for front in sheet.fronts:
         ways = _ways(points, triangles, front, face)
-        if _is_bare(points[front], ways, face, l_min):
-            step = _past(points[front], ways, face, box, l_min)
-        elif only_whole:
-            step = np.zeros((len(front), 3))
-        else:
-            grazing = _grazing(points[front], ways, face, l_min)
-            points, triangles, front, edge = _refined(points, triangles, front, grazing, STEP * l_min)
-            step = _steps(points[front], ways[edge], grazing[edge], face, reach)
+        grazing = _grazing(points[front], ways, face, l_min)
+        points, triangles, front, edge = _refined(points, triangles, front, grazing, STEP * l_min)
         fronts.append(front)
-        steps.append(step)
+        steps.append(_steps(points[front], ways[edge], grazing[edge], face, reach))
     if not any(step.any() for step in steps):
         return sheet
     lines = []
@@ -104,44 +96,6 @@ def _grazing(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> n
         run[run == run[-1]] = 0
     long = np.bincount(run, (length / times)[edge])[run] > GRAZING * l_min
     return np.bincount(edge, near & long, len(length)) > 0
-
-
-def _is_bare(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> bool:
-    """Tell whether a front (k, 3) that is not closed is nowhere TAKEN from the face."""
-    gaps = face.out - line @ face.outward
-    is_open = bool((line[0] != line[-1]).any())
-    return is_open and bool((gaps < TAKEN * l_min).all() and (ways != 0).any(axis=1).all())
-
-
-def _past(line: np.ndarray, ways: np.ndarray, face: _Face, box: np.ndarray, l_min: float) -> np.ndarray:
-    """Return the steps of a front's points (k, 3) by which they go TAKEN past the face.
-
-    Ends on the face stay, those on others go along them.
-    """
-    gaps = face.out - line @ face.outward
-    ways = np.concatenate([ways, ways[-1:]])
-    for end, before in ((0, 1), (-1, -2)):
-        ways[end] = _along_others(line[end], line[before] - line[end], ways[end], face, box, l_min)
-    steps: np.ndarray = (gaps + TAKEN * l_min)[:, None] * ways
-    return steps
-
-
-def _along_others(
-    place: np.ndarray, along: np.ndarray, way: np.ndarray, face: _Face, box: np.ndarray, l_min: float
-) -> np.ndarray:
-    """Return the way (3,) of a front's end, within the crack and the other face of the box it is on.
-
-    along (3,): to the next point of the front; 0 where the end is on the face itself.
-    """
-    on = (np.abs(place - box) <= ON_FACE * l_min).any(axis=0)
-    if on[face.outward != 0].any():
-        return np.zeros(3)
-    for axis in np.flatnonzero(on & (np.abs(along) > 0)):
-        turned = way - way[axis] / along[axis] * along
-        gain = turned @ face.outward
-        if gain > FLATTEST:
-            way = turned / gain
-    return way
 
 
 def _refined(

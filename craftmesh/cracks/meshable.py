@@ -4,11 +4,7 @@ from collections.abc import Collection, Sequence
 from itertools import combinations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
-from craftmesh.cracks.along_faces import GENTLE, LEAST_AREA, NEAR, refuse_along_faces
 from craftmesh.cracks.grazing_fronts import ending_on_faces
 from craftmesh.cracks.merged_sheets import (
     EXACT,
@@ -19,21 +15,19 @@ from craftmesh.cracks.merged_sheets import (
     places_in,
     sheet_pair,
 )
+from craftmesh.cracks.near_faces import FLATTEST, LEAST_AREA, NEAR, refuse_near_faces
 from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.measure import unit_normals
 from craftmesh.types import Crack
 
-# Degrees: cracks that cross make wedges of this angle at least. Two discs at 5 degrees left 18 flat
-# tetrahedra, none at 8.
-FLATTEST = 6.0
-
 
 def refuse_along_sheets(crack: Crack, box: np.ndarray, l_min: float) -> None:
     """Raise CraftmeshError where two sheets run along each other in the box (2, 3); l_min in model units.
 
-    Parts nearer than NEAR l_min to each other count where their angle is under FLATTEST, if the sheets meet
-    there, or else under GENTLE. Sheets in one surface to rounding become one, and are not refused.
+    Parts nearer than NEAR l_min to each other count where their angle is under FLATTEST: two discs that
+    cross at 5 degrees left 18 flat tetrahedra, none at 8. Sheets in one surface to rounding become one, and
+    are not refused.
     """
     parts = sheets(crack)
     for low, high in combinations(range(len(parts)), 2):
@@ -53,8 +47,7 @@ def _refuse(pair: SheetPair, numbers: tuple[int, int], box: np.ndarray, l_min: f
     off = (second - first) * np.abs(normals[0][triangle, 2])
     inside = ((places > box[0]) & (places < box[1])).all(axis=1) & np.isfinite(off)
     near = np.flatnonzero(inside & (np.abs(off) < NEAR * l_min) & (np.abs(off) > EXACT * l_min))
-    limit = np.where(_crossing(at[near], off[near], SPACING * l_min), FLATTEST, GENTLE)
-    counted = near[tilt[near] < limit]
+    counted = near[tilt[near] < FLATTEST]
     area = len(counted) * (SPACING * l_min) ** 2
     if area > LEAST_AREA * l_min**2:
         way = np.abs(off[counted])
@@ -65,18 +58,6 @@ def _refuse(pair: SheetPair, numbers: tuple[int, int], box: np.ndarray, l_min: f
             f"cracks in one surface, 0.2 l_min apart, which is {NEAR * l_min:.3g}, or at {FLATTEST:g} "
             "degrees or more where they cross: move or turn one of them"
         )
-
-
-def _crossing(at: np.ndarray, off: np.ndarray, spacing: float) -> np.ndarray:
-    """Tell which places (n, 2) hang together with places on the other side of the first sheet."""
-    if not len(at):
-        return np.zeros(0, bool)
-    beside = cKDTree(at).query_pairs(1.5 * spacing, output_type="ndarray")
-    links = coo_array((np.ones(len(beside), np.int8), tuple(beside.T)), shape=(len(at),) * 2)
-    group = connected_components(links, directed=False)[1]
-    ahead, behind = (np.bincount(group, sign * off > 0) for sign in (1, -1))
-    crossing: np.ndarray = ((ahead > 0) & (behind > 0))[group]
-    return crossing
 
 
 def meshable(
@@ -98,7 +79,7 @@ def meshable(
         for sheet in sheets(crack):
             if number not in of_facets:
                 sheet = ending_on_faces(sheet, box, l_min)
-            refuse_along_faces(sheet, box, l_min, fronts_too=not is_guess)
+            refuse_near_faces(sheet, box, l_min, lines_too=not is_guess)
             parts.append(sheet)
     merged = merged_sheets(joined(parts), box, l_min, MERGED * l_min)
     refuse_along_sheets(merged, box, l_min)

@@ -6,12 +6,11 @@ Tetrahedra in such a place are as flat as their edges are long against its width
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.cracks.height_parts import MOST_PARTS, between_kinks
+from craftmesh.cracks.features import Face, cuts, in_plane, kink_edges
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.cracks.sheets import sheets
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, densify, where_short
-from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.measure import meets_box, unit_normals
 from craftmesh.types import BOX_FACES, Crack
 
@@ -34,7 +33,6 @@ MEETS = 0.02  # of l_min, what a front may be off: nearer than this it meets the
 ROUNDING = 1e-9  # of the box's extent: a place this near a face is on it
 STEP = 0.2  # l_min between places along lines
 
-Face = tuple[int, int]
 Lengths = tuple[np.ndarray, np.ndarray]  # places (k, 3) and what edges have there (k,)
 
 
@@ -54,19 +52,6 @@ def clearance_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthFi
     return where_short(places, lengths, sizing)
 
 
-def kink_edges(crack: Crack) -> np.ndarray:
-    """Return the edges (k, 2, 3) at which a crack has kinks (`height_parts`), none of a rough sheet."""
-    found = [np.zeros((0, 2, 3))]
-    for sheet in sheets(crack):
-        part, _ = between_kinks(sheet.points, sheet.triangles)
-        if part.max() >= MOST_PARTS:
-            continue
-        edges, of_corner, count = unique_edges(sheet.triangles)
-        f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
-        found.append(sheet.points[edges[count == 2][part[f] != part[g]]])
-    return np.concatenate(found)
-
-
 def _to_face(
     crack: Crack,
     kinks: list[np.ndarray],
@@ -83,10 +68,10 @@ def _to_face(
     if not len(corners):
         return np.zeros((0, 3)), np.zeros(0)
     centres, steep = corners.mean(axis=1), _steepness(corners, axis)
-    mouths = [mouth for other in BOX_FACES if other[0] != axis for mouth in _cuts(corners, box, other)]
+    mouths = [mouth for other in BOX_FACES if other[0] != axis for mouth in cuts(corners, box, other)]
     lines = [*fronts, *mouths]
     at_kinks, at_lines = _along(kinks, sizing.l_min), _along(lines, sizing.l_min)
-    met = np.concatenate([_cuts(corners, box, face).reshape(-1, 3), _crossings(lines, box, face)])
+    met = np.concatenate([cuts(corners, box, face).reshape(-1, 3), _crossings(lines, box, face)])
     beside = steep[cKDTree(centres).query(at_lines)[1]]
     per = np.where(beside < STEEP, PER_WIDTH_IN_WEDGE, PER_WIDTH)
     upright = np.ones(len(at_kinks))  # under a kink the crack goes away to both sides
@@ -160,29 +145,11 @@ def _divided(corners: np.ndarray, slab: np.ndarray, longest: float) -> np.ndarra
         corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
 
 
-def _cuts(corners: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
-    """Return the segments (k, 2, 3) in which triangles (n, 3, 3) cut a face of the box."""
-    places = _in_plane(corners, np.roll(corners, -1, axis=1), box, face)
-    ends = np.stack([places, np.roll(places, -1, axis=1)], axis=2)
-    length = np.nan_to_num(np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2), nan=-1.0)
-    cut = np.flatnonzero(length.max(axis=1, initial=-1.0) >= 0)
-    segments = ends[cut, length[cut].argmax(axis=1)]
-    return segments[meets_box(segments, box)]
-
-
 def _crossings(lines: list[np.ndarray], box: np.ndarray, face: Face) -> np.ndarray:
     """Return where lines (n, 3) pass the plane of a face (k, 3)."""
-    found = [_in_plane(line[:-1], line[1:], box, face) for line in lines]
+    found = [in_plane(line[:-1], line[1:], box, face) for line in lines]
     places = np.concatenate([np.zeros((0, 3)), *found])
     return places[np.isfinite(places).all(axis=1)]
-
-
-def _in_plane(a: np.ndarray, b: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
-    """Return where edges from a to b (..., 3) pass the plane of a face (..., 3), NaN for others."""
-    axis, upper = face
-    at_a, at_b = a[..., axis] - box[upper, axis], b[..., axis] - box[upper, axis]
-    share = at_a / np.where(at_a == at_b, 1.0, at_a - at_b)
-    return np.where((at_a * at_b <= 0)[..., None], a + share[..., None] * (b - a), np.nan)
 
 
 def _steepness(corners: np.ndarray, axis: int) -> np.ndarray:

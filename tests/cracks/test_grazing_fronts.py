@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from given_cracks import over_grid
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -11,8 +10,7 @@ from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import sheets
-from craftmesh.cracks.triangulated import ON_PLANE, crack_from_triangles
-from craftmesh.cracks.within_box import area_within
+from craftmesh.cracks.triangulated import ON_PLANE
 from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.types import Crack
 
@@ -63,64 +61,6 @@ def test_a_front_that_grazes_a_face_ends_on_it(gap, degrees, axis, top):
 def test_a_front_that_stays_away_or_crosses_the_face_is_as_it_was(gap):
     sheet = penny(gap)
     assert ending_on_faces(sheet, BOX, L_MIN) is sheet
-
-
-@settings(max_examples=20, deadline=None)
-@given(
-    low=st.floats(0.1, 0.9),
-    degrees=st.floats(8.0, 90.0),
-    width=st.floats(2.0, 6.0),
-    axis=st.integers(0, 2),
-)
-def test_a_front_that_dips_to_just_above_the_face_between_two_ends_goes_past_it_whole(
-    low, degrees, width, axis
-):
-    """At small angles it is farther from the face along the crack than a node may be off."""
-    x = np.linspace(-2, 22, 97)
-    gap = low * TAKEN * L_MIN * np.clip(1 - (2 * (x - 10) / width) ** 2, -4, None)
-    along = np.stack([gap / np.sin(np.radians(degrees)), np.full(len(x), 6.0)])
-    y, z = 3 + np.cos(np.radians(degrees)) * along, np.sin(np.radians(degrees)) * along
-    points, triangles = over_grid(np.broadcast_to(x, y.shape), y, z)
-    sheet = crack_from_triangles(np.roll(points, axis, axis=1), triangles, None, BOX)
-    assert len(sheet.fronts) == 2
-    ended = ending_on_faces(sheet, BOX, L_MIN)
-    (front,) = ended.fronts
-    assert np.allclose(ended.points[front][:, (axis + 2) % 3], 6.0 * np.sin(np.radians(degrees)))
-    assert area_within(ended, BOX) - area_within(sheet, BOX) == pytest.approx(
-        2 / 3 * width * gap.max() / np.sin(np.radians(degrees)), rel=0.05
-    )
-
-
-@settings(max_examples=20, deadline=None)
-@given(
-    low=st.floats(0.05, 0.9),
-    slope=st.floats(-1e-4, 1e-4),
-    degrees=st.floats(8.0, 172.0),
-    turn=st.floats(-30.0, 30.0),
-    axis=st.integers(0, 2),
-)
-def test_a_front_along_the_whole_of_a_face_goes_past_it_and_the_crack_parts_the_body(
-    low, slope, degrees, turn, axis
-):
-    """It ends on two other faces, along which the crack's end has to go, however they meet it."""
-    x = np.linspace(-5, 25, 61)
-    gap = low * TAKEN * L_MIN * np.clip(1 + slope * (x - 10) * 20, 0.5, 1.1)
-    deep = np.full(len(x), 5.0)
-    along = np.stack([gap, deep]) / np.sin(np.radians(degrees))
-    lean = x + np.tan(np.radians(turn)) * np.stack([0 * x, deep])
-    y, z = 10 + np.cos(np.radians(degrees)) * along, np.stack([gap, deep])
-    points, triangles = over_grid(lean, y, z)
-    sheet = crack_from_triangles(np.roll(points, axis, axis=1), triangles, None, BOX)
-    plane = (axis + 2) % 3
-    (line,) = [one for one in sheet.fronts if sheet.points[one][:, plane].max() < 1]
-    ended = meshable([sheet], BOX, L_MIN)
-    assert all(ended.points[front][:, plane].min() > 1 for front in ended.fronts)
-    widened = area_within(ended, BOX) - area_within(sheet, BOX)
-    x, gaps = sheet.points[line][:, axis], sheet.points[line][:, plane]
-    narrow = abs(np.trapezoid(gaps, x)) / np.sin(np.radians(degrees))
-    assert widened == pytest.approx(narrow, rel=1e-3)
-    again = ending_on_faces(ended, BOX, L_MIN, only_whole=True)
-    assert again is ended
 
 
 def test_a_front_that_the_crack_itself_parts_from_the_face_stays():
