@@ -1,7 +1,6 @@
 """Attempts at a crack, with smaller facets or other choices where one is unsound, until one is sound."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -39,18 +38,11 @@ def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: flo
     return result
 
 
-# The later ones with smaller facets where a curved crack met a boundary; six were needed so far. Where no
-# edge there is long enough to be split, shorter ones are from the next attempt on.
-ATTEMPTS = 8
-# Shares of the options snap and snap_front, one pair after another where a crack is off the given one.
-CHOICES = ((1.0, 1.0), (1.0, 1.0), (1.0, 0.67), (0.5, 1.0), (0.5, 0.67), (1.0, 1.0))
-# Those for facets that meet others and are as small as they get: a fractal crack along a boundary met it in
-# eight attempts at smaller ones, and came in with half of snap.
-OTHERS = tuple(pair for pair in dict.fromkeys(CHOICES) if pair != CHOICES[0])
+# Each later one with smaller facets where the one before is unsound, and half of its snap and snap_front.
+ATTEMPTS = 3
 # Times farther off the given crack than it may be, from which one is refused. A crack that had lost all of
-# itself beyond a boundary was 400; 500 random cracks in a row had none over 1.
+# itself beyond a boundary was 400.
 GROSS = 10.0
-BETTER = 0.7  # an attempt that is off as well is taken from this share of what the one before is off
 
 
 class Attempt(NamedTuple):
@@ -74,31 +66,23 @@ def soundest(
 ) -> Attempt:
     """Return the first sound attempt at inserting a crack, or else the one that is least off.
 
-    Raises CraftmeshError where no choice ends in a crack, and where facets meet others or lie far off the
-    given crack in every attempt.
+    Raises CraftmeshError where none ends in a crack, and where facets meet others or lie far off the given
+    crack in every one.
     """
-    best = attempt = _judged(_first(cut, options, insert), cut, given)
-    choice, shortest, others = 0, given.least, OTHERS
-    for _ in range(1, ATTEMPTS):
-        choice += bool(np.isfinite(attempt.times))
-        if best.times <= 1 or choice == len(CHOICES):
-            break
-        count = len(cut.points)
-        cut, shares = split_near(cut, sheet, attempt.places, shortest), CHOICES[choice : choice + 1]
-        if len(cut.points) == count:
-            shortest /= 2
-            if np.isinf(attempt.times):
-                shares, others = others or shares, ()
-        for pair in shares:
-            try:
-                made = insert(cut, _chosen(options, pair))
-            except CraftmeshError:
-                continue
-            attempt = _judged(made, cut, given)
-            if attempt.times <= 1 or attempt.times < BETTER * best.times:
-                best = attempt
-            if attempt.times <= 1:
-                break
+    best, refusal = None, CraftmeshError("")
+    for _ in range(ATTEMPTS):
+        try:
+            attempt = _judged(insert(cut, options), cut, given)
+        except CraftmeshError as error:
+            refusal = error
+        else:
+            best = attempt if best is None else min(best, attempt, key=lambda one: one.times)
+            if best.times <= 1:
+                return best
+            cut = split_near(cut, sheet, attempt.places, given.least)
+        options = replace(options, snap=options.snap / 2, snap_front=options.snap_front / 2)
+    if best is None:
+        raise refusal
     if np.isinf(best.times):
         refuse_intersections(best.made.surface)
     refuse_gross(best.places, best.times)
@@ -113,25 +97,6 @@ def refuse_gross(places: np.ndarray, times: float) -> None:
             f"would be {times:.0f} times farther off it than it may be; move the crack a little, or "
             "give a shorter l_min"
         )
-
-
-def _first(
-    cut: CutSurface, options: InsertOptions, insert: Callable[[CutSurface, InsertOptions], Inserted]
-) -> Inserted:
-    """Return what the first choice that ends in a crack makes; raise what the very first one raised."""
-    try:
-        return insert(cut, options)
-    except CraftmeshError as error:
-        refusal = error
-    for shares in filter(CHOICES[0].__ne__, CHOICES):
-        with suppress(CraftmeshError):
-            return insert(cut, _chosen(options, shares))
-    raise refusal
-
-
-def _chosen(options: InsertOptions, shares: tuple[float, float]) -> InsertOptions:
-    snap, snap_front = shares
-    return replace(options, snap=snap * options.snap, snap_front=snap_front * options.snap_front)
 
 
 def _judged(made: Inserted, cut: CutSurface, given: Given) -> Attempt:

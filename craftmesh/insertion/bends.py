@@ -5,30 +5,24 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.insertion.creases import Creases, creases_of
 from craftmesh.insertion.kernels import planar
 from craftmesh.insertion.kernels.planar import Candidates, Planar
-from craftmesh.insertion.kernels.planar_smoothing import move_in_plane
-from craftmesh.insertion.patch import circumcircles, is_among, refuse_full, triangles_around
+from craftmesh.insertion.patch import circumcircles, is_among, refuse_full
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, meets_box
 
-OFF = 0.028  # of the least length: facets farther off the crack get a point; 0.03 is promised
-MOST = 0.04  # of the least length: facets farther off get one though it makes shorter edges
+OFF = 0.03  # of the least length: facets farther off the crack get a point; more costs 0.5 % of its area
 # No new point is nearer to those around it than the first share of the least length and the second of its
-# facet's longest edge; the later ones are for the few facets at sharp creases that the first leaves off by
-# more than the third share, of the least length.
-SPACINGS = ((0.35, 0.25, OFF), (0.18, 0.12, OFF), (0.1, 0.1, MOST))
+# facet's longest edge.
+SPACING, APART = 0.25, 0.2
 TIGHTEST = 0.12  # of the least length: the same where facets would meet a grain boundary
 CLEAR = 0.5  # of that distance: how far the point stays off fixed edges
 SMALLER = 0.75  # a facet that meets a boundary gets a point at this share of its circumradius from others
-NEAR_CREASE = 0.3  # of a facet's longest edge: a crease nearer to its new point gets the point
 # Of a facet's longest edge: a corner of the given crack nearer to its new point gets the point. A rough one
 # of 8,700 triangles in the box took 18,500 facets without this, 12,900 with 0.2 and 11,400 with 0.35.
 NEAR_CORNER = 0.35
-TO_CREASE = 0.4  # of the edges around it: a point nearer to a crease moves onto it
-GOOD = 0.25  # the least shape of a facet that such moves and flips may leave: about 12 degrees
+GOOD = 0.25  # the least shape of a facet that flips may leave: about 12 degrees
 FLIPS = 3  # rounds of flips after each round of points
 LEAST_GAIN = 0.005  # of the least length: a flip has to bring its facets nearer to the crack by this much
 ROUNDS = 40  # of points at most; it ends when a round inserts none
@@ -88,56 +82,31 @@ class _Survey:
 def follow(patch: Planar, bends: Bends) -> None:
     """Insert points until no facet of the patch is farther than OFF from the crack, if not too small.
 
-    A point goes where its facet is farthest off, or onto a corner or a crease of the given crack next to
-    that. Edges are flipped, and points near a crease moved onto it, where that brings facets nearer.
+    A point goes where its facet is farthest off, or onto a corner of the given crack next to that. Edges
+    are flipped where that brings facets nearer.
     """
-    creases = creases_of(bends.sheet)
     corners = cKDTree(bends.sheet.nodes)
-    for spacing, apart, most in SPACINGS:
-        survey = _Survey(patch, bends)
-        for _ in range(ROUNDS):
-            _flip_nearer(patch, bends, survey)
-            off, at = survey.look()
-            rows = np.flatnonzero(off > most * bends.least)
-            if not len(rows):
-                return
-            rows = rows[np.argsort(-off[rows], kind="stable")]
-            corner = patch.uv[patch.triangles[rows]]
-            longest = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max(axis=1)
-            at = _onto_given(at[rows], longest, creases, corners)
-            least = spacing * bends.least
-            room = np.maximum(least, apart * longest)
-            wanted = Candidates(at, rows, room, CLEAR * room)
-            if not planar.insert_spaced(patch, wanted, is_among(patch, bends.kept)) and not _insert(
-                patch, bends, rows, least
-            ):
-                break
-            refuse_full(patch)
-        _onto_creases(patch, bends, creases, survey.look()[0] > OFF * bends.least)
-    _flip_nearer(patch, bends, _Survey(patch, bends))
-
-
-def _onto_given(at: np.ndarray, longest: np.ndarray, creases: Creases, corners: cKDTree) -> np.ndarray:
-    """Return places (k, 2) moved onto creases and corners near by; longest (k,): edges of their facets."""
-    feet = creases.feet(at)
-    near = np.linalg.norm(feet - at, axis=1) < NEAR_CREASE * longest
-    at = np.where(near[:, None], feet, at)
-    distance, corner = corners.query(at)
-    return np.where((distance < NEAR_CORNER * longest)[:, None], corners.data[corner], at)
-
-
-def _onto_creases(patch: Planar, bends: Bends, creases: Creases, is_off: np.ndarray) -> None:
-    """Move inner points of the facets is_off (t,) onto creases near by, where shapes stay good."""
-    bad = np.unique(patch.triangles[is_off])
-    movable = bad[bad >= len(bends.known)]
-    targets = creases.feet(patch.uv[movable])
-    corner = patch.uv[patch.triangles]
-    length = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).mean(axis=1)
-    start, owner = triangles_around(patch)
-    reach = np.full(len(patch.uv), np.inf)
-    np.minimum.at(reach, patch.triangles, length[:, None])
-    near = np.linalg.norm(targets - patch.uv[movable], axis=1) < TO_CREASE * reach[movable]
-    move_in_plane(patch.uv, patch.corners, start, owner, movable[near], targets[near], GOOD)
+    survey = _Survey(patch, bends)
+    for _ in range(ROUNDS):
+        _flip_nearer(patch, bends, survey)
+        off, at = survey.look()
+        rows = np.flatnonzero(off > OFF * bends.least)
+        if not len(rows):
+            return
+        rows = rows[np.argsort(-off[rows], kind="stable")]
+        triangles = patch.uv[patch.triangles[rows]]
+        longest = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1)
+        away, corner = corners.query(at[rows])
+        to_corner = (away < NEAR_CORNER * longest)[:, None]
+        places = np.where(to_corner, corners.data[corner], at[rows])
+        room = np.maximum(SPACING * bends.least, APART * longest)
+        wanted = Candidates(places, rows, room, CLEAR * room)
+        if not planar.insert_spaced(patch, wanted, is_among(patch, bends.kept)) and not _insert(
+            patch, bends, rows, SPACING * bends.least
+        ):
+            break
+        refuse_full(patch)
+    _flip_nearer(patch, bends, survey)
 
 
 def _flip_nearer(patch: Planar, bends: Bends, survey: _Survey) -> None:

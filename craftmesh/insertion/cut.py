@@ -7,6 +7,7 @@ import numpy as np
 
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.dividing import divided
 from craftmesh.types import Surface
 
 SizeAt = Callable[[np.ndarray], np.ndarray]  # target edge lengths (n,) at points (n, 3)
@@ -58,7 +59,7 @@ def split_edges(
     """
     count = len(surface.points)
     points = np.concatenate([surface.points, new_points])
-    facets, parent = _divide(points, surface.facets, np.asarray(edges, np.int64), count)
+    facets, parent = divided(points, surface.facets, np.asarray(edges, np.int64), count)
     return _with_points(surface, points, facets, parent, size)
 
 
@@ -92,70 +93,9 @@ def split_facet(surface: CutSurface, row: int, place: np.ndarray) -> CutSurface:
     return _with_points(surface, points, facets, parent, surface.size[[a, b, c]].mean(keepdims=True))
 
 
-def _divide(
-    points: np.ndarray, facets: np.ndarray, edges: np.ndarray, first_new: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the facets after the split and the old facet of each, in the old facets' order."""
-    stride = np.int64(len(points) + 1)
-    keys = edges[:, 0] * stride + edges[:, 1]
-    order = np.argsort(keys)
-    touched = np.zeros(len(points), bool)
-    touched[edges] = True
-    rows = np.flatnonzero(touched[facets].sum(axis=1) >= 2)
-    corners = facets[rows].astype(np.int64)
-    following = np.roll(corners, -1, axis=1)
-    wanted = np.minimum(corners, following) * stride + np.maximum(corners, following)
-    slot = np.minimum(np.searchsorted(keys, wanted, sorter=order), len(keys) - 1)
-    middle = np.where(keys[order[slot]] == wanted, first_new + order[slot], -1)
-    split = (middle >= 0).sum(axis=1)
-    kept = np.ones(len(facets), bool)
-    kept[rows[split > 0]] = False
-    pieces, parents = [facets[kept]], [np.flatnonzero(kept)]
-    for number, divide in ((1, _in_two), (2, _in_three), (3, _in_four)):
-        chosen = split == number
-        for piece in divide(corners[chosen], middle[chosen], points):
-            pieces.append(piece)
-            parents.append(rows[chosen])
-    parent = np.concatenate(parents)
-    stable = np.argsort(parent, kind="stable")
-    return np.concatenate(pieces)[stable].astype(np.int32), parent[stable]
-
-
-def _turn(corners: np.ndarray, middle: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rotate each facet so that its edge `first` becomes edge 0 (corner 0 to corner 1)."""
-    index = (first[:, None] + np.arange(3)) % 3
-    return np.take_along_axis(corners, index, 1), np.take_along_axis(middle, index, 1)
-
-
-def _in_two(corners: np.ndarray, middle: np.ndarray, _points: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the two parts of facets of which one edge has a middle."""
-    corners, middle = _turn(corners, middle, np.argmax(middle >= 0, axis=1))
-    (a, b, c), m = corners.T, middle[:, 0]
-    return np.stack([a, m, c], axis=1), np.stack([m, b, c], axis=1)
-
-
-def _in_three(corners: np.ndarray, middle: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the three parts of facets of which one edge has no middle, parted by the shorter diagonal."""
-    corners, middle = _turn(corners, middle, np.argmax(middle < 0, axis=1))
-    (a, b, c), (_, bc, ca) = corners.T, middle.T
-    to_a = np.linalg.norm(points[a] - points[bc], axis=1) <= np.linalg.norm(points[b] - points[ca], axis=1)
-    third = np.where(to_a, bc, ca)
-    return (
-        np.stack([bc, c, ca], axis=1),
-        np.stack([a, b, third], axis=1),
-        np.stack([np.where(to_a, a, b), bc, ca], axis=1),
-    )
-
-
-def _in_four(corners: np.ndarray, middle: np.ndarray, _points: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the four parts of facets of which every edge has a middle."""
-    (a, b, c), (ab, bc, ca) = corners.T, middle.T
-    return (
-        np.stack([a, ab, ca], axis=1),
-        np.stack([ab, b, bc], axis=1),
-        np.stack([bc, c, ca], axis=1),
-        np.stack([ab, bc, ca], axis=1),
-    )
+def flat_facets(cut: CutSurface) -> np.ndarray:
+    """Return rows of facets with all their corners on the crack."""
+    return np.flatnonzero((cut.psi[cut.facets] == 0).all(axis=1))
 
 
 def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:

@@ -5,24 +5,19 @@ from collections.abc import Callable
 import numpy as np
 
 from craftmesh.arguments import typed
-from craftmesh.cracks.along_faces import refuse_along_faces
-from craftmesh.cracks.grazing_fronts import ending_on_faces
+from craftmesh.cracks.near_faces import refuse_near_faces
 from craftmesh.cracks.sheets import by_place, heights_of, seam_ends
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.attempts import refuse_gross, soundest
-from craftmesh.insertion.crack_patch import flat_facets, with_patch
-from craftmesh.insertion.creases import Creases, creases_of
-from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, with_phi
-from craftmesh.insertion.fins import Fronts, fronts_of, without_fins
+from craftmesh.insertion.crack_patch import with_patch
+from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, flat_facets, with_phi
 from craftmesh.insertion.front_chain import FrontChain, chain, conflicts, without_loose_ends
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
-from craftmesh.insertion.front_corners import onto_corners
 from craftmesh.insertion.inlay import inlaid
-from craftmesh.insertion.kinks import kink_traces
-from craftmesh.insertion.misfit import Given, Inserted, misfit_of_fronts, moved, unmoved
+from craftmesh.insertion.misfit import Fronts, Given, Inserted, fronts_of, misfit_of_fronts, moved, unmoved
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.pierce import pierce
+from craftmesh.insertion.pierce import at_corners, pierce
 from craftmesh.insertion.regions import labels_of_regions, regions_of
 from craftmesh.insertion.sheet import Sheet, sheet_of
 from craftmesh.insertion.snap import local_sizes, prepared, snap_to_crack, taken_at_box_edges
@@ -78,17 +73,16 @@ def insert_crack(
             reports.append(numbers)
             continue
         least = least_length(_ends(sheet, box), target, sizing)
-        sheet = ending_on_faces(sheet, box, least, only_whole=True)
-        refuse_along_faces(sheet, box, least)
+        refuse_near_faces(sheet, box, least)
         parts = heights_of(sheet, box)
-        held = seam_ends(sheet, parts)
+        held = seam_ends(parts)
         for part in parts:
             given = Given(part, box, least, held)
             surface, numbers = _with_part(surface, given, target, options, progress)
             reports.append(numbers)
         if len(parts) > 1:
             fronts = fronts_of(before, crack)
-            surface, reports[-1] = _as_one(surface, fronts, least, reports[-1])
+            reports[-1] = _as_one(surface, fronts, least, reports[-1])
     progress(1.0, "done")
     return surface, _total(reports)
 
@@ -105,16 +99,15 @@ def _total(reports: list[dict[str, int | float]]) -> dict[str, int | float]:
 
 def _as_one(
     surface: Surface, fronts: Fronts, least: float, last: dict[str, int | float]
-) -> tuple[Surface, dict[str, int | float]]:
-    """Return the surface with a sheet's parts as one crack, and the last part's numbers for all of it.
+) -> dict[str, int | float]:
+    """Return the last part's numbers for all of a sheet whose parts are in the surface.
 
     Raises CraftmeshError where its front is far off the given ones.
     """
-    surface = without_fins(surface, fronts, least)
     places, times = misfit_of_fronts(surface, fronts, least)
     refuse_gross(places, times)
     numbers = numbers_of(surface, int(last["crack_facets_outside_material"]))
-    return surface, last | numbers | {"crack_off_times": max(times, last["crack_off_times"])}
+    return last | numbers | {"crack_off_times": max(times, last["crack_off_times"])}
 
 
 def _with_part(
@@ -127,7 +120,7 @@ def _with_part(
     """Return the surface with a part of a crack in it."""
     sheet, least = sheet_of(given.crack, surface.box, given.held), given.least
     best = soundest(
-        prepared(surface, sheet, given.least),
+        prepared(surface, sheet),
         sheet,
         given,
         options,
@@ -148,10 +141,14 @@ def _inserted(
 ) -> Inserted:
     """Return the surface with the crack in it; its facets may meet others."""
     progress(0.0, "cut")
-    creases = creases_of(sheet, least)
-    cut = _cut(cut, sheet, creases, least, options)
+    cut = taken_at_box_edges(snap_to_crack(cut, sheet, options), sheet, least, options)
+    cut = with_phi(cut_along(cut, sheet), sheet)
+    if sheet.planar:
+        cut = at_corners(cut, sheet)
+    else:
+        cut = with_phi(follow_traces(cut, sheet, least, options), sheet)
     progress(0.3, "front")
-    cut = snap_to_front(onto_corners(cut, sheet, options), sheet, creases, target, options)
+    cut = snap_to_front(cut, sheet, target, options)
     cut = pierce(cut, sheet)
     cut = settle_front(cut, sheet, options)
     for _ in range(SPREADS):
@@ -164,18 +161,6 @@ def _inserted(
     cut, triangles, fixed = with_patch(cut, sheet, front, traces, target, least)
     progress(0.8, "grains")
     return _assembled(cut, sheet, triangles, fixed)
-
-
-def _cut(
-    cut: CutSurface, sheet: Sheet, creases: Creases, least: float, options: InsertOptions
-) -> CutSurface:
-    """Return the surface with all its facets cut along the crack, points near by moved onto it."""
-    cut = taken_at_box_edges(snap_to_crack(cut, sheet, options), sheet, least, options)
-    if sheet.planar:
-        return with_phi(cut_along(cut, sheet), sheet)
-    cut = with_phi(cut_along(cut, sheet), sheet)
-    cut = with_phi(kink_traces(cut, sheet, creases, least, options), sheet)
-    return with_phi(follow_traces(cut, sheet, least, options), sheet)
 
 
 def target_of(surface: Surface, sizing: Lengths | None) -> SizeAt:

@@ -7,16 +7,17 @@ import numpy as np
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.cracks.within_box import area_off, area_within, segments_of
 from craftmesh.insertion.cut import CutSurface
-from craftmesh.insertion.fins import Fronts
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges, front_of
+from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.measure import distances_and_sides, total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import CRACK, Crack, Surface
 
-# Of the least length, that facets and nodes of the front may be off: the promise of both ways of insertion.
-FACETS_OFF, FRONT_OFF = 0.05, 0.02
+# Of the least length, that facets and nodes of the front may be off the given crack. A measured crack is
+# known no better than to some 0.15 edges; K is found along the front.
+FACETS_OFF, FRONT_OFF = 0.15, 0.02
 MARGIN = 0.95  # of FACETS_OFF and FRONT_OFF: what a cut has to keep, for gradation moves points too
 
 
@@ -80,11 +81,30 @@ class Given:
         return np.linalg.norm(self.look.nearest_on_front(places) - places, axis=1)
 
 
+class Fronts(NamedTuple):
+    """All that is front of a surface once a crack is in it: edges (k, 2) between points (n, 3)."""
+
+    points: np.ndarray
+    edges: np.ndarray
+
+
+def fronts_of(surface: Surface, crack: Crack) -> Fronts:
+    """Return the fronts of a crack, and of those that are in the surface before it comes in."""
+    there = front_edges(surface) + len(crack.points)
+    points = np.concatenate([crack.points, surface.points])
+    return Fronts(points, np.concatenate([crack.front_edges, there]))
+
+
 def misfit_of_fronts(surface: Surface, fronts: Fronts, least: float) -> Misfit:
     """Return where nodes of all fronts in a surface are off the given ones; least as in Given."""
     nodes = surface.points[np.unique(front_edges(surface))]
-    times = fronts.off(nodes) / (MARGIN * FRONT_OFF * least)
-    return Misfit(nodes[times > 1], float(times.max(initial=0.0)))
+    if not len(nodes):
+        return Misfit(nodes, 0.0)
+    off = np.full(len(nodes), np.inf)
+    if len(fronts.edges):
+        off = np.linalg.norm(nearest_on_edges(nodes, fronts.points, fronts.edges) - nodes, axis=1)
+    times = off / (MARGIN * FRONT_OFF * least)
+    return Misfit(nodes[times > 1], float(times.max()))
 
 
 def fills_box(surface: Surface) -> bool:

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from craftmesh.insertion.creases import Creases
 from craftmesh.insertion.cut import CutSurface, SizeAt
 from craftmesh.insertion.guarded_move import guarded_move, settled
 from craftmesh.insertion.options import InsertOptions
@@ -14,21 +13,14 @@ from craftmesh.insertion.snap import box_planes, classes, leaves_crack
 
 LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
 LEAST_GAP = 0.55  # of the target size: pierce points nearer than this are pushed apart along the front
-ON_CREASE = 1e-6  # of the target size: a point this near a crease is on it
-# Of the target size: the front takes points on creases from this near only. With its usual reach a mouth
-# lost its kink 0.15 l_min from the front, and a facet was 0.06 off.
-OFF_CREASE = 0.05
 SWEEPS = 30  # that push crowded pierce points apart, at most
 IN_PLANE = 1e-6  # of the model: the end of a front this near a point's box plane lies in it
 
 
-def snap_to_front(
-    surface: CutSurface, sheet: Sheet, creases: Creases, target: SizeAt, options: InsertOptions
-) -> CutSurface:
+def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions) -> CutSurface:
     """Move trace points near the front onto it, along the crack; box points to the front's end.
 
-    Points of a crack that was inserted before stay where they would leave that, and those on one of the
-    creases where their trace would lose its kink.
+    Points of a crack that was inserted before stay where they would leave that.
     """
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero(
@@ -37,18 +29,14 @@ def snap_to_front(
     if not len(rows) or not sheet.rim.curves:
         return surface
     junctions, planes = classes(surface)
-    size = target(surface.points[rows])
-    reach = options.snap_front * np.minimum(surface.size[rows], size)
+    reach = options.snap_front * np.minimum(surface.size[rows], target(surface.points[rows]))
     reach[junctions.degree[rows] == 2] *= LINE_SHARE
     reach[junctions.degree[rows] > 2] = 0.0
-    uv = sheet.uv(surface.points[rows])
-    foot, _, _ = sheet.rim.nearest_front(uv)
+    foot, _, _ = sheet.rim.nearest_front(sheet.uv(surface.points[rows]))
     targets = sheet.lift(foot)
     on_box = np.flatnonzero(planes[rows].any(axis=1))
     targets[on_box] = _front_ends(surface.points[rows[on_box]], planes[rows[on_box]], sheet)
     reach[on_box] *= 2
-    on_crease = creases.distance(uv) < ON_CREASE * size
-    reach[on_crease] = np.minimum(reach, OFF_CREASE * size)[on_crease]
     with np.errstate(invalid="ignore"):
         chosen = np.linalg.norm(targets - surface.points[rows], axis=1) < reach
         chosen &= ~leaves_crack(surface, rows, targets)

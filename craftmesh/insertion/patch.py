@@ -130,31 +130,6 @@ def _add_missing(patch: Planar, segments: np.ndarray, loose: np.ndarray) -> None
         _fix_edge(patch, a, b)
 
 
-def add_lines(patch: Planar, uv: np.ndarray, edges: np.ndarray) -> tuple[Planar, np.ndarray]:
-    """Return the patch with points uv (n, 2) in it, and which of the edges (k, 2) are its own now, fixed.
-
-    The new points lie inside and follow the old ones. An edge that another fixed one crosses is left out.
-    """
-    first = int(patch.used[0])
-    patch = _with_room(patch, len(uv))
-    patch.uv[first:] = uv
-    patch.used[0] += len(uv)
-    _add_missing(patch, np.zeros((0, 2), np.int64), first + np.arange(len(uv)))
-    made = []
-    for a, b in edges.tolist():
-        if planar.recover_edge(patch, a, b):
-            _fix_edge(patch, a, b)
-            made.append((a, b))
-    return patch, np.array(made, np.int64).reshape(-1, 2)
-
-
-def loosen(patch: Planar, edges: np.ndarray) -> None:
-    """Let go the edges (k, 2) of the patch, as far as they are its own."""
-    stride = np.array([len(patch.uv), 1])
-    mine = np.isin(np.sort(facet_edges(patch.triangles), axis=1) @ stride, np.sort(edges, axis=1) @ stride)
-    patch.fixed[: patch.used[1]] &= ~mine.reshape(-1, 3)
-
-
 def _fix_edge(patch: Planar, a: int, b: int) -> None:
     following = np.roll(patch.triangles, -1, axis=1)
     along = (patch.triangles == a) & (following == b) | (patch.triangles == b) & (following == a)

@@ -6,7 +6,16 @@ import numpy as np
 import shapely
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.insertion.cut import CutSurface, edge_lengths, split_edges, trace_edges, with_phi
+from craftmesh.insertion.cut import (
+    CutSurface,
+    edge_lengths,
+    feet_on_edges,
+    flat_facets,
+    split_edges,
+    split_facet,
+    trace_edges,
+    with_phi,
+)
 from craftmesh.insertion.sheet import Sheet
 
 # Chosen by hand. TOUCHING and END bound how far a node may be off the given front and its end.
@@ -16,6 +25,40 @@ AT_END = 1e-9  # of the local size: a crossing this near the end of its edge, of
 SLACK = 1.0001  # an edge shorter than the distances of its ends from the front misses it; and some rounding
 GRAZING = 0.05  # sine of the angle below which an edge between two front points does not cross the front
 END = 0.3  # of the size: a pierce point this near the end of a front is its end
+
+
+def at_corners(surface: CutSurface, sheet: Sheet) -> CutSurface:
+    """Return the surface with front points at corners of fronts in facets that lie in the crack.
+
+    Without them edges of those facets go round a corner on and on: each that is split where it crosses the
+    front leaves another that does.
+    """
+    for front in range(len(sheet.rim.curves)):
+        for corner in sheet.rim.on_front(front, sheet.rim.corners(front)):
+            surface = _at_corner(surface, sheet, corner)
+    return surface
+
+
+def _at_corner(surface: CutSurface, sheet: Sheet, corner: np.ndarray) -> CutSurface:
+    rows = flat_facets(surface)
+    uv = sheet.uv(surface.points[surface.facets[rows].ravel()]).reshape(-1, 3, 2)
+    within = np.flatnonzero(shapely.intersects_xy(shapely.polygons(uv), *corner))
+    if not len(within):
+        return surface
+    row, place = int(rows[within[0]]), sheet.lift(corner[None])
+    ids = surface.facets[row].astype(np.int64)
+    edges = np.sort(np.column_stack([ids, np.roll(ids, -1)]), axis=1)
+    to_points = np.linalg.norm(surface.points[ids] - place, axis=1)
+    to_edges, _ = feet_on_edges(surface, edges, place)
+    near, point = TOUCHING * surface.size[ids].mean(), np.array([len(surface.points)])
+    if to_points.min() <= near:
+        point = ids[[to_points.argmin()]]
+    elif to_edges.min() <= near:
+        edge = edges[[to_edges.argmin()]]
+        surface = split_edges(surface, edge, place, surface.size[edge].mean(axis=1))
+    else:
+        surface = split_facet(surface, row, place)
+    return with_front_points(surface, sheet, point)
 
 
 def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:

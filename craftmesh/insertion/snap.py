@@ -17,13 +17,9 @@ from craftmesh.types import CRACK, Surface
 
 REACH = 3  # longest edges: only points this near the crack get an offset from it
 ON = 1e-9  # of the local size: points this near the crack are on it
-# Of the least length: a crack passes through edges of the box from this near. A penny 0 to 0.009 l_min from
-# one had 21 flat tets beside its mouth, now none; fronts have to be within 0.02.
-AT_EDGE = 0.015
-ACROSS = 0.05  # cosine of the angles between the crack's normal and the faces at such an edge
 
 
-def prepared(surface: Surface, sheet: Sheet, least: float) -> CutSurface:
+def prepared(surface: Surface, sheet: Sheet) -> CutSurface:
     """Return the surface with psi near the crack, exactly 0 where a point counts as on it."""
     uv = sheet.uv(surface.points)
     size, longest = local_sizes(surface)
@@ -36,25 +32,7 @@ def prepared(surface: Surface, sheet: Sheet, least: float) -> CutSurface:
     psi = np.full(len(surface.points), np.nan)
     psi[rows] = sheet.offset(surface.points[rows])
     psi[rows[np.abs(psi[rows]) <= ON * size[rows]]] = 0.0
-    psi[_on_passed_edges(surface, sheet, rows, AT_EDGE * least)] = 0.0
     return replace(uncut(surface), psi=psi, size=size)
-
-
-def _on_passed_edges(surface: Surface, sheet: Sheet, rows: np.ndarray, near: float) -> np.ndarray:
-    """Return which of the points `rows` (k,) are on edges of the box that the crack passes this near.
-
-    There it comes from the inside of the box; a crack that cuts off the edge has it on one side.
-    """
-    held = held_by_box(surface)[rows]
-    rows, held = rows[held.sum(axis=1) > 1], held[held.sum(axis=1) > 1]
-    points = surface.points[rows]
-    gradient = sheet.gradient(points)
-    steepness = np.linalg.norm(gradient, axis=1)
-    outward = (
-        np.where(held, gradient * np.sign(points - surface.box.mean(axis=0)), 0.0) / steepness[:, None]
-    )
-    passed = (outward.max(axis=1) > ACROSS) & (outward.min(axis=1) < -ACROSS)
-    return rows[passed & (np.abs(sheet.offset(points)) <= near * steepness)]
 
 
 def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:

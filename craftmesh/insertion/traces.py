@@ -1,8 +1,5 @@
 """Trace edges that leave a curved crack are split, the new points moved onto it in their boundary."""
 
-from collections.abc import Callable
-from typing import NamedTuple
-
 import numpy as np
 
 from craftmesh.insertion.cut import CutSurface, split_edges
@@ -20,97 +17,70 @@ OFF = 0.03  # of the least length: trace edges farther off the crack are split
 # Of the least length: so are those on a face of the box that are farther beside the crack's mouth there. At
 # 12 degrees to a face OFF alone is 0.15 beside it, and a small crack had 0.58 % too little area, now 0.39.
 BESIDE = 0.04
-SHORTEST = 0.35  # of the least length: no trace edge is halved into shorter ones
+SHORTEST = 0.15  # of the least length: no trace edge is split into shorter ones
 FARTHEST = 0.3  # of an edge's length: its new point moves onto the crack by at most this much
-ROUNDS = 6  # of splitting trace edges, and as many of giving up those whose new point cannot move
+FARTHEST_ON_BOX = 1.0  # the same in a face of the box, which cannot move to it: kinks of mouths are sharp
+ROUNDS = 12  # of splitting trace edges, or giving up those whose new point cannot move
 CONTACT = 0.1  # of the least length: nearer than this, a boundary along the crack is moved onto it
 GRAZING = 0.25  # of the way within the boundary: where the crack is nearer than this, the two graze
 
 
-class Splits(NamedTuple):
-    """Trace edges (k, 2) to be split, where along them (k,), and places (k, 3) for their new points."""
+def follow_traces(surface: CutSurface, sheet: Sheet, least: float, options: InsertOptions) -> CutSurface:
+    """Split the trace edges that are too far off the crack where they are farthest, the new points on it.
 
-    edges: np.ndarray
-    share: np.ndarray
-    targets: np.ndarray
-
-    def at(self, rows: np.ndarray) -> "Splits":
-        return Splits(self.edges[rows], self.share[rows], self.targets[rows])
-
-
-def split_traces(
-    surface: CutSurface,
-    sheet: Sheet,
-    find: Callable[[CutSurface], Splits],
-    settle: Callable[[CutSurface, np.ndarray, np.ndarray], tuple[CutSurface, np.ndarray]],
-    prepare: Callable[[CutSurface, Splits], CutSurface] = lambda surface, _: surface,
-) -> CutSurface:
-    """Split the trace edges that `find` names, round after round, their new points moved to the places.
-
-    settle(surface, rows, targets) moves them and returns which rows are left behind. Where one is, or where
-    its new trace edges would cross others, the edge is given back and not split again. prepare(surface,
-    splits) may make room before a round.
+    These move within their boundary. Where one cannot soundly, or its new trace edges would cross others,
+    the edge is given back and not split again. least: the least target length.
     """
     refused = np.zeros((0, 2), np.int64)
-    for _ in range(2 * ROUNDS):
-        wanted = find(surface)
+    for _ in range(ROUNDS):
+        edges, share, targets = _too_far_off(surface, sheet, least)
         stride = np.array([len(surface.points) + 1, 1])
-        wanted = wanted.at(~np.isin(wanted.edges @ stride, refused @ stride))
-        edges = wanted.edges
+        wanted = ~np.isin(edges @ stride, refused @ stride)
+        edges, share, targets = edges[wanted], share[wanted], targets[wanted]
         if not len(edges):
             break
-        surface = prepare(surface, wanted)
-        start, end = surface.points[edges[:, 0]], surface.points[edges[:, 1]]
-        chord = start + wanted.share[:, None] * (end - start)
-        split = split_edges(surface, edges, chord, surface.size[edges].mean(axis=1))
+        start, end = surface.points[edges].transpose(1, 0, 2)
+        places, size = start + share[:, None] * (end - start), surface.size[edges].mean(axis=1)
         rows = len(surface.points) + np.arange(len(edges))
-        split, left = settle(split, rows, wanted.targets)
+        split, left = settled(split_edges(surface, edges, places, size), rows, targets, options)
         stuck = np.isin(rows, left) | np.isin(rows, crossing_at(split, sheet, rows))
-        if stuck.any():
-            refused = np.concatenate([refused, edges[stuck]])
-            continue
-        surface = split
+        refused = np.concatenate([refused, edges[stuck]])
+        if not stuck.any():
+            surface = split
     return surface
 
 
-def follow_traces(surface: CutSurface, sheet: Sheet, least: float, options: InsertOptions) -> CutSurface:
-    """Halve the trace edges that are too far off the crack, their middles moved onto it in their boundary.
-
-    A middle that cannot be moved soundly is not made. least: the least target length.
-    """
-    return split_traces(
-        surface,
-        sheet,
-        lambda now: _too_far_off(now, sheet, least),
-        lambda now, rows, targets: settled(now, rows, targets, options, at_last=False),
-    )
-
-
-def _too_far_off(surface: CutSurface, sheet: Sheet, least: float) -> Splits:
-    """Return the trace edges to be halved, with places on the crack near their middles."""
-    edges, normals, held = edges_in_walls(surface)
+def _too_far_off(
+    surface: CutSurface, sheet: Sheet, least: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the trace edges (k, 2) to be split, where along them (k,), and places (k, 3) on the crack."""
+    edges, normals, held = _edges_in_walls(surface)
     start, step = surface.points[edges[:, 0]], np.diff(surface.points[edges], axis=1)[:, 0]
     length = np.linalg.norm(step, axis=1)
     long = np.flatnonzero(length > 2 * SHORTEST * least)
     edges, normals, start, step, length = (x[long] for x in (edges, normals, start, step, length))
     held = held[long]
     places = (start[:, None] + SAMPLES[None, :, None] * step[:, None]).reshape(-1, 3)
-    off, beside = _distances(sheet, places, np.repeat(normals, len(SAMPLES), axis=0))
-    off, beside = (x.reshape(-1, len(SAMPLES)).max(axis=1) for x in (off, beside))
-    far = np.flatnonzero((off > OFF * least) | (held & (beside > BESIDE * least)))
-    across = np.cross(normals[far], step[far])
-    across *= FARTHEST * length[far, None] / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
-    middle = start[far] + step[far] / 2
-    targets = sheet.nearest_crossing(middle, across)
-    ahead = sheet.gradient(middle)
+    normals = np.repeat(normals, len(SAMPLES), axis=0)
+    off, beside = (x.reshape(-1, len(SAMPLES)) for x in _distances(sheet, places, normals))
+    times = np.maximum(off / OFF, np.where(held[:, None], beside / BESIDE, 0.0)) / least
+    far = np.flatnonzero(times.max(axis=1) > 1)
+    least_share = SHORTEST * least / length[far]
+    share = np.clip(SAMPLES[times[far].argmax(axis=1)], least_share, 1 - least_share)
+    place = start[far] + share[:, None] * step[far]
+    across = np.cross(normals[:: len(SAMPLES)][far], step[far])
+    reach = np.where(held, FARTHEST_ON_BOX, FARTHEST)[far] * length[far]
+    across *= (reach / np.maximum(np.linalg.norm(across, axis=1), 1e-300))[:, None]
+    targets = sheet.nearest_crossing(place, across)
+    ahead = sheet.gradient(place)
     ahead *= CONTACT * least / np.linalg.norm(ahead, axis=1)[:, None]
-    straight = sheet.nearest_crossing(middle, ahead)
-    way, shorter = (np.linalg.norm(place - middle, axis=1) for place in (targets, straight))
+    straight = sheet.nearest_crossing(place, ahead)
+    way, shorter = (np.linalg.norm(target - place, axis=1) for target in (targets, straight))
     with np.errstate(invalid="ignore"):
         grazing = ~held[far] & np.isfinite(shorter) & ~(GRAZING * way < shorter)
     targets[grazing] = straight[grazing]
     found = np.isfinite(targets).all(axis=1)
-    return Splits(edges[far[found]], np.full(int(found.sum()), 0.5), targets[found])
+    return edges[far[found]], share[found], targets[found]
 
 
 def _distances(sheet: Sheet, places: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -121,7 +91,7 @@ def _distances(sheet: Sheet, places: np.ndarray, normals: np.ndarray) -> tuple[n
     return psi / np.linalg.norm(gradient, axis=1), psi / np.maximum(np.linalg.norm(in_wall, axis=1), 1e-300)
 
 
-def edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _edges_in_walls(surface: CutSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the trace edges (k, 2) with an end inside the front in one boundary, box plane or triple line.
 
     And the boundary's normal (k, 3) there, zero for triple lines, which move straight onto the crack alone,

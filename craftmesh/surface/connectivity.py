@@ -37,12 +37,6 @@ def edge_sides(of_corner: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, n
     return order[start], order[start + 1]
 
 
-def beside_edges(values: np.ndarray, side: np.ndarray) -> np.ndarray:
-    """Return, of values (m, 3) at triangles' edges, those (k, 2) beside the edges `side`, 3 t + i each."""
-    t, i = side // 3, side % 3
-    return np.stack([values[t, (i + 1) % 3], values[t, (i + 2) % 3]], axis=1)
-
-
 def pieces(facets: np.ndarray) -> np.ndarray:
     """Return the number (m,) of the piece that each facet (m, 3) belongs to, joined across edges.
 

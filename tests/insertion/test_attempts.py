@@ -10,8 +10,7 @@ from structured_box import structured_box
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.cracks.within_box import AREA_OFF
 from craftmesh.errors import CraftmeshError
-from craftmesh.insertion import attempts
-from craftmesh.insertion.attempts import CHOICES, soundest
+from craftmesh.insertion.attempts import ATTEMPTS, soundest
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.misfit import FACETS_OFF, FRONT_OFF, Given, Inserted
 from craftmesh.insertion.options import InsertOptions
@@ -106,7 +105,7 @@ def attempts_at(model, crack, given, results):
         return result
 
     options = InsertOptions()
-    return soundest(prepared(model, sheet, L_MIN), sheet, given, options, insert), asked
+    return soundest(prepared(model, sheet), sheet, given, options, insert), asked
 
 
 def test_a_sound_crack_takes_one_attempt(model, crack, given, made):
@@ -132,40 +131,17 @@ def test_a_crack_that_does_not_come_in_is_tried_with_other_choices(model, crack,
     assert len({(options.snap, options.snap_front) for options in asked}) == len(asked) == 3
 
 
-def test_what_comes_in_by_no_choice_is_refused_with_what_the_first_said(model, crack, given):
+def test_what_comes_in_by_no_choice_is_refused_with_what_the_last_said(model, crack, given):
     asked = []
 
     def refused(_, options):
         asked.append((options.snap, options.snap_front))
-        raise CraftmeshError("the first" if len(asked) == 1 else "another")
+        raise CraftmeshError("the last" if len(asked) == ATTEMPTS else "another")
 
     sheet = sheet_of(crack, BOX)
-    with pytest.raises(CraftmeshError, match="the first"):
-        soundest(prepared(model, sheet, L_MIN), sheet, given, InsertOptions(), refused)
-    assert len(set(asked)) == len(asked) == len(set(CHOICES))
-
-
-def test_of_attempts_that_are_all_off_the_first_stays_unless_another_is_much_nearer(
-    model, crack, given, made
-):
-    far, hardly, nearer = (made._replace(hidden=n * AREA_OFF * given.area) for n in (10.0, 9.5, 4.0))
-    best, asked = attempts_at(model, crack, given, [far, hardly])
-    assert best.made is far
-    assert len(asked) == len(CHOICES)
-    assert attempts_at(model, crack, given, [far, nearer, hardly])[0].made is nearer
-
-
-def test_facets_that_meet_others_and_get_no_smaller_are_tried_with_other_choices(
-    model, crack, given, made, monkeypatch
-):
-    monkeypatch.setattr(attempts, "split_near", lambda cut, sheet, places, shortest: cut)
-    inner = np.setdiff1d(made.surface.facets[made.own], front_edges(made.surface))
-    deep = inner[np.argmin(np.linalg.norm(made.surface.points[inner] - [4, 6, 4], axis=1))]
-    crossed = with_point_moved(made, deep, np.array([1.5, 0.0, 0.3]))
-    assert len(attempts.crack_intersections(crossed.surface))
-    best, asked = attempts_at(model, crack, given, [crossed, crossed, made])
-    assert best.made is made
-    assert len({(options.snap, options.snap_front) for options in asked}) == len(asked) == 3
+    with pytest.raises(CraftmeshError, match="the last"):
+        soundest(prepared(model, sheet), sheet, given, InsertOptions(), refused)
+    assert len(set(asked)) == len(asked) == ATTEMPTS
 
 
 def test_a_crack_that_is_far_off_in_every_attempt_is_refused_with_the_place(model, crack, given, made):
@@ -174,3 +150,9 @@ def test_a_crack_that_is_far_off_in_every_attempt_is_refused_with_the_place(mode
         CraftmeshError, match=r"near \[.*\] what is in the mesh would be \d+ times farther off"
     ):
         attempts_at(model, crack, given, [far])
+
+
+def test_of_attempts_that_are_all_off_the_nearest_is_taken(model, crack, given, made):
+    far, nearer = (made._replace(hidden=n * AREA_OFF * given.area) for n in (9.0, 4.0))
+    best, asked = attempts_at(model, crack, given, [far, nearer, far])
+    assert best.made is nearer and len(asked) == ATTEMPTS

@@ -15,7 +15,6 @@ from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.growth.grow import grow
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
-from craftmesh.insertion.creases import creases_of
 from craftmesh.insertion.cut import uncut
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.onto_front import snap_to_front
@@ -197,8 +196,7 @@ def test_points_near_the_rim_of_a_crack_without_a_front_stay():
     sheet = sheet_of(crack, box)
     cut = replace(uncut(model), phi=np.zeros(len(model.points)), size=np.ones(len(model.points)))
     assert not sheet.rim.curves
-    creases, options = creases_of(sheet, 0.5), InsertOptions()
-    assert snap_to_front(cut, sheet, creases, lambda places: np.ones(len(places)), options) is cut
+    assert snap_to_front(cut, sheet, lambda places: np.ones(len(places)), InsertOptions()) is cut
 
 
 @pytest.mark.parametrize("kink", [25.0, 45.0])

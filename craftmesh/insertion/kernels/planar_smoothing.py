@@ -49,18 +49,3 @@ def smooth_in_plane(uv, corners, start, owner, movable):
         after = _worst_shape(uv, corners, around)
         if after < before and after < GOOD:
             uv[point, 0], uv[point, 1] = old_u, old_v
-
-
-@lean_kernel
-def move_in_plane(uv, corners, start, owner, movable, targets, least):
-    """Move points to targets (k, 2) where no triangle around them gets a shape below `least`.
-
-    start (n + 1,), owner: the triangles around each point in compressed rows; movable (k,): points to move.
-    """
-    for k in range(len(movable)):
-        point = movable[k]
-        around = owner[start[point] : start[point + 1]]
-        old_u, old_v = uv[point, 0], uv[point, 1]
-        uv[point, 0], uv[point, 1] = targets[k, 0], targets[k, 1]
-        if _worst_shape(uv, corners, around) < least:
-            uv[point, 0], uv[point, 1] = old_u, old_v
