@@ -114,22 +114,15 @@ def data_file(header: Path, key: str, name: str) -> Path:
     return other
 
 
-class _Listener(logging.Handler):
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
-        self.said: list[str] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self.said.append(record.getMessage())
-
-
 @contextmanager
 def heard(library: str) -> Iterator[list[str]]:
     """Yield the list that gets the warnings and errors which a library logs within."""
-    listener = _Listener()
+    said: list[str] = []
+    listener = logging.Handler(logging.WARNING)
+    listener.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]
     logger = logging.getLogger(library)
     logger.addHandler(listener)
     try:
-        yield listener.said
+        yield said
     finally:
         logger.removeHandler(listener)

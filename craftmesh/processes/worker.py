@@ -166,7 +166,8 @@ def run_tasks(job: Job, tasks: Sequence[tuple[float, Any]], listener: Listener, 
     try:
         pool.run(min(max(workers, 1), len(tasks)))
     finally:
-        pool.close()
+        for worker in pool.staff:
+            worker.kill()
 
 
 class _Pool:
@@ -184,20 +185,12 @@ class _Pool:
         for _ in range(workers):
             self.staff.append(Worker(self.job))
         while self.queue or any(worker.key for worker in self.staff):
-            self._hand_out()
+            for worker in self.staff:  # the costliest tasks first
+                if worker.is_ready and worker.key is None and self.queue:
+                    key = heapq.heappop(self.queue)
+                    worker.start(key, self.current[key[1]])
             for index, kind, value in self._hear():
                 self._take(index, kind, value)
-
-    def close(self) -> None:
-        for worker in self.staff:
-            worker.kill()
-
-    def _hand_out(self) -> None:
-        """Give idle workers the costliest tasks."""
-        for worker in self.staff:
-            if worker.is_ready and worker.key is None and self.queue:
-                key = heapq.heappop(self.queue)
-                worker.start(key, self.current[key[1]])
 
     def _hear(self) -> list[tuple[int, str, Any]]:
         """Wait until a worker speaks or runs out of time; return (index, kind, value) of those workers."""

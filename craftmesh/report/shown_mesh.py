@@ -109,7 +109,7 @@ def _below(
     below = height < 0
     corners = points[lip] - centre
     near = np.flatnonzero(np.abs(height) <= np.abs(corners @ normal).max(initial=0))
-    if len(near):
+    if len(near) and len(lip):
         across = frame_along(normal, np.eye(3)[np.abs(normal).argmin()])[:2].T
         middle, slope = corners.mean(axis=1), _slopes(points, lip, normal, across)
         away, nearest = cKDTree(middle @ across).query((places[near] - centre) @ across)
