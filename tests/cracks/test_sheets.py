@@ -59,19 +59,16 @@ def test_triangles_turned_at_random_are_turned_alike():
     assert (area_vectors(crack.points, crack.triangles)[:, 2] > 0).all()
 
 
-def test_a_folded_sheet_is_refused_with_its_place_but_not_for_what_lies_far_outside():
+def test_a_sheet_folded_flat_is_refused_with_its_place_and_one_that_turns_smoothly_is_not():
     points, triangles = kinked(4.0, 2.0, 170)
     with pytest.raises(CraftmeshError, match=r"folded near \[.*stands at 85 degrees"):
         crack_from_triangles(points, triangles, None, BOX)
     uv, triangles = grid(np.linspace(0, 60, 61), np.linspace(2, 8, 7))
-    turn = np.clip((uv[:, 0] - 30) / 5, 0, np.pi)  # a half turn far outside, and back over itself
+    turn = np.clip((uv[:, 0] - 30) / 5, 0, np.pi)  # a smooth half turn, and back over itself
     x = np.minimum(uv[:, 0], 30) + 5 * np.sin(turn) - np.maximum(uv[:, 0] - 30 - 5 * np.pi, 0)
     points = np.stack([x, uv[:, 1], 5 + 5 * (1 - np.cos(turn))], axis=1)
     crack = crack_from_triangles(points + [4.0, 0, 0], triangles, None, BOX)
     assert len(crack.fronts) == 1
-    assert crack.points[:, 0].max() < 20
-    with pytest.raises(CraftmeshError, match="folded near"):
-        crack_from_triangles(points + [4.0, 0, 0], triangles, None, BOX * [4, 1, 2])
 
 
 def test_slivers_with_normals_of_their_own_are_flipped_away_or_dropped():
