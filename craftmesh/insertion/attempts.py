@@ -38,8 +38,9 @@ def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: flo
     return result
 
 
-# Each later one with smaller facets where the one before is unsound, and half of its snap and snap_front.
-ATTEMPTS = 3
+# Each later one has smaller facets where the one before is unsound; where they are as small as they get, or no
+# crack came in, it has half of snap and snap_front. A wavy crack along a boundary needs six.
+ATTEMPTS = 8
 # Times farther off the given crack than it may be, from which one is refused. A crack that had lost all of
 # itself beyond a boundary was 400.
 GROSS = 10.0
@@ -79,7 +80,10 @@ def soundest(
             best = attempt if best is None else min(best, attempt, key=lambda one: one.times)
             if best.times <= 1:
                 return best
-            cut = split_near(cut, sheet, attempt.places, given.least)
+            finer = split_near(cut, sheet, attempt.places, given.least)
+            if len(finer.points) > len(cut.points):
+                cut = finer
+                continue
         options = replace(options, snap=options.snap / 2, snap_front=options.snap_front / 2)
     if best is None:
         raise refusal

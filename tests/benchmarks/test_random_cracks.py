@@ -244,7 +244,7 @@ def test_a_plain_penny_is_without_fault_and_each_fault_is_found(meshed):
 
     lifted = deck.points.copy()
     lip = np.setdiff1d(deck.triangles("CRACK_LIP_A"), nodes)
-    lifted[lip[len(lip) // 2]] += 0.1 * case.sizes.l_min * np.array([0, 0, 1])
+    lifted[lip[len(lip) // 2]] += 0.2 * case.sizes.l_min * np.array([0, 0, 1])
     found = verdict.faults_of(row_of(case, made, replace(deck, points=lifted)))
     assert {"crack nodes", "conformity"} <= set(found)
 
