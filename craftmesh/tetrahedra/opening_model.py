@@ -11,21 +11,11 @@ from craftmesh.mesh.shape_measures import shape_measures
 from craftmesh.mesh.tet_connectivity import tet_edges, touching
 from craftmesh.surface.measure import mean_edges, side_volumes, volume_drift
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
-from craftmesh.tetrahedra.kernels.tet_objective import (
-    FALL,
-    FAULTS,
-    GAIN,
-    OF_FLAT,
-    OF_POOR,
-    SOUND_FROM,
-    WORST,
-    Aim,
-)
-from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, WHOLE, WIDE, all_qualities
+from craftmesh.tetrahedra.kernels.tet_faults import OF_FLAT, OF_POOR, SOUND_FROM
+from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, WHOLE, WIDE, Aim, all_qualities
 from craftmesh.tetrahedra.kernels.tet_surface_moves import move_nodes
-from craftmesh.tetrahedra.optimise_tets import repaired_tets
+from craftmesh.tetrahedra.optimise_tets import new_state, repaired_tets
 from craftmesh.tetrahedra.surface_freedom import Freedom, freedom
-from craftmesh.tetrahedra.tet_state import new_state
 from craftmesh.tetrahedra.whole_mesh import Model, changed_inside
 from craftmesh.types import GrainTets, Surface
 
@@ -36,13 +26,15 @@ class Stage:
 
     reaches: nodes of the surface move by at most these parts of the mean edge at them, round by round, as
     long as there are such tets: what a small move opens is not opened by a large one. aim: what moves
-    better (`tet_objective`). drift: no move changes a volume by more than this part; nodes of one that has
-    changed by more stay.
+    raise, and how far (`tet_quality`); None: they lower what tets weigh (`tet_faults`). score: what tets
+    have after a contraction, 0 at the limits of flat and 1 at those of poor ones; None: nothing contracts.
+    drift: no move changes a volume by more than this part; nodes of one that has changed by more stay.
     """
 
     is_bad: Callable[[np.ndarray], np.ndarray]
     reaches: tuple[float, ...]
-    aim: Aim
+    aim: Aim | None
+    score: float | None
     drift: float = np.inf
 
 
@@ -70,15 +62,11 @@ def is_narrow(measures: np.ndarray) -> np.ndarray:
 
 
 def weighed_faults(measures: np.ndarray) -> float:
-    """Return the number of flat, poor, stretched and narrow tets, by their weights (`tet_objective`)."""
+    """Return the number of flat, poor, stretched and narrow tets, by their weights (`tet_faults`)."""
     flat, poor, stretched, narrow = (
         np.count_nonzero(is_bad(measures)) for is_bad in (is_flat, is_poor, is_stretched, is_narrow)
     )
     return OF_FLAT * flat + OF_POOR * poor + stretched + OF_NARROW * narrow
-
-
-def _worst(measure: int, floor: float) -> Aim:
-    return Aim(WORST, measure, floor, GAIN, 0.0)
 
 
 # Rounds go as far as the one before leaves such tets. Where edges grow from 0.5 to 15 in grains 8 across,
@@ -89,13 +77,18 @@ REACHES = (0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
 # long as it is had changed by 8 %.
 MOST_DRIFT = 0.05
 STAGES = (
-    Stage(is_flat, REACHES, _worst(FORM, POOR)),
-    Stage(is_poor, REACHES, _worst(FORM, POOR)),
-    Stage(is_stretched, REACHES, _worst(WHOLE, SOUND_FROM), MOST_DRIFT),
-    Stage(is_at_fault, REACHES, Aim(FAULTS, WHOLE, SOUND_FROM, FALL, 0.0), MOST_DRIFT),
-    # Small moves: of 1,470,000 tets one of 14.5 degrees was left, with all corners on the surface.
-    Stage(is_narrow, REACHES[:3], _worst(FORM, WIDE), 0.01),
+    Stage(is_flat, REACHES, Aim(FORM, POOR), 0.0),
+    Stage(is_poor, REACHES, Aim(FORM, POOR), 1.0),
+    Stage(is_stretched, REACHES, Aim(WHOLE, SOUND_FROM), None, MOST_DRIFT),
+    Stage(is_at_fault, REACHES, None, None, MOST_DRIFT),
 )
+# Last, small moves for narrow tets. Of 1,470,000 tets one of 14.5 degrees was left, with all corners on the
+# surface.
+AT_NARROW = Stage(is_narrow, REACHES[:3], Aim(FORM, WIDE), None, 0.01)
+# Before any moves: no score is enough but that of nodes that touch, which become one.
+JOINING = Stage(is_flat, (), Aim(FORM, POOR), np.inf)
+
+
 # Sweeps over the nodes near a bad tet in a round.
 SWEEPS = 3
 
@@ -104,7 +97,8 @@ SWEEPS = 3
 class Opening:
     """A model while its surface gives way: the measures of its tets by grain, and what was done to it.
 
-    homes (n, 3): the surface's points at first; free: how they may move; changed: grains.
+    homes (n, 3): the surface's points at first; free: how they may move; changed: grains; contracted: how
+    many edges.
     """
 
     model: Model
@@ -112,6 +106,7 @@ class Opening:
     homes: np.ndarray
     free: Freedom
     changed: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    contracted: int = 0
 
     def bad(self, is_bad: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Return (m,) bool: the tets that are bad."""
@@ -145,13 +140,16 @@ class Opening:
         """Return the number of its flat, poor, stretched and narrow tets, by their weights."""
         return sum(weighed_faults(self.measures[one.grain]) for one in self.model.grain_tets)
 
-    def replaced(self, model: Model, grains: np.ndarray) -> "Opening":
+    def replaced(self, model: Model, grains: np.ndarray, contracted: int = 0) -> "Opening":
         """Return the opening with another model, whose tets differ in `grains` alone."""
+        same = model.surface.facets is self.model.surface.facets
         return replace(
             self,
             model=model,
+            free=self.free if same else freedom(model.surface),
             measures=_measures(model, self.measures, grains),
             changed=np.union1d(self.changed, grains),
+            contracted=self.contracted + contracted,
         )
 
 
@@ -181,9 +179,7 @@ def moved(now: Opening, reach: float, bad: np.ndarray, stage: Stage, held: set[i
     reach: the largest move of a surface point from its home, in mean edges.
     """
     points, grains = _moved_points(now, reach, bad, stage, held)
-    measure = None if stage.aim.objective == FAULTS else stage.aim.measure
-    change = partial(repaired_tets, measure=measure)
-    return now.replaced(changed_inside(now.model.moved(points), grains, change), grains)
+    return now.replaced(repaired(now.model.moved(points), grains, stage.aim), grains)
 
 
 def _moved_points(
@@ -197,7 +193,8 @@ def _moved_points(
     rows = np.flatnonzero(touching(tets, near))
     used, local = np.unique(tets[rows], return_inverse=True)
     state = new_state(points[used], local.reshape(-1, 4))
-    all_qualities(state.points, state.tets, state.counts[TETS], state.quality, stage.aim.measure)
+    goal = stage.aim or Aim(WHOLE, SOUND_FROM)
+    all_qualities(state.points, state.tets, state.counts[TETS], state.quality, goal.measure)
     outer = nodes < len(homes)
     home, steps, part = points[nodes], np.repeat(np.eye(3)[None], len(nodes), axis=0), np.ones(len(nodes))
     home[outer], steps[outer], part[outer] = homes[nodes[outer]], now.free.steps[nodes[outer]], reach
@@ -206,7 +203,7 @@ def _moved_points(
     valence = np.bincount(tets[rows].ravel(), minlength=len(points))[nodes]
     work, place = new_scratch(), np.searchsorted(used, nodes)
     for _ in range(SWEEPS):
-        if not move_nodes(state, place, home, furthest, steps, valence, stage.aim, work):
+        if not move_nodes(state, place, home, furthest, steps, valence, goal, stage.aim is None, work):
             break
     moved = points.copy()
     moved[used] = state.points[: len(used)]
@@ -221,3 +218,9 @@ def _nodes_near(tets: np.ndarray, bad: np.ndarray, mobile: np.ndarray) -> np.nda
     near[tets[touching(tets, near)].ravel()] = True
     near[: len(mobile)] &= mobile
     return np.flatnonzero(near)
+
+
+def repaired(model: Model, grains: np.ndarray, aim: Aim | None) -> Model:
+    """Return the model with the worst tets of `grains` by an aim repaired, the surface as it is."""
+    measure = None if aim is None else aim.measure
+    return changed_inside(model, grains, partial(repaired_tets, measure=measure))

@@ -50,6 +50,23 @@ class Model:
             [replace(one, interior=interior) for one, interior in zip(self.grain_tets, inner)],
         )
 
+    def changed(
+        self, surface: Surface, tets: np.ndarray, grain: np.ndarray, points: np.ndarray | None = None
+    ) -> "Model":
+        """Return the model with another surface, and with tets (k, 4) on its nodes.
+
+        grain (k,): that of each tet, of which none is left without. points (n, 3): all nodes, where the
+        surface has more of them.
+        """
+        points, count = self.points if points is None else points, len(surface.points)
+        result = []
+        for one in self.grain_tets:
+            own = tets[grain == one.grain]
+            used, local = np.unique(own, return_inverse=True)
+            inner = np.searchsorted(used, count)
+            result.append(GrainTets(one.grain, used[:inner], points[used[inner:]], local.reshape(-1, 4)))
+        return Model(surface, result)
+
 
 # What is done to the tets of a grain: of points (n, 3), tets (m, 4), how many points lie on the surface,
 # crack facets inside (c, 3) and target lengths it makes points and tets; those on the surface, the first

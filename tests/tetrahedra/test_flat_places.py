@@ -14,7 +14,7 @@ from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.surface.measure import distances_and_sides
 from craftmesh.tetrahedra import flat_places, opening_model
 from craftmesh.tetrahedra.flat_places import given_way
-from craftmesh.tetrahedra.opening_model import STAGES, Opening, begun, is_at_fault, is_narrow
+from craftmesh.tetrahedra.opening_model import AT_NARROW, STAGES, Opening, begun, is_at_fault, is_narrow
 from craftmesh.tetrahedra.surface_freedom import CRACK_REACH, freedom
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
@@ -131,12 +131,12 @@ def test_small_moves_open_narrow_tets():
     for at, step in ((PUSHED, 0.36), (PUSHED + [0, 1, 0], -0.36)):
         points[(points == at).all(axis=1), 1] += step
     before = begun(replace(surface, points=points), tets)
-    after = flat_places.with_moves(before, STAGES[-1])
+    after = flat_places.with_moves(before, AT_NARROW)
     assert before.count(is_narrow) > 0 == after.count(is_narrow)
     assert after.count(is_at_fault) <= before.count(is_at_fault)
     moves = np.linalg.norm(after.model.points[: len(points)] - points, axis=1)
     # the longest mean edge is less than a cube's diagonal
-    assert 0 < moves.max() < STAGES[-1].reaches[-1] * np.sqrt(3)
+    assert 0 < moves.max() < AT_NARROW.reaches[-1] * np.sqrt(3)
     assert check_tets(assemble(after.model.surface, after.model.grain_tets)[0]) == []
 
 
@@ -183,7 +183,9 @@ def test_what_makes_it_worse_is_not_done(monkeypatch):
         return points, np.array([1, 2])
 
     monkeypatch.setattr(opening_model, "_moved_points", spoilt)
-    monkeypatch.setattr(opening_model, "changed_inside", lambda model, grains, change: model)
+    for module in (opening_model, flat_places):
+        monkeypatch.setattr(module, "repaired", lambda model, grains, measure: model)
+    monkeypatch.setattr(flat_places, "CONTRACTIONS", 0)
     surface, tets = pushed_box()
     opened = given_way(surface, tets)
     assert (opened.surface.points == surface.points).all() and opened.warning is None
