@@ -5,7 +5,7 @@ from craftmesh.gradation.state import State
 
 INF = float("inf")
 # No guard but that against intersections asks for anything.
-OPEN = Limits(INF, INF, INF, 0.0, 0.0, -1.0, INF, INF, INF, False)
+OPEN = Limits(INF, INF, INF, 0.0, 0.0, -1.0, INF, INF, INF, False, INF)
 
 
 def frozen(state: State) -> list[bytes]:

@@ -22,6 +22,7 @@ ROOM = {
     "crack nodes": "gradation",
     "facets": "insertion",
     "area": "insertion",
+    "wedge": "gradation",
     "flat": "tetrahedra",
     "inverted": "tetrahedra",
     "grain failed": "tetrahedra",
@@ -46,6 +47,11 @@ def faults_of(row: dict) -> dict[str, str]:
             found["front missing"] = "no front in the deck"
     else:
         found |= _crack_faults(row)
+    if row["wedges_made"]:
+        found["wedge"] = (
+            f"{row['wedges_made']} made, {row['made_wedge']:.2f} degrees from {row['made_from']:.2f} "
+            f"in grain {row['made_in']} at {row['made_at']}"
+        )
     if row["flat_unforced"]:
         low, high, shape = row["flat_worst"]
         found["flat"] = (

@@ -1,8 +1,8 @@
 """The gradation: a surface's edges fitted to the sizing, step by step, each step behind the same guards.
 
 The way through the room: `gradate` (the stage) prepares the surface (`tied_nodes`, `preprocess`,
-`locality`), puts it into working arrays (`state`), runs rounds of `passes`, then `cleaning`, and says what
-was done (`report`). One file in `kernels` holds one operation.
+`locality`), puts it into working arrays (`state`), runs rounds of `passes`, then `cleaning` and
+`narrow_places`, and says what was done (`report`). One file in `kernels` holds one operation.
 
 Words:
 - patch: the facets of one pair of sides and one kind. Feature edge: one that is not between two facets of

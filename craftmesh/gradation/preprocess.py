@@ -6,6 +6,7 @@ from craftmesh.gradation.kernels.rings import classify
 from craftmesh.gradation.state import ON_CRACK, vertex_flags
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.kernels.corner_lists import link_all
+from craftmesh.surface.kernels.hinges import SHARP_COSINE, corner_lists, sharpest_cosines
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import feature_edges, oriented, patches
@@ -21,39 +22,46 @@ def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -
     """Replace each vertex of three neighbours and three facets by one facet; return how many went.
 
     All three facets must be of one patch and turn by at most `normal_tolerance` degrees, on the crack
-    by none; the new facet must not exist already.
+    by none; the new facet must not exist already, nor sharpen a sharp wedge.
     """
     cosine = np.where(surface.kind == CRACK, IN_PLANE, np.cos(np.radians(normal_tolerance)))
     facets, sides = oriented(surface)
     facets = facets.astype(np.int64)
     patch = patches(surface).of_facet
     candidates = np.flatnonzero(np.bincount(facets.ravel(), minlength=len(surface.points)) == 3)
-    lidded, alive = _with_lids(surface.points, facets, patch, candidates, cosine)
+    while True:
+        lidded, alive, rows = _with_lids(surface.points, facets, patch, candidates, cosine)
+        sharp = _sharpened(surface.points, facets, lidded, alive, rows)
+        if not len(sharp):
+            break
+        candidates = np.setdiff1d(candidates, sharp)
     points, lidded, _ = compact(surface.points, lidded[alive])
-    # of the three facets of each that went one is left
-    return Surface(points, lidded, sides[alive], surface.kind[alive]), int((~alive).sum()) // 2
+    return Surface(points, lidded, sides[alive], surface.kind[alive]), len(rows)
 
 
 def _with_lids(
     points: np.ndarray, facets: np.ndarray, patch: np.ndarray, candidates: np.ndarray, cosine: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
     """Return the facets with lids over those of the candidate vertices that may go, and which are left.
 
-    The candidates (c,) have three facets each. cosine (m,): of the turn that each facet may make.
+    The candidates (c,) have three facets each.
+    cosine (m,): of the turn that each facet may make. The third: for each vertex that goes, the rows (3,)
+    of its facets, the lid's the first.
     """
     at = _facets_at(facets, candidates, len(points))
     present = {tuple(f) for f in np.sort(facets[_facets_at(facets, facets[at], len(points))], axis=1)}
     corners = facets[at].ravel()
     order = np.argsort(corners, kind="stable")
     start = np.searchsorted(corners[order], candidates)
-    facets, alive = facets.copy(), np.ones(len(facets), bool)
+    facets, alive, rows = facets.copy(), np.ones(len(facets), bool), {}
     for v, first in zip(candidates.tolist(), start.tolist()):
         three = at[order[first : first + 3] // 3]
         new = _lid(points, facets, patch, alive, three, v, present, cosine)
         if new is not None:
             facets[three[0]] = new
             alive[three[1:]] = False
-    return facets, alive
+            rows[v] = three
+    return facets, alive, rows
 
 
 def _facets_at(facets: np.ndarray, vertices: np.ndarray, count: int) -> np.ndarray:
@@ -62,6 +70,29 @@ def _facets_at(facets: np.ndarray, vertices: np.ndarray, count: int) -> np.ndarr
     chosen[vertices] = True
     a, b, c = facets.T
     return np.flatnonzero(chosen[a] | chosen[b] | chosen[c])
+
+
+def _sharpened(
+    points: np.ndarray,
+    before: np.ndarray,
+    facets: np.ndarray,
+    alive: np.ndarray,
+    rows: dict[int, np.ndarray],
+) -> np.ndarray:
+    """Return the vertices whose lids sharpen a sharp wedge; `rows` as `_with_lids` gives them."""
+    if not rows:
+        return np.zeros(0, np.int64)
+    old, new = _sharpest(points, before, np.ones(len(before), bool)), _sharpest(points, facets, alive)
+    sharp = [new[three[0]] > max(SHARP_COSINE, old[three].max()) for three in rows.values()]
+    return np.array(list(rows))[sharp]
+
+
+def _sharpest(points: np.ndarray, facets: np.ndarray, alive: np.ndarray) -> np.ndarray:
+    """Return for each facet (m,) that is alive the largest cosine between it and others on its edges."""
+    cosines = np.full(len(facets), -1.0)
+    living = facets[alive]
+    cosines[alive] = sharpest_cosines(points, living, *corner_lists(living, len(points)))
+    return cosines
 
 
 def _lid(

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from few_facets import sheet
 
-from craftmesh.gradation.folds import FOLD, folded_patches
+from craftmesh.gradation.folds import FOLD, PER_WIDTH, folded_patches, short_beside_folds
 from craftmesh.gradation.state import make_state, surface_of
+from craftmesh.sizing.sizing import FREE_GROWTH, Sizing
 from craftmesh.surface.measure import unit_normals
 from craftmesh.types import CRACK, INTERFACE, Surface
 
@@ -55,3 +56,34 @@ def test_a_sharp_fold_of_the_crack_is_a_line_with_normals_of_its_own_on_either_s
 )
 def test_gentle_folds_and_folds_of_boundaries_and_folds_that_end_part_nothing(surface):
     assert (folded_patches(surface).of_facet == 0).all()
+
+
+def with_trace(surface: Surface) -> Surface:
+    """The crack goes into grain 2 a column beyond the fold, at a trace along it with points between its."""
+    points = surface.points.copy()
+    points[SEAM + 1 :: COLUMNS, 0] -= 0.5
+    sides = np.where((surface.facets % COLUMNS).max(axis=1) > SEAM + 1, 2, 1)
+    return Surface(points, surface.facets, np.stack([sides, sides], axis=1), surface.kind)
+
+
+def uniform(l_min: float) -> Sizing:
+    return Sizing(l_min, 10.0, 10.0, 0.0, 0.0, 1.0, np.zeros((0, 3)))
+
+
+@pytest.mark.parametrize("l_min, length", [(0.5, PER_WIDTH), (4.0, 4.0)])
+def test_edges_are_short_in_a_strip_between_fold_and_trace_and_longer_away(l_min, length):
+    surface = with_trace(folded(90.0))
+    found = short_beside_folds(surface, uniform(l_min))
+    inner = [row * COLUMNS + SEAM + 1 for row in range(1, ROWS - 2)]
+    lengths = found.at(surface.points[inner])
+    assert lengths.min() == pytest.approx(length)
+    # places are up to l_min / 2 apart, and lengths grow by half the distance
+    assert lengths.max() <= length + 0.25 * l_min
+    away = surface.points[inner] + [0.0, 0.0, 7.0]
+    assert (found.at(away) > length + 6 * FREE_GROWTH * 0.99).all()
+
+
+@pytest.mark.parametrize("surface", [folded(90.0), with_trace(folded(FOLD - 1))], ids=["alone", "gentle"])
+def test_lengths_stay_without_a_strip_or_a_sharp_fold(surface):
+    sizing = uniform(0.5)
+    assert short_beside_folds(surface, sizing) is sizing

@@ -12,7 +12,9 @@ from craftmesh import Surface, gradate
 from craftmesh.gradation.preprocess import smooth_junctions
 from craftmesh.gradation.tied_nodes import release_tied_nodes
 from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.kernels.hinges import SHARP_WEDGE
 from craftmesh.surface.kernels.triangles import triangles_intersect
+from craftmesh.surface.wedges import sharp_wedges
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -58,6 +60,10 @@ def breaches(case: RandomCase, after: Surface) -> list[str]:
     for name, limit in limits(case, found).items():
         if found[name] > limit:
             broken.append(f"{name} is {found[name]:.4g}, over {limit:.4g}")
+    # No wedge gets sharper than 12 degrees and than what was there.
+    sharpest = [sharp_wedges(s).angle.min(initial=SHARP_WEDGE) for s in (before, after)]
+    if sharpest[1] < sharpest[0] - 1e-6:
+        broken.append(f"a wedge of {sharpest[1]:.4g} degrees, {sharpest[0]:.4g} before")
     # Facets come under 15 degrees only where some of the input were worse.
     if found["smallest angle"] < min(15.0, found["input angle"]) - 0.5:
         broken.append(f"{found['smallest angle']:.4g} degrees, {found['input angle']:.4g} before")

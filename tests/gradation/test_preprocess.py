@@ -172,6 +172,21 @@ def test_an_unnecessary_node_of_a_curved_crack_stays(kind, removed):
     assert remove_unnecessary_nodes(flat)[1] == 1
 
 
+def test_an_unnecessary_node_that_keeps_a_wedge_open_stays():
+    """Under a pyramid of 30 degrees lies another patch: 20 degrees below its base, or 5."""
+    corners = np.array([[np.cos(a), np.sin(a), 0.0] for a in np.radians([0, 120, 240])])
+    for depth, removed in ((20, 1), (5, 0)):
+        below = (
+            np.array([-np.cos(np.pi / 3), 0, 0])
+            + (0.9, 0, 0)
+            - np.array([0, 0, 0.9 * np.tan(np.radians(depth))])
+        )
+        points = np.concatenate([corners, [[0, 0, 0.5 * np.tan(np.radians(30))], below]])
+        facets = [[0, 1, 3], [1, 2, 3], [2, 0, 3], [1, 4, 2]]
+        surface = Surface(points, facets, [[1, 2]] * 3 + [[2, 3]], [0] * 4)
+        assert remove_unnecessary_nodes(surface)[1] == removed
+
+
 def sawtooth() -> tuple[Surface, np.ndarray]:
     """Return three grains whose boundaries meet in a stair-like junction, and its inner vertices."""
     labels = np.ones((10, 10, 10), int)

@@ -10,7 +10,9 @@ from unchanged import OPEN, frozen
 
 from craftmesh.by_reference import by_reference
 from craftmesh.gradation.kernels.codes import (
+    DISTANCE,
     DONE,
+    INTERSECTION,
     LINK,
     NO_NEED,
     NORMAL,
@@ -20,6 +22,8 @@ from craftmesh.gradation.kernels.relax import relax_pass, relax_vertex
 from craftmesh.gradation.kernels.slide import (
     even_lines_pass,
     even_vertex,
+    move_pass,
+    move_vertex,
     slide_pass,
     slide_vertex,
 )
@@ -43,6 +47,10 @@ def evens(references, limits, v) -> int:
     return even_vertex(*references, limits, v, np.empty(3))
 
 
+def moves(references, limits, v) -> int:
+    return move_vertex(*references, limits, v, np.array([0.3, 0.1, 0.2]))
+
+
 def relaxes(references, limits, v) -> int:
     return relax_vertex(*references, limits, v)
 
@@ -55,7 +63,7 @@ def test_front_vertices_stay_where_their_angles_are_sound():
 
 
 @pytest.mark.parametrize("classes", [{}, {"sides": (1, 1), "kind": CRACK}], ids=["contact", "crack"])
-@pytest.mark.parametrize("operation, v", [(slides, 0), (slides, 1), (evens, 1), (relaxes, 0)])
+@pytest.mark.parametrize("operation, v", [(slides, 0), (slides, 1), (evens, 1), (moves, 0), (relaxes, 0)])
 @pytest.mark.parametrize(
     "room, limits, reason", [({}, {}, DONE), ({"star": 1}, {}, LINK), ({}, NEVER, NORMAL)]
 )
@@ -67,6 +75,14 @@ def test_vertices_move_where_there_is_room_and_a_guard_allows_it(
     if operation is slides and limits == NEVER:
         reason = NO_NEED  # it looks for places with sound normals alone
     assert operation(references, OPEN._replace(**limits), v) == reason
+    assert (frozen(state) == before) == (reason != DONE)
+
+
+@pytest.mark.parametrize("classes, reason", [({}, DONE), ({"sides": (1, 1), "kind": CRACK}, DISTANCE)])
+def test_vertices_keep_nearer_to_the_crack_than_to_the_rest(classes, reason):
+    state, references = prepared(off_centre(**classes))
+    before = frozen(state)
+    assert moves(references, OPEN._replace(distance=1.0, crack_distance=0.01), 0) == reason
     assert (frozen(state) == before) == (reason != DONE)
 
 
@@ -133,6 +149,7 @@ PASSES = {
     "split": (split_pass, (EDGES, ROWS, 0, 0.0)),
     "slide": (slide_pass, (ROWS, 0, INF)),
     "even lines": (even_lines_pass, (ROWS, 0)),
+    "move": (move_pass, (ROWS, np.zeros((2, 3)), 0)),
     "relax": (relax_pass, (ROWS, 0)),
 }
 
@@ -152,6 +169,7 @@ COUNTS = {
     "slide": (slide_pass, (ROWS, 0, INF), 0),
     # Point 1 is uneven, and so are its two neighbours; the hub is on no line.
     "even lines": (even_lines_pass, (np.arange(7), 0), 3),
+    "move": (move_pass, (ROWS, np.zeros((2, 3)), 0), 2),
     # Points of the rim are on a line.
     "relax": (relax_pass, (np.arange(7), 0), 1),
 }
@@ -164,6 +182,13 @@ def test_passes_count_what_they_refuse(kernel: Callable, arguments, count):
     assert kernel(*references, OPEN._replace(**NEVER), *arguments) == (len(arguments[0]), 0)
     assert frozen(state) == before
     assert state.scratch.refused[NORMAL] == state.scratch.refused.sum() == count
+
+
+def test_a_vertex_does_not_leave_its_fan():
+    state, references = prepared(fan(6))
+    before = frozen(state)
+    assert move_vertex(*references, OPEN, 0, np.array([10.0, 0.1, 0.0])) == INTERSECTION
+    assert frozen(state) == before
 
 
 def test_passes_leave_out_edges_that_are_gone_or_long_enough():

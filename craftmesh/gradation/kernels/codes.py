@@ -7,7 +7,7 @@ DONE = -1
 NO_NEED = -2
 # Reasons of refusal, and how the report names them.
 JUNCTION, CONSTRAINT, LINK, JUNCTION_TRIANGLE, GRAIN_CONTACT = range(5)
-ANGLE, NORMAL, LENGTH, DISTANCE, VOLUME, EAR, INTERSECTION = range(5, 12)
+ANGLE, NORMAL, LENGTH, DISTANCE, VOLUME, EAR, INTERSECTION, WEDGE = range(5, 13)
 REFUSALS = {
     JUNCTION: "junction",
     CONSTRAINT: "constraint",
@@ -21,6 +21,7 @@ REFUSALS = {
     VOLUME: "volume",
     EAR: "ear",
     INTERSECTION: "intersection",
+    WEDGE: "wedge",
 }
 # Bits of a vertex's flags: 1 << (k - 1) for the box plane of kind k, two planes an axis; then these two.
 ON_PLANES = 63

@@ -28,6 +28,8 @@ SLIDE_TRIES = 3
 VOLUME_REACH = 0.2
 # Line vertices nearer than this part of the target to where their edges are even stay where they are.
 EVEN = 0.05
+# Parts of the way that a move to a given place is tried at.
+MOVE_SHARES = (1.0, 0.6, 0.3)
 
 
 @lean_kernel
@@ -262,3 +264,30 @@ def even_lines_pass(state, grid, limits, order, start):
         if state.first[v] >= 0 and state.rank[v] == 1:
             done += counted(state.refused, even_vertex(state, grid, limits, v, place))
     return len(order), done
+
+
+@lean_kernel
+def move_vertex(state, grid, limits, v, place):
+    """Move `v`, which nothing holds, to `place` (3,) or a part of the way; return DONE or why not."""
+    star = star_at(state, v)
+    if star.moved < 0:
+        return LINK
+    floor = min(limits.floor, worst_score(state, star))
+    reason = NO_NEED
+    for share in MOVE_SHARES:
+        put_between(state, star, place, share)
+        reason = attempt(state, grid, limits, star, floor)
+        if reason == DONE:
+            break
+    return reason
+
+
+@lean_kernel
+def move_pass(state, grid, limits, vertices, places, start):
+    """Move each of `vertices` to its place (k, 3), or a part of the way, where the guards allow it."""
+    done = 0
+    for n in range(start, len(vertices)):
+        if not has_room(grid):
+            return n, done
+        done += counted(state.refused, move_vertex(state, grid, limits, vertices[n], places[n]))
+    return len(vertices), done

@@ -1,9 +1,4 @@
-"""Edge swap inside patches: the other diagonal of two facets, for angles or for even valences.
-
-It goes where it raises the smallest angle, or where corners come nearer to six facets each. Even facets
-have angles of 60 degrees, so a vertex inside a patch has six; one on a line has a sixth of them for each
-60 degrees that the patch takes up there. Relaxation then makes facets even.
-"""
+"""Edge swap inside patches: the other diagonal of two facets where it raises the smallest angle."""
 
 from collections import namedtuple
 
@@ -15,7 +10,7 @@ from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.rings import edge_facets, third_corner
 from craftmesh.gradation.kernels.star import Star
 from craftmesh.jit import kernel, lean_kernel
-from craftmesh.surface.kernels.facet_shape import cosine_range, facet_distance2, squared_distance
+from craftmesh.surface.kernels.facet_shape import cosine_range, facet_distance2
 
 # A swap must lower the cosine of the least angle by this, so that no two swaps undo each other for ever, or
 # by so much of what it lacks to 1: angles under 2.5 degrees, those of narrow strips, could never gain 1e-3.
@@ -26,8 +21,6 @@ ROUNDING = 1e-7
 # Edges that wait for another look while swaps spread from one edge; what finds no place waits for the next
 # pass.
 MOST_WAITING = 256
-# What the sum over the four corners of the squares of facets too many or too few has to fall by.
-LEAST_FALL = 0.5
 # Facets f = (u, p, q) and g = (v, q, p) on the edge (p, q), which (u, v) replaces: (u, p, v) and (u, v, q).
 Quad = namedtuple("Quad", "f g u p v q")
 
@@ -147,55 +140,4 @@ def swap_pass(state, grid, limits, edges, start):
                     waiting[count, 0] = first
                     waiting[count, 1] = second
                     count += 1
-    return len(edges), done
-
-
-@lean_kernel
-def _angle_at(points, v, a, b):
-    """Angle of the facet v, a, b at v in radians; 0 where an edge there has no length."""
-    va, vb = squared_distance(points, v, a), squared_distance(points, v, b)
-    ab = squared_distance(points, a, b)
-    product = 2.0 * np.sqrt(va * vb)
-    return np.arccos(min(max((va + vb - ab) / product, -1.0), 1.0)) if product > 0.0 else 0.0
-
-
-@lean_kernel
-def _too_many(state, v, patch):
-    """Return how many more facets of the patch there are at `v` than even ones would be."""
-    count, angle = 0, 0.0
-    c = state.first[v]
-    while c >= 0:
-        f = c // 3
-        if state.patch[f] == patch:
-            count += 1
-            if state.rank[v] > 0:
-                a, b = state.facets[f, (c + 1) % 3], state.facets[f, (c + 2) % 3]
-                angle += _angle_at(state.points, v, a, b)
-        c = state.after[c]
-    return count - (6.0 if state.rank[v] == 0 else 3.0 * angle / np.pi)
-
-
-@lean_kernel
-def even_valence(state, grid, limits, quad):
-    """Turn the edge of a quad when the valences of its corners come nearer to even ones."""
-    if quad.u < 0:
-        return NO_NEED
-    patch = state.patch[quad.f]
-    lose = _too_many(state, quad.p, patch) + _too_many(state, quad.q, patch)
-    gain = _too_many(state, quad.u, patch) + _too_many(state, quad.v, patch)
-    if 2.0 * (lose - gain) - 4.0 <= LEAST_FALL:
-        return NO_NEED
-    return turned(state, grid, limits, quad, limits.floor)
-
-
-@lean_kernel
-def valence_pass(state, grid, limits, edges, start):
-    """Turn `edges` from `start` on where valences get even; return where it stopped and how many."""
-    done = 0
-    for n in range(start, len(edges)):
-        if not has_room(grid):
-            return n, done
-        if state.first[edges[n, 0]] >= 0:
-            quad = quad_at(state, edges[n, 0], edges[n, 1])
-            done += counted(state.refused, even_valence(state, grid, limits, quad))
     return len(edges), done

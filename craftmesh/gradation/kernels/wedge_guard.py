@@ -1,0 +1,121 @@
+"""The guard of wedges: no change makes a wedge sharper than its limit and than all at its star before.
+
+A wedge is the angle between two facets that follow each other round an edge, be it on a junction line or
+inside a patch, where it is a fold.
+"""
+
+import numpy as np
+
+from craftmesh.gradation.kernels.star import old_facet
+from craftmesh.jit import lean_kernel
+from craftmesh.surface.kernels.facet_shape import area_vector
+from craftmesh.surface.kernels.hinges import OPEN, sharpest_on_facet
+
+# A wedge whose facets move within their planes counts as no sharper.
+ROUNDING = 1e-12
+
+
+@lean_kernel
+def sharpens_wedge(state, star, cosine):
+    """Tell whether a wedge of the star's new facets is beyond the cosine and sharper than all old ones."""
+    state.clock[1] += 1
+    mark = state.clock[1]
+    for i in range(star.moved):
+        state.facet_stamp[state.star[i]] = mark
+        _set_row(state, star.tip, i)
+    for i in range(star.dying):
+        state.facet_stamp[state.dying[i]] = mark
+    sharpest = OPEN
+    for i in range(star.moved):
+        sharpest = max(sharpest, _among_new(state, i), _at_its_rim(state, star.tip, i, mark))
+        if star.tip == star.vertex:
+            sharpest = max(sharpest, _at_last_spoke(state, star.tip, i, mark))
+    return sharpest > cosine and sharpest > _sharpest_before(state, star) + ROUNDING
+
+
+@lean_kernel
+def _set_row(state, tip, i):
+    """Set the corners after the tip of the star's new facet in row `i`, and its unit normal."""
+    corners = state.star_corners
+    k = 0
+    while corners[i, k] != tip:
+        k += 1
+    u = corners[i, (k + 1) % 3]
+    v = corners[i, (k + 2) % 3]
+    state.star_ends[i, 0] = u
+    state.star_ends[i, 1] = v
+    x, y, z = area_vector(state.points, tip, u, v)
+    size = np.sqrt(x * x + y * y + z * z)
+    scale = 1.0 / size if size > 0.0 else 0.0
+    state.star_normal[i, 0] = x * scale
+    state.star_normal[i, 1] = y * scale
+    state.star_normal[i, 2] = z * scale
+
+
+@lean_kernel
+def _among_new(state, i):
+    """Return the largest cosine between the new facet in row `i` and those before it, on common spokes."""
+    ends = state.star_ends
+    normal = state.star_normal
+    largest = OPEN
+    for j in range(i):
+        same = ends[i, 0] == ends[j, 0] or ends[i, 1] == ends[j, 1]
+        if same or ends[i, 0] == ends[j, 1] or ends[i, 1] == ends[j, 0]:
+            along = normal[i, 0] * normal[j, 0] + normal[i, 1] * normal[j, 1] + normal[i, 2] * normal[j, 2]
+            largest = max(largest, along if same else -along)
+    return largest
+
+
+@lean_kernel
+def _at_its_rim(state, tip, i, mark):
+    """Return the largest cosine between the new facet in row `i` and unmarked ones on its first two edges.
+
+    These are the spoke to its first end and the edge of the rim.
+    """
+    u = state.star_ends[i, 0]
+    v = state.star_ends[i, 1]
+    largest = OPEN
+    c = state.first[u]
+    while c >= 0:
+        f = c // 3
+        ahead = state.facets[f, (c + 1) % 3]
+        behind = state.facets[f, (c + 2) % 3]
+        if (ahead == v or behind == v or ahead == tip or behind == tip) and state.facet_stamp[f] != mark:
+            way = 1.0 if ahead == v or behind == tip else -1.0
+            largest = max(largest, way * _along(state, i, f))
+        c = state.after[c]
+    return largest
+
+
+@lean_kernel
+def _at_last_spoke(state, tip, i, mark):
+    """Return the largest cosine between the new facet in row `i` and unmarked ones on its last edge."""
+    largest = OPEN
+    c = state.first[state.star_ends[i, 1]]
+    while c >= 0:
+        f = c // 3
+        ahead = state.facets[f, (c + 1) % 3]
+        if (ahead == tip or state.facets[f, (c + 2) % 3] == tip) and state.facet_stamp[f] != mark:
+            largest = max(largest, (1.0 if ahead == tip else -1.0) * _along(state, i, f))
+        c = state.after[c]
+    return largest
+
+
+@lean_kernel
+def _along(state, i, f):
+    """Return the cosine between the normals of the new facet in row `i` and of facet `f`."""
+    x, y, z = area_vector(state.points, state.facets[f, 0], state.facets[f, 1], state.facets[f, 2])
+    size = np.sqrt(x * x + y * y + z * z)
+    if size == 0.0:
+        return 0.0
+    return (x * state.star_normal[i, 0] + y * state.star_normal[i, 1] + z * state.star_normal[i, 2]) / size
+
+
+@lean_kernel
+def _sharpest_before(state, star):
+    """Return the largest cosine on the edges of the star's old facets."""
+    largest = OPEN
+    for i in range(star.moved + star.dying):
+        f = old_facet(state, star, i)
+        largest = max(largest, sharpest_on_facet(state.points, state.facets, state.first, state.after, f))
+    return largest
