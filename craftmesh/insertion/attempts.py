@@ -38,8 +38,8 @@ def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: flo
     return result
 
 
-# Each later one has smaller facets where the one before is unsound; where they are as small as they get, or no
-# crack came in, it has half of snap and snap_front. A wavy crack along a boundary needs six.
+# Each later one has smaller facets where the one before is unsound; where they are as small as they get, or
+# no crack came in, it has half of snap and snap_front. A wavy crack along a boundary needs six.
 ATTEMPTS = 8
 # Times farther off the given crack than it may be, from which one is refused. A crack that had lost all of
 # itself beyond a boundary was 400.
