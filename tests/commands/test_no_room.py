@@ -78,8 +78,9 @@ def test_a_full_disk_is_one_line_and_nothing_half_written(line, folder, tmp_path
         path.rmdir() if path.is_dir() else path.unlink()
     with little_room():
         said = refusal(words, capsys)
-    record = "one/case.json: " if line.startswith("report") else f"{tmp_path}/"  # of what it writes the first
-    assert record in said and "cannot be written" in said
+    # a report writes the record of its case first
+    first = "one/case.json: " if line.startswith("report") else f"{tmp_path}/"
+    assert first in said and "cannot be written" in said
     left = {path.name: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     assert left.items() <= whole.items() and all(len(bytes_) <= LIMIT for bytes_ in left.values())
 
