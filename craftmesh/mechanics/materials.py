@@ -162,7 +162,7 @@ def numbers_by_phase(
         if key is not None and key < 0:
             raise CraftmeshError(f"{option}: {text!r}; {expected}")
         if key in found:
-            raise CraftmeshError(f"{option}: {text!r} is the second for its phase; keep one")
+            raise CraftmeshError(f"{option}: {text!r} is a second one for its phase already; keep one")
         found[key] = kind.strip(), values
     if None in found and len(found) > 1:
         raise CraftmeshError(f"{option}: expected one for all phases, or each with its phase")

@@ -43,7 +43,7 @@ WRONG_SECTIONS = [
     ({"inp": {"material": ["isotropic:nan,0.3"]}}, "inp.material.*no positive strain energy"),
     ({"inp": {"material": ["isotropic:70e3;0.3"]}}, "inp.material.*expected KIND:CONSTANTS"),
     ({"inp": {"material": ["1=" + ISOTROPIC, ISOTROPIC]}}, "inp.material.*each with its phase"),
-    ({"inp": {"material": ["1=" + ISOTROPIC] * 2}}, "inp.material.*second for its phase"),
+    ({"inp": {"material": ["1=" + ISOTROPIC] * 2}}, "inp.material.*second one for its phase"),
     ({"inp": {"material": ["-1=" + ISOTROPIC]}}, "inp.material.*expected KIND:CONSTANTS"),
     ({"inp": {"material": []}}, "inp.material.*expected one for all phases"),
     ({"inp": {"element": "C3D4", "quarter_points": True}}, "inp.quarter_points is true, .*C3D4"),
