@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from craftmesh.assembly.opening import opened_across, with_copies
+from craftmesh.assembly.opening import copies_of, opened_across, with_copies
 from craftmesh.mesh.mesh_sets import is_front, is_lip
 from craftmesh.mesh.tet_connectivity import face_nodes, group_triples, half_face_nodes, half_faces
 from craftmesh.types import TetMesh
@@ -49,7 +49,7 @@ def boundary_layers(
         elif is_front(name):
             sets[name] = nodes
     front = mesh.node_sets.get("CRACK_FRONT", np.zeros(0, np.int64))
-    copies = len(mesh.points) + np.flatnonzero(np.isin(parent[len(mesh.points) :], front))
+    copies = copies_of(front, parent, len(mesh.points))
     if len(copies):
         sets["CRACK_FRONT_COPIES"] = copies
     return TetMesh(mesh.points[parent], opened, mesh.grain, sets, mesh.face_sets), elements

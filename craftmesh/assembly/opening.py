@@ -54,10 +54,16 @@ def with_copies(
     parent (n,): the old node of each, the first `count` of which are the old ones.
     """
     return {
-        name: np.concatenate([nodes, count + np.flatnonzero(np.isin(parent[count:], nodes))])
+        name: np.concatenate([nodes, copies_of(nodes, parent, count)])
         for name, nodes in node_sets.items()
         if not is_lip(name) and not is_front(name)
     }
+
+
+def copies_of(nodes: np.ndarray, parent: np.ndarray, count: int) -> np.ndarray:
+    """Return the nodes (k,) that came apart from `nodes`; parent and count as in `with_copies`."""
+    copies: np.ndarray = count + np.flatnonzero(np.isin(parent[count:], nodes))
+    return copies
 
 
 def _renumber(

@@ -1,6 +1,5 @@
 """Where the cases in a folder of results stand, by its files and logs: whoever runs them, and wherever."""
 
-import json
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -10,7 +9,15 @@ from typing import Any, NamedTuple
 
 from craftmesh.campaign.cases import PRESCRIBED, SYNTHETIC, UNTIL
 from craftmesh.campaign.effort import Sizes, effort, sizes_of
-from craftmesh.report.case_files import RECORD, STAGES, Failure, last_line, log_errors, stage_costs
+from craftmesh.report.case_files import (
+    RECORD,
+    STAGES,
+    Failure,
+    last_line,
+    log_errors,
+    read_json,
+    stage_costs,
+)
 
 # What a stage makes, by the name of its log, in the order of the way.
 MADE = {
@@ -88,7 +95,7 @@ def standings(results: Path, campaign: str | None = None, since: float = 0.0) ->
 
     since: logs that are older than that time do not count.
     """
-    records = {path.parent.name: _json(path) for path in sorted(results.glob(f"*/{RECORD}"))}
+    records = {path.parent.name: read_json(path) for path in sorted(results.glob(f"*/{RECORD}"))}
     return [
         standing(results, name, record, since)
         for name, record in records.items()
@@ -166,14 +173,10 @@ def _end(folder: Path, record: Mapping[str, Any]) -> tuple[int, str] | None:
         path = folder / f"{number:03d}" / MADE["growth"]
         if not path.is_file():
             break
-        reason = _json(path)["ended"]
+        reason = read_json(path)["ended"]
         if reason:
             return number + 1, reason
     return None
-
-
-def _json(path: Path) -> dict[str, Any]:
-    return json.loads(path.read_text(encoding="utf-8"))
 
 
 def _log(logs: Path, name: str, since: float) -> Path | None:

@@ -28,8 +28,9 @@ def run(arguments: argparse.Namespace) -> None:
         )
     freed = 0
     for path in spare(existing(arguments.results)):
-        freed += disk(path)
-        print(f"{path}: {disk(path) / 1e6:.1f} MB")
+        size = disk(path)
+        freed += size
+        print(f"{path}: {size / 1e6:.1f} MB")
         if not arguments.dry_run:
             shutil.rmtree(path) if path.is_dir() else path.unlink()
     print(f"{freed / 1e6:.1f} MB {'can be freed' if arguments.dry_run else 'freed'}")

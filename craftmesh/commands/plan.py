@@ -19,7 +19,7 @@ from craftmesh.campaign.effort import RULES, Effort, Sizes, effort, expected_ele
 from craftmesh.campaign.home import Job, or_default, planned_jobs, read_config
 from craftmesh.commands.crack import given_surface
 from craftmesh.commands.mesh_flags import given_defects
-from craftmesh.commands.stage_io import add_report, existing, write_json
+from craftmesh.commands.stage_io import add_config, add_report, existing, write_json
 from craftmesh.cracks.options import BY_NUMBERS, IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.prescription import is_sized, semi_axes
 from craftmesh.cracks.series import crack_of_increment
@@ -38,12 +38,7 @@ UNCOUNTED = ("points", "field", "curvature", "around_voids")  # keys of sizing t
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "config",
-        type=Path,
-        nargs="?",
-        help="configuration .yaml; left out: the one that snakemake would take",
-    )
+    add_config(parser)
     parser.add_argument(
         "--cores", type=int, default=2, metavar="N", help="cores of the machine (default 2)"
     )

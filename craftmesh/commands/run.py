@@ -19,7 +19,7 @@ from typing import IO
 from craftmesh.campaign.home import refusal, snakefile
 from craftmesh.campaign.standing import Standing, standings
 from craftmesh.commands.compile import compiling_ahead
-from craftmesh.commands.stage_io import existing
+from craftmesh.commands.stage_io import add_config, existing
 from craftmesh.errors import CraftmeshError
 from craftmesh.progress import LiveLines
 
@@ -31,12 +31,7 @@ STOPPED = 130
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "config",
-        type=Path,
-        nargs="?",
-        help="configuration .yaml; left out: the one that snakemake would take",
-    )
+    add_config(parser)
     where = parser.add_mutually_exclusive_group()
     add_cores(where)
     where.add_argument(

@@ -24,6 +24,15 @@ def add_file(parser: argparse._ActionsContainer, flag: str, what: str) -> None:
     parser.add_argument(flag, type=Path, metavar="FILE", help=what)
 
 
+def add_config(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "config",
+        type=Path,
+        nargs="?",
+        help="configuration .yaml; left out: the one that snakemake would take",
+    )
+
+
 def add_report(parser: argparse.ArgumentParser) -> None:
     add_file(parser, "--report", "write the stage's counts to this .json")
 

@@ -146,7 +146,7 @@ def read_case(folder: Path) -> Case:
     Increments past one after which the crack stopped are those of an earlier run, and left out. Raises
     CraftmeshError for files that cannot be read.
     """
-    record = _json(folder / RECORD)
+    record = read_json(folder / RECORD)
     increments: list[Increment] = []
     for number in range(record["increments"]):
         place = folder / f"{number:03d}"
@@ -160,7 +160,7 @@ def read_case(folder: Path) -> Case:
     return Case(
         name=folder.name,
         record=record,
-        imported=_json(report) if report.is_file() else {},
+        imported=read_json(report) if report.is_file() else {},
         digests=_digests(folder, ("labels.npz",)),
         increments=increments,
         costs=stage_costs(folder.parent / "benchmarks" / folder.name, [inc.name for inc in increments]),
@@ -177,17 +177,17 @@ def _increment(folder: Path) -> Increment:
     lengths = read_sizing(sizing) if sizing.is_file() else {}
     return Increment(
         name=folder.name,
-        quality=_json(folder / "quality.json"),
+        quality=read_json(folder / "quality.json"),
         lengths={name: float(lengths[name]) for name in SIZES if lengths},
         front=_front(front),
-        growth=_json(growth) if growth.is_file() else None,
+        growth=read_json(growth) if growth.is_file() else None,
         crack=read_crack(crack) if crack.is_file() else None,
-        size=_json(fracture).get("growth", {}).get("size") if fracture.is_file() else None,
+        size=read_json(fracture).get("growth", {}).get("size") if fracture.is_file() else None,
         reaction=None if solution is None else float(np.abs(solution.reactions).sum(axis=0).max() / 2),
         history={} if solution is None else solution.history,
         at_fronts=_of_fronts(solution),
         pictures={name: path.read_bytes() for name, path in drawn.items() if path.is_file()},
-        scene=_json(scene) if scene.is_file() else None,
+        scene=read_json(scene) if scene.is_file() else None,
         digests=_digests(folder, ("model.inp", "model_mesh.inp", "volume.vtu")),
     )
 
@@ -215,7 +215,8 @@ def _digests(folder: Path, names: tuple[str, ...]) -> dict[str, str]:
     return found
 
 
-def _json(path: Path) -> dict:
+def read_json(path: Path) -> dict[str, Any]:
+    """Return what a .json holds; raises CraftmeshError for text that is not JSON."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
