@@ -80,6 +80,7 @@ lint: setup
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint
 	$(BIN)/python -m pytest tests/test_architecture.py
+	$(BIN)/python .ci/size.py
 
 bench: setup
 	$(BIN)/python benchmarks/gradation.py
