@@ -119,6 +119,11 @@ def _check_inp(keys: Mapping[str, Any], case: Case) -> None:
         check_faces(rows_of(parse_faces(options.faces), name))
 
 
+def _check_solve(keys: Mapping[str, Any], case: Case) -> None:
+    deck = DeckOptions(**case.settings["inp"])
+    SolveOptions(**keys).check_takes(bool(deck.cohesive), bool(deck.history), deck.has_plates)
+
+
 def _check_grow(keys: Mapping[str, Any], case: Case) -> None:
     _check_files("grow", keys)
     options = GrowthOptions(**fields_of(GrowthOptions, keys))
@@ -133,7 +138,7 @@ _CHECKS: dict[str, Callable[[Mapping[str, Any], Case], Any]] = {
     "sizing": _check_sizing,
     "tetrahedralize": lambda keys, _: check_mesher(keys["mesher"]),
     "inp": _check_inp,
-    "solve": lambda keys, _: SolveOptions(**keys),
+    "solve": _check_solve,
     "grow": _check_grow,
 }
 

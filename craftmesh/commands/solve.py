@@ -18,7 +18,7 @@ from craftmesh.commands.microstructure import (
     user_materials,
     with_element_axes,
 )
-from craftmesh.commands.run_deck import FIELD, Ended, run_deck, solved_history
+from craftmesh.commands.run_deck import FIELD, run_deck, solved_history
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
 from craftmesh.deck.options import DeckOptions
 from craftmesh.errors import CraftmeshError
@@ -59,10 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     options, deck = options_from(arguments, SolveOptions), options_from(arguments, DeckOptions)
-    if deck.cohesive and options.solver != BUILTIN:
-        raise CraftmeshError(
-            f"solver {options.solver}: has no cohesive layers; run the deck of `craftmesh inp`, in Abaqus"
-        )
+    options.check_takes(bool(deck.cohesive), bool(deck.history), deck.has_plates)
     if deck.cohesive:
         warn("cohesive layers are in the deck alone; this field, and K by it, are those of the welded body")
     known = known_of_files(arguments)
@@ -73,7 +70,8 @@ def run(arguments: argparse.Namespace) -> None:
     if deck.history and options.solver != BUILTIN:
         materials = user_materials(deck.user_material, known)
         model = with_element_axes(model, deck, arguments, materials)
-        (solution, stress, slip), report = _ended(model, options, deck, materials, arguments)
+        run = partial(solved_history, model, options, deck, materials)
+        (solution, stress, slip), report = _in_folder(run, options, arguments)
         write_solution(arguments.output, solution)
         if arguments.slip_table:
             _write_slip(arguments.slip_table, model.mesh.points, slip, materials)
@@ -127,23 +125,6 @@ def _in_folder(run: Callable[[Path], Any], options: SolveOptions, arguments: arg
     if not arguments.work:
         shutil.rmtree(folder)
     return result
-
-
-def _ended(
-    model: ElasticModel,
-    options: SolveOptions,
-    deck: DeckOptions,
-    materials: UserMaterials | None,
-    arguments: argparse.Namespace,
-) -> tuple[Ended, dict]:
-    """Return the end of a load in steps, and a report."""
-    if options.solver != CALCULIX:
-        raise CraftmeshError(
-            f"solver {options.solver}: reads linear elastic fields alone, and the load comes in steps "
-            "(steps, user_material, lip_contact); expected calculix, or run the deck of `craftmesh inp`"
-        )
-    run = partial(solved_history, model, options, deck, materials)
-    return _in_folder(run, options, arguments)
 
 
 def _built_in(

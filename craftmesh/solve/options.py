@@ -50,6 +50,27 @@ class SolveOptions(Options):
         for call in self.command:
             words_of(call, "job", "script", "field")
 
+    def check_takes(self, cohesive: bool, steps: bool, plates: bool) -> None:
+        """Raise CraftmeshError where a program's field is not read of a deck with what is true of it.
+
+        cohesive: layers on grain boundaries; steps: a history of the load; plates: rigid ones.
+        """
+        if self.solver == BUILTIN:
+            return
+        reason = "and there are cohesive layers, with which none of its fields is read" if cohesive else ""
+        if steps and self.solver != CALCULIX:
+            reason = (
+                "whose fields are read where they are linear elastic, and the load comes in steps (steps, "
+                "user_material, lip_contact)"
+            )
+        elif steps and plates:
+            reason = "which has no rigid plates to take the load through steps"
+        if reason:
+            raise CraftmeshError(
+                f"solver is {self.solver}, {reason}; expected {BUILTIN}, which takes the welded body, its "
+                "load at once, or run the deck of `craftmesh inp` in Abaqus"
+            )
+
 
 def words_of(call: str, job: str, script: str, field: str) -> list[str]:
     """Return the words of a call of a program, {job}, {script} and {field} filled in."""

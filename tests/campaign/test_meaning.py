@@ -75,6 +75,21 @@ WRONG_SECTIONS = [
     ({"inp": {"combine": ["peak=a:1"]}}, "inp.combine: 'peak=a:1' has load case 'a'; expected one of none"),
     ({"grow": {"cycle": ["peak"]}}, "grow.cycle names 'peak'; expected loads of none"),
     ({"grow": {"cycle": ["a", "b", "c"]}}, "grow.cycle is a, b, c; expected the largest load"),
+    (
+        {"inp": {"cohesive": ["all:stiffness=1e6"]}, "solve": {"solver": "calculix"}},
+        "solve.solver is calculix, and there are cohesive layers, .* expected builtin",
+    ),
+    (
+        {"inp": {"lip_contact": True}, "solve": {"solver": "abaqus"}},
+        "solve.solver is abaqus, .* linear elastic, and the load comes in steps",
+    ),
+    (
+        {
+            "inp": {"load": "plates", "magnitude": -1e-3, "steps": ["ramp:1"]},
+            "solve": {"solver": "calculix"},
+        },
+        "solve.solver is calculix, which has no rigid plates",
+    ),
     ({"solve": {"command": ["ccx {jb}"]}}, "solve.command 'ccx {jb}': 'jb' is not known"),
     ({"solve": {"command": ["ccx '{job}"]}}, "solve.command .*No closing quotation"),
     ({"solve": {"command": [""]}}, "solve.command '' is empty"),
