@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from craftmesh.arguments import typed
-from craftmesh.assembly.opening import drop_unused, is_closed, opened_tets, same_turn
+from craftmesh.assembly.opening import is_closed, opened_tets, same_turn
 from craftmesh.cracks.sheets import crack_numbers
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import front_polylines
@@ -18,6 +18,7 @@ from craftmesh.mesh.tet_connectivity import (
     half_face_corners,
     half_faces,
 )
+from craftmesh.surface.connectivity import compact
 from craftmesh.surface.measure import total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Crack, GrainTets, Surface, TetMesh
@@ -68,7 +69,8 @@ def assemble(
 
     bounding = np.concatenate([free, crack_faces])
     opened, parent = opened_tets(tets, pairs[~across_crack], bounding, len(points))
-    points, opened, parent = drop_unused(points[parent], opened, parent)
+    points, opened, used = compact(points[parent], opened)
+    parent = parent[used]
     closed = is_closed(opened, pairs[across_crack])
     face_sets = _face_sets(surface, tets, facet, free, pairs[across_crack][~closed].ravel(), crack)
     fronts = front_polylines(points, opened, face_sets)

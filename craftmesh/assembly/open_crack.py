@@ -91,7 +91,10 @@ def _opened(mesh: TetMesh, facets: np.ndarray | str) -> tuple[TetMesh, np.ndarra
     own = [opened.crack == k for k in np.unique(opened.crack)]
     lips = [(_faces(opened.ahead[one]), _faces(opened.behind[one])) for one in own]
     face_sets |= crack_sets([*_known_lips(sets), *lips])
-    bare = TetMesh(points, opened.tets, mesh.grain, {}, _lips_and_rest(face_sets, opened.free))
+    all_lips = {name: faces for name, faces in face_sets.items() if is_lip(name)}
+    named = np.concatenate(lip_faces(all_lips)) @ np.array([4, 1])
+    rest = {"FREE": _faces(np.setdiff1d(opened.free, named))}  # no set may name them
+    bare = TetMesh(points, opened.tets, mesh.grain, {}, all_lips | rest)
     fronts = mesh_fronts(bare)
     node_sets = with_copies(mesh.node_sets, opened.parent, len(mesh.points))
     node_sets |= node_sets_of(opened.tets, face_sets, fronts)
@@ -121,13 +124,6 @@ def _known_lips(face_sets: Mapping[str, np.ndarray]) -> list[tuple[np.ndarray, n
 def _faces(rows: np.ndarray) -> np.ndarray:
     rows = np.sort(rows)
     return np.stack([rows // 4, rows % 4], axis=1)
-
-
-def _lips_and_rest(face_sets: Mapping[str, np.ndarray], free: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the lips, and all other free faces in one set, for no set may name them."""
-    lips = {name: faces for name, faces in face_sets.items() if is_lip(name)}
-    named = np.concatenate(lip_faces(lips)) @ np.array([4, 1])
-    return lips | {"FREE": _faces(np.setdiff1d(free, named))}
 
 
 def _report(opened: Opened, points: np.ndarray, fronts: list) -> dict[str, int | float]:

@@ -87,16 +87,6 @@ def _renumber(
     return opened, np.concatenate([np.arange(n_points), old[extra]])
 
 
-def drop_unused(
-    points: np.ndarray, tets: np.ndarray, parent: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points (n, 3), tets and parents (n,) without the points that no tet uses."""
-    used = np.zeros(len(points), bool)
-    used[tets.ravel()] = True
-    new = np.cumsum(used) - 1
-    return points[used], new[tets], parent[used]
-
-
 def is_closed(opened: np.ndarray, crack_pairs: np.ndarray) -> np.ndarray:
     """Return which crack facets (p,) kept all three corners on both sides: they cannot open."""
     corners = np.sort(half_face_corners(opened, crack_pairs), axis=2)

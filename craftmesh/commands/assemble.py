@@ -22,7 +22,7 @@ from craftmesh.commands.mesh_flags import (
 from craftmesh.commands.stage_io import add_output, warn
 from craftmesh.io.stage_npz import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface
-from craftmesh.mesh.flat_tets import flat_sentence, flat_tets
+from craftmesh.mesh.shape_measures import flat_sentence, flat_tets
 from craftmesh.mesh.tet_connectivity import severed_sentence
 from craftmesh.progress import ProgressLine
 from craftmesh.sizing.sizing import Lengths

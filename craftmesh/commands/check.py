@@ -32,7 +32,7 @@ def check_mesh(file: Path, arguments: argparse.Namespace) -> list[str]:
     from craftmesh.io.npz import read_labels
     from craftmesh.io.vtk import read_tets
     from craftmesh.mesh.check_tets import check_tets
-    from craftmesh.mesh.flat_tets import flat_sentence, flat_tets
+    from craftmesh.mesh.shape_measures import flat_sentence, flat_tets
 
     mesh = read_tets(file)
     breaches = check_tets(mesh)

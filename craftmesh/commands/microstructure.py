@@ -13,9 +13,9 @@ from craftmesh.io.model_tables import read_grain_strains, read_lip_field
 from craftmesh.io.npz import read_labels
 from craftmesh.io.user_material import read_template
 from craftmesh.mechanics.eigenstrains import as_strain
-from craftmesh.mechanics.element_axes import element_axes
 from craftmesh.mechanics.lips import LipField
 from craftmesh.mechanics.model import ElasticModel
+from craftmesh.mechanics.orientation import element_axes
 from craftmesh.mechanics.user_materials import UserMaterials, parse_templates
 
 

@@ -11,11 +11,11 @@ from craftmesh.deck.write_deck import write_model
 from craftmesh.errors import CraftmeshError
 from craftmesh.fracture.rings import NodalField, front_rings
 from craftmesh.io.model_tables import read_face_prints, read_frd
+from craftmesh.mechanics.load import acting_faces, face_loop
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mechanics.user_materials import UserMaterials
 from craftmesh.processes import job
 from craftmesh.processes.job import run_program
-from craftmesh.solve.history import acting_faces, face_loop
 from craftmesh.solve.options import ABAQUS, CALCULIX, SolveOptions, words_of
 from craftmesh.solve.problem import in_order
 from craftmesh.types import Solution

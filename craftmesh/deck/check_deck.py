@@ -2,11 +2,12 @@
 
 import os
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 
-from craftmesh.deck.check_layers import kind_fault, order_faults
 from craftmesh.deck.includes import DeckText, read_deck_text
 from craftmesh.deck.limits import (
     LINE_LIMIT,
@@ -17,6 +18,7 @@ from craftmesh.deck.limits import (
 )
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.integration import smallest_jacobians
+from craftmesh.surface.measure import area_vectors
 
 _OF_SECTION = ("ELSET", "MATERIAL", "ORIENTATION", "CONTROLS")  # parameters of sections that name something
 _NAMES = ("NAME", "NSET", "ELSET", "MATERIAL", "ORIENTATION")  # parameters that name something
@@ -52,7 +54,9 @@ def _breaches(deck: DeckText) -> list[str]:
     breaches = list(deck.breaches)
     if not deck.text.isascii():
         breaches.append("the deck holds bytes that are not ASCII; expected 7-bit text")
-    breaches += _check_lines(deck)
+    long = [number for number, row in enumerate(deck.text.splitlines(), 1) if len(row) > LINE_LIMIT]
+    if long:
+        breaches.append(f"{deck.place(long[0])}: over {LINE_LIMIT} characters ({len(long)} such lines)")
     blocks = read_blocks(deck)
     nodes, elements = (np.sort(_ids(blocks, keyword)) for keyword in ("NODE", "ELEMENT"))
     for name, ids in (("node", nodes), ("element", elements)):
@@ -88,19 +92,14 @@ def read_blocks(deck: DeckText) -> list[Block]:
     return blocks
 
 
-def _check_lines(deck: DeckText) -> list[str]:
-    long = [number for number, row in enumerate(deck.text.splitlines(), 1) if len(row) > LINE_LIMIT]
-    if not long:
-        return []
-    return [f"{deck.place(long[0])}: over {LINE_LIMIT} characters ({len(long)} such lines)"]
-
-
 def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[str]:
     names = [block.parameters[key].strip('"') for key in _NAMES if key in block.parameters]
     breaches = [f"the name {name[:40]!r} {fault}" for name in names if (fault := name_fault(name))]
     if block.keyword == "ELEMENT":
         table = _table(block)
-        breaches += [fault] if (fault := kind_fault(block.parameters.get("TYPE", ""))) else []
+        kind = block.parameters.get("TYPE", "")
+        if kind.startswith("COH3D") and kind.rstrip("PT") not in ("COH3D6", "COH3D8"):
+            breaches.append(f"Abaqus has no {kind}; expected COH3D6, four on each face of C3D10")
         breaches += (
             _unknown("node", table[:, 1:], nodes) if table.size else ["an element block without elements"]
         )
@@ -152,7 +151,7 @@ def _check_references(blocks: list[Block]) -> list[str]:
 def _check_shapes(blocks: list[Block]) -> list[str]:
     """Return one sentence per block of tetrahedra with a Jacobian or a volume that is not positive.
 
-    And what `order_faults` says of cohesive elements.
+    And what `_order_faults` says of cohesive elements.
     """
     tables = [_table(block) for block in blocks if block.keyword == "NODE"]
     nodes = np.concatenate([np.zeros((0, 4)), *(table for table in tables if table.shape[1] == 4)])
@@ -174,7 +173,7 @@ def _check_shapes(blocks: list[Block]) -> list[str]:
             if kind != "COH3D6":
                 sizes.append(smallest_jacobians(points, rows))
                 breaches += _check_sizes(block, table[:, 0], sizes[-1])
-    breaches += order_faults(points, np.concatenate(layers), solids)
+    breaches += _order_faults(points, np.concatenate(layers), solids)
     too_small = too_small_sentence(np.concatenate(sizes))
     return breaches + [too_small] * bool(too_small)
 
@@ -186,6 +185,40 @@ def _check_sizes(block: Block, ids: np.ndarray, sizes: np.ndarray) -> list[str]:
     grain = block.parameters.get("ELSET", "no element set")
     first = f"the first is element {ids[bad[0]]} of {grain}" if len(bad) else ""
     return [f"{block.place}: {len(bad)} elements have {what} ({first})"] if len(bad) else []
+
+
+def _order_faults(points: np.ndarray, layers: np.ndarray, tets: Sequence[np.ndarray]) -> list[str]:
+    """Return a sentence where COH3D6 (k, 6) turn the wrong way; points by node.
+
+    Nodes 4 to 6 have to lie over 1 to 3, whose normal points out of the solid element (m, 4 or 10 each) on
+    which they are.
+    """
+    bottom, top = (area_vectors(points, layers[:, part]) for part in (slice(3), slice(3, 6)))
+    faults = []
+    crossed = np.flatnonzero(np.einsum("ij,ij->i", bottom, top) <= 0)
+    if len(crossed):
+        faults.append(f"{len(crossed)} cohesive elements have nodes 4 to 6 not over 1 to 3")
+    inward = np.zeros(len(layers), bool)
+    of = _incidence(layers[:, :3], len(points))
+    for rows in tets:
+        shared = (of @ _incidence(rows, len(points)).T).tocoo()
+        layer, element = shared.row[shared.data == 3], shared.col[shared.data == 3]
+        off = points[rows[element, :4]].mean(axis=1) - points[layers[layer, 0]]
+        inward[layer] |= np.einsum("ij,ij->i", bottom[layer], off) > 0
+    if inward.any():
+        faults.append(
+            f"{np.count_nonzero(inward)} cohesive elements have the normal of nodes 1 to 3 into the solid "
+            "element there; expected it out of it, from nodes 1 to 3 towards 4 to 6"
+        )
+    if len(np.unique(np.sort(layers, axis=1), axis=0)) < len(layers):
+        faults.append("cohesive elements are there twice on the same nodes; expected each once")
+    return faults
+
+
+def _incidence(rows: np.ndarray, count: int) -> csr_array:
+    """Return which nodes (k, count) the elements (k, c) have."""
+    at = np.repeat(np.arange(len(rows)), rows.shape[1])
+    return csr_array((np.ones(rows.size, np.int8), (at, rows.ravel())), shape=(len(rows), count))
 
 
 def _ids(blocks: list[Block], keyword: str) -> np.ndarray:

@@ -1,10 +1,11 @@
-"""Lines of the deck for the mesh: nodes, elements by grain, node sets and surfaces."""
+"""Lines of the deck for the mesh: nodes, elements by grain, cohesive layers, node sets and surfaces."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from craftmesh.deck.inp_format import id_lines, integer_rows, name_lines, node_rows
+from craftmesh.mechanics.cohesive import CohesiveLayers
 from craftmesh.mesh.mesh_sets import is_front
 from craftmesh.types import TetMesh
 
@@ -39,3 +40,21 @@ def set_lines(mesh: TetMesh) -> Iterator[str]:
         if sides:
             yield f"*SURFACE, NAME={name}, TYPE=ELEMENT\n"
             yield from (f"{name}_S{side + 1}, S{side + 1}\n" for side in sides)
+
+
+def layer_lines(layers: CohesiveLayers, first: int) -> Iterator[str]:
+    """Yield the elements, numbered from `first`, in the sets COH_<a>_<b> and COH_ALL."""
+    names = [layer_name(pair) for pair, rows in layers.elements.items() if len(rows)]
+    for pair, rows in layers.elements.items():
+        if len(rows):
+            yield f"*ELEMENT, TYPE=COH3D6, ELSET={layer_name(pair)}\n"
+            yield from integer_rows(np.column_stack([first + np.arange(len(rows)), rows + 1]))
+            first += len(rows)
+    if names:
+        yield "*ELSET, ELSET=COH_ALL\n"
+        yield from name_lines(names)
+
+
+def layer_name(pair: tuple[int, int]) -> str:
+    """Return the name of the set of cohesive elements between two grains."""
+    return f"COH_{pair[0]}_{pair[1]}"

@@ -1,10 +1,12 @@
-"""Lines of the deck for what the grains are made of: materials, orientations and sections."""
+"""Lines of the deck for what grains and cohesive layers are made of: materials, orientations, sections."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from craftmesh.deck.inp_format import constant_lines
+from craftmesh.deck.mesh_lines import layer_name
+from craftmesh.mechanics.cohesive import CohesiveLaw, CohesiveLayers
 from craftmesh.mechanics.eigenstrains import is_even
 from craftmesh.mechanics.materials import Material
 from craftmesh.mechanics.model import ElasticModel
@@ -28,8 +30,10 @@ def section_lines(model: ElasticModel) -> Iterator[str]:
             material = model.materials[model.phase_of[int(model.grains[row])]]
             yield from _material_lines(names[row], material, model.own_strain[row])
     for grain, name, strain in zip(model.grains.tolist(), names, model.own_strain):
-        oriented = grain in model.axes or _has_shears(strain)
-        yield from _section(model, grain, name, _section_axes(model, grain, strain) if oriented else None)
+        axes = model.axes[grain].tolist() if grain in model.axes else None
+        if _has_shears(strain):
+            axes = (model.own_axes(grain) @ _principal_axes(strain))[:, :2].T.ravel().tolist()
+        yield from _section(model, grain, name, axes)
 
 
 def user_section_lines(model: ElasticModel, materials: UserMaterials) -> Iterator[str]:
@@ -90,13 +94,6 @@ def _material_names(model: ElasticModel) -> list[str]:
     return [names[phase] + f"_GRAIN_{grain}" * (len(strains[phase]) > 1) for grain, phase in phases]
 
 
-def _section_axes(model: ElasticModel, grain: int, strain: np.ndarray) -> list[float]:
-    """Return the sample components (6,) of the first two axes of a section."""
-    if not _has_shears(strain):
-        return model.axes[grain].tolist()
-    return (model.own_axes(grain) @ _principal_axes(strain))[:, :2].T.ravel().tolist()
-
-
 def _has_shears(strain: np.ndarray) -> bool:
     shears = np.abs(strain - np.diag(np.diag(strain)))
     return bool(shears.max() > _ROUNDING * np.abs(strain).max())
@@ -123,3 +120,26 @@ def _material_lines(name: str, material: Material, strain: np.ndarray) -> Iterat
         even = is_even(strain)
         yield f"*EXPANSION, TYPE={'ISO' if even else 'ORTHO'}\n"
         yield from constant_lines(np.diag(strain)[: 1 if even else 3].tolist())
+
+
+def layer_section_lines(layers: CohesiveLayers, scale: float) -> Iterator[str]:
+    """Yield the laws as materials COHESIVE_<k>, lengths times `scale`, and a section for each boundary."""
+    laws = list(dict.fromkeys(layers.laws.values()))
+    for count, law in enumerate(laws, 1):
+        yield from _law_lines(f"COHESIVE_{count}", law.with_lengths(scale))
+    for pair, law in layers.laws.items():
+        if len(layers.elements[pair]):
+            name = f"COHESIVE_{laws.index(law) + 1}"
+            yield f"*COHESIVE SECTION, ELSET={layer_name(pair)}, MATERIAL={name}, "
+            yield f"RESPONSE=TRACTION SEPARATION, THICKNESS=SPECIFIED, CONTROLS={name}\n1.0\n"
+
+
+def _law_lines(name: str, law: CohesiveLaw) -> Iterator[str]:
+    yield f"*SECTION CONTROLS, NAME={name}, ELEMENT DELETION=YES, VISCOSITY={law.viscosity!r}\n"
+    yield f"*MATERIAL, NAME={name}\n*ELASTIC, TYPE=TRACTION\n"
+    yield from constant_lines([law.stiffness, law.shear_stiffness, law.shear_stiffness])
+    if law.strength:
+        yield "*DAMAGE INITIATION, CRITERION=QUADS\n"
+        yield from constant_lines([law.strength, law.shear_strength, law.shear_strength])
+        yield f"*DAMAGE EVOLUTION, TYPE=ENERGY, MIXED MODE BEHAVIOR=BK, POWER={law.eta!r}\n"
+        yield from constant_lines([law.energy, law.shear_energy, law.shear_energy])

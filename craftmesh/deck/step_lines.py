@@ -1,19 +1,24 @@
-"""Lines of the deck for the load: supports, and one static step with its output."""
+"""Lines of the deck for the load: one static step, one for each load case, or those of a history."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from craftmesh.deck.inp_format import number
-from craftmesh.mechanics.load import Fixed, Load, Traction, nodal_forces
-from craftmesh.types import TetMesh
+from craftmesh.mechanics.history import RAMP, LoadStep
+from craftmesh.mechanics.load import Fixed, Load, Traction, acting_faces, combined, nodal_forces
+from craftmesh.types import BOX_PLANES, TetMesh
 
 # Both solvers write these to their results files (.fil, .frd).
 _OUTPUT = "*NODE FILE\nU, RF\n*EL FILE\nS, E\n"
 # Materials expand by the eigenstrains of their grains times the temperature.
-COLD = "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, 0.0\n"
+_COLD = "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, 0.0\n"
 # Of the largest force: what corners of 10-node elements bear, which is 0.
-ROUNDING = 1e-12
+_ROUNDING = 1e-12
+# An increment that does not converge is cut to no less than that share of the longest: ten halvings.
+_SHORTEST = 1e-3
+_MOST_INCREMENTS = 100_000  # of a step, which ends before: the programs' own limit is 100
+_PAIRS_PER_LINE = 4
 
 
 def step_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
@@ -24,12 +29,12 @@ def step_lines(load: Load, mesh: TetMesh) -> Iterator[str]:
     for fixed in still:
         yield from (f"{nodes}, {fixed.axis + 1}, {fixed.axis + 1}\n" for nodes in _nodes(fixed))
     if load.heat:
-        yield COLD
+        yield _COLD
     yield "*STEP\n*STATIC\n"
     if moved:
         yield "*BOUNDARY\n"
     for fixed in moved:
-        yield from moved_lines(fixed)
+        yield from _moved_lines(fixed)
     yield from _pulled(load.pulled, mesh)
     if load.heat:
         yield f"*TEMPERATURE\nNALL, {number(load.heat)}\n"
@@ -40,11 +45,11 @@ def steps_of_cases(cases: Mapping[str, Load], mesh: TetMesh) -> Iterator[str]:
     """Yield a step for each load case, which takes away supports and loads of the one before."""
     heated = any(load.heat for load in cases.values())
     if heated:
-        yield COLD
+        yield _COLD
     for name, load in cases.items():
         yield f"*STEP\n** Load case {name}, by itself\n*STATIC\n*BOUNDARY, OP=NEW\n"
         for fixed in (*load.held, *load.moved):
-            yield from moved_lines(fixed)
+            yield from _moved_lines(fixed)
         yield "*CLOAD, OP=NEW\n*DSLOAD, OP=NEW\n"
         yield from _pulled(load.pulled, mesh)
         if heated:
@@ -52,7 +57,64 @@ def steps_of_cases(cases: Mapping[str, Load], mesh: TetMesh) -> Iterator[str]:
         yield _OUTPUT + "*END STEP\n"
 
 
-def moved_lines(fixed: Fixed) -> Iterator[str]:
+def history_lines(
+    loads: Mapping[str, Load], steps: Sequence[LoadStep], mesh: TetMesh, extras: Sequence[str], nlgeom: bool
+) -> Iterator[str]:
+    """Yield the steps of a history; loads: by the names in it; extras: lines for the output of each step.
+
+    A step has all that any of the loads holds, moves or pulls, 0 where its own does not, so that it takes
+    the place of the step before.
+    """
+    if any(load.heat for load in loads.values()):
+        yield _COLD
+    for count, step in enumerate(steps, 1):
+        if step.kind != RAMP:
+            yield f"*AMPLITUDE, NAME=STEP_{count}\n"
+            table = step.table()
+            for start in range(0, len(table), _PAIRS_PER_LINE):
+                values = table[start : start + _PAIRS_PER_LINE].ravel().tolist()
+                yield ", ".join(map(number, values)) + "\n"
+    forces = (np.abs(_parted(load.pulled, mesh)[1]) for load in loads.values())
+    sizes = sum(forces, np.zeros(mesh.points.shape))
+    loaded = sizes > _ROUNDING * sizes.max(initial=0.0)
+    for count, (step, asked) in enumerate(zip(steps, extras, strict=True), 1):
+        yield f"*STEP, INC={_MOST_INCREMENTS}{', NLGEOM=YES' if nlgeom else ''}\n"
+        yield f"** Step {count}: {step.kind} of the load {step.load}".rstrip() + "\n"
+        longest = step.time / step.increments
+        yield f"*STATIC\n{', '.join(map(number, (longest, step.duration, _SHORTEST * longest, longest)))}\n"
+        yield from _load_lines(loads, step, count, mesh, loaded)
+        yield f"{asked}*END STEP\n"
+
+
+def face_lines(loads: Mapping[str, Load]) -> str:
+    """Return the lines that print displacements and forces of the faces that move or are pulled.
+
+    And the body's energy, without which in the first step CalculiX has none in the last.
+    """
+    acting = {plane for plane, _ in acting_faces(loads.values())}
+    return "*EL PRINT, ELSET=EALL, TOTALS=ONLY\nELSE\n" + "".join(
+        f"*NODE PRINT, NSET={plane}, TOTALS=YES\nU, RF\n" for plane in BOX_PLANES if plane in acting
+    )
+
+
+def _load_lines(
+    loads: Mapping[str, Load], step: LoadStep, count: int, mesh: TetMesh, loaded: np.ndarray
+) -> Iterator[str]:
+    """Yield supports and loads of a step: at its end, or with its amplitude over time.
+
+    loaded (n, 3): the forces, by node and axis, that any of the loads has.
+    """
+    level, amplitude = (step.level, "") if step.kind == RAMP else (1.0, f", AMPLITUDE=STEP_{count}")
+    load = combined([(level * (name == step.load), one) for name, one in loads.items()])
+    yield "*BOUNDARY" + amplitude + "\n"
+    for fixed in (*load.held, *load.moved):
+        yield from _moved_lines(fixed)
+    yield from _pulled(load.pulled, mesh, amplitude, loaded)
+    if any(one.heat for one in loads.values()):
+        yield f"*TEMPERATURE{amplitude}\nNALL, {number(load.heat)}\n"
+
+
+def _moved_lines(fixed: Fixed) -> Iterator[str]:
     """Yield the line of a node set that moves by one value, or one of each node."""
     axis = fixed.axis + 1
     if np.ndim(fixed.displacement):
@@ -64,34 +126,30 @@ def moved_lines(fixed: Fixed) -> Iterator[str]:
         yield from (f"{nodes}, {axis}, {axis}, {value}\n" for nodes in _nodes(fixed))
 
 
-def _pulled(tractions: Sequence[Traction], mesh: TetMesh) -> Iterator[str]:
-    """Yield pressures on surfaces, and other tractions as forces at nodes: CalculiX has no others."""
-    pressures, forces = parted(tractions, mesh)
+def _pulled(
+    tractions: Sequence[Traction], mesh: TetMesh, option: str = "", loaded: np.ndarray | None = None
+) -> Iterator[str]:
+    """Yield pressures on surfaces, and other tractions as forces at nodes: CalculiX has no others.
+
+    option: of both keywords; loaded (n, 3): the forces that are written, by default those that are not 0.
+    """
+    pressures, forces = _parted(tractions, mesh)
     if pressures:
-        yield "*DSLOAD\n"
-    yield from pressure_lines(pressures)
-    loaded = np.abs(forces) > ROUNDING * np.abs(forces).max(initial=0.0)
-    if loaded.any():
-        yield "*CLOAD\n"
-    yield from force_lines(forces, loaded)
-
-
-def parted(tractions: Sequence[Traction], mesh: TetMesh) -> tuple[list[Traction], np.ndarray]:
-    """Return the pressures on surfaces, and the forces (n, 3) at nodes of all other tractions."""
-    pressures = [one for one in tractions if one.axis is None and not np.ndim(one.stress)]
-    return pressures, nodal_forces([one for one in tractions if one not in pressures], mesh)
-
-
-def pressure_lines(pressures: Sequence[Traction]) -> Iterator[str]:
-    """Yield the lines of *DSLOAD."""
+        yield f"*DSLOAD{option}\n"
     yield from (f"{one.name}, P, {number(-float(one.stress))}\n" for one in pressures)
-
-
-def force_lines(forces: np.ndarray, loaded: np.ndarray) -> Iterator[str]:
-    """Yield the lines of *CLOAD: the forces (n, 3) that are loaded (n, 3)."""
+    if loaded is None:
+        loaded = np.abs(forces) > _ROUNDING * np.abs(forces).max(initial=0.0)
+    if loaded.any():
+        yield f"*CLOAD{option}\n"
     nodes, axes = np.nonzero(loaded)
     for node, axis, force in zip(nodes.tolist(), axes.tolist(), forces[nodes, axes].tolist()):
         yield f"{node + 1}, {axis + 1}, {number(force)}\n"
+
+
+def _parted(tractions: Sequence[Traction], mesh: TetMesh) -> tuple[list[Traction], np.ndarray]:
+    """Return the pressures on surfaces, and the forces (n, 3) at nodes of all other tractions."""
+    pressures = [one for one in tractions if one.axis is None and not np.ndim(one.stress)]
+    return pressures, nodal_forces([one for one in tractions if one not in pressures], mesh)
 
 
 def _nodes(fixed: Fixed) -> list[str]:

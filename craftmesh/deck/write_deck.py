@@ -10,15 +10,13 @@ from typing import TextIO
 import numpy as np
 
 from craftmesh.atomic import atomic_path, atomic_paths
-from craftmesh.deck.cohesive_lines import layer_lines, layer_section_lines
 from craftmesh.deck.contact_lines import contact_lines, on_plates, plate_lines
-from craftmesh.deck.history_lines import face_lines, history_lines
 from craftmesh.deck.includes import include_line, mesh_file
 from craftmesh.deck.limits import check_writable
-from craftmesh.deck.mesh_lines import mesh_lines, set_lines
+from craftmesh.deck.mesh_lines import layer_lines, mesh_lines, set_lines
 from craftmesh.deck.options import DeckOptions
-from craftmesh.deck.section_lines import AXES_TABLE, section_lines, user_section_lines
-from craftmesh.deck.step_lines import step_lines, steps_of_cases
+from craftmesh.deck.section_lines import AXES_TABLE, layer_section_lines, section_lines, user_section_lines
+from craftmesh.deck.step_lines import face_lines, history_lines, step_lines, steps_of_cases
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.cohesive import CohesiveLayers
 from craftmesh.mechanics.history import held_step

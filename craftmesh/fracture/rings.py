@@ -7,17 +7,17 @@ from scipy.spatial import cKDTree
 
 from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.fracture.tube import OF_CURVATURE
+from craftmesh.mechanics.materials import COMPONENT
 from craftmesh.mesh.front_curve import local_sizes
 from craftmesh.mesh.front_frames import Front, faces_of_nodes, fronts_of
-from craftmesh.mesh.integration import shape_slopes, tet_rule
+from craftmesh.mesh.integration import shape_slopes, shape_values, tet_rule
 from craftmesh.mesh.lips import lip_pairs
 from craftmesh.mesh.mesh_sets import is_lip
-from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, face_nodes
+from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.types import BOX_PLANES, TetMesh
 
 # Inner and outer radius in edges of the front. In the first, elements at the front count: the worst ones.
 RINGS = ((1.0, 2.0), (2.0, 3.0), (3.0, 4.0))
-_PLACES = [[0, 3, 4], [3, 1, 5], [4, 5, 2]]  # of 11, 22, 33, 12, 13, 23 in a matrix
 
 
 class NodalField(NamedTuple):
@@ -95,14 +95,12 @@ def _integral(mesh: TetMesh, field: NodalField, moved: np.ndarray) -> float:
     """Return J times the front's length for an extension (n, 3) of the nodes, of 1 along the front."""
     tets = mesh.tets[np.ptp(moved[mesh.tets], axis=1).any(axis=1)]
     places, weights = tet_rule(4)
-    a, b = EDGE_CORNERS.T
-    values = np.concatenate([places * (2 * places - 1), 4 * places[:, a] * places[:, b]], axis=1)
     total = 0.0
-    for value, slopes, weight in zip(values, shape_slopes(places, 10), weights):
+    for value, slopes, weight in zip(shape_values(places), shape_slopes(places, 10), weights):
         jacobian = np.einsum("wk,mwi->mik", slopes, mesh.points[tets])
         gradient = np.einsum("wk,mkj->mwj", slopes, np.linalg.inv(jacobian))
         u, v = (np.einsum("mwi,mwj->mij", own[tets], gradient) for own in (field.displacement, moved))
-        stress = np.einsum("w,mwc->mc", value, field.stress[tets])[:, _PLACES]
+        stress = np.einsum("w,mwc->mc", value, field.stress[tets])[:, COMPONENT]
         work = field.work[tets] @ value
         density = np.einsum("mij,mik,mkj->m", stress, u, v) - work * np.trace(v, axis1=1, axis2=2)
         total += weight * float(density @ np.linalg.det(jacobian))

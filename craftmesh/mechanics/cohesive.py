@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.faces import number_of
+from craftmesh.mechanics.faces import named_numbers
 from craftmesh.types import Crystal
 
 if TYPE_CHECKING:
@@ -96,10 +96,8 @@ def _scope(head: str) -> Scope | None:
 
 def _law(text: str) -> CohesiveLaw | None:
     """Return the law of values by name; None where they are none of a law."""
-    words = [tuple(part.strip() for part in word.split("=")) for word in text.split(",")]
-    values = {word[0]: number_of(word[-1]) or 0.0 for word in words if len(word) == 2}
-    known = {f.name for f in fields(CohesiveLaw)}
-    if len(values) < len(words) or not values.keys() <= known or "stiffness" not in values:
+    values, known = named_numbers(text.split(",")), {f.name for f in fields(CohesiveLaw)}
+    if values is None or not {"stiffness"} <= values.keys() <= known:
         return None
     is_whole = ("strength" in values) == ("energy" in values) and min(values.values()) > 0
     return CohesiveLaw(**values) if is_whole else None

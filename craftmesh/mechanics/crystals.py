@@ -50,10 +50,11 @@ def misfits(
             matrix = Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
             change = np.abs(turned(stiffness, matrix) - stiffness).max() / np.abs(stiffness).max()
             if change > _MISFIT:
+                name = " ".join(crystal.name.split())
                 found.append(
-                    f"phase {phase}{_named(crystal)} is {crystal.structure} in its file, and its material "
-                    f"({material.kind}) is not: a turn of {degrees} degrees about the crystal's {axis} "
-                    f"changes the stiffness by {100 * change:.0f} %; check inp.material"
+                    f"phase {phase}{f' ({name})' * bool(name)} is {crystal.structure} in its file, and its "
+                    f"material ({material.kind}) is not: a turn of {degrees} degrees about the crystal's "
+                    f"{axis} changes the stiffness by {100 * change:.0f} %; check inp.material"
                 )
                 break
     return found
@@ -73,7 +74,3 @@ def known_material(crystal: Crystal) -> tuple[str, str, bool]:
     if metal is None:
         return "isotropic:200000,0.3", f"isotropic, for a {crystal.structure} crystal's constants", True
     return METALS[metal], metal, True
-
-
-def _named(crystal: Crystal) -> str:
-    return f" ({' '.join(crystal.name.split())})" if crystal.name.strip() else ""

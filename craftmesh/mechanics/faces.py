@@ -79,6 +79,17 @@ def number_of(text: str) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def named_numbers(texts: Sequence[str], mark: str = "=") -> dict[str, float] | None:
+    """Return the numbers by name of texts NAME=NUMBER, or with another mark between the two.
+
+    None where one of the numbers is none, or a name is there twice.
+    """
+    pairs = [text.partition(mark) for text in texts]
+    numbers = {name.strip(): number_of(value) for name, _, value in pairs}
+    known = {name: value for name, value in numbers.items() if value is not None}
+    return known if len(known) == len(pairs) else None
+
+
 class Combination(NamedTuple):
     """A sum of load cases, each times its factor; a load case counts as one of itself."""
 
@@ -121,18 +132,15 @@ def combinations_of(
 
 def _combination(text: str, cases: Sequence[str]) -> Combination:
     name, _, terms = text.partition("=")
-    factors = {}
-    for term in terms.split(","):
-        case, _, factor = (part.strip() for part in term.partition(":"))
-        value = number_of(factor)
-        if value is None or case in factors:
-            raise CraftmeshError(
-                f"combine: {text!r}; expected NAME=CASE:FACTOR,CASE:FACTOR,... with each load case once"
-            )
+    factors = named_numbers(terms.split(","), ":")
+    if factors is None:
+        raise CraftmeshError(
+            f"combine: {text!r}; expected NAME=CASE:FACTOR,CASE:FACTOR,... with each load case once"
+        )
+    for case in factors:
         if case not in cases:
             known = ", ".join(cases) or "none: name them by CASE/ before rows of faces"
             raise CraftmeshError(f"combine: {text!r} has load case {case!r}; expected one of {known}")
-        factors[case] = value
     return Combination(name.strip(), factors)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.faces import number_of
+from craftmesh.mechanics.faces import named_numbers
 
 RAMP, TRIANGLE, SINE = "ramp", "triangle", "sine"
 _EXPECTED = (
@@ -135,20 +135,14 @@ def _step(text: str) -> LoadStep:
     head, *others = (part.strip() for part in text.split(","))
     load, _, what = head.rpartition("/")
     kind, _, level = (part.strip() for part in what.partition(":"))
-    words = {"level": level} | {
-        key.strip(): value for key, _, value in (one.partition("=") for one in others)
-    }
-    numbers = {key: number_of(value) for key, value in words.items()}
-    known = [field.name for field in fields(LoadStep)][2:-1]
-    allowed = set(known) - ({"R", "cycles"} if kind == RAMP else set())
-    values = {key: value for key, value in numbers.items() if value is not None}
-    positive = all(values.get(key, 1.0) > 0 for key in ("cycles", "time", "increments"))
+    values = named_numbers([f"level={level}", *others])
+    allowed = {field.name for field in fields(LoadStep)[2:-1]}
+    allowed -= {"R", "cycles"} if kind == RAMP else set()
     if (
         kind not in (RAMP, TRIANGLE, SINE)
-        or not set(words) <= allowed
-        or len(values) < len(words)
-        or len(words) < len(others) + 1
-        or not positive
+        or values is None
+        or not values.keys() <= allowed
+        or min(values.get(key, 1.0) for key in ("cycles", "time", "increments")) <= 0
         or (kind != RAMP and not (values["level"] and values.get("R", 0.0) < 1))
     ):
         raise CraftmeshError(f"steps: {text!r}; {_EXPECTED}")

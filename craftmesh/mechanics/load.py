@@ -10,7 +10,7 @@ from craftmesh.mechanics.faces import FIXED, STRAIN, STRESS, FaceRow
 from craftmesh.mechanics.holding import lacking
 from craftmesh.mesh.integration import face_shape
 from craftmesh.mesh.mesh_sets import node_sets_of
-from craftmesh.mesh.tet_connectivity import FACE_CORNERS, FACE_EDGES, face_nodes
+from craftmesh.mesh.tet_connectivity import FACE_CORNERS, face_nodes
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import BOX_PLANES, TetMesh
 
@@ -55,10 +55,8 @@ def nodal_forces(tractions: Iterable[Traction], mesh: TetMesh) -> np.ndarray:
     """Return the forces (n, 3) of tractions on a mesh, consistent with its shape functions."""
     forces = np.zeros(mesh.points.shape)
     is_linear = mesh.tets.shape[1] == 4
-    nodes_of = FACE_CORNERS if is_linear else np.hstack([FACE_CORNERS, 4 + FACE_EDGES])
     for traction in tractions:
-        tets, sides = traction.faces.T
-        nodes = mesh.tets[tets[:, None], nodes_of[sides]]
+        nodes = face_nodes(mesh.tets, traction.faces)
         places = mesh.points[nodes]
         for s, t in (_MIDDLE if is_linear else _THREE).tolist():
             values, slopes = face_shape(s, t, is_linear)
@@ -107,6 +105,37 @@ class Load:
             for part in (self.held, self.moved)
         )
         return Load(held, moved, self.pulled, self.heat)
+
+
+def acting_faces(loads: Iterable[Load]) -> list[tuple[str, int]]:
+    """Return the faces of the box that loads move or pull, each with the axis (0, 1, 2) along which."""
+    found: dict[tuple[str, int], None] = {}
+    for load in loads:
+        found |= {
+            (part.name, part.axis): None for part in (*load.held, *load.moved) if np.any(part.displacement)
+        }
+        for one in load.pulled:
+            if one.name in BOX_PLANES:
+                found[one.name, BOX_PLANES.index(one.name) // 2 if one.axis is None else one.axis] = None
+    return list(found)
+
+
+def face_loop(
+    mesh: TetMesh, plane: str, axis: int, nodes: np.ndarray, displacement: np.ndarray, force: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return the nominal strain and stress (k,) of a face along an axis, positive outwards, by name.
+
+    displacement (k, n, 3) of the face's nodes (n,) of the mesh; force (k, 3): the sum of those on it. The
+    strain is the mean displacement over the box's length across the face, the stress the force over the
+    box's cross-section.
+    """
+    across, sign = BOX_PLANES.index(plane) // 2, 1.0 if plane.endswith("MAX") else -1.0
+    lengths = np.ptp(mesh.box, axis=0)
+    weights = nodal_forces([Traction(mesh.face_sets[plane], 1.0, plane, axis)], mesh)[nodes, axis]
+    mean = displacement[:, :, axis] @ weights / weights.sum()
+    area = np.delete(lengths, across).prod()
+    name = f"{plane}.{'xyz'[axis]}"
+    return {f"{name} strain": sign * mean / lengths[across], f"{name} stress": sign * force[:, axis] / area}
 
 
 def combined(parts: Sequence[tuple[float, Load]]) -> Load:
@@ -232,19 +261,15 @@ def _against_turning(mesh: TetMesh, axis: int, nodes: np.ndarray) -> list[Fixed]
 
 def check_faces(rows: Sequence[FaceRow]) -> None:
     """Raise CraftmeshError for rows that `load_on` refuses on a cube of edge 1."""
-    try:
-        load_on(_cube(), rows)
-    except CraftmeshError as error:
-        raise CraftmeshError(
-            f"faces, tried on a cube of edge 1: {str(error).removeprefix('load: ')}"
-        ) from None
-
-
-def _cube() -> TetMesh:
-    corners = _CORNERS[_TETS[:, FACE_CORNERS]]
+    corners, grain = _CORNERS[_TETS[:, FACE_CORNERS]], np.ones(len(_TETS), np.int32)
     face_sets = {
         plane: np.argwhere((corners[..., number // 2] == number % 2).all(axis=2))
         for number, plane in enumerate(BOX_PLANES)
     }
-    grain = np.ones(len(_TETS), np.int32)
-    return TetMesh(_CORNERS, _TETS, grain, node_sets_of(_TETS, face_sets, []), face_sets)
+    cube = TetMesh(_CORNERS, _TETS, grain, node_sets_of(_TETS, face_sets, []), face_sets)
+    try:
+        load_on(cube, rows)
+    except CraftmeshError as error:
+        raise CraftmeshError(
+            f"faces, tried on a cube of edge 1: {str(error).removeprefix('load: ')}"
+        ) from None

@@ -77,11 +77,6 @@ class UserMaterial(Options):
         """Whether sections give the crystal's axes, for the constants do not."""
         return self.oriented and not self.placeholders & _TURN
 
-    @property
-    def is_of_grain(self) -> bool:
-        """Whether grains have a material each."""
-        return bool(self.placeholders - {"phase"})
-
 
 @dataclass(frozen=True, eq=False)
 class UserMaterials:
@@ -105,27 +100,21 @@ class UserMaterials:
                     "microstructure, or a template with oriented: false"
                 )
             name = material.name + (f"_PHASE_{key}" if key is not None else "")
-            name += f"_GRAIN_{grain}" if material.is_of_grain else ""
-            known = _known(model, grain, self._phase(grain))
-            found[grain] = name, material, [_filled(value, known) for value in material.values]
+            name += f"_GRAIN_{grain}" if material.placeholders - {"phase"} else ""
+            phase = 1 if self.phases is None or grain >= len(self.phases) else int(self.phases[grain])
+            known = _known(model, grain, phase)
+            values = [known[value[1:-1]] if isinstance(value, str) else value for value in material.values]
+            found[grain] = name, material, values
         return found
-
-    def _phase(self, grain: int) -> int:
-        """Return the phase of a grain, 1 where phases are not known."""
-        return 1 if self.phases is None or grain >= len(self.phases) else int(self.phases[grain])
 
 
 def _known(model: ElasticModel, grain: int, phase: int) -> dict[str, float]:
-    """Return what a grain fills in, by the placeholders' names."""
+    """Return what a grain fills in, by the placeholders' names; phase 1 where it is not known."""
     matrix = model.own_axes(grain)
     quaternion = matrix_to_quaternion(matrix[None])[0]
     angles = np.degrees(quaternion_to_bunge(quaternion))
     values = [*angles.tolist(), *quaternion.tolist(), *matrix.ravel().tolist(), grain, phase]
     return dict(zip(_KNOWN, values))
-
-
-def _filled(value: float | str, known: Mapping[str, float]) -> float:
-    return known[value[1:-1]] if isinstance(value, str) else value
 
 
 def parse_templates(content: Any, source: str) -> dict[int | None, UserMaterial]:

@@ -57,14 +57,11 @@ class CubicBasis:
 
     def pieces(self, coefficients: np.ndarray) -> PPoly:
         """Return the polynomials between the breaks of the spline of coefficients (size, c)."""
-        spline, at = self._spline(coefficients), self.breaks[:-1]
-        powers = [spline(at, nu=k) / factorial(k) for k in range(DEGREE, -1, -1)]
-        return PPoly(np.stack(powers), self.breaks)
-
-    def _spline(self, coefficients: np.ndarray) -> BSpline:
         if self.closed:
             coefficients = coefficients[np.arange(self.size + DEGREE) % self.size]
-        return BSpline(self._knots(), coefficients, DEGREE)
+        spline, at = BSpline(self._knots(), coefficients, DEGREE), self.breaks[:-1]
+        powers = [spline(at, nu=k) / factorial(k) for k in range(DEGREE, -1, -1)]
+        return PPoly(np.stack(powers), self.breaks)
 
     def _knots(self) -> np.ndarray:
         if not self.closed:

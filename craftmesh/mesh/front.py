@@ -33,16 +33,14 @@ def mesh_fronts(mesh: TetMesh) -> list[tuple[np.ndarray, bool]]:
         return fronts
     nodes = face_nodes(mesh.tets, lip_faces(mesh.face_sets)[0])
     mid_of = {(a, b): mid for i in range(3) for a, b, mid in nodes[:, [i, (i + 1) % 3, 3 + i]].tolist()}
-    return [(with_mid_nodes(corners, closed, mid_of), closed) for corners, closed in fronts]
-
-
-def with_mid_nodes(corners: np.ndarray, closed: bool, mid_of: dict) -> np.ndarray:
-    """Return the front with `mid_of[tail, head]` after each tail; a closed front ends with a mid node."""
-    ahead = np.roll(corners, -1) if closed else corners[1:]
-    mids = [mid_of[edge] for edge in zip(corners.tolist(), ahead.tolist())]
-    result = np.empty(len(corners) + len(mids), np.int64)
-    result[0::2], result[1::2] = corners, mids
-    return result
+    found = []
+    for corners, closed in fronts:
+        ahead = np.roll(corners, -1) if closed else corners[1:]
+        mids = [mid_of[edge] for edge in zip(corners.tolist(), ahead.tolist())]
+        both = np.empty(len(corners) + len(mids), np.int64)
+        both[0::2], both[1::2] = corners, mids
+        found.append((both, closed))
+    return found
 
 
 def _front_edges(points: np.ndarray, tets: np.ndarray, face_sets: Mapping[str, np.ndarray]) -> np.ndarray:

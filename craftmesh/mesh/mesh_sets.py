@@ -55,7 +55,11 @@ def node_sets_of(tets: np.ndarray, face_sets: Mapping, fronts: list) -> dict[str
     of one crack when there are several. Empty sets are left out.
     """
     sides = [name for name in face_sets if is_lip(name)]
-    sets = {name: _nodes(tets, face_sets[name]) for name in (*BOX_PLANES, *sides) if name in face_sets}
+    sets = {
+        name: np.unique(face_nodes(tets, face_sets[name]))
+        for name in (*BOX_PLANES, *sides)
+        if name in face_sets
+    }
     for count in (2, 3):
         for planes in combinations([name for name in BOX_PLANES if name in sets], count):
             if len({plane[0] for plane in planes}) == count:
@@ -72,7 +76,3 @@ def node_sets_of(tets: np.ndarray, face_sets: Mapping, fronts: list) -> dict[str
         if name.endswith("A") and name not in LIPS and own:
             sets[name.replace("LIP_A", "FRONT")] = np.concatenate(own)
     return {name: nodes for name, nodes in sets.items() if len(nodes)}
-
-
-def _nodes(tets: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    return np.unique(face_nodes(tets, faces))

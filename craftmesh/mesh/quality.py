@@ -5,12 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from craftmesh.errors import listed
-from craftmesh.mesh.flat_tets import flat_tets, is_poor, poor_parts
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.front_curve import arc_lengths
 from craftmesh.mesh.integration import smallest_jacobians
 from craftmesh.mesh.mesh_sets import lip_faces
-from craftmesh.mesh.shape_measures import shape_measures
+from craftmesh.mesh.shape_measures import flat_tets, is_poor, poor_parts, shape_measures
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges, tet_edges
 from craftmesh.surface.measure import total_area, volume_drift
 from craftmesh.types import TetMesh, Voxels
@@ -23,7 +22,7 @@ _ANGLE_EDGES = tuple(range(0, 181, 10))
 def quality(mesh: TetMesh, voxels: Voxels | None = None) -> dict:
     """Return what quality.json holds: plain numbers, shares in percent, angles in degrees.
 
-    Aspect ratio: longest edge over smallest altitude, as TetGen. Poor elements: see `mesh/flat_tets`.
+    Aspect ratio: longest edge over smallest altitude, as TetGen. Poor elements: see `mesh/shape_measures`.
     `jacobian_not_positive` counts the elements with a Jacobian <= 0 at an integration point (4-node
     elements and straight 10-node ones: with a volume <= 0). With voxels, `volume_drift` compares each
     grain's volume with its voxels'. `flat`: see `flat_tets`.

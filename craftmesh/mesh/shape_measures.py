@@ -1,13 +1,23 @@
-"""Shape of tetrahedra: volume, aspect ratio, dihedral angles and shape factor."""
+"""Shape of tetrahedra: measures, what counts as poor and as flat, and whether a wedge forces a flat one."""
 
 from itertools import combinations
 
 import numpy as np
 
 from craftmesh.mesh.integration import parts_of
-from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, FACE_CORNERS
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, FACE_CORNERS, dihedral_angles
+from craftmesh.surface.connectivity import joined
+from craftmesh.types import TetMesh
 
 _OPPOSITE = np.array([[0, 5], [1, 3], [2, 4]])  # edges without a common corner
+LEAST_SHAPE_FACTOR = 0.02
+# Dihedral angles in degrees.
+LEAST_DIHEDRAL = 10.0
+LARGEST_DIHEDRAL = 160.0
+# A flat element is so poor that its stresses mean nothing: it is named with its place.
+FLAT_SHAPE_FACTOR = 0.005
+FLAT_DIHEDRALS = (5.0, 172.0)
+MAX_NAMED = 100  # flat elements that are named at most, the flattest first
 
 
 def shape_measures(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
@@ -29,19 +39,104 @@ def _measured(corners: np.ndarray) -> np.ndarray:
     double = np.sqrt((faces * faces).sum(axis=2))
     six_volume = (faces[:, 0] * edges[:, 3]).sum(axis=1)
     size = np.abs(six_volume)
-    cosines = np.stack([_cosine(faces, double, i, j) for i, j in combinations(range(4), 2)])
+    pairs = np.array(list(combinations(range(4), 2)))
+    areas = double[:, pairs].prod(axis=2)
+    cosines = -(faces[:, pairs[:, 0]] * faces[:, pairs[:, 1]]).sum(axis=2)
+    cosines = np.where(areas > 0, (cosines / np.where(areas > 0, areas, 1.0)).clip(-1, 1), 1.0)
     x, y, z = (length[:, _OPPOSITE[:, 0]] * length[:, _OPPOSITE[:, 1]]).T
     # 24 R V by Crelle's formula, R the circumradius
     crelle = np.sqrt(np.maximum((x + y + z) * (x + y - z) * (x - y + z) * (-x + y + z), 0.0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         aspect = np.where(size > 0, length.max(axis=1) * double.max(axis=1) / size, np.inf)
         factor = size / 6 / (8 * np.sqrt(3.0) / 27 * (crelle / (4 * size)) ** 3)
-    angles = np.degrees(np.arccos([cosines.max(axis=0), cosines.min(axis=0)]))
+    angles = np.degrees(np.arccos([cosines.max(axis=1), cosines.min(axis=1)]))
     return np.column_stack([six_volume / 6, aspect, *angles, np.where(size > 0, factor, 0.0)])
 
 
-def _cosine(faces: np.ndarray, double: np.ndarray, i: int, j: int) -> np.ndarray:
-    """Return the cosine (m,) of the dihedral angle between two faces, 1 where one has no area."""
-    areas = double[:, i] * double[:, j]
-    cosine = -(faces[:, i] * faces[:, j]).sum(axis=1) / np.where(areas > 0, areas, 1.0)
-    return np.where(areas > 0, cosine.clip(-1, 1), 1.0)
+def poor_parts(measures: np.ndarray) -> dict[str, np.ndarray]:
+    """Return (m,) bool for each reason to call an element poor, from `shape_measures` (m, 5)."""
+    low, high, factor = measures[:, 2], measures[:, 3], measures[:, 4]
+    return {
+        "shape_factor": factor < LEAST_SHAPE_FACTOR,
+        "dihedral_under_10": low < LEAST_DIHEDRAL,
+        "dihedral_over_160": high > LARGEST_DIHEDRAL,
+    }
+
+
+def is_poor(measures: np.ndarray) -> np.ndarray:
+    """Return (m,) bool: elements that are poor for any reason, from `shape_measures` (m, 5)."""
+    return np.logical_or.reduce(list(poor_parts(measures).values()))
+
+
+def is_flat(measures: np.ndarray) -> np.ndarray:
+    """Return (m,) bool: elements that are flat, from `shape_measures` (m, 5)."""
+    low, high, factor = measures[:, 2], measures[:, 3], measures[:, 4]
+    return (factor < FLAT_SHAPE_FACTOR) | (low < FLAT_DIHEDRALS[0]) | (high > FLAT_DIHEDRALS[1])
+
+
+def flat_tets(mesh: TetMesh, measures: np.ndarray | None = None) -> dict:
+    """Return what quality.json says of flat elements: `count`, `forced` and `places`.
+
+    Each place has the grain, the centre, the smallest and largest dihedral angle in degrees, the shape
+    factor and the sharpest wedge of the grain, in degrees, at an edge of the element (None without one on
+    the grain's surface or the crack). A wedge under 5 degrees forces the element; `forced` counts these
+    among the places, of which there are at most 100, the flattest first. measures: those of
+    `shape_measures` (m, 5), where they are known already.
+    """
+    corners = np.ascontiguousarray(mesh.tets[:, :4])
+    if measures is None:
+        measures = shape_measures(mesh.points, corners)
+    flat = np.flatnonzero(is_flat(measures))
+    named = flat[np.argsort(measures[flat, 2], kind="stable")][:MAX_NAMED]
+    is_named = np.zeros(len(mesh.points), bool)
+    is_named[corners[named]] = True
+    near = np.flatnonzero(is_named[corners].sum(axis=1) > 1)
+    places, forced = [], 0
+    for t in named.tolist():
+        own = corners[near[mesh.grain[near] == mesh.grain[t]]]
+        angles = [_wedge(mesh.points, own, corners[t], edge) for edge in EDGE_CORNERS]
+        wedge = min((round(angle, 2) for angle in angles if angle is not None), default=None)
+        forced += wedge is not None and wedge < FLAT_DIHEDRALS[0]
+        places.append(
+            {
+                "grain": int(mesh.grain[t]),
+                "centre": [round(float(x), 6) for x in mesh.points[corners[t]].mean(axis=0)],
+                "dihedrals": [round(float(angle), 2) for angle in measures[t, 2:4]],
+                "shape_factor": float(measures[t, 4]),
+                "wedge": wedge,
+            }
+        )
+    return {"count": len(flat), "forced": forced, "places": places}
+
+
+def flat_sentence(flat: dict) -> str | None:
+    """Return one line on the flat elements of `flat_tets`: how many, why, and where; None without any."""
+    if not flat["count"]:
+        return None
+    low, high = FLAT_DIHEDRALS
+    where = "; ".join(
+        f"grain {one['grain']}, ({', '.join(f'{x:.4g}' for x in one['centre'])}), "
+        f"{one['dihedrals'][0]:g}..{one['dihedrals'][1]:g} degrees"
+        for one in flat["places"][:3]
+    )
+    return (
+        f"{flat['count']} elements are flat (a dihedral angle under {low:g} or over {high:g} degrees or a "
+        f"shape factor under {FLAT_SHAPE_FACTOR:g}), {flat['forced']} of them in wedges "
+        f"of the surface under {low:g} degrees: {where}; quality.json names their places under flat"
+    )
+
+
+def _wedge(points: np.ndarray, tets: np.ndarray, corners: np.ndarray, edge: np.ndarray) -> float | None:
+    """Return the angle in degrees that tets (m, 4) fill round an edge of one of them, corners (4,).
+
+    Those count that hang together with it by faces at the edge; None where they close the round.
+    """
+    a, b = corners[edge]
+    tets = tets[(tets == a).any(axis=1) & (tets == b).any(axis=1)]
+    rim, place = np.unique(tets[(tets != a) & (tets != b)], return_inverse=True)
+    ends = place.reshape(-1, 2)
+    part = joined(len(rim), *ends.T)
+    ends = rim[ends[part[ends[:, 0]] == part[np.isin(rim, corners)][0]]]
+    if len(np.unique(ends)) == len(ends):
+        return None
+    return float(np.degrees(dihedral_angles(points, a, b, *ends.T).sum()))

@@ -59,11 +59,6 @@ class Worker:
         child.close()
         self._send(job)
 
-    @property
-    def is_busy(self) -> bool:
-        """Whether it starts up or has a task."""
-        return self.key is not None or not self.is_ready
-
     def start(self, key: Any, task: Any) -> None:
         """Hand over the task known by `key`; its clock starts now."""
         self.key = key
@@ -194,7 +189,9 @@ class _Pool:
 
     def _hear(self) -> list[tuple[int, str, Any]]:
         """Wait until a worker speaks or runs out of time; return (index, kind, value) of those workers."""
-        busy = [(index, worker) for index, worker in enumerate(self.staff) if worker.is_busy]
+        busy = [
+            (index, worker) for index, worker in enumerate(self.staff) if worker.key or not worker.is_ready
+        ]
         timeout = min(worker.deadline for _, worker in busy) - time.monotonic()
         spoken = wait([worker.connection for _, worker in busy], max(0.0, timeout))
         heard: list[tuple[int, str, Any]] = []

@@ -6,7 +6,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from craftmesh.mesh.flat_tets import is_flat, is_poor
+from craftmesh.mesh.shape_measures import is_flat, is_poor
 from craftmesh.tetrahedra.opening_model import (
     AT_NARROW,
     JOINING,
@@ -75,7 +75,7 @@ class GivenWay:
 def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     """Return the surface and all grains' tets with fewer flat, poor, stretched and narrow ones.
 
-    What these are: `mesh/flat_tets`, `opening_model`.
+    What these are: `mesh/shape_measures`, `opening_model`.
 
     Nodes near such tets go to where the worst tet round them, in any grain, is better; those of the surface
     by up to 0.4 of the mean edge at them, as long as there are such tets, those of the box on its planes,

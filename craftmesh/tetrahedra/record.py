@@ -4,8 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from craftmesh.mesh.flat_tets import is_poor
-from craftmesh.mesh.shape_measures import shape_measures
+from craftmesh.mesh.shape_measures import is_poor, shape_measures
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.wedges import wedges

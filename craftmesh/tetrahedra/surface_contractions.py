@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from craftmesh.mesh.flat_tets import (
+from craftmesh.mesh.shape_measures import (
     FLAT_DIHEDRALS,
     FLAT_SHAPE_FACTOR,
     LARGEST_DIHEDRAL,
     LEAST_DIHEDRAL,
     LEAST_SHAPE_FACTOR,
+    shape_measures,
 )
-from craftmesh.mesh.shape_measures import shape_measures
 from craftmesh.mesh.tet_connectivity import touching
 from craftmesh.tetrahedra.contraction_reach import keeps_surface
 from craftmesh.tetrahedra.contraction_rules import keeps_topology, may_merge

@@ -16,8 +16,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.io.model_tables import read_displacements
 from craftmesh.io.npz import read_labels, write_labels
 from craftmesh.io.vtk import write_tets
-from craftmesh.mechanics.element_axes import element_axes
-from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
+from craftmesh.mechanics.orientation import element_axes, quaternion_to_matrix, random_orientations
 
 SHAPE = (4, 2, 2)
 TURNS = random_orientations(16, np.random.default_rng(3)).astype(np.float32).reshape(*SHAPE, 4)

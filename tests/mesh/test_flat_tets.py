@@ -7,7 +7,7 @@ import pytest
 
 from craftmesh import cli
 from craftmesh.io.vtk import write_tets
-from craftmesh.mesh.flat_tets import flat_sentence, flat_tets
+from craftmesh.mesh.shape_measures import flat_sentence, flat_tets
 from craftmesh.types import TetMesh
 
 BASE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]

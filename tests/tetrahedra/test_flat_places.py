@@ -8,7 +8,7 @@ from structured_box import plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
-from craftmesh.mesh.flat_tets import flat_tets
+from craftmesh.mesh.shape_measures import flat_tets
 from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.surface.measure import distances_and_sides

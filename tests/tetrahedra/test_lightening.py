@@ -6,8 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from test_optimise_tets import assert_is_mesh, boundary, random_ball, random_tet, try_all
 
-from craftmesh.mesh.flat_tets import is_flat, is_poor
-from craftmesh.mesh.shape_measures import shape_measures
+from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
 from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
 from craftmesh.tetrahedra.kernels.tet_faults import (

@@ -7,8 +7,12 @@ from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 from structured_box import structured_box
 
-from craftmesh.mesh.flat_tets import LARGEST_DIHEDRAL, LEAST_DIHEDRAL, LEAST_SHAPE_FACTOR
-from craftmesh.mesh.shape_measures import shape_measures
+from craftmesh.mesh.shape_measures import (
+    LARGEST_DIHEDRAL,
+    LEAST_DIHEDRAL,
+    LEAST_SHAPE_FACTOR,
+    shape_measures,
+)
 from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volumes
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, link_tets, new_scratch
 from craftmesh.tetrahedra.kernels.tet_cavity_filling import insert_in_cavity, join_in_cavity

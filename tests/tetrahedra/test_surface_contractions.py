@@ -9,8 +9,7 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
-from craftmesh.mesh.flat_tets import flat_tets, is_flat
-from craftmesh.mesh.shape_measures import shape_measures
+from craftmesh.mesh.shape_measures import flat_tets, is_flat, shape_measures
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import ears, front_edges
 from craftmesh.surface.measure import side_volumes

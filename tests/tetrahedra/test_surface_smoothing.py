@@ -9,8 +9,7 @@ from structured_box import plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.commands.assemble import complete_mesh
 from craftmesh.mesh.check_tets import check_tets
-from craftmesh.mesh.flat_tets import is_flat, is_poor
-from craftmesh.mesh.shape_measures import shape_measures
+from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import mean_edges, side_volumes
 from craftmesh.surface.patches import AT_JUNCTION, ON_INTERFACE, ON_LINE, vertex_classes
