@@ -20,6 +20,7 @@ from craftmesh.campaign.paths import files_of, read_path, with_paths, written_pa
 from craftmesh.campaign.sheet import Rules, read_cases
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
+from craftmesh.deck.options import OF_THE_FILE
 from craftmesh.errors import named
 from craftmesh.growth.options import CorrectionOptions, GrowthOptions, SmoothingOptions
 from craftmesh.io.mesh_formats import MESH_FORMATS
@@ -169,7 +170,8 @@ class Campaign:
         """Return the flags of `inp` that a case's solver takes: programs also those of the deck's steps."""
         if not self.cases[case].runs_history:
             return self.model_flags(case)
-        return command_flags({key: value for key, value in self._deck(case).items() if key != "includes"})
+        deck = self._deck(case)
+        return command_flags({key: deck[key] for key in deck if key not in OF_THE_FILE})
 
     def growth_flags(self, case: str) -> str:
         """Return the flags of the kink angles and extensions that `craftmesh fracture` finds."""

@@ -20,7 +20,7 @@ from craftmesh.commands.microstructure import (
 )
 from craftmesh.commands.run_deck import FIELD, run_deck, solved_history
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
-from craftmesh.deck.options import DeckOptions
+from craftmesh.deck.options import OF_THE_FILE, DeckOptions
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import write_front
 from craftmesh.io.model_tables import FORM, read_displacement_table, read_displacements
@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="where calculix and abaqus run; kept (default: beside the output, removed in the end)",
     )
     add_report(parser)
-    add_options(parser, DeckOptions, SolveOptions, skip=("includes",))
+    add_options(parser, DeckOptions, SolveOptions, skip=OF_THE_FILE)
 
 
 def run(arguments: argparse.Namespace) -> None:

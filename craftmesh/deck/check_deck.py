@@ -3,12 +3,12 @@
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from craftmesh.deck.includes import DeckText, read_deck_text
+from craftmesh.deck.check_references import reference_faults
+from craftmesh.deck.includes import Block, DeckText, read_blocks, read_deck_text
 from craftmesh.deck.limits import (
     LINE_LIMIT,
     NUMBER_LIMIT,
@@ -20,28 +20,17 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.integration import smallest_jacobians
 from craftmesh.surface.measure import area_vectors
 
-_OF_SECTION = ("ELSET", "MATERIAL", "ORIENTATION", "CONTROLS")  # parameters of sections that name something
 _NAMES = ("NAME", "NSET", "ELSET", "MATERIAL", "ORIENTATION")  # parameters that name something
-
-
-@dataclass(frozen=True)
-class Block:
-    """One keyword with its parameters (upper case), its data lines and its place in the deck."""
-
-    keyword: str
-    parameters: dict[str, str]
-    data: str
-    place: str
 
 
 def check_deck(path: str | os.PathLike) -> list[str]:
     """Return one sentence per breach of what Abaqus and CalculiX both read.
 
     Included files are read in their places. Checked: ASCII, length of lines, names and rows of sets, ids
-    that occur twice, that elements, sets, surfaces and sections name nodes, elements, sets and materials
-    that are there, that user materials have as many values as they say, that cohesive elements are of a
-    kind that Abaqus has, turn the right way and have sections, and that Jacobians of C3D10 at the
-    integration points, and volumes of C3D4, are positive and not too small for CalculiX. Raises
+    that occur twice, that elements, sets and single loads name nodes and elements that are there, what
+    `reference_faults` says of names and parts, that user materials have as many values as they say, that
+    cohesive elements are of a kind that Abaqus has and turn the right way, and that Jacobians of C3D10 at
+    the integration points, and volumes of C3D4, are positive and not too small for CalculiX. Raises
     CraftmeshError for a deck in which numbers are missing.
     """
     try:
@@ -71,29 +60,13 @@ def _breaches(deck: DeckText) -> list[str]:
             breaches.append(f"{twice} {name} ids are there twice; expected each once")
     for block in blocks:
         breaches += [f"{block.place}: {breach}" for breach in _check_block(block, nodes, elements)]
-    return breaches + _check_references(blocks) + _check_shapes(blocks)
-
-
-def read_blocks(deck: DeckText) -> list[Block]:
-    """Split a deck at its keyword lines; comments are left out."""
-    text = deck.text
-    heads = list(re.finditer(r"^\*(?!\*)[^\n]*$", text, re.M))
-    ends = [head.start() for head in heads[1:]] + [len(text)]
-    blocks = []
-    line, seen = 1, 0
-    for head, end in zip(heads, ends):
-        line += text.count("\n", seen, head.start())
-        seen = head.start()
-        keyword, *words = (word.strip() for word in head.group()[1:].split(","))
-        pairs = (word.partition("=") for word in words if word)
-        parameters = {key.strip().upper(): value.strip().upper() for key, _, value in pairs}
-        data = re.sub(r"^\*\*[^\n]*\n?", "", text[head.end() + 1 : end], flags=re.M)
-        blocks.append(Block(keyword.upper(), parameters, data, deck.place(line)))
-    return blocks
+    return breaches + reference_faults(blocks) + _check_shapes(blocks)
 
 
 def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[str]:
     names = [block.parameters[key].strip('"') for key in _NAMES if key in block.parameters]
+    if block.keyword.endswith(("PRINT", "FILE", "OUTPUT")):  # sets of an instance
+        names = [name.rpartition(".")[2] for name in names]
     breaches = [f"the name {name[:40]!r} {fault}" for name in names if (fault := name_fault(name))]
     if block.keyword == "ELEMENT":
         table = _table(block)
@@ -103,6 +76,9 @@ def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[
         breaches += (
             _unknown("node", table[:, 1:], nodes) if table.size else ["an element block without elements"]
         )
+    elif block.keyword in ("BOUNDARY", "CLOAD"):
+        single = re.findall(r"^\s*(?:[\w-]*\.)?(\d+)\s*,", block.data, re.M)
+        breaches += _unknown("node", np.array(single, np.int64), nodes)
     elif block.keyword == "USER MATERIAL":
         told, count = block.parameters.get("CONSTANTS", ""), len(re.findall(r"[^,\s]+", block.data))
         if told != str(count):
@@ -116,36 +92,6 @@ def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[
             known = nodes if block.keyword == "NSET" else elements
             breaches += _unknown("node" if known is nodes else "element", ids, known)
     return breaches
-
-
-def _check_references(blocks: list[Block]) -> list[str]:
-    """Return what sections name and is not there, and cohesive elements that no section names."""
-    defined: dict[str, set[str]] = {kind: set() for kind in ("NSET", *_OF_SECTION)}
-    cohesive = [block for block in blocks if block.keyword == "COHESIVE SECTION"]
-    sections = [block for block in blocks if block.keyword == "SOLID SECTION"] + cohesive
-    for block in blocks:
-        if block.keyword in ("NODE", "ELEMENT", "NSET", "ELSET"):
-            for kind in ("NSET", "ELSET"):
-                defined[kind].add(block.parameters.get(kind, ""))
-        elif block.keyword in ("MATERIAL", "ORIENTATION", "SECTION CONTROLS"):
-            defined[block.keyword.split()[-1]].add(block.parameters.get("NAME", ""))
-    missing = [
-        f"{block.place}: the section names {kind} {block.parameters[kind]}, which is not in the deck"
-        for block in sections
-        for kind in _OF_SECTION
-        if kind in block.parameters and block.parameters[kind] not in defined[kind]
-    ]
-    named = {block.parameters.get("ELSET", "") for block in cohesive}
-    members = {
-        block.parameters.get("ELSET", ""): block.data for block in blocks if block.keyword == "ELSET"
-    }
-    named |= {word for name in named for word in re.findall(r"[^,\s]+", members.get(name, "").upper())}
-    return missing + [
-        f"{block.place}: no cohesive section has the elements of {block.parameters.get('ELSET', 'no set')}"
-        for block in blocks
-        if block.keyword == "ELEMENT" and block.parameters.get("TYPE", "").startswith("COH")
-        if block.parameters.get("ELSET", "") not in named
-    ]
 
 
 def _check_shapes(blocks: list[Block]) -> list[str]:

@@ -82,3 +82,31 @@ def _pieces(
             yield from _pieces(file, f"{file.name}, ", (*chain, file), breaches)
         start, line = found.end(), line + 1
     yield name, line, text[start:]
+
+
+@dataclass(frozen=True)
+class Block:
+    """One keyword with its parameters (upper case), its data lines and its place in the deck."""
+
+    keyword: str
+    parameters: dict[str, str]
+    data: str
+    place: str
+
+
+def read_blocks(deck: DeckText) -> list[Block]:
+    """Split a deck at its keyword lines; comments are left out."""
+    text = deck.text
+    heads = list(re.finditer(r"^\*(?!\*)[^\n]*$", text, re.M))
+    ends = [head.start() for head in heads[1:]] + [len(text)]
+    blocks = []
+    line, seen = 1, 0
+    for head, end in zip(heads, ends):
+        line += text.count("\n", seen, head.start())
+        seen = head.start()
+        keyword, *words = (word.strip() for word in head.group()[1:].split(","))
+        pairs = (word.partition("=") for word in words if word)
+        parameters = {key.strip().upper(): value.strip().upper() for key, _, value in pairs}
+        data = re.sub(r"^\*\*[^\n]*\n?", "", text[head.end() + 1 : end], flags=re.M)
+        blocks.append(Block(keyword.upper(), parameters, data, deck.place(line)))
+    return blocks

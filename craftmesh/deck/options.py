@@ -9,6 +9,10 @@ from craftmesh.mechanics.history import LoadStep, parse_steps
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.options import option
 
+FLAT, PARTS, MESH = "flat", "parts", "mesh"
+# Options of the file alone, which solvers that are run on the deck do not ask for.
+OF_THE_FILE = ("includes", "style")
+
 
 @dataclass(frozen=True)
 class DeckOptions(ModelOptions):
@@ -16,6 +20,12 @@ class DeckOptions(ModelOptions):
 
     includes: bool = option(
         False, "write nodes, elements and sets to MODEL_mesh.inp, which the deck MODEL.inp includes"
+    )
+    style: str = option(
+        FLAT,
+        "flat, for Abaqus and CalculiX; parts, for Abaqus: the body a part, and its instance BODY-1 in an "
+        "assembly; mesh: nodes, elements and sets alone",
+        choices=(FLAT, PARTS, MESH),
     )
     user_material: str = option(
         "",
@@ -53,6 +63,8 @@ class DeckOptions(ModelOptions):
         """Raise CraftmeshError for values out of bounds, and for those that do not fit each other."""
         super().__post_init__()
         parse_cohesive(self.cohesive)
+        if self.includes and self.style == MESH:
+            raise CraftmeshError("includes is true, and style mesh is the mesh alone; keep one of them")
         if self.history and not self.is_loaded:
             raise CraftmeshError(
                 "steps are given, and nothing is loaded; expected a load, faces or a pressure"

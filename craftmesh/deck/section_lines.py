@@ -130,8 +130,10 @@ def layer_section_lines(layers: CohesiveLayers, scale: float) -> Iterator[str]:
     for pair, law in layers.laws.items():
         if len(layers.elements[pair]):
             name = f"COHESIVE_{laws.index(law) + 1}"
-            yield f"*COHESIVE SECTION, ELSET={layer_name(pair)}, MATERIAL={name}, "
-            yield f"RESPONSE=TRACTION SEPARATION, THICKNESS=SPECIFIED, CONTROLS={name}\n1.0\n"
+            yield (
+                f"*COHESIVE SECTION, ELSET={layer_name(pair)}, MATERIAL={name}, "
+                f"RESPONSE=TRACTION SEPARATION, THICKNESS=SPECIFIED, CONTROLS={name}\n1.0\n"
+            )
 
 
 def _law_lines(name: str, law: CohesiveLaw) -> Iterator[str]:

@@ -14,7 +14,8 @@ from craftmesh.deck.contact_lines import contact_lines, on_plates, plate_lines
 from craftmesh.deck.includes import include_line, mesh_file
 from craftmesh.deck.limits import check_writable
 from craftmesh.deck.mesh_lines import layer_lines, mesh_lines, set_lines
-from craftmesh.deck.options import DeckOptions
+from craftmesh.deck.options import MESH, PARTS, DeckOptions
+from craftmesh.deck.parts import HEAD, in_parts
 from craftmesh.deck.section_lines import AXES_TABLE, layer_section_lines, section_lines, user_section_lines
 from craftmesh.deck.step_lines import face_lines, history_lines, step_lines, steps_of_cases
 from craftmesh.errors import CraftmeshError
@@ -106,39 +107,56 @@ def write_model(
         )
     if options.cohesive and layers is None:
         raise CraftmeshError("cohesive: commands lay the layers; give the deck of a model with them these")
-    includes = options.includes
+    includes, layout = options.includes, options.style
     scale, model = model.scale, model.in_unit_of_deck()
-    mesh, grains = model.mesh, model.grains
-    header = _HEADER.format(
-        nodes=len(mesh.points), elements=len(mesh.tets), element=model.element, grains=len(grains)
-    )
+    notes = _notes(model, layers, scale, layout)
     with _text_streams(target, includes) as (main, included):
-        main.write(header + (_ORIENTATION_NOTE if model.axes else ""))
-        if model.own_strain.any():
-            main.write(_STRAIN_NOTE)
-        if layers is not None:
-            main.write(_LAYER_NOTE)
-        main.write(_units_note(units))
-        if scale != 1:
-            main.write(_SCALE_NOTE.format(scale=scale, forces=scale**2))
+        main.write(notes + _units_note(units) + (HEAD if layout == PARTS else ""))
         if includes and isinstance(target, (str, os.PathLike)):
             main.write(include_line(target))
             included.write(_MESH_NOTE.format(model=Path(target).name))
-        included.writelines(mesh_lines(mesh, grains, model.element))
+        included.writelines(mesh_lines(model.mesh, model.grains, model.element))
         if layers is not None:
-            included.writelines(layer_lines(layers, len(mesh.tets) + 1))
-        included.writelines(set_lines(mesh))
-        if model.element_axes is not None:
-            main.write(f"*DISTRIBUTION TABLE, NAME={AXES_TABLE}\nCOORD3D, COORD3D\n")
-        main.writelines(section_lines(model) if materials is None else user_section_lines(model, materials))
-        if layers is not None:
-            main.writelines(layer_section_lines(layers, scale))
-        if options.lip_contact:
-            main.writelines(contact_lines(model))
-        if options.has_plates and model.load is not None:
-            main.writelines(plate_lines(model.load, mesh))
-            model = replace(model, load=on_plates(model.load))
-        main.writelines(_load_lines(model, options, materials, traced))
+            included.writelines(layer_lines(layers, len(model.mesh.tets) + 1))
+        included.writelines(set_lines(model.mesh))
+        if layout != MESH:
+            lines = _model_lines(model, options, materials, traced, layers, scale)
+            main.writelines(in_parts(lines) if layout == PARTS else lines)
+
+
+def _notes(model: ElasticModel, layers: CohesiveLayers | None, scale: float, layout: str) -> str:
+    """Return the heading, and comments on what the deck has."""
+    nodes, elements, grains = map(len, (model.mesh.points, model.mesh.tets, model.grains))
+    notes = _HEADER.format(nodes=nodes, elements=elements, element=model.element, grains=grains)
+    if model.axes and layout != MESH:
+        notes += _ORIENTATION_NOTE
+    if model.own_strain.any() and layout != MESH:
+        notes += _STRAIN_NOTE
+    if layers is not None:
+        notes += _LAYER_NOTE
+    return notes + (_SCALE_NOTE.format(scale=scale, forces=scale**2) if scale != 1 else "")
+
+
+def _model_lines(
+    model: ElasticModel,
+    options: DeckOptions,
+    materials: UserMaterials | None,
+    traced: bool,
+    layers: CohesiveLayers | None,
+    scale: float,
+) -> Iterator[str]:
+    """Yield what follows the mesh: materials, axes and sections, contact and steps."""
+    if model.element_axes is not None:
+        yield f"*DISTRIBUTION TABLE, NAME={AXES_TABLE}\nCOORD3D, COORD3D\n"
+    yield from section_lines(model) if materials is None else user_section_lines(model, materials)
+    if layers is not None:
+        yield from layer_section_lines(layers, scale)
+    if options.lip_contact:
+        yield from contact_lines(model)
+    if options.has_plates and model.load is not None:
+        yield from plate_lines(model.load, model.mesh)
+        model = replace(model, load=on_plates(model.load))
+    yield from _load_lines(model, options, materials, traced)
 
 
 def _load_lines(

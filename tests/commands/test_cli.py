@@ -74,7 +74,9 @@ def test_verb_of_a_section_takes_its_keys(section):
 
 
 def test_solve_takes_the_model_that_inp_takes():
-    assert set(config_schema()["properties"]["inp"]["properties"]) - {"includes"} <= known_to("solve")
+    assert set(config_schema()["properties"]["inp"]["properties"]) - {"includes", "style"} <= known_to(
+        "solve"
+    )
 
 
 def test_help_does_not_load_the_stages():

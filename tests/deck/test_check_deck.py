@@ -1,5 +1,7 @@
 """The deck's own check finds each kind of breach in a deck of one tetrahedron."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -57,6 +59,74 @@ def test_each_breach_is_said(tmp_path, old, new, said):
     assert DECK.count(old) == 1
     found = breaches_of(tmp_path, DECK.replace(old, new))
     assert any(said in breach for breach in found)
+
+
+PARTS = """*HEADING
+*PART, NAME=BODY
+*NODE, NSET=NALL
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 0., 1., 0.
+4, 0., 0., 1.
+*ELEMENT, TYPE=C3D4, ELSET=GRAIN_7
+1, 1, 2, 3, 4
+*ELSET, ELSET=EALL
+GRAIN_7
+*ELSET, ELSET=ZMIN_S1
+1
+*SURFACE, NAME=ZMIN, TYPE=ELEMENT
+ZMIN_S1, S1
+*SOLID SECTION, ELSET=GRAIN_7, MATERIAL=M
+*END PART
+*ASSEMBLY, NAME=A
+*INSTANCE, NAME=BODY-1, PART=BODY
+*END INSTANCE
+*NSET, NSET=TIP, INSTANCE=BODY-1
+4
+*END ASSEMBLY
+*MATERIAL, NAME=M
+*ELASTIC
+70., 0.3
+*STEP
+*STATIC
+*BOUNDARY
+BODY-1.NALL, 3, 3
+BODY-1.4, 1, 1
+TIP, 2, 2
+*DSLOAD
+BODY-1.ZMIN, P, 1.
+*NODE OUTPUT, NSET=BODY-1.NALL
+*END STEP
+"""
+
+
+def test_a_sound_deck_of_parts_has_no_breach(tmp_path):
+    assert breaches_of(tmp_path, PARTS) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("BODY-1.NALL, 3", "NALL, 3", "NALL is no set .* defined before; expected BODY-1.NALL"),
+        ("BODY-1.NALL, 3", "BODY-2.NALL, 3", "BODY-2.NALL is no set"),
+        ("BODY-1.ZMIN,", "BODY-1.ZMAX,", "BODY-1.ZMAX is no set or surface"),
+        ("BODY-1.4,", "BODY-1.5,", "line 29: node 5 is not in the deck"),
+        ("NSET=BODY-1.NALL\n*END", "NSET=NALL\n*END", "NALL is no set"),
+        ("GRAIN_7\n*ELSET", "GRAIN_8\n*ELSET", "GRAIN_8 is no set or surface that is defined before"),
+        ("*END PART\n", "", "the last part has no .END PART"),
+        ("PART=BODY\n*END", "PART=BONE\n*END", "the part of the instance, BONE, is not there"),
+        (
+            "*SOLID SECTION, ELSET=GRAIN_7, MATERIAL=M\n*END PART\n",
+            "*END PART\n*SOLID SECTION, ELSET=GRAIN_7, MATERIAL=M\n",
+            "SOLID SECTION is outside the parts",
+        ),
+        ("*END PART\n", "*MATERIAL, NAME=N\n*END PART\n", "MATERIAL is within a part"),
+    ],
+)
+def test_each_breach_of_parts_is_said(tmp_path, old, new, said):
+    assert PARTS.count(old) == 1
+    found = breaches_of(tmp_path, PARTS.replace(old, new))
+    assert any(re.search(said, breach) for breach in found), found
 
 
 def split(tmp_path, mesh: str = "Mesh.inp") -> tuple:

@@ -22,7 +22,9 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.deck.check_deck import check_deck
+from craftmesh.deck.includes import read_blocks, read_deck_text
 from craftmesh.deck.inp_format import number
+from craftmesh.deck.parts import NAMING
 from craftmesh.deck.step_lines import step_lines
 from craftmesh.deck.write_deck import DeckOptions, write_deck
 from craftmesh.errors import CraftmeshError
@@ -218,6 +220,49 @@ def test_same_input_gives_the_same_bytes_in_files_and_streams(tmp_path):
     stream = io.StringIO()
     write_deck(stream, cracked_mesh())
     assert (tmp_path / "a.inp").read_bytes() == stream.getvalue().encode("ascii")
+
+
+@pytest.mark.parametrize("includes", [False, True])
+def test_a_deck_of_parts_is_the_flat_one_in_another_order(includes, tmp_path):
+    mesh = cracked_mesh()
+    flat = DeckOptions(
+        material=COPPER, lip_contact=True, faces=("ZMIN.z=fixed", "ZMAX.z=strain:1e-3", "XMAX.y=stress:9")
+    )
+    flat = replace(flat, faces=(*flat.faces, "XMIN.y=fixed", "XMIN.x=fixed"))
+    for name, options in (("flat", flat), ("parts", replace(flat, style="parts", includes=includes))):
+        write_deck(tmp_path / f"{name}.inp", mesh, options, quaternions())
+    assert check_deck(tmp_path / "parts.inp") == []
+    assert load_judge(ROOT).judge(tmp_path / "parts.inp")["faults"] == []
+    one, other = (read_blocks(read_deck_text(tmp_path / f"{name}.inp")) for name in ("flat", "parts"))
+    levels = [block.keyword for block in other]
+    part, model = levels.index("PART"), levels.index("END ASSEMBLY")
+    assert levels[part + 1] == "NODE" and levels[part + 1 : model].count("SOLID SECTION") == 2
+    assert set(levels[:part]) == {"HEADING"} and "STEP" in levels[model:] and "MATERIAL" in levels[model:]
+    loads = "".join(block.data for block in other if block.keyword in NAMING)
+    named = {row.split(",")[0] for row in loads.split("\n") if row}
+    assert {"BODY-1.ZMAX", "BODY-1.CRACK_LIP_A"} <= named and all(w.startswith("BODY-1.") for w in named)
+    assert any(word.removeprefix("BODY-1.").isdecimal() for word in named)  # forces of single nodes
+    of_parts = ("PART", "END PART", "ASSEMBLY", "INSTANCE", "END INSTANCE", "END ASSEMBLY")
+    words = [
+        sorted(
+            (block.keyword, sorted(block.parameters.items()), block.data.replace("BODY-1.", "").split())
+            for block in blocks
+            if block.keyword not in of_parts
+        )
+        for blocks in (one, other)
+    ]
+    assert words[0] == [(k, p, [w for w in d if w]) for k, p, d in words[1]]
+
+
+def test_a_deck_of_the_mesh_alone_has_its_sets_and_no_more(tmp_path):
+    write_deck(tmp_path / "flat.inp", cracked_mesh(), DeckOptions())
+    write_deck(tmp_path / "mesh.inp", cracked_mesh(), DeckOptions(style="mesh", lip_contact=True))
+    assert check_deck(tmp_path / "mesh.inp") == []
+    assert load_judge(ROOT).judge(tmp_path / "mesh.inp")["faults"] == []
+    flat, mesh = ((tmp_path / f"{name}.inp").read_text() for name in ("flat", "mesh"))
+    assert flat.startswith(mesh) and "*MATERIAL" in flat[len(mesh) :] and "*STEP" in flat[len(mesh) :]
+    with pytest.raises(CraftmeshError, match="includes is true, and style mesh is the mesh alone"):
+        DeckOptions(style="mesh", includes=True)
 
 
 def files_in(folder):

@@ -1,0 +1,113 @@
+"""What the lines of an input deck name: whether it is there, and stands where the solvers look for it."""
+
+import re
+from collections.abc import Iterator, Sequence
+
+from craftmesh.deck.includes import Block
+from craftmesh.deck.limits import ROW_LIMIT
+from craftmesh.deck.parts import NAMING
+
+_OF_SECTION = ("ELSET", "MATERIAL", "ORIENTATION", "CONTROLS")  # parameters of sections that name something
+# What defines a set or a surface, and the parameter that says how it is called.
+_DEFINING = {"NODE": "NSET", "ELEMENT": "ELSET", "NSET": "NSET", "ELSET": "ELSET", "SURFACE": "NAME"}
+_IN_PARTS = ("ELEMENT", "SOLID SECTION", "COHESIVE SECTION")
+_OF_MODEL = ("MATERIAL", "SURFACE INTERACTION", "CONTACT PAIR", "AMPLITUDE", "STEP")
+
+
+def reference_faults(blocks: Sequence[Block]) -> list[str]:
+    """Return one sentence for each name that is not there, and each keyword that is in the wrong place.
+
+    Sections name sets, materials, orientations and controls. Sets, surfaces, loads, contact and output name
+    sets and surfaces that come before, with an instance where these are in a part. Cohesive elements have
+    sections.
+    """
+    return [*_section_faults(blocks), *_unnamed_layers(blocks), *_set_faults(blocks), *_part_faults(blocks)]
+
+
+def _section_faults(blocks: Sequence[Block]) -> list[str]:
+    """Return what sections name and is not in the deck."""
+    defined: dict[str, set[str]] = {kind: set() for kind in _OF_SECTION}
+    for block in blocks:
+        if block.keyword in ("ELEMENT", "ELSET"):
+            defined["ELSET"].add(block.parameters.get("ELSET", ""))
+        elif block.keyword in ("MATERIAL", "ORIENTATION", "SECTION CONTROLS"):
+            defined[block.keyword.split()[-1]].add(block.parameters.get("NAME", ""))
+    return [
+        f"{block.place}: the section names {kind} {block.parameters[kind]}, which is not in the deck"
+        for block in blocks
+        if block.keyword in ("SOLID SECTION", "COHESIVE SECTION")
+        for kind in _OF_SECTION
+        if kind in block.parameters and block.parameters[kind] not in defined[kind]
+    ]
+
+
+def _unnamed_layers(blocks: Sequence[Block]) -> list[str]:
+    """Return the cohesive elements that no section has, of decks that have sections."""
+    sections = [block for block in blocks if block.keyword.endswith(" SECTION")]
+    named = {block.parameters.get("ELSET", "") for block in sections if block.keyword == "COHESIVE SECTION"}
+    sets = [
+        block for block in blocks if block.keyword == "ELSET" and block.parameters.get("ELSET") in named
+    ]
+    named |= {word for block in sets for word in _words(block, ROW_LIMIT)}
+    return [
+        f"{block.place}: no cohesive section has the elements of {block.parameters.get('ELSET', 'no set')}"
+        for block in blocks
+        if sections and block.keyword == "ELEMENT"
+        if block.parameters.get("TYPE", "").startswith("COH")
+        if block.parameters.get("ELSET", "") not in named
+    ]
+
+
+def _set_faults(blocks: Sequence[Block]) -> Iterator[str]:
+    """Yield the names of sets and surfaces that nothing before them defines, or not in that instance."""
+    instances = {block.parameters.get("NAME", "") for block in blocks if block.keyword == "INSTANCE"}
+    known: dict[bool, set[str]] = {False: set(), True: set()}  # by whether they are of a part
+    inside = False
+    for block in blocks:
+        inside = block.keyword == "PART" or (inside and block.keyword != "END PART")
+        for name in _named(block):
+            instance, _, own = name.rpartition(".")
+            if own in known[inside or bool(instance)] and (not instance or instance in instances):
+                continue
+            in_part = own in known[True] and instances
+            hint = f"; expected {min(instances)}.{own}, of the instance" if in_part else ""
+            yield f"{block.place}: {name} is no set or surface that is defined before{hint}"
+        known[inside].add(block.parameters.get(_DEFINING.get(block.keyword, ""), ""))
+
+
+def _named(block: Block) -> list[str]:
+    """Return the names of sets and surfaces that a block has, those that it defines left out."""
+    if block.keyword.endswith(("PRINT", "FILE", "OUTPUT")):
+        return [block.parameters[key] for key in ("NSET", "ELSET") if key in block.parameters]
+    count = NAMING.get(block.keyword, 0)
+    if block.keyword in ("NSET", "ELSET"):
+        count = ROW_LIMIT
+    elif block.keyword == "SURFACE" and block.parameters.get("TYPE", "ELEMENT") == "ELEMENT":
+        count = 1
+    return _words(block, count)
+
+
+def _words(block: Block, count: int) -> list[str]:
+    """Return the words among the first `count` entries of the data lines, in capitals, without numbers."""
+    if not count or not re.search("[A-Za-z]", block.data):
+        return []
+    words = (word.strip() for row in block.data.upper().splitlines() for word in row.split(",")[:count])
+    return [word for word in dict.fromkeys(words) if word and not word.rpartition(".")[2].isdecimal()]
+
+
+def _part_faults(blocks: Sequence[Block]) -> Iterator[str]:
+    """Yield what breaks the order of a deck of parts: parts, their instances, then materials and steps."""
+    parts = {block.parameters.get("NAME", "") for block in blocks if block.keyword == "PART"}
+    inside = False
+    for block in blocks:
+        if block.keyword in ("PART", "END PART") and inside == (block.keyword == "PART"):
+            yield f"{block.place}: *{block.keyword}, {'within' if inside else 'and none began'} a part"
+        inside = block.keyword == "PART" or (inside and block.keyword != "END PART")
+        if parts and block.keyword in _IN_PARTS and not inside:
+            yield f"{block.place}: *{block.keyword} is outside the parts, within which Abaqus looks for it"
+        if inside and block.keyword in _OF_MODEL:
+            yield f"{block.place}: *{block.keyword} is within a part; expected it after the assembly"
+        if block.keyword == "INSTANCE" and block.parameters.get("PART", "") not in parts:
+            yield f"{block.place}: the part of the instance, {block.parameters.get('PART')}, is not there"
+    if inside:
+        yield "the last part has no *END PART"
