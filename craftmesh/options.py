@@ -109,19 +109,15 @@ def _is_one(value: Any, hint: Any, metadata: Mapping[str, Any]) -> bool:
             and all(is_admitted(item, kind, metadata) for item in value)
         )
     if hint in (float, int):
-        is_number = isinstance(value, Real if hint is float else Integral)
-        return (
-            is_number and not isinstance(value, bool) and math.isfinite(value) and _within(value, metadata)
-        )
+        if isinstance(value, bool) or not isinstance(value, Real if hint is float else Integral):
+            return False
+        limits = metadata.get("bounds", {}).items()
+        return math.isfinite(value) and all(BOUNDS[name].holds(value, limit) for name, limit in limits)
     if hint is bool:
         return isinstance(value, (bool, np.bool_))
     if value is None:
         return hint is types.NoneType
     return isinstance(value, hint) and (not metadata.get("choices") or value in metadata["choices"])
-
-
-def _within(value: Any, metadata: Mapping[str, Any]) -> bool:
-    return all(BOUNDS[name].holds(value, limit) for name, limit in metadata.get("bounds", {}).items())
 
 
 def expectation(hint: Any, metadata: Mapping[str, Any]) -> str:

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import numpy as np
+from surface_writer import write_triangles
 
-from craftmesh.io.surface_files import write_triangles
 from craftmesh.surface.connectivity import compact
 
 

@@ -118,9 +118,10 @@ def _plain(value: Any) -> Any:
 
 def write_inputs(case: Drawn, folder: Path) -> list[str]:
     """Write the case's inputs to `folder`; return the commands that redo it by hand."""
+    from trimesh import Trimesh
+
     from craftmesh.io.front_csv import write_front
     from craftmesh.io.npz import write_labels
-    from craftmesh.io.surface_files import write_triangles
     from craftmesh.voxels.islands import islands_as_json
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -129,7 +130,8 @@ def write_inputs(case: Drawn, folder: Path) -> list[str]:
     if case.prescribed:
         crack = _flags_of(case.prescribed)
     else:
-        write_triangles(folder / "crack_in.stl", case.sheet.points, case.sheet.triangles)
+        sheet = Trimesh(case.sheet.points, case.sheet.triangles, process=False)
+        sheet.export(folder / "crack_in.stl")
         crack = "--shape surface --file crack_in.stl"
         if case.with_front:
             columns = dict(zip("xyz", np.concatenate(case.sheet.fronts).T))

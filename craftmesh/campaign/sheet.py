@@ -200,7 +200,11 @@ def _cases(
     for name, values in variants(row, choices):
         at = f"{place}, case {name!r}"
         changes = {key: value for key, value in values.items() if key in rules.keys}
-        columns = {key: _counted(value) for key, value in values.items() if key not in rules.keys}
+        columns = {
+            key: int(value) if isinstance(value, str) and value.isdecimal() else value
+            for key, value in values.items()
+            if key not in rules.keys
+        }
         with named(at):
             columns = completed({"case": name} | columns, rules.row)
         check_case_name(name, place)
@@ -234,8 +238,3 @@ def _choices(cells: Mapping[str, str], known: Mapping[str, dict], place: str) ->
             is_list = text.startswith("[")
             found[column] = choice(cell_value(text, at), {}, at) if is_list else Choice([text])
     return found
-
-
-def _counted(value: Any) -> Any:
-    """Return a text of digits as a whole number."""
-    return int(value) if isinstance(value, str) and value.isdecimal() else value

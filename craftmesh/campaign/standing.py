@@ -9,15 +9,8 @@ from typing import Any, NamedTuple
 
 from craftmesh.campaign.cases import PRESCRIBED, SYNTHETIC, UNTIL
 from craftmesh.campaign.effort import Sizes, effort, sizes_of
-from craftmesh.report.case_files import (
-    RECORD,
-    STAGES,
-    Failure,
-    last_line,
-    log_errors,
-    read_json,
-    stage_costs,
-)
+from craftmesh.io.json_file import read_json
+from craftmesh.report.case_files import RECORD, STAGES, Failure, last_line, log_errors, stage_costs
 
 # What a stage makes, by the name of its log, in the order of the way.
 MADE = {
@@ -86,7 +79,8 @@ class Standing:
             of = f"{'at most ' * self.at_most}{self.increments}"
             words.insert(0, f"increment {self.job.increment} ({int(self.job.increment) + 1} of {of})")
         words += [] if self.share is None else [f"{100 * self.share:.0f} %"]
-        words += [] if self.left is None else [f"{_duration(self.left)} left"]
+        if self.left is not None:
+            words.append(f"{self.left:.0f} s left" if self.left < 100 else f"{self.left / 60:.0f} min left")
         return f"{self.case}: {', '.join(words)}"
 
 
@@ -203,7 +197,3 @@ def _share_made(path: Path, log: Path | None) -> float:
         return 1.0
     found = _PROGRESS.match(last_line(log)) if log else None
     return int(found[1]) / 100 if found and int(found[1]) < 100 else 0.0
-
-
-def _duration(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"

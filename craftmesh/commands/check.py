@@ -3,8 +3,9 @@
 import argparse
 from pathlib import Path
 
-from craftmesh.commands.stage_io import add_file, existing, of_suffix, read_json, warn, write_json
+from craftmesh.commands.stage_io import add_file, existing, of_suffix, warn
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.json_file import read_json, write_json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

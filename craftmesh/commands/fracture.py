@@ -14,15 +14,7 @@ import numpy as np
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure, known_of_files
 from craftmesh.commands.solved_loads import by_load, solved_loads
-from craftmesh.commands.stage_io import (
-    add_file,
-    add_output,
-    add_units,
-    existing,
-    read_json,
-    tell,
-    write_json,
-)
+from craftmesh.commands.stage_io import add_file, add_output, add_units, existing, tell
 from craftmesh.cracks.polyline import polyline
 from craftmesh.errors import CraftmeshError
 from craftmesh.fracture.options import FractureOptions
@@ -44,6 +36,7 @@ from craftmesh.growth.relaxation import rows_along
 from craftmesh.growth.slip import SlipField, slip_ways
 from craftmesh.growth.steps import Counted, counted, crack_size
 from craftmesh.io.front_csv import LOAD_CASE, has_word, write_front
+from craftmesh.io.json_file import read_json, write_json
 from craftmesh.io.model_tables import read_slip_table
 from craftmesh.io.vtk import read_crack, read_tets
 from craftmesh.mechanics.lips import mean_traction, on_lips
@@ -150,14 +143,21 @@ def growth_of(
     crack, frames = read_crack(existing(arguments.crack)), front_frames(model.mesh)
     fronts = crack_fronts(frames, parameters, crack, model.mesh.box)
     stress = mean_stress(model, solution.displacement) + mean_traction(model.load, model.mesh)
+    evidence = Evidence(
+        parameters.points,
+        doubts(parameters.error, stress, fronts.size),
+        ~has_word(parameters.flags, UNTRUSTED),
+        "contact_closed" in solution.record,
+    )
+    of_grains, axes = model.stiffness()[np.searchsorted(model.grains, frames.grain)], frames.axes
     growth = kinks_and_extensions(
         intensities(parameters),
         fronts,
         options,
-        evidence(parameters, solution, stress, fronts.size),
+        evidence,
         read_counted(arguments.last) if arguments.last else None,
         local_rates(laws_of(options), frames.grain, model.phase_of),
-        local_stiffness(model, frames) if options.criterion == NEAR_FIELD else None,
+        turned(of_grains, axes) if options.criterion == NEAR_FIELD else None,
         intensities(least[0].parameters) if least else None,
         slip_angles(model, frames, options) if options.criterion == SLIP else None,
     )
@@ -198,20 +198,6 @@ def read_counted(path: Path) -> Counted | None:
 def intensities(parameters: FrontParameters) -> np.ndarray:
     """Return K_I, K_II, K_III (n, 3) of the front nodes."""
     return np.column_stack([parameters.K_I, parameters.K_II, parameters.K_III])
-
-
-def evidence(parameters: FrontParameters, solution: Solution, stress: float, radius: float) -> Evidence:
-    """Return how far K of the front nodes says something, in a body of that mean stress."""
-    doubt = doubts(parameters.error, stress, radius)
-    trusted = ~has_word(parameters.flags, UNTRUSTED)
-    return Evidence(parameters.points, doubt, trusted, "contact_closed" in solution.record)
-
-
-def local_stiffness(model: ElasticModel, frames: FrontFrames) -> np.ndarray:
-    """Return the stiffness (n, 6, 6) of the grain along the front at its nodes, in their local axes."""
-    axes = np.stack([frames.binormal, frames.normal, frames.tangent], axis=1)
-    grain = model.stiffness()[np.searchsorted(model.grains, frames.grain)]
-    return turned(grain, axes)
 
 
 def slip_angles(model: ElasticModel, frames: FrontFrames, options: GrowthOptions) -> np.ndarray:

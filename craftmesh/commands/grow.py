@@ -1,7 +1,7 @@
 """Grow a crack by one increment: its fronts go by the kink angles and extensions of sif.csv."""
 
 import argparse
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -61,7 +61,8 @@ def run(arguments: argparse.Namespace) -> None:
     box, _, voxels = body_of(arguments.volume)
     table = front_table(existing(arguments.intensities))
     along = front_extensions(table, front_table(existing(arguments.front)))
-    stays = staying(table.words("stays") or [])
+    words = table.words("stays") or []
+    stays = {word: words.count(word) for word in STAYS if word in words}
     warn_of_short_steps(along, arguments.intensities)
     last = last_step(arguments) if options_from(arguments, CorrectionOptions).correct else None
     step = Step(crack, along, *rates_of(table))
@@ -122,12 +123,6 @@ def warn_of_short_steps(along: FrontExtensions, intensities: Path) -> None:
             "mesh cannot tell how it kinked: give a longer step (grow.extension, grow.change) or shorter "
             "edges (sizing.l_min)"
         )
-
-
-def staying(words: Iterable[str]) -> dict[str, int]:
-    """Return how many points of a front stay, by why."""
-    words = list(words)
-    return {word: words.count(word) for word in STAYS if word in words}
 
 
 def standing(stays: Mapping[str, int]) -> str:

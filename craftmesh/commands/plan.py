@@ -19,11 +19,12 @@ from craftmesh.campaign.effort import RULES, Effort, Sizes, effort, expected_ele
 from craftmesh.campaign.home import Job, or_default, planned_jobs, read_config
 from craftmesh.commands.crack import given_surface
 from craftmesh.commands.mesh_flags import given_defects
-from craftmesh.commands.stage_io import add_config, add_report, existing, write_json
+from craftmesh.commands.stage_io import add_config, add_report, existing
 from craftmesh.cracks.options import BY_NUMBERS, IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.prescription import is_sized, semi_axes
 from craftmesh.cracks.series import crack_of_increment
 from craftmesh.growth.steps import share_of_size
+from craftmesh.io.json_file import write_json
 from craftmesh.io.npz import read_labels
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, voxel_edge
 from craftmesh.sizing.sources import sizing_around
@@ -85,7 +86,11 @@ def sizes_of(campaign: Campaign, cases: Collection[Case]) -> dict[str, dict[str,
     known: dict[str, dict[str, Sizes]] = {}
     for case in cases:
         made = Path(campaign.results) / case.name / "labels.npz"
-        volume = [str(made)] if made.is_file() else _volume(case)
+        keys = case.settings["import"]
+        if case.microstructure == SYNTHETIC:
+            keys = case.settings["generate"] | {"seed": 0}  # the sizes of all seeds are alike
+        volume = [case.microstructure, json.dumps(keys), json.dumps(case.settings["import"])]
+        volume = [str(made)] if made.is_file() else volume
         asked = {key: case.settings[key] for key in ("cracks", "sizing", "stitch")}
         key = json.dumps([volume, asked, case.crack, case.increments, case.growth, case.settings["grow"]])
         if key not in known:
@@ -96,13 +101,6 @@ def sizes_of(campaign: Campaign, cases: Collection[Case]) -> dict[str, dict[str,
                 known[key][inc] = Sizes(voxels.labels.size, facets, elements)
         sizes[case.name] = known[key]
     return sizes
-
-
-def _volume(case: Case) -> list[str]:
-    """Return what makes a case's volume, keys as JSON; seed 0 stands for all, whose sizes are alike."""
-    section = "generate" if case.microstructure == SYNTHETIC else "import"
-    keys = case.settings[section] | ({"seed": 0} if section == "generate" else {})
-    return [case.microstructure, json.dumps(keys), json.dumps(case.settings["import"])]
 
 
 @lru_cache(maxsize=1)  # the cases of a sweep follow one another
@@ -132,7 +130,10 @@ def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
     if options.l0 is None:
         options = replace(options, l0=voxel_edge(voxels))
     sizing = sizing_around(given_defects(options, voxels.box), None, options)
-    sources = [sizing.sources, *([_on_voids(voxels)] if options.around_voids else [])]
+    sources = [sizing.sources]
+    if options.around_voids:  # the centres of the enclosed voids' voxels beside the grains
+        beside = (voxels.labels < 0) & ndimage.binary_dilation(voxels.labels > 0)
+        sources.append(voxels.origin + (np.argwhere(beside) + 0.5) * voxels.spacing)
     for name in case.cracks:
         crack_options = CrackOptions(**case.settings["cracks"][name])
         if crack_options.shape == IN_BOUNDARIES:
@@ -148,12 +149,6 @@ def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
         crack = crack_of_increment(crack_options, which, voxels.box, surface)
         sources += [densify(crack.points[front], sizing.l_min / 2) for front in crack.fronts]
     return replace(sizing, sources=np.concatenate(sources))
-
-
-def _on_voids(voxels: Voxels) -> np.ndarray:
-    """Return the centres (k, 3) of the enclosed voids' voxels beside the grains."""
-    beside = (voxels.labels < 0) & ndimage.binary_dilation(voxels.labels > 0)
-    return voxels.origin + (np.argwhere(beside) + 0.5) * voxels.spacing
 
 
 def _grown(options: CrackOptions, factor: float) -> CrackOptions:

@@ -7,11 +7,12 @@ from pathlib import Path
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import add_sizing, check_sizing, sizing_from
-from craftmesh.commands.stage_io import add_output, add_report, existing, write_json
+from craftmesh.commands.stage_io import add_output, add_report, existing
 from craftmesh.cracks.meetings import Oblique, oblique, traces
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.options import InsertOptions
+from craftmesh.io.json_file import write_json
 from craftmesh.io.vtk import read_crack, read_surface
 from craftmesh.report.preview import Preview, front_lines, grain_measures, met_grains, preview_picture
 from craftmesh.types import BOX_PLANES, Surface

@@ -7,8 +7,9 @@ from typing import Any
 
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_file, add_output, existing, read_json, warn, write_json
+from craftmesh.commands.stage_io import add_file, add_output, existing, warn
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.json_file import read_json, write_json
 from craftmesh.report.case_files import RECORD, failures, read_cases, versions
 from craftmesh.report.page import page
 from craftmesh.report.sweeps import ReportOptions

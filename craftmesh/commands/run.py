@@ -73,7 +73,8 @@ def run_snakemake(words: Sequence[str]) -> int:
             looked = time.monotonic()
             place = place or _PLACE.search(_text(said))
             cases = _cases(place, begun) or cases  # none while the report is written
-            lines.show(_lines(cases))
+            shown = [str(one) for one in cases if one.failures or one.runs]
+            lines.show([*shown, _made(cases) if cases else "planning"])
             time.sleep(max(LOOK, REST * (time.monotonic() - looked)))
         text = _text(said)
     place = place or _PLACE.search(text)
@@ -113,11 +114,6 @@ def _text(said: IO[str]) -> str:
 def _cases(place: re.Match | None, begun: float) -> list[Standing]:
     """Return where the cases stand of the campaign that Snakemake has named; none before that."""
     return standings(Path(place[2]), place[1], begun) if place else []
-
-
-def _lines(cases: Sequence[Standing]) -> list[str]:
-    """Return a line for each case that runs or failed, and one for all."""
-    return [*(str(one) for one in cases if one.failures or one.runs), _made(cases) if cases else "planning"]
 
 
 def _made(cases: Sequence[Standing]) -> str:

@@ -1,15 +1,13 @@
 """What all verbs share: the output flag, the stage's report, and existing input files."""
 
 import argparse
-import json
-import math
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.json_file import write_json
 
 SHORT = 12
 SENTENCES = ("changes", "notes")  # lists of a report that are printed whole
@@ -76,24 +74,6 @@ def _lines(report: dict, prefix: str = "") -> Iterator[str]:
             yield f"{name}: {value}"
 
 
-def write_json(path: Path, content: dict) -> None:
-    """Write `content` whole or not at all; numbers that are not finite become null."""
-    with atomic_path(path) as temporary:
-        text = json.dumps(_finite(content), indent=1, allow_nan=False)
-        temporary.write_text(text + "\n", encoding="utf-8")
-
-
-def read_json(path: Path) -> dict:
-    """Read a .json object; raises CraftmeshError for a missing file and for text that is not JSON."""
-    try:
-        content = json.loads(existing(path).read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise CraftmeshError(f"{path}: not JSON ({error}); expected a file written by craftmesh") from None
-    if not isinstance(content, dict):
-        raise CraftmeshError(f"{path}: holds a {type(content).__name__}; expected a JSON object")
-    return content
-
-
 def existing(path: Path) -> Path:
     """Return `path`; raises CraftmeshError when nothing is there."""
     if not path.exists():
@@ -108,13 +88,3 @@ def of_suffix(path: Path, table: Mapping[str, Any]) -> Any:
             f"{path}: suffix {path.suffix!r} is not a stage file's; expected {', '.join(table)}"
         )
     return table[path.suffix]
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(k): _finite(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(v) for v in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -13,7 +13,6 @@ from craftmesh.insertion.options import InsertOptions
 from craftmesh.io.surface_files import LISTED, read_grain_folder, unnumbered
 from craftmesh.io.vtk import read_crack, read_surface, write_surface
 from craftmesh.progress import ProgressLine
-from craftmesh.sizing.sizing import Sizing
 from craftmesh.stitching.stitch import StitchOptions, stitch_grains
 from craftmesh.types import Surface
 
@@ -38,7 +37,9 @@ def run(arguments: argparse.Namespace) -> None:
         surface = read_surface(arguments.surface)
     if arguments.crack:
         sizing = sizing_from(arguments, surface, arguments.crack)
-        surface, inserted = _with_crack(arguments, surface, sizing)
+        crack, options = read_crack(arguments.crack), options_from(arguments, InsertOptions)
+        with ProgressLine("stitch") as progress:
+            surface, inserted = insert_crack(surface, crack, sizing, options, progress)
         if (times := inserted.get("crack_off_times", 0.0)) > 1:
             warn(
                 f"the crack in the mesh is up to {times:.2g} times farther off the given one than it "
@@ -57,10 +58,3 @@ def _of_folder(folder: Path, options: StitchOptions) -> tuple[Surface, dict]:
         surface, report = stitch_grains(grains, options)
     left_out = [f"{listed(others)} left out: no grain id ends the name"] if others else []
     return surface, report | {"notes": report["notes"] + left_out}
-
-
-def _with_crack(arguments: argparse.Namespace, surface: Surface, sizing: Sizing) -> tuple[Surface, dict]:
-    """Return the surface with the crack of the arguments in it, and the report."""
-    crack, options = read_crack(arguments.crack), options_from(arguments, InsertOptions)
-    with ProgressLine("stitch") as progress:
-        return insert_crack(surface, crack, sizing, options, progress)

@@ -15,8 +15,9 @@ from craftmesh.commands.mesh_flags import (
     given_sizing,
     write_mesh,
 )
-from craftmesh.commands.stage_io import add_file, add_output, read_json, tell, warn
+from craftmesh.commands.stage_io import add_file, add_output, tell, warn
 from craftmesh.errors import CraftmeshError, MeshingError
+from craftmesh.io.json_file import read_json
 from craftmesh.io.stage_npz import write_grain_tets
 from craftmesh.io.vtk import read_surface, write_facets, write_surface
 from craftmesh.progress import ProgressLine

@@ -43,7 +43,9 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: Smoothi
     if len(parts) == 1:
         grown = _grown(crack, along, box, options)
     else:
-        owner = _nearest_sheet(parts, along.points)
+        lines = [polyline(part.points[front]) for part in parts for front in part.fronts]
+        of_line = np.repeat(np.arange(len(parts)), [len(part.fronts) for part in parts])
+        owner = of_line[nearest_feet(lines, along.points)[0]]
         clear = _clear_of_meetings(parts, along.points)
         rows = [along.rows((owner == k) & clear) for k in range(len(parts))]
         grown = joined(
@@ -55,13 +57,6 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: Smoothi
         length = row_spacing(along.points)
         grown = merged_sheets(grown, np.asarray(box, float), length, MERGED * length)
     return grown if any(_meets(grown.points[front], box) for front in grown.fronts) else None
-
-
-def _nearest_sheet(parts: list[Crack], places: np.ndarray) -> np.ndarray:
-    """Return on whose fronts each of the places (n, 3) lies: the number (n,) of the part."""
-    lines = [polyline(part.points[front]) for part in parts for front in part.fronts]
-    owner = np.repeat(np.arange(len(parts)), [len(part.fronts) for part in parts])
-    return owner[nearest_feet(lines, places)[0]]
 
 
 def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:

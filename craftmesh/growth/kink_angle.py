@@ -20,18 +20,24 @@ _ORDER = (1, 0, 2)
 def kink_angles(k: np.ndarray, criterion: str, poisson: float = 0.3) -> np.ndarray:
     """Return the kink angle (n,) in radians for K_I, K_II, K_III (n, 3), positive towards the normal.
 
-    criterion: one of CRITERIA but near_field and slip, which need more than K, or package.module:function,
-    which gets (n, 3) and returns (n,) radians. A closed crack (K_I < 0) counts as K_I = 0. Raises
-    CraftmeshError for a criterion that is not there or returns anything else.
+    criterion: tangential_stress (Erdogan & Sih 1963), which solves K_I sin(t) + K_II (3 cos(t) - 1) = 0;
+    energy_release, the angle at which a short kink releases most (`energy_release`); or
+    package.module:function, which gets (n, 3) and returns (n,) radians. Others need more than K. A closed
+    crack (K_I < 0) counts as K_I = 0. Raises CraftmeshError for a criterion that is not there or returns
+    anything else.
     """
     k = np.asarray(k, float).reshape(-1, 3)
     opened = np.column_stack([np.maximum(k[:, 0], 0.0), k[:, 1:]])
     size = np.abs(opened[:, :2]).max(axis=1, keepdims=True, initial=0.0)
     opened = np.where(size > 0, opened / np.where(size > 0, size, 1.0), 0.0)  # the angle knows no scale
     if criterion == "tangential_stress":
-        return largest_tangential_stress(opened[:, 0], opened[:, 1])
+        k1, k2, _ = opened.T
+        below = k1 + np.sqrt(k1**2 + 8 * k2**2)
+        return -2 * np.arctan2(2 * k2, np.where(below > 0, below, 1.0))
     if criterion == "energy_release":
-        return np.where(size[:, 0] > 0, largest_energy_release(opened, poisson), 0.0)
+        tried = _angles_within(WIDEST)
+        best, _ = _peak(tried, energy_release(opened, tried[None], poisson))
+        return np.where(size[:, 0] > 0, best, 0.0)
     angles = np.asarray(own_code("criterion", criterion, CRITERIA)(opened), float)
     if angles.shape != (len(k),) or not np.isfinite(angles).all():
         raise CraftmeshError(
@@ -39,15 +45,6 @@ def kink_angles(k: np.ndarray, criterion: str, poisson: float = 0.3) -> np.ndarr
             "finite angles in radians"
         )
     return angles
-
-
-def largest_tangential_stress(k1: np.ndarray, k2: np.ndarray) -> np.ndarray:
-    """Return the angle (n,) of the largest tangential stress round a crack tip (Erdogan & Sih 1963).
-
-    It solves K_I sin(t) + K_II (3 cos(t) - 1) = 0; 0 where both are 0.
-    """
-    below = k1 + np.sqrt(k1**2 + 8 * k2**2)
-    return -2 * np.arctan2(2 * k2, np.where(below > 0, below, 1.0))
 
 
 def driving_intensity(k: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -59,15 +56,6 @@ def tangential_intensity(k: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Return the intensity (n,) of the tangential stress at `angle` (n,) for K (n, 3) (Erdogan & Sih)."""
     half = np.cos(angle / 2)
     return half * (k[:, 0] * half**2 - 1.5 * k[:, 1] * np.sin(angle))
-
-
-def largest_energy_release(k: np.ndarray, poisson: float) -> np.ndarray:
-    """Return the angle (n,) at which a short kink releases most energy, for K (n, 3).
-
-    The kink's intensities are those of Amestoy & Leblond (1992); mode III's is exact.
-    """
-    angles = _angles_within(WIDEST)
-    return _peak(angles, energy_release(k, angles[None], poisson))[0]
 
 
 def _angles_within(widest: float) -> np.ndarray:
@@ -85,7 +73,10 @@ def _peak(angles: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def energy_release(k: np.ndarray, angle: np.ndarray, poisson: float) -> np.ndarray:
-    """Return E / (1 - nu^2) times the energy release rate (n, m) of kinks at `angle` (n, m) or (1, m)."""
+    """Return E / (1 - nu^2) times the energy release rate (n, m) of kinks at `angle` (n, m) or (1, m).
+
+    The kinks' intensities are those of Amestoy & Leblond (1992); mode III's is exact.
+    """
     k1, k2, k3 = (k[:, [mode]] for mode in range(3))
     f11, f12, f21, f22 = kink_factors(angle)
     m = angle / np.pi

@@ -77,7 +77,9 @@ def _reached(last: Counted, rate: float, error: float) -> tuple[float, float]:
     if not rate > 0:
         return last.cycles + last.ahead, last.doubt + last.ahead_doubt
     found = cycles_over(last.step, last.size, last.rate, growth_to(last, rate, last.power))
-    way = abs(_even(last.step, last.rate, rate) / found - 1)
+    change = math.log(rate / last.rate)
+    even = last.step / last.rate * (-math.expm1(-change) / change if change else 1.0)
+    way = abs(even / found - 1)
     return last.cycles + found, last.doubt + found * (way + (last.power * last.error + error) / 2)
 
 
@@ -85,12 +87,6 @@ def cycles_over(step: float, size: float, rate: float, growth: float) -> float:
     """Return the cycles of a step from a crack of that size: da/dN is `rate`, and goes with size^growth."""
     stretch, left = math.log1p(step / size), 1 - growth
     return size / rate * (math.expm1(left * stretch) / left if left else stretch)
-
-
-def _even(step: float, rate: float, reached: float) -> float:
-    """Return the cycles of a step along which ln(da/dN) goes evenly from one rate to another."""
-    change = math.log(reached / rate)
-    return step / rate * (-math.expm1(-change) / change if change else 1.0)
 
 
 def crack_size(crack: Crack, box: np.ndarray) -> float:
@@ -113,15 +109,11 @@ def crack_size(crack: Crack, box: np.ndarray) -> float:
         farthest = max(farthest, off[within].max(initial=0.0))
         reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
         further = (off + reach > farthest * (1 + TOLERANCE)) & (reach > TOLERANCE * step)
-        corners = _split(corners[meets_box(corners, box) & further])
+        corners = corners[meets_box(corners, box) & further]
+        middles = (corners + np.roll(corners, -1, axis=1)) / 2
+        parts = [np.stack([corners[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)]
+        corners = np.concatenate([*parts, middles])
     return farthest
-
-
-def _split(corners: np.ndarray) -> np.ndarray:
-    """Return the triangles (4 m, 3, 3) into which the middles of their edges part triangles (m, 3, 3)."""
-    middles = (corners + np.roll(corners, -1, axis=1)) / 2
-    at_corners = [np.stack([corners[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)]
-    return np.concatenate([*at_corners, middles])
 
 
 def share_of_size(change: float, growth: float = ROOT) -> float:

@@ -57,15 +57,12 @@ def front_table(path: str | os.PathLike, axes: str = "xyz") -> Table:
     columns and what `read_table` refuses.
     """
     table = read_table(path, axes)
-    return _of_first_load(table) if table.names else bare_front(table, axes)
-
-
-def _of_first_load(table: Table) -> Table:
-    """Return the rows of the first load that a table names, all where it names none."""
-    names = table.words(LOAD_CASE)
-    if not names:
+    if not table.names:
+        return bare_front(table, axes)
+    loads = table.words(LOAD_CASE) or []
+    kept = [row for row, name in enumerate(loads) if name == loads[0]]
+    if not kept:
         return table
-    kept = [row for row, name in enumerate(names) if name == names[0]]
     return replace(table, rows=[table.rows[k] for k in kept], lines=[table.lines[k] for k in kept])
 
 

@@ -136,9 +136,8 @@ class Beside:
         tables = [d for d in named if d not in cells and d.ndim and d.shape[1:] in shapes]
         rows = {d.name: len(d) for d in _one_a_group(self._linked(tables))}
         near = {name: count for name, count in rows.items() if name.startswith(self._within)}
-        name = next(
-            (n for r in (near, rows) if (n := belonging(self.path, r, self._largest, self._claimed()))), ""
-        )
+        claimed = {int(d[()].max(initial=0)) + 1 for d in self._other_ids()}  # rows that other ids need
+        name = next((n for r in (near, rows) if (n := belonging(self.path, r, self._largest, claimed))), "")
         found = next((d for d in tables if d.name == name), None)
         if found is not None:
             return found, found[()].reshape(len(found), -1)[:, slice(None) if width > 1 else 0]
@@ -178,10 +177,6 @@ class Beside:
         parents = {_last(d) for d in self._other_ids()}  # a table that lists these is not theirs
         of_children = [d for d in rest if len(d) == self._largest + 1 and parents & {*d.parent}]
         return [d for d in tables if d.name in own] or of_children or rest
-
-    def _claimed(self) -> set[int]:
-        """Return the counts of rows that other ids of the cells need."""
-        return {int(d[()].max(initial=0)) + 1 for d in self._other_ids()}
 
     def _other_ids(self) -> list[h5py.Dataset]:
         ids = [d for d in self.arrays if is_ids(_last(d)) and d.dtype.kind in "iu" and d != self.labels]

@@ -115,8 +115,11 @@ def read_length_field(path: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
     )
     if lengths.ndim != 1:
         raise CraftmeshError(f"{path}: {name!r} has {lengths.shape[1]} components; expected one")
+    if not data.place and at_points:
+        return data.points, lengths
     if not data.place:
-        return data.points if at_points else _centres(data), lengths
+        corners, offsets = data.cells["Polys"]
+        return np.add.reduceat(data.points[corners], offsets[:-1]) / np.diff(offsets)[:, None], lengths
     extent = data.place["extent"].reshape(3, 2)
     if at_points:
         return _lattice(data, [np.arange(low, high + 1) for low, high in extent]), lengths
@@ -130,8 +133,3 @@ def _lattice(image: vtk_xml.Dataset, axes: list[np.ndarray]) -> np.ndarray:
     at = np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1).reshape(-1, 3)
     steps = image.place["direction"].reshape(3, 3) * image.place["spacing"]
     return at @ steps.T + image.place["origin"]
-
-
-def _centres(poly: vtk_xml.Dataset) -> np.ndarray:
-    connectivity, offsets = poly.cells["Polys"]
-    return np.add.reduceat(poly.points[connectivity], offsets[:-1]) / np.diff(offsets)[:, None]

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from craftmesh.arguments import as_array
-from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.declared import data_file, enough_memory, heard, refuse_false_zip
 
@@ -30,7 +29,6 @@ _FACE_COUNT = {
 }
 _HEAD = 1 << 16  # bytes in which it is looked for
 _NO_SURFACES = {"bz2", "zip", "xdmf", "xmf"}  # archives, and heads of data in other files
-_DIGITS = {".obj": 17, ".off": 17}  # behind the decimal point
 
 
 def read_triangles(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
@@ -120,19 +118,6 @@ def _objects(path: Path) -> int:
             for each, of in latest.items():
                 named[each].add(of)
     return len(named[b"o"] or named[b"g"])
-
-
-def write_triangles(path: str | os.PathLike, points: np.ndarray, triangles: np.ndarray) -> None:
-    """Write points (n, 3) and triangles (m, 3) by the suffix; STL and PLY are binary, in float32."""
-    from trimesh import Trimesh
-
-    suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise CraftmeshError(f"{path}: suffix {suffix!r} is not known; expected {LISTED}")
-    surface = Trimesh(points, triangles, process=False)
-    precision: dict[str, Any] = {"digits": _DIGITS[suffix]} if suffix in _DIGITS else {}
-    with atomic_path(path) as temporary, open(temporary, "wb") as stream:
-        surface.export(stream, file_type=suffix[1:], **precision)
 
 
 def vertices_of(path: str | os.PathLike) -> np.ndarray:

@@ -90,7 +90,12 @@ def _pages(file: Path) -> np.ndarray:
     try:
         with heard("tifffile") as said, tifffile.TiffFile(file, **_ALONE) as tif:
             series = tif.series
-            _refuse_false_pages(file, tif.filehandle.size, series)
+            pages: Any
+            for pages in series:
+                page, there = pages.keyframe, tif.filehandle.size
+                ratio = _RATIOS.get(int(page.compression))
+                refuse_false_size(file, "pages", pages.shape, pages.dtype.itemsize, there, ratio)
+                refuse_false_size(file, "a tile", page.chunks, page.dtype.itemsize, there, ratio)
             kinds = {(pages.shape[-2:], str(pages.dtype)) for pages in series}
             _refuse_colours(file, series[0])
             if len(kinds) > 1 or max(pages.ndim for pages in series) > 3:
@@ -120,15 +125,6 @@ def _refuse_colours(file: Path, pages: Any) -> None:
             f"values a pixel, shape {pages.shape}); expected one label a pixel: write a stack that is 3 or "
             "4 wide as grey (photometric minisblack), which tifffile does not by itself"
         )
-
-
-def _refuse_false_pages(file: Path, there: int, series: list) -> None:
-    """Refuse pages, tiles or strips larger than what the file of `there` bytes can hold."""
-    for pages in series:
-        page = pages.keyframe
-        ratio = _RATIOS.get(int(page.compression))
-        refuse_false_size(file, "pages", pages.shape, pages.dtype.itemsize, there, ratio)
-        refuse_false_size(file, "a tile", page.chunks, page.dtype.itemsize, there, ratio)
 
 
 def _refuse_unlike(files: list[Path], slices: list[np.ndarray]) -> None:

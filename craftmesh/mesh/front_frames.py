@@ -109,6 +109,11 @@ class FrontFrames:
     face: np.ndarray
     size: np.ndarray
 
+    @property
+    def axes(self) -> np.ndarray:
+        """(k, 3, 3) the local axes of each node: rows binormal, normal and tangent."""
+        return np.stack([self.binormal, self.normal, self.tangent], axis=1)
+
     def columns(self) -> dict[str, np.ndarray]:
         """Return the columns of front.csv in order; nodes are numbered from 1 as in the deck, 0 is none."""
         columns = {name: getattr(self, name) for name in type(self).__dataclass_fields__}

@@ -2,7 +2,6 @@
 
 import csv
 import hashlib
-import json
 import platform
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -12,12 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import front_table, read_front
+from craftmesh.io.json_file import read_json
 from craftmesh.io.stage_npz import read_sizing, read_solution
 from craftmesh.io.vtk import read_crack
 from craftmesh.report.sweeps import SIZES
-from craftmesh.types import Crack, Solution
+from craftmesh.types import Crack
 
 # The stage that makes a file, by the file's name; others are called by the file itself.
 STAGES = {
@@ -170,6 +169,7 @@ def read_case(folder: Path) -> Case:
 def _increment(folder: Path) -> Increment:
     path = folder / "solution.npz"
     solution = read_solution(path) if path.is_file() else None
+    record = {} if solution is None else solution.record
     scene, growth = folder / "pictures" / "scene.json", folder / "growth.json"
     fracture = folder / "fracture.json"
     sizing, front, crack = (folder / name for name in ("sizing.npz", "sif.csv", "crack.vtp"))
@@ -185,16 +185,11 @@ def _increment(folder: Path) -> Increment:
         size=read_json(fracture).get("growth", {}).get("size") if fracture.is_file() else None,
         reaction=None if solution is None else float(np.abs(solution.reactions).sum(axis=0).max() / 2),
         history={} if solution is None else solution.history,
-        at_fronts=_of_fronts(solution),
+        at_fronts={name: float(x) for name, x in record.items() if name.startswith("front ")},
         pictures={name: path.read_bytes() for name, path in drawn.items() if path.is_file()},
         scene=read_json(scene) if scene.is_file() else None,
         digests=_digests(folder, ("model.inp", "model_mesh.inp", "volume.vtu")),
     )
-
-
-def _of_fronts(solution: Solution | None) -> dict[str, float]:
-    record = {} if solution is None else solution.record
-    return {name: float(value) for name, value in record.items() if name.startswith("front ")}
 
 
 def _front(path: Path) -> dict[str, np.ndarray] | None:
@@ -213,14 +208,6 @@ def _digests(folder: Path, names: tuple[str, ...]) -> dict[str, str]:
             with open(folder / name, "rb") as stream:
                 found[name] = hashlib.file_digest(stream, "sha256").hexdigest()
     return found
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """Return what a .json holds; raises CraftmeshError for text that is not JSON."""
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise CraftmeshError(f"{path}: not JSON ({error}); make it again") from None
 
 
 def versions() -> dict[str, str]:

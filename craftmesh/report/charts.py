@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from craftmesh.report.case_files import Case, Increment
 from craftmesh.report.measures import of_sure
-from craftmesh.report.pictures import COLOURS, new_figure, plain
+from craftmesh.report.pictures import COLOURS, new_figure, plain, with_unit
 from craftmesh.report.sweeps import FEWEST, QUANTITIES, SOLVED, Sweep
 
 # Histograms of quality.json: their names in words, and whether small or large values are bad.
@@ -195,7 +195,7 @@ def against_crack(increments: Sequence[Increment], units: Mapping[str, str]) -> 
             size, [np.nanmin(v) for v in values], [np.nanmax(v) for v in values], color=BAR, alpha=0.2, lw=0
         )
         axes.plot(size, [np.nanmean(v) for v in values], "o-", color=BAR, markersize=4)
-        axes.set_title(_titled(key, units), fontsize=9)
+        axes.set_title(with_unit(key, units.get("K", "")), fontsize=9)
     if len(cycles) == len(known):
         places[-1].plot(size, cycles, "o-", color=BAR, markersize=4)
         places[-1].set_title("load cycles", fontsize=9)
@@ -204,12 +204,6 @@ def against_crack(increments: Sequence[Increment], units: Mapping[str, str]) -> 
         axes.grid(alpha=0.3)
     figure.tight_layout()
     return figure
-
-
-def _titled(key: str, units: Mapping[str, str]) -> str:
-    if key == "kink_angle":
-        return "kink angle [degrees]"
-    return plain(f"{key} [{units['K']}]") if "K" in units else key
 
 
 def loops(history: Mapping[str, np.ndarray], unit: str) -> Figure:

@@ -11,9 +11,11 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.mechanics.materials import COMPONENT
 from craftmesh.report.pictures import (
     BELOW,
     COLOURS,
+    GRAINS,
     PIXELS,
     deformed_body,
     draw_directions,
@@ -24,7 +26,6 @@ from craftmesh.report.shaded import View, shaded, view_from
 from craftmesh.report.shown_mesh import Facets, ShownMesh
 from craftmesh.types import Solution, TetMesh
 
-GRAINS = "tab20"  # one grain after another
 LIP = (0.93, 0.90, 0.84)  # the crack where grains are coloured
 FRONT = "crimson"
 # Of the nodes' lengths: the scale holds all but so many per cent at either end.
@@ -130,7 +131,7 @@ def solved_pictures(solved: SolvedMesh, shown: ShownMesh) -> dict[str, Figure]:
     front = np.concatenate([*shown.fronts, np.zeros(0, np.int64)])
     middle = shown.points[front].mean(axis=0) if len(front) else box.mean(axis=0)
     stress = solved.stress[solved.elements].mean(axis=1)
-    principal = np.linalg.eigvalsh(stress[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]])[:, -1]
+    principal = np.linalg.eigvalsh(stress[:, COMPONENT])[:, -1]
     axis = int(np.abs(shown.normal).argmin())
     moved = solved.solution.displacement[: len(shown.points)]
     values = {"stress": (principal, "largest principal stress")}

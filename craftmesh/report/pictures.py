@@ -21,6 +21,7 @@ from craftmesh.report.shown_mesh import cut_tets
 from craftmesh.surface.measure import area_vectors, distances_and_sides, meets_box
 from craftmesh.types import Crack
 
+GRAINS = "tab20"  # twenty colours, one grain after another
 STYLES = ("-", "--", ":", "-.")  # of the fronts of one crack
 DPI = 110
 COLOURS = "viridis"
@@ -48,10 +49,10 @@ def crack_by_increment(cracks: Mapping[str, Crack], box: np.ndarray, towards: np
     colours = matplotlib.colormaps[COLOURS](np.linspace(0.1, 0.95, len(cracks)))
     last = list(cracks.values())[-1]
     corners, added = _added(cracks, box)
-    corner = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    edges = box_edges(box)
     normal = area_vectors(last.points, last.triangles).sum(axis=0)
     views = (
-        view_from(towards, corner),
+        view_from(towards, edges.reshape(-1, 3)),
         view_from(normal * np.sign(normal @ towards), corners.reshape(-1, 3), BELOW),
     )
     figure = new_figure(10.4, 4.4)
@@ -65,12 +66,18 @@ def crack_by_increment(cracks: Mapping[str, Crack], box: np.ndarray, towards: np
                 axes.plot(*view.flat(crack.points[front]).T, color="black", linewidth=0.8)
         axes.set_axis_off()
         draw_directions(axes, view)
-    for edge in (corner[[i, i | bit]] for bit in (1, 2, 4) for i in range(8) if not i & bit):
+    for edge in edges:
         figure.axes[0].plot(*views[0].flat(edge).T, color="grey", linewidth=0.6)
     marks = [Patch(color=colour, label=name) for name, colour in zip(cracks, colours)]
     figure.legend(handles=marks, title="increment", fontsize=8, loc="center right")
     figure.subplots_adjust(left=0.01, right=0.91, bottom=0.01, top=0.99, wspace=0.04)
     return figure
+
+
+def box_edges(box: np.ndarray) -> np.ndarray:
+    """Return the ends (12, 2, 3) of the edges of a box (2, 3)."""
+    corner = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    return np.array([corner[[i, i | bit]] for bit in (1, 2, 4) for i in range(8) if not i & bit])
 
 
 def _added(cracks: Mapping[str, Crack], box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -113,6 +120,11 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
+def with_unit(key: str, unit: str) -> str:
+    """Return what a column of sif.csv is called on an axis; unit: of K, empty where it is not known."""
+    return "kink angle [degrees]" if key == "kink_angle" else f"{key} [{plain(unit)}]" if unit else key
+
+
 def along_front(rows: Mapping[str, Mapping[str, np.ndarray]], unit: str = "") -> Figure:
     """Return K_I, K_II, K_III and the kink angle along the fronts, a line for each increment.
 
@@ -122,8 +134,7 @@ def along_front(rows: Mapping[str, Mapping[str, np.ndarray]], unit: str = "") ->
     figure = new_figure(9.0, 5.6)
     axes = figure.subplots(2, 2, sharex=True).ravel()
     colours = matplotlib.colormaps[COLOURS](np.linspace(0.1, 0.95, len(rows)))
-    shown = [(key, f"{key} [{plain(unit)}]" if unit else key) for key in ("K_I", "K_II", "K_III")]
-    shown.append(("kink_angle", "kink angle [degrees]"))
+    shown = [(key, with_unit(key, unit)) for key in ("K_I", "K_II", "K_III", "kink_angle")]
     for (name, columns), colour in zip(rows.items(), colours):
         for front in np.unique(columns["front"]):
             row = np.flatnonzero(columns["front"] == front)

@@ -1,6 +1,5 @@
 """A crack in its microstructure, before anything is meshed: what it meets, and a picture of it."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import matplotlib
@@ -15,14 +14,13 @@ from scipy.sparse.csgraph import connected_components
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.meetings import Oblique, Traces
 from craftmesh.cracks.prescription import frame_along
-from craftmesh.report.pictures import as_png, frame_box, new_figure
+from craftmesh.report.pictures import GRAINS, as_png, box_edges, frame_box, new_figure
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors, meets_box
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Crack, Surface
 
-GRAIN_COLOURS = "tab20"  # grains, one after another
 PLAIN = (0.75, 0.75, 0.75)  # a crack that was refused
 
 
@@ -87,23 +85,20 @@ def front_lines(surface: Surface) -> tuple[tuple[bool, float, tuple[str, ...]], 
     for number in range(count):
         ends = nodes[(piece == number) & (degree == 1)]
         own = piece[local[:, 0]] == number
-        fronts.append((not len(ends), float(length[own].sum()), tuple(map(_face(surface), ends.tolist()))))
+        faces = tuple(_faces_at(surface, point) for point in ends.tolist())
+        fronts.append((not len(ends), float(length[own].sum()), faces))
     return tuple(fronts)
 
 
-def _face(surface: Surface) -> Callable[[int], str]:
-    """Return what names the free faces that a point lies on: XMIN, XMIN_ZMAX, VOID_3, EXTERIOR."""
-
-    def name(point: int) -> str:
-        at = (surface.facets == point).any(axis=1)
-        kinds = np.unique(surface.kind[at & is_on_box(surface.kind)])
-        names = [BOX_PLANES[kind - 1] for kind in kinds.tolist()]
-        open_sides = surface.sides[at & (surface.kind == 0)]
-        names += [f"VOID_{-label}" for label in np.unique(open_sides[open_sides < 0]).tolist()]
-        names += ["EXTERIOR"] if (open_sides == 0).any() else []
-        return "_".join(names) or "inside"
-
-    return name
+def _faces_at(surface: Surface, point: int) -> str:
+    """Return the names of the free faces that a point lies on: XMIN, XMIN_ZMAX, VOID_3, EXTERIOR."""
+    at = (surface.facets == point).any(axis=1)
+    kinds = np.unique(surface.kind[at & is_on_box(surface.kind)])
+    names = [BOX_PLANES[kind - 1] for kind in kinds.tolist()]
+    open_sides = surface.sides[at & (surface.kind == 0)]
+    names += [f"VOID_{-label}" for label in np.unique(open_sides[open_sides < 0]).tolist()]
+    names += ["EXTERIOR"] if (open_sides == 0).any() else []
+    return "_".join(names) or "inside"
 
 
 def _keys(edges: np.ndarray) -> np.ndarray:
@@ -133,7 +128,7 @@ def _shown(preview: Preview) -> tuple[np.ndarray, np.ndarray | tuple, list[np.nd
         )
     crack = surface.kind == CRACK
     grain = surface.sides[crack].max(axis=1)
-    colours = matplotlib.colormaps[GRAIN_COLOURS](np.searchsorted(preview.grains, grain) % 20)
+    colours = matplotlib.colormaps[GRAINS](np.searchsorted(preview.grains, grain) % 20)
     return surface.points[surface.facets[crack]], colours, list(surface.points[front_edges(surface)])
 
 
@@ -143,9 +138,7 @@ def _in_box(
     box = preview.box
     axes.add_collection3d(Poly3DCollection(triangles, facecolor=colours))
     axes.add_collection3d(Line3DCollection(fronts, colors="black", linewidths=1.6))
-    corner = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
-    edges = [corner[[i, i | bit]] for bit in (1, 2, 4) for i in range(8) if not i & bit]
-    axes.add_collection3d(Line3DCollection(edges, colors="grey", linewidths=0.6))
+    axes.add_collection3d(Line3DCollection(box_edges(box), colors="grey", linewidths=0.6))
     frame_box(axes, box)
 
 

@@ -72,7 +72,8 @@ def shaded(
         [(seen[:, 0] - view.low[0]) * scale, (view.high[1] - seen[:, 1]) * scale, seen[:, 2]], axis=1
     )[triangles]
     picture, depth = np.zeros((tall, wide, 3), np.float32), np.full((tall, wide), -np.inf, np.float32)
-    lines = _lines(pixels) if lined else np.zeros(len(pixels))
+    edges = np.linalg.norm(np.diff(pixels[:, [0, 1, 2, 0], :2], axis=1), axis=2).mean(axis=1) / FINER
+    lines = lined * LINE_WIDTH * FINER * np.clip(edges / SHORTEST_LINED - 1, 0, 1)
     lit = colours * _light(points, triangles, view)[:, None, None]
     draw(pixels, lit, lines, LINES, picture, depth)
     covered = np.isfinite(depth)[..., None].astype(np.float32)
@@ -88,9 +89,3 @@ def _light(points: np.ndarray, triangles: np.ndarray, view: View) -> np.ndarray:
     normals *= np.where(normals[:, 2:] < 0, -1.0, 1.0)
     light = LIGHT / np.linalg.norm(LIGHT)
     return DARKEST + (1 - DARKEST) * np.clip(normals @ light, 0, 1)
-
-
-def _lines(pixels: np.ndarray) -> np.ndarray:
-    """Return the width of the lines (m,) of triangles (m, 3, 3), all in fine pixels."""
-    edges = np.linalg.norm(np.diff(pixels[:, [0, 1, 2, 0], :2], axis=1), axis=2).mean(axis=1) / FINER
-    return LINE_WIDTH * FINER * np.clip(edges / SHORTEST_LINED - 1, 0, 1)

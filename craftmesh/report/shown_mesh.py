@@ -111,7 +111,9 @@ def _below(
     near = np.flatnonzero(np.abs(height) <= np.abs(corners @ normal).max(initial=0))
     if len(near) and len(lip):
         across = frame_along(normal, np.eye(3)[np.abs(normal).argmin()])[:2].T
-        middle, slope = corners.mean(axis=1), _slopes(points, lip, normal, across)
+        middle, vectors = corners.mean(axis=1), area_vectors(points, lip)
+        along = vectors @ normal
+        slope = -(vectors @ across) / np.where(along == 0, np.inf, along)[:, None]
         away, nearest = cKDTree(middle @ across).query((places[near] - centre) @ across)
         aside = (places[near] - centre - middle[nearest]) @ across
         # no further up the slope than the triangle reaches
@@ -120,13 +122,6 @@ def _below(
         rise = np.einsum("ij,ij->i", slope[nearest], aside) * share
         below[near] = height[near] < middle[nearest] @ normal + rise
     return below
-
-
-def _slopes(points: np.ndarray, lip: np.ndarray, normal: np.ndarray, across: np.ndarray) -> np.ndarray:
-    """Return how much triangles (m, 3) rise along `normal`, over the columns of `across` (3, 2): (m, 2)."""
-    vectors = area_vectors(points, lip)
-    along = vectors @ normal
-    return -(vectors @ across) / np.where(along == 0, np.inf, along)[:, None]
 
 
 def _boundary(mesh: TetMesh, tets: np.ndarray, kept: np.ndarray) -> Facets:

@@ -1,5 +1,6 @@
 """Cases that differ in an element size alone, and what their report compares."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -59,13 +60,7 @@ def _all_but_sizes(record: Mapping[str, Any]) -> str:
         for name, section in record["config"].items()
     }
     asked = {key: record[key] for key in ("microstructure", "cracks", "growth")}
-    return repr(_sorted([asked, sections]))
-
-
-def _sorted(value: Any) -> Any:
-    if isinstance(value, dict):
-        return [(key, _sorted(value[key])) for key in sorted(value)]
-    return [_sorted(item) for item in value] if isinstance(value, list) else value
+    return json.dumps([asked, sections], sort_keys=True)
 
 
 def _over(key: str, lengths: Mapping[str, tuple]) -> list[Sweep]:

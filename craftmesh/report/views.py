@@ -12,6 +12,7 @@ from matplotlib.image import AxesImage
 from craftmesh.mesh.tet_connectivity import free_half_faces, half_face_corners
 from craftmesh.report.pictures import (
     COLOURS,
+    GRAINS,
     PIXELS,
     TOWARDS,
     as_png,
@@ -23,7 +24,6 @@ from craftmesh.report.shaded import shaded, view_from
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.types import CRACK, Crack, Surface, Voxels
 
-GRAINS = "tab20"  # twenty colours, one grain after another
 SEEN_FROM = np.array(
     [[0.79, 0.45, 0.42], [0.45, 0.79, 0.42], [0.41, -0.71, 0.57]]
 )  # by the axis that is cut

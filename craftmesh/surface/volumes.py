@@ -72,7 +72,9 @@ def restore_volumes(
         progress(done / limits.rounds, "restoring volumes")
         displacement = _displacement(points, facets, signs, -drift * target, free & ~held[:, None])
         if limits.reach is not None:
-            displacement = _within(points + displacement, surface.points, limits.reach) - points
+            way = points + displacement - surface.points
+            far = np.maximum(np.linalg.norm(way, axis=1), 1e-300)
+            displacement = surface.points + way * np.minimum(1.0, limits.reach / far)[:, None] - points
         points, held = _guarded_step(points, displacement, facets, surface.kind, limits)
         drift = signs @ swept_volumes(points, facets) / target - 1
         done += 1
@@ -135,26 +137,9 @@ def _guarded_step(
         attempt += 1
 
 
-def _within(points: np.ndarray, centres: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    """Return `points` (n, 3), those beyond `reach` (n,) of their centres drawn back to it."""
-    way = points - centres
-    length = np.linalg.norm(way, axis=1)
-    return centres + way * np.minimum(1.0, reach / np.maximum(length, 1e-300))[:, None]
-
-
 def _turned(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     size = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
     return np.einsum("ij,ij->i", before, after) < TURN * size
-
-
-def _vertex_scales(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (n,) mean edge lengths and (n,) inverse areas of the vertices.
-
-    Weighted by inverse areas, a patch moves by one distance along its normal, whatever its facets' sizes.
-    """
-    area = np.repeat(np.linalg.norm(area_vectors(points, facets), axis=1) / 3, 3)
-    area = np.bincount(facets.ravel(), area, len(points))
-    return mean_edges(points, facet_edges(facets)), 1 / np.maximum(area, 1e-9 * area.mean())
 
 
 def _displacement(
@@ -163,9 +148,12 @@ def _displacement(
     """Return the (n, 3) least-squares displacement that adds the missing volumes, capped per vertex.
 
     missing (g,): what each grain lacks; mobile (n, 3) bool: coordinates that may change. A volume changes
-    with a vertex by a third of the area vectors of its facets there.
+    with a vertex by a third of the area vectors of its facets there. Weighted by the inverse areas of
+    vertices, a patch moves by one distance along its normal, whatever its facets' sizes.
     """
-    reach, weight = _vertex_scales(points, facets)
+    area = np.repeat(np.linalg.norm(area_vectors(points, facets), axis=1) / 3, 3)
+    area = np.bincount(facets.ravel(), area, len(points))
+    reach, weight = mean_edges(points, facet_edges(facets)), 1 / np.maximum(area, 1e-9 * area.mean())
     first = np.arange(0, facets.size + 1, 3)
     corners = csr_array((np.ones(facets.size), facets.ravel(), first), (len(facets), len(points)))
     third = area_vectors(points, facets) / 3

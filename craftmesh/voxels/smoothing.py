@@ -104,12 +104,6 @@ class _Grid:
         code = self._core(0, 0, 0)
         return np.where(code >= 0, self.ids[np.maximum(code, 0)], before).astype(np.int32)
 
-    def near_boundaries(self) -> np.ndarray:
-        """Return the places of the grains' voxels that have another label within the band."""
-        code = self.padded.reshape(self.shape)
-        mixed = ndimage.maximum_filter(code, self.band) != ndimage.minimum_filter(code, self.band)
-        return np.flatnonzero(mixed.ravel() & (self.padded >= 0))
-
     def boundary_area(self, spacing: np.ndarray) -> float:
         """Return the area of the voxel faces between two grains."""
         area = 0.0
@@ -144,7 +138,9 @@ def _gaussian(spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _rows(grid: _Grid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return places (k,) of voxels with several grains around them, these, and their parts (k, m)."""
-    near = grid.near_boundaries()
+    code = grid.padded.reshape(grid.shape)
+    mixed = ndimage.maximum_filter(code, grid.band) != ndimage.minimum_filter(code, grid.band)
+    near = np.flatnonzero(mixed.ravel() & (grid.padded >= 0))
     place = np.empty(len(near) + 1, np.int64)
     grain = np.empty((len(near) + 1, MOST_GRAINS), np.int32)
     share = np.empty((len(near) + 1, MOST_GRAINS), np.float32)

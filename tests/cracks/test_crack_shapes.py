@@ -6,6 +6,7 @@ import vtk_objects
 from given_cracks import wavy_disc
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from surface_writer import write_triangles
 
 from craftmesh.commands.crack import given_surface
 from craftmesh.cracks.check_crack import check_crack
@@ -14,7 +15,7 @@ from craftmesh.cracks.series import crack_of_increment, prescribed_crack, refuse
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.sheet import sheet_of
-from craftmesh.io.surface_files import SUFFIXES, write_triangles
+from craftmesh.io.surface_files import SUFFIXES
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
 

@@ -4,13 +4,13 @@ import json
 
 import numpy as np
 import pytest
+from surface_writer import write_triangles
 
 from craftmesh.cli import main
 from craftmesh.cracks.measured import crack_through_points
 from craftmesh.cracks.voxel_crack import crack_through_voxels
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_labels
-from craftmesh.io.surface_files import write_triangles
 from craftmesh.io.vtk import write_crack
 from craftmesh.surface.measure import span_of, unit_hint
 from craftmesh.types import Crack, Voxels

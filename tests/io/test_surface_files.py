@@ -11,13 +11,13 @@ import trimesh
 import vtk_objects
 from grain_folders import write_grain_folder
 from structured_box import structured_box
+from surface_writer import write_triangles
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.surface_files import (
     SUFFIXES,
     read_grain_folder,
     read_triangles,
-    write_triangles,
 )
 from craftmesh.stitching.stitch import stitch_grains
 from craftmesh.types import CRACK

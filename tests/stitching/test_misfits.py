@@ -7,10 +7,11 @@ import pytest
 import trimesh
 from grain_folders import write_grain_folder
 from structured_box import structured_box
+from surface_writer import write_triangles
 
 from craftmesh.cli import main
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.surface_files import SUFFIXES, write_triangles
+from craftmesh.io.surface_files import SUFFIXES
 from craftmesh.io.vtk import read_surface
 from craftmesh.stitching.stitch import stitch_grains
 from craftmesh.surface.connectivity import compact
