@@ -30,12 +30,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def check_mesh(file: Path, arguments: argparse.Namespace) -> list[str]:
+    from craftmesh.io.mesh_formats import read_exodus
     from craftmesh.io.npz import read_labels
     from craftmesh.io.vtk import read_tets
     from craftmesh.mesh.check_tets import check_tets
     from craftmesh.mesh.shape_measures import flat_sentence, flat_tets
 
-    mesh = read_tets(file)
+    mesh = read_tets(file) if file.suffix == ".vtu" else read_exodus(file)
     breaches = check_tets(mesh)
     flat = flat_sentence(flat_tets(mesh))
     if flat:
@@ -113,6 +114,8 @@ CHECKS = {
     ".npz": check_arrays,
     ".vtp": check_polygons,
     ".vtu": check_mesh,
+    ".e": check_mesh,
+    ".exo": check_mesh,
     ".inp": check_input_deck,
     ".json": check_islands,
     ".csv": check_front,

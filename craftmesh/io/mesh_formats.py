@@ -1,7 +1,7 @@
 """The formats that a mesh is exported to: VTK (.vtu), Gmsh (.msh, 2.2, binary), Exodus II (.e, .exo)."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -149,6 +149,39 @@ def write_exodus(path: str | os.PathLike, mesh: TetMesh) -> None:
         found = zip(one.dimensions, one.values.shape)
         dimensions |= {name: length for name, length in found if name not in dimensions}
     write_netcdf(path, dimensions, made, _HEAD)
+
+
+def read_exodus(path: str | os.PathLike) -> TetMesh:
+    """Read what `write_exodus` wrote: elements by the numbers of their map, grains by blocks, all sets.
+
+    Raises CraftmeshError for another file.
+    """
+    from scipy.io import netcdf_file
+
+    try:
+        with netcdf_file(path, "r", mmap=False) as file:
+            found = {name: variable[:].copy() for name, variable in file.variables.items()}
+        order, grains, local = found["elem_num_map"] - 1, found["eb_prop1"], np.argsort(_SIDE)
+        tets = [found[f"connect{k}"] - 1 for k in range(1, len(grains) + 1)]
+        back = np.argsort(order)
+        node_sets = {name: found[f"node_ns{k}"] - 1 for k, name in _set_names(found, "ns")}
+        face_sets = {
+            name: np.column_stack([order[found[f"elem_ss{k}"] - 1], local[found[f"side_ss{k}"] - 1]])
+            for k, name in _set_names(found, "ss")
+        }
+        points = np.column_stack([found[f"coord{axis}"] for axis in "xyz"])
+        grain = np.repeat(grains, [len(rows) for rows in tets])
+        return TetMesh(points, np.concatenate(tets)[back], grain[back], node_sets, face_sets)
+    except (KeyError, ValueError, TypeError, IndexError, OSError) as error:
+        raise CraftmeshError(
+            f"{path}: no Exodus file of craftmesh ({error}); expected one of `craftmesh export`"
+        ) from None
+
+
+def _set_names(found: Mapping[str, np.ndarray], kind: str) -> Iterator[tuple[int, str]]:
+    """Yield number and name of the node sets (ns) or side sets (ss) of a file, by its variables."""
+    rows = found.get(f"{kind}_names", np.zeros((0, 1), "S1"))
+    yield from enumerate((row.tobytes().rstrip(b"\0").decode("ascii") for row in rows), 1)
 
 
 def _set_heads(kind: str, dimension: str, ids: np.ndarray, names: list[str]) -> list[Variable]:

@@ -1,15 +1,22 @@
 """Other programs' files: what meshio and VTK read from them is the mesh, with its grains and sets."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.io import netcdf_file
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.cli import main
+from craftmesh.io.mesh_formats import read_exodus
+from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import read_tets, write_tets
+from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.second_order import as_elements
 from craftmesh.mesh.tet_connectivity import face_nodes
+from craftmesh.types import Voxels
 
 SUFFIXES = ("vtu", "msh", "e", "exo")
 
@@ -176,6 +183,58 @@ def test_an_exported_vtu_is_a_mesh_of_ours(tmp_path):
     found = read_tets(path)
     assert (found.tets == mesh.tets).all() and (found.grain == mesh.grain).all()
     assert list(found.face_sets) == list(mesh.face_sets) and check_tets(found) == []
+
+
+@pytest.mark.parametrize("element", ["C3D4", "C3D10"])
+def test_check_reads_exodus_and_finds_what_is_wrong_in_it(element, tmp_path, capsys):
+    path, mesh = exported(tmp_path, "e", element)
+    found = read_exodus(path)
+    assert (found.points == mesh.points).all() and (found.tets == mesh.tets).all()
+    assert (found.grain == mesh.grain).all()
+    for one, other in ((found.node_sets, mesh.node_sets), (found.face_sets, mesh.face_sets)):
+        assert list(one) == list(other) and all((one[name] == other[name]).all() for name in other)
+    assert main(["check", str(path)]) == 0
+    with netcdf_file(path, "a", mmap=False) as file:  # two corners change places
+        rows = file.variables["connect1"]
+        rows[0, :2] = rows[0, 1::-1].copy()
+    assert main(["check", str(path)]) == 1
+    assert "1 tetrahedra have a volume <= 0" in capsys.readouterr().out
+    path.write_bytes(b"CDF\x02")
+    assert main(["check", str(path)]) == 1
+    assert "no Exodus file of craftmesh" in capsys.readouterr().err
+
+
+def turned(angles):
+    """Return RotationTensor(phi1, PHI, phi2) of MOOSE, whose transpose turns from crystal to sample."""
+    (c1, c, c2), (s1, s, s2) = np.cos(np.radians(angles)), np.sin(np.radians(angles))
+    return np.array(
+        [
+            [c1 * c2 - c * s1 * s2, s1 * c2 + c * c1 * s2, s * s2],
+            [-c1 * s2 - c * c2 * s1, c * c1 * c2 - s1 * s2, c2 * s],
+            [s1 * s, -c1 * s, c],
+        ]
+    )
+
+
+def test_moose_gets_a_row_of_angles_for_each_block(tmp_path, capsys):
+    quaternions = normalized(np.random.default_rng(3).normal(size=(20, 4)))
+    block = Voxels(np.full((2, 2, 2), 14, np.int32), np.ones(3), np.zeros(3))
+    labels, table = tmp_path / "labels.npz", tmp_path / "orientations.csv"
+    write_labels(labels, replace(block, orientations=quaternions))
+    write_tets(tmp_path / "volume.vtu", cracked_mesh())
+    files = (tmp_path / "volume.vtu", "-o", tmp_path / "m.e", "--angles", table)
+    flags = ["export", *map(str, files)]
+    assert main(flags) == 1 and "give --microstructure" in capsys.readouterr().err
+    assert main([*flags, "--microstructure", str(labels)]) == 0
+    rows = np.loadtxt(table, delimiter=",")  # blocks 1 to 14, of which the mesh has 11 and 14
+    assert rows.shape == (14, 3) and not rows[[*range(10), 11, 12]].any()
+    for grain in (11, 14):
+        assert np.allclose(turned(rows[grain - 1]).T, quaternion_to_matrix(quaternions[grain]), atol=1e-9)
+    quaternions[11] = np.nan
+    write_labels(labels, replace(block, orientations=quaternions))
+    (tmp_path / "m.e").unlink()
+    assert main([*flags, "--microstructure", str(labels)]) == 1 and not (tmp_path / "m.e").exists()
+    assert "grain 11 has no orientation (1 such grains)" in capsys.readouterr().err
 
 
 def test_what_cannot_be_exported_is_refused_in_one_line(tmp_path, capsys):
