@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -37,6 +38,13 @@ def named(place: object) -> Iterator[None]:
         yield
     except CraftmeshError as error:
         raise CraftmeshError(f"{place}: {error}") from None
+
+
+def existing(path: Path, advice: str = "check the path") -> Path:
+    """Return `path`; raises CraftmeshError, with what to do, when nothing is there."""
+    if not path.exists():
+        raise CraftmeshError(f"{path}: no such file; {advice}")
+    return path
 
 
 def told(places: "np.ndarray") -> list:

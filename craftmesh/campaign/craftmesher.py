@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 
 # Keys of config.xml that nothing here answers to, and why.
 _NOT_CARRIED = {
@@ -45,9 +45,7 @@ def read_config(path: Path) -> dict[str, str]:
     Raises CraftmeshError for a file that is missing or not XML, and for a key that is there twice.
     """
     try:
-        root = ElementTree.parse(path).getroot()
-    except FileNotFoundError:
-        raise CraftmeshError(f"{path}: no such file; check the path") from None
+        root = ElementTree.parse(existing(path)).getroot()
     except ElementTree.ParseError as error:
         raise CraftmeshError(f"{path}: not XML ({error}); expected craftmesher's config.xml") from None
     found: dict[str, str] = {}

@@ -70,20 +70,16 @@ def complete_mesh(
     refuse_other_surface(surface, grain_tets)
     with ProgressLine("whole model") as progress:
         whole = completed(Completion(surface, grain_tets), record, sizing_of, options, progress)
-    if whole.warning:
-        warn(whole.warning)
+    warn(whole.warning)
     opened = given_way(whole.surface, whole.grain_tets)
-    if opened.warning:
-        warn(opened.warning)
+    warn(opened.warning)
     surface, grain_tets, poor, smooth = opened.surface, opened.grain_tets, opened.poor, None
     if options.optimise:
         smoothed = optimised_whole(surface, grain_tets)
         surface, grain_tets, smooth = smoothed.surface, smoothed.grain_tets, smoothed.report
         poor = dict.fromkeys(record.get("poor", {}) | poor, []) | smoothed.poor
     mesh, report = assemble(surface, grain_tets, crack)
-    flat = flat_sentence(flat_tets(mesh))
-    for sentence in (flat, severed_sentence(mesh)):
-        if sentence:
-            warn(sentence)
+    warn(flat_sentence(flat_tets(mesh)))
+    warn(severed_sentence(mesh))
     meshing = with_counts(record, whole.whole_model, opened.report, smooth, poor)
     return mesh, report | {"meshing": meshing}

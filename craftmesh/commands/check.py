@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
-from craftmesh.commands.stage_io import add_file, existing, of_suffix, warn
-from craftmesh.errors import CraftmeshError
+from craftmesh.commands.stage_io import add_file, of_suffix, warn
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.json_file import read_json, write_json
 
 
@@ -38,9 +38,7 @@ def check_mesh(file: Path, arguments: argparse.Namespace) -> list[str]:
 
     mesh = read_tets(file) if file.suffix == ".vtu" else read_exodus(file)
     breaches = check_tets(mesh)
-    flat = flat_sentence(flat_tets(mesh))
-    if flat:
-        warn(flat)
+    warn(flat_sentence(flat_tets(mesh)))
     if arguments.quality:
         from craftmesh.mesh.quality import drift_sentence, quality
 
@@ -48,9 +46,7 @@ def check_mesh(file: Path, arguments: argparse.Namespace) -> list[str]:
         meshing = {"meshing": read_json(arguments.meshing).get("meshing")} if arguments.meshing else {}
         measured = quality(mesh, voxels)
         write_json(arguments.quality, {"breaches": breaches} | measured | meshing)
-        off = drift_sentence(measured.get("volume_drift", {}))
-        if off:
-            warn(off)
+        warn(drift_sentence(measured.get("volume_drift", {})))
     return breaches
 
 

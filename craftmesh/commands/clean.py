@@ -10,8 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from craftmesh.campaign.standing import SPARE, standings
-from craftmesh.commands.stage_io import existing
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 
 LOCKS = Path(".snakemake", "locks")  # of the campaigns that run in a folder
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import Parser, add_options, options_from
-from craftmesh.commands.stage_io import add_file, add_output, add_report, existing, tell
+from craftmesh.commands.stage_io import add_file, add_output, add_report, tell
 from craftmesh.cracks.fit_bounds import Numbers, notes_on_size
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
 from craftmesh.cracks.measured import crack_along_path, crack_through_fronts, crack_through_points
@@ -16,7 +16,7 @@ from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files, g
 from craftmesh.cracks.prescription import check_crack
 from craftmesh.cracks.series import GivenSurface, crack_of_increment, refuse_shrunk
 from craftmesh.cracks.voxel_crack import crack_through_voxels
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.front_csv import front_table, read_fronts
 from craftmesh.io.npz import read_labels
 from craftmesh.io.point_files import read_points

@@ -5,7 +5,8 @@ import json
 from pathlib import Path
 
 from craftmesh.atomic import atomic_folder
-from craftmesh.commands.stage_io import add_file, existing
+from craftmesh.commands.stage_io import add_file
+from craftmesh.errors import existing
 from craftmesh.io.stage_npz import read_solution, read_solution_vtu
 from craftmesh.io.vtk import read_tets
 from craftmesh.report.mesh_pictures import SolvedMesh, mesh_pictures, solved_pictures

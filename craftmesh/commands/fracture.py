@@ -14,9 +14,9 @@ import numpy as np
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure, known_of_files
 from craftmesh.commands.solved_loads import by_load, solved_loads
-from craftmesh.commands.stage_io import add_file, add_output, add_units, existing, tell
+from craftmesh.commands.stage_io import add_file, add_output, add_units, tell
 from craftmesh.cracks.polyline import polyline
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import FrontParameters, fracture_parameters
 from craftmesh.growth.extension import (

@@ -7,8 +7,8 @@ import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import within_box
-from craftmesh.commands.stage_io import add_output, existing
-from craftmesh.errors import CraftmeshError
+from craftmesh.commands.stage_io import add_output
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.npz import write_labels
 from craftmesh.io.point_files import read_source_points
 from craftmesh.voxels.generate import GenerateOptions, generate

@@ -8,10 +8,10 @@ import numpy as np
 
 from craftmesh.commands.crack import body_of
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_file, add_output, add_report, existing, tell, warn
+from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
 from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.cracks.within_box import area_within
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.growth.correct import Step, corrected
 from craftmesh.growth.extension import CLOSED, NOISE, STAYS, UNTRUSTED
 from craftmesh.growth.grow import grow, row_spacing

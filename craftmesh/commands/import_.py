@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_file, add_report, existing, tell
-from craftmesh.errors import CraftmeshError, named
+from craftmesh.commands.stage_io import add_file, add_report, tell
+from craftmesh.errors import CraftmeshError, existing, named
 from craftmesh.io.json_file import write_json
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_voxels

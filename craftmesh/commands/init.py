@@ -15,8 +15,7 @@ from craftmesh.campaign.first_campaign import configuration_text, first_campaign
 from craftmesh.campaign.home import read_config
 from craftmesh.campaign.paths import read_path
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import existing
-from craftmesh.errors import CraftmeshError, counted, listed
+from craftmesh.errors import CraftmeshError, counted, existing, listed
 from craftmesh.progress import ProgressLine
 from craftmesh.types import VOID, Voxels
 from craftmesh.voxels.background import lies_in_specks

@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> None:
         report |= {"cohesive_elements": sum(map(len, layers.elements.values()))}
     units = UnitsOptions(*arguments.units)
     write_model(arguments.output, model, options, materials, units, layers=layers)
-    for warning in filter(None, [*report.get("notes", ()), deck_warning(model)]):
+    for warning in (*report.get("notes", ()), deck_warning(model)):
         warn(warning)
     tell(report, arguments.report)
 

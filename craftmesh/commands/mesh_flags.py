@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_file, add_report, existing, tell
-from craftmesh.errors import CraftmeshError, named
+from craftmesh.commands.stage_io import add_file, add_report, tell
+from craftmesh.errors import CraftmeshError, existing, named
 from craftmesh.io.front_csv import front_table, write_front
 from craftmesh.io.point_files import SourcePoints, read_length_field, read_source_points
 from craftmesh.io.stage_npz import read_sizing

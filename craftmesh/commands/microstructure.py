@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from craftmesh.commands.stage_io import add_file, existing
+from craftmesh.commands.stage_io import add_file
 from craftmesh.deck.options import DeckOptions
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.file_volume import of_grains
 from craftmesh.io.model_tables import read_grain_strains, read_lip_field
 from craftmesh.io.npz import read_labels

@@ -19,10 +19,11 @@ from craftmesh.campaign.effort import RULES, Effort, Sizes, effort, expected_ele
 from craftmesh.campaign.home import Job, or_default, planned_jobs, read_config
 from craftmesh.commands.crack import given_surface
 from craftmesh.commands.mesh_flags import given_defects
-from craftmesh.commands.stage_io import add_config, add_report, existing
+from craftmesh.commands.stage_io import add_config, add_report
 from craftmesh.cracks.options import BY_NUMBERS, IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.prescription import is_sized, semi_axes
 from craftmesh.cracks.series import crack_of_increment
+from craftmesh.errors import existing
 from craftmesh.growth.steps import share_of_size
 from craftmesh.io.json_file import write_json
 from craftmesh.io.npz import read_labels

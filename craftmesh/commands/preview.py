@@ -7,9 +7,9 @@ from pathlib import Path
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import add_sizing, check_sizing, sizing_from
-from craftmesh.commands.stage_io import add_output, add_report, existing
+from craftmesh.commands.stage_io import add_output, add_report
 from craftmesh.cracks.meetings import Oblique, oblique, traces
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.io.json_file import write_json

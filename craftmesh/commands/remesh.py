@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_output, add_report, existing, tell
+from craftmesh.commands.stage_io import add_output, add_report, tell
+from craftmesh.errors import existing
 from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import write_surface
 from craftmesh.progress import ProgressLine

@@ -1,14 +1,12 @@
 """Put the cases of all campaigns in a folder of results on one page: tables, pictures, a view to turn."""
 
 import argparse
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_file, add_output, existing, warn
-from craftmesh.errors import CraftmeshError
+from craftmesh.commands.stage_io import add_file, add_output, warn
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.json_file import read_json, write_json
 from craftmesh.report.case_files import RECORD, failures, read_cases, versions
 from craftmesh.report.page import page
@@ -28,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     if arguments.campaign:
-        write_records(existing(arguments.results), read_asked(arguments.campaign))
+        write_records(existing(arguments.results), arguments.campaign)
     cases = read_cases(existing(arguments.results))
     if not cases:
         raise CraftmeshError(f"{arguments.results}: no case with a {RECORD}; run the workflow")
@@ -41,19 +39,14 @@ def run(arguments: argparse.Namespace) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def read_asked(path: Path) -> dict:
-    """Return what a campaign asked for: its sheet, the configuration, and what each case changes."""
-    asked = read_json(path)
+def write_records(results: Path, campaign: Path) -> None:
+    """Write into the folder of each case what a campaign asked for: its sheet, and its configuration."""
+    asked = read_json(campaign)
     if not {"campaign", "config", "cases"} <= asked.keys():
         raise CraftmeshError(
-            f"{path}: keys {', '.join(asked) or 'none'}; expected campaign, config and cases, as the"
+            f"{campaign}: keys {', '.join(asked) or 'none'}; expected campaign, config and cases, as the"
             " workflow says them; leave --campaign out for cases that have been reported before"
         )
-    return asked
-
-
-def write_records(results: Path, asked: Mapping[str, Any]) -> None:
-    """Write the record of each case of a campaign into its folder."""
     for name, case in asked["cases"].items():
         config = asked["config"] | case["settings"]
         config["cracks"] = {crack: config["cracks"][crack] for crack in case["cracks"]}

@@ -19,8 +19,8 @@ from typing import IO
 from craftmesh.campaign.home import refusal, snakefile
 from craftmesh.campaign.standing import Standing, standings
 from craftmesh.commands.compile import compiling_ahead
-from craftmesh.commands.stage_io import add_config, existing
-from craftmesh.errors import CraftmeshError
+from craftmesh.commands.stage_io import add_config
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.progress import LiveLines
 
 LOOK = 1.0  # s between two looks at the results, at least

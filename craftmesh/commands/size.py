@@ -9,7 +9,8 @@ from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import sizing_by
-from craftmesh.commands.stage_io import add_file, add_output, add_report, existing, tell
+from craftmesh.commands.stage_io import add_file, add_output, add_report, tell
+from craftmesh.errors import existing
 from craftmesh.io.npz import read_labels
 from craftmesh.io.stage_npz import write_sizing
 from craftmesh.io.vtk import read_surface

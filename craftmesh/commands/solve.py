@@ -3,9 +3,9 @@
 import argparse
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -70,8 +70,8 @@ def run(arguments: argparse.Namespace) -> None:
     if deck.history and options.solver != BUILTIN:
         materials = user_materials(deck.user_material, known)
         model = with_element_axes(model, deck, arguments, materials)
-        run = partial(solved_history, model, options, deck, materials)
-        (solution, stress, slip), report = _in_folder(run, options, arguments)
+        with _folder(options, arguments) as folder:
+            (solution, stress, slip), report = solved_history(model, options, deck, materials, folder)
         write_solution(arguments.output, solution)
         if arguments.slip_table:
             _write_slip(arguments.slip_table, model.mesh.points, slip, materials)
@@ -117,14 +117,14 @@ def _of_table(
     return foreign_solution(model, numbers, displacement / model.scale, solver, str(path))
 
 
-def _in_folder(run: Callable[[Path], Any], options: SolveOptions, arguments: argparse.Namespace) -> Any:
-    """Return what `run` finds in the folder of a program, which is removed unless --work names it."""
+@contextmanager
+def _folder(options: SolveOptions, arguments: argparse.Namespace) -> Iterator[Path]:
+    """Yield the folder of a program, which is removed where it went well, unless --work names it."""
     output: Path = arguments.output
     folder = arguments.work or output.with_name(f"{output.stem}_{options.solver}")
-    result = run(folder)
+    yield folder
     if not arguments.work:
         shutil.rmtree(folder)
-    return result
 
 
 def _built_in(
@@ -144,8 +144,8 @@ def _solution(
     if options.solver == EXTERNAL:
         given: Path = arguments.field or arguments.output.with_name(FIELD)
         return given_solution(model, given.with_stem(f"{given.stem}_{case}") if case else given)
-    run = partial(computed_solution, model, options)
-    return _in_folder(lambda folder: run(folder / case), options, arguments)
+    with _folder(options, arguments) as folder:
+        return computed_solution(model, options, folder / case)
 
 
 def _combinations(

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from craftmesh.commands.stage_io import existing
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.growth.options import check_cycle
 from craftmesh.io.front_csv import LOAD_CASE
 from craftmesh.io.stage_npz import read_solutions

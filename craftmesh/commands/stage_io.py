@@ -1,4 +1,4 @@
-"""What all verbs share: the output flag, the stage's report, and existing input files."""
+"""What all verbs share: flags of files, and what a stage tells."""
 
 import argparse
 import sys
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.json_file import write_json
 
 SHORT = 12
@@ -53,9 +53,10 @@ def tell(report: dict, path: Path | None) -> None:
         write_json(path, report)
 
 
-def warn(message: str) -> None:
-    """Print a warning, one line on stderr."""
-    print("craftmesh: warning:", " ".join(message.split()), file=sys.stderr, flush=True)
+def warn(message: str | None) -> None:
+    """Print a warning, one line on stderr; nothing where there is none."""
+    if message:
+        print("craftmesh: warning:", " ".join(message.split()), file=sys.stderr, flush=True)
 
 
 def _lines(report: dict, prefix: str = "") -> Iterator[str]:
@@ -72,13 +73,6 @@ def _lines(report: dict, prefix: str = "") -> Iterator[str]:
             yield f"{name}: {value:.6g}"
         else:
             yield f"{name}: {value}"
-
-
-def existing(path: Path) -> Path:
-    """Return `path`; raises CraftmeshError when nothing is there."""
-    if not path.exists():
-        raise CraftmeshError(f"{path}: no such file; check the path")
-    return path
 
 
 def of_suffix(path: Path, table: Mapping[str, Any]) -> Any:

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from craftmesh.campaign.standing import standings
 from craftmesh.commands.clean import disk, spare
-from craftmesh.commands.stage_io import existing
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.report.case_files import RECORD
 
 

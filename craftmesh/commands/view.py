@@ -2,7 +2,6 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,9 +9,6 @@ from craftmesh.atomic import atomic_path
 from craftmesh.commands.stage_io import of_suffix
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.mesh_sets import is_lip
-
-if TYPE_CHECKING:
-    from craftmesh.types import Voxels
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +31,7 @@ def view_arrays(file: Path) -> bytes:
     """Show labels, or the sizes of a sizing.npz; chunks of grains and solutions lack what they refer to."""
     from craftmesh.io.npz import load
     from craftmesh.io.stage_npz import is_sizing
-    from craftmesh.report.views import labels_picture, lengths_picture
+    from craftmesh.report.views import lengths_picture
 
     if is_sizing(file):
         from craftmesh.commands.mesh_flags import stored_sizing
@@ -52,19 +48,14 @@ def view_arrays(file: Path) -> bytes:
     if "labels" not in arrays:
         other = "solution.vtu" if "displacement" in arrays else "volume.vtu"
         raise CraftmeshError(f"{file}: refers to a mesh that it does not hold; view {other} beside it")
-    return labels_picture(_voxels(file))
+    return view_labels(file)
 
 
-def view_image(file: Path) -> bytes:
+def view_labels(file: Path) -> bytes:
     from craftmesh.report.views import labels_picture
-
-    return labels_picture(_voxels(file))
-
-
-def _voxels(file: Path) -> "Voxels":
     from craftmesh.voxels.reading import read_voxels
 
-    return read_voxels(file).voxels
+    return labels_picture(read_voxels(file).voxels)
 
 
 def view_polygons(file: Path) -> bytes:
@@ -133,7 +124,7 @@ def view_front(file: Path) -> bytes:
 
 VIEWS = {
     ".npz": view_arrays,
-    ".vti": view_image,
+    ".vti": view_labels,
     ".vtp": view_polygons,
     ".vtu": view_mesh,
     ".inp": view_deck,

@@ -49,28 +49,19 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
     """
     before, after = last.along, reached.along
     ends = before.points + before.moves
-    laid = replace(
-        before,
-        kink_angle=before.kink_angle + SHARE * _found_at(after, ends, after.kink_angle),
-        extension=_extension_again(last, reached, ends),
-    )
+    kink, extension = before.kink_angle + SHARE * _found_at(after, ends, after.kink_angle), before.extension
+    if last.rate is not None and reached.rate is not None and after.trusted.any():
+        lines = [polyline(last.crack.points[front]) for front in last.crack.fronts]
+        fronts = rows_along(lines, before.points, before.binormal)
+        rate = _found_at(after, ends, reached.rate)
+        extension = over_step_again(last.rate, extension, rate, last.power, fronts)
+    laid = replace(before, kink_angle=kink, extension=extension)
     crack = grow(last.crack, laid, box, options)
     parts = [len(sheets(each)) for each in (crack, reached.crack) if each is not None]
     if crack is None or parts[0] != parts[1] or len(crack.fronts) != len(reached.crack.fronts):
         raise CraftmeshError("its sheets and fronts would be others; expected those of the crack as it is")
     along = _turned(after, _found_at(after, after.points, after.kink_angle))
     return reached._replace(crack=crack, along=replace(along, points=_onto_fronts(crack, along)))
-
-
-def _extension_again(last: Step, reached: Step, ends: np.ndarray) -> np.ndarray:
-    """Return the extensions (n,) of a step whose points came to `ends` (n, 3), by the rates found there."""
-    along = last.along
-    if last.rate is None or reached.rate is None or not reached.along.trusted.any():
-        return along.extension
-    lines = [polyline(last.crack.points[front]) for front in last.crack.fronts]
-    fronts = rows_along(lines, along.points, along.binormal)
-    found = _found_at(reached.along, ends, reached.rate)
-    return over_step_again(last.rate, along.extension, found, last.power, fronts)
 
 
 def _found_at(along: FrontExtensions, places: np.ndarray, values: np.ndarray) -> np.ndarray:

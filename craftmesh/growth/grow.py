@@ -10,7 +10,7 @@ from craftmesh.cracks.sheets import joined, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.moves import FrontExtensions, beside_rest, moves_along, points_at_rest
-from craftmesh.growth.new_front import NewFront, new_front, strip_triangles, with_front_points
+from craftmesh.growth.new_front import new_front, strip_triangles, with_front_points
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.types import Crack
 
@@ -121,7 +121,14 @@ def _with_strips(
         rest = points_at_rest(old, s, goes)
         moves = beside_rest(old, rest, moves_along(old, s, own, options, coarser))
         moved = new_front(old, moves, box, frame, spacing)
-        points, triangles = _joined(points, triangles, ids, old, moved)
+        count = len(moved.points) - old.closed  # a closed front ends with its first point
+        added = ~moved.stays[:count]
+        new = np.where(added, len(points) + np.cumsum(added) - 1, 0)
+        new[~added] = ids[np.searchsorted(old.arc, moved.origin[:count][~added])]
+        new = np.append(new, new[:1]) if old.closed else new
+        strip = strip_triangles(ids, old.arc, new, moved.origin)
+        points = np.concatenate([points, moved.points[:count][added]])
+        triangles = np.concatenate([triangles, strip])
         fronts.append(moved.points)
     return points, triangles, fronts
 
@@ -164,19 +171,6 @@ def nearest_feet(lines: list[Polyline], places: np.ndarray) -> tuple[np.ndarray,
 def row_spacing(places: np.ndarray) -> float:
     """Return the median distance of successive places (n, 3) of fronts: an edge of the mesh."""
     return float(np.median(np.linalg.norm(np.diff(places, axis=0), axis=1)))
-
-
-def _joined(
-    points: np.ndarray, triangles: np.ndarray, ids: np.ndarray, old: Polyline, moved: NewFront
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and triangles with the strip from the old front (ids) to the new one."""
-    count = len(moved.points) - old.closed  # a closed front ends with its first point
-    added = ~moved.stays[:count]
-    new = np.where(added, len(points) + np.cumsum(added) - 1, 0)
-    new[~added] = ids[np.searchsorted(old.arc, moved.origin[:count][~added])]
-    new = np.append(new, new[:1]) if old.closed else new
-    strip = strip_triangles(ids, old.arc, new, moved.origin)
-    return np.concatenate([points, moved.points[:count][added]]), np.concatenate([triangles, strip])
 
 
 def _meets(front: np.ndarray, box: np.ndarray) -> bool:

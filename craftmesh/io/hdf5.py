@@ -4,11 +4,12 @@ import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 import h5py
 import numpy as np
 
-from craftmesh.errors import CraftmeshError, listed
+from craftmesh.errors import CraftmeshError, existing, listed
 from craftmesh.io.declared import DEFLATE, refuse_false_size
 from craftmesh.io.file_volume import belonging, is_described, is_ids
 
@@ -23,12 +24,11 @@ def opened(path: str | os.PathLike) -> Iterator[h5py.File]:
 
     Refused too are files whose data lie in other files, and sizes that the file cannot hold.
     """
+    existing(Path(path))
     try:
         with h5py.File(path, "r") as file:
             _refuse_other_files(path, file)
             yield file
-    except FileNotFoundError:
-        raise CraftmeshError(f"{path}: no such file; check the path") from None
     except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:  # h5py's, at broken objects
         raise CraftmeshError(
             f"{path}: is not a whole HDF5 file ({error}); copy or export it anew"

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from craftmesh.atomic import atomic_path
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 
 
 def write_json(path: Path, content: dict) -> None:
@@ -19,9 +19,7 @@ def write_json(path: Path, content: dict) -> None:
 def read_json(path: Path) -> dict:
     """Read a .json object; raises CraftmeshError for a missing file and for text that is not JSON."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise CraftmeshError(f"{path}: no such file; check the path") from None
+        content = json.loads(existing(path).read_text(encoding="utf-8"))
     except ValueError as error:
         raise CraftmeshError(f"{path}: not JSON ({error}); expected a file written by craftmesh") from None
     if not isinstance(content, dict):

@@ -6,13 +6,14 @@ import zipfile
 import zlib
 from collections.abc import Collection, Mapping
 from io import BytesIO
+from pathlib import Path
 from tokenize import TokenError
 from typing import IO
 
 import numpy as np
 
 from craftmesh.atomic import atomic_path
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.declared import refuse_false_size, refuse_false_zip
 from craftmesh.io.file_volume import (
     EULERS,
@@ -148,14 +149,12 @@ def load(path: str | os.PathLike, names: Collection[str] | None = None) -> dict[
     Raises CraftmeshError when it is not one, holds Python objects or declares more than it holds.
     """
     try:
-        refuse_false_zip(path)
+        refuse_false_zip(existing(Path(path)))
         with np.load(path, allow_pickle=False) as archive:
             for entry in archive.zip.infolist():
                 with archive.zip.open(entry) as stream:
                     refuse_false_head(path, entry.filename, stream, entry.file_size)
             return {name: archive[name] for name in archive.files if names is None or name in names}
-    except FileNotFoundError:
-        raise CraftmeshError(f"{path}: no such file; check the path") from None
     except BROKEN as error:
         raise CraftmeshError(
             f"{path}: is not an .npz of plain arrays ({_fault(path, error)}); write it anew"

@@ -94,14 +94,6 @@ def _units(case: Case) -> dict[str, str]:
     return UnitsOptions(**case.record["config"].get("units", {})).by_quantity()
 
 
-def _words(units: Mapping[str, str]) -> dict[str, str]:
-    """Return what the quantities of a sweep are called, with their units."""
-    return {
-        key: f"{words} [{units[MEASURED_IN[key]]}]" if MEASURED_IN.get(key) in units else words
-        for key, words in QUANTITIES.items()
-    }
-
-
 def _charts(case: Case) -> list[tuple[str, str]]:
     """Return captions and pictures of a whole case: how its crack grew, and its elements' shapes."""
     charts = []
@@ -164,7 +156,11 @@ def _sweeps(cases: Mapping[str, Case], options: ReportOptions) -> list[dict[str,
     for sweep in sweeps({name: case.record for name, case in cases.items()}):
         increment, quantities = compared(sweep, cases, options.quantity, options.tolerance)
         if quantities:
-            words = _words(_units(cases[sweep.cases[0]]))
+            units = _units(cases[sweep.cases[0]])
+            words = {
+                key: f"{words} [{units[MEASURED_IN[key]]}]" if MEASURED_IN.get(key) in units else words
+                for key, words in QUANTITIES.items()
+            }
             picture = against_size(sweep, quantities, options.tolerance, words)
             found.append(
                 {

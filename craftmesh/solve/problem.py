@@ -146,22 +146,18 @@ def problem_of(model: ElasticModel, rule: int = DECK_RULE, elements: Elements | 
     if model.load is None:
         raise CraftmeshError("load: none; a solver needs a strain, a stress, lip_pressure or eigenstrain")
     if elements is None:
-        _check_elements(model.mesh)
+        bad = np.flatnonzero(~(smallest_jacobians(model.mesh.points, model.mesh.tets) > 0))
+        if len(bad):
+            raise CraftmeshError(
+                f"solve: {len(bad)} elements are turned over or flat (the first is element {bad[0] + 1} of "
+                f"grain {model.mesh.grain[bad[0]]}); mend the mesh (craftmesh check says more)"
+            )
         elements = elements_of(model, rule)
     supports, forces = supports_of(model.load, model.mesh), nodal_forces(model.load.pulled, model.mesh)
     strain = model.eigenstrain()
     if strain.any():
         forces -= elements.forces(np.zeros_like(forces), components(strain))
     return Problem(elements, supports, forces)
-
-
-def _check_elements(mesh: TetMesh) -> None:
-    bad = np.flatnonzero(~(smallest_jacobians(mesh.points, mesh.tets) > 0))
-    if len(bad):
-        raise CraftmeshError(
-            f"solve: {len(bad)} elements are turned over or flat (the first is element {bad[0] + 1} of "
-            f"grain {mesh.grain[bad[0]]}); mend the mesh (craftmesh check says more)"
-        )
 
 
 def foreign_solution(

@@ -35,11 +35,14 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
     faulty = faulty_facets(surface.points, facets)
     first, best = faulty, (surface.points, faulty)
     if faulty.any():
-        mobile, neighbours = free_directions(surface), smoothing_neighbours(vertex_classes(surface))
-        points = surface.points
+        mobile, (start, neighbour) = free_directions(surface), smoothing_neighbours(vertex_classes(surface))
+        points, count = surface.points, np.diff(start)
         for done in range(ROUNDS):
             around = vertices_around(facets, faulty, done // PATIENCE, len(points))
-            displacement = WEIGHT * _to_neighbours(points, *neighbours) * (mobile & around[:, None])
+            total = np.zeros_like(points)
+            np.add.at(total, np.repeat(np.arange(len(points)), count), points[neighbour])
+            mean = np.where(count[:, None] > 0, total / np.maximum(count, 1)[:, None], points)
+            displacement = WEIGHT * (mean - points) * (mobile & around[:, None])
             points, faulty = _guarded(points, displacement, facets, surface.kind, faulty)
             if faulty.sum() < best[1].sum():
                 best = points, faulty
@@ -54,14 +57,6 @@ def faulty_facets(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     faulty = is_degenerate(points, facets)
     faulty[intersecting_pairs(points, facets).ravel()] = True
     return faulty
-
-
-def _to_neighbours(points: np.ndarray, start: np.ndarray, neighbour: np.ndarray) -> np.ndarray:
-    """Return (n, 3) the way from each point to the mean of its neighbours; none without neighbours."""
-    count = np.diff(start)
-    total = np.zeros_like(points)
-    np.add.at(total, np.repeat(np.arange(len(points)), count), points[neighbour])
-    return np.where(count[:, None] > 0, total / np.maximum(count, 1)[:, None] - points, 0.0)
 
 
 def _guarded(

@@ -10,10 +10,9 @@ from dataclasses import replace
 import numpy as np
 from scipy import ndimage
 
-from craftmesh.errors import CraftmeshError, counted
+from craftmesh.errors import CraftmeshError, counted, listed
 from craftmesh.progress import silent
 from craftmesh.types import Voxels
-from craftmesh.voxels import label_changes
 from craftmesh.voxels.options import CleanOptions
 from craftmesh.voxels.remapping import RawVolume, as_raw
 from craftmesh.voxels.smoothing import smooth_boundaries
@@ -47,27 +46,24 @@ def clean(
     raw = volume if isinstance(volume, RawVolume) else as_raw(volume)
     total = raw.voxels.labels.size
     progress(0.0, "fill unindexed voxels")
-    labels, filled = _filled(raw, options)
-    changes = label_changes.filling(filled, total)
-    changes += label_changes.voids(raw.voxels.labels, labels)
+    labels, report, changes = _filled(raw, options)
+    changes += _voids(raw.voxels.labels, labels)
     progress(0.4, "absorb islands")
     pieces = find_pieces(labels)
     new_label = absorb_small_pieces(pieces, options.min_island_voxels)
-    report = {
-        **filled,
-        "grains_in_pieces_before": len(pieces_per_grain(pieces)),
-        **_absorption(pieces, new_label),
-    }
-    changes += label_changes.absorption(pieces, new_label, options.min_island_voxels)
-    _check_absorption(pieces, new_label, options)
+    report["grains_in_pieces_before"] = len(pieces_per_grain(pieces))
+    absorbed, told = _absorption(pieces, new_label, options)
+    report, changes = report | absorbed, changes + told
     if report["absorbed_pieces"]:
         labels = number_voids(new_label[pieces.of])
         pieces = find_pieces(labels)
     progress(0.6, "smooth grain boundaries")
     labels, smoothing = smooth_boundaries(labels, raw.voxels.spacing, options.smoothing_rounds)
     report |= smoothing
-    changes += label_changes.smoothing(report["smoothed_voxels"], total)
-    if report["smoothed_voxels"]:
+    if smoothed := report["smoothed_voxels"]:
+        changes.append(
+            f"smoothing_rounds gave {counted(smoothed, total)} to another grain; 0 rounds change none"
+        )
         pieces = find_pieces(labels)
     progress(0.8, "pieces of grains")
     report["grains_in_pieces"] = {str(k): n for k, n in pieces_per_grain(pieces).items()}
@@ -75,7 +71,12 @@ def clean(
     if options.split_pieces:
         labels, parents = split_pieces(pieces, int(raw.voxels.labels.max()))
     _check_grains(labels, options)
-    changes += label_changes.splitting(parents, labels)
+    if parents:
+        voxels = counted(int((labels >= min(parents)).sum()), total)
+        changes.append(
+            f"split_pieces made {len(parents)} pieces of {len(set(parents.values()))} grains, {voxels}, "
+            f"grains of their own: {min(parents)} to {max(parents)}"
+        )
     notes = [*raw.notes, *_rough(report["roughness"], pieces, options)]
     report |= _census(labels, raw, parents) | {"changes": changes, "notes": notes}
     return _with_labels(raw.voxels, labels, parents), report
@@ -91,8 +92,8 @@ def _rough(roughness: float, pieces: Pieces, options: CleanOptions) -> list[str]
     ]
 
 
-def _filled(raw: RawVolume, options: CleanOptions) -> tuple[np.ndarray, dict]:
-    """Return labels of which none is unindexed, voids numbered, and the counts of filled voxels."""
+def _filled(raw: RawVolume, options: CleanOptions) -> tuple[np.ndarray, dict, list[str]]:
+    """Return labels of which none is unindexed, voids numbered, counts of filled voxels, and sentences."""
     unindexed = int(raw.unindexed.sum())
     if unindexed and not options.fill_unindexed:
         raise CraftmeshError(
@@ -100,8 +101,31 @@ def _filled(raw: RawVolume, options: CleanOptions) -> tuple[np.ndarray, dict]:
             "the grains around them, or background to void if they are empty space, grain if they are one"
         )
     labels, filled = fill_unindexed(raw.voxels.labels, raw.unindexed)
-    counts = {"filled_voxels": filled, "unindexed_voxels_left_empty": unindexed - filled}
-    return number_voids(labels), counts
+    changes, left = [], unindexed - filled
+    if filled:
+        changes = [
+            f"{counted(filled, labels.size)} without a grain went to the grains around them "
+            "(fill_unindexed); background void keeps them empty"
+        ]
+    if left:
+        changes.append(
+            f"{counted(left, labels.size)} without a grain are left empty: no grain reaches them"
+        )
+    return number_voids(labels), {"filled_voxels": filled, "unindexed_voxels_left_empty": left}, changes
+
+
+def _voids(before: np.ndarray, after: np.ndarray) -> list[str]:
+    """Return what labels (nx, ny, nz) <= 0 have become: enclosed voids, or the outside."""
+    ids, voxels = np.unique(after[after <= 0], return_counts=True)
+    if not len(ids):
+        return []
+    outside, enclosed = int(voxels[ids == 0].sum()), ids[ids < 0]
+    note = f"{counted(int(voxels.sum()), after.size)} are empty: {len(enclosed)} enclosed voids"
+    note += f", and {counted(outside, after.size)} open to the box's faces, outside" if outside else ""
+    gone = np.setdiff1d(before[before < 0], enclosed)
+    if len(gone):
+        note += f"; voids {listed((-gone[::-1]).tolist())} touch another or the outside and are part of it"
+    return [f"{note} (background, void_labels)"]
 
 
 def fill_unindexed(labels: np.ndarray, unindexed: np.ndarray) -> tuple[np.ndarray, int]:
@@ -173,25 +197,49 @@ def split_pieces(pieces: Pieces, largest_id: int) -> tuple[np.ndarray, dict[int,
     return label[pieces.of].astype(np.int32), parents
 
 
-def _absorption(pieces: Pieces, new_label: np.ndarray) -> dict:
-    changed = new_label != pieces.label
-    gone = np.setdiff1d(pieces.label, new_label)
-    return {
+def _absorption(pieces: Pieces, new_label: np.ndarray, options: CleanOptions) -> tuple[dict, list[str]]:
+    """Return counts of what pieces of few voxels have joined, and a sentence; new_label (p,): theirs then.
+
+    Refuses an absorption that leaves one label of several, unless that is allowed.
+    """
+    changed, gone = new_label != pieces.label, np.setdiff1d(pieces.label, new_label)
+    counts = {
         "absorbed_pieces": int(changed.sum()),
         "absorbed_voxels": int(pieces.voxels[changed].sum()),
         "absorbed_grains": gone[gone > 0].tolist(),
         "absorbed_voids": (-gone[gone < 0][::-1]).tolist(),
     }
-
-
-def _check_absorption(pieces: Pieces, new_label: np.ndarray, options: CleanOptions) -> None:
-    """Refuse an absorption that leaves one label of several, unless that is allowed."""
-    if len(set(new_label.tolist())) > 1 or options.allow_single_grain or (pieces.label == new_label).all():
-        return
-    raise CraftmeshError(
-        f"min_island_voxels {options.min_island_voxels} leaves grain {new_label[0]} alone, nothing of "
-        f"{label_changes.emptied(pieces, new_label)}; lower it, or set allow_single_grain"
+    if not changed.any():
+        return counts, []
+    if len(set(new_label.tolist())) == 1 and not options.allow_single_grain:
+        raise CraftmeshError(
+            f"min_island_voxels {options.min_island_voxels} leaves grain {new_label[0]} alone, nothing of "
+            f"{_emptied(pieces, new_label)}; lower it, or set allow_single_grain"
+        )
+    voxels = counted(counts["absorbed_voxels"], int(pieces.voxels.sum()))
+    told = (
+        f"min_island_voxels {options.min_island_voxels} gave {counts['absorbed_pieces']} pieces, {voxels}, "
+        "to what they touch most"
     )
+    return counts, [told + (f"; nothing is left of {_emptied(pieces, new_label)}" if len(gone) else "")]
+
+
+def _emptied(pieces: Pieces, new_label: np.ndarray) -> str:
+    """Return which labels absorption has emptied, the largest first, and which absorbed them."""
+    gone = np.setdiff1d(pieces.label, new_label)
+    of = {int(label): np.flatnonzero(pieces.label == label) for label in gone}
+    order = sorted(of, key=lambda label: (-int(pieces.voxels[of[label]].sum()), label))
+    return listed(_one_emptied(label, pieces.voxels[of[label]], new_label[of[label]]) for label in order)
+
+
+def _one_emptied(label: int, voxels: np.ndarray, became: np.ndarray) -> str:
+    pieces = f"{len(voxels)} pieces, " if len(voxels) > 1 else ""
+    to = listed(map(_named, np.unique(became).tolist()))
+    return f"{_named(label)} ({pieces}{int(voxels.sum())} voxels, to {to})"
+
+
+def _named(label: int) -> str:
+    return f"grain {label}" if label > 0 else f"void {-label}" if label else "the outside"
 
 
 def _check_grains(labels: np.ndarray, options: CleanOptions) -> None:

@@ -90,21 +90,20 @@ def islands_from_json(content: dict, place: str) -> tuple[Island, ...]:
 
     place: the file, for that message.
     """
+    found = []
     try:
-        return tuple(_island(entry) for entry in content["islands"])
+        for entry in content["islands"]:
+            members = entry["members"]
+            seeds = np.array([member["seed"] for member in members], float)
+            if seeds.shape != (len(members), 3) or not members or not np.isfinite(seeds).all():
+                raise ValueError(f"of host {entry['host']} without a seed x, y, z for each member")
+            seeds.flags.writeable = False
+            labels, voxels = (tuple(int(one[key]) for one in members) for key in ("label", "voxels"))
+            found.append(Island(int(entry["host"]), labels, seeds, voxels))
+        return tuple(found)
     except (KeyError, TypeError, ValueError) as error:
         fault = f"no entry {error}" if isinstance(error, KeyError) else str(error)
         raise CraftmeshError(f"{place}: {fault}; expected the islands .json of craftmesh import") from None
-
-
-def _island(entry: dict) -> Island:
-    members = entry["members"]
-    seeds = np.array([member["seed"] for member in members], float)
-    if seeds.shape != (len(members), 3) or not members or not np.isfinite(seeds).all():
-        raise ValueError(f"of host {entry['host']} without a seed x, y, z for each member")
-    seeds.flags.writeable = False
-    labels = tuple(int(member["label"]) for member in members)
-    return Island(int(entry["host"]), labels, seeds, tuple(int(member["voxels"]) for member in members))
 
 
 def _enclosures(pieces: Pieces) -> Iterator[tuple[int, list[int]]]:

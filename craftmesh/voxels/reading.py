@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.arguments import as_array
-from craftmesh.errors import CraftmeshError, listed
+from craftmesh.errors import CraftmeshError, existing, listed
 from craftmesh.io.declared import enough_memory
 from craftmesh.io.file_volume import DEGREES, RADIANS, UNSAID, FileVolume
 from craftmesh.io.hdf5_volumes import read_dream3d, read_labdct
@@ -89,9 +89,7 @@ def read_voxels(
     be read or meshed: missing files or datasets, fewer than two voxels along an axis, ids that are no
     integers or over int32, undeclared negative ids, spacing <= 0.
     """
-    path = Path(path)
-    if not path.exists():
-        raise CraftmeshError(f"{path}: no such file; check the path")
+    path = existing(Path(path))
     with enough_memory(path):
         return _understood(path, _read_file(path, options), options, fills)
 
@@ -108,7 +106,13 @@ def _understood(path: Path, content: FileVolume, options: ReadOptions, fills: bo
     kept = quaternions_of_voxels(path, content.orientations, unit) if options.voxel_orientations else None
     orientations = by_grain(path, table, renaming.remap)
     if orientations is not None and not options.ignore_unknown_orientations:
-        _refuse_unknown(path, orientations, renaming.remap)
+        grains = [(old, new) for old, new in renaming.remap.items() if new > 0]
+        unknown = [old for old, new in grains if not np.isfinite(orientations[new]).all()]
+        if unknown:
+            raise CraftmeshError(
+                f"{path}: no orientation for grains {listed(unknown)}; "
+                "complete them or set ignore_unknown_orientations"
+            )
     phases = content.phases
     if phases is not None and phases.ndim == 3:
         phases, more_notes = phases_by_voxels(path, phases, labels, renamed > 0)
@@ -130,9 +134,7 @@ def read_marked(
     has that of `grid`, whose shape it has to have. Raises CraftmeshError as read_voxels does, and for a
     label that no voxel has.
     """
-    path = Path(path)
-    if not path.exists():
-        raise CraftmeshError(f"{path}: no such file; check the path")
+    path = existing(Path(path))
     with enough_memory(path):
         content = _read_file(path, ReadOptions(axes="xyz" if path.suffix.lower() == ".npy" else ""))
     marked = content.labels != 0 if label is None else content.labels == label
@@ -203,12 +205,3 @@ def _meaning(
 def _origin(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarray:
     given = next((v for v in (options.origin, content.origin) if v is not None), (0.0, 0.0, 0.0))
     return as_array(f"{path}: origin", given, float, (3,))
-
-
-def _refuse_unknown(path: Path, orientations: np.ndarray, remap: dict[int, int]) -> None:
-    unknown = [old for old, new in remap.items() if new > 0 and not np.isfinite(orientations[new]).all()]
-    if unknown:
-        raise CraftmeshError(
-            f"{path}: no orientation for grains {listed(unknown)}; "
-            "complete them or set ignore_unknown_orientations"
-        )
