@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from craftmesh.cracks.height_parts import MOST_PARTS, between_kinks
+from craftmesh.cracks.height_parts import MOST_PARTS, kinks_of
 from craftmesh.cracks.sheets import sheets
-from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.measure import meets_box
 from craftmesh.types import Crack
 
@@ -15,12 +14,9 @@ def kink_edges(crack: Crack) -> np.ndarray:
     """Return the edges (k, 2, 3) at which a crack has kinks (`height_parts`), none of a rough sheet."""
     found = [np.zeros((0, 2, 3))]
     for sheet in sheets(crack):
-        part, _ = between_kinks(sheet.points, sheet.triangles)
-        if part.max() >= MOST_PARTS:
-            continue
-        edges, of_corner, count = unique_edges(sheet.triangles)
-        f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
-        found.append(sheet.points[edges[count == 2][part[f] != part[g]]])
+        part, edges, _ = kinks_of(sheet.points, sheet.triangles)
+        if part.max() < MOST_PARTS:
+            found.append(sheet.points[edges])
     return np.concatenate(found)
 
 

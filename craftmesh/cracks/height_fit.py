@@ -5,6 +5,7 @@ import shapely
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.linalg import spsolve
 
+from craftmesh.cracks.in_plane import doubled_areas
 from craftmesh.surface.connectivity import edge_sides, unique_edges
 
 # Of the spacing, the length over 2 pi of the waves that the stiffness halves: 1.6 spacings.
@@ -65,8 +66,7 @@ def _bends(points: np.ndarray, triangles: np.ndarray) -> tuple[csr_array, np.nda
     Its rows are the inner edges: edge length times the jump of the slope across it, over the root of a
     third of the area of both triangles.
     """
-    a, b, c = (points[triangles[:, i]] for i in range(3))
-    twice = _cross(b - a, c - a)
+    twice = doubled_areas(points, triangles)
     edges, of_corner, count = unique_edges(triangles)
     sides = edge_sides(of_corner, count == 2)
     start, end = (points[edges[count == 2, i]] for i in range(2))

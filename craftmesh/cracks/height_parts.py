@@ -1,12 +1,14 @@
 """A sheet that is a height over no plane, or sharply kinked, as parts that are heights."""
 
+from typing import NamedTuple
+
 import numpy as np
 import shapely
 
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.errors import told
 from craftmesh.surface.connectivity import compact, edge_sides, joined, unique_edges
-from craftmesh.surface.dividing import divided
+from craftmesh.surface.dividing import divided_at
 from craftmesh.surface.measure import area_vectors, total_area, unit_normals
 
 STEEPEST = 0.15  # least cosine between a triangle's normal and the plane's: lengths stretch by 7 at most
@@ -83,7 +85,7 @@ def height_parts(points: np.ndarray, triangles: np.ndarray) -> tuple[list[Part],
     """
     whole = [(points, triangles)]
     fault = fold_of(points, triangles)
-    piece, sharpest = between_kinks(points, triangles)
+    piece, _, sharpest = kinks_of(points, triangles)
     if sharpest > SHARPEST or (not fault and (sharpest < SHARP or not 0 < piece.max() < MOST_PARTS)):
         return whole, fault
     if piece.max() >= MOST_PARTS:
@@ -126,31 +128,35 @@ def _halved(
     edges = unique_edges(own)[0]
     start, end = offset[edges].T
     share = np.where(start * end < 0, start / np.where(start == end, 1.0, start - end), np.nan)
-    offset[edges[share < AT_END, 0]] = 0.0
-    offset[edges[share > 1 - AT_END, 1]] = 0.0
-    crossed = offset[edges].prod(axis=1) < 0
-    edges, share = edges[crossed], share[crossed, None]
-    every = np.concatenate([points, (1 - share) * points[edges[:, 0]] + share * points[edges[:, 1]]])
-    triangles, parent = divided(every, triangles, edges, len(points))
-    offset = np.concatenate([offset, np.zeros(len(edges))])
-    piece = piece[parent]
-    piece[(piece == number) & (offset[triangles].sum(axis=1) < 0)] = piece.max() + 1
+    split = divided_at(points, triangles, offset, edges, share, AT_END)
+    points, triangles, piece = split.points, split.facets, piece[split.parent]
+    piece[(piece == number) & (split.side[triangles].sum(axis=1) < 0)] = piece.max() + 1
     _, of_corner, count = unique_edges(triangles)
     f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
     same = piece[f] == piece[g]
-    return every, triangles.astype(np.int64), joined(len(triangles), f[same], g[same])
+    return points, triangles, joined(len(triangles), f[same], g[same])
 
 
-def between_kinks(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return each triangle's part between kinks (m,), in the order of first ones, and the sharpest kink.
+class Kinks(NamedTuple):
+    """The edges at which a sheet turns by KINK degrees and more.
 
-    Kinks turn by KINK degrees and more.
+    part (m,): each triangle's part between them, in the order of first ones; edges (k, 2): those between
+    two parts; sharpest: the largest turn of any edge, in degrees.
     """
-    _, of_corner, count = unique_edges(triangles)
+
+    part: np.ndarray
+    edges: np.ndarray
+    sharpest: float
+
+
+def kinks_of(points: np.ndarray, triangles: np.ndarray) -> Kinks:
+    """Return the kinks of a sheet."""
+    edges, of_corner, count = unique_edges(triangles)
     f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
     normal = unit_normals(points, triangles)
     proper = are_proper(np.linalg.norm(area_vectors(points, triangles), axis=1))
     turn = np.degrees(np.arccos(np.clip((normal[f] * normal[g]).sum(axis=1), -1, 1)))
     turn[~(proper[f] & proper[g])] = 0.0
     smooth = turn < KINK
-    return joined(len(triangles), f[smooth], g[smooth]), float(turn.max(initial=0.0))
+    part = joined(len(triangles), f[smooth], g[smooth])
+    return Kinks(part, edges[count == 2][part[f] != part[g]], float(turn.max(initial=0.0)))

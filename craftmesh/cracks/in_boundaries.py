@@ -1,7 +1,5 @@
 """Intergranular cracks: boundaries between grains as a surface has them, as far as a sphere reaches."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from craftmesh.cracks.one_sheet import turned_alike
@@ -9,21 +7,13 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.prescription import boundary_pairs, is_sized, semi_axes, vector
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, unique_edges
-from craftmesh.surface.dividing import divided
+from craftmesh.surface.dividing import divided_at
 from craftmesh.surface.front import among_edges
 from craftmesh.types import INTERFACE, Crack, Surface
 
 # Of an edge: where the sphere crosses it this near to an end, the crack ends there. A front that passed
 # vertices at 0.01 edges left facets of 0.7 degrees, and flat tetrahedra at them.
 AT_END = 0.1
-
-
-class _Clipped(NamedTuple):
-    """Points (n, 3), the surface's first; triangles (m, 3); ends (k, 2) of the edges with a new point."""
-
-    points: np.ndarray
-    triangles: np.ndarray
-    ends: np.ndarray
 
 
 def crack_in_boundaries(surface: Surface, options: CrackOptions, increment: int) -> Crack:
@@ -39,25 +29,22 @@ def crack_in_boundaries(surface: Surface, options: CrackOptions, increment: int)
     facets, sides = _chosen(surface, boundary_pairs(options))
     turned = sides[:, 0] > sides[:, 1]
     facets = np.where(turned[:, None], facets[:, ::-1], facets)
-    if not is_sized(options):
-        clipped = _Clipped(surface.points, facets, np.zeros((0, 2), np.int64))
-    else:
+    points, ends = surface.points, np.zeros((0, 2), np.int64)
+    if is_sized(options):
         centre = vector("centre", options.centre)
-        clipped = _within(surface.points, facets, centre, semi_axes(options, increment)[0])
-    if not len(clipped.triangles):
+        points, facets, ends = _within(points, facets, centre, semi_axes(options, increment)[0])
+    if not len(facets):
         raise CraftmeshError(
             f"crack.centre {list(options.centre or ())} and radius hold nothing of the boundaries "
             f"{' '.join(options.boundaries or ())}; expected a sphere that meets them"
         )
     try:
-        triangles = turned_alike(clipped.points, clipped.triangles)
+        facets = turned_alike(points, facets)
     except CraftmeshError:  # a ring of boundaries with one side only
-        triangles = clipped.triangles
-    fronts = _fronts(triangles, surface, clipped.ends)
-    points, triangles, kept = compact(clipped.points, triangles)
-    new = np.full(len(clipped.points), -1)
-    new[kept] = np.arange(len(kept))
-    return Crack(points, triangles, tuple(new[front] for front in fronts))
+        pass
+    fronts = _fronts(facets, surface, ends)
+    points, triangles, kept = compact(points, facets)
+    return Crack(points, triangles, tuple(np.searchsorted(kept, front) for front in fronts))
 
 
 def _chosen(surface: Surface, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -77,8 +64,10 @@ def _chosen(surface: Surface, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return surface.facets[chosen].astype(np.int64), surface.sides[chosen]
 
 
-def _within(points: np.ndarray, facets: np.ndarray, centre: np.ndarray, radius: float) -> _Clipped:
-    """Return what of the facets (m, 3) lies within a sphere, edges parted where the sphere crosses them.
+def _within(
+    points: np.ndarray, facets: np.ndarray, centre: np.ndarray, radius: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points (n, 3), new ones last, facets (m, 3) within a sphere, and the ends (k, 2) of cut edges.
 
     An edge that is crossed near an end is not parted: the crack ends at that end. Of a facet with two
     corners inside the shorter diagonal parts what is left, as where a surface is cut.
@@ -86,15 +75,10 @@ def _within(points: np.ndarray, facets: np.ndarray, centre: np.ndarray, radius: 
     side = np.sign(radius - np.linalg.norm(points - centre, axis=1))
     edges, _, _ = unique_edges(facets)
     share = _shares(points[edges], side[edges], centre, radius)
-    side[edges[share < AT_END, 0]] = 0
-    side[edges[share > 1 - AT_END, 1]] = 0
-    crossed = np.flatnonzero(side[edges].prod(axis=1) < 0)
-    start, step = points[edges[crossed, 0]], np.diff(points[edges[crossed]], axis=1)[:, 0]
-    everything = np.concatenate([points, start + share[crossed, None] * step])
-    facets, _ = divided(everything, facets, edges[crossed], len(points))
-    side = np.concatenate([side, np.zeros(len(crossed))])[facets]
+    split = divided_at(points, facets, side, edges, share, AT_END)
+    side = split.side[split.facets]
     kept = (side >= 0).all(axis=1) & (side > 0).any(axis=1)
-    return _Clipped(everything, facets[kept].astype(np.int64), edges[crossed])
+    return split.points, split.facets[kept], split.ends
 
 
 def _shares(ends: np.ndarray, side: np.ndarray, centre: np.ndarray, radius: float) -> np.ndarray:

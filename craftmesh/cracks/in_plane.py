@@ -31,7 +31,7 @@ def filled(polygon: shapely.Polygon, given: np.ndarray, spacing: float) -> tuple
         points = np.concatenate([fixed, free])
         triangles = Delaunay(points).simplices.astype(np.int64)
         centre = points[triangles].mean(axis=1)
-        twice = _doubled_areas(points, triangles)
+        twice = doubled_areas(points, triangles)
         kept = shapely.contains_xy(polygon, centre[:, 0], centre[:, 1]) & (
             np.abs(twice) > FLAT * spacing**2
         )
@@ -74,7 +74,8 @@ def _grid(polygon: shapely.Polygon, spacing: float) -> np.ndarray:
     return points[shapely.contains_xy(inner, points[:, 0], points[:, 1])]
 
 
-def _doubled_areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+def doubled_areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return twice the areas (m,) of triangles (m, 3) of points (n, 2), negative where they turn right."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     return (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
 

@@ -10,7 +10,7 @@ from craftmesh.cracks.behind_front import Plane
 from craftmesh.cracks.height_fit import interpolation
 from craftmesh.cracks.in_plane import filled
 from craftmesh.cracks.prescription import frame_along
-from craftmesh.cracks.sheets import joined, sheets
+from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import Crack
@@ -108,7 +108,7 @@ def merged_sheets(crack: Crack, box: np.ndarray, l_min: float, reach: float) -> 
         if one is not None:
             parts = [one if k == low else part for k, part in enumerate(parts) if k != high]
             pairs = list(combinations(range(len(parts)), 2))
-    return crack if parts is given else joined(parts)
+    return crack if parts is given else one_crack(parts)
 
 
 def _merged(first: Crack, second: Crack, box: np.ndarray, l_min: float, reach: float) -> Crack | None:

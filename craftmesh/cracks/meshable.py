@@ -16,7 +16,7 @@ from craftmesh.cracks.merged_sheets import (
     sheet_pair,
 )
 from craftmesh.cracks.near_faces import FLATTEST, LEAST_AREA, NEAR, refuse_near_faces
-from craftmesh.cracks.sheets import joined, sheets
+from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.measure import unit_normals
 from craftmesh.types import Crack
@@ -81,6 +81,6 @@ def meshable(
                 sheet = ending_on_faces(sheet, box, l_min)
             refuse_near_faces(sheet, box, l_min, lines_too=not is_guess)
             parts.append(sheet)
-    merged = merged_sheets(joined(parts), box, l_min, MERGED * l_min)
+    merged = merged_sheets(one_crack(parts), box, l_min, MERGED * l_min)
     refuse_along_sheets(merged, box, l_min)
     return merged

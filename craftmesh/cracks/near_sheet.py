@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from craftmesh.cracks.triangulated import ON_PLANE
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.distances import ROUNDING, nearest_facets, nearest_on_edges
-from craftmesh.surface.measure import facet_angles, unit_normals
+from craftmesh.surface.measure import along_segments, facet_angles, unit_normals
 from craftmesh.types import Crack
 
 ON = 1e-7  # of a triangle's weights: a foot this near an edge or a corner of it counts as there
-ON_PLANE = 1e-7  # share of the box's diagonal within which a point counts as on a plane of the box
 
 
 class Near(NamedTuple):
@@ -101,10 +101,8 @@ def feet_in_triangles(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarr
     outside = (weight < 0).any(axis=1)
     for k in range(3):
         p, q = corners[:, k], corners[:, (k + 1) % 3]
-        step = q - p
-        share = np.einsum("ij,ij->i", places - p, step) / np.einsum("ij,ij->i", step, step)
-        share = np.clip(share, 0, 1)
-        distance = np.linalg.norm(p + share[:, None] * step - places, axis=1)
+        share = along_segments(places, p, q - p)
+        distance = np.linalg.norm(p + share[:, None] * (q - p) - places, axis=1)
         nearer = outside & (distance < least)
         least[nearer] = distance[nearer]
         weight[nearer] = 0.0

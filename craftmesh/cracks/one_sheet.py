@@ -1,8 +1,6 @@
 """One sheet out of given triangles: slivers gone, all turned alike, only the part near the box."""
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from craftmesh.arguments import as_array, check_indices
 from craftmesh.errors import CraftmeshError, told
@@ -65,8 +63,7 @@ def turned_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     ends = np.concatenate([f, f + count]), np.concatenate([g, g + count])
     other = np.where(against, g + count, g), np.where(against, g, g + count)
     ends = ends[0], np.concatenate([other[1], other[0]])
-    graph = coo_matrix((np.ones(len(ends[0])), ends), shape=(2 * count, 2 * count))
-    piece = connected_components(graph, directed=False)[1]
+    piece = joined(2 * count, *ends)
     one_sided = np.flatnonzero(piece[:count] == piece[count:])
     if len(one_sided):
         place = told(points[triangles[one_sided[0]]].mean(axis=0))

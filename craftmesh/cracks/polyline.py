@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from craftmesh.surface.measure import along_segments
+
 # Products of places and segments held at once, about 100 MB.
 AT_ONCE = 2_000_000
 
@@ -50,11 +52,11 @@ def feet(line: Polyline, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     arcs, distances = np.empty(len(places)), np.empty(len(places))
     rows = max(AT_ONCE // len(start), 1)
     for first in range(0, len(places), rows):
-        off = places[first : first + rows, None] - start
-        share = np.clip((off * step).sum(axis=2) / length**2, 0, 1)
-        distance = np.linalg.norm(off - share[..., None] * step, axis=2)
+        some = places[first : first + rows, None]
+        share = along_segments(some, start, step)
+        distance = np.linalg.norm(some - start - share[..., None] * step, axis=2)
         nearest = distance.argmin(axis=1)
-        row = np.arange(len(off))
+        row = np.arange(len(some))
         arcs[first : first + rows] = line.arc[nearest] + share[row, nearest] * length[nearest]
         distances[first : first + rows] = distance[row, nearest]
     return arcs, distances

@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
+from craftmesh.surface.connectivity import joined
 from craftmesh.types import Crack, Voxels
 
 # Voxels' centres are looked at a little aside, in voxels: a sheet that runs through the centres themselves
@@ -61,8 +60,7 @@ def _pieces(solid: np.ndarray, links: list[np.ndarray]) -> np.ndarray:
     number = np.arange(solid.size).reshape(solid.shape)
     pairs = [(number[held], np.roll(number, -1, axis)[held]) for axis, held in enumerate(links)]
     tails, heads = (np.concatenate(ends) for ends in zip(*pairs))
-    graph = coo_array((np.ones(len(tails), np.int8), (tails, heads)), shape=(solid.size,) * 2)
-    return connected_components(graph, directed=False)[1].reshape(solid.shape)
+    return joined(solid.size, tails, heads).reshape(solid.shape)
 
 
 def _crossed(voxels: Voxels, crack: Crack) -> list[np.ndarray]:

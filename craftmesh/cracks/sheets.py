@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from craftmesh.cracks.height_parts import height_parts
@@ -12,7 +10,7 @@ from craftmesh.cracks.one_sheet import clean_triangles
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.cracks.within_box import is_in
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.connectivity import compact, pieces, unique_edges
+from craftmesh.surface.connectivity import compact, joined, pieces, unique_edges
 from craftmesh.surface.kernels.distances import ROUNDING, nearest_facets
 from craftmesh.surface.measure import meets_box, total_area
 from craftmesh.types import Crack
@@ -98,7 +96,7 @@ def seam_ends(parts: list[Crack]) -> np.ndarray:
     return ends
 
 
-def joined(cracks: Sequence[Crack]) -> Crack:
+def one_crack(cracks: Sequence[Crack]) -> Crack:
     """Return cracks as one, in order; points are not merged, so that each stays a sheet of its own."""
     if len(cracks) == 1:
         return cracks[0]
@@ -130,7 +128,7 @@ def cracks_from_triangles(
     parts = [compact(points, triangles[piece == k])[:2] for k in found]
     own = [[front for front in fronts or () if _is_of(front, part[0])] for part in parts]
     named = [mine or None for mine in own] if any(own) else [fronts] * len(parts)
-    return joined([crack_from_triangles(*part, mine, box) for part, mine in zip(parts, named)])
+    return one_crack([crack_from_triangles(*part, mine, box) for part, mine in zip(parts, named)])
 
 
 def _is_of(front: np.ndarray, points: np.ndarray) -> bool:
@@ -152,8 +150,7 @@ def crack_numbers(points: np.ndarray, facets: np.ndarray, crack: Crack | None = 
     sheet = _nearest_sheet(points[facets].mean(axis=1), crack)
     width = int(piece.max()) + 1
     size = width + int(sheet.max()) + 1
-    graph = coo_array((np.ones(len(piece), np.int8), (piece, width + sheet)), shape=(size, size))
-    found = connected_components(graph, directed=False)[1]
+    found = joined(size, piece, width + sheet)
     first = np.full(size, size)
     np.minimum.at(first, found[width + sheet], sheet)
     return np.unique(first[found[piece]], return_inverse=True)[1].ravel()

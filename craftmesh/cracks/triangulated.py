@@ -17,6 +17,7 @@ from craftmesh.cracks.one_sheet import (
 from craftmesh.cracks.within_box import is_in
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, pieces, unique_edges
+from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, meets_box, span_of, spans_told, unit_hint
 from craftmesh.types import Crack
@@ -243,11 +244,9 @@ def _along(points: np.ndarray, a: np.ndarray, b: np.ndarray, wanted: Sequence[np
     length = np.linalg.norm(points[b] - points[a], axis=1)
     nearest = np.full(len(a), np.inf)
     for polyline in wanted:
-        start, step = polyline[:-1], np.diff(polyline, axis=0)
-        square = np.maximum((step**2).sum(axis=1), 1e-300)
-        t = np.clip(np.einsum("nkj,kj->nk", middle[:, None] - start[None], step) / square, 0, 1)
-        foot = start[None] + t[..., None] * step[None]
-        nearest = np.minimum(nearest, np.linalg.norm(middle[:, None] - foot, axis=2).min(axis=1))
+        start = np.arange(len(polyline) - 1)
+        foot = nearest_on_edges(middle, polyline, np.column_stack([start, start + 1]))
+        nearest = np.minimum(nearest, np.linalg.norm(middle - foot, axis=1))
     return nearest <= ALONG * length
 
 

@@ -8,7 +8,7 @@ from craftmesh.cracks.within_box import area_off, area_within, segments_of
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.surface.kernels.distances import nearest_on_edges
-from craftmesh.surface.measure import area_vectors, meets_box, total_area
+from craftmesh.surface.measure import along_segments, area_vectors, meets_box, total_area
 from craftmesh.types import CRACK, Crack, Surface
 
 # Part of the box within which the crack counts as flat.
@@ -128,10 +128,9 @@ def _feet(curve: Polyline, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         last = len(curve.points) - 2
         start = start % (last + 1) if curve.closed else np.clip(start, 0, last)
         p, d = curve.points[start], curve.points[start + 1] - curve.points[start]
-        square = np.einsum("ij,ij->i", d, d)
-        share = np.clip(np.einsum("ij,ij->i", places - p, d) / square, 0, 1)
+        share = along_segments(places, p, d)
         far = np.linalg.norm(p + share[:, None] * d - places, axis=1)
-        arc = np.where(far < off, curve.arc[start] + share * np.sqrt(square), arc)
+        arc = np.where(far < off, curve.arc[start] + share * np.sqrt(np.einsum("ij,ij->i", d, d)), arc)
         off = np.minimum(far, off)
     return arc, off
 

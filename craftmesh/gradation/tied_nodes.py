@@ -1,10 +1,9 @@
 """Release of tied nodes (paper, section 2.2, Fig. 2): vertices in which sheets meet in a single point."""
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from craftmesh.surface.connectivity import joined
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.patches import FeatureEdges, box_axis, feature_edges
 from craftmesh.types import CRACK, Surface
@@ -70,8 +69,7 @@ def _connected(features: FeatureEdges, corner: np.ndarray, vertex: np.ndarray) -
         joints.append(len(corner) + 2 * edge + (edges[edge, 1] == vertex))
     link = np.tile(np.arange(len(corner)), 2), np.concatenate(joints)
     size = len(corner) + 2 * len(edges)
-    graph = coo_matrix((np.ones(len(link[0]), np.int8), link), shape=(size, size))
-    return connected_components(graph, directed=False)[1][: len(corner)].astype(np.int64)
+    return joined(size, *link)[: len(corner)]
 
 
 def _centroids(

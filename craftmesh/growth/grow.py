@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.merged_sheets import merged_sheets
 from craftmesh.cracks.polyline import Polyline, feet, polyline
-from craftmesh.cracks.sheets import joined, sheets
+from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.moves import FrontExtensions, beside_rest, moves_along, points_at_rest
@@ -48,7 +48,7 @@ def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: Smoothi
         owner = of_line[nearest_feet(lines, along.points)[0]]
         clear = _clear_of_meetings(parts, along.points)
         rows = [along.rows((owner == k) & clear) for k in range(len(parts))]
-        grown = joined(
+        grown = one_crack(
             [
                 _grown(part, own, box, options) if len(own.points) >= LEAST_ROWS else part
                 for part, own in zip(parts, rows)

@@ -14,6 +14,7 @@ from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
+from craftmesh.surface.measure import meets_box, span_of
 from craftmesh.types import CRACK, Surface
 
 SMALL = 0.15  # of the least length: no edge is halved into shorter ones
@@ -128,8 +129,6 @@ def crack_intersections(surface: Surface) -> np.ndarray:
     """Return the pairs (k, 2) of facets, one of the crack or both, that meet beyond what they share."""
     crack = surface.kind == CRACK
     corners = surface.points[surface.facets]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    near = (low <= high[crack].max(axis=0)).all(axis=1) & (high >= low[crack].min(axis=0)).all(axis=1)
-    rows = np.flatnonzero(near)
+    rows = np.flatnonzero(meets_box(corners, span_of(corners[crack])))
     pairs = rows[intersecting_pairs(surface.points, surface.facets[rows])]
     return pairs[crack[pairs].any(axis=1)]

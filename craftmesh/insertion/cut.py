@@ -8,6 +8,7 @@ import numpy as np
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.dividing import divided
+from craftmesh.surface.measure import along_segments
 from craftmesh.types import Surface
 
 SizeAt = Callable[[np.ndarray], np.ndarray]  # target edge lengths (n,) at points (n, 3)
@@ -147,8 +148,7 @@ def feet_on_edges(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return how far edges (k, 2) are from places (k or 1, 3), and their points nearest to those."""
     start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
-    along = np.einsum("ij,ij->i", places - start, step) / np.einsum("ij,ij->i", step, step)
-    feet = start + np.clip(along, 0, 1)[:, None] * step
+    feet = start + along_segments(places, start, step)[:, None] * step
     return np.linalg.norm(places - feet, axis=1), feet
 
 

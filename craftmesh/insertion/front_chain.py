@@ -8,6 +8,7 @@ import shapely
 from craftmesh.insertion.cut import CutSurface, SizeAt, trace_edges
 from craftmesh.insertion.pierce import END, TOUCHING
 from craftmesh.insertion.sheet import Sheet
+from craftmesh.surface.measure import along_segments
 
 SHARPEST = np.radians(60.0)  # a front edge spans at most this much of the front's turning
 INTERVALS = 256  # even steps in which the target size is summed up between two pierce points
@@ -166,13 +167,11 @@ def _is_true(sheet: Sheet, front: int, arcs: np.ndarray, target: SizeAt) -> bool
 def sagitta(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return how far (n,) the front is from its chords between the arc lengths start and end (n,)."""
     a, b = (sheet.lift(sheet.rim.on_front(front, arc)) for arc in (start, end))
-    chord = b - a
-    square = np.maximum(np.einsum("ij,ij->i", chord, chord), np.finfo(float).tiny)
     most = np.zeros(len(start))
     for share in SHARES:
         place = sheet.lift(sheet.rim.on_front(front, start + share * (end - start)))
-        along = np.clip(np.einsum("ij,ij->i", place - a, chord) / square, 0, 1)
-        most = np.maximum(most, np.linalg.norm(a + along[:, None] * chord - place, axis=1))
+        along = along_segments(place, a, b - a)
+        most = np.maximum(most, np.linalg.norm(a + along[:, None] * (b - a) - place, axis=1))
     return most
 
 

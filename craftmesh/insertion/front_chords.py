@@ -2,13 +2,21 @@
 
 import numpy as np
 
-from craftmesh.insertion.cut import CutSurface, SizeAt, edge_lengths, split_edges, trace_edges, with_phi
+from craftmesh.insertion.cut import (
+    CutSurface,
+    SizeAt,
+    edge_lengths,
+    flat_facets,
+    split_edges,
+    trace_edges,
+    with_phi,
+)
 from craftmesh.insertion.front_chain import FIDELITY, sagitta, stretches
 from craftmesh.insertion.guarded_move import settled
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import with_front_points
 from craftmesh.insertion.sheet import Sheet
-from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.front import among_edges
 
 ALONG = 0.1  # of its length: a trace edge this near the front runs along it
 ALONG_FLAT = 0.5  # the same for an edge of facets that lie in the crack: the front has to bound them
@@ -44,7 +52,9 @@ def settle_chords(
             return surface, chords
         middle = (surface.points[chords[:, 0]] + surface.points[chords[:, 1]]) / 2
         phi, length = sheet.rim.inside(sheet.uv(middle)), edge_lengths(surface, chords)
-        near = np.where(_in_flat_facets(surface, chords), ALONG_FLAT, ALONG) * length
+        near = (
+            np.where(among_edges(chords, surface.facets[flat_facets(surface)]), ALONG_FLAT, ALONG) * length
+        )
         along = _neighbours(surface, sheet, chords) & (np.abs(phi) <= near)
         bent = along.copy()
         bent[along] = _is_coarse(surface, sheet, chords[along], target)
@@ -81,13 +91,6 @@ def _corners_off(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -
     return most
 
 
-def _in_flat_facets(surface: CutSurface, chords: np.ndarray) -> np.ndarray:
-    """Tell which edges (k, 2) are edges of facets with all their corners on the crack."""
-    flat = surface.facets[(surface.psi[surface.facets] == 0).all(axis=1)]
-    key = np.array([len(surface.points), 1])
-    return np.isin(np.sort(chords, axis=1) @ key, unique_edges(flat)[0] @ key)
-
-
 def _split(
     surface: CutSurface,
     sheet: Sheet,
@@ -99,7 +102,7 @@ def _split(
     A middle that may not move is no front point, but where the front has to bound flat facets.
     """
     bent, across = chords
-    flat = _in_flat_facets(surface, bent)
+    flat = among_edges(bent, surface.facets[flat_facets(surface)])
     front, start, end = stretches(surface, sheet, bent)
     places = np.empty((len(bent), 3))
     for number in np.unique(front).tolist():

@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.cut import CutSurface, split_edges, uncut
 from craftmesh.surface.connectivity import compact, unique_edges
-from craftmesh.surface.measure import meets_box
+from craftmesh.surface.measure import along_segments, meets_box
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
 
 ON_EDGE = 1e-9  # of an edge: a point of the crack this near to it lies on it
@@ -50,8 +50,8 @@ def _edges_of(places: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.n
     near = cKDTree(start + step / 2).query_ball_point(places, length.max() / 2 * (1 + ON_EDGE))
     found = np.full(len(places), -1)
     for number, rows in enumerate(near):
-        along = ((places[number] - start[rows]) * step[rows]).sum(axis=1) / length[rows] ** 2
-        foot = start[rows] + np.clip(along, 0, 1)[:, None] * step[rows]
+        along = along_segments(places[number], start[rows], step[rows])
+        foot = start[rows] + along[:, None] * step[rows]
         off = np.linalg.norm(foot - places[number], axis=1) / length[rows]
         if len(rows) and off.min() <= ON_EDGE:
             found[number] = rows[int(off.argmin())]

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import shapely
 
+from craftmesh.cracks.in_plane import doubled_areas
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.kernels import planar
 from craftmesh.insertion.kernels.planar import Candidates, Planar
@@ -45,7 +46,7 @@ def triangulate(
     corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
     known = np.unique(np.concatenate([segments.ravel(), loose]))
     triangles = _ids_of(uv, known, corners.reshape(-1, 2)).reshape(-1, 3)
-    turned = _doubled_areas(uv, triangles) < 0
+    turned = doubled_areas(uv, triangles) < 0
     triangles[turned] = triangles[turned][:, ::-1]
     patch = _linked(uv, triangles, segments)
     _add_missing(patch, segments, loose)
@@ -65,11 +66,6 @@ def _ids_of(uv: np.ndarray, candidates: np.ndarray, coordinates: np.ndarray) -> 
     """Return the point id of each row of coordinates, found by equality."""
     known = {tuple(row): i for i, row in zip(candidates.tolist(), uv[candidates].tolist())}
     return np.array([known[tuple(row)] for row in coordinates.tolist()], np.int64)
-
-
-def _doubled_areas(uv: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    a, b, c = (uv[triangles[:, i]] for i in range(3))
-    return (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
 
 
 def _padded(array: np.ndarray, rows: int, fill: float) -> np.ndarray:
@@ -198,7 +194,7 @@ def triangles_around(patch: Planar) -> tuple[np.ndarray, np.ndarray]:
 
 def _points_wanted(patch: Planar, size_at: Callable[[np.ndarray], np.ndarray]) -> int:
     """Return four points per square of the least size on the patch's area, and some more for small ones."""
-    area = np.abs(_doubled_areas(patch.uv, patch.triangles)).sum() / 2
+    area = np.abs(doubled_areas(patch.uv, patch.triangles)).sum() / 2
     low = np.min(size_at(patch.uv[np.unique(patch.triangles)]))
     return int(min(4 * area / low**2, MOST_POINTS)) + 4096
 

@@ -1,23 +1,16 @@
 """The grain of each region of a crack patch: from the traces around it, else from the nearest facet."""
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from craftmesh.surface.connectivity import facet_edges
+from craftmesh.surface.connectivity import edge_sides, facet_edges, joined, unique_edges
 
 
 def regions_of(triangles: np.ndarray, fixed: np.ndarray) -> np.ndarray:
     """Return the region number (t,) of each patch triangle (t, 3): joined across edges not fixed (t, 3)."""
-    directed = facet_edges(triangles)
-    low, high = directed.min(axis=1), directed.max(axis=1)
-    key = low * (high.max() + 1) + high
-    free = np.flatnonzero(~fixed.ravel())
-    free = free[np.argsort(key[free], kind="stable")]
-    same = key[free][1:] == key[free][:-1]
-    a, b = free[:-1][same] // 3, free[1:][same] // 3
-    graph = coo_matrix((np.ones(len(a)), (a, b)), shape=(len(triangles), len(triangles)))
-    return connected_components(graph, directed=False)[1].astype(np.int64)
+    _, of_corner, count = unique_edges(triangles)
+    a, b = edge_sides(of_corner, count > 1)
+    free = ~fixed.ravel()[a]
+    return joined(len(triangles), a[free] // 3, b[free] // 3)
 
 
 def labels_of_regions(

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from craftmesh.cracks.triangulated import ON_PLANE, boundary_loops
+from craftmesh.surface.measure import along_segments
 from craftmesh.types import Crack
 
 CORNER = np.cos(np.radians(20.0))  # front corners sharper than this keep a node
@@ -98,9 +99,8 @@ def feet_on_segments(
     """
     nearest = tree.query_nearest(shapely.points(uv), all_matches=False)[1]
     start, step = segments[nearest, 0], segments[nearest, 1] - segments[nearest, 0]
-    square = np.einsum("ij,ij->i", step, step)
-    t = np.clip(np.einsum("ij,ij->i", uv - start, step) / square, 0, 1)
-    return nearest, start + t[:, None] * step, t * np.sqrt(square)
+    t = along_segments(uv, start, step)
+    return nearest, start + t[:, None] * step, t * np.sqrt(np.einsum("ij,ij->i", step, step))
 
 
 def rim_of(

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.in_plane import doubled_areas
 from craftmesh.insertion.kernels.holding import bins_of, holding
 from craftmesh.insertion.rim import Rim, rim_of
 from craftmesh.surface.kernels.bins import Bins
@@ -184,9 +185,9 @@ def _sloped_areas(
     """Return the triangles' gradients times twice their areas (k, 2), and twice their areas (k,)."""
     a, b, c = (nodes[triangles[:, i]] for i in range(3))
     u, v = b - a, c - a
-    twice = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
     hu, hv = (height[triangles[:, i]] - height[triangles[:, 0]] for i in (1, 2))
-    return np.stack([hu * v[:, 1] - hv * u[:, 1], hv * u[:, 0] - hu * v[:, 0]], axis=1), twice
+    times_area = np.stack([hu * v[:, 1] - hv * u[:, 1], hv * u[:, 0] - hu * v[:, 0]], axis=1)
+    return times_area, doubled_areas(nodes, triangles)
 
 
 def _interpolate(

@@ -11,7 +11,7 @@ from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import ON_CRACK, Sheet
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.surface.patches import feature_edges, held_by_box
 from craftmesh.types import CRACK, Surface
 
@@ -39,15 +39,7 @@ def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:
     """Return the mean length (n,) of the edges at each point, and the longest edge's."""
     edges, _, _ = unique_edges(surface.facets)
     length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
-    return _mean_at_points(edges, length, len(surface.points)), float(length.max())
-
-
-def _mean_at_points(edges: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    total, number = (
-        np.bincount(edges[:, 0], weights, count) + np.bincount(edges[:, 1], weights, count)
-        for weights in (values, None)
-    )
-    return total / np.maximum(number, 1)
+    return mean_edges(surface.points, edges), float(length.max())
 
 
 NEAR = 10.0  # of the local size: an offset from the steepest crack that may be a distance worth a look

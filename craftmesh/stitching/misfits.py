@@ -3,11 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.stitching.outer_shells import grain_names
+from craftmesh.surface.connectivity import joined
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import are_apart, area_vectors, size_of, span_of, spans_told, unit_hint
 
@@ -72,9 +71,9 @@ def _lone(sides: np.ndarray) -> np.ndarray:
     """Return the ids of grains that hang together by facets, but not with the most; none in one body."""
     ids = np.unique(sides[sides > 0])
     met = np.searchsorted(ids, sides[(sides > 0).all(axis=1)])
-    graph = coo_matrix((np.ones(len(met)), met.T), shape=(len(ids), len(ids)))
-    count, body = connected_components(graph, directed=False)
-    others = np.flatnonzero(np.arange(count) != np.bincount(body).argmax())
+    body = joined(len(ids), *met.T)
+    size = np.bincount(body)
+    others = np.flatnonzero(np.arange(len(size)) != size.argmax())
     return ids[body == others[0]] if len(others) else ids[:0]
 
 

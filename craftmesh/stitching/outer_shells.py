@@ -3,12 +3,11 @@
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.connectivity import facet_edges
+from craftmesh.surface.connectivity import facet_edges, joined, pieces
+from craftmesh.surface.front import among_edges
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import INTERFACE
 
@@ -68,17 +67,9 @@ def with_voids(
     """
     if not len(alone):
         return sides, 0
-    edges = np.sort(facet_edges(facets[alone]), axis=1)
-    _, index = np.unique(edges @ np.array([len(points), 1]), return_inverse=True)
-    row = np.repeat(np.arange(len(alone)), 3)
-    graph = coo_matrix(
-        (np.ones(len(row)), (row, len(alone) + index)), shape=[len(alone) + index.max() + 1] * 2
-    )
-    shell = connected_components(graph, directed=False)[1][: len(alone)]
-    box_edges = np.sort(facet_edges(facets[kind != INTERFACE]), axis=1) @ np.array([len(points), 1])
-    open_shell = np.unique(
-        shell[np.isin(edges @ np.array([len(points), 1]), box_edges).reshape(-1, 3).any(axis=1)]
-    )
+    shell = pieces(facets[alone])
+    at_box = among_edges(facet_edges(facets[alone]), facets[kind != INTERFACE]).reshape(-1, 3)
+    open_shell = np.unique(shell[at_box.any(axis=1)])
     vectors = area_vectors(points, facets[alone])
     swept = np.einsum("ij,ij->i", points[facets[alone]].mean(axis=1), vectors) / 3
     closed = [n for n in np.unique(shell).tolist() if n not in open_shell]
@@ -116,8 +107,7 @@ def in_pieces(points: np.ndarray, facets: np.ndarray, grain: np.ndarray) -> list
         own = facets[start:end]
         node[own.ravel()] = np.arange(own.size)
         rows, columns = node[own[:, [0, 0]]].ravel(), node[own[:, 1:]].ravel()
-        graph = coo_matrix((np.ones(len(rows), bool), (rows, columns)), shape=[own.size] * 2)
-        shell = connected_components(graph, directed=False)[1][node[own[:, 0]]]
+        shell = joined(own.size, rows, columns)[node[own[:, 0]]]
         if (shell == shell[0]).all():
             continue
         middles = points[own].mean(axis=1)

@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from craftmesh.arguments import as_array, check_indices, typed
@@ -15,7 +13,7 @@ from craftmesh.options import Options, option
 from craftmesh.stitching.kernels.distinct_points import distinct_points
 from craftmesh.stitching.misfits import refuse_lost, refuse_misfits
 from craftmesh.stitching.outer_shells import grain_names, in_pieces, refuse_gaps, with_voids
-from craftmesh.surface.connectivity import compact, facet_edges
+from craftmesh.surface.connectivity import compact, facet_edges, joined
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import INTERFACE, Surface
 
@@ -54,7 +52,7 @@ def stitch_grains(grains: Sequence[Grain], options: StitchOptions | None = None)
     guessed: grains turned, voids, grains in pieces.
     """
     options = options or StitchOptions()
-    soup, joined = _joined(grains, options)
+    soup, figures = _joined(grains, options)
     facets, sides = _paired(soup)
     points, kind = _on_box(soup.points, facets, sides, options)
     alone = np.flatnonzero((sides[:, 1] == 0) & (kind == INTERFACE))
@@ -63,12 +61,12 @@ def stitch_grains(grains: Sequence[Grain], options: StitchOptions | None = None)
     refuse_misfits(points, facets, sides)
     points, facets, _ = compact(points, facets)
     exterior = int(((sides == 0).any(axis=1) & (kind == INTERFACE)).sum())
-    report = {"grains": len(grains), "points": len(points), "facets": len(facets)} | joined
+    report = {"grains": len(grains), "points": len(points), "facets": len(facets)} | figures
     report |= {
         "box_facets": int((kind != INTERFACE).sum()),
         "voids": voids,
         "exterior_facets": exterior,
-        "notes": _notes(soup, voids, exterior, joined["grains_turned"]),
+        "notes": _notes(soup, voids, exterior, figures["grains_turned"]),
     }
     return Surface(points, facets, sides, kind), report
 
@@ -87,13 +85,13 @@ def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dic
     grain = np.repeat([g for g, _, _ in known], [len(t) for _, _, t in known])
     first, inverse = distinct_points(points)
     inverse = _cluster(points[first], options.tolerance)[inverse]
-    joined = inverse[facets]
-    distinct = (joined != np.roll(joined, 1, axis=1)).all(axis=1)
+    merged = inverse[facets]
+    distinct = (merged != np.roll(merged, 1, axis=1)).all(axis=1)
     kept = distinct.copy()
-    kept[distinct] = ~_folded(joined[distinct], grain[distinct])
+    kept[distinct] = ~_folded(merged[distinct], grain[distinct])
     if not kept.all():
         refuse_lost(points, facets, grain, kept)
-    soup, turned = _outward(points[first], joined[kept], grain[kept])
+    soup, turned = _outward(points[first], merged[kept], grain[kept])
     return soup, {
         "points_joined": sum(sizes) - len(np.unique(soup.facets)),
         "degenerate_facets_dropped": int((~distinct).sum()),
@@ -155,9 +153,7 @@ def _cluster(points: np.ndarray, tolerance: float) -> np.ndarray:
     pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
     lowest = np.arange(len(points))
     if len(pairs):
-        graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
-        part = connected_components(graph, directed=False)[1]
-        _, first, of = np.unique(part, return_index=True, return_inverse=True)
+        _, first, of = np.unique(joined(len(points), *pairs.T), return_index=True, return_inverse=True)
         lowest = first[of]
     return lowest
 

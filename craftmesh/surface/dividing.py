@@ -1,6 +1,46 @@
 """Facets divided where edges of them get a new point, conformal with those beside them."""
 
+from typing import NamedTuple
+
 import numpy as np
+
+
+class Divided(NamedTuple):
+    """Facets divided where something crosses them.
+
+    points (n, 3), new ones last; side (n,): on which side each is, 0 where the crossing is; facets (m, 3),
+    parent (m,): the row that each is of; ends (k, 2): of the edges with a new point.
+    """
+
+    points: np.ndarray
+    side: np.ndarray
+    facets: np.ndarray
+    parent: np.ndarray
+    ends: np.ndarray
+
+
+def divided_at(
+    points: np.ndarray,
+    facets: np.ndarray,
+    side: np.ndarray,
+    edges: np.ndarray,
+    share: np.ndarray,
+    at_end: float,
+) -> Divided:
+    """Return facets (m, 3) with edges (k, 2) split where something crosses them.
+
+    side (n,): < 0 and > 0 for points on either side of it; share (k,): how far along each edge it crosses,
+    NaN where it does not. Crossings within `at_end` of an end are there, and split nothing.
+    """
+    side = side.copy()
+    side[edges[share < at_end, 0]] = 0
+    side[edges[share > 1 - at_end, 1]] = 0
+    crossed = side[edges].prod(axis=1) < 0
+    ends, share = edges[crossed], share[crossed, None]
+    start = points[ends[:, 0]]
+    every = np.concatenate([points, start + share * (points[ends[:, 1]] - start)])
+    facets, parent = divided(every, facets, ends, len(points))
+    return Divided(every, np.pad(side, (0, len(ends))), facets.astype(np.int64), parent, ends)
 
 
 def divided(

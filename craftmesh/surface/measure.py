@@ -33,6 +33,15 @@ def mean_edges(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
     return total / np.maximum(np.bincount(edges.ravel(), minlength=len(points)), 1)
 
 
+def along_segments(places: np.ndarray, start: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Return how far along segments (..., d), from 0 to 1, their points nearest to places (..., d) are.
+
+    step (..., d): from start to end.
+    """
+    square = np.maximum(np.einsum("...i,...i->...", step, step), np.finfo(float).tiny)
+    return np.clip(np.einsum("...i,...i->...", places - start, step) / square, 0, 1)
+
+
 def unit_normals(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     """Return the unit normals (m, 3) of facets (m, 3); zero for facets without area."""
     vectors = area_vectors(points, facets)

@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volumes
+from craftmesh.surface.connectivity import joined
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 
 # Share by which the volume of the tets may miss the grain's; rounding leaves some 1e-13.
@@ -54,8 +53,8 @@ def find_regions(surface: GrainSurface, tets: np.ndarray) -> Regions:
 
     pairs = groups.pairs
     pairs = pairs[pairs[:, 1] < len(faces)] // 4
-    links = coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), (len(tets), len(tets)))
-    count, region = connected_components(links, directed=False)
+    region = joined(len(tets), *pairs.T)
+    count = int(region.max()) + 1
 
     facet = facet_of_group[group[: len(faces)]]
     row = np.flatnonzero(facet >= 0)

@@ -6,7 +6,7 @@ from plain_opening import slow_opening
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
-from craftmesh.cracks.sheets import joined
+from craftmesh.cracks.sheets import one_crack
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import front_polylines
 from craftmesh.mesh.front_frames import front_frames
@@ -111,8 +111,8 @@ LEFT, RIGHT = given_plate(-1, 2), given_plate(4, 7)
     [
         (None, {"CRACK_1_LIP_A": 0.0, "CRACK_2_LIP_A": 4.0}),
         (given_plate(-1, 7), {"CRACK_LIP_A": 0.0}),
-        (joined([LEFT, RIGHT]), {"CRACK_1_LIP_A": 0.0, "CRACK_2_LIP_A": 4.0}),
-        (joined([RIGHT, LEFT]), {"CRACK_1_LIP_A": 4.0, "CRACK_2_LIP_A": 0.0}),
+        (one_crack([LEFT, RIGHT]), {"CRACK_1_LIP_A": 0.0, "CRACK_2_LIP_A": 4.0}),
+        (one_crack([RIGHT, LEFT]), {"CRACK_1_LIP_A": 4.0, "CRACK_2_LIP_A": 0.0}),
     ],
     ids=["none given", "one in two pieces", "two", "two the other way"],
 )
@@ -129,7 +129,7 @@ def test_given_cracks_that_have_grown_together_are_one():
     surface, grains = structured_box(
         (6, 3, 2), one_grain, plane_crack(2, 1, lambda centres: centres[:, 0] < 4)
     )
-    mesh, report = assemble(surface, grains, joined([given_plate(1, 4), given_plate(-1, 2)]))
+    mesh, report = assemble(surface, grains, one_crack([given_plate(1, 4), given_plate(-1, 2)]))
     assert report["cracks"] == 1 and "CRACK_LIP_A" in mesh.face_sets
     assert len(mesh.face_sets["CRACK_LIP_A"]) == report["crack_facets"]
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.polyline import polyline
 from craftmesh.cracks.series import crack_area, prescribed_crack
-from craftmesh.cracks.sheets import cracks_from_triangles, joined, sheets
+from craftmesh.cracks.sheets import cracks_from_triangles, one_crack, sheets
 from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
@@ -217,7 +217,7 @@ def test_a_front_beyond_the_box_leaves_no_crack():
 
 
 def discs(*middles):
-    return joined([prescribed_crack(replace(PENNY, centre=(x, 20.0, 20.0)), 0, BOX) for x in middles])
+    return one_crack([prescribed_crack(replace(PENNY, centre=(x, 20.0, 20.0)), 0, BOX) for x in middles])
 
 
 def rows_of(crack, kept):
@@ -252,7 +252,7 @@ def test_discs_that_have_grown_together_grow_on_where_their_fronts_are_left():
 def test_discs_that_grow_over_each_other_almost_in_one_plane_become_one_sheet():
     first = prescribed_crack(replace(PENNY, centre=(13.0, 20.0, 20.0)), 0, BOX)
     tilted = replace(PENNY, centre=(26.0, 20.0, 20.3), normal=(-0.02, 0.0, 1.0), axis=(0.0, 1.0, 0.0))
-    both = joined([first, prescribed_crack(tilted, 0, BOX)])
+    both = one_crack([first, prescribed_crack(tilted, 0, BOX)])
     grown = grow(both, rows_of(both, lambda p: np.ones(len(p), bool)), BOX, SmoothingOptions())
     assert len(sheets(both)) == 2 and len(sheets(grown)) == 1 and len(grown.fronts) == 1
     middles = np.array([tilted.centre, (13.0, 20.0, 20.0)])
@@ -269,7 +269,7 @@ def test_discs_that_grow_over_each_other_almost_in_one_plane_become_one_sheet():
 def test_a_front_that_has_vanished_in_another_crack_stays_and_is_read_again():
     crack = discs(20.0, 21.0)
     small = prescribed_crack(replace(PENNY, centre=(20.5, 20.0, 20.0), radius=2.0), 0, BOX)
-    both = joined([sheets(crack)[0], small])
+    both = one_crack([sheets(crack)[0], small])
     rows = rows_of(both, lambda p: np.linalg.norm(p - [20, 20, 20], axis=1) > 5.9)
     grown = grow(both, rows, BOX, SmoothingOptions())
     first, second = sheets(grown)
@@ -283,7 +283,7 @@ def test_a_front_that_has_vanished_in_another_crack_stays_and_is_read_again():
 
 def test_a_sheet_that_has_left_the_box_ends_no_other():
     far = prescribed_crack(replace(EDGE, radius=39.5, centre=(0.0, 20.0, 5.0)), 0, BOX)
-    both = joined([far, prescribed_crack(PENNY, 0, BOX)])
+    both = one_crack([far, prescribed_crack(PENNY, 0, BOX)])
     grown = grow(both, rows_of(both, lambda p: np.ones(len(p), bool)), BOX, SmoothingOptions())
     assert [len(sheet.fronts) for sheet in sheets(grown)] == [0, 1]
     again = cracks_from_triangles(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from plain_distances import from_edges
 
-from craftmesh.cracks.sheets import joined
+from craftmesh.cracks.sheets import one_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.gradation.gradate import gradate
 from craftmesh.insertion.insert import insert_crack
@@ -83,7 +83,7 @@ def test_two_cracks_that_overlap_in_a_boundary_have_the_area_of_both(surface, l_
     """Where their fronts cross, the first one's point slid along the second front: 0.8 % were lost."""
     corners = [rectangle((-5, -3), (1, 3)), rectangle((-1, -2), (5, 2))]
     fan = np.array([[0, 1, 2], [0, 2, 3]])
-    crack = joined([crack_from_triangles(one, fan, None, BOX) for one in corners])
+    crack = one_crack([crack_from_triangles(one, fan, None, BOX) for one in corners])
     inserted, report = insert_crack(surface, crack, sized(crack, l_min))
     assert check_surface(inserted) == []
     assert report["crack_area"] == pytest.approx(36 + 24 - 8, rel=1e-4)

@@ -7,7 +7,7 @@ from models import voronoi
 from craftmesh.cracks.check_crack import check_crack
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import GivenSurface, crack_of_increment, prescribed_crack
-from craftmesh.cracks.sheets import joined, sheets
+from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import SizingOptions, sizing_for
@@ -46,7 +46,7 @@ def off_fronts(cracks, points):
 @pytest.mark.parametrize("name", PAIRS)
 def test_both_cracks_are_in_the_surface_whole(name):
     cracks = pair(name)
-    result, report = insert_crack(SURFACE, joined(cracks))
+    result, report = insert_crack(SURFACE, one_crack(cracks))
     assert check_surface(result) == []
     facets = result.facets[result.kind == CRACK]
     assert len(np.unique(pieces(facets))) == (2 if name in ("apart", "parallel") else 1)
@@ -67,7 +67,7 @@ def test_the_second_crack_moves_nothing_of_the_first_where_they_cross_obliquely(
         "axis": (0, 1, 0),
     }
     cracks = [prescribed_crack(CrackOptions(**options), 0, SURFACE.box) for options in (DISC, other)]
-    result, report = insert_crack(SURFACE, joined(cracks))
+    result, report = insert_crack(SURFACE, one_crack(cracks))
     assert check_surface(result) == []
     corners = result.points[result.facets[result.kind == CRACK]]
     off = [
@@ -82,17 +82,17 @@ def test_the_second_crack_moves_nothing_of_the_first_where_they_cross_obliquely(
 
 def test_a_crack_of_several_sheets_comes_apart_and_together_again():
     cracks = pair("apart")
-    whole = joined(cracks)
+    whole = one_crack(cracks)
     assert check_crack(whole) == [] and len(whole.fronts) == 2
     for one, other in zip(cracks, sheets(whole)):
         assert np.array_equal(one.points, other.points) and np.array_equal(one.triangles, other.triangles)
         assert all(np.array_equal(a, b) for a, b in zip(one.fronts, other.fronts))
-    assert sheets(cracks[0])[0] is cracks[0] is joined(cracks[:1])
+    assert sheets(cracks[0])[0] is cracks[0] is one_crack(cracks[:1])
 
 
 def test_a_given_surface_of_two_sheets_is_two_cracks_and_what_is_outside_is_left_out():
     cracks = pair("apart")
-    whole = joined(cracks)
+    whole = one_crack(cracks)
     far = len(whole.points)
     given = GivenSurface(
         np.concatenate([whole.points, [[90, 90, 90], [91, 90, 90], [90, 91, 90.0]]]),
@@ -108,7 +108,7 @@ def test_a_crack_that_severs_a_corner_far_from_any_front_is_no_sliver_against_l_
     cracks = [prescribed_crack(CrackOptions(**options), 0, SURFACE.box) for options in (DISC, severing)]
     sizes = SizingOptions(l_min=0.5, l0=0.6, l_max=5.5, r0=1.0, r1=3.0, gradation=2.0)
     sizing = sizing_for(SURFACE, sizes, cracks[0].points[np.concatenate(cracks[0].fronts)])
-    result, report = insert_crack(SURFACE, joined(cracks), sizing)
+    result, report = insert_crack(SURFACE, one_crack(cracks), sizing)
     assert check_surface(result) == []
     severed = np.sqrt(3) / 2 * 2.7**2
     assert report["crack_area"] == pytest.approx(np.pi * DISC["radius"] ** 2 + severed, rel=0.01)
@@ -121,7 +121,7 @@ def test_a_further_crack_leaves_the_one_before_in_its_place(degrees, centre):
     normal = np.array([0.1, np.sin(np.radians(degrees)), np.cos(np.radians(degrees))])
     turned = {**DISC, "centre": centre, "normal": tuple(normal / np.linalg.norm(normal))}
     cracks = [prescribed_crack(CrackOptions(**options), 0, SURFACE.box) for options in (DISC, turned)]
-    result, _ = insert_crack(SURFACE, joined(cracks))
+    result, _ = insert_crack(SURFACE, one_crack(cracks))
     corners = result.points[result.facets[result.kind == CRACK]]
     planes = (np.array(DISC["centre"]), np.array([0, 0, 1.0])), (np.array(centre), normal)
     off = [np.abs((corners - place) @ way / np.linalg.norm(way)).max(axis=1) for place, way in planes]

@@ -6,7 +6,7 @@ from given_cracks import over_grid
 
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import prescribed_crack
-from craftmesh.cracks.sheets import joined
+from craftmesh.cracks.sheets import one_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.sizing.clearance import (
     PER_GAP,
@@ -136,7 +136,7 @@ def test_a_kink_that_goes_steeply_out_of_the_face_and_a_rough_crack_keep_their_l
 def test_edges_are_short_between_a_front_and_another_sheet(gap, turn):
     c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     other = plate([(20 + gap + r * c, y, 10 + r * s) for r, y in ((0, 5), (6, 5), (6, 35), (0, 35))])
-    both = joined([plate([(14, 5, 10), (20, 5, 10), (20, 35, 10), (14, 35, 10)]), other])
+    both = one_crack([plate([(14, 5, 10), (20, 5, 10), (20, 35, 10), (14, 35, 10)]), other])
     lengths = found(both)
     at = lengths.at(np.array([[20 + gap / 2, y, 10.0] for y in np.arange(7.0, 33)]))
     assert (at >= PER_GAP * gap * (1 - 1e-9)).all() and (at < PER_GAP * gap + APART).all()
@@ -149,4 +149,4 @@ def test_sheets_that_meet_in_a_line_or_are_apart_keep_their_lengths(height):
     upright = plate(
         [(20, 12, 10 + height), (20, 28, 10 + height), (20, 28, 19 - height), (20, 12, 19 - height)]
     )
-    assert found(joined([flat, upright])) is None
+    assert found(one_crack([flat, upright])) is None
