@@ -50,14 +50,14 @@ def guarded_move(
 
 
 def settled(
-    surface: CutSurface, rows: np.ndarray, targets: np.ndarray, options: InsertOptions, at_last: bool = True
+    surface: CutSurface, rows: np.ndarray, targets: np.ndarray, options: InsertOptions
 ) -> tuple[CutSurface, np.ndarray]:
     """Return the surface with the points `rows` at `targets` (k, 3), and the rows left behind.
 
-    at_last: where the usual guard refuses that, flat facets may become flatter and turn farther.
+    Where the usual guard refuses that, flat facets may become flatter and turn farther.
     """
     looser = replace(options, max_turn=max(options.max_turn, TURN_AT_LAST))
-    for guard, kept in ((options, KEPT), (looser, KEPT_AT_LAST))[: 1 + at_last]:
+    for guard, kept in ((options, KEPT), (looser, KEPT_AT_LAST)):
         points, moved = guarded_move(surface, rows, targets, guard, kept)
         surface = replace(surface, points=points)
         left = ~np.isin(rows, moved)

@@ -8,8 +8,6 @@ import numpy as np
 
 from craftmesh.mesh.shape_measures import is_flat, is_poor
 from craftmesh.tetrahedra.opening_model import (
-    AT_NARROW,
-    JOINING,
     STAGES,
     Opening,
     Stage,
@@ -88,9 +86,8 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
     if before is None:
         return GivenWay(surface, grain_tets)
     after = before
-    for stage in (JOINING, *STAGES):
+    for stage in STAGES:
         after = with_contractions(with_moves(after, stage), stage)
-    after = with_moves(after, AT_NARROW)
     report = _report(before, after)
     model = after.model
     poor = poor_by_grain(model.surface, model.grain_tets, after.changed)

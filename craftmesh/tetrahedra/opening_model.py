@@ -10,11 +10,21 @@ from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
 from craftmesh.mesh.tet_connectivity import tet_edges, touching
 from craftmesh.surface.measure import mean_edges, side_volumes, volume_drift
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
-from craftmesh.tetrahedra.kernels.tet_faults import OF_FLAT, OF_POOR, SOUND_FROM
-from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, WHOLE, WIDE, Aim, all_qualities
+from craftmesh.tetrahedra.kernels.tet_objective import (
+    FALL,
+    FAULTS,
+    GAIN,
+    OF_FLAT,
+    OF_POOR,
+    SOUND_FROM,
+    WORST,
+    Aim,
+)
+from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, WHOLE, WIDE, all_qualities
 from craftmesh.tetrahedra.kernels.tet_surface_moves import move_nodes
-from craftmesh.tetrahedra.optimise_tets import new_state, repaired_tets
+from craftmesh.tetrahedra.optimise_tets import repaired_tets
 from craftmesh.tetrahedra.surface_freedom import Freedom, freedom
+from craftmesh.tetrahedra.tet_state import new_state
 from craftmesh.tetrahedra.whole_mesh import Model, changed_inside
 from craftmesh.types import GrainTets, Surface
 
@@ -25,15 +35,15 @@ class Stage:
 
     reaches: nodes of the surface move by at most these parts of the mean edge at them, round by round, as
     long as there are such tets: what a small move opens is not opened by a large one. aim: what moves
-    raise, and how far (`tet_quality`); None: they lower what tets weigh (`tet_faults`). score: what tets
-    have after a contraction, 0 at the limits of flat and 1 at those of poor ones; None: nothing contracts.
-    drift: no move changes a volume by more than this part; nodes of one that has changed by more stay.
+    better (`tet_objective`). score: what tets have after a contraction, 0 at the limits of flat and 1 at
+    those of poor ones; None: nothing contracts. drift: no move changes a volume by more than this part;
+    nodes of one that has changed by more stay.
     """
 
     is_bad: Callable[[np.ndarray], np.ndarray]
     reaches: tuple[float, ...]
-    aim: Aim | None
-    score: float | None
+    aim: Aim
+    score: float | None = None
     drift: float = np.inf
 
 
@@ -61,11 +71,15 @@ def is_narrow(measures: np.ndarray) -> np.ndarray:
 
 
 def weighed_faults(measures: np.ndarray) -> float:
-    """Return the number of flat, poor, stretched and narrow tets, by their weights (`tet_faults`)."""
+    """Return the number of flat, poor, stretched and narrow tets, by their weights (`tet_objective`)."""
     flat, poor, stretched, narrow = (
         np.count_nonzero(is_bad(measures)) for is_bad in (is_flat, is_poor, is_stretched, is_narrow)
     )
     return OF_FLAT * flat + OF_POOR * poor + stretched + OF_NARROW * narrow
+
+
+def _worst(measure: int, floor: float) -> Aim:
+    return Aim(WORST, measure, floor, GAIN, 0.0)
 
 
 # Rounds go as far as the one before leaves such tets. Where edges grow from 0.5 to 15 in grains 8 across,
@@ -76,18 +90,15 @@ REACHES = (0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
 # long as it is had changed by 8 %.
 MOST_DRIFT = 0.05
 STAGES = (
-    Stage(is_flat, REACHES, Aim(FORM, POOR), 0.0),
-    Stage(is_poor, REACHES, Aim(FORM, POOR), 1.0),
-    Stage(is_stretched, REACHES, Aim(WHOLE, SOUND_FROM), None, MOST_DRIFT),
-    Stage(is_at_fault, REACHES, None, None, MOST_DRIFT),
+    # Before any moves: no score is enough but that of nodes that touch, which become one.
+    Stage(is_flat, (), _worst(FORM, POOR), score=np.inf),
+    Stage(is_flat, REACHES, _worst(FORM, POOR), score=0.0),
+    Stage(is_poor, REACHES, _worst(FORM, POOR), score=1.0),
+    Stage(is_stretched, REACHES, _worst(WHOLE, SOUND_FROM), drift=MOST_DRIFT),
+    Stage(is_at_fault, REACHES, Aim(FAULTS, WHOLE, SOUND_FROM, FALL, 0.0), drift=MOST_DRIFT),
+    # Small moves: of 1,470,000 tets one of 14.5 degrees was left, with all corners on the surface.
+    Stage(is_narrow, REACHES[:3], _worst(FORM, WIDE), drift=0.01),
 )
-# Last, small moves for narrow tets. Of 1,470,000 tets one of 14.5 degrees was left, with all corners on the
-# surface.
-AT_NARROW = Stage(is_narrow, REACHES[:3], Aim(FORM, WIDE), None, 0.01)
-# Before any moves: no score is enough but that of nodes that touch, which become one.
-JOINING = Stage(is_flat, (), Aim(FORM, POOR), np.inf)
-
-
 # Sweeps over the nodes near a bad tet in a round.
 SWEEPS = 3
 
@@ -192,8 +203,7 @@ def _moved_points(
     rows = np.flatnonzero(touching(tets, near))
     used, local = np.unique(tets[rows], return_inverse=True)
     state = new_state(points[used], local.reshape(-1, 4))
-    goal = stage.aim or Aim(WHOLE, SOUND_FROM)
-    all_qualities(state.points, state.tets, state.counts[TETS], state.quality, goal.measure)
+    all_qualities(state.points, state.tets, state.counts[TETS], state.quality, stage.aim.measure)
     outer = nodes < len(homes)
     home, steps, part = points[nodes], np.repeat(np.eye(3)[None], len(nodes), axis=0), np.ones(len(nodes))
     home[outer], steps[outer], part[outer] = homes[nodes[outer]], now.free.steps[nodes[outer]], reach
@@ -202,7 +212,7 @@ def _moved_points(
     valence = np.bincount(tets[rows].ravel(), minlength=len(points))[nodes]
     work, place = new_scratch(), np.searchsorted(used, nodes)
     for _ in range(SWEEPS):
-        if not move_nodes(state, place, home, furthest, steps, valence, goal, stage.aim is None, work):
+        if not move_nodes(state, place, home, furthest, steps, valence, stage.aim, work):
             break
     moved = points.copy()
     moved[used] = state.points[: len(used)]
@@ -219,7 +229,7 @@ def _nodes_near(tets: np.ndarray, bad: np.ndarray, mobile: np.ndarray) -> np.nda
     return np.flatnonzero(near)
 
 
-def repaired(model: Model, grains: np.ndarray, aim: Aim | None) -> Model:
+def repaired(model: Model, grains: np.ndarray, aim: Aim) -> Model:
     """Return the model with the worst tets of `grains` by an aim repaired, the surface as it is."""
-    measure = None if aim is None else aim.measure
+    measure = None if aim.objective == FAULTS else aim.measure
     return changed_inside(model, grains, partial(repaired_tets, measure=measure))

@@ -1,8 +1,8 @@
 """Local optimisation of a grain's tetrahedra; its surface and crack facets stay as they are.
 
 Every change of topology replaces a cavity: tets that share their outer faces for others that are all
-positive and whose worst is better; in swaps for the mean aspect ratio they are sound, and last they weigh
-less by their faults. Surface nodes never move, surface and crack facets are in no cavity.
+positive, and whose worst is better, whose aspect ratios sum to less, or that weigh less by their faults.
+Surface nodes never move, surface and crack facets are in no cavity.
 """
 
 from collections.abc import Sequence
@@ -10,26 +10,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.by_reference import by_reference
 from craftmesh.mesh.tet_connectivity import touching
 from craftmesh.sizing.sizing import Lengths
-from craftmesh.tetrahedra.kernels.tet_cavity import (
-    POINTS,
-    TETS,
-    Scratch,
-    TetState,
-    block_facets,
-    link_tets,
-    new_scratch,
-)
-from craftmesh.tetrahedra.kernels.tet_faults import SOUND_FROM
+from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, Scratch, TetState, new_scratch
+from craftmesh.tetrahedra.kernels.tet_objective import FALL, FAULTS, GAIN, RATIOS, SOUND_FROM, WORST, Aim
 from craftmesh.tetrahedra.kernels.tet_passes import (
-    aspect_contraction_pass,
     aspect_pass,
-    aspect_swap_pass,
-    lighten_pass,
-    repair_pass,
+    contraction_pass,
+    improve_pass,
     smooth_pass,
+    swap_pass,
 )
 from craftmesh.tetrahedra.kernels.tet_quality import (
     FORM,
@@ -38,20 +28,13 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     VOLUME_LENGTH,
     WHOLE,
     WIDE,
-    Aim,
     all_aspect_ratios,
     all_qualities,
 )
-from craftmesh.tetrahedra.kernels.tet_sum_swaps import SumAim
+from craftmesh.tetrahedra.tet_state import live_tets, mesh_of, new_state, without_unused
 
-# Arrays have room for this many times the mesh: insertions add some 1%.
-CAPACITY = 1.5
-SPARE = 2000
 # Steps of a climb where all points are smoothed; repairs take more.
 SMOOTHING_STEPS = 5
-# Quality of empty rows, over that of any tet: nothing ever repairs them.
-DEAD = 9.0
-NO_FACETS = np.zeros((0, 3), np.int64)
 # Swaps for the mean aspect ratio start at tets over this one. With 2.1 all steps together take a tenth
 # longer, and the mean is .001 to .002 lower; with 2.3 it is .001 to .0015 higher.
 STRETCHED = 2.2
@@ -64,26 +47,27 @@ CROWDED = 0.2
 class Step:
     """A step of the schedule, with its measure and threshold.
 
-    kind: "repair", "smooth", "contract", "swap", "aspect" or "lighten". fall: by how much a swap or a
-    contraction has to lower the sum of aspect ratios, less than 0 where that may rise.
+    kind: "improve", "smooth", "contract", "swap" or "aspect". objective: what the changes better, by how
+    much at least, less than 0 where it may fall (`tet_objective`). rounds: of "improve", which end where
+    nothing changes.
     """
 
     kind: str
     threshold: float
     measure: int = VOLUME_LENGTH
+    objective: int = WORST
+    gain: float = GAIN
     rounds: int = 1
     inserts: bool = False
-    fall: float = 0.0
 
-    @property
-    def aim(self) -> Aim:
-        """The measure, and the threshold that tets are to reach."""
-        return Aim(self.measure, self.threshold)
+    def aim(self, reference: float = 0.0) -> Aim:
+        """Return what kernels take; reference: the mean aspect ratio."""
+        return Aim(self.objective, self.measure, self.threshold, self.gain, reference)
 
 
 # Thresholds and their order are chosen by hand. First the volume-length measure rises, then rounds lower
 # the mean aspect ratio.
-CONTRACT, MOVE = Step("contract", 0.35, fall=0.3), Step("aspect", 0.45)
+CONTRACT, MOVE = Step("contract", 0.35, objective=RATIOS, gain=0.3), Step("aspect", 0.45)
 # Swaps may raise the sum in all rounds but the last, for the moves after them make good for it: a search
 # that only falls ends in the next valley. Of 270,000 tets with voids and lengths that grow by .25 the mean
 # falls to 1.737 in 4 rounds and 1.735 in 8 where every swap lowers the sum, to 1.719 in 6 and 1.714 in 8
@@ -96,18 +80,18 @@ RESUMED_ROUNDS = 3
 # Rounds that begin with contractions: of 550,000 tets they contract 461, 123 and 44 points in the first
 # three, 7 to 24 in later ones.
 CONTRACTIONS = 3
-FREE_ROUND = (Step("swap", 0.35, fall=-2.0), MOVE)
-LAST_ROUND = (Step("swap", 0.35, fall=0.01), MOVE)
+FREE_ROUND = (Step("swap", 0.35, objective=RATIOS, gain=-2.0), MOVE)
+LAST_ROUND = (Step("swap", 0.35, objective=RATIOS, gain=0.01), MOVE)
 # Last the worst tets by SOUND go for a little more than POOR: up to .25 the mean rises by .0035, up to .20
 # by .001, and as many have a ratio under 5. By FORM they go for angles of 15..149 degrees, which costs 1%
 # of the time; at .30 more tets have a ratio over 5. All that spreads what the surface forces: in the
 # poorest 38 of 436 decks of random cracks, LIGHTEN and moves by weight leave 1,300 of 2,550 tets over a
 # ratio of 5. It ends when nothing gets lighter.
-LIGHTEN = Step("lighten", SOUND_FROM, WHOLE, rounds=8)
-FORMED = Step("repair", WIDE, FORM, rounds=4, inserts=True)
-ENDING = (*LAST_ROUND, Step("repair", 0.20, SOUND, rounds=4, inserts=True), FORMED, LIGHTEN)
+LIGHTEN = Step("improve", SOUND_FROM, WHOLE, FAULTS, FALL, rounds=8, inserts=True)
+FORMED = Step("improve", WIDE, FORM, rounds=4, inserts=True)
+ENDING = (*LAST_ROUND, Step("improve", 0.20, SOUND, rounds=4, inserts=True), FORMED, LIGHTEN)
 SCHEDULE = (
-    Step("repair", 0.55),
+    Step("improve", 0.55),
     Step("smooth", 0.5),
     *(CONTRACTIONS * (CONTRACT, *FREE_ROUND)),
     *((FREE_ROUNDS - CONTRACTIONS) * FREE_ROUND),
@@ -120,7 +104,7 @@ RESUMED = (CONTRACT, *(RESUMED_ROUNDS * FREE_ROUND), *ENDING)
 LAYERS = 4
 # Where surface points have moved: the worst tets by FORM, or by WHOLE a little over its limit. More rounds
 # by WHOLE take longer and leave as many stretched tets.
-AFTER_MOVES = {FORM: FORMED, WHOLE: Step("repair", 0.355, WHOLE, rounds=2, inserts=True)}
+AFTER_MOVES = {FORM: FORMED, WHOLE: Step("improve", 0.355, WHOLE, rounds=2, inserts=True)}
 
 
 def optimise_tets(
@@ -134,8 +118,8 @@ def optimise_tets(
     state = new_state(points, tets, frozen, blocked, size)
     work = new_scratch()
     _do_all(state, SCHEDULE, work)
-    names = ("moves", "edges_removed", "faces_removed", "contractions", "insertions", "joins")
-    return *_result(state, frozen), {k: int(v) for k, v in zip(names, work.done)}
+    names = ("moves", "edges_removed", "faces_removed", "contractions", "insertions")
+    return *mesh_of(state, frozen), {k: int(v) for k, v in zip(names, work.done)}
 
 
 def resumed_tets(
@@ -147,7 +131,7 @@ def resumed_tets(
     """
     state = new_state(points, tets, frozen, blocked, sizing.at(points))
     _do_all(state, RESUMED, new_scratch())
-    return _result(state, frozen)
+    return mesh_of(state, frozen)
 
 
 def repaired_tets(
@@ -179,8 +163,8 @@ def repaired_tets(
     ids = np.concatenate([used, len(points) + np.arange(len(made))])
     points = points.copy()
     points[used] = state.points[: len(used)]
-    return _without_unused(
-        np.concatenate([points, made]), np.concatenate([tets[~near], ids[_live_tets(state)]]), frozen
+    return without_unused(
+        np.concatenate([points, made]), np.concatenate([tets[~near], ids[live_tets(state)]]), frozen
     )
 
 
@@ -210,35 +194,28 @@ def _do_all(state: TetState, steps: Sequence[Step], work: Scratch) -> None:
 def _do(state: TetState, step: Step, work: Scratch) -> None:
     """Do a step; the state's qualities are by its measure."""
     if step.kind == "smooth":
-        smooth_pass(state, step.aim, SMOOTHING_STEPS, np.ones(len(state.points), bool), work)
+        smooth_pass(state, step.aim(), SMOOTHING_STEPS, np.ones(len(state.points), bool), work)
     elif step.kind == "contract":
         _contract(state, step, work)
     elif step.kind == "swap":
         _swap(state, step, work)
     elif step.kind == "aspect":
-        aspect_pass(state, step.aim, work)
-    elif step.kind == "lighten":
-        _lighten(state, step, work)
+        aspect_pass(state, step.aim(), work)
     else:
-        _repair(state, step, work)
+        _improve(state, step, work)
 
 
-def _repair(state: TetState, step: Step, work: Scratch) -> None:
+def _improve(state: TetState, step: Step, work: Scratch) -> None:
     """Rounds over the tets under the threshold, the worst first, each with its neighbourhood smoothed."""
-    for done in range(step.rounds):
-        poor = _worst_first(state, step.threshold)
-        if done and not len(poor):
-            return
-        touched = np.zeros(len(state.points), bool)
-        repair_pass(state, step.aim, poor, step.inserts, touched, work)
-        if step.measure != VOLUME_LENGTH:
-            smooth_pass(state, step.aim, SMOOTHING_STEPS, touched, work)
-
-
-def _lighten(state: TetState, step: Step, work: Scratch) -> None:
-    """Rounds over the tets under the threshold, the worst first, until none gets lighter."""
     for _ in range(step.rounds):
-        if not lighten_pass(state, step.aim, _worst_first(state, step.threshold), work):
+        touched = np.zeros(len(state.points), bool)
+        poor = _worst_first(state, step.threshold)
+        if not len(poor):
+            return
+        changes = improve_pass(state, step.aim(), poor, step.inserts, touched, work)
+        if step.objective == WORST and step.measure != VOLUME_LENGTH:
+            smooth_pass(state, step.aim(), SMOOTHING_STEPS, touched, work)
+        elif not changes:
             return
 
 
@@ -251,85 +228,26 @@ def _worst_first(state: TetState, threshold: float) -> np.ndarray:
 
 def _swap(state: TetState, step: Step, work: Scratch) -> None:
     """Remove edges of the tets over STRETCHED for a lower mean aspect ratio, the worst tet first."""
-    ratio, aim = _ratios(state, step)
+    ratio, mean = _ratios(state)
     stretched = np.flatnonzero(ratio > STRETCHED)
-    aspect_swap_pass(state, aim, stretched[np.argsort(-ratio[stretched], kind="stable")], work)
+    swap_pass(state, step.aim(mean), stretched[np.argsort(-ratio[stretched], kind="stable")], work)
 
 
 def _contract(state: TetState, step: Step, work: Scratch) -> None:
     """Contract CROWDED points to lower the mean aspect ratio, the worst first."""
-    ratio, aim = _ratios(state, step)
+    ratio, reference = _ratios(state)
     live, count = ratio > 0, int(state.counts[POINTS])
     corners = state.tets[: len(ratio)][live].ravel()
     total = np.bincount(corners, np.repeat(ratio[live], 4), count)
     mean = total / np.maximum(np.bincount(corners, minlength=count), 1)
-    crowded = np.flatnonzero(~state.frozen[:count] & (mean > aim.reference + CROWDED))
-    aspect_contraction_pass(state, aim, crowded[np.argsort(-mean[crowded], kind="stable")], work)
+    crowded = np.flatnonzero(~state.frozen[:count] & (mean > reference + CROWDED))
+    order = crowded[np.argsort(-mean[crowded], kind="stable")]
+    contraction_pass(state, step.aim(reference), order, work)
 
 
-def _ratios(state: TetState, step: Step) -> tuple[np.ndarray, SumAim]:
-    """Return the aspect ratios (t,), 0 for dead tets, and what lowers their mean.
-
-    That of flat tets is INVERTED; in the mean they are left out, for beside them any other would look good.
-    """
+def _ratios(state: TetState) -> tuple[np.ndarray, float]:
+    """Return the aspect ratios (t,), 0 of dead and INVERTED of flat tets, and the mean of the others."""
     ratio = np.empty(state.counts[TETS])
     all_aspect_ratios(state.points, state.tets, len(ratio), ratio)
     sound = ratio[(ratio > 0) & (ratio < INVERTED)]
-    return ratio, SumAim(step.measure, step.threshold, sound.sum() / max(len(sound), 1), step.fall)
-
-
-def new_state(
-    points: np.ndarray,
-    tets: np.ndarray,
-    frozen: int = 0,
-    blocked: np.ndarray = NO_FACETS,
-    size: np.ndarray | float = 1.0,
-    capacity: float = CAPACITY,
-) -> TetState:
-    """Return room for the mesh and what comes, with its adjacency, behind a reference.
-
-    Arguments as for `optimise_tets`.
-
-    capacity: times the mesh, 1 where tets only change their shape.
-    """
-    room_points, room_tets = int(capacity * len(points)) + SPARE, int(capacity * len(tets)) + SPARE
-    arrays = TetState(
-        points=np.zeros((room_points, 3)),
-        tets=np.full((room_tets, 4), -1, np.int64),
-        neighbours=np.full((room_tets, 4), -1, np.int64),
-        tet_of=np.full(room_points, -1, np.int64),
-        quality=np.full(room_tets, DEAD),
-        size=np.ones(room_points),
-        frozen=np.zeros(room_points, bool),
-        counts=np.array([len(points), len(tets), 0, 0], np.int64),
-        free=np.zeros(room_tets, np.int64),
-        mark=np.zeros(room_tets, np.int64),
-    )
-    state: TetState = by_reference(arrays)
-    state.points[: len(points)], state.tets[: len(tets)], state.size[: len(points)] = points, tets, size
-    state.frozen[:frozen] = True
-    link_tets(state.tets, len(tets), len(points), state.neighbours, state.tet_of)
-    triples = np.sort(np.asarray(blocked, np.int64).reshape(-1, 3), axis=1)
-    triples = np.ascontiguousarray(triples[np.lexsort(triples.T[::-1])])
-    block_facets(state.tets, len(tets), state.neighbours, triples)
-    return state
-
-
-def _result(state: TetState, frozen: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return (points, tets) without dead tets and points that no tet uses."""
-    return _without_unused(state.points[: state.counts[POINTS]], _live_tets(state), frozen)
-
-
-def _live_tets(state: TetState) -> np.ndarray:
-    """Return the tets (m, 4) that are not dead."""
-    tets = state.tets[: state.counts[TETS]]
-    return tets[tets[:, 0] >= 0]
-
-
-def _without_unused(points: np.ndarray, tets: np.ndarray, frozen: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return (points, tets) without points that no tet uses, but for the first `frozen`."""
-    used = np.zeros(len(points), bool)
-    used[tets.ravel()] = True
-    used[:frozen] = True
-    new = np.cumsum(used) - 1
-    return points[used], new[tets]
+    return ratio, float(sound.sum() / max(len(sound), 1))

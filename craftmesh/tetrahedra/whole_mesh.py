@@ -50,15 +50,12 @@ class Model:
             [replace(one, interior=interior) for one, interior in zip(self.grain_tets, inner)],
         )
 
-    def changed(
-        self, surface: Surface, tets: np.ndarray, grain: np.ndarray, points: np.ndarray | None = None
-    ) -> "Model":
+    def changed(self, surface: Surface, tets: np.ndarray, grain: np.ndarray) -> "Model":
         """Return the model with another surface, and with tets (k, 4) on its nodes.
 
-        grain (k,): that of each tet, of which none is left without. points (n, 3): all nodes, where the
-        surface has more of them.
+        grain (k,): that of each tet, of which none is left without.
         """
-        points, count = self.points if points is None else points, len(surface.points)
+        points, count = self.points, len(surface.points)
         result = []
         for one in self.grain_tets:
             own = tets[grain == one.grain]

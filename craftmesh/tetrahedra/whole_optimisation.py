@@ -12,12 +12,14 @@ from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.surface.patches import ON_INTERFACE, ON_LINE, VertexClasses, vertex_classes
 from craftmesh.tetrahedra.grain_surface import lowest_equal_point
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, new_scratch
+from craftmesh.tetrahedra.kernels.tet_objective import RATIOS, Aim
 from craftmesh.tetrahedra.kernels.tet_passes import aspect_pass
-from craftmesh.tetrahedra.kernels.tet_quality import POOR, WHOLE, Aim, all_aspect_ratios, all_qualities
+from craftmesh.tetrahedra.kernels.tet_quality import POOR, WHOLE, all_aspect_ratios, all_qualities
 from craftmesh.tetrahedra.kernels.tet_surface_moves import FREE_FROM, add_edges, smooth_on_surface
 from craftmesh.tetrahedra.opening_model import weighed_faults
-from craftmesh.tetrahedra.optimise_tets import new_state, resumed_tets
+from craftmesh.tetrahedra.optimise_tets import resumed_tets
 from craftmesh.tetrahedra.record import poor_by_grain
+from craftmesh.tetrahedra.tet_state import new_state
 from craftmesh.tetrahedra.whole_mesh import Model, changed_inside
 from craftmesh.types import CRACK, GrainTets, Surface
 
@@ -76,7 +78,7 @@ def smoothed_surface(
     for _ in range(rounds):
         smooth_on_surface(state, nodes, points[nodes], ways, lengths, REACH, valence, work)
         if inside:
-            aspect_pass(state, Aim(WHOLE, FREE_FROM), work)
+            aspect_pass(state, Aim(RATIOS, WHOLE, FREE_FROM, 0.0, 0.0), work)
     all_aspect_ratios(state.points, state.tets, count, ratio)
     model = model.moved(state.points[: len(points)])
     moves = np.linalg.norm(model.surface.points - surface.points, axis=1)

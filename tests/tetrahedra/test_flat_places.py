@@ -14,7 +14,7 @@ from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.surface.measure import distances_and_sides
 from craftmesh.tetrahedra import flat_places, opening_model
 from craftmesh.tetrahedra.flat_places import given_way
-from craftmesh.tetrahedra.opening_model import AT_NARROW, STAGES, Opening, begun, is_at_fault, is_narrow
+from craftmesh.tetrahedra.opening_model import STAGES, Opening, begun, is_at_fault, is_narrow
 from craftmesh.tetrahedra.surface_freedom import CRACK_REACH, freedom
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
@@ -50,7 +50,7 @@ def test_the_surface_gives_way_for_both_neighbours():
     assert opened.report["surface_points_moved"] > 0 and "were moved by up to" in opened.warning
     moves = np.linalg.norm(opened.surface.points - surface.points, axis=1)
     # mean edges are those of a cube of side 1, at most its diagonal, and of the pushed node's
-    assert 0 < moves.max() == opened.report["largest_move"] < STAGES[0].reaches[-1] * 2
+    assert 0 < moves.max() == opened.report["largest_move"] < STAGES[1].reaches[-1] * 2
     inside = volumes(opened.surface, opened.grain_tets)
     assert all((volume > 0).all() for volume in inside.values())
     assert sum(volume.sum() for volume in inside.values()) == pytest.approx(CELLS**3, rel=1e-12)
@@ -110,7 +110,7 @@ def test_poor_tets_are_opened_by_less_than_flat_ones():
     assert before["count"] == 0 == opened.report["flat_before"] and opened.report["poor_before"] > 0
     assert opened.report["poor_left"] == 0
     moves = np.linalg.norm(opened.surface.points - surface.points, axis=1)
-    assert 0 < moves.max() < STAGES[1].reaches[-1] * 2
+    assert 0 < moves.max() < STAGES[2].reaches[-1] * 2
     assert check_tets(assemble(opened.surface, opened.grain_tets)[0]) == []
 
 
@@ -120,7 +120,7 @@ def test_stretched_tets_are_opened_as_poor_ones_and_nobody_is_warned():
     assert opened.report["poor_before"] == 0 < opened.report["stretched_before"]
     assert opened.report["stretched_left"] == 0 and opened.warning is None
     moves = np.linalg.norm(opened.surface.points - surface.points, axis=1)
-    assert 0 < moves.max() < STAGES[2].reaches[-1] * 2
+    assert 0 < moves.max() < STAGES[3].reaches[-1] * 2
     assert check_tets(assemble(opened.surface, opened.grain_tets)[0]) == []
 
 
@@ -131,12 +131,12 @@ def test_small_moves_open_narrow_tets():
     for at, step in ((PUSHED, 0.36), (PUSHED + [0, 1, 0], -0.36)):
         points[(points == at).all(axis=1), 1] += step
     before = begun(replace(surface, points=points), tets)
-    after = flat_places.with_moves(before, AT_NARROW)
+    after = flat_places.with_moves(before, STAGES[-1])
     assert before.count(is_narrow) > 0 == after.count(is_narrow)
     assert after.count(is_at_fault) <= before.count(is_at_fault)
     moves = np.linalg.norm(after.model.points[: len(points)] - points, axis=1)
     # the longest mean edge is less than a cube's diagonal
-    assert 0 < moves.max() < AT_NARROW.reaches[-1] * np.sqrt(3)
+    assert 0 < moves.max() < STAGES[-1].reaches[-1] * np.sqrt(3)
     assert check_tets(assemble(after.model.surface, after.model.grain_tets)[0]) == []
 
 
@@ -163,7 +163,7 @@ def test_nodes_of_a_volume_that_is_held_stay():
 
 def test_no_move_changes_a_volume_by_more_than_its_stage_allows():
     now = begun(*pushed_box(push=np.array([0.65, 0.0, 0.0])))
-    free, bound = (flat_places.with_moves(now, replace(STAGES[2], drift=drift)) for drift in (np.inf, 1e-3))
+    free, bound = (flat_places.with_moves(now, replace(STAGES[3], drift=drift)) for drift in (np.inf, 1e-3))
     drifts = [max(map(abs, after.drifts.values())) for after in (free, bound)]
     assert drifts[0] > 1e-3 >= drifts[1]
 

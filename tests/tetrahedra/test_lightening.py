@@ -9,30 +9,29 @@ from test_optimise_tets import assert_is_mesh, boundary, random_ball, random_tet
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
 from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
-from craftmesh.tetrahedra.kernels.tet_faults import (
+from craftmesh.tetrahedra.kernels.tet_objective import (
     FALL,
+    FAULTS,
     NO_TET,
     OF_FLAT,
     OF_POOR,
     OF_STRETCHED,
     RAMP,
     SOUND_FROM,
+    Aim,
     fault_weight,
-    faults_of,
 )
-from craftmesh.tetrahedra.kernels.tet_lightening import (
-    REMOVAL_FALL,
-    lighten,
-    lighten_by_contraction,
-    lighten_by_face,
-    lighten_by_insertion,
-    lighten_by_move,
+from craftmesh.tetrahedra.kernels.tet_operations import (
+    contract,
+    insert_on_edge,
+    remove_edge,
+    remove_face,
 )
-from craftmesh.tetrahedra.kernels.tet_passes import lighten_pass
-from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, Aim, all_qualities, quality_of
-from craftmesh.tetrahedra.kernels.tet_sum_swaps import SumAim, remove_edge_for_sum
+from craftmesh.tetrahedra.kernels.tet_passes import improve, improve_pass
+from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities, quality_of
+from craftmesh.tetrahedra.kernels.tet_smoothing import lighten_by_move, weight_of
 from craftmesh.tetrahedra.opening_model import is_stretched
-from craftmesh.tetrahedra.optimise_tets import _result, new_state
+from craftmesh.tetrahedra.tet_state import mesh_of, new_state
 
 
 @settings(max_examples=300, deadline=None)
@@ -55,36 +54,36 @@ def test_a_tet_weighs_the_less_the_better_it_is():
     assert weights[0] == NO_TET and weights[-1] == 0
 
 
-def contract_corner(state, t, k, work):
-    v, w = state.tets[t, k % 4], state.tets[t, (k + 1) % 4]
-    return not state.frozen[v] and lighten_by_contraction(state, v, w, work)
+LIGHTER = Aim(FAULTS, WHOLE, SOUND_FROM, FALL, 0.0)
 
 
-def move_corner(state, t, k, work):
-    v = state.tets[t, k % 4]
-    return not state.frozen[v] and lighten_by_move(state, v, work)
+def at_corner(change):
+    """The change of a point, at corner k of tet t where that is inside."""
+    return lambda state, t, k, work: (
+        not state.frozen[state.tets[t, k % 4]] and change(state, state.tets[t, k % 4], work)
+    )
 
 
 OPERATIONS = {
-    "edge removal": lambda state, t, k, work: remove_edge_for_sum(
-        state, t, k, SumAim(WHOLE, 0.0, 0.0, REMOVAL_FALL), work
+    "edge removal": lambda state, t, k, work: remove_edge(state, t, k, LIGHTER, work),
+    "face removal": lambda state, t, k, work: k < 4 and remove_face(state, t, k, LIGHTER, work),
+    "contraction": at_corner(lambda state, v, work: contract(state, v, LIGHTER, work)),
+    "insertion": lambda state, t, k, work: insert_on_edge(state, t, k, LIGHTER, work) >= 0,
+    "move": at_corner(lighten_by_move),
+    "any": lambda state, t, k, work: (
+        k == 0 and state.quality[t] < SOUND_FROM and improve(state, t, LIGHTER, True, work)
     ),
-    "face removal": lambda state, t, k, work: k < 4 and lighten_by_face(state, t, k, work),
-    "contraction": contract_corner,
-    "insertion": lighten_by_insertion,
-    "move": move_corner,
-    "any": lambda state, t, k, work: k == 0 and state.quality[t] < SOUND_FROM and lighten(state, t, work),
 }
 
 
 @pytest.mark.parametrize("name", OPERATIONS)
 def test_each_change_makes_the_mesh_lighter_and_keeps_it_a_mesh(name):
     def checked(state, t, k, work):
-        before = weight_of(state)
+        before = whole_weight(state)
         done = OPERATIONS[name](state, t, k, work)
-        after = weight_of(state)
+        after = whole_weight(state)
         # of a sum over some hundred tets the rounding
-        assert after <= before - min(FALL, REMOVAL_FALL) + 1e-6 if done else after == before
+        assert after <= before - FALL + 1e-6 if done else after == before
         return done
 
     state, done, volume, frozen = try_all(checked, seed=5, measure=WHOLE)
@@ -92,9 +91,9 @@ def test_each_change_makes_the_mesh_lighter_and_keeps_it_a_mesh(name):
     assert_is_mesh(state, frozen, volume, WHOLE)
 
 
-def weight_of(state):
+def whole_weight(state):
     living = np.flatnonzero(state.tets[: state.counts[TETS], 0] >= 0)
-    return faults_of(state, living, len(living))
+    return weight_of(state, living, len(living))
 
 
 @settings(max_examples=2, deadline=None)
@@ -104,12 +103,12 @@ def test_passes_leave_fewer_tets_at_fault_and_end(seed):
     assume(tet_volumes(points, tets).min() > 1e-8)
     state = new_state(points, tets, frozen, np.zeros((0, 3)), np.full(len(points), 0.35))
     all_qualities(state.points, state.tets, len(tets), state.quality, WHOLE)
-    before, work = weight_of(state), new_scratch()
-    # each change lowers the weight by a hundredth at least, so that there is an end
-    while lighten_pass(state, Aim(WHOLE, SOUND_FROM), np.arange(state.counts[TETS]), work):
-        assert weight_of(state) < before
-        before = weight_of(state)
-    new, better = _result(state, frozen)
+    before, work, looked_at = whole_weight(state), new_scratch(), np.zeros(len(state.points), bool)
+    # each change lowers the weight by FALL at least, so that there is an end
+    while improve_pass(state, LIGHTER, np.arange(state.counts[TETS]), True, looked_at, work):
+        assert whole_weight(state) < before
+        before = whole_weight(state)
+    new, better = mesh_of(state, frozen)
     assert boundary(better) == boundary(tets)
     assert new[:frozen].tobytes() == points[:frozen].tobytes()
     was, now = (shape_measures(*mesh) for mesh in ((points, tets), (new, better)))

@@ -15,10 +15,21 @@ from craftmesh.mesh.shape_measures import (
 )
 from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volumes
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, link_tets, new_scratch
-from craftmesh.tetrahedra.kernels.tet_cavity_filling import insert_in_cavity, join_in_cavity
-from craftmesh.tetrahedra.kernels.tet_faults import SOUND_FROM
-from craftmesh.tetrahedra.kernels.tet_insertion import LONGEST, contract, insert_on_edge
-from craftmesh.tetrahedra.kernels.tet_passes import CONTRACTIONS, aspect_contraction_pass, aspect_swap_pass
+from craftmesh.tetrahedra.kernels.tet_objective import (
+    GAIN,
+    RATIOS,
+    SOUND_FROM,
+    WORST,
+    Aim,
+)
+from craftmesh.tetrahedra.kernels.tet_operations import (
+    LONGEST,
+    contract,
+    insert_on_edge,
+    remove_edge,
+    remove_face,
+)
+from craftmesh.tetrahedra.kernels.tet_passes import CONTRACTIONS, contraction_pass, swap_pass
 from craftmesh.tetrahedra.kernels.tet_quality import (
     FACTOR_SCALE,
     FORM,
@@ -26,21 +37,17 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     SOUND,
     VOLUME_LENGTH,
     WHOLE,
-    Aim,
     all_qualities,
     aspect_ratio_at,
     quality_of,
 )
-from craftmesh.tetrahedra.kernels.tet_sum_swaps import SumAim, contract_for_sum, remove_edge_for_sum
-from craftmesh.tetrahedra.kernels.tet_swaps import remove_edge, remove_face
 from craftmesh.tetrahedra.optimise_tets import (
     FORMED,
     LAYERS,
-    _result,
-    new_state,
     optimise_tets,
     repaired_tets,
 )
+from craftmesh.tetrahedra.tet_state import mesh_of, new_state
 
 # A change of topology for the sum of aspect ratios has to lower it by this much.
 FALL = 0.05
@@ -211,39 +218,30 @@ def try_all(operation, seed, measure=VOLUME_LENGTH):
     return state, done, tet_volumes(points, tets).sum(), frozen
 
 
+RAISE = Aim(WORST, VOLUME_LENGTH, 1.0, GAIN, 0.0)
+
+
+def for_ratios(floor, reference, fall=FALL):
+    """The aim of a change that is to lower the sum of aspect ratios less a reference."""
+    return Aim(RATIOS, VOLUME_LENGTH, floor, fall, reference)
+
+
 def contract_corner(state, t, k, work):
-    v, w = state.tets[t, k % 4], state.tets[t, (k + 1) % 4]
     state.size[:] = 10.0  # no edge is too long
-    return not state.frozen[v] and contract(state, v, w, Aim(VOLUME_LENGTH, 0.001), work)
-
-
-def above(state, t):
-    """The aim of an operation that is to raise the quality of tet t."""
-    return Aim(VOLUME_LENGTH, state.quality[t] + 0.01)
+    v = state.tets[t, k % 4]
+    return not state.frozen[v] and contract(state, v, RAISE, work)
 
 
 @pytest.mark.parametrize(
     "operation",
     [
-        lambda state, t, k, work: remove_edge(state, t, k, VOLUME_LENGTH, work),
-        lambda state, t, k, work: k < 4 and remove_face(state, t, k, VOLUME_LENGTH, work),
-        lambda state, t, k, work: remove_edge_for_sum(
-            state, t, k, SumAim(VOLUME_LENGTH, 0.35, 2.0, FALL), work
-        ),
-        lambda state, t, k, work: insert_on_edge(state, t, k, Aim(VOLUME_LENGTH, 0.1), work) >= 0,
-        lambda state, t, k, work: k == 0 and insert_in_cavity(state, t, above(state, t), work) >= 0,
-        lambda state, t, k, work: k == 0 and join_in_cavity(state, t, above(state, t), work),
+        lambda state, t, k, work: remove_edge(state, t, k, RAISE, work),
+        lambda state, t, k, work: k < 4 and remove_face(state, t, k, RAISE, work),
+        lambda state, t, k, work: remove_edge(state, t, k, for_ratios(0.35, 2.0), work),
+        lambda state, t, k, work: insert_on_edge(state, t, k, RAISE, work) >= 0,
         contract_corner,
     ],
-    ids=[
-        "edge removal",
-        "face removal",
-        "edge for aspect",
-        "insertion",
-        "insertion in cavity",
-        "join",
-        "contraction",
-    ],
+    ids=["edge removal", "face removal", "edge for aspect", "insertion", "contraction"],
 )
 def test_each_operation_happens_and_keeps_the_mesh(operation):
     state, done, volume, frozen = try_all(operation, seed=5)
@@ -262,7 +260,7 @@ def assert_is_mesh(state, frozen, volume, measure):
     link_tets(tets, len(tets), state.counts[0], fresh, np.empty(state.counts[0], np.int64))
     assert (fresh == links).all()
     assert quality(state.points, tets, measure) == pytest.approx(state.quality[:count][alive])
-    points, tets = _result(state, frozen)
+    points, tets = mesh_of(state, frozen)
     assert tet_volumes(points, tets).sum() == pytest.approx(volume, rel=1e-12)
 
 
@@ -278,9 +276,9 @@ def test_three_tets_round_an_edge_become_two_and_back():
         state = new_state(scaled, before, 5, np.zeros((0, 3)), np.ones(5))
         all_qualities(state.points, state.tets, len(before), state.quality, VOLUME_LENGTH)
         work = new_scratch()
-        edge_done = any(remove_edge(state, 0, e, VOLUME_LENGTH, work) for e in range(6))
-        done = edge_done or any(remove_face(state, 0, k, VOLUME_LENGTH, work) for k in range(4))
-        assert done and len(_result(state, 5)[1]) == after
+        edge_done = any(remove_edge(state, 0, e, RAISE, work) for e in range(6))
+        done = edge_done or any(remove_face(state, 0, k, RAISE, work) for k in range(4))
+        assert done and len(mesh_of(state, 5)[1]) == after
 
 
 def swapped_for_aspect(seed, blocked, fall=FALL):
@@ -289,7 +287,7 @@ def swapped_for_aspect(seed, blocked, fall=FALL):
     state = new_state(points, tets, frozen, blocked, np.full(len(points), 0.35))
     all_qualities(state.points, state.tets, len(tets), state.quality, VOLUME_LENGTH)
     mean, work = aspect_ratios(points, tets).mean(), new_scratch()
-    aspect_swap_pass(state, SumAim(VOLUME_LENGTH, 0.35, mean, fall), np.arange(len(tets)), work)
+    swap_pass(state, for_ratios(0.35, mean, fall), np.arange(len(tets)), work)
     return points, tets, frozen, state, work.done.sum(), mean
 
 
@@ -298,7 +296,7 @@ def swapped_for_aspect(seed, blocked, fall=FALL):
 def test_swaps_for_aspect_lower_the_mean_and_keep_the_worst_the_surface_and_the_volume(seed):
     points, tets, frozen, state, swaps, mean = swapped_for_aspect(seed, np.zeros((0, 3)))
     assume(tet_volumes(points, tets).min() > 1e-8)
-    new, better = _result(state, frozen)
+    new, better = mesh_of(state, frozen)
     assert swaps > 3
     # each swap lowers the sum of aspect ratio - mean by so much
     excess = (aspect_ratios(new, better) - mean).sum()
@@ -309,7 +307,7 @@ def test_swaps_for_aspect_lower_the_mean_and_keep_the_worst_the_surface_and_the_
     assert boundary(better) == boundary(tets) and max(faces_of(better).values()) == 2
     assert tet_volumes(new, better).min() > 0
     assert tet_volumes(new, better).sum() == pytest.approx(tet_volumes(points, tets).sum(), rel=1e-12)
-    assert better.tobytes() == _result(swapped_for_aspect(seed, np.zeros((0, 3)))[3], frozen)[1].tobytes()
+    assert better.tobytes() == mesh_of(swapped_for_aspect(seed, np.zeros((0, 3)))[3], frozen)[1].tobytes()
 
 
 @settings(max_examples=8, deadline=None)
@@ -317,7 +315,7 @@ def test_swaps_for_aspect_lower_the_mean_and_keep_the_worst_the_surface_and_the_
 def test_swaps_that_may_raise_the_sum_raise_it_by_no_more_and_keep_the_worst(seed):
     points, tets, frozen, state, swaps, mean = swapped_for_aspect(seed, np.zeros((0, 3)), -0.5)
     assume(tet_volumes(points, tets).min() > 1e-8)
-    new, better = _result(state, frozen)
+    new, better = mesh_of(state, frozen)
     before, after = (aspect_ratios(*mesh) - mean for mesh in ((points, tets), (new, better)))
     assert swaps > 3 and after.sum() - before.sum() <= 0.5 * swaps
     assert quality(new, better, VOLUME_LENGTH).min() >= quality(points, tets, VOLUME_LENGTH).min()
@@ -326,10 +324,10 @@ def test_swaps_that_may_raise_the_sum_raise_it_by_no_more_and_keep_the_worst(see
 
 def test_swaps_for_aspect_leave_blocked_facets():
     _, tets, frozen, state, _, _ = swapped_for_aspect(3, np.zeros((0, 3)))
-    gone = set(faces_of(tets)) - set(faces_of(_result(state, frozen)[1]))
+    gone = set(faces_of(tets)) - set(faces_of(mesh_of(state, frozen)[1]))
     assert len(gone) > 20
     blocked = np.array(sorted(sorted(face) for face in gone))
-    kept = faces_of(_result(swapped_for_aspect(3, blocked)[3], frozen)[1])
+    kept = faces_of(mesh_of(swapped_for_aspect(3, blocked)[3], frozen)[1])
     assert all(kept[face] == 2 for face in gone)
 
 
@@ -344,7 +342,7 @@ def crowded_ball(seed):
 def plain_contraction(points, tets, v, floor, reference, reach):
     """Plain reference: the least excess after a contraction of v, and the excess before."""
     star = tets[(tets == v).any(axis=1)]
-    excess = []
+    excess, floor = [], min(floor, quality(points, star, VOLUME_LENGTH).min())
     for w in np.setdiff1d(star, v):
         new = np.where(star == v, w, star)[(star != w).all(axis=1)]
         others = np.setdiff1d(new, w)
@@ -364,11 +362,10 @@ def test_a_contraction_for_aspect_is_the_best_of_all_and_lowers_the_sum(seed):
     for v in range(frozen, len(points)):
         state = crowded_ball(seed)[3]
         best, before = plain_contraction(points, tets, v, floor, reference, LONGEST * 0.7)
-        aim = SumAim(VOLUME_LENGTH, floor, reference, FALL)
-        contracted = contract_for_sum(state, v, aim, new_scratch())
+        contracted = contract(state, v, for_ratios(floor, reference), new_scratch())
         assert contracted == (best < before - FALL)
         if contracted:
-            new, better = _result(state, frozen)
+            new, better = mesh_of(state, frozen)
             after = (aspect_ratios(new, better) - reference).sum()
             assert after == pytest.approx((aspect_ratios(points, tets) - reference).sum() + best - before)
             assert boundary(better) == boundary(tets) and len(new) == len(points) - 1
@@ -379,8 +376,8 @@ def test_a_contraction_for_aspect_is_the_best_of_all_and_lowers_the_sum(seed):
 def test_contractions_for_aspect_leave_the_surface_and_are_counted():
     points, tets, frozen, state = crowded_ball(1)
     work, mean = new_scratch(), aspect_ratios(points, tets).mean()
-    aspect_contraction_pass(state, SumAim(VOLUME_LENGTH, 0.0, mean, FALL), np.arange(len(points)), work)
-    new, better = _result(state, frozen)
+    contraction_pass(state, for_ratios(0.0, mean), np.arange(len(points)), work)
+    new, better = mesh_of(state, frozen)
     assert 0 < work.done[CONTRACTIONS] == len(points) - len(new)
     assert aspect_ratios(new, better).mean() < mean
     assert boundary(better) == boundary(tets) and tet_volumes(new, better).min() > 0
@@ -416,10 +413,10 @@ def test_edge_removal_for_aspect_finds_the_best_of_all_triangulations(seed, coun
         new = np.array([tet for i, j, k in triangles for tet in ((0, i, j, k), (i, j, k, 1))])
         if quality(points, new, VOLUME_LENGTH).min() > limit:
             best = min(best, (aspect_ratios(points, new) - reference).sum())
-    done = remove_edge_for_sum(state, 0, 0, SumAim(VOLUME_LENGTH, floor, reference, fall), new_scratch())
+    done = remove_edge(state, 0, 0, for_ratios(floor, reference, fall), new_scratch())
     assert done == (best <= before - fall)
     if done:
-        result = _result(state, len(points))[1]
+        result = mesh_of(state, len(points))[1]
         assert (aspect_ratios(points, result) - reference).sum() == pytest.approx(best, rel=1e-9, abs=1e-9)
 
 
@@ -432,8 +429,8 @@ def test_an_edge_without_a_sound_triangulation_round_it_stays_however_poor_the_t
     all_qualities(state.points, state.tets, 5, state.quality, VOLUME_LENGTH)
     before = state.tets.tobytes()
     # five regular tets are better than any others; so low a reference counts them as flat
-    aim = SumAim(VOLUME_LENGTH, 1.0, -1e300, FALL)
-    assert not remove_edge_for_sum(state, 0, 0, aim, new_scratch())
+    aim = for_ratios(1.0, -1e300)
+    assert not remove_edge(state, 0, 0, aim, new_scratch())
     assert state.tets.tobytes() == before
 
 

@@ -18,19 +18,18 @@ POINTS, TETS, FREE, STAMP = range(4)
 
 # Work arrays: tets of a star; faces of a cavity as (face, apex) positive; ring nodes and tets; new tets
 # and their qualities; open faces of a replacement (keys, links); Klincsek's tables and stack; corners of a
-# tet; outer faces of a growing cavity as (tet, corner, tet beyond), with the qualities they give; a table
-# of faces with the ratios they give (see `tet_ratio_sums`); what was done, by kind (see `tet_passes`).
+# tet; a table of faces with the ratios they give (see `tet_ratio_sums`); what was done, by kind (see
+# `tet_passes`).
 Scratch = namedtuple(
     "Scratch",
-    "star faces ring ring_tets new new_quality keys links worst split stack corners outer outer_quality "
-    "table ratios done",
+    "star faces ring ring_tets new new_quality keys links best split stack corners table ratios done",
 )
 # Tets of a star, faces of a cavity, tets of a ring: larger ones are left as they are.
 MAX_STAR = 200
 MAX_FACES = 256
 MAX_RING = 14
 # Kinds of operations that are counted.
-KINDS = 6
+KINDS = 5
 # Spare slots that any one operation can do with.
 ROOM = 192
 
@@ -56,8 +55,6 @@ def new_scratch() -> Scratch:
         np.empty((MAX_RING, MAX_RING), np.int64),
         np.empty((4 * MAX_RING, 2), np.int64),
         np.empty(4, np.int64),
-        np.empty((MAX_FACES, 3), np.int64),
-        np.empty(MAX_FACES),
         np.empty((TABLE_ROWS, MAX_FACES)),
         np.empty(MAX_FACES),
         np.zeros(KINDS, np.int64),

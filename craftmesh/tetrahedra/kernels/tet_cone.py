@@ -1,10 +1,12 @@
 """The tets that join one point to given faces, and the search for the best place of that point."""
 
 from collections import namedtuple
+from itertools import product
 
 import numpy as np
 
 from craftmesh.jit import lean_kernel
+from craftmesh.tetrahedra.kernels.tet_objective import GAIN, faults_at
 from craftmesh.tetrahedra.kernels.tet_quality import quality_at
 
 # The first `count` faces (f, 3) on points, each positive with the apex as fourth corner, and the measure
@@ -23,13 +25,13 @@ CLOSE = 0.03
 LEVEL = 1e-6
 # A step that gains less quality ends the climb.
 LEAST_GAIN = 1e-3
-
-
-@lean_kernel
-def beside(x, y, z, way, step):
-    """The place a step from (x, y, z) along an axis: way 0..5 for -x, x, -y, y, -z, z."""
-    d = step if way % 2 else -step
-    return x + d if way < 2 else x, y + d if 2 <= way < 4 else y, z + d if way >= 4 else z
+# Rounds of a walk, whose steps are halved where none helps: unit steps along the axes, the diagonals of
+# faces, and those of the cube. Inside, the first is this part of the length given.
+ROUNDS = 10
+INSIDE_STEP = 0.25
+ANYWHERE = np.eye(3)
+_STEPS = np.array([step for step in product((-1.0, 0.0, 1.0), repeat=3) if any(step)])
+DIRECTIONS = _STEPS / np.linalg.norm(_STEPS, axis=1, keepdims=True)
 
 
 @lean_kernel
@@ -111,4 +113,39 @@ def climb(cone, place, size, steps, best):
             step *= SHORTER
         if gain < LEAST_GAIN:
             break
+    return (x, y, z), best
+
+
+@lean_kernel
+def _goal(cone, x, y, z, best, lighter):
+    """Worst quality of the cone from (x, y, z), or what it weighs, negative; exact where over `best`."""
+    return -faults_at(cone, x, y, z, -best) if lighter else worst_at(cone, x, y, z, best)
+
+
+@lean_kernel
+def walk(cone, place, step, disc, free, span, lighter):
+    """Walk while the worst quality rises, up to the end of `span`; return place and quality.
+
+    step: the first one's length; disc: a place and how far from it the walk may lead; free (3, 3) makes of
+    each step one that is allowed; lighter: the value is what the cone weighs by its faults, negative.
+    """
+    x, y, z = place
+    home, reach = disc
+    best, enough = span
+    for _ in range(ROUNDS):
+        found = False
+        for way in range(len(DIRECTIONS)):
+            dx, dy, dz = DIRECTIONS[way]
+            px = x + step * (free[0, 0] * dx + free[0, 1] * dy + free[0, 2] * dz)
+            py = y + step * (free[1, 0] * dx + free[1, 1] * dy + free[1, 2] * dz)
+            pz = z + step * (free[2, 0] * dx + free[2, 1] * dy + free[2, 2] * dz)
+            if (px - home[0]) ** 2 + (py - home[1]) ** 2 + (pz - home[2]) ** 2 > reach * reach:
+                continue
+            value = _goal(cone, px, py, pz, best, lighter)
+            if value > best + GAIN:
+                x, y, z, best, found = px, py, pz, value, True
+                if best >= enough:
+                    return (x, y, z), best
+        if not found:
+            step *= 0.5
     return (x, y, z), best

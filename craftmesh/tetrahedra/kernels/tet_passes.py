@@ -1,19 +1,19 @@
 """Passes of the tetrahedral optimiser over many points or tets; `work.done` counts what they do."""
 
 from craftmesh.jit import lean_kernel
-from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, find_ring, find_star, worst_of
-from craftmesh.tetrahedra.kernels.tet_cavity_filling import insert_in_cavity, join_in_cavity
-from craftmesh.tetrahedra.kernels.tet_insertion import CLIMB_STEPS, contract, insert_on_edge
-from craftmesh.tetrahedra.kernels.tet_lightening import lighten
-from craftmesh.tetrahedra.kernels.tet_quality import Aim
-from craftmesh.tetrahedra.kernels.tet_smoothing import smooth_aspect, smooth_worst
-from craftmesh.tetrahedra.kernels.tet_sum_swaps import contract_for_sum, remove_edge_for_sum
-from craftmesh.tetrahedra.kernels.tet_swaps import GAIN, remove_edge, remove_face
+from craftmesh.tetrahedra.kernels.tet_cavity import POINTS
+from craftmesh.tetrahedra.kernels.tet_objective import WORST
+from craftmesh.tetrahedra.kernels.tet_operations import (
+    CLIMB_STEPS,
+    contract,
+    insert_on_edge,
+    remove_edge,
+    remove_face,
+)
+from craftmesh.tetrahedra.kernels.tet_smoothing import lighten_by_move, smooth_aspect, smooth_worst
 
 # What `work.done` counts.
-MOVES, EDGE_REMOVALS, FACE_REMOVALS, CONTRACTIONS, INSERTIONS, JOINS = range(6)
-# The worst quality has to rise by this much: an insertion costs elements. Chosen by hand.
-INSERTION_GAIN = 0.01
+MOVES, EDGE_REMOVALS, FACE_REMOVALS, CONTRACTIONS, INSERTIONS = range(5)
 
 
 @lean_kernel
@@ -33,34 +33,37 @@ def aspect_pass(state, aim, work):
 
 
 @lean_kernel
-def aspect_swap_pass(state, aim, order, work):
-    """Remove an edge of each live tet in `order` if the sum of excesses falls by `aim.fall`."""
+def swap_pass(state, aim, order, work):
+    """Remove an edge of each live tet in `order` where that betters the aim."""
     for t in order:
-        if state.tets[t, 0] < 0:
-            continue
-        for edge in range(6):
-            if remove_edge_for_sum(state, t, edge, aim, work):
-                work.done[EDGE_REMOVALS] += 1
-                break
+        if state.tets[t, 0] >= 0:
+            _remove_an_edge(state, t, aim, work)
 
 
 @lean_kernel
-def aspect_contraction_pass(state, aim, order, work):
-    """Contract each interior point in `order` if the sum of excesses falls by `aim.fall`."""
+def contraction_pass(state, aim, order, work):
+    """Contract each interior point in `order` where that betters the aim."""
     for v in order:
         if not state.frozen[v] and state.tet_of[v] >= 0:
-            work.done[CONTRACTIONS] += contract_for_sum(state, v, aim, work)
+            work.done[CONTRACTIONS] += contract(state, v, aim, work)
 
 
 @lean_kernel
-def _swap(state, t, measure, work):
-    """Try to remove an edge, then a face of tet t."""
+def _remove_an_edge(state, t, aim, work):
     for edge in range(6):
-        if remove_edge(state, t, edge, measure, work):
+        if remove_edge(state, t, edge, aim, work):
             work.done[EDGE_REMOVALS] += 1
             return True
+    return False
+
+
+@lean_kernel
+def _swap(state, t, aim, work):
+    """Remove an edge, else a face of tet t; return whether."""
+    if _remove_an_edge(state, t, aim, work):
+        return True
     for k in range(4):
-        if remove_face(state, t, k, measure, work):
+        if remove_face(state, t, k, aim, work):
             work.done[FACE_REMOVALS] += 1
             return True
     return False
@@ -68,89 +71,62 @@ def _swap(state, t, measure, work):
 
 @lean_kernel
 def _move(state, t, aim, work):
-    """Try to lift tet t over the aim's floor by moving its corners."""
+    """Move corners of tet t until it is over the floor, or faults get lighter; return whether."""
     for k in range(4):
         v = work.corners[k]
-        if not state.frozen[v]:
+        if state.frozen[v]:
+            continue
+        if aim.objective == WORST:
             work.done[MOVES] += smooth_worst(state, v, aim, CLIMB_STEPS, work)
             if state.quality[t] >= aim.floor:
                 return True
-    return False
-
-
-@lean_kernel
-def _contract_any(state, measure, work):
-    """Try to contract an interior corner of a tet into another one."""
-    corners = work.corners
-    for k in range(4):
-        v = corners[k]
-        if state.frozen[v]:
-            continue
-        worst = worst_of(state.quality, work.star, find_star(state, v, work.star))
-        for j in range(4):
-            if j != k and contract(state, v, corners[j], Aim(measure, worst + GAIN), work):
-                work.done[CONTRACTIONS] += 1
-                return True
-    return False
-
-
-@lean_kernel
-def _insert_any(state, t, measure, work):
-    """Try to insert a point on an interior edge of tet t."""
-    for edge in range(6):
-        count = find_ring(state, t, edge, work.ring, work.ring_tets)
-        if count < 3:
-            continue
-        worst = worst_of(state.quality, work.ring_tets, count)
-        node = insert_on_edge(state, t, edge, Aim(measure, worst + INSERTION_GAIN), work)
-        if node >= 0:
-            work.done[INSERTIONS] += 1
-            smooth_worst(state, node, Aim(measure, 1.0), CLIMB_STEPS, work)
+        elif lighten_by_move(state, v, work):
+            work.done[MOVES] += 1
             return True
     return False
 
 
 @lean_kernel
-def _refill(state, t, measure, work):
-    """Try to fill a cavity with tet t anew, from a node nearby, else from a new point."""
-    if join_in_cavity(state, t, Aim(measure, state.quality[t] + GAIN), work):
-        work.done[JOINS] += 1
-        return True
-    node = insert_in_cavity(state, t, Aim(measure, state.quality[t] + INSERTION_GAIN), work)
-    if node >= 0:
-        work.done[INSERTIONS] += 1
-        smooth_worst(state, node, Aim(measure, 1.0), CLIMB_STEPS, work)
-    return node >= 0
+def _contract_any(state, aim, work):
+    """Contract an interior corner of the tet `work.corners`; return whether."""
+    for k in range(4):
+        if not state.frozen[work.corners[k]] and contract(state, work.corners[k], aim, work):
+            work.done[CONTRACTIONS] += 1
+            return True
+    return False
 
 
 @lean_kernel
-def repair_pass(state, aim, order, inserts, touched, work):
-    """Repair the tets in `order` (worst first) that are under the floor by the first means that helps.
-
-    `touched` marks the points of all tets looked at.
-    """
-    corners = work.corners
-    for t in order:
-        if state.tets[t, 0] < 0 or state.quality[t] >= aim.floor:
-            continue
-        for k in range(4):
-            corners[k] = state.tets[t, k]
-            touched[corners[k]] = True
-        if (
-            _swap(state, t, aim.measure, work)
-            or _move(state, t, aim, work)
-            or _contract_any(state, aim.measure, work)
-        ):
-            continue
-        if inserts and not _insert_any(state, t, aim.measure, work):
-            _refill(state, t, aim.measure, work)
+def _insert_any(state, t, aim, work):
+    """Insert a point on an interior edge of tet t; return whether."""
+    for edge in range(6):
+        node = insert_on_edge(state, t, edge, aim, work)
+        if node >= 0:
+            work.done[INSERTIONS] += 1
+            return True
+    return False
 
 
 @lean_kernel
-def lighten_pass(state, aim, order, work):
-    """Lower what the tets in `order` under the floor, and those round them, weigh; return the changes."""
+def improve(state, t, aim, inserts, work):
+    """Better tet t, or those round it, by the first means that does; return whether."""
+    for k in range(4):
+        work.corners[k] = state.tets[t, k]
+    return (
+        _swap(state, t, aim, work)
+        or _move(state, t, aim, work)
+        or _contract_any(state, aim, work)
+        or (inserts and _insert_any(state, t, aim, work))
+    )
+
+
+@lean_kernel
+def improve_pass(state, aim, order, inserts, touched, work):
+    """Better the tets in `order` that are under the floor; return the changes, mark points looked at."""
     changes = 0
     for t in order:
         if state.tets[t, 0] >= 0 and state.quality[t] < aim.floor:
-            changes += lighten(state, t, work)
+            for k in range(4):
+                touched[state.tets[t, k]] = True
+            changes += improve(state, t, aim, inserts, work)
     return changes

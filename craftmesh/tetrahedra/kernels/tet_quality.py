@@ -4,8 +4,6 @@ A tet is three nodes a, b, c and a fourth corner at (x, y, z), with positive vol
 right-handed towards it.
 """
 
-from collections import namedtuple
-
 import numpy as np
 
 from craftmesh.jit import lean_kernel
@@ -26,8 +24,6 @@ RATIO_SCALE = 0.87
 FACTOR_SCALE = 8.7
 # The shape factor is V / (8 sqrt3 / 27 R^3): with R = around / (24 V), this times (24 V)^4 / around^3.
 FACTOR_OF_FOURTH = 27.0 / (24.0 * 8.0 * np.sqrt(3.0))
-# What an operation is judged by: a measure of quality, and the value to exceed or, in passes, to reach.
-Aim = namedtuple("Aim", "measure floor")
 
 
 @lean_kernel

@@ -1,11 +1,21 @@
-"""Moves of one interior point: to raise its worst tet, or to lower its mean aspect ratio."""
+"""Moves of one interior point: to raise its worst tet, to lower its mean aspect ratio or its faults."""
 
 import numpy as np
 
 from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import MAX_FACES, find_star, star_faces, worst_of
-from craftmesh.tetrahedra.kernels.tet_cone import Cone, climb, mean_at, worst_at
-from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, VOLUME_LENGTH, quality_of
+from craftmesh.tetrahedra.kernels.tet_cone import (
+    ANYWHERE,
+    INSIDE_STEP,
+    Cone,
+    climb,
+    mean_at,
+    walk,
+    worst_at,
+)
+from craftmesh.tetrahedra.kernels.tet_objective import FALL, fault_weight
+from craftmesh.tetrahedra.kernels.tet_operations import LEAST_STAR
+from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, VOLUME_LENGTH, WHOLE, quality_of
 from craftmesh.tetrahedra.kernels.tet_ratio_sums import (
     RatioCone,
     fill_table,
@@ -14,8 +24,6 @@ from craftmesh.tetrahedra.kernels.tet_ratio_sums import (
     ratio_sum,
 )
 
-# The least number of tets round an interior point.
-LEAST_STAR = 4
 # All numbers below are chosen by hand.
 # A centroid may lower a sound worst quality by this factor when the mean rises by so much.
 LOSS = 0.95
@@ -28,7 +36,6 @@ CLIMB_GAIN = 1e-6
 # four rounds 560,000 tets take a tenth longer, and their mean ends .0004 lower; with .05 and two it ends
 # .001 higher.
 PATTERN_STEP = 0.08
-AXES = np.eye(3)
 PATTERN_ROUNDS = 3
 SHORTER = 0.4
 # A place has to lower the sum of aspect ratios by the first, the move as a whole by the second.
@@ -180,11 +187,41 @@ def smooth_aspect(state, v, aim, work):
     if value < best and _is_sound(cone, ratios, px, py, pz, limit):
         place, best = (px, py, pz), value
     step = PATTERN_STEP * state.size[v]
-    place, best = pattern_search(cone, ratios, place, best, AXES, step, place, np.inf, limit)
+    place, best = pattern_search(cone, ratios, place, best, ANYWHERE, step, place, np.inf, limit)
     if best > first - MOVE_FALL:
         return False
     if aim.measure == VOLUME_LENGTH:
         _put_by_table(state, v, place, ratios, work)
     else:
         put_at(state, v, place, count, aim.measure, work)
+    return True
+
+
+@lean_kernel
+def weight_of(state, listed, count):
+    """Return what the tets listed weigh by their faults; the state's qualities are by WHOLE."""
+    total = 0.0
+    for i in range(count):
+        total += fault_weight(state.quality[listed[i]])
+    return total
+
+
+@lean_kernel
+def lighten_by_move(state, v, work):
+    """Move interior point v to where its star weighs less; return whether."""
+    count = find_star(state, v, work.star)
+    if count < LEAST_STAR or count > MAX_FACES:
+        return False
+    before = weight_of(state, work.star, count)
+    if before < FALL:
+        return False
+    points = state.points
+    star_faces(state.tets, work.star, count, v, work.faces)
+    cone = Cone(points, work.faces, count, WHOLE)
+    place = (points[v, 0], points[v, 1], points[v, 2])
+    step = INSIDE_STEP * state.size[v]
+    place, value = walk(cone, place, step, (place, np.inf), ANYWHERE, (-before, 0.0), True)
+    if value < FALL - before:
+        return False
+    put_at(state, v, place, count, WHOLE, work)
     return True

@@ -1,13 +1,11 @@
 """Moves of nodes on grain boundaries: for flat tets that the surface forces, seen by all grains at once."""
 
-from itertools import product
-
 import numpy as np
 
 from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import whole_star, worst_of
-from craftmesh.tetrahedra.kernels.tet_cone import Cone, worst_at
-from craftmesh.tetrahedra.kernels.tet_faults import FALL, RAMP, SOUND_FROM, faults_at, faults_of
+from craftmesh.tetrahedra.kernels.tet_cone import Cone, walk, worst_at
+from craftmesh.tetrahedra.kernels.tet_objective import FALL, FAULTS, GAIN, RAMP, SOUND_FROM, faults_at
 from craftmesh.tetrahedra.kernels.tet_quality import FORM, INVERTED, POOR, WHOLE, WIDE
 from craftmesh.tetrahedra.kernels.tet_ratio_sums import ratio_sum
 from craftmesh.tetrahedra.kernels.tet_smoothing import (
@@ -17,78 +15,38 @@ from craftmesh.tetrahedra.kernels.tet_smoothing import (
     pattern_search,
     put_at,
     ratio_cone,
+    weight_of,
 )
 
-# The first step of a move in parts of the reach; how steps shrink; rounds.
+# The first step of a move in parts of the reach.
 FIRST_STEP = 0.5
-SHORTER = 0.5
-ROUNDS = 10
-# The worst quality has to rise by this much.
-GAIN = 1e-4
-# Unit steps along the axes, the diagonals of faces, and those of the cube.
-_STEPS = np.array([step for step in product((-1.0, 0.0, 1.0), repeat=3) if any(step)])
-DIRECTIONS = _STEPS / np.linalg.norm(_STEPS, axis=1, keepdims=True)
 
 
 @lean_kernel
-def _goal(cone, x, y, z, best, lighter):
-    """Worst quality of the cone from (x, y, z), or what it weighs, negative; exact where over `best`."""
-    return -faults_at(cone, x, y, z, -best) if lighter else worst_at(cone, x, y, z, best)
-
-
-@lean_kernel
-def _walk(cone, place, home, reach, free, span, lighter):
-    """Walk while the goal rises, up to the end of `span`; return place and goal.
-
-    All places lie within `reach` of home; free (3, 3) makes of each step one that is allowed.
-    """
-    x, y, z = place
-    best, enough = span
-    step = FIRST_STEP * reach
-    for _ in range(ROUNDS):
-        found = False
-        for way in range(len(DIRECTIONS)):
-            dx, dy, dz = DIRECTIONS[way]
-            px = x + step * (free[0, 0] * dx + free[0, 1] * dy + free[0, 2] * dz)
-            py = y + step * (free[1, 0] * dx + free[1, 1] * dy + free[1, 2] * dz)
-            pz = z + step * (free[2, 0] * dx + free[2, 1] * dy + free[2, 2] * dz)
-            if (px - home[0]) ** 2 + (py - home[1]) ** 2 + (pz - home[2]) ** 2 > reach * reach:
-                continue
-            value = _goal(cone, px, py, pz, best, lighter)
-            if value > best + GAIN:
-                x, y, z, best, found = px, py, pz, value, True
-                if best >= enough:
-                    return (x, y, z), best
-        if not found:
-            step *= SHORTER
-    return (x, y, z), best
-
-
-@lean_kernel
-def move_nodes(state, nodes, homes, reach, free, valence, aim, lighter, work):
-    """Move nodes (k,) with a tet under `aim.floor` to where the worst is better; return how many moved.
-
-    lighter: to where their tets weigh less by their faults; the qualities are by WHOLE then.
+def move_nodes(state, nodes, homes, reach, free, valence, aim, work):
+    """Move nodes (k,) with a tet under `aim.floor` to better places by the aim; return how many moved.
 
     homes (k, 3): places of which they stay within `reach` (k,); free (k, 3, 3): what makes of any step one
     that they may take; valence (k,): how many tets are round each. The state holds these, linked across
     grain boundaries; a node whose tets do not follow each other over faces stays.
     """
-    points, moved = state.points, 0
+    points, moved, lighter = state.points, 0, aim.objective == FAULTS
     for i in range(len(nodes)):
         v = nodes[i]
         count = whole_star(state, v, valence[i], work)
         if not count:
             continue
         if lighter:
-            before, enough, least = -faults_of(state, work.star, count), 0.0, FALL
+            before, enough, least = -weight_of(state, work.star, count), 0.0, FALL
         else:
             before, enough, least = worst_of(state.quality, work.star, count), aim.floor, GAIN
         if before >= enough:
             continue
         cone = Cone(points, work.faces, count, aim.measure)
         place = (points[v, 0], points[v, 1], points[v, 2])
-        place, best = _walk(cone, place, homes[i], reach[i], free[i], (before, enough), lighter)
+        home = (homes[i, 0], homes[i, 1], homes[i, 2])
+        step, disc = FIRST_STEP * reach[i], (home, reach[i])
+        place, best = walk(cone, place, step, disc, free[i], (before, enough), lighter)
         if best < before + least:
             continue
         put_at(state, v, place, count, aim.measure, work)
@@ -131,7 +89,7 @@ def smooth_on_surface(state, nodes, homes, ways, lengths, reach, valence, work):
     """Move nodes (k,) along two directions (k, 2, 3) to lower the mean aspect ratio; return how many moved.
 
     Round a node the worst quality by WHOLE falls to FREE_FROM at most, the worst by FORM to WIDE, and what
-    its tets weigh does not rise (`tet_faults`).
+    its tets weigh does not rise (`tet_objective`).
 
     homes (k, 3): places of which they stay within the part `reach` of their lengths (k,); valence (k,): how
     many tets are round each. The state, its qualities by WHOLE, holds these, linked across grain
@@ -157,7 +115,7 @@ def smooth_on_surface(state, nodes, homes, ways, lengths, reach, valence, work):
         if worst < FREE_FROM and _is_narrower(points, v, place, count, work):
             continue
         if worst < SOUND_FROM + RAMP:
-            weight = faults_of(state, work.star, count)
+            weight = weight_of(state, work.star, count)
             if faults_at(cone, place[0], place[1], place[2], INVERTED) > weight:
                 continue
         put_at(state, v, place, count, WHOLE, work)

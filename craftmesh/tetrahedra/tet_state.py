@@ -1,0 +1,70 @@
+"""The mesh under change of the optimiser: made from points and tetrahedra, and these again."""
+
+import numpy as np
+
+from craftmesh.by_reference import by_reference
+from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, block_facets, link_tets
+
+# Arrays have room for this many times the mesh: insertions add some 1%.
+CAPACITY = 1.5
+SPARE = 2000
+# Quality of empty rows, over that of any tet: nothing ever repairs them.
+DEAD = 9.0
+NO_FACETS = np.zeros((0, 3), np.int64)
+
+
+def new_state(
+    points: np.ndarray,
+    tets: np.ndarray,
+    frozen: int = 0,
+    blocked: np.ndarray = NO_FACETS,
+    size: np.ndarray | float = 1.0,
+    capacity: float = CAPACITY,
+) -> TetState:
+    """Return room for the mesh and what comes, with its adjacency, behind a reference.
+
+    Arguments as for `optimise_tets`.
+
+    capacity: times the mesh, 1 where tets only change their shape.
+    """
+    room_points, room_tets = int(capacity * len(points)) + SPARE, int(capacity * len(tets)) + SPARE
+    arrays = TetState(
+        points=np.zeros((room_points, 3)),
+        tets=np.full((room_tets, 4), -1, np.int64),
+        neighbours=np.full((room_tets, 4), -1, np.int64),
+        tet_of=np.full(room_points, -1, np.int64),
+        quality=np.full(room_tets, DEAD),
+        size=np.ones(room_points),
+        frozen=np.zeros(room_points, bool),
+        counts=np.array([len(points), len(tets), 0, 0], np.int64),
+        free=np.zeros(room_tets, np.int64),
+        mark=np.zeros(room_tets, np.int64),
+    )
+    state: TetState = by_reference(arrays)
+    state.points[: len(points)], state.tets[: len(tets)], state.size[: len(points)] = points, tets, size
+    state.frozen[:frozen] = True
+    link_tets(state.tets, len(tets), len(points), state.neighbours, state.tet_of)
+    triples = np.sort(np.asarray(blocked, np.int64).reshape(-1, 3), axis=1)
+    triples = np.ascontiguousarray(triples[np.lexsort(triples.T[::-1])])
+    block_facets(state.tets, len(tets), state.neighbours, triples)
+    return state
+
+
+def mesh_of(state: TetState, frozen: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return (points, tets) without dead tets and points that no tet uses."""
+    return without_unused(state.points[: state.counts[POINTS]], live_tets(state), frozen)
+
+
+def live_tets(state: TetState) -> np.ndarray:
+    """Return the tets (m, 4) that are not dead."""
+    tets = state.tets[: state.counts[TETS]]
+    return tets[tets[:, 0] >= 0]
+
+
+def without_unused(points: np.ndarray, tets: np.ndarray, frozen: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return (points, tets) without points that no tet uses, but for the first `frozen`."""
+    used = np.zeros(len(points), bool)
+    used[tets.ravel()] = True
+    used[:frozen] = True
+    new = np.cumsum(used) - 1
+    return points[used], new[tets]
