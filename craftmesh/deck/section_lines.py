@@ -46,7 +46,8 @@ def user_section_lines(model: ElasticModel, materials: UserMaterials) -> Iterato
     for name, material, values in found.values():
         if name not in written:
             written.add(name)
-            yield f"*MATERIAL, NAME={name}\n*USER MATERIAL, CONSTANTS={material.constants}\n"
+            unsymmetric = ", UNSYMM" if material.unsymmetric else ""
+            yield f"*MATERIAL, NAME={name}\n*USER MATERIAL, CONSTANTS={material.constants}{unsymmetric}\n"
             yield from constant_lines(values)
             if material.depvar:
                 yield f"*DEPVAR\n{material.depvar}\n"

@@ -40,6 +40,7 @@ class UserMaterial(Options):
     name: str = option("MATERIAL", "how names of materials begin")
     oriented: bool = option(True, "whether the material has axes, and so each grain needs an orientation")
     nlgeom: bool = option(False, "whether steps are of finite strain")
+    unsymmetric: bool = option(False, "whether the subroutine's tangent is, and Abaqus solves with it so")
     output: str = option(_OUTPUT, "lines of each step that ask for output; {every} is inp.output_every")
     slip: tuple[int, int] | None = option(
         None, "first and last of the state variables whose sum is the accumulated slip, from 1", at_least=1
@@ -53,7 +54,9 @@ class UserMaterial(Options):
         super().__post_init__()
         numbers = [number_of(value) if isinstance(value, str) else value for value in self.values]
         # YAML takes 1.e6 for text
-        values = tuple(text if number is None else number for text, number in zip(self.values, numbers))
+        values = tuple(
+            text if number is None else float(number) for text, number in zip(self.values, numbers)
+        )
         object.__setattr__(self, "values", values)
         for value in values:
             found = _PLACEHOLDER.fullmatch(value) if isinstance(value, str) else None

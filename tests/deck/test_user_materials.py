@@ -85,6 +85,8 @@ def test_huang_gets_two_axes_of_the_crystal_in_the_sample(mesh, tmp_path):
             assert np.allclose(values[first + 3 : first + 6], turn[:, column], atol=1e-15)
         assert values[96:99] == [541.5, 109.5, 60.8] and values[144:146] == [0.5, 1]
     assert of_kind(blocks, "ORIENTATION") == [] and of_kind(blocks, "DEPVAR")[0][1] == [["125"]]
+    for parameters, rows in of_kind(blocks, "USER MATERIAL"):  # "all constants must be real numbers"
+        assert "UNSYMM" in parameters and all({".", "e"} & set(text) for row in rows for text in row)
     assert all(p["NLGEOM"] == "YES" for p, _ in of_kind(blocks, "STEP"))
 
 
