@@ -1,4 +1,4 @@
-"""The page in headless Chromium: it opens narrow and wide without a network, and the view draws."""
+"""The page in headless Chromium: at three widths, light or dark, without a network; the view draws."""
 
 import html
 import json
@@ -26,7 +26,8 @@ setTimeout(() => {
   document.title = JSON.stringify({ width: innerWidth, scrolled: document.scrollingElement.scrollWidth,
     colours: colours.size, increments: document.querySelectorAll("option[value='0']").length,
     broken: broken.length, images: document.images.length, webgl: Boolean(gl),
-    text: document.body.innerText.includes("Case one") });
+    text: document.body.innerText.includes("Case one"),
+    ground: getComputedStyle(document.body).backgroundColor });
 }, 1500);
 </script>"""
 
@@ -42,7 +43,7 @@ def path(tmp_path_factory):
     return page
 
 
-def look(path, width):
+def look(path, width, dark):
     command = [
         CHROMIUM,
         "--headless",
@@ -50,6 +51,7 @@ def look(path, width):
         "--use-angle=swiftshader",
         "--enable-unsafe-swiftshader",
     ]
+    command += ["--blink-settings=preferredColorScheme=0"] if dark else []
     command += ["--hide-scrollbars", f"--window-size={width},1000", "--virtual-time-budget=6000"]
     command += [f"--user-data-dir={path.parent / 'profile'}", "--host-resolver-rules=MAP * ~NOTFOUND"]
     done = subprocess.run(
@@ -60,10 +62,11 @@ def look(path, width):
     return json.loads(html.unescape(title[1]))
 
 
-@pytest.mark.parametrize("width", [500, 1400])
-def test_it_opens_without_faults_and_fits_the_window(path, width):
-    seen = look(path, width)
+@pytest.mark.parametrize("width, dark", [(500, False), (900, True), (1400, False)])
+def test_it_opens_without_faults_and_fits_the_window(path, width, dark):
+    seen = look(path, width, dark)
     assert "fault" not in seen and seen["text"]
+    assert (seen["ground"] != "rgb(255, 255, 255)") == dark
     assert seen["width"] == width and seen["scrolled"] <= width
     assert seen["broken"] == 0 and seen["images"] == 5
     if not seen["webgl"]:
