@@ -1,7 +1,9 @@
 """Put the cases of all campaigns in a folder of results on one page: tables, pictures, a view to turn."""
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
@@ -26,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     if arguments.campaign:
-        write_records(existing(arguments.results), arguments.campaign)
+        write_records(existing(arguments.results), read_json(arguments.campaign), str(arguments.campaign))
     cases = read_cases(existing(arguments.results))
     if not cases:
         raise CraftmeshError(f"{arguments.results}: no case with a {RECORD}; run the workflow")
@@ -39,9 +41,8 @@ def run(arguments: argparse.Namespace) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def write_records(results: Path, campaign: Path) -> None:
+def write_records(results: Path, asked: Mapping[str, Any], campaign: str = "the campaign") -> None:
     """Write into the folder of each case what a campaign asked for: its sheet, and its configuration."""
-    asked = read_json(campaign)
     if not {"campaign", "config", "cases"} <= asked.keys():
         raise CraftmeshError(
             f"{campaign}: keys {', '.join(asked) or 'none'}; expected campaign, config and cases, as the"
