@@ -338,7 +338,7 @@ def _strain(tensor, stress):
 
 def openings(mesh, displacement):
     """Return centres, jumps times area and unit normals (f, 3) of lip A's facets, from lip B to lip A."""
-    from craftmesh.fracture.quadrature import triangle_points
+    from craftmesh.mesh.integration import triangle_points
     from craftmesh.mesh.tet_connectivity import face_nodes
 
     nodes = face_nodes(mesh.tets, mesh.face_sets["CRACK_LIP_A"])

@@ -5,9 +5,7 @@ import importlib.metadata
 import sys
 
 from craftmesh.commands.verbs import COMMANDS, VERBS, module_name, summary
-from craftmesh.errors import CraftmeshError
-
-INTERRUPTED = 130
+from craftmesh.errors import INTERRUPTED, CraftmeshError
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import numpy as np
 
+INTERRUPTED = 130  # the status of what a signal ends, in shells
+
 
 class CraftmeshError(Exception):
     """An input or a state that craftmesh refuses, said in one line that names what to do.

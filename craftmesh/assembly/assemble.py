@@ -23,8 +23,6 @@ from craftmesh.surface.measure import total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Crack, GrainTets, Surface, TetMesh
 
-_NO_FACET = -1
-
 
 def refuse_other_surface(surface: Surface, grain_tets: Sequence[GrainTets]) -> None:
     """Raise CraftmeshError unless each grain of tets has the points that the surface gives that grain.
@@ -135,7 +133,7 @@ def _match(surface: Surface, tets: np.ndarray, grain: np.ndarray) -> tuple[RowGr
     tet_groups = count > 0
     facet = np.empty(n_half, np.int64)
     is_half = groups.order < n_half
-    facet[groups.order[is_half]] = np.repeat(np.where(has_facet, row_facet, _NO_FACET), count)
+    facet[groups.order[is_half]] = np.repeat(np.where(has_facet, row_facet, -1), count)
     first = np.concatenate([[0], np.cumsum(count[tet_groups])])
     return RowGroups(groups.order[is_half], first), facet
 

@@ -22,7 +22,7 @@ from craftmesh.io.vtk import write_surface
 from craftmesh.jit import is_kept
 from craftmesh.report.shaded import draw  # of the last stage that compiles
 from craftmesh.surface.connectivity import compact
-from craftmesh.types import CRACK, Surface, Voxels
+from craftmesh.types import Surface, Voxels
 
 CELLS = 6  # along the cube's edges
 ALL, GRADATE, VOLUME = "all", "gradate", "volume"
@@ -107,20 +107,14 @@ def compiling_ahead() -> Iterator[None]:
 
 def cracked_cube() -> Surface:
     """Return a cube of one grain, CELLS long, with a crack from its face x = 0 to its middle."""
-    half = CELLS // 2
-    facets, kinds = [], []
-    for axis in range(3):
-        for end in range(2):
-            plane = _plane(axis, end * CELLS, CELLS)
-            facets.append(plane if end else plane[:, ::-1])
-            kinds.append(np.full(len(plane), 1 + 2 * axis + end))
-    facets.append(_plane(2, half, half))
-    kinds.append(np.full(len(facets[-1]), CRACK))
+    ends = [(axis, end) for axis in range(3) for end in (0, 1)]
+    skin = [_plane(axis, end * CELLS, CELLS)[:, :: 1 if end else -1] for axis, end in ends]
+    facets = np.concatenate([*skin, _plane(2, CELLS // 2, CELLS // 2)])
+    is_crack = np.arange(len(facets)) >= sum(map(len, skin))
     places = np.stack(np.unravel_index(np.arange((CELLS + 1) ** 3), (CELLS + 1,) * 3), axis=1)
-    points, corners, _ = compact(places.astype(float), np.concatenate(facets))
-    kind = np.concatenate(kinds)
-    sides = np.column_stack([np.ones(len(kind), int), kind == CRACK])
-    return Surface(points, corners, sides, kind)
+    points, corners, _ = compact(places.astype(float), facets)
+    sides = np.column_stack([np.ones(len(facets), int), is_crack])
+    return Surface.of_facets(points, corners, sides, is_crack)
 
 
 def _plane(axis: int, height: int, width: int) -> np.ndarray:

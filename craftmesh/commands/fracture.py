@@ -30,10 +30,10 @@ from craftmesh.growth.extension import (
     kinks_and_extensions,
 )
 from craftmesh.growth.grow import row_spacing
+from craftmesh.growth.kink_angle import SlipField, slip_ways
 from craftmesh.growth.options import GrowthOptions
 from craftmesh.growth.rates import laws_of, local_rates
 from craftmesh.growth.relaxation import rows_along
-from craftmesh.growth.slip import SlipField, slip_ways
 from craftmesh.growth.steps import Counted, counted, crack_size
 from craftmesh.io.front_csv import LOAD_CASE, has_word, write_front
 from craftmesh.io.json_file import read_json, write_json

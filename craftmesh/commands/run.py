@@ -20,14 +20,13 @@ from craftmesh.campaign.home import refusal, snakefile
 from craftmesh.campaign.standing import Standing, standings
 from craftmesh.commands.compile import compiling_ahead
 from craftmesh.commands.stage_io import add_config
-from craftmesh.errors import CraftmeshError, existing
+from craftmesh.errors import INTERRUPTED, CraftmeshError, existing
 from craftmesh.progress import LiveLines
 
 LOOK = 1.0  # s between two looks at the results, at least
 REST = 20  # times what a look took, in campaigns of many cases
 NOTE = "craftmesh: note: "
 _PLACE = re.compile("craftmesh: the cases of (.*), results in (.*)")
-STOPPED = 130
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -94,7 +93,7 @@ def run_snakemake(words: Sequence[str]) -> int:
 @contextmanager
 def _child(command: Sequence[str], said: IO[str]) -> Iterator[subprocess.Popen]:
     """Yield a process whose words go to `said`, and which ends with this block, however that ends."""
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(STOPPED))
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(INTERRUPTED))
     child = subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT)
     try:
         yield child

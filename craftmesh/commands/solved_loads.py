@@ -10,9 +10,9 @@ from craftmesh.growth.options import check_cycle
 from craftmesh.io.front_csv import LOAD_CASE
 from craftmesh.io.stage_npz import read_solutions
 from craftmesh.mechanics.model import ElasticModel
+from craftmesh.mesh.integration import DECK_RULE, FULL_RULE
 from craftmesh.solve.options import EXTERNAL
-from craftmesh.solve.problem import DECK_RULE, foreign_solution, problem_of
-from craftmesh.solve.solve import FULL_RULE
+from craftmesh.solve.problem import foreign_solution, problem_of
 from craftmesh.types import Solution
 
 # A field of the same model is as far out of balance as before, but for rounding; without the quarter points

@@ -4,6 +4,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+# Of the largest force, or component of an eigenstrain: less is 0, as what corners of 10-node elements bear.
+ROUNDING = 1e-12
 _FIELD = 20  # CalculiX reads no more characters of a number and refuses or cuts the rest
 _ROWS = 50_000  # rows formatted at once
 _IDS_PER_LINE = 16

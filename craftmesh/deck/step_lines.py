@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from craftmesh.deck.inp_format import number
+from craftmesh.deck.inp_format import ROUNDING, number
 from craftmesh.mechanics.history import RAMP, LoadStep
 from craftmesh.mechanics.load import Fixed, Load, Traction, acting_faces, combined, nodal_forces
 from craftmesh.types import BOX_PLANES, TetMesh
@@ -13,8 +13,6 @@ from craftmesh.types import BOX_PLANES, TetMesh
 _OUTPUT = "*NODE FILE\nU, RF\n*EL FILE\nS, E\n"
 # Materials expand by the eigenstrains of their grains times the temperature.
 _COLD = "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNALL, 0.0\n"
-# Of the largest force: what corners of 10-node elements bear, which is 0.
-_ROUNDING = 1e-12
 # An increment that does not converge is cut to no less than that share of the longest: ten halvings.
 _SHORTEST = 1e-3
 _MOST_INCREMENTS = 100_000  # of a step, which ends before: the programs' own limit is 100
@@ -76,7 +74,7 @@ def history_lines(
                 yield ", ".join(map(number, values)) + "\n"
     forces = (np.abs(_parted(load.pulled, mesh)[1]) for load in loads.values())
     sizes = sum(forces, np.zeros(mesh.points.shape))
-    loaded = sizes > _ROUNDING * sizes.max(initial=0.0)
+    loaded = sizes > ROUNDING * sizes.max(initial=0.0)
     for count, (step, asked) in enumerate(zip(steps, extras, strict=True), 1):
         yield f"*STEP, INC={_MOST_INCREMENTS}{', NLGEOM=YES' if nlgeom else ''}\n"
         yield f"** Step {count}: {step.kind} of the load {step.load}".rstrip() + "\n"
@@ -138,7 +136,7 @@ def _pulled(
         yield f"*DSLOAD{option}\n"
     yield from (f"{one.name}, P, {number(-float(one.stress))}\n" for one in pressures)
     if loaded is None:
-        loaded = np.abs(forces) > _ROUNDING * np.abs(forces).max(initial=0.0)
+        loaded = np.abs(forces) > ROUNDING * np.abs(forces).max(initial=0.0)
     if loaded.any():
         yield f"*CLOAD{option}\n"
     nodes, axes = np.nonzero(loaded)

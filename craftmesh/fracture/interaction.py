@@ -5,12 +5,19 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.fracture.fields import fields_at, stresses
-from craftmesh.fracture.quadrature import element_rule, face_rules
 from craftmesh.fracture.segments import Stations
 from craftmesh.fracture.tube import Tube
 from craftmesh.mechanics.near_field import MODES, as_tensor
 from craftmesh.mesh.front_curve import FrontCurve
-from craftmesh.mesh.integration import jacobians, parts_of
+from craftmesh.mesh.integration import (
+    FULL_RULE,
+    face_rules,
+    jacobians,
+    parts_of,
+    shape_slopes,
+    shape_values,
+    tet_rule,
+)
 from craftmesh.mesh.tet_connectivity import face_nodes
 
 # The last row is that of J.
@@ -113,9 +120,9 @@ def _of_elements(
     u is less the uniform eigenstrain of the grain at the front, so that s is C e there as without one. Of
     J, P is the tensor of energy and momentum.
     """
-    rule, count = element_rule(), len(elements)
-    element = np.repeat(elements, len(rule.weight))
-    value, slope = np.tile(rule.value, (count, 1)), np.tile(rule.slope, (count, 1, 1))
+    (share, weights), count = tet_rule(FULL_RULE), len(elements)
+    element = np.repeat(elements, len(weights))
+    value, slope = np.tile(shape_values(share), (count, 1)), np.tile(shape_slopes(share, 10), (count, 1, 1))
     points = _points(tube, curve, element, value, slope)
     at = _local(tube, curve, stations, segment, points, tube.side[element])
     own, u = at.own, at.gradient
@@ -133,7 +140,7 @@ def _of_elements(
     local_slope = points.slope @ at.axes.swapaxes(1, 2)
     force = (local_slope @ flow.reshape(-1, 3, 3 * ROWS)).reshape(-1, 10, ROWS, 3)
     force[:, :, :MODES] += value[:, :, None, None] * body[:, None]
-    weight = np.tile(rule.weight, count) * points.determinant
+    weight = np.tile(weights, count) * points.determinant
     return np.einsum("pamk,pak,p->pam", force, at.across, weight).reshape(count, -1, 10, ROWS).sum(axis=1)
 
 

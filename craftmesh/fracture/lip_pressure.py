@@ -7,9 +7,8 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
-from craftmesh.fracture.quadrature import triangle_points
 from craftmesh.mechanics.load import Traction, corner_vectors
-from craftmesh.mesh.integration import face_shape
+from craftmesh.mesh.integration import face_shape, triangle_points
 from craftmesh.mesh.lips import LipPairs, lip_pairs
 from craftmesh.mesh.mesh_sets import lip_faces
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges

@@ -14,12 +14,8 @@ import numpy as np
 from scipy.fft import dct, idct, irfft, rfft
 
 from craftmesh.cracks.polyline import Polyline
-from craftmesh.growth.grow import in_order, nearest_feet
+from craftmesh.growth.grow import FINENESS, LEAST_ROWS, in_order, nearest_feet
 
-# Places to a row, straight between which a front's values are taken: they lose under 0.1 % of a wave of
-# ten rows.
-FINENESS = 4
-LEAST_ROWS = 3
 SMALL = 1e-4  # below it the gains are their limits to rounding
 Gain = Callable[[np.ndarray], np.ndarray]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.faces import FIXED, STRAIN, STRESS, FaceRow
+from craftmesh.mechanics.faces import FIXED, SAME, STRAIN, STRESS, FaceRow
 from craftmesh.mechanics.holding import lacking
 from craftmesh.mesh.integration import face_shape
 from craftmesh.mesh.mesh_sets import node_sets_of
@@ -17,8 +17,6 @@ from craftmesh.types import BOX_PLANES, TetMesh
 # Where the deck's solvers integrate over faces of C3D4 and C3D10: shares of the second and third corner.
 _MIDDLE = np.array([[1 / 3, 1 / 3]])
 _THREE = np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]])
-# Of a displacement: prescribed ones that differ by less are the same, but for rounding.
-_SAME = 1e-9
 # Corners 0 to 7 of a cube, x fastest, and its tetrahedra along the diagonal.
 _CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
 _TETS = np.array(
@@ -233,7 +231,7 @@ def _check_edges(parts: Sequence[Fixed]) -> None:
     for k, one in enumerate(parts):
         for other in parts[:k]:
             gap = abs(float(one.displacement) - float(other.displacement))
-            same = gap <= _SAME * max(abs(float(one.displacement)), abs(float(other.displacement)))
+            same = gap <= SAME * max(abs(float(one.displacement)), abs(float(other.displacement)))
             if one.axis == other.axis and one.name[0] != other.name[0] and not same:
                 raise CraftmeshError(
                     f"load: {other.name} moves along {'xyz'[one.axis]} by {other.displacement:g} and "

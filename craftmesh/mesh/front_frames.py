@@ -77,9 +77,6 @@ def _keys(tails: np.ndarray, heads: np.ndarray, stride: int) -> np.ndarray:
     return np.minimum(tails, heads) * stride + np.maximum(tails, heads)
 
 
-NONE = -1
-
-
 @dataclass(frozen=True, eq=False)
 class FrontFrames:
     """One row per front node at a corner, in order; several fronts follow one another.
@@ -163,7 +160,7 @@ def _rows(mesh: TetMesh, number: int, front: Front) -> tuple[np.ndarray, ...]:
     corners, closed, count = front.corners, front.closed, len(front.corners)
     s, _ = arc_lengths(mesh.points[corners], closed)
     _, tangent, normal, binormal = front.curve.frames(s)
-    mid = np.full(count, NONE)
+    mid = np.full(count, -1)
     mid[: len(front.mids)] = front.mids
     edges = count if closed else count - 1
     grain = grain_of_edges(mesh, corners[:edges], np.roll(corners, -1)[:edges])

@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 from itertools import permutations
+from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.mesh.tet_connectivity import EDGE_CORNERS
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, FACE_CORNERS
 
 # The four integration points of C3D10 in Abaqus and CalculiX lie at these barycentric coordinates, the
 # larger one at each corner in turn.
@@ -24,6 +25,16 @@ _ORBITS = {
     ),
 }
 _CORNER_SLOPES = np.concatenate([-np.ones((1, 3)), np.eye(3)])
+# Points in C3D10: those at which Abaqus and CalculiX integrate, and those with which K_I is 0.4 % more and
+# less noisy, and quarter points carry uniform strain exactly.
+DECK_RULE, FULL_RULE = 4, 14
+# Radon's rule of 7 points on a triangle, degree 5: a coordinate that two corners share and the weight, of
+# each orbit of three points, then the centre's weight.
+_TRIANGLE, _CENTRE_WEIGHT = (
+    ((0.47014206410511505, 0.13239415278850616), (0.10128650732345633, 0.12593918054482717)),
+    0.225,
+)
+_PARTS = 3  # of each side of a free face: fields vary as the root of the distance to the front
 AT_ONCE = 10_000  # elements that are worked on at once: arrays of some 10 MB
 
 
@@ -54,6 +65,49 @@ def shape_values(places: np.ndarray) -> np.ndarray:
     """Return the values (q, 10) of the shape functions of 10 nodes at barycentric places (q, 4)."""
     a, b = EDGE_CORNERS.T
     return np.hstack([places * (2 * places - 1), 4 * places[:, a] * places[:, b]])
+
+
+class FaceRules(NamedTuple):
+    """Points on the four faces: value (4, p, 10), slope (4, p, 10, 3), weight (p,), outward (4, 3).
+
+    share (p, 3): barycentric coordinates by the face's corners.
+    """
+
+    value: np.ndarray
+    slope: np.ndarray
+    weight: np.ndarray
+    outward: np.ndarray
+    share: np.ndarray
+
+
+def face_rules() -> FaceRules:
+    """Return the points on the four faces; weights add up to 1 / 2, outward is twice the area's vector."""
+    flat, weight = triangle_points()
+    on_face = np.column_stack([1 - flat.sum(axis=1), flat])
+    share = np.zeros((4, len(flat), 4))
+    np.put_along_axis(share, FACE_CORNERS[:, None], on_face[None], axis=2)
+    value, slope = shape_values(share.reshape(-1, 4)), shape_slopes(share.reshape(-1, 4), 10)
+    a, b, c = np.eye(4)[:, 1:][FACE_CORNERS].swapaxes(0, 1)
+    outward = -np.cross(b - a, c - a)  # by the right-hand rule they point inwards
+    shape = 4, len(flat), 10
+    return FaceRules(value.reshape(shape), slope.reshape(*shape, 3), weight, outward, on_face)
+
+
+def triangle_points() -> tuple[np.ndarray, np.ndarray]:
+    """Return points (p, 2) and weights (p,) in the unit triangle, cut into nine parts of 7 points."""
+    third = np.full((1, 3), 1 / 3)
+    points, weights = [third], [np.array([_CENTRE_WEIGHT])]
+    for repeated, weight in _TRIANGLE:
+        points.append(np.full((3, 3), repeated) + (1 - 3 * repeated) * np.eye(3))
+        weights.append(np.full(3, weight))
+    once, share = np.concatenate(points)[:, 1:], np.concatenate(weights) / 2
+    parts = [
+        ((once if upright else 1 - once) + (i, j)) / _PARTS
+        for i in range(_PARTS)
+        for j in range(_PARTS - i)
+        for upright in ((True, False) if i + j < _PARTS - 1 else (True,))
+    ]
+    return np.concatenate(parts), np.tile(share / _PARTS**2, len(parts))
 
 
 def jacobians(points: np.ndarray, tets: np.ndarray, slopes: np.ndarray) -> np.ndarray:

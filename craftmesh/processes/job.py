@@ -16,7 +16,6 @@ from craftmesh.errors import CraftmeshError
 GIGABYTE = 2**30
 _LAST_LINES = 3
 _LIBC = ctypes.CDLL(None)
-_DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ def run_program(words: Sequence[str], folder: Path, limits: Limits, log: Path) -
 
 def _prepare(limits: Limits) -> None:
     """Bind the program to its limit of memory and to the life of its parent."""
-    _LIBC.prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+    _LIBC.prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG of prctl(2)
     limit_memory(limits.memory)
 
 

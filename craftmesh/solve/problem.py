@@ -9,12 +9,10 @@ from craftmesh.mechanics.eigenstrains import components
 from craftmesh.mechanics.holding import free_motions, supported_bodies
 from craftmesh.mechanics.load import Load, nodal_forces
 from craftmesh.mechanics.model import ElasticModel
-from craftmesh.mesh.integration import shape_slopes, smallest_jacobians, tet_rule
+from craftmesh.mesh.integration import DECK_RULE, shape_slopes, smallest_jacobians, tet_rule
 from craftmesh.solve.kernels.elements import internal_forces
 from craftmesh.types import Solution, TetMesh
 
-# Points at which Abaqus and CalculiX integrate a C3D10.
-DECK_RULE = 4
 # Six digits, as in .frd, leave 3e-4 with 43 thousand unknowns, and more with finer meshes; a field of
 # another load or material leaves 0.3 and more.
 _LARGEST_RESIDUAL = 0.1

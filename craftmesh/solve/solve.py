@@ -9,12 +9,13 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.materials import mean_moduli
 from craftmesh.mechanics.model import ElasticModel
+from craftmesh.mesh.integration import DECK_RULE, FULL_RULE
 from craftmesh.mesh.lips import lip_pairs
 from craftmesh.progress import silent
 from craftmesh.solve.contact import least_overlap, overlap_of, with_contact
 from craftmesh.solve.iteration import Iteration, refused
 from craftmesh.solve.options import BUILTIN, SolveOptions
-from craftmesh.solve.problem import DECK_RULE, Supports, problem_of
+from craftmesh.solve.problem import Supports, problem_of
 from craftmesh.types import Solution, TetMesh
 
 # Elements of displacements alone lock: on a penny at 45 degrees, five edges to the radius, K errs by up to
@@ -29,7 +30,6 @@ _AT_REST = 0.4
 # Supports in a plane say nothing of the strain across it: eigenvalues of their moments under this share of
 # the largest are rounding.
 _FLAT = 1e-10
-FULL_RULE = 14
 
 
 def check_compressible(model: ElasticModel) -> None:

@@ -7,9 +7,9 @@ import numpy as np
 from craftmesh.mechanics.eigenstrains import components
 from craftmesh.mechanics.materials import COMPONENT
 from craftmesh.mechanics.model import ElasticModel
-from craftmesh.mesh.integration import determinants, jacobians, parts_of, tet_rule
+from craftmesh.mesh.integration import DECK_RULE, determinants, jacobians, parts_of, tet_rule
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, tet_volumes
-from craftmesh.solve.problem import DECK_RULE, Elements, elements_of
+from craftmesh.solve.problem import Elements, elements_of
 
 
 @dataclass(frozen=True, eq=False)

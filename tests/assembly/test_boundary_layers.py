@@ -16,8 +16,9 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.cohesive import CohesiveLaw, CohesiveLayers, laws_of_pairs, parse_cohesive
 from craftmesh.mechanics.load import nodal_forces
 from craftmesh.mechanics.model import elastic_model
+from craftmesh.mesh.integration import DECK_RULE
 from craftmesh.mesh.second_order import raise_order
-from craftmesh.solve.problem import DECK_RULE, elements_of
+from craftmesh.solve.problem import elements_of
 from craftmesh.surface.measure import area_vectors
 
 BOUNDARY_AT_2 = (2, 2, 4), lambda c: np.where(c[:, 2] < 2, 1, 2)

@@ -5,8 +5,8 @@ import pytest
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
+from craftmesh.growth.kink_angle import SlipField, slip_ways
 from craftmesh.growth.options import GrowthOptions
-from craftmesh.growth.slip import SlipField, slip_ways
 from craftmesh.io.model_tables import OCTAHEDRAL, read_slip_table
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
 from craftmesh.mesh.front_frames import FrontFrames
