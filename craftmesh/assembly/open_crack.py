@@ -84,7 +84,10 @@ def _opened(mesh: TetMesh, facets: np.ndarray | str) -> tuple[TetMesh, np.ndarra
     """Return the opened mesh, the old node (n,) of each of its nodes, and the report."""
     sets = dict(mesh.face_sets)
     if isinstance(facets, str):
-        facets = _named(mesh, sets.pop(facets, None), facets)
+        if facets not in sets:
+            known = ", ".join(sets) or "none"
+            raise CraftmeshError(f"facets: the mesh has no face set {facets!r}; it has {known}")
+        facets = face_nodes(mesh.tets[:, :4], sets.pop(facets))
     opened = opened_along(mesh.points, mesh.tets, facets)
     points = mesh.points[opened.parent]
     face_sets = {name: faces for name, faces in sets.items() if not is_lip(name)}
@@ -100,14 +103,6 @@ def _opened(mesh: TetMesh, facets: np.ndarray | str) -> tuple[TetMesh, np.ndarra
     node_sets |= node_sets_of(opened.tets, face_sets, fronts)
     result = TetMesh(points, opened.tets, mesh.grain, node_sets, face_sets)
     return result, opened.parent, _report(opened, points, fronts)
-
-
-def _named(mesh: TetMesh, faces: np.ndarray | None, name: str) -> np.ndarray:
-    """Return the corners (k, 3) of a face set."""
-    if faces is None:
-        known = ", ".join(mesh.face_sets) or "none"
-        raise CraftmeshError(f"facets: the mesh has no face set {name!r}; it has {known}")
-    return face_nodes(mesh.tets[:, :4], faces)
 
 
 def _known_lips(face_sets: Mapping[str, np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -23,7 +23,7 @@ from craftmesh.io.point_files import read_points
 from craftmesh.io.surface_files import LISTED, read_triangles
 from craftmesh.io.vtk import read_crack, read_surface, read_voxels, write_crack
 from craftmesh.sizing.sizing import SizingOptions, median_edge, sizing_for, voxel_edge
-from craftmesh.types import Surface, Voxels
+from craftmesh.types import Voxels
 from craftmesh.voxels.reading import read_marked
 
 LENGTHS = ("l_min", "l0")  # of the sizing: those that l_min depends on
@@ -64,7 +64,13 @@ def run(arguments: argparse.Namespace) -> None:
     given = options_of(arguments)
     for number, options in enumerate(given, 1):
         if options.shape == IN_BOUNDARIES:
-            cracks.append(crack_in_boundaries(_whole_surface(arguments), options, increment))
+            path = arguments.surface or arguments.volume
+            if path.suffix != ".vtp":
+                raise CraftmeshError(
+                    f"shape boundaries with {path}: its boundaries are those of a surface; give --surface, "
+                    "a .vtp of craftmesh remesh"
+                )
+            cracks.append(crack_in_boundaries(read_surface(existing(path)), options, increment))
             report: Numbers = {}
         else:
             surface, report = given_surface(options, increment, box, grid, l_min)
@@ -136,17 +142,6 @@ def _one_front(path: str) -> np.ndarray:
     if len(fronts) > 1:
         raise CraftmeshError(f"{path}: has {len(fronts)} fronts; expected one in the file of an increment")
     return fronts[0]
-
-
-def _whole_surface(arguments: argparse.Namespace) -> Surface:
-    """Return the surface whose boundaries a crack takes."""
-    path = arguments.surface or arguments.volume
-    if path.suffix != ".vtp":
-        raise CraftmeshError(
-            f"shape boundaries with {path}: its boundaries are those of a surface; give --surface, a .vtp "
-            "of craftmesh remesh"
-        )
-    return read_surface(existing(path))
 
 
 def options_of(arguments: argparse.Namespace) -> list[CrackOptions]:

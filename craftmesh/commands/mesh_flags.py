@@ -92,7 +92,12 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> S
 
     That is the voids of the surface, points or voids in a csv, and a field of lengths: the least counts.
     """
-    lengths = _length_field(options)
+    lengths = None
+    if options.field:
+        path = existing(Path(options.field))
+        lengths_at = read_length_field(path, options.field_array)
+        with named(path):
+            lengths = LengthField(*lengths_at)
     is_crack = front is not None and front.suffix == ".vtp"
     crack = read_crack(front) if front is not None and is_crack else None
     points = front_table(front).numbers("xyz") if front is not None and not is_crack else np.zeros((0, 3))
@@ -126,12 +131,3 @@ def stored_sizing(path: Path) -> Sizing:
     arrays = read_sizing(path)
     with named(path):
         return sizing_of(arrays)
-
-
-def _length_field(options: SizingOptions) -> LengthField | None:
-    if not options.field:
-        return None
-    path = existing(Path(options.field))
-    points, lengths = read_length_field(path, options.field_array)
-    with named(path):
-        return LengthField(points, lengths)

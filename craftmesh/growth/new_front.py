@@ -215,7 +215,11 @@ def _sampled(
     With them comes their origin; of an open one there are three at least, but of two points.
     """
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-    keep = _spaced(arc, CLOSE * spacing)
+    keep, least = [0], CLOSE * spacing
+    for row in range(1, len(arc) - 1):
+        if arc[row] - arc[keep[-1]] >= least and arc[-1] - arc[row] >= least:
+            keep.append(row)
+    keep.append(len(arc) - 1)
     line = polyline(points[keep])
     origin = origin[keep]
     parts = max(round(line.length / spacing), 3 if closed else min(len(points) - 1, 2))
@@ -227,12 +231,3 @@ def _sampled(
         sampled = CubicSpline(line.arc, line.points, bc_type="periodic" if closed else "not-a-knot")(places)
     sampled[0], sampled[-1] = line.points[0], line.points[-1]
     return sampled, np.interp(places, line.arc, origin)
-
-
-def _spaced(arc: np.ndarray, least: float) -> np.ndarray:
-    """Return rows of ascending arc lengths (k,) at least `least` apart, with the first and the last."""
-    kept = [0]
-    for row in range(1, len(arc) - 1):
-        if arc[row] - arc[kept[-1]] >= least and arc[-1] - arc[row] >= least:
-            kept.append(row)
-    return np.array([*kept, len(arc) - 1])

@@ -7,7 +7,7 @@ writes it: /LabDCT/Data, lengths in mm.
 """
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import h5py
@@ -66,7 +66,11 @@ def read_dream3d(path: str | os.PathLike, dataset: str, table: str = "") -> File
         by_path = {
             name: image for image in images for name in volume_paths(image.group, image.dims, ids_by_name)
         }
-        name = pick(path, dataset, list(by_path), () if dataset else _preferred(path, by_path))
+        usual = [tuple(p for p in by_path if p.rsplit("/", 1)[1] == name) for name in _IDS]
+        wanted = next(filter(None, usual), _IDS)
+        if not dataset and len(wanted) > 1 and wanted is not _IDS:
+            raise CraftmeshError(f"{path}: holds several volumes; give dataset as one of: {listed(wanted)}")
+        name = pick(path, dataset, list(by_path), wanted)
         image = by_path[name]
         ids = cells_xyz(file[name], image.dims)
         beside = Beside(path, file[name], ids, image.dims, _arrays(file, images, image), table)
@@ -129,17 +133,6 @@ def _image(group: h5py.Group, dims: ArrayLike, spacing: ArrayLike, origin: Array
 def _decimal(values: ArrayLike) -> np.ndarray:
     """Return float32 values as the doubles that were meant: 0.35, not 0.3499999940395355."""
     return np.array([float(str(v)) for v in np.asarray(values).ravel()])
-
-
-def _preferred(path: str | os.PathLike, by_path: Mapping[str, _Image]) -> tuple[str, ...]:
-    """Return the paths that end in a usual name of grain ids; refuses a choice between several volumes."""
-    for name in _IDS:
-        found = tuple(p for p in by_path if p.rsplit("/", 1)[1] == name)
-        if len(found) > 1:
-            raise CraftmeshError(f"{path}: holds several volumes; give dataset as one of: {listed(found)}")
-        if found:
-            return found
-    return _IDS
 
 
 def _crystals(image: _Image, phases: np.ndarray | None) -> tuple[dict[int, Crystal], list[str]]:

@@ -82,7 +82,17 @@ def read_grain_folder(folder: str | os.PathLike) -> list[tuple[int, np.ndarray, 
         raise CraftmeshError(
             f"{folder}: holds {first} and {second} files ({a}, {b}); expected one format: move the others"
         )
-    return [(grain, *_one_solid(found[grain])) for grain in sorted(found)]
+    surfaces = []
+    for grain, path in sorted(found.items()):
+        parts = _parts(path)
+        solids = _objects(path) if path.suffix.lower() == ".obj" else len(parts)
+        if solids > 1:
+            raise CraftmeshError(
+                f"{path}: holds {solids} solids; expected one grain a file: write each to a file of its "
+                "own, named *<grain id>"
+            )
+        surfaces.append((grain, *_joined(path, parts)))
+    return surfaces
 
 
 def unnumbered(folder: str | os.PathLike) -> list[str]:
@@ -93,18 +103,6 @@ def unnumbered(folder: str | os.PathLike) -> list[str]:
 def _surfaces_in(folder: str | os.PathLike) -> list[Path]:
     paths = sorted(Path(folder).iterdir())
     return [path for path in paths if path.suffix.lower() in SUFFIXES and not path.name.startswith(".")]
-
-
-def _one_solid(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and triangles as read_triangles does; raises CraftmeshError for several solids."""
-    parts = _parts(path)
-    solids = _objects(path) if path.suffix.lower() == ".obj" else len(parts)
-    if solids > 1:
-        raise CraftmeshError(
-            f"{path}: holds {solids} solids; expected one grain a file: write each to a file of its own, "
-            "named *<grain id>"
-        )
-    return _joined(path, parts)
 
 
 def _objects(path: Path) -> int:

@@ -117,7 +117,10 @@ def combinations_of(
     the same.
     """
     for case in cases or [""]:
-        _check_once(rows_of(rows, case), case)
+        places = [(row.plane, row.axis) for row in rows_of(rows, case)]
+        for plane, axis in (place for place in places if places.count(place) > 1):
+            of_case = f" in load case {case}" if case else ""
+            raise CraftmeshError(f"faces: {plane}.{'xyz'[axis]} has several rows{of_case}; keep one")
     found = [_combination(text, cases) for text in texts]
     names = [*cases, *(one.name for one in found)]
     for name, key in zip(names[::-1], ["combine"] * len(found) + ["faces"] * len(cases)):
@@ -143,16 +146,6 @@ def _combination(text: str, cases: Sequence[str]) -> Combination:
             known = ", ".join(cases) or "none: name them by CASE/ before rows of faces"
             raise CraftmeshError(f"combine: {text!r} has load case {case!r}; expected one of {known}")
     return Combination(name.strip(), factors)
-
-
-def _check_once(rows: Sequence[FaceRow], case: str) -> None:
-    places = [(row.plane, row.axis) for row in rows]
-    for row, place in zip(rows, places):
-        if places.count(place) > 1:
-            of_case = f" in load case {case}" if case else ""
-            raise CraftmeshError(
-                f"faces: {row.plane}.{'xyz'[row.axis]} has several rows{of_case}; keep one"
-            )
 
 
 def check_supports(name: str, cases: Iterable[str], rows: Sequence[FaceRow]) -> None:

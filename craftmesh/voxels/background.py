@@ -32,8 +32,10 @@ def role_of_zero(labels: np.ndarray, tables: Sequence[np.ndarray]) -> tuple[str,
     surrounds the rest or lies in several enclosed pieces, and voxels without a grain where it lies in
     specks or is the one label without an orientation or phase.
     """
-    has_row = _has_row(labels, tables)
-    if has_row:
+    ids = np.unique(labels[labels >= 0])
+    known = np.array([_known(table, labels, ids) for table in tables]).reshape(-1, len(ids))
+    known = known[known[:, 1:].all(axis=1)]  # tables that have all other labels
+    if len(known) and known[:, 0].all():
         return GRAIN, "it has an orientation or phase"
     least, pieces = speck_size(labels), find_pieces(labels)
     zero = pieces.label == 0
@@ -44,17 +46,9 @@ def role_of_zero(labels: np.ndarray, tables: Sequence[np.ndarray]) -> tuple[str,
         return UNINDEXED, "most of it lies in specks"
     if enclosed > 1 and not pieces.touches_box[zero].any():
         return VOID, f"it lies in {enclosed} enclosed pieces"
-    if has_row is not None:
+    if len(known):
         return UNINDEXED, "it alone has no orientation or phase"
     return GRAIN, "nothing marks it as background"
-
-
-def _has_row(labels: np.ndarray, tables: Sequence[np.ndarray]) -> bool | None:
-    """Whether 0 has more than NaN or zeros in the file's tables; None where other labels lack it too."""
-    ids = np.unique(labels[labels >= 0])
-    known = np.array([_known(table, labels, ids) for table in tables]).reshape(-1, len(ids))
-    known = known[known[:, 1:].all(axis=1)]
-    return bool(known[:, 0].all()) if len(known) else None
 
 
 def _known(table: np.ndarray, labels: np.ndarray, ids: np.ndarray) -> np.ndarray:
