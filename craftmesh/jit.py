@@ -26,6 +26,8 @@ from numba import njit, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.errors import TypingError
 
+from craftmesh.kernel_code import KernelCompiler, code_of_callees
+
 # Kernels take names from modules, never modules from packages, so this finds all that they import.
 IMPORT = re.compile(r"^(?:from|import)\s+(craftmesh(?:\.\w+)+)", re.MULTILINE)
 TURN = ".turn"  # the ending of the file that the process locks which compiles a kernel
@@ -33,6 +35,7 @@ ENDINGS = (".nbi", ".nbc", TURN)
 # s: longer than any kernel takes to compile on a busy machine; who has waited so long compiles it too
 LONGEST_WAIT = 120.0
 WAIT_STEP = 0.05  # s
+NO_WRAPPERS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # for Python and C
 
 
 def kernel(function: Callable) -> Callable:
@@ -64,9 +67,13 @@ def vector_kernel(function: Callable) -> Callable:
 
 def _compiled(function: Callable, **options: Any) -> Callable:
     # `_nrt`, which numba does not document, is given for all: else a kernel would do as its caller.
-    compiled: Any = njit(**options)(function)
+    compiled: Any = njit(pipeline_class=KernelCompiler, **options)(function)
     if compiled is not function:  # as it is under NUMBA_DISABLE_JIT
-        compiled.get_call_template = _without_constants(compiled.get_call_template)
+        callee: Any = njit(**NO_WRAPPERS, **options)(function)
+        for one in (compiled, callee):
+            one._compiler.compile = code_of_callees()(one._compiler.compile)
+        compiled.get_call_template = _without_constants(callee.get_call_template)
+        compiled.get_overload = callee.get_overload
         with suppress(RuntimeError):
             compiled._cache = _KernelCache(function)
     return compiled
@@ -159,8 +166,8 @@ class _KernelCache(FunctionCache):
     def _waited_for_turn(self) -> bool:
         """Take this kernel's turn among processes; True if another had it, who may have saved it.
 
-        Turns of callees are taken within their caller's: no two processes wait for each other. A turn ends
-        with its process; where none can be had (no folder, no locks on its file system) nobody waits.
+        A turn ends with its process; where none can be had (no folder, no locks on its file system) nobody
+        waits.
         """
         with suppress(OSError):
             Path(self.cache_path).mkdir(parents=True, exist_ok=True)

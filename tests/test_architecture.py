@@ -17,6 +17,7 @@ GROUND = {
     "atomic",
     "bytecode",
     "jit",
+    "kernel_code",
     "by_reference",
     "cli",
 }

@@ -1,0 +1,128 @@
+"""Machine code of the kernels that Python calls, made once, with all that they call.
+
+Numba makes machine code of each function that a kernel calls, with all that it calls in turn, and optimises
+it again within each caller. Here the code of callees stays as it was lowered until a kernel that Python
+calls takes it in, numba's own functions included.
+
+This rests on how numba links code, which it does not promise to keep; tests/test_kernel_code.py says so.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from numba._dynfunc import make_function
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.compiler_machinery import register_pass
+from numba.core.registry import cpu_target
+from numba.core.typed_passes import NativeLowering
+from numba.extending import overload
+from numba.np import arrayobj
+
+
+class _Code(JITCodeLibrary):
+    """Code that knows all libraries that it needs, those of its callees included."""
+
+    def add_linking_library(self, library: Any) -> None:
+        super().add_linking_library(library)
+        if isinstance(library, _CalleeCode):
+            self._linking_libraries += library._linking_libraries
+
+    def _link(self, module: Any) -> None:
+        """Take all those libraries into `module`."""
+        for library in dict.fromkeys(self._linking_libraries):
+            of_callee = isinstance(library, _CalleeCode)
+            own = library.own_module() if of_callee else library._get_module_for_linking()
+            module.link_in(own, preserve=True)
+            self._reload_init.update(library._reload_init)
+
+
+class _CalleeCode(_Code):
+    """What a kernel calls, as it was lowered: neither optimised nor made machine code."""
+
+    def add_llvm_module(self, ll_module: Any) -> None:
+        self._final_module.link_in(ll_module)
+
+    def finalize(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def own_module(self) -> Any:
+        return super()._get_module_for_linking()
+
+    def _get_module_for_linking(self) -> Any:
+        """Return the code with that of all callees, for functions that others compile."""
+        module = self.own_module().clone()
+        self._link(module)
+        return module
+
+
+class _KernelCode(_Code):
+    """A kernel that Python calls, with all that it calls."""
+
+    def finalize(self) -> None:
+        self._link(self._final_module)
+        self._linking_libraries.clear()
+        super().finalize()
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _KernelLowering(NativeLowering):
+    _name = "kernel_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        state.library = _KernelCode(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return super().run_pass(state)
+
+
+class KernelCompiler(CompilerBase):
+    """Numba's compiler, for a kernel that Python calls; it is to run within `code_of_callees`."""
+
+    def define_pipelines(self) -> list:
+        manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        manager.passes = [
+            (_KernelLowering if one is NativeLowering else one, text) for one, text in manager.passes
+        ]
+        manager.finalize()
+        return [manager]
+
+
+def _refuse_shapes(source: Any, target: Any) -> None:
+    """What numba calls where an array does not fit the slice that it is assigned to."""
+
+
+@overload(_refuse_shapes)
+def _refused_shapes(source, target):  # noqa: ARG001, ANN001, ANN202
+    def refuse(source, target):  # noqa: ARG001, ANN001, ANN202
+        raise ValueError("cannot assign slice from input of different size")
+
+    return refuse
+
+
+@contextmanager
+def code_of_callees() -> Iterator[None]:
+    """Have numba keep the code of all that it compiles in this block but by `KernelCompiler`.
+
+    Errors of shapes do without the shapes: the code that writes them was a quarter of a kernel's.
+    """
+    context = cpu_target.target_context
+    codegen = context.codegen()
+    executable, refuse_shapes = context.get_executable, arrayobj.raise_with_shape_context
+
+    def executable_kernel(library: Any, fndesc: Any, env: Any) -> Any:
+        if isinstance(library, _CalleeCode):  # a key for numba's tables, which nobody calls
+            return make_function(fndesc.lookup_module(), fndesc.qualname, "", 0, env, (library,))
+        return executable(library, fndesc, env)
+
+    with global_compiler_lock:
+        library_class = codegen._library_class
+        codegen._library_class, context.get_executable = _CalleeCode, executable_kernel
+        arrayobj.raise_with_shape_context = _refuse_shapes
+        try:
+            yield
+        finally:
+            codegen._library_class, context.get_executable = library_class, executable
+            arrayobj.raise_with_shape_context = refuse_shapes
