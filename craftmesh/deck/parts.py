@@ -38,11 +38,8 @@ def in_parts(lines: Iterable[str]) -> Iterator[str]:
         elif is_head:
             of_model.append(re.sub(r"\b(NSET|ELSET)\s*=\s*", rf"\1={INSTANCE}.", line, flags=re.I))
         else:
-            words = line.split(",")
             count = 0 if line.startswith("**") else NAMING.get(keyword, 0)
-            names = [f"{INSTANCE}.{word.strip()}" for word in words[:count]]
-            of_model.append(
-                ", ".join(names + [word.strip() for word in words[count:]]) + "\n" if count else line
-            )
+            named = re.sub(r"[^,\s]+", rf"{INSTANCE}.\g<0>", line, count=count) if count else line
+            of_model.append(named)
     yield _ASSEMBLY
     yield from of_model
