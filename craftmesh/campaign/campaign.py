@@ -73,13 +73,9 @@ class Campaign:
 
         growth: as for `increments`. Nothing follows the last increment that the sheet asks for.
         """
-        return [
-            pattern.format(case=case.name, inc=inc)
-            for case in self.cases.values()
-            if case.grows
-            for inc in _reached(case, growth)
-            if inc != case.increment_names[-1]
-        ]
+        made = self.increments(pattern, growth, growing=True)
+        last = {pattern.format(case=one.name, inc=one.increment_names[-1]) for one in self.cases.values()}
+        return [path for path in made if path not in last]
 
     def microstructure(self, case: str) -> str:
         """Return the file that `craftmesh import` reads."""

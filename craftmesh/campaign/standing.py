@@ -140,7 +140,9 @@ def _steps(
     is_made = {"": True}  # by increment, where they do not follow each other
     for job in jobs(record, increments):
         way = "" if grows else job.increment
-        log = _log(results / "logs" / case / job.increment, job.name, since)
+        logs = results / "logs" / case / job.increment
+        parts = [*logs.glob(f"{job.name}.log"), *logs.glob(f"{job.name}/*.log")]
+        log = max((part for part in parts if _time(part) >= since), key=_time, default=None)
         reached = is_made.setdefault(way, is_made[""])
         share = _share_made(results / case / job.increment / MADE[job.name], log) if reached else 0.0
         is_made[way] = share == 1
@@ -171,13 +173,6 @@ def _end(folder: Path, record: Mapping[str, Any]) -> tuple[int, str] | None:
         if reason:
             return number + 1, reason
     return None
-
-
-def _log(logs: Path, name: str, since: float) -> Path | None:
-    """Return the log of a job, of its parts the one written last; None before it begins."""
-    found = [*logs.glob(f"{name}.log"), *logs.glob(f"{name}/*.log")]
-    last = max(found, key=_time, default=None)
-    return last if last and _time(last) >= since else None
 
 
 def _time(path: Path) -> float:

@@ -4,7 +4,6 @@ Without --sizing, --front and sizes, edges inside the grains follow those of the
 """
 
 import argparse
-from collections.abc import Iterable
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
@@ -22,7 +21,6 @@ from craftmesh.io.stage_npz import write_grain_tets
 from craftmesh.io.vtk import read_surface, write_facets, write_surface
 from craftmesh.progress import ProgressLine
 from craftmesh.sizing.sizing import Lengths
-from craftmesh.tetrahedra.diagnose import GrainFailure
 from craftmesh.tetrahedra.grain_surface import mended
 from craftmesh.tetrahedra.meshers import TETWILD
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
@@ -114,20 +112,15 @@ def mesh_grains(
                 progress=progress,
             ), []
     except MeshingError as error:
-        places = write_places(arguments.output, error.failures)
+        output, paths = arguments.output, []
+        for failure in error.failures:
+            paths.append(output.with_name(f"{output.stem}-failed-grain-{failure.grain}.vtp"))
+            write_facets(paths[-1], failure.surface.points, failure.surface.facets, failure.marks)
+        places = f"; see {', '.join(map(str, paths))}" if paths else ""
         if options.fallback == "none" and arguments.chunk is None:
             raise CraftmeshError(f"{error}{places}") from None
         warn(f"{error}{places}")
         return list(error.done), error.report, [failure.grain for failure in error.failures]
-
-
-def write_places(output: Path, failures: Iterable[GrainFailure]) -> str:
-    """Write the surface of each failed grain beside the output; return a note that names the files."""
-    paths = []
-    for failure in failures:
-        paths.append(output.with_name(f"{output.stem}-failed-grain-{failure.grain}.vtp"))
-        write_facets(paths[-1], failure.surface.points, failure.surface.facets, failure.marks)
-    return f"; see {', '.join(map(str, paths))}" if paths else ""
 
 
 def chunk(text: str) -> tuple[int, int]:

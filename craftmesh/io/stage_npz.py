@@ -42,18 +42,15 @@ def write_grain_tets(
     record: how they were made, as JSON text in bytes.
     """
     text = np.frombuffer(json.dumps(record or {}).encode(), np.uint8)
-    counts = np.array([[len(getattr(g, name)) for name in _FIELDS] for g in grains], np.int64).reshape(
-        -1, 3
-    )
-    empty = {
-        "nodes": np.zeros(0, np.int64),
-        "interior": np.zeros((0, 3)),
-        "tets": np.zeros((0, 4), np.int64),
+    counts = np.array([[len(getattr(g, name)) for name in _FIELDS] for g in grains], np.int64)
+    none = np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 4), np.int64)
+    joined = {
+        name: np.concatenate([empty, *(getattr(g, name) for g in grains)])
+        for name, empty in zip(_FIELDS, none)
     }
-    joined = {name: np.concatenate([empty[name], *(getattr(g, name) for g in grains)]) for name in _FIELDS}
     with atomic_path(path) as temporary, open(temporary, "wb") as stream:
         numbers = np.array([g.grain for g in grains], np.int64)
-        np.savez(stream, grain=numbers, counts=counts, record=text, **joined)  # type: ignore[arg-type]
+        np.savez(stream, grain=numbers, counts=counts.reshape(-1, 3), record=text, **joined)  # type: ignore[arg-type]
 
 
 def read_grain_tets(path: str | os.PathLike) -> list[GrainTets]:
@@ -91,9 +88,7 @@ def is_sizing(path: str | os.PathLike) -> bool:
 
 def read_sizing(path: str | os.PathLike) -> dict[str, np.ndarray]:
     """Read the arrays that `write_sizing` wrote; raises CraftmeshError, naming the entry that is not so."""
-    arrays = load(path)
-    if str(arrays.get("format")) != FORMAT:
-        raise CraftmeshError(f"{path}: is no sizing; expected a sizing.npz made by `craftmesh size`")
+    arrays = _loaded(path, FORMAT, "size")
     missing = [name for name in _ENTRIES if name not in arrays]
     if missing:
         raise CraftmeshError(f"{path}: no entry {missing[0]}; run `craftmesh size` again")
@@ -108,6 +103,14 @@ def read_sizing(path: str | os.PathLike) -> dict[str, np.ndarray]:
             f"{path}: field_counts {counts.tolist()} do not fit {rows} field_points, {lengths} "
             f"field_lengths and {growth} field_growth; run `craftmesh size` again"
         )
+    return arrays
+
+
+def _loaded(path: str | os.PathLike, form: str, verb: str) -> dict[str, np.ndarray]:
+    """Return the entries of an .npz of that format, which a verb makes."""
+    arrays, (_, what, _) = load(path), form.split()
+    if str(arrays.get("format")) != form:
+        raise CraftmeshError(f"{path}: is no {what}; expected a {what}.npz made by `craftmesh {verb}`")
     return arrays
 
 
@@ -147,9 +150,7 @@ def read_solution(path: str | os.PathLike) -> Solution:
 
 def read_solutions(path: str | os.PathLike) -> dict[str, Solution]:
     """Read solutions by the names of their loads, one of a single load by ""; errors as `read_solution`."""
-    arrays = load(path)
-    if str(arrays.get("format")) != SOLUTION_FORMAT:
-        raise CraftmeshError(f"{path}: is no solution; expected a solution.npz made by `craftmesh solve`")
+    arrays = _loaded(path, SOLUTION_FORMAT, "solve")
     names = arrays.get("load_cases", np.array([""])).tolist()
     found = {}
     for name in names:

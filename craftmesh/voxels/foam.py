@@ -24,7 +24,13 @@ def struts(
     Source: Tucker, Spear, Integr. Mater. Manuf. Innov. 8 (2019), there with t = 1 voxel.
     """
     foreign = _foreign_cells(pores)
-    boundary, edge, node = (_distance(foreign >= least, spacing) for least in (1, 2, 3))
+    # of voxels from the nearest boundary, edge and node of the cells; inf where there is none
+    boundary, edge, node = (
+        ndimage.distance_transform_edt(foreign < least, sampling=spacing).astype(np.float32)
+        if (foreign >= least).any()
+        else np.full(foreign.shape, np.inf, np.float32)
+        for least in (1, 2, 3)
+    )
     least = edge  # the smallest t at which a voxel is material
     if growth and shape:
         least = np.minimum(edge, np.sqrt(edge * np.maximum(node / growth, boundary / shape)))
@@ -59,13 +65,6 @@ def _foreign_cells(cells: np.ndarray) -> np.ndarray:
             count += np.logical_and.reduce([neighbour != other for other in seen])
             seen.append(neighbour)
     return count
-
-
-def _distance(found: np.ndarray, spacing: Sequence[float]) -> np.ndarray:
-    """Return (nx, ny, nz) float32: distances of voxels from the nearest of those found; inf where none."""
-    if not found.any():
-        return np.full(found.shape, np.inf, np.float32)
-    return ndimage.distance_transform_edt(~found, sampling=spacing).astype(np.float32)
 
 
 def _loose_ends(
