@@ -9,7 +9,7 @@ from craftmesh.gradation.passes import Gradation
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.facet_shape import LARGEST_ANGLE
-from craftmesh.surface.measure import facet_angles, side_volumes, volume_drift
+from craftmesh.surface.measure import edge_lengths, facet_angles, side_volumes, volume_drift
 from craftmesh.surface.patches import feature_edges
 from craftmesh.surface.wedges import Wedges, sharp_wedges
 from craftmesh.types import Surface
@@ -66,7 +66,7 @@ def size_adherence(surface: Surface, sizing: Sizing) -> dict:
     width = len(surface.points) + 1
     front = np.isin(edges[:, 0] * width + edges[:, 1], lone[:, 0] * width + lone[:, 1])
     target = sizing.at(surface.points)[edges].mean(1)
-    ratio = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1) / target
+    ratio = edge_lengths(surface.points, edges) / target
     far = target > FAR * sizing.l_max
     groups = {
         "regular": ~feature,

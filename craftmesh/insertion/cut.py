@@ -8,7 +8,7 @@ import numpy as np
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.dividing import divided
-from craftmesh.surface.measure import along_segments
+from craftmesh.surface.measure import along_segments, edge_lengths
 from craftmesh.types import Surface
 
 SizeAt = Callable[[np.ndarray], np.ndarray]  # target edge lengths (n,) at points (n, 3)
@@ -112,7 +112,7 @@ def cut_along(surface: CutSurface, sheet: Sheet) -> CutSurface:
     points = start + fraction[:, None] * (end - start)
     phi = np.full(len(edges), -np.inf)
     phi[crossing] = sheet.rim.inside(sheet.uv(points))
-    length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
+    length = edge_lengths(surface.points, edges)
     margin = 0.5 * length[of_corner].max(axis=1) + BEYOND * surface.size[surface.facets[near]].max(axis=1)
     on = np.unique(surface.facets[near])
     on = on[surface.psi[on] == 0]
@@ -150,8 +150,3 @@ def feet_on_edges(
     start, step = surface.points[edges[:, 0]], surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
     feet = start + along_segments(places, start, step)[:, None] * step
     return np.linalg.norm(places - feet, axis=1), feet
-
-
-def edge_lengths(surface: CutSurface, edges: np.ndarray) -> np.ndarray:
-    """Return the lengths (k,) of edges (k, 2)."""
-    return np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)

@@ -5,7 +5,6 @@ import numpy as np
 from craftmesh.insertion.cut import (
     CutSurface,
     SizeAt,
-    edge_lengths,
     flat_facets,
     split_edges,
     trace_edges,
@@ -17,6 +16,7 @@ from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import with_front_points
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.front import among_edges
+from craftmesh.surface.measure import edge_lengths
 
 ALONG = 0.1  # of its length: a trace edge this near the front runs along it
 ALONG_FLAT = 0.5  # the same for an edge of facets that lie in the crack: the front has to bound them
@@ -51,7 +51,7 @@ def settle_chords(
         if not len(chords):
             return surface, chords
         middle = (surface.points[chords[:, 0]] + surface.points[chords[:, 1]]) / 2
-        phi, length = sheet.rim.inside(sheet.uv(middle)), edge_lengths(surface, chords)
+        phi, length = sheet.rim.inside(sheet.uv(middle)), edge_lengths(surface.points, chords)
         near = (
             np.where(among_edges(chords, surface.facets[flat_facets(surface)]), ALONG_FLAT, ALONG) * length
         )
@@ -74,7 +74,7 @@ def _is_coarse(surface: CutSurface, sheet: Sheet, chords: np.ndarray, target: Si
         size = target(surface.points[chords[mine]].mean(axis=1))
         stretch = start[mine], end[mine]
         most = np.maximum(sagitta(sheet, number, *stretch), _corners_off(sheet, number, *stretch))
-        off[mine] = (most > FIDELITY * size) | (edge_lengths(surface, chords[mine]) > LONGEST * size)
+        off[mine] = (most > FIDELITY * size) | (edge_lengths(surface.points, chords[mine]) > LONGEST * size)
     return off
 
 

@@ -8,7 +8,6 @@ import shapely
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.cut import (
     CutSurface,
-    edge_lengths,
     feet_on_edges,
     flat_facets,
     split_edges,
@@ -17,6 +16,7 @@ from craftmesh.insertion.cut import (
     with_phi,
 )
 from craftmesh.insertion.sheet import Sheet
+from craftmesh.surface.measure import edge_lengths
 
 # Chosen by hand. TOUCHING and END bound how far a node may be off the given front and its end.
 ROUNDS = 12  # of splitting, each at the first crossing of every trace edge: no edge may have more
@@ -68,7 +68,7 @@ def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
         edges = trace_edges(surface)
         # those long enough to reach the front from both their ends
         reach = np.abs(surface.phi[edges]).sum(axis=1)
-        edges = edges[reach <= SLACK * edge_lengths(surface, edges)]
+        edges = edges[reach <= SLACK * edge_lengths(surface.points, edges)]
         row, fraction = _first_crossing(surface, sheet, edges)
         if not len(row):
             return surface

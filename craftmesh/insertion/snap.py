@@ -11,7 +11,7 @@ from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import ON_CRACK, Sheet
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges
-from craftmesh.surface.measure import area_vectors, mean_edges
+from craftmesh.surface.measure import area_vectors, edge_lengths, mean_edges, point_normals
 from craftmesh.surface.patches import feature_edges, held_by_box
 from craftmesh.types import CRACK, Surface
 
@@ -38,8 +38,7 @@ def prepared(surface: Surface, sheet: Sheet) -> CutSurface:
 def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:
     """Return the mean length (n,) of the edges at each point, and the longest edge's."""
     edges, _, _ = unique_edges(surface.facets)
-    length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
-    return mean_edges(surface.points, edges), float(length.max())
+    return mean_edges(surface.points, edges), float(edge_lengths(surface.points, edges).max())
 
 
 NEAR = 10.0  # of the local size: an offset from the steepest crack that may be a distance worth a look
@@ -165,12 +164,7 @@ def _near_crack(surface: CutSurface) -> Surface:
 def _crack_normals(surface: CutSurface) -> np.ndarray:
     """Return the unit normals (n, 3) of the crack there is at the points, zero where there is none."""
     facets = surface.facets[surface.kind == CRACK]
-    area = area_vectors(surface.points, facets)
-    vectors = np.zeros((len(surface.points), 3))
-    for corner in facets.T:
-        np.add.at(vectors, corner, area)
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return vectors / np.maximum(length, np.finfo(float).tiny)
+    return point_normals(area_vectors(surface.points, facets), facets, len(surface.points))
 
 
 def leaves_crack(surface: CutSurface, rows: np.ndarray, targets: np.ndarray) -> np.ndarray:

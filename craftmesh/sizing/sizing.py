@@ -12,6 +12,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 from craftmesh.sizing.length_field import LengthField, curvature_lengths
 from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.measure import edge_lengths
 from craftmesh.types import Surface, Voxels
 
 
@@ -177,8 +178,7 @@ def median_edge(surface: Surface) -> float:
     edges = unique_edges(surface.facets)[0]
     if not len(edges):
         raise CraftmeshError("the surface has no facets to take l0 from; give l0")
-    span = surface.points[edges[:, 1]] - surface.points[edges[:, 0]]
-    return float(np.median(np.linalg.norm(span, axis=1)))
+    return float(np.median(edge_lengths(surface.points, edges)))
 
 
 def voxel_edge(voxels: Voxels) -> float:

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import facet_edges, joined, pieces
 from craftmesh.surface.front import among_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, unit_normals
 from craftmesh.types import INTERFACE
 
 GAP = 0.15  # of the edge length: facets of two grains that face each other this closely should have matched
@@ -30,8 +30,7 @@ def refuse_gaps(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, alone
     corner = points[facets[alone]]
     centre = corner.mean(axis=1)
     edge = np.sqrt(((corner - np.roll(corner, 1, axis=1)) ** 2).sum(axis=2)).mean(axis=1)
-    normal = area_vectors(points, facets[alone])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    normal = unit_normals(points, facets[alone])
     distance, near = cKDTree(centre).query(centre, k=min(NEIGHBOURS, len(alone)))
     near = near.reshape(len(alone), -1)
     facing = np.einsum("ij,ikj->ik", normal, normal[near]) < FACING

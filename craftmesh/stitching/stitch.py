@@ -14,7 +14,7 @@ from craftmesh.stitching.kernels.distinct_points import distinct_points
 from craftmesh.stitching.misfits import refuse_lost, refuse_misfits
 from craftmesh.stitching.outer_shells import grain_names, in_pieces, refuse_gaps, with_voids
 from craftmesh.surface.connectivity import compact, facet_edges, joined
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, unit_normals
 from craftmesh.types import INTERFACE, Surface
 
 
@@ -240,8 +240,7 @@ def _on_box(
     points, kind = points.copy(), np.zeros(len(facets), np.uint8)
     alone = np.flatnonzero(sides[:, 1] == 0)
     reach = options.tolerance * np.linalg.norm(np.ptp(points, axis=0))
-    normals = area_vectors(points, facets[alone])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    normals = unit_normals(points, facets[alone])
     for axis in range(3):
         for end, extreme in enumerate((points[:, axis].min(), points[:, axis].max())):
             near = np.abs(points[facets[alone], axis] - extreme).max(axis=1) <= reach

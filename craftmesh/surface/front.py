@@ -14,6 +14,7 @@ corner off the front, and opens. Insertion and gradation split ears, and the gra
 import numpy as np
 
 from craftmesh.surface.connectivity import facet_edges, unique_edges
+from craftmesh.surface.measure import edge_lengths
 from craftmesh.types import CRACK, Surface
 
 
@@ -51,5 +52,5 @@ def ears(crack: np.ndarray, on_front: np.ndarray) -> np.ndarray:
 
 def median_front_edge(surface: Surface) -> float:
     """Return the median length of the front's edges, 0 without a front."""
-    ends = surface.points[front_edges(surface)]
-    return float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))) if len(ends) else 0.0
+    edges = front_edges(surface)
+    return float(np.median(edge_lengths(surface.points, edges))) if len(edges) else 0.0

@@ -26,9 +26,15 @@ def total_area(points: np.ndarray, facets: np.ndarray) -> float:
     return float(np.linalg.norm(area_vectors(points, facets), axis=1).sum())
 
 
+def edge_lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return the lengths (e,) of edges (e, 2) between points (n, 3)."""
+    lengths: np.ndarray = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    return lengths
+
+
 def mean_edges(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Return the mean length (n,) of the edges (e, 2) at each point (n, 3), 0 without any."""
-    length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    length = edge_lengths(points, edges)
     total = np.bincount(edges.ravel(), np.repeat(length, 2), len(points))
     return total / np.maximum(np.bincount(edges.ravel(), minlength=len(points)), 1)
 
@@ -46,6 +52,17 @@ def unit_normals(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     """Return the unit normals (m, 3) of facets (m, 3); zero for facets without area."""
     vectors = area_vectors(points, facets)
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
+
+
+def point_normals(area: np.ndarray, facets: np.ndarray, count: int) -> np.ndarray:
+    """Return at each of `count` points the mean unit normal (count, 3) of its facets (m, 3), by area.
+
+    area (m, 3): the facets' area vectors. Zero for points without a facet.
+    """
+    normals = np.zeros((count, 3))
+    for corner in facets.T:
+        np.add.at(normals, corner, area)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
 
 
 def facet_shapes(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

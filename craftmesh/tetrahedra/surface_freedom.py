@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges, median_front_edge
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import area_vectors, edge_lengths, point_normals
 from craftmesh.surface.patches import held_by_box
 from craftmesh.types import CRACK, Surface
 
@@ -39,8 +39,7 @@ def crack_length(surface: Surface) -> float:
     front, crack = median_front_edge(surface), surface.facets[surface.kind == CRACK]
     if front or not len(crack):
         return front
-    ends = surface.points[unique_edges(crack)[0]]
-    return float(np.quantile(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), SHORT_EDGES))
+    return float(np.quantile(edge_lengths(surface.points, unique_edges(crack)[0]), SHORT_EDGES))
 
 
 def freedom(surface: Surface) -> Freedom:
@@ -77,10 +76,7 @@ def _crack_normals(surface: Surface, crack: np.ndarray) -> tuple[np.ndarray, np.
     # a crack in a grain boundary has its normals turned as the boundary's facets are
     area[(area @ area[np.linalg.norm(area, axis=1).argmax()]) < 0] *= -1
     unit = area / np.maximum(np.linalg.norm(area, axis=1), np.finfo(float).tiny)[:, None]
-    normal = np.zeros((len(surface.points), 3))
-    for k in range(3):
-        np.add.at(normal, corners[:, k], area)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+    normal = point_normals(area, corners, len(surface.points))
     turn = np.zeros(len(surface.points))
     for k in range(3):
         np.maximum.at(turn, corners[:, k], np.linalg.norm(np.cross(unit, normal[corners[:, k]]), axis=1))

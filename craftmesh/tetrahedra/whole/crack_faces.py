@@ -6,7 +6,13 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.tet_connectivity import half_face_corners, tet_volumes
 from craftmesh.surface.front import front_edges, front_of
 from craftmesh.surface.kernels.distances import nearest_on_edges
-from craftmesh.surface.measure import area_vectors, distances_and_sides, total_area
+from craftmesh.surface.measure import (
+    area_vectors,
+    distances_and_sides,
+    edge_lengths,
+    point_normals,
+    total_area,
+)
 from craftmesh.types import CRACK, Surface
 
 # Shares by which the area and the front's length may differ from the input's.
@@ -58,11 +64,9 @@ def with_fins(surface: Surface, lengths: np.ndarray) -> tuple[np.ndarray, np.nda
     if not len(front):
         return points, facets
     crack = facets[surface.kind == CRACK]
-    normal = np.zeros_like(points)
-    np.add.at(normal, crack, area_vectors(points, crack)[:, None])
+    normal = point_normals(area_vectors(points, crack), crack, len(points))
     nodes = np.unique(front)
     rise = FIN_HEIGHT * lengths[nodes, None] * normal[nodes]
-    rise /= np.linalg.norm(normal[nodes], axis=1, keepdims=True)
     up = np.full(len(points), -1, np.int64)
     up[nodes] = len(points) + np.arange(len(nodes))
     a, b = front.T
@@ -106,7 +110,7 @@ def recovery_of_crack(before: Surface, after: Surface) -> dict:
     input's.
     """
     areas, fronts = zip(*(_area_and_front(surface) for surface in (before, after)))
-    lengths = [_lengths(s.points, edges) for s, edges in zip((before, after), fronts)]
+    lengths = [edge_lengths(s.points, edges) for s, edges in zip((before, after), fronts)]
     off = 0.0
     if len(fronts[0]) and len(fronts[1]):
         ends = after.points[fronts[1]]
@@ -136,7 +140,3 @@ def _area_and_front(surface: Surface) -> tuple[float, np.ndarray]:
     """Return the crack's area and its front edges (e, 2)."""
     crack = surface.facets[surface.kind == CRACK]
     return total_area(surface.points, crack), front_edges(surface)
-
-
-def _lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
