@@ -8,12 +8,12 @@ import shapely
 from shapely.ops import split
 
 from craftmesh.errors import CraftmeshError, told
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_PLANES
 
 MARGIN = 0.05  # of the box's diagonal, by which the crack's surface goes past the box
 REACH = 0.1  # of its length: an open front may end this far inside the box, and is carried on to it
 OBLIQUE = 0.1  # sine between plane and face under which a front does not end at that face
-CORNER = 1e-9  # of the plane's part in the box: a smaller piece is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ def cracked_part(
     line = shapely.LineString(_carried_on(fronts[0], plane, box))
     if not line.is_simple:
         raise CraftmeshError("the crack's front crosses itself; expected a front without crossings")
-    parts = [part for part in split(region, line).geoms if part.area > CORNER * region.area]
+    parts = [part for part in split(region, line).geoms if part.area > ROUNDING * region.area]
     if len(parts) != 2:
         raise CraftmeshError(
             f"the crack's front parts the box into {len(parts)} pieces; expected two, of a front that "

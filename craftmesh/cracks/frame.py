@@ -4,13 +4,12 @@ import numpy as np
 
 from craftmesh.cracks.prescription import frame_along
 from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.rounding import ROUNDING
 
 # Slopes of up to 45 degrees stretch lengths in the plane by 1.4 at most; a direction in which all triangles
 # have a say, by their area, is then better than one that the steepest decide.
 STEEP = np.cos(np.radians(45.0))
-SAME = 1e-9  # cosine within which no triangle is steeper than those that decide the direction
 ROUNDS = 100  # that each add the steepest triangle; chosen by hand, far more than a crack should need
-NONE = 1e-9  # share of their number below which the length of a sum of unit normals is rounding
 
 
 def best_fit_frame(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -22,10 +21,10 @@ def best_fit_frame(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """
     vectors = area_vectors(points, triangles)
     weight = np.linalg.norm(vectors, axis=1)
-    proper = weight > NONE * weight.sum() / len(weight)
+    proper = weight > ROUNDING * weight.sum() / len(weight)
     normals = vectors[proper] / weight[proper, None]
     mean = vectors.sum(axis=0)
-    normal = mean / np.linalg.norm(mean) if np.linalg.norm(mean) > NONE * weight.sum() else normals[0]
+    normal = mean / np.linalg.norm(mean) if np.linalg.norm(mean) > ROUNDING * weight.sum() else normals[0]
     if (normals @ normal).min() < STEEP:
         direction = least_steep(normals)
         normal = direction if (normals @ direction).min() > 0 else normal
@@ -51,12 +50,12 @@ def least_steep(normals: np.ndarray) -> np.ndarray:
     for _ in range(ROUNDS):
         weights, _ = nnls(np.vstack([normals[chosen].T, np.ones(len(chosen))]), np.array([0, 0, 0, 1.0]))
         nearest = weights @ normals[chosen]
-        if np.linalg.norm(nearest) <= NONE:
+        if np.linalg.norm(nearest) <= ROUNDING:
             break
         direction = nearest / np.linalg.norm(nearest)
         cosine = normals @ direction
         steepest = int(np.argmin(cosine))
-        if cosine[steepest] >= cosine[chosen].min() - SAME:
+        if cosine[steepest] >= cosine[chosen].min() - ROUNDING:
             break
         chosen.append(steepest)
     return direction

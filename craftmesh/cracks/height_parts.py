@@ -10,9 +10,9 @@ from craftmesh.errors import told
 from craftmesh.surface.connectivity import compact, edge_sides, joined, unique_edges
 from craftmesh.surface.dividing import divided_at
 from craftmesh.surface.measure import area_vectors, total_area, unit_normals
+from craftmesh.surface.rounding import EXACT
 
 STEEPEST = 0.15  # least cosine between a triangle's normal and the plane's: lengths stretch by 7 at most
-LEAST_AREA = 1e-12  # share of the sheet's: the normal of a smaller triangle is rounding
 COVERED = 1e-6  # share of the projected area that may be covered twice, by rounding, before it is a fold
 
 
@@ -49,7 +49,7 @@ def fold_of(points: np.ndarray, triangles: np.ndarray) -> str:
 
 def are_proper(areas: np.ndarray) -> np.ndarray:
     """Tell which triangles of a sheet, of these areas (m,), have a normal."""
-    return areas > LEAST_AREA * areas.sum()
+    return areas > EXACT * areas.sum()
 
 
 def _overlap(points: np.ndarray, triangles: np.ndarray, polygons: np.ndarray) -> np.ndarray:

@@ -6,11 +6,10 @@ from scipy.spatial import Delaunay, KDTree
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, facet_edges
+from craftmesh.surface.rounding import ROUNDING
 
 APART = 0.6  # of the spacing: free points keep this far from given ones and from the boundary
-SAME = 1e-9  # of the polygon's extent: given points nearer to each other than that are one
 ROUNDS = 12  # of halvings of boundary edges that the triangulation leaves out; two are usual
-FLAT = 1e-9  # of the spacing squared: a triangle of less area has its corners on a line
 
 
 def filled(polygon: shapely.Polygon, given: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
@@ -33,7 +32,7 @@ def filled(polygon: shapely.Polygon, given: np.ndarray, spacing: float) -> tuple
         centre = points[triangles].mean(axis=1)
         twice = doubled_areas(points, triangles)
         kept = shapely.contains_xy(polygon, centre[:, 0], centre[:, 1]) & (
-            np.abs(twice) > FLAT * spacing**2
+            np.abs(twice) > ROUNDING * spacing**2
         )
         triangles = np.where((twice < 0)[:, None], triangles[:, ::-1], triangles)[kept]
         rings, complete = _with_halves(rings, points, triangles)
@@ -54,9 +53,9 @@ def _spaced(ring: np.ndarray, spacing: float) -> np.ndarray:
 
 
 def _distinct(points: np.ndarray, polygon: shapely.Polygon) -> np.ndarray:
-    """Return the points (k, 2) in order, of those within SAME of each other the first."""
+    """Return the points (k, 2) in order, of those within ROUNDING of each other the first."""
     x0, y0, x1, y1 = polygon.bounds
-    step = SAME * max(x1 - x0, y1 - y0)
+    step = ROUNDING * max(x1 - x0, y1 - y0)
     _, first = np.unique(np.round(points / step), axis=0, return_index=True)
     return points[np.sort(first)]
 

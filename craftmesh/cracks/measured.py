@@ -22,11 +22,11 @@ from craftmesh.cracks.prescription import frame_along, frame_of, semi_axes, vect
 from craftmesh.cracks.series import GivenSurface
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.rounding import ROUNDING
 
 PER_TRIANGLE = 2.0  # measured points a triangle where no spacing is given: four to each unknown height
 ACROSS_FRONT = 40  # triangles along a front where nothing but fronts is given
 MOST_TRIANGLES = 400_000  # a minute of one core
-SAME_PLACE = 1e-9  # of the extent: what is this near to a front lies on it
 ON_BOX = 1e-6  # of the box's diagonal: points of the surface this near a plane of the box are put on it
 
 
@@ -146,7 +146,7 @@ def plane_of(points: np.ndarray) -> Plane:
     """Return the plane of least squares through points (k, 3), its normal's largest component positive."""
     centre = points.mean(axis=0)
     _, extent, axes = np.linalg.svd(points - centre, full_matrices=False)
-    if extent[1] <= SAME_PLACE * extent[0]:
+    if extent[1] <= ROUNDING * extent[0]:
         raise CraftmeshError(f"the crack's {len(points)} points lie on a line; expected a surface's")
     normal = axes[2] * np.sign(axes[2][np.argmax(np.abs(axes[2]))])
     return Plane(centre, frame_along(normal, axes[0]))
@@ -165,7 +165,7 @@ def finite(what: str, points: np.ndarray) -> np.ndarray:
 def _heights_along(uv: np.ndarray, fronts: Sequence[np.ndarray]) -> np.ndarray:
     """Return the heights (n,) of the points (n, 2) that lie on a front (k, 3) in (u, v), else NaN."""
     heights = np.full(len(uv), np.nan)
-    near = SAME_PLACE * np.ptp(uv, axis=0).max()
+    near = ROUNDING * np.ptp(uv, axis=0).max()
     level = np.column_stack([uv, np.zeros(len(uv))])
     for uvh in fronts:
         flat = np.column_stack([uvh[:, :2], np.zeros(len(uvh))])

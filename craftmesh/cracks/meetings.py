@@ -7,9 +7,8 @@ import numpy as np
 
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import meets_box, unit_normals
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import Crack, Surface
-
-PARALLEL = 1e-9  # sine of the angle below which two triangles have no line in common
 
 
 class Traces(NamedTuple):
@@ -49,12 +48,12 @@ def traces(crack: Crack, surface: Surface) -> Traces:
     line = np.cross(normals[0], normals[1])
     sine = np.linalg.norm(line, axis=1)
     angle = np.degrees(np.arctan2(sine, np.abs((normals[0] * normals[1]).sum(axis=1))))
-    line = line / np.maximum(sine, PARALLEL)[:, None]
+    line = line / np.maximum(sine, ROUNDING)[:, None]
     low_a, high_a, first = _span(a, b, normals[1], line)
     low_b, high_b, _ = _span(b, a, normals[0], line)
     start, end = np.maximum(low_a, low_b), np.minimum(high_a, high_b)
     ends = first[:, None] + (np.stack([start, end], axis=1) - low_a[:, None])[..., None] * line[:, None]
-    good = (sine > PARALLEL) & (end > start)
+    good = (sine > ROUNDING) & (end > start)
     return Traces(rows[pairs[good, 1] - count], ends[good], angle[good])
 
 

@@ -13,12 +13,10 @@ from craftmesh.cracks.prescription import frame_along
 from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 from craftmesh.types import Crack
 
 STEEPEST = np.cos(np.radians(60.0))  # of the sheets to their common plane: they are one height over it
-
-
-ON_OUTLINE = 1e-9  # of a sheet's extent: places this near its outline are on it
 
 
 class SheetPair(NamedTuple):
@@ -37,7 +35,7 @@ class SheetPair(NamedTuple):
     def heights(self, number: int, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the heights (n,) of a sheet at places (n, 2), NaN beside it, and its triangles there."""
         points = self.places[number]
-        near = ON_OUTLINE * float(np.ptp(points[:, :2], axis=0).max())
+        near = ROUNDING * float(np.ptp(points[:, :2], axis=0).max())
         row, triangle, weights = interpolation(points[:, :2], self.triangles[number], at, near)
         heights, found = np.full(len(at), np.nan), np.full(len(at), -1)
         heights[row], found[row] = weights @ points[:, 2], triangle
@@ -89,7 +87,6 @@ def places_in(region: shapely.Geometry, spacing: float) -> np.ndarray:
 SPACING = 0.25  # of l_min: places at which the sheets are held against each other, and the new triangles
 LEAST_AREA = 0.01  # of l_min squared: sheets that lie over each other on less only touch
 MERGED = 0.02  # of l_min: given cracks that overlap within this, what a front may be off, become one
-EXACT = 1e-6  # of l_min: sheets this near each other lie in one surface already, and stay two
 BLEND = 3.0  # l_min: over this way from the first sheet's front on the second comes back to its own height
 
 
@@ -122,7 +119,7 @@ def _merged(first: Crack, second: Crack, box: np.ndarray, l_min: float, reach: f
     at = np.concatenate([places_in(common, SPACING * l_min), shapely.get_coordinates(common)])
     most = float(np.nanmax(np.abs(pair.heights(1, at)[0] - pair.heights(0, at)[0]), initial=0.0))
     whole = shapely.union(*pair.outlines)
-    if not EXACT * l_min < most <= reach or whole.geom_type != "Polygon":
+    if not SAME_PLACE * l_min < most <= reach or whole.geom_type != "Polygon":
         return None
     apart = ~shapely.contains_xy(pair.outlines[0], *pair.places[1][:, :2].T)
     given = np.concatenate([pair.places[0][:, :2], pair.places[1][apart, :2]])

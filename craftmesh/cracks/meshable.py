@@ -7,7 +7,6 @@ import numpy as np
 
 from craftmesh.cracks.grazing_fronts import ending_on_faces
 from craftmesh.cracks.merged_sheets import (
-    EXACT,
     MERGED,
     SPACING,
     SheetPair,
@@ -19,6 +18,7 @@ from craftmesh.cracks.near_faces import FLATTEST, LEAST_AREA, NEAR, refuse_near_
 from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.measure import unit_normals
+from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.types import Crack
 
 
@@ -46,7 +46,7 @@ def _refuse(pair: SheetPair, numbers: tuple[int, int], box: np.ndarray, l_min: f
     tilt = np.degrees(np.arccos(np.minimum(cosine, 1.0)))
     off = (second - first) * np.abs(normals[0][triangle, 2])
     inside = ((places > box[0]) & (places < box[1])).all(axis=1) & np.isfinite(off)
-    near = np.flatnonzero(inside & (np.abs(off) < NEAR * l_min) & (np.abs(off) > EXACT * l_min))
+    near = np.flatnonzero(inside & (np.abs(off) < NEAR * l_min) & (np.abs(off) > SAME_PLACE * l_min))
     counted = near[tilt[near] < FLATTEST]
     area = len(counted) * (SPACING * l_min) ** 2
     if area > LEAST_AREA * l_min**2:

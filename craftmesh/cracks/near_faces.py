@@ -8,6 +8,7 @@ from craftmesh.cracks.features import cuts, kink_edges
 from craftmesh.cracks.within_box import area_within, clipped, is_in, polygon_area, tilts
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import meets_box
+from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.types import BOX_FACES, BOX_PLANES, Crack
 
 NEAR = 0.2  # of l_min: a part along a face, at less than FLATTEST to it, has to be this far from it
@@ -20,7 +21,6 @@ LEAST_AREA = 1.0  # of l_min squared, about two facets: a smaller part near a fa
 LIGAMENT = 0.1
 LENGTH = 8.0  # of l_min, over which they do: a circle of up to 80 l_min that touches a face does for less
 AT_EDGE = 0.015  # of l_min: a line nearer than this to a face is on it; gradation takes it there
-ON_FACE = 1e-6  # of l_min: a part this near a face reaches it
 
 
 class AlongFace(NamedTuple):
@@ -55,7 +55,7 @@ def refuse_near_faces(crack: Crack, box: np.ndarray, l_min: float, lines_too: bo
 
 
 def _refuse_part(part: AlongFace, l_min: float) -> None:
-    if part.least <= ON_FACE * l_min:
+    if part.least <= SAME_PLACE * l_min:
         wish = (
             f"a crack that meets a face at {FLATTEST:g} degrees or more: turn it, or move it into the box"
         )

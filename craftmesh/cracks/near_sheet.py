@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.cracks.triangulated import ON_PLANE
 from craftmesh.surface.connectivity import unique_edges
-from craftmesh.surface.kernels.distances import ROUNDING, nearest_facets, nearest_on_edges
+from craftmesh.surface.kernels.distances import nearest_facets, nearest_on_edges
 from craftmesh.surface.measure import along_segments, facet_angles, unit_normals
+from craftmesh.surface.rounding import ON_PLANE, ROUNDING
 from craftmesh.types import Crack
 
 ON = 1e-7  # of a triangle's weights: a foot this near an edge or a corner of it counts as there

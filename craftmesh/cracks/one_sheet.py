@@ -6,8 +6,8 @@ from craftmesh.arguments import as_array, check_indices
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, edge_sides, facet_edges, joined, unique_edges
 from craftmesh.surface.measure import area_vectors, meets_box
+from craftmesh.surface.rounding import ROUNDING
 
-MERGE = 1e-9  # points closer than this share of the crack's extent are one
 # Of its longest edge: the height below which a triangle has no normal of its own (float32 files).
 SLIVER = 1e-4
 EVEN = 1e-6  # areas and normals that differ by less of them are even: far over rounding, far under a facet
@@ -25,7 +25,7 @@ def clean_triangles(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarr
     check_indices("the crack's triangles", triangles, len(points))
     if not len(triangles):
         raise CraftmeshError("the crack surface has no triangles; expected a triangulated sheet")
-    step = max(np.ptp(points, axis=0).max(), 1e-300) * MERGE
+    step = max(np.ptp(points, axis=0).max(), 1e-300) * ROUNDING
     _, first, inverse = np.unique(np.round(points / step), axis=0, return_index=True, return_inverse=True)
     triangles = first[inverse.ravel()[triangles]]
     distinct = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)

@@ -11,6 +11,7 @@ from craftmesh.cracks.sheets import cracks_from_triangles
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.measure import total_area
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import Crack
 
 SAGITTA = 1e-5  # of the radius, between the front's chords and the front
@@ -69,9 +70,6 @@ def _triangles_of(outline: np.ndarray) -> np.ndarray:
     order = np.lexsort(outline.T)
     row = {tuple(outline[i]): i for i in order.tolist()}
     return np.array([[row[tuple(c)] for c in triangle] for triangle in corners.tolist()])
-
-
-ROUNDING = 1e-9  # share of its area by which a crack that does not grow may seem to shrink
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,9 @@ from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.cracks.within_box import is_in
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, joined, pieces, unique_edges
-from craftmesh.surface.kernels.distances import ROUNDING, nearest_facets
+from craftmesh.surface.kernels.distances import nearest_facets
 from craftmesh.surface.measure import meets_box, total_area
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import Crack
 
 

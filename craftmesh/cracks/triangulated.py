@@ -20,9 +20,9 @@ from craftmesh.surface.connectivity import compact, pieces, unique_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, meets_box, span_of, spans_told, unit_hint
+from craftmesh.surface.rounding import ON_PLANE
 from craftmesh.types import Crack
 
-ON_PLANE = 1e-7  # share of the box's diagonal within which a point counts as on a box plane
 ALONG = 0.25  # of its length: a boundary edge whose middle is this near a given front is front
 
 

@@ -3,9 +3,8 @@
 import numpy as np
 
 from craftmesh.surface.measure import area_vectors, meets_box, total_area
+from craftmesh.surface.rounding import EXACT
 from craftmesh.types import Crack
-
-TOUCHING = 1e-12  # of the box's diagonal squared: less area of a crack only touches it
 
 
 def area_within(crack: Crack, box: np.ndarray) -> float:
@@ -38,7 +37,7 @@ def clipped(polygon: np.ndarray, slab: np.ndarray) -> np.ndarray:
 
 def is_in(corners: np.ndarray, box: np.ndarray) -> bool:
     """Tell whether any part of the triangles (m, 3, 3) lies in the box (2, 3), not only touches it."""
-    least = TOUCHING * float(((box[1] - box[0]) ** 2).sum())
+    least = EXACT * float(((box[1] - box[0]) ** 2).sum())
     parts = (clipped(triangle, box) for triangle in corners[meets_box(corners, box)])
     return any(len(part) > 2 and polygon_area(part) > least for part in parts)
 

@@ -9,10 +9,9 @@ from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.measure import along_segments, area_vectors, meets_box, total_area
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import CRACK, Crack, Surface
 
-# Part of the box within which the crack counts as flat.
-FLAT = 1e-9
 # Bins are as wide as the mean triangle is long, and no more than so many.
 MOST_BINS = 2_000_000
 
@@ -45,7 +44,7 @@ def _is_flat(points: np.ndarray, facets: np.ndarray) -> bool:
         return False
     total /= np.linalg.norm(total)
     height = points[np.unique(facets)] @ total
-    return bool(np.ptp(height) <= FLAT * max(1.0, np.ptp(points, axis=0).max()))
+    return bool(np.ptp(height) <= ROUNDING * max(1.0, np.ptp(points, axis=0).max()))
 
 
 def _binned(points: np.ndarray, triangles: np.ndarray) -> dict[str, np.ndarray]:

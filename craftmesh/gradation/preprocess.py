@@ -10,12 +10,13 @@ from craftmesh.surface.kernels.hinges import SHARP_COSINE, corner_lists, sharpes
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import feature_edges, oriented, patches
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.surface.wedges import wedge_guard
 from craftmesh.types import CRACK, Surface
 
 # Cosine of the turn under which crack facets lie in one plane. Where they do not, a lid over a node is off
 # the crack by the node's height, of which the guards, which start from the lid, know nothing.
-IN_PLANE = 1.0 - 1e-9
+IN_PLANE = 1.0 - ROUNDING
 
 
 def remove_unnecessary_nodes(surface: Surface, normal_tolerance: float = 40.0) -> tuple[Surface, int]:

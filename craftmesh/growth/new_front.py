@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from craftmesh.cracks.polyline import Polyline, polyline
-from craftmesh.cracks.triangulated import ON_PLANE
+from craftmesh.surface.rounding import ON_PLANE
 
 # Of the spacing: points of the new front nearer than that say nothing about its course.
 CLOSE = 0.1

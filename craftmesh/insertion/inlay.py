@@ -7,9 +7,8 @@ from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.cut import CutSurface, split_edges, uncut
 from craftmesh.surface.connectivity import compact, unique_edges
 from craftmesh.surface.measure import along_segments, meets_box
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
-
-ON_EDGE = 1e-9  # of an edge: a point of the crack this near to it lies on it
 
 
 def inlaid(surface: Surface, crack: Crack) -> Surface | None:
@@ -47,13 +46,13 @@ def _edges_of(places: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.n
     """Return the edge (k,) that each of the places (k, 3) lies on; -1 for none."""
     start, step = points[edges[:, 0]], points[edges[:, 1]] - points[edges[:, 0]]
     length = np.linalg.norm(step, axis=1)
-    near = cKDTree(start + step / 2).query_ball_point(places, length.max() / 2 * (1 + ON_EDGE))
+    near = cKDTree(start + step / 2).query_ball_point(places, length.max() / 2 * (1 + ROUNDING))
     found = np.full(len(places), -1)
     for number, rows in enumerate(near):
         along = along_segments(places[number], start[rows], step[rows])
         foot = start[rows] + along[:, None] * step[rows]
         off = np.linalg.norm(foot - places[number], axis=1) / length[rows]
-        if len(rows) and off.min() <= ON_EDGE:
+        if len(rows) and off.min() <= ROUNDING:
             found[number] = rows[int(off.argmin())]
     return found
 

@@ -13,6 +13,7 @@ from craftmesh.surface.front import front_edges, front_of
 from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.measure import distances_and_sides, total_area
 from craftmesh.surface.patches import is_on_box
+from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.types import CRACK, Crack, Surface
 
 # Of the least length, that facets and nodes of the front may be off the given crack. A measured crack is
@@ -113,7 +114,6 @@ def fills_box(surface: Surface) -> bool:
     return bool(is_on_box(surface.kind[ends]).all())
 
 
-ROUNDING = 1e-6  # of the least length: points that are off by less have not moved
 SHARES = np.array([[1, 1, 1], [1.5, 1.5, 0], [0, 1.5, 1.5], [1.5, 0, 1.5]]) / 3  # of corners: where to look
 
 
@@ -132,7 +132,7 @@ def moved(before: CutSurface, after: Surface, sheet: Sheet, least: float) -> dic
     off = np.zeros(len(after.points))
     if len(rows):
         off[rows] = distances_and_sides(after.points[rows], before.points, near)[0]
-    is_moved = off > ROUNDING * least
+    is_moved = off > SAME_PLACE * least
     places = np.einsum("sk,mkx->msx", SHARES, after.points[after.facets[shared]]).reshape(-1, 3)
     height = np.abs(sheet.offset(places)) / np.linalg.norm(sheet.gradient(places), axis=1)
     return {
@@ -161,4 +161,4 @@ def _among(before: CutSurface, after: Surface, least: float) -> np.ndarray:
     if not len(known):
         return np.zeros(len(after.facets), bool)
     centres = after.points[after.facets].mean(axis=1)
-    return distances_and_sides(centres, before.points, known)[0] <= ROUNDING * least
+    return distances_and_sides(centres, before.points, known)[0] <= SAME_PLACE * least

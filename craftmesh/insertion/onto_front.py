@@ -10,11 +10,11 @@ from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import TOUCHING, with_front_points
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.insertion.snap import box_planes, classes, leaves_crack
+from craftmesh.surface.rounding import SAME_PLACE
 
 LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
 LEAST_GAP = 0.55  # of the target size: pierce points nearer than this are pushed apart along the front
 SWEEPS = 30  # that push crowded pierce points apart, at most
-IN_PLANE = 1e-6  # of the model: the end of a front this near a point's box plane lies in it
 
 
 def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions) -> CutSurface:
@@ -144,6 +144,6 @@ def _front_ends(points: np.ndarray, planes: np.ndarray, sheet: Sheet) -> np.ndar
     distance = np.linalg.norm(points[:, None] - ends[None], axis=2)
     nearest = ends[np.argmin(distance, axis=1)]
     off_plane = np.abs(np.where(planes, nearest - points, 0.0)).max(axis=1)
-    good = off_plane <= IN_PLANE * distance.max()
+    good = off_plane <= SAME_PLACE * distance.max()
     result[good] = np.where(planes, points, nearest)[good]
     return result

@@ -11,6 +11,7 @@ from craftmesh.insertion.kernels import planar
 from craftmesh.insertion.kernels.planar import Candidates, Planar
 from craftmesh.insertion.kernels.planar_smoothing import smooth_in_plane
 from craftmesh.surface.connectivity import facet_edges
+from craftmesh.surface.rounding import ROUNDING
 
 # Shares of the target edge, chosen by hand. An even triangle of target edges has the circumradius
 # 0.577, so that SPACING leaves triangles up to a quarter larger.
@@ -19,7 +20,6 @@ CLEARANCE = 0.4  # least distance of an interior point from a fixed edge
 BARELY = 0.98  # of SPACING is kept, so that rounding does not refuse the centre of a circle just larger
 ROUNDS = 60  # of insertion at most; it ends when a round inserts nothing
 SMOOTHINGS = 4  # sweeps over the interior points after that, edges flipped after each
-ROUNDING = 1e-9  # of the patch's extent: a point this near it is in it
 MOST_POINTS = 5e6  # that room is made for: 0.6 GB
 
 

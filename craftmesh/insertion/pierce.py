@@ -17,11 +17,11 @@ from craftmesh.insertion.cut import (
 )
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.measure import edge_lengths
+from craftmesh.surface.rounding import ROUNDING
 
 # Chosen by hand. TOUCHING and END bound how far a node may be off the given front and its end.
 ROUNDS = 12  # of splitting, each at the first crossing of every trace edge: no edge may have more
 TOUCHING = 1e-3  # of the local size: nearer than this, a trace point, crossing or corner is on the front
-AT_END = 1e-9  # of the local size: a crossing this near the end of its edge, off the front, is rounding
 SLACK = 1.0001  # an edge shorter than the distances of its ends from the front misses it; and some rounding
 GRAZING = 0.05  # sine of the angle below which an edge between two front points does not cross the front
 END = 0.3  # of the size: a pierce point this near the end of a front is its end
@@ -180,7 +180,7 @@ def _rim_crossings(
     with np.errstate(all="ignore"):
         fraction = ((b - a)[:, 0] * e[:, 1] - (b - a)[:, 1] * e[:, 0]) / cross
     length, is_front = np.linalg.norm(d, axis=1), surface.front[edges[row]] >= 0
-    margin = np.where(is_front, TOUCHING, AT_END)
+    margin = np.where(is_front, TOUCHING, ROUNDING)
     met = np.flatnonzero(np.isfinite(fraction) & at_end[row].any(axis=1))
     same_end = _at_same_end(surface, sheet, edges[row[met]], a[met] + fraction[met, None] * d[met])
     margin[met] = np.where(at_end[row[met]] & same_end, _end_reach(sheet), margin[met])

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from craftmesh.cracks.triangulated import ON_PLANE, boundary_loops
+from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.surface.measure import along_segments
+from craftmesh.surface.rounding import ON_PLANE
 from craftmesh.types import Crack
 
 CORNER = np.cos(np.radians(20.0))  # front corners sharper than this keep a node

@@ -10,13 +10,11 @@ from craftmesh.cracks.in_plane import doubled_areas
 from craftmesh.insertion.kernels.holding import bins_of, holding
 from craftmesh.insertion.rim import Rim, rim_of
 from craftmesh.surface.kernels.bins import Bins
+from craftmesh.surface.rounding import EXACT, ROUNDING, SAME_PLACE
 from craftmesh.types import Crack
 
-PLANAR = 1e-9  # offsets below this share of the extent make a crack planar
 STEPS = 40  # of false position at most along a segment that crosses a curved crack
 STRETCHES = 8  # of each way along a point's direction, in which a change of psi's sign is looked for
-ON_CRACK = 1e-6  # of the local size: a point farther off the crack does not count as on it
-ON = 1e-12  # of the longest segment: offsets below end the search
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +85,7 @@ class Sheet:
         step = end - start
         value = self.offset(start + root[:, None] * step)
         for _ in range(STEPS):
-            if np.abs(value).max(initial=0) <= ON * np.abs(step).max(initial=0):
+            if np.abs(value).max(initial=0) <= EXACT * np.abs(step).max(initial=0):
                 break
             right = value * at_high > 0
             at_low, at_high = np.where(right, 0.5 * at_low, value), np.where(right, value, 0.5 * at_high)
@@ -101,7 +99,7 @@ class Sheet:
     def nearest_crossing(self, points: np.ndarray, direction: np.ndarray) -> np.ndarray:
         """Return the places (n, 3) on the crack nearest to points (n, 3) within +- direction (n, 3).
 
-        NaN where none is found that is on the crack within ON_CRACK of the direction's length. Psi need not
+        NaN where none is found that is on the crack within SAME_PLACE of the direction. Psi need not
         fall evenly along a plane that a curved crack crosses obliquely: Newton's steps may lead anywhere.
         """
         share = np.linspace(-1, 1, 2 * STRETCHES + 1)
@@ -113,7 +111,7 @@ class Sheet:
         found = np.flatnonzero(changes.any(axis=1))
         start, end = places[found, nearest[found]], places[found, nearest[found] + 1]
         fraction, off = self.crossings(start, end)
-        good = np.abs(off) <= ON_CRACK * np.linalg.norm(direction[found], axis=1)
+        good = np.abs(off) <= SAME_PLACE * np.linalg.norm(direction[found], axis=1)
         result = np.full(points.shape, np.nan)
         result[found[good]] = (start + fraction[:, None] * (end - start))[good]
         return result
@@ -148,7 +146,7 @@ def sheet_of(crack: Crack, box: np.ndarray, held: np.ndarray | None = None) -> S
     origin = points[np.unique(triangles)].mean(axis=0)
     nodes = (points - origin) @ frame[:2].T
     height = (points - origin) @ frame[2]
-    planar = bool(np.abs(height).max() <= PLANAR * np.ptp(nodes, axis=0).max())
+    planar = bool(np.abs(height).max() <= ROUNDING * np.ptp(nodes, axis=0).max())
     return Sheet(
         origin=origin,
         frame=frame,

@@ -8,15 +8,15 @@ import numpy as np
 from craftmesh.insertion.cut import CutSurface, feet_on_edges, uncut
 from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.sheet import ON_CRACK, Sheet
+from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors, edge_lengths, mean_edges, point_normals
 from craftmesh.surface.patches import feature_edges, held_by_box
+from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 from craftmesh.types import CRACK, Surface
 
 REACH = 3  # longest edges: only points this near the crack get an offset from it
-ON = 1e-9  # of the local size: points this near the crack are on it
 
 
 def prepared(surface: Surface, sheet: Sheet) -> CutSurface:
@@ -31,7 +31,7 @@ def prepared(surface: Surface, sheet: Sheet) -> CutSurface:
     rows = np.flatnonzero(near & (height >= lowest) & (height <= highest))
     psi = np.full(len(surface.points), np.nan)
     psi[rows] = sheet.offset(surface.points[rows])
-    psi[rows[np.abs(psi[rows]) <= ON * size[rows]]] = 0.0
+    psi[rows[np.abs(psi[rows]) <= ROUNDING * size[rows]]] = 0.0
     return replace(uncut(surface), psi=psi, size=size)
 
 
@@ -226,6 +226,6 @@ def _along_lines(
         chosen = on_line[a]
         a, b = a[chosen], b[chosen]
         fraction, off = sheet.crossings(surface.points[a], surface.points[b])
-        on = np.abs(off) <= ON_CRACK * surface.size[a]
+        on = np.abs(off) <= SAME_PLACE * surface.size[a]
         a, b, fraction = a[on], b[on], fraction[on]
         targets[a] = surface.points[a] + fraction[:, None] * (surface.points[b] - surface.points[a])

@@ -12,6 +12,7 @@ from craftmesh.cracks.sheets import sheets
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, densify, where_short
 from craftmesh.surface.measure import meets_box, unit_normals
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_FACES, Crack
 
 # Of the width to a face: edges. A kinked disc .6 l_min from a face, with edges of 4.5 l_min, had 1.06 % of
@@ -30,7 +31,6 @@ IN_WEDGE = (0.35, 1.5)
 # Of the distance from where a front meets the other sheet: wider gaps are a corner of 14 degrees or more.
 IN_CORNER = 0.25
 MEETS = 0.02  # of l_min, what a front may be off: nearer than this it meets the other sheet
-ROUNDING = 1e-9  # of the box's extent: a place this near a face is on it
 STEP = 0.2  # l_min between places along lines
 
 Lengths = tuple[np.ndarray, np.ndarray]  # places (k, 3) and what edges have there (k,)

@@ -6,7 +6,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import told
-from craftmesh.surface.kernels.distances import ROUNDING, nearest_facets
+from craftmesh.surface.kernels.distances import nearest_facets
+from craftmesh.surface.rounding import ROUNDING
 
 FLAT = 1e-10
 

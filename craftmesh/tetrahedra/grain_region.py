@@ -7,10 +7,9 @@ import numpy as np
 
 from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volumes
 from craftmesh.surface.connectivity import joined
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 
-# Share by which the volume of the tets may miss the grain's; rounding leaves some 1e-13.
-VOLUME_TOLERANCE = 1e-9
 # Seeds that are given move by this part of the grain's box: off faces, edges and diagonals of a grid.
 OFF_FACES = np.array([1.0, 0.7, 0.4]) * 1e-7
 
@@ -77,7 +76,7 @@ def find_regions(surface: GrainSurface, tets: np.ndarray) -> Regions:
 def check_filled(surface: GrainSurface, points: np.ndarray, tets: np.ndarray) -> None:
     """Raise WrongMesh unless the tets fill the grain: same nodes, same volume, no inverted tet.
 
-    Volumes agree to VOLUME_TOLERANCE.
+    Volumes agree to ROUNDING.
     """
     count = len(surface.points)
     if not np.array_equal(points[:count], surface.points):
@@ -85,7 +84,7 @@ def check_filled(surface: GrainSurface, points: np.ndarray, tets: np.ndarray) ->
     volume = tet_volumes(points - surface.points.mean(0), tets)
     if not (volume > 0).all():
         raise WrongMesh(f"{(volume <= 0).sum()} of {len(tets)} tetrahedra are flat or inverted")
-    if abs(volume.sum() - surface.volume) > VOLUME_TOLERANCE * surface.volume:
+    if abs(volume.sum() - surface.volume) > ROUNDING * surface.volume:
         raise WrongMesh(
             f"tetrahedra fill {volume.sum():.12g} of the {surface.volume:.12g} that its facets enclose"
         )

@@ -10,8 +10,8 @@ from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import sheets
-from craftmesh.cracks.triangulated import ON_PLANE
 from craftmesh.surface.kernels.distances import nearest_on_edges
+from craftmesh.surface.rounding import ON_PLANE
 from craftmesh.types import Crack
 
 BOX = np.array([[0.0, 0, 0], [20, 20, 20]])

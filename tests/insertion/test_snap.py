@@ -9,10 +9,11 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.sheet import ON_CRACK, Sheet, sheet_of
+from craftmesh.insertion.sheet import Sheet, sheet_of
 from craftmesh.insertion.snap import onto_crack
 from craftmesh.sizing.sizing import SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around
+from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.types import CRACK
 
 BOX = np.array([[0.0, 0.0, 0.0], [20.0, 20.0, 20.0]])
@@ -40,7 +41,7 @@ def test_points_of_a_box_plane_end_on_the_crack_in_their_plane_or_stay(amplitude
     # where the sheet is nearly along the plane the way is longer than the reach, and points stay
     assert found.mean() > {10: 0.1, 20: 0.15}.get(degrees, 0.5)
     assert (moved[found, 2] == 0).all()
-    assert np.abs(sheet.offset(moved[found])).max() <= ON_CRACK * reach[0]
+    assert np.abs(sheet.offset(moved[found])).max() <= SAME_PLACE * reach[0]
     if not sheet.planar:
         assert np.linalg.norm(moved[found] - points[near][found], axis=1).max() <= reach[0]
 

@@ -13,6 +13,7 @@ from craftmesh.gradation.kernels.projection import nearest_triangle
 from craftmesh.gradation.kernels.star import old_facet
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import segment_distance2
+from craftmesh.surface.rounding import ROUNDING
 
 # Where a facet is measured, by weights of its corners: all multiples of an eighth but the corners. Of three
 # rough cracks, 14,700 facets, nine were up to 0.0545 l_min off between quarters of the edges, of 0.04
@@ -20,8 +21,6 @@ from craftmesh.surface.kernels.facet_shape import segment_distance2
 PLACES = np.array([(i, j, 8 - i - j) for i in range(8) for j in range(9 - i) if max(j, 8 - i - j) < 8]) / 8
 # Times the limit: places farther off the crack, as where the insertion has moved it, are not measured.
 FAR = 8.0
-# A facet that moves within its plane counts as no farther off.
-ROUNDING = 1e-9
 
 
 @kernel

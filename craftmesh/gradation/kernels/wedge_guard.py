@@ -10,9 +10,7 @@ from craftmesh.gradation.kernels.star import old_facet
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector
 from craftmesh.surface.kernels.hinges import OPEN, sharpest_on_facet
-
-# A wedge whose facets move within their planes counts as no sharper.
-ROUNDING = 1e-12
+from craftmesh.surface.rounding import EXACT
 
 
 @lean_kernel
@@ -30,7 +28,7 @@ def sharpens_wedge(state, star, cosine):
         sharpest = max(sharpest, _among_new(state, i), _at_its_rim(state, star.tip, i, mark))
         if star.tip == star.vertex:
             sharpest = max(sharpest, _at_last_spoke(state, star.tip, i, mark))
-    return sharpest > cosine and sharpest > _sharpest_before(state, star) + ROUNDING
+    return sharpest > cosine and sharpest > _sharpest_before(state, star) + EXACT
 
 
 @lean_kernel

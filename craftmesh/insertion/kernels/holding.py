@@ -4,8 +4,7 @@ import numpy as np
 
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.bins import Bins, cells_of, fill_bins, grid_over
-
-OUTSIDE = 1e-12  # of a triangle's area: a place this far out, as rounding brings it, is still in it
+from craftmesh.surface.rounding import EXACT
 
 
 def bins_of(nodes: np.ndarray, triangles: np.ndarray) -> Bins:
@@ -48,5 +47,5 @@ def _holds(nodes, a, b, c, u, v):
     s, t = u * cv - v * cu, bu * v - bv * u
     if twice < 0.0:
         twice, s, t = -twice, -s, -t
-    slack = -OUTSIDE * twice
+    slack = -EXACT * twice
     return s >= slack and t >= slack and twice - s - t >= slack

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.jit import kernel, lean_kernel
+from craftmesh.surface.rounding import ROUNDING
 
 DONE, BLOCKED = 0, 1  # what insert_point says
 COCIRCULAR = 1e-10  # sine of the angle by which a diagonal has to be better, so that no pair flips for ever
-ON_EDGE = 1e-9  # of an edge's length: points this near the edge are inserted in it
 BEHIND = 1e-14  # length units: a point this far behind an edge still lies in the triangle
 
 
@@ -242,7 +242,7 @@ def insert_point(mesh, t, point):
     changed = np.empty(4, np.int64)
     for i in range(3):
         a, b = mesh.corners[t, i], mesh.corners[t, (i + 1) % 3]
-        if turn(mesh.uv, a, b, point) <= ON_EDGE * squared_distance(mesh.uv, a, b):
+        if turn(mesh.uv, a, b, point) <= ROUNDING * squared_distance(mesh.uv, a, b):
             u = mesh.across[t, i]
             if mesh.fixed[t, i] or u < 0:
                 return BLOCKED

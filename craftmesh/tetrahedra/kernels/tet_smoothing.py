@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.jit import lean_kernel
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.tetrahedra.kernels.tet_cavity import MAX_FACES, find_star, star_faces, worst_of
 from craftmesh.tetrahedra.kernels.tet_cone import (
     ANYWHERE,
@@ -41,8 +42,6 @@ SHORTER = 0.4
 # A place has to lower the sum of aspect ratios by the first, the move as a whole by the second.
 PLACE_FALL = 1e-6
 MOVE_FALL = 1e-4
-# The worst quality, which must not fall, may do so by rounding.
-ROUNDING = 1e-9
 
 
 @lean_kernel
