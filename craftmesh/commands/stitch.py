@@ -6,9 +6,9 @@ from pathlib import Path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import add_sizing, check_sizing, sizing_from
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
+from craftmesh.cracks.promises import FACETS_OFF, FRONT_OFF
 from craftmesh.errors import existing, listed, named
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.misfit import FACETS_OFF, FRONT_OFF
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.io.surface_files import LISTED, read_grain_folder, unnumbered
 from craftmesh.io.vtk import read_crack, read_surface, write_surface

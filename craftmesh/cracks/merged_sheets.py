@@ -86,7 +86,6 @@ def places_in(region: shapely.Geometry, spacing: float) -> np.ndarray:
 
 SPACING = 0.25  # of l_min: places at which the sheets are held against each other, and the new triangles
 LEAST_AREA = 0.01  # of l_min squared: sheets that lie over each other on less only touch
-MERGED = 0.02  # of l_min: given cracks that overlap within this, what a front may be off, become one
 BLEND = 3.0  # l_min: over this way from the first sheet's front on the second comes back to its own height
 
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from craftmesh.cracks.grazing_fronts import ending_on_faces
 from craftmesh.cracks.merged_sheets import (
-    MERGED,
     SPACING,
     SheetPair,
     merged_sheets,
@@ -15,6 +14,7 @@ from craftmesh.cracks.merged_sheets import (
     sheet_pair,
 )
 from craftmesh.cracks.near_faces import FLATTEST, LEAST_AREA, NEAR, refuse_near_faces
+from craftmesh.cracks.promises import FRONT_OFF
 from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.measure import unit_normals
@@ -69,6 +69,8 @@ def meshable(
 ) -> Crack:
     """Return given cracks as one, fronts that graze a face ended there and sheets that overlap made one.
 
+    Sheets overlap where they lie over each other within FRONT_OFF l_min.
+
     box (2, 3), l_min in model units. of_facets: the numbers of cracks made of a surface's facets, which
     have to stay as they are. is_guess: l_min is; fronts beside a face are left to the insertion then.
     Raises CraftmeshError for sheets along a face of the box or along each other, between which there is no
@@ -81,6 +83,6 @@ def meshable(
                 sheet = ending_on_faces(sheet, box, l_min)
             refuse_near_faces(sheet, box, l_min, lines_too=not is_guess)
             parts.append(sheet)
-    merged = merged_sheets(one_crack(parts), box, l_min, MERGED * l_min)
+    merged = merged_sheets(one_crack(parts), box, l_min, FRONT_OFF * l_min)
     refuse_along_sheets(merged, box, l_min)
     return merged

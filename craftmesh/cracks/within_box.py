@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from craftmesh.cracks.promises import AREA_OFF, LEAST_AREA
 from craftmesh.surface.measure import area_vectors, meets_box, total_area
 from craftmesh.surface.rounding import EXACT
 from craftmesh.types import Crack
@@ -53,11 +54,6 @@ def tilts(crack: Crack) -> np.ndarray:
     vectors = area_vectors(crack.points, crack.triangles)
     size = np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
     return np.degrees(np.arccos(np.minimum(np.abs(vectors) / size, 1.0)))
-
-
-# Of the given area, and of the least target length squared: what an area may be off. 0.005 and 0.02 are
-# promised.
-AREA_OFF, LEAST_AREA = 0.004, 0.016
 
 
 def area_off(area: float, given: float, segments: float, unit: float) -> float:

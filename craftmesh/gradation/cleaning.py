@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.gradation.kernels.collapse import collapse_pass
+from craftmesh.gradation.kernels.slide import LEAST_RISE
 from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.passes import Gradation, Limits, slide_all, split_all, swap_all
 from craftmesh.gradation.state import ON_FRONT
@@ -25,8 +26,6 @@ LATE_GOAL = 25.0
 LOOSE_LENGTH = 1.2
 LATE_LENGTH = 1.4
 LATE_TURN = 1.5
-# What a collapse must raise the least angle score of poor facets by.
-LEAST_GAIN = 1e-3
 # Times the target, in effect no bound: which edges collapse is chosen by the angles here.
 ANY_LENGTH = 9.0
 
@@ -62,7 +61,7 @@ def loosened(limits: Limits, n: int, rounds: int) -> Limits:
     return limits._replace(
         collapse=ANY_LENGTH,
         longest=limits.longest * (LATE_LENGTH if late else LOOSE_LENGTH),
-        gain=LEAST_GAIN,
+        gain=LEAST_RISE,
         cosine=np.cos(np.arccos(limits.cosine) * (LATE_TURN if late else 1.0)),
         merge_points=late,
     )

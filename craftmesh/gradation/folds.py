@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from craftmesh.sizing.clearance import PER_WIDTH
 from craftmesh.sizing.sizing import Sizing, where_short
 from craftmesh.surface.connectivity import edge_sides, joined, unique_edges
 from craftmesh.surface.measure import facet_angles
@@ -15,10 +16,6 @@ from craftmesh.types import CRACK, Surface
 FOLD = 50.0
 # Degrees: the normal of a flatter facet says nothing.
 FLATTEST = 1.0
-# Of the width of a strip between a fold and a grain boundary's trace: the edges there, as beside faces of
-# the box. A hook along a boundary, with edges of ten widths, had 5 flat tetrahedra and 7 poor ones; with
-# this none and 1.
-PER_WIDTH = 2.5
 # Of an edge: the foot of an apex over it is no nearer to its ends where a strip is measured.
 ASIDE = 0.05
 
@@ -70,7 +67,10 @@ def _across(points: np.ndarray, edges: np.ndarray, apex: np.ndarray) -> np.ndarr
 
 
 def short_beside_folds(surface: Surface, sizing: Sizing) -> Sizing:
-    """Return the sizing with edges of PER_WIDTH, l_min at least, in strips from folds to other lines."""
+    """Return the sizing with edges of PER_WIDTH, l_min at least, in strips from folds to other lines.
+
+    A hook along a boundary with edges of ten widths had 5 flat tets and 7 poor ones, with these 0 and 1.
+    """
     plain = patches(surface)
     parted = folded_patches(surface, plain)
     if len(parted.first_facet) == len(plain.first_facet):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.arguments import typed
+from craftmesh.cracks.promises import FRONT_OFF
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.cleaning import clean_facets, loosened, split_ears
 from craftmesh.gradation.crack_reference import HeldArea
@@ -51,11 +52,8 @@ SOUND_ANGLE = 20.0
 # The same where edges of junction lines and fronts are evened out: the cleaning raises what is left. With
 # 20 one front edge in ten is over a tenth off l_min.
 EVEN_ANGLE = 15.0
-# Of l_min: how far the first places of front vertices may be from the front's edges. An edge of l_min on a
-# front of radius R is l_min^2 / (8 R) off it, 0.02 l_min at R = 6 l_min.
-FRONT_TOLERANCE = 0.02
 # Of l_min: how far places of crack facets may be from the given crack, or as far as they are in the input.
-# The insertion leaves 0.032. With 0.045 facets were up to 0.053 off between these places; 0.05 is promised.
+# With 0.045 facets were up to 0.053 off between these places.
 CRACK_FACETS = 0.04
 # Of the tolerances of the crack and its front, one after another while its area is off. Rounded off at a
 # crease of 49 degrees, and at a mouth that grazes a face, cracks of 4 and 7 l_min^2 lost 1.4 % and 1.6 %;
@@ -205,7 +203,7 @@ def _limits(options: GradateOptions, sizing: Sizing, crack: Crack | None, share:
         cosine=float(np.cos(np.radians(options.normal_tolerance))),
         distance=float(options.distance_tolerance),
         crack_distance=float(options.crack_tolerance * unit),
-        front_distance=min(options.crack_tolerance, FRONT_TOLERANCE) * unit,
+        front_distance=min(options.crack_tolerance, FRONT_OFF) * unit,
         crack_facets=facets * unit,
         drift=float(options.volume_tolerance),
         merge_points=False,

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError, told
-from craftmesh.insertion.cut import CutSurface, split_edges
+from craftmesh.insertion.cut import SHORTEST, CutSurface, split_edges
 from craftmesh.insertion.misfit import Given, Inserted
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
@@ -16,8 +16,6 @@ from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import meets_box, span_of
 from craftmesh.types import CRACK, Surface
-
-SMALL = 0.15  # of the least length: no edge is halved into shorter ones
 
 
 def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: float) -> CutSurface:
@@ -28,10 +26,10 @@ def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: flo
     corners = surface.points[surface.facets]
     centre = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
-    rows = np.flatnonzero(cKDTree(places).query(centre)[0] < reach + SMALL * least)
+    rows = np.flatnonzero(cKDTree(places).query(centre)[0] < reach + SHORTEST * least)
     edges, _, _ = unique_edges(surface.facets[rows])
     step = np.diff(surface.points[edges], axis=1)[:, 0]
-    edges = edges[np.linalg.norm(step, axis=1) > 2 * SMALL * least]
+    edges = edges[np.linalg.norm(step, axis=1) > 2 * SHORTEST * least]
     middle = surface.points[edges].mean(axis=1)
     size = surface.size[edges].mean(axis=1) / 2
     result = split_edges(surface, edges, middle, size)

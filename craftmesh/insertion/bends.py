@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from craftmesh.insertion.cut import OFF
 from craftmesh.insertion.kernels import planar
 from craftmesh.insertion.kernels.planar import Candidates, Planar
 from craftmesh.insertion.patch import circumcircles, is_among, refuse_full
@@ -12,7 +13,6 @@ from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, meets_box
 
-OFF = 0.03  # of the least length: facets farther off the crack get a point; more costs 0.5 % of its area
 # No new point is nearer to those around it than the first share of the least length and the second of its
 # facet's longest edge.
 SPACING, APART = 0.25, 0.2

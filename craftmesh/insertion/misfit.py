@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.cracks.near_sheet import NearSheet
+from craftmesh.cracks.promises import FACETS_OFF, FRONT_OFF
 from craftmesh.cracks.within_box import area_off, area_within, segments_of
 from craftmesh.insertion.cut import CutSurface
 from craftmesh.insertion.sheet import Sheet
@@ -16,9 +17,6 @@ from craftmesh.surface.patches import is_on_box
 from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.types import CRACK, Crack, Surface
 
-# Of the least length, that facets and nodes of the front may be off the given crack. A measured crack is
-# known no better than to some 0.15 edges; K is found along the front.
-FACETS_OFF, FRONT_OFF = 0.15, 0.02
 MARGIN = 0.95  # of FACETS_OFF and FRONT_OFF: what a cut has to keep, for gradation moves points too
 
 

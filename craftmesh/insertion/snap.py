@@ -52,10 +52,10 @@ OFF_CRACK = 0.005  # of the local size: points of a crack there is may go this f
 # degrees to the face. With 0.1, that is 18, a boundary 0.06 l_min from a crack at 12 stayed beside its
 # mouth; the ribbon between them had 7 flat tets and 1.4 % over an aspect ratio of 5, now none and 0.7 %.
 STEEP = 0.01
-# Of options.snap times the least length, which makes 0.03 of the 0.05 that facets may be off: ribbons 0.006
-# and 0.015 wide towards a corner of the box had flat tetrahedra, and of 15 planes through one, at 7 to 31
-# degrees, two, now none. The tips that a chip off an edge of the box loses by it were 0.7 % of a crack of
-# 10 l_min^2; with half of snap, the choice where an area is off, they are a quarter.
+# Of options.snap times the least length: ribbons 0.006 and 0.015 wide towards a corner of the box had
+# flat tetrahedra, and of 15 planes through one, at 7 to 31 degrees, two, now none. The tips that a chip
+# off an edge of the box loses by it were 0.7 % of a crack of 10 l_min^2; with half of snap, the choice
+# where an area is off, they are a quarter.
 AT_BOX_EDGE = 0.15
 
 

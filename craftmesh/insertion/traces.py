@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.insertion.cut import CutSurface, split_edges
+from craftmesh.insertion.cut import OFF, SHORTEST, CutSurface, split_edges
 from craftmesh.insertion.front_chain import crossing_at
 from craftmesh.insertion.guarded_move import settled
 from craftmesh.insertion.options import InsertOptions
@@ -13,11 +13,10 @@ from craftmesh.surface.patches import is_on_box, patches
 from craftmesh.types import Surface
 
 SAMPLES = np.arange(1, 8) / 8  # of an edge's length, where its offset from a curved crack is looked at
-OFF = 0.03  # of the least length: trace edges farther off the crack are split
-# Of the least length: so are those on a face of the box that are farther beside the crack's mouth there. At
-# 12 degrees to a face OFF alone is 0.15 beside it, and a small crack had 0.58 % too little area, now 0.39.
+# Of the least length: trace edges farther than OFF off the crack are split, and those on a face of the box
+# that are farther than this beside the crack's mouth. At 12 degrees to a face OFF alone is 0.15 beside it,
+# and a small crack had 0.58 % too little area, now 0.39.
 BESIDE = 0.04
-SHORTEST = 0.15  # of the least length: no trace edge is split into shorter ones
 FARTHEST = 0.3  # of an edge's length: its new point moves onto the crack by at most this much
 FARTHEST_ON_BOX = 1.0  # the same in a face of the box, which cannot move to it: kinks of mouths are sharp
 ROUNDS = 12  # of splitting trace edges, or giving up those whose new point cannot move

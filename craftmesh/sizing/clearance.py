@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 
 from craftmesh.cracks.features import Face, cuts, in_plane, kink_edges
 from craftmesh.cracks.near_sheet import NearSheet
+from craftmesh.cracks.promises import FRONT_OFF
 from craftmesh.cracks.sheets import sheets
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, densify, where_short
@@ -30,7 +31,6 @@ SHORTEST, SHORTEST_BESIDE_LINES, SHORTEST_IN_GAPS = 0.5, 0.12, 0.1
 IN_WEDGE = (0.35, 1.5)
 # Of the distance from where a front meets the other sheet: wider gaps are a corner of 14 degrees or more.
 IN_CORNER = 0.25
-MEETS = 0.02  # of l_min, what a front may be off: nearer than this it meets the other sheet
 STEP = 0.2  # l_min between places along lines
 
 Lengths = tuple[np.ndarray, np.ndarray]  # places (k, 3) and what edges have there (k,)
@@ -118,7 +118,7 @@ def _to_sheet(own: Crack, other: Crack, box: np.ndarray, l_min: float) -> Length
     near = NearSheet(other, box).look(at)
     width, side = np.linalg.norm(near.foot - at, axis=1), np.sign(near.psi)
     crosses = np.append((side[1:] != side[:-1]) & (width[1:] < l_min) & (near.phi[1:] > 0), False)
-    clear, met = width < l_min, at[crosses | (width <= MEETS * l_min)]
+    clear, met = width < l_min, at[crosses | (width <= FRONT_OFF * l_min)]
     if len(met):
         clear &= width < IN_CORNER * cKDTree(met).query(at)[0]
     return at[clear], np.maximum(PER_GAP * width, SHORTEST_IN_GAPS * l_min)[clear]

@@ -8,8 +8,9 @@ from structured_box import structured_box
 
 import craftmesh.gradation.gradate as gradation
 from craftmesh import Sizing, gradate
+from craftmesh.cracks.promises import AREA_OFF, LEAST_AREA
 from craftmesh.cracks.triangulated import crack_from_triangles
-from craftmesh.cracks.within_box import AREA_OFF, LEAST_AREA, area_off, segments_of
+from craftmesh.cracks.within_box import area_off, segments_of
 from craftmesh.gradation.crack_reference import HeldArea
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.sizing.sizing import densify

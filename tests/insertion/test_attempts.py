@@ -7,12 +7,12 @@ import pytest
 from given_cracks import wavy_disc
 from structured_box import structured_box
 
+from craftmesh.cracks.promises import AREA_OFF, FACETS_OFF, FRONT_OFF
 from craftmesh.cracks.triangulated import crack_from_triangles
-from craftmesh.cracks.within_box import AREA_OFF
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.attempts import ATTEMPTS, soundest
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.misfit import FACETS_OFF, FRONT_OFF, Given, Inserted
+from craftmesh.insertion.misfit import Given, Inserted
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import sheet_of
 from craftmesh.insertion.snap import prepared
