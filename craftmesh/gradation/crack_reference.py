@@ -5,6 +5,7 @@ from scipy.spatial import cKDTree
 
 from craftmesh.cracks.polyline import Polyline, polyline
 from craftmesh.cracks.within_box import area_off, area_within, segments_of
+from craftmesh.sizing.sizing import densify
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.surface.kernels.distances import nearest_on_edges
@@ -109,13 +110,7 @@ def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
 def _curve(points: np.ndarray, step: float) -> tuple[Polyline, np.ndarray]:
     """Return the curve through `points` (k, 3), in pieces of about a `step`, and where the points are."""
     line = polyline(points)
-    span = np.linalg.norm(np.diff(line.points, axis=0), axis=1)
-    step = max(step, line.length / MOST_SAMPLES)
-    parts = np.maximum(np.ceil(span / step).astype(np.int64), 1)
-    first = np.repeat(np.cumsum(parts) - parts, parts)
-    share = (np.arange(len(first)) - first) / np.repeat(parts, parts)
-    arcs = np.append(np.repeat(line.arc[:-1], parts) + share * np.repeat(span, parts), line.length)
-    return Polyline(line.at(arcs), arcs, line.closed), line.arc
+    return polyline(densify(line.points, max(step, line.length / MOST_SAMPLES))), line.arc
 
 
 def _feet(curve: Polyline, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
