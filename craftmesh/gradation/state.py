@@ -90,9 +90,6 @@ class Scratch(NamedTuple):
     dying: np.ndarray  # (d,) facets that would go
     loose: np.ndarray  # (w,) witnesses
     loose_facet: np.ndarray  # (w,) the facet of each, old or found
-    edge_corner: np.ndarray  # (d,) third corners of the facets on one edge
-    edge_sides: np.ndarray  # (d, 2) slots that they have ahead and behind in a turn about it
-    edge_turn: np.ndarray  # (d,) how far they are turned about it
     near_slot: np.ndarray  # (g,) slots of grains and voids
     near_area: np.ndarray  # (g, 3) areas of their cones
     near_volume: np.ndarray  # (g,) volumes of their cones
@@ -200,9 +197,6 @@ def _scratch() -> Scratch:
         dying=np.empty(MOST_ON_EDGE, np.int64),
         loose=np.empty(MOST_LOOSE, np.int64),
         loose_facet=np.empty(MOST_LOOSE, np.int64),
-        edge_corner=np.empty(MOST_ON_EDGE, np.int64),
-        edge_sides=np.empty((MOST_ON_EDGE, 2), np.int64),
-        edge_turn=np.empty(MOST_ON_EDGE),
         near_slot=np.empty(MOST_GRAINS_NEAR, np.int64),
         near_area=np.empty((MOST_GRAINS_NEAR, 3)),
         near_volume=np.empty(MOST_GRAINS_NEAR),

@@ -12,7 +12,6 @@ from craftmesh.gradation.kernels.cones import book_drift, drift_allows, grain_co
 from craftmesh.gradation.kernels.crack_guard import leaves_crack, leaves_front
 from craftmesh.gradation.kernels.facet_grid import GONE, insert_facet
 from craftmesh.gradation.kernels.intersections import star_intersects
-from craftmesh.gradation.kernels.order_guard import breaks_order
 from craftmesh.gradation.kernels.star import add_star, look_around, old_facet, shape_refusal
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, set_free, settle
@@ -59,19 +58,11 @@ def refusal(state, grid, limits, star, floor):
     if limits.wedge < np.inf and sharpens_wedge(state, star, limits.wedge):
         return WEDGE
     near = look_around(state, grid, star)
-    if near < 0 or _passes_through(state, grid, star, near):
+    if near < 0 or star_intersects(grid, state.points, state.facets, near, state.star_corners, star.moved):
         return INTERSECTION
     state.pending[0] = grains
     state.pending[1] = loose
     return DONE
-
-
-@lean_kernel
-def _passes_through(state, grid, star, near):
-    """Tell whether a new facet meets another, or comes past one that it has an edge with."""
-    if star_intersects(grid, state.points, state.facets, near, state.star_corners, star.moved):
-        return True
-    return breaks_order(state, star)
 
 
 @lean_kernel
