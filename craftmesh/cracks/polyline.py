@@ -11,7 +11,7 @@ AT_ONCE = 2_000_000
 
 
 class Polyline(NamedTuple):
-    """A polyline with points (k, 3), arc lengths (k,) to them, and whether it is closed.
+    """A polyline with points (k, d), arc lengths (k,) to them, and whether it is closed.
 
     A closed one ends with its first point.
     """
@@ -25,10 +25,10 @@ class Polyline(NamedTuple):
         return float(self.arc[-1])
 
     def at(self, arc: np.ndarray) -> np.ndarray:
-        """Return the points (n, 3) at arc lengths (n,), counted round and round where it is closed."""
+        """Return the points (n, d) at arc lengths (n,), counted round and round where it is closed."""
         if self.closed:
             arc = np.mod(arc, self.length)
-        return np.stack([np.interp(arc, self.arc, self.points[:, k]) for k in range(3)], axis=1)
+        return np.stack([np.interp(arc, self.arc, column) for column in self.points.T], axis=1)
 
     def tangents(self) -> np.ndarray:
         """Return the unit directions (k, 3) at the points, between their neighbours."""
@@ -38,7 +38,7 @@ class Polyline(NamedTuple):
 
 
 def polyline(points: np.ndarray) -> Polyline:
-    """Return the polyline through points (k, 3) in order; repeated ones are left out."""
+    """Return the polyline through points (k, d) in order; repeated ones are left out."""
     span = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.append(True, span > 0)]
     arc = np.append(0.0, np.cumsum(span[span > 0]))

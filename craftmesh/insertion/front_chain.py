@@ -44,9 +44,9 @@ def chain(
     edges: list[tuple[int, int, int]] = []
     uv: list[np.ndarray] = []
     interval = 0
-    for front, closed in enumerate(sheet.rim.closed):
+    for front, curve in enumerate(sheet.rim.curves):
         nodes = _numbered_nodes(surface, sheet, front, along, uv)
-        if closed:
+        if curve.closed:
             nodes.append((nodes[0][0], nodes[0][1] + sheet.rim.period(front)))
         for (a, start), (b, end) in zip(nodes[:-1], nodes[1:]):
             inner = np.zeros(0)
@@ -81,14 +81,14 @@ def _forced_nodes(
 
     A corner that an edge of the front, along (k, 2), cuts off by no more than it may is none.
     """
-    curve, closed = sheet.rim.curves[front], sheet.rim.closed[front]
+    curve = sheet.rim.curves[front]
     ids = surface.on_front(front)
     known = surface.arc[ids]
     size = np.median(surface.size)
     corners = _not_cut_off(sheet, front, stretches(surface, sheet, along))
     wanted = _apart(sheet, front, corners, known, TOUCHING * size)
-    if not closed:
-        wanted += _apart(sheet, front, curve[[0, -1], 2], known, END * size)
+    if not curve.closed:
+        wanted += _apart(sheet, front, curve.arc[[0, -1]], known, END * size)
     elif not len(wanted) and not len(ids):
         wanted = [0.0]
     uv = sheet.uv(surface.points[ids])
@@ -102,7 +102,7 @@ def _not_cut_off(sheet: Sheet, front: int, cut: tuple[np.ndarray, np.ndarray, np
     number, start, end = cut
     corners, ahead = sheet.rim.corners(front), sheet.rim.corners_ahead(front)[:, None]
     inside = ((start < ahead) & (ahead < end) & (number == front)).any(axis=1)
-    return corners[~inside.reshape(1 + sheet.rim.closed[front], -1).any(axis=0)]
+    return corners[~inside.reshape(1 + sheet.rim.curves[front].closed, -1).any(axis=0)]
 
 
 def _apart(sheet: Sheet, front: int, wanted: np.ndarray, known: np.ndarray, near: float) -> list[float]:

@@ -136,8 +136,8 @@ def _neighbours(surface: CutSurface, sheet: Sheet, chords: np.ndarray) -> np.nda
     front = surface.front[on]
     last = np.flatnonzero(front != np.roll(front, -1))
     for i in last.tolist():
-        following[i] = on[np.flatnonzero(front == front[i])[0]] if sheet.rim.closed[front[i]] else -1
-    if len(on) and not len(last) and not sheet.rim.closed[front[0]]:
+        following[i] = on[np.flatnonzero(front == front[i])[0]] if sheet.rim.curves[front[i]].closed else -1
+    if len(on) and not len(last) and not sheet.rim.curves[front[0]].closed:
         following[-1] = -1
     stride = len(surface.points) + 1
     known = np.minimum(on, following) * stride + np.maximum(on, following)

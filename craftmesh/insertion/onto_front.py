@@ -107,7 +107,9 @@ def settle_front(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> C
 def _outermost(surface: CutSurface, sheet: Sheet, on_box: np.ndarray) -> np.ndarray:
     """Return which of the front points on the box are the first and last of their open fronts."""
     ends = []
-    for front in np.flatnonzero(~np.array(sheet.rim.closed, bool)).tolist():
+    for front, curve in enumerate(sheet.rim.curves):
+        if curve.closed:
+            continue
         ids = surface.on_front(front)
         ids = ids[np.isin(ids, on_box)]
         if len(ids):
@@ -134,15 +136,13 @@ def _pushed_apart(arc: np.ndarray, least: np.ndarray, held: np.ndarray, period: 
 
 def _front_ends(points: np.ndarray, planes: np.ndarray, sheet: Sheet) -> np.ndarray:
     """Return the nearest end of a front on the box plane of each point; NaN where there is none."""
-    ends = np.array(
-        [c[i, :2] for c, closed in zip(sheet.rim.curves, sheet.rim.closed) if not closed for i in (0, -1)]
-    )
+    ends = [curve.points[[0, -1]] for curve in sheet.rim.curves if not curve.closed]
     result = np.full(points.shape, np.nan)
     if not len(ends) or not len(points):
         return result
-    ends = sheet.lift(ends)
-    distance = np.linalg.norm(points[:, None] - ends[None], axis=2)
-    nearest = ends[np.argmin(distance, axis=1)]
+    places = sheet.lift(np.concatenate(ends))
+    distance = np.linalg.norm(points[:, None] - places[None], axis=2)
+    nearest = places[np.argmin(distance, axis=1)]
     off_plane = np.abs(np.where(planes, nearest - points, 0.0)).max(axis=1)
     good = off_plane <= SAME_PLACE * distance.max()
     result[good] = np.where(planes, points, nearest)[good]

@@ -97,7 +97,7 @@ def _touch(surface: CutSurface, sheet: Sheet) -> CutSurface:
 
 def _is_end(sheet: Sheet, front: np.ndarray, arc: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Tell which arc lengths (k,) on fronts (k,), -1 for none, are within `near` (k,) of an end."""
-    open_to = np.array([np.inf if c else a[-1, 2] for a, c in zip(sheet.rim.curves, sheet.rim.closed)])
+    open_to = np.array([np.inf if curve.closed else curve.length for curve in sheet.rim.curves])
     length = np.append(open_to, np.inf)[front]
     return np.isfinite(length) & (np.minimum(arc, length - arc) <= near)
 
@@ -148,7 +148,7 @@ def _past_front_ends(
     Such an edge on the box is a chord of the mouth: past the end of the front it leaves through what was
     pushed out of the box.
     """
-    ends = [curve[[0, -1], :2] for curve, closed in zip(sheet.rim.curves, sheet.rim.closed) if not closed]
+    ends = [curve.points[[0, -1]] for curve in sheet.rim.curves if not curve.closed]
     leaving = np.prod(np.sign(surface.phi[edges]), axis=1) < 0
     leaving[crossed] = False
     rows = np.flatnonzero(leaving)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from craftmesh.cracks.polyline import Polyline, polyline
 from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.surface.measure import along_segments
 from craftmesh.surface.rounding import ON_PLANE
@@ -24,8 +25,8 @@ class Rim:
     domain: polygon that the crack covers, given: without what was pushed out, past: how far past that the
     crack may count. segments (k, 2, 2): its boundary, those of fronts first;
     front_number, front_start (f,): front and arc length at the start of the first f. tree: of all
-    segments, front_tree: of the first f. curves: (j, 3) rows u, v, arc length per front; held: which of
-    these rows (j,) keep a node as corners do; closed: which fronts are.
+    segments, front_tree: of the first f. curves: the fronts; held: which of their points (j,) keep a node
+    as corners do.
     """
 
     domain: shapely.Polygon
@@ -36,9 +37,8 @@ class Rim:
     front_tree: shapely.STRtree
     front_number: np.ndarray
     front_start: np.ndarray
-    curves: tuple[np.ndarray, ...]
+    curves: tuple[Polyline, ...]
     held: tuple[np.ndarray, ...]
-    closed: tuple[bool, ...]
 
     def inside(self, uv: np.ndarray) -> np.ndarray:
         """Return phi (n,): the distance in (u, v) to the rim, > 0 on the crack and < 0 past its front."""
@@ -61,29 +61,28 @@ class Rim:
 
     def on_front(self, front: int, arc: np.ndarray) -> np.ndarray:
         """Return the parameters (n, 2) at arc lengths (n,) along a front."""
-        curve = self.curves[front]
-        if self.closed[front]:
-            arc = np.mod(arc, curve[-1, 2])
-        return np.stack([np.interp(arc, curve[:, 2], curve[:, i]) for i in range(2)], axis=1)
+        return self.curves[front].at(arc)
 
     def corners(self, front: int) -> np.ndarray:
         """Return the arc lengths (k,) of a front's corners, between its ends where it is open."""
         curve = self.curves[front]
-        step = np.diff(curve[:, :2], axis=0)
+        step = np.diff(curve.points, axis=0)
         step /= np.linalg.norm(step, axis=1)[:, None]
         sharp = np.einsum("ij,ij->i", step, np.roll(step, 1, axis=0)) < CORNER
         sharp |= self.held[front][:-1]
-        sharp[0] &= self.closed[front]
-        return curve[np.flatnonzero(sharp), 2]
+        sharp[0] &= curve.closed
+        return curve.arc[np.flatnonzero(sharp)]
 
     def period(self, front: int) -> float:
         """Return the length of a closed front, infinity for an open one."""
-        return float(self.curves[front][-1, 2]) if self.closed[front] else np.inf
+        return self.curves[front].length if self.curves[front].closed else np.inf
 
     def corners_ahead(self, front: int) -> np.ndarray:
         """Return the arc lengths of a front's corners, those of a closed one for two rounds."""
         corners = self.corners(front)
-        return np.concatenate([corners, corners + self.period(front)]) if self.closed[front] else corners
+        if not self.curves[front].closed:
+            return corners
+        return np.concatenate([corners, corners + self.period(front)])
 
     def gaps(self, front: int, arcs: np.ndarray, others: np.ndarray) -> np.ndarray:
         """Return how far along a front, the shorter way, arc lengths (n,) are from others (k,): (n, k)."""
@@ -112,7 +111,7 @@ def rim_of(
     held (k, 3): points of its fronts that keep a node.
     """
     kept = set() if held is None else set(map(tuple, held.tolist()))
-    curves = tuple(_with_arc_length(nodes[front]) for front in crack.fronts)
+    curves = tuple(polyline(nodes[front]) for front in crack.fronts)
     given = _polygon(boundary_loops(crack.triangles), nodes)
     domain = _push_out_mouth(given, crack, nodes, frame, box)
     segments, front_number, front_start = _segments(domain, curves)
@@ -129,13 +128,7 @@ def rim_of(
         front_start=front_start,
         curves=curves,
         held=tuple(np.array([tuple(p) in kept for p in crack.points[f].tolist()]) for f in crack.fronts),
-        closed=tuple(bool(front[0] == front[-1]) for front in crack.fronts),
     )
-
-
-def _with_arc_length(uv: np.ndarray) -> np.ndarray:
-    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(uv, axis=0), axis=1))])
-    return np.column_stack([uv, arc])
 
 
 def _polygon(rings: list[np.ndarray], nodes: np.ndarray) -> shapely.Polygon:
@@ -177,15 +170,15 @@ def _push_out_mouth(
 
 
 def _segments(
-    domain: shapely.Polygon, curves: tuple[np.ndarray, ...]
+    domain: shapely.Polygon, curves: tuple[Polyline, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the domain's boundary segments, fronts first, and of those front and arc length."""
     starts, ends, number, arc = [np.zeros((0, 2))], [np.zeros((0, 2))], [], []
     for front, curve in enumerate(curves):
-        starts.append(curve[:-1, :2])
-        ends.append(curve[1:, :2])
-        number.append(np.full(len(curve) - 1, front))
-        arc.append(curve[:-1, 2])
+        starts.append(curve.points[:-1])
+        ends.append(curve.points[1:])
+        number.append(np.full(len(curve.arc) - 1, front))
+        arc.append(curve.arc[:-1])
     segments = np.stack([np.concatenate(starts), np.concatenate(ends)], axis=1)
     known = {frozenset(map(tuple, segment)) for segment in segments.tolist()}
     mouth: list[list[list[float]]] = []
