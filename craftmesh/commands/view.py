@@ -1,6 +1,7 @@
-"""Show a stage file as a picture, without a screen: labels, surface, crack, sizes, mesh or solution."""
+"""Show a microstructure or a stage file as a picture, without a screen."""
 
 import argparse
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -8,18 +9,20 @@ import numpy as np
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.stage_io import of_suffix
 from craftmesh.errors import CraftmeshError
+from craftmesh.io.volume_format import SUFFIXES
 from craftmesh.mesh.mesh_sets import is_lip
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=Path, help=f"a stage file: {', '.join(VIEWS)}")
+    parser.add_argument("file", type=Path, help=f"file, or folder of TIFF slices: {', '.join(VIEWS)}")
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="picture .png (default: the file's name and .png)"
     )
 
 
 def run(arguments: argparse.Namespace) -> None:
-    file, view = arguments.file, of_suffix(arguments.file, VIEWS)
+    file = arguments.file
+    view = view_labels if file.is_dir() else of_suffix(file, VIEWS)
     output = arguments.output or file.with_name(f"{file.name}.png")
     picture = view(file)
     with atomic_path(output) as temporary:
@@ -122,9 +125,10 @@ def view_front(file: Path) -> bytes:
     return fronts_picture(read_fronts(file))
 
 
-VIEWS = {
+_VOLUMES = [".h5", ".hdf5", *chain.from_iterable(SUFFIXES.values())]
+_VOLUMES.remove(".npy")  # which does not say its axis order
+VIEWS = dict.fromkeys(_VOLUMES, view_labels) | {
     ".npz": view_arrays,
-    ".vti": view_labels,
     ".vtp": view_polygons,
     ".vtu": view_mesh,
     ".inp": view_deck,

@@ -2,6 +2,7 @@
 
 import io
 
+import nrrd
 import numpy as np
 import pytest
 from matplotlib.image import imread
@@ -64,6 +65,13 @@ def test_the_crack_is_red(stages, name, tmp_path):
         return int(((red > 0.4) & (green < 0.15) & (blue < 0.15)).sum())
 
     assert reds(tmp_path / "a.png") > 10 * reds(tmp_path / "without.png") + 500
+
+
+def test_a_volume_of_another_program_has_a_picture(tmp_path):
+    labels = np.arange(24, dtype=np.int32).reshape(4, 3, 2) // 6 + 1
+    nrrd.write(str(tmp_path / "scan.nrrd"), labels, {"spacings": [1.0, 1.0, 1.0]})
+    run(f"view {tmp_path / 'scan.nrrd'}")
+    assert colours(tmp_path / "scan.nrrd.png") > 20
 
 
 def test_the_picture_is_named_after_the_file(stages, monkeypatch):
