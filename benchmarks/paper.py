@@ -6,7 +6,6 @@ compares what was solved on the two meshes of an increment.
 
 import argparse
 import csv
-import json
 import subprocess
 import sys
 from pathlib import Path
@@ -14,16 +13,14 @@ from pathlib import Path
 import numpy as np
 import yaml
 from measure import print_table, write_json
+from paper_fields import largest_stress, read_json, read_table, shells, square, stresses_off
+from paper_pictures import draw
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ("paper_1", "paper_2", "paper_3")
 LENGTHS = ("l_min", "l0", "l_max")
 # Front edges at the ends of a front that are left out: K has no meaning at a free face.
 END = 2.0
-# Stresses are compared in a square so many l_min wide, across the middle of the front, or l_min off voids.
-WIDTH, PLACES = 16.0, 40_000
-SHOWN = 10.0  # % of the mean stress at which the picture's scale ends
-WORDS = ("id", "load_case", "face", "flags", "stays")  # columns that are no numbers
 COLUMNS = {
     "increment": "increment",
     "elements": "elements uniform/gradated",
@@ -110,18 +107,6 @@ def compared(uniform: Path, gradated: Path) -> dict:
     return row | stresses_off(*stresses)
 
 
-def read_json(path: Path) -> dict:
-    return json.loads(path.read_text(encoding="utf-8"))
-
-
-def read_table(path: Path) -> dict[str, np.ndarray]:
-    """Return the columns of numbers of a csv with a header."""
-    with open(path, encoding="utf-8") as stream:
-        rows = list(csv.DictReader(stream))
-    numbers = [key for key in rows[0] if key not in WORDS]
-    return {key: np.array([float(row[key] or "nan") for row in rows]) for key in numbers}
-
-
 def cpu_seconds(increment: Path) -> float:
     """Return the CPU seconds of solution and K, as Snakemake sampled them."""
     found = 0.0
@@ -162,95 +147,6 @@ def along_fronts(uniform: dict, gradated: dict) -> dict:
     return row
 
 
-def square(front: dict, edge: float) -> np.ndarray:
-    """Return places (n, 3) of a square of WIDTH edges, square to the front at its middle."""
-    middle = np.argmin(np.abs(front["s"] - front["s"][-1] / 2))
-    origin, ahead, up = (
-        np.array([front[f"{name}{axis}"][middle] for axis in "xyz"])
-        for name in ("", "binormal_", "normal_")
-    )
-    steps = np.linspace(-WIDTH / 2, WIDTH / 2, round(PLACES**0.5)) * edge
-    across, along = np.meshgrid(steps, steps, indexing="ij")
-    return origin + across.reshape(-1, 1) * ahead + along.reshape(-1, 1) * up
-
-
-def shells(voids: Path, config: dict, edge: float) -> np.ndarray:
-    """Return random places (n, 3) an edge out of the surfaces of voids, listed as shares of the box."""
-    table = read_table(voids)
-    centres = np.stack([table[axis] for axis in "xyz"], axis=1)
-    extent = np.array(config["generate"]["shape"]) * config["generate"]["spacing"]
-    random = np.random.default_rng(1)
-    which = random.integers(len(centres), size=PLACES)
-    way = random.normal(size=(PLACES, 3))
-    way /= np.linalg.norm(way, axis=1, keepdims=True)
-    return centres[which] * extent + (table["r"][which, None] * extent + edge) * way
-
-
-def differences(fine: np.ndarray, coarse: np.ndarray) -> np.ndarray:
-    """Return by how many % of its mean size a stress (n,) differs, nan where it has no value."""
-    return 100 * np.abs(coarse - fine) / np.nanmean(np.abs(fine))
-
-
-def stresses_off(fine: np.ndarray, coarse: np.ndarray) -> dict:
-    """Return how far stresses (n,) of two meshes are apart place by place, and the largest 1 % of them."""
-    both = np.isfinite(fine) & np.isfinite(coarse)
-    fine, coarse = fine[both], coarse[both]
-    largest = [np.percentile(np.abs(one), 99) for one in (fine, coarse)]
-    return {
-        "stress": np.percentile(differences(fine, coarse), (50, 95)).tolist(),
-        "largest": 100 * float(largest[1] / largest[0] - 1),
-    }
-
-
-def largest_stress(path: Path, places: np.ndarray) -> np.ndarray:
-    """Return the principal stress of the largest size (n,) at places (n, 3), nan out of the body."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-    from vtkmodules.vtkCommonCore import vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
-    from vtkmodules.vtkFiltersCore import vtkProbeFilter
-    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
-
-    reader = vtkXMLUnstructuredGridReader()
-    reader.SetFileName(str(path))
-    points, asked = vtkPoints(), vtkPolyData()
-    points.SetData(numpy_to_vtk(np.ascontiguousarray(places), deep=True))
-    asked.SetPoints(points)
-    probe = vtkProbeFilter()
-    probe.SetSourceConnection(reader.GetOutputPort())
-    probe.SetInputData(asked)
-    probe.Update()
-    xx, yy, zz, xy, yz, xz = vtk_to_numpy(probe.GetOutput().GetPointData().GetArray("stress")).T
-    tensor = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
-    principal = np.linalg.eigvalsh(tensor)
-    largest = np.take_along_axis(principal, np.abs(principal).argmax(axis=1)[:, None], axis=1)[:, 0]
-    inside = vtk_to_numpy(probe.GetOutput().GetPointData().GetArray("vtkValidPointMask"))
-    return np.where(inside > 0, largest, np.nan)
-
-
-def draw(uniform: Path, gradated: Path, picture: Path) -> None:
-    """Draw the paper's Fig. 15: kink angles along both fronts, differences of stress across the middle."""
-    from craftmesh.report.pictures import new_figure
-
-    edge = read_json(uniform.parent / "case.json")["config"]["sizing"]["l_min"]
-    figure = new_figure(9.0, 3.4)
-    angles, plane = figure.subplots(1, 2)
-    for one, line in ((uniform, "-"), (gradated, "--")):
-        table = read_table(one / "sif.csv")
-        angles.plot(table["s"] / table["s"][-1], table["kink_angle"], line, label=one.parent.name, lw=1)
-    angles.set_xlabel("place along the front, share of its length")
-    angles.set_ylabel("kink angle [degrees]")
-    angles.legend()
-    places = square(read_table(uniform / "front.csv"), edge)
-    off = differences(*(largest_stress(one / "solution.vtu", places) for one in (uniform, gradated)))
-    half = WIDTH * edge / 2
-    shown = off.reshape(round(PLACES**0.5), -1).T
-    image = plane.imshow(shown, origin="lower", extent=(-half, half, -half, half), vmin=0, vmax=SHOWN)
-    figure.colorbar(image, ax=plane, label="difference of principal stress [% of its mean]")
-    plane.set_xlabel("ahead of the front")
-    figure.tight_layout()
-    figure.savefig(picture)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("example", choices=EXAMPLES)
@@ -261,7 +157,10 @@ def main() -> None:
     parser.add_argument("--cores", type=int, default=2, help="of the campaigns (default 2)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures to this file")
     parser.add_argument(
-        "--picture", type=Path, metavar="FILE", help="draw the last pair, of a cracked model"
+        "--pictures",
+        type=Path,
+        metavar="FOLDER",
+        help="draw the paper's Figs. 13 to 16, of a cracked model",
     )
     arguments = parser.parse_args()
     folder = arguments.folder.absolute()
@@ -269,8 +168,8 @@ def main() -> None:
     pairs = both_meshes(arguments.example, arguments.factor, folder, arguments.cores)
     rows = [compared(*pair) for pair in pairs]
     write_json(arguments.json, {"rows": rows})
-    if arguments.picture:
-        draw(*pairs[-1], arguments.picture)
+    if arguments.pictures:
+        draw(pairs, rows, arguments.pictures)
     print_table(rows, COLUMNS)
 
 

@@ -15,7 +15,8 @@ BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
 def paper(monkeypatch):
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     yield __import__("paper")
-    sys.modules.pop("paper")
+    for name in ("paper", "paper_fields", "paper_pictures"):
+        sys.modules.pop(name)
 
 
 def along(count: int, off: float, at_ends: float) -> dict:
@@ -49,4 +50,4 @@ def test_stresses_are_compared_square_to_the_front_at_its_middle(paper):
         front |= {f"{name}_{key}": np.full(3, float(value)) for key, value in zip("xyz", axis)}
     places = paper.square(front, edge=0.5)
     assert (places[:, 0] == 5).all()
-    assert np.abs(places[:, 1:]).max() == pytest.approx(0.5 * paper.WIDTH / 2)
+    assert np.abs(places[:, 1:]).max() == pytest.approx(0.5 * sys.modules["paper_fields"].WIDTH / 2)
