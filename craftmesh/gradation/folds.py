@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from craftmesh.sizing.clearance import PER_WIDTH
-from craftmesh.sizing.sizing import Sizing, where_short
+from craftmesh.sizing.sizing import PER_WIDTH, Sizing, where_short
 from craftmesh.surface.connectivity import edge_sides, joined, unique_edges
 from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.patches import Patches, feature_edges, patches

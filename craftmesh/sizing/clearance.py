@@ -11,15 +11,12 @@ from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.cracks.promises import FRONT_OFF
 from craftmesh.cracks.sheets import sheets
 from craftmesh.sizing.length_field import LengthField
-from craftmesh.sizing.sizing import Sizing, densify, where_short
+from craftmesh.sizing.sizing import PER_WIDTH, Sizing, densify, where_short
 from craftmesh.surface.measure import meets_box, unit_normals
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_FACES, Crack
 
-# Of the width to a face: edges. A kinked disc .6 l_min from a face, with edges of 4.5 l_min, had 1.06 % of
-# its tets over an aspect ratio of 5; with 3 of the width .12 %, with 2.5 .06 %, for 9 % more tets.
-PER_WIDTH = 2.5
-# The same along lines where the crack goes on along the face, flatter than STEEP (sine of the angle): tets
+# PER_WIDTH along lines where the crack goes on along the face, flatter than STEEP (sine of the angle): tets
 # in that wedge are as flat as it is, but with edges of over 11 widths under 5 degrees.
 PER_WIDTH_IN_WEDGE, STEEP = 6.0, 0.34
 # The same between a front and another sheet. With 6 as many of 48 pairs of discs had flat tets.

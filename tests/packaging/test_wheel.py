@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -135,6 +136,6 @@ def test_gradation_alone_needs_four_packages():
     loaded = set(run(sys.executable, "-c", code, cwd=ROOT).split())
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     modules = {"pyyaml": "yaml", "scikit-image": "skimage", "pytetwild[all]": "pytetwild"}
-    needed = {name.split(">")[0] for name in project["dependencies"]}
+    needed = {re.split("[>=]", name)[0] for name in project["dependencies"]}
     found = {name for name in needed if modules.get(name, name).replace("-", "_") in loaded}
     assert found <= {"numba", "numpy", "scipy", "pyyaml"}

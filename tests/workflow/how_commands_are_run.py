@@ -80,6 +80,10 @@ BENCHMARKS = "benchmarks/test_benchmarks.py"
 # what other tests run, of the commands that begin so
 BY_OTHER_TESTS = {
     "craftmesh compile": "commands/test_compile.py::test_every_stage_runs_and_nothing_is_left_behind",
+    "craftmesh export volume.vtu -o model.e": (
+        "io/test_export.py::test_moose_gets_a_row_of_angles_for_each_block"
+    ),
+    "craftmesh check model.e": "io/test_export.py::test_check_reads_exodus_and_finds_what_is_wrong_in_it",
     "snakemake --cores 1 --touch results/notch": "workflow/test_reruns.py::test_what_is_there_is_accepted",
     **dict.fromkeys(
         (
