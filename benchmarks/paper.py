@@ -13,8 +13,10 @@ from pathlib import Path
 import numpy as np
 import yaml
 from measure import print_table, write_json
-from paper_fields import largest_stress, read_json, read_table, shells, square, stresses_off
+from paper_fields import largest_stress, read_table, shells, square, stresses_off
 from paper_pictures import draw
+
+from craftmesh.io.json_file import read_json
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ("paper_1", "paper_2", "paper_3")

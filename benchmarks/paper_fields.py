@@ -1,7 +1,6 @@
 """Stresses of two meshes at the same places: where they are compared, and by how much they are apart."""
 
 import csv
-import json
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +8,6 @@ import numpy as np
 # Stresses are compared in a square so many l_min wide, across the middle of the front, or l_min off voids.
 WIDTH, PLACES = 16.0, 40_000
 WORDS = ("id", "load_case", "face", "flags", "stays")  # columns that are no numbers
-
-
-def read_json(path: Path) -> dict:
-    return json.loads(path.read_text(encoding="utf-8"))
 
 
 def read_table(path: Path) -> dict[str, np.ndarray]:
@@ -69,10 +64,14 @@ def stresses_off(fine: np.ndarray, coarse: np.ndarray) -> dict:
 
 def largest_stress(path: Path, places: np.ndarray) -> np.ndarray:
     """Return the principal stress of the largest size (n,) at places (n, 3), nan out of the body."""
-    tensor = stress_at(path, places)
+    return largest_principal(stress_at(path, places))
+
+
+def largest_principal(tensor: np.ndarray) -> np.ndarray:
+    """Return the principal value of the largest size (n,) of tensors (n, 3, 3), nan for nan."""
     inside = np.isfinite(tensor[:, 0, 0])
     principal = np.linalg.eigvalsh(tensor[inside])
-    found = np.full(len(places), np.nan)
+    found = np.full(len(tensor), np.nan)
     found[inside] = np.take_along_axis(principal, np.abs(principal).argmax(axis=1)[:, None], axis=1)[:, 0]
     return found
 
@@ -108,9 +107,3 @@ def arc(front: dict, radius: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     angles = np.radians(np.linspace(-80.0, 80.0, 161))
     cosine, sine = np.cos(angles)[:, None], np.sin(angles)[:, None]
     return np.degrees(angles), origin + radius * (cosine * ahead + sine * up), cosine * up - sine * ahead
-
-
-def tangential_stress(path: Path, front: dict, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return angles (n,) and the tangential stress (n,) on an arc round the middle of the front."""
-    angles, places, along = arc(front, radius)
-    return angles, np.einsum("ni,nij,nj->n", along, stress_at(path, places), along)

@@ -7,14 +7,16 @@ import numpy as np
 from paper_fields import (
     PLACES,
     WIDTH,
+    arc,
     differences,
+    largest_principal,
     largest_stress,
-    read_json,
     read_table,
     square,
-    tangential_stress,
+    stress_at,
 )
 
+from craftmesh.io.json_file import read_json
 from craftmesh.report.pictures import new_figure
 
 MESHES = ("uniform", "gradated")
@@ -43,13 +45,22 @@ def shortest_edge(increment: Path) -> float:
     return read_json(increment.parent / "case.json")["config"]["sizing"]["l_min"]
 
 
+def panels(pairs: Sequence[Pair], height: float):
+    """Return a figure, its axes (2, n) with titles, and whose they are: gradated ones, then uniform."""
+    figure = new_figure(3.4 * len(pairs), height)
+    grid = figure.subplots(2, len(pairs), squeeze=False, sharex=True, sharey=True)
+    shown = [pair[which] for which in (1, 0) for pair in pairs]
+    for axes, one in zip(grid.ravel(), shown):
+        axes.set_title(f"{one.parent.name}, increment {int(one.name)}", fontsize=8)
+    return figure, grid, shown
+
+
 def crack_faces(pairs: Sequence[Pair]):
     """Return the crack's facets from above, by the mean length of their edges; gradated meshes first."""
     from pyvista import read
 
-    figure = new_figure(3.4 * len(pairs), 5.2)
-    grid = figure.subplots(2, len(pairs), squeeze=False, sharex=True, sharey=True)
-    for axes, one in zip(grid.ravel(), [pair[which] for which in (1, 0) for pair in pairs]):
+    figure, grid, shown = panels(pairs, 5.2)
+    for axes, one in zip(grid.ravel(), shown):
         mesh = read(one / "gradated.vtp")
         facets = mesh.regular_faces[mesh.cell_data["crack"] > 0]
         corners = mesh.points[facets]
@@ -61,7 +72,6 @@ def crack_faces(pairs: Sequence[Pair]):
         axes.set_aspect("equal")
         low, high = mesh.points[facets.ravel(), :2].min(axis=0), mesh.points[facets.ravel(), :2].max(axis=0)
         axes.set(xlim=(low[0] - 1, high[0] + 1), ylim=(low[1] - 1, high[1] + 1))  # the last crack's, shared
-        axes.set_title(f"{one.parent.name}, increment {int(one.name)}", fontsize=8)
     figure.colorbar(image, ax=grid, label="edge length", shrink=0.7)
     return figure
 
@@ -72,14 +82,11 @@ def stress_on_plane(pairs: Sequence[Pair]):
     box = np.multiply(config["shape"], config["spacing"])
     steps = [np.linspace(0.001, 0.999, 240) * length for length in box[1:]]
     places = np.stack(np.meshgrid([box[0] / 2], *steps, indexing="ij"), axis=-1).reshape(-1, 3)
-    figure = new_figure(3.4 * len(pairs), 5.6)
-    grid = figure.subplots(2, len(pairs), squeeze=False, sharex=True, sharey=True)
-    shown = [pair[which] for which in (1, 0) for pair in pairs]
+    figure, grid, shown = panels(pairs, 5.6)
     maps = [largest_stress(one / "solution.vtu", places).reshape(240, 240).T for one in shown]
     style = {"extent": (0, box[1], 0, box[2]), "vmin": 0, "vmax": 2.5 * np.nanmedian(maps[0])}
-    for axes, one, stress in zip(grid.ravel(), shown, maps):
+    for axes, stress in zip(grid.ravel(), maps):
         image = axes.imshow(stress, origin="lower", cmap="turbo", **style)
-        axes.set_title(f"{one.parent.name}, increment {int(one.name)}", fontsize=8)
     figure.colorbar(image, ax=grid, label="largest principal stress [MPa]", shrink=0.7)
     return figure
 
@@ -90,20 +97,22 @@ def fields(uniform: Path, gradated: Path):
     figure = new_figure(12.0, 3.4)
     angles, plane, probed = figure.subplots(1, 3)
     front = read_table(uniform / "front.csv")
+    around, on_arc, along = arc(front, ARC * edge)
+    places, largest = np.concatenate([on_arc, square(front, edge)]), []
     for one, name, line in zip((uniform, gradated), MESHES, ("-", "--")):
         table = read_table(one / "sif.csv")
         angles.plot(table["s"] / table["s"][-1], table["kink_angle"], line, label=name, lw=1)
-        probed.plot(*tangential_stress(one / "solution.vtu", front, ARC * edge), line, label=name, lw=1)
+        stress = stress_at(one / "solution.vtu", places)
+        tangential = np.einsum("ni,nij,nj->n", along, stress[: len(on_arc)], along)
+        probed.plot(around, tangential, line, label=name, lw=1)
+        largest.append(largest_principal(stress[len(on_arc) :]))
     angles.set_xlabel("place along the front, share of its length")
     angles.set_ylabel("kink angle [degrees]")
     probed.set_xlabel("angle from straight ahead [degrees]")
     probed.set_ylabel("tangential stress [MPa]")
     angles.legend()
-    off = differences(
-        *(largest_stress(one / "solution.vtu", square(front, edge)) for one in (uniform, gradated))
-    )
     half = WIDTH * edge / 2
-    shown = off.reshape(round(PLACES**0.5), -1).T
+    shown = differences(*largest).reshape(round(PLACES**0.5), -1).T
     image = plane.imshow(shown, origin="lower", extent=(-half, half, -half, half), vmin=0, vmax=SHOWN)
     figure.colorbar(image, ax=plane, label="difference of principal stress [% of its mean]")
     plane.set_xlabel("ahead of the front")
