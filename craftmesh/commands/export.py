@@ -9,9 +9,9 @@ import numpy as np
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure
-from craftmesh.commands.stage_io import add_file, add_output, existing
+from craftmesh.commands.stage_io import add_file, add_output
 from craftmesh.deck.options import DeckOptions
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import read_tets

@@ -16,6 +16,7 @@ from craftmesh.deck.limits import (
     name_fault,
     too_small_sentence,
 )
+from craftmesh.deck.parts import OUTPUT
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.integration import smallest_jacobians
 from craftmesh.surface.measure import area_vectors
@@ -65,7 +66,7 @@ def _breaches(deck: DeckText) -> list[str]:
 
 def _check_block(block: Block, nodes: np.ndarray, elements: np.ndarray) -> list[str]:
     names = [block.parameters[key].strip('"') for key in _NAMES if key in block.parameters]
-    if block.keyword.endswith(("PRINT", "FILE", "OUTPUT")):  # sets of an instance
+    if block.keyword.endswith(OUTPUT):
         names = [name.rpartition(".")[2] for name in names]
     breaches = [f"the name {name[:40]!r} {fault}" for name in names if (fault := name_fault(name))]
     if block.keyword == "ELEMENT":

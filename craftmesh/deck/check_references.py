@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 
 from craftmesh.deck.includes import Block
 from craftmesh.deck.limits import ROW_LIMIT
-from craftmesh.deck.parts import NAMING
+from craftmesh.deck.parts import NAMING, OUTPUT
 
 _OF_SECTION = ("ELSET", "MATERIAL", "ORIENTATION", "CONTROLS")  # parameters of sections that name something
 # What defines a set or a surface, and the parameter that says how it is called.
@@ -77,7 +77,7 @@ def _set_faults(blocks: Sequence[Block]) -> Iterator[str]:
 
 def _named(block: Block) -> list[str]:
     """Return the names of sets and surfaces that a block has, those that it defines left out."""
-    if block.keyword.endswith(("PRINT", "FILE", "OUTPUT")):
+    if block.keyword.endswith(OUTPUT):
         return [block.parameters[key] for key in ("NSET", "ELSET") if key in block.parameters]
     count = NAMING.get(block.keyword, 0)
     if block.keyword in ("NSET", "ELSET"):

@@ -19,6 +19,7 @@ OF_PART |= {"SOLID SECTION", "COHESIVE SECTION"}
 # Keywords whose data lines begin with so many names or numbers of nodes, sets and surfaces.
 NAMING = {"BOUNDARY": 1, "CLOAD": 1, "DSLOAD": 1, "TEMPERATURE": 1, "INITIAL CONDITIONS": 1}
 NAMING |= {"CONTACT PAIR": 2}
+OUTPUT = ("PRINT", "FILE", "OUTPUT")  # endings of keywords whose parameters name sets, of an instance
 
 
 def in_parts(lines: Iterable[str]) -> Iterator[str]:
@@ -39,7 +40,6 @@ def in_parts(lines: Iterable[str]) -> Iterator[str]:
             of_model.append(re.sub(r"\b(NSET|ELSET)\s*=\s*", rf"\1={INSTANCE}.", line, flags=re.I))
         else:
             count = 0 if line.startswith("**") else NAMING.get(keyword, 0)
-            named = re.sub(r"[^,\s]+", rf"{INSTANCE}.\g<0>", line, count=count) if count else line
-            of_model.append(named)
+            of_model.append(re.sub(r"[^,\s]+", rf"{INSTANCE}.\g<0>", line, count=count) if count else line)
     yield _ASSEMBLY
     yield from of_model

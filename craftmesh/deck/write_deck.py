@@ -128,10 +128,9 @@ def _notes(model: ElasticModel, layers: CohesiveLayers | None, scale: float, lay
     """Return the heading, and comments on what the deck has."""
     nodes, elements, grains = map(len, (model.mesh.points, model.mesh.tets, model.grains))
     notes = _HEADER.format(nodes=nodes, elements=elements, element=model.element, grains=grains)
-    if model.axes and layout != MESH:
-        notes += _ORIENTATION_NOTE
-    if model.own_strain.any() and layout != MESH:
-        notes += _STRAIN_NOTE
+    if layout != MESH:
+        notes += _ORIENTATION_NOTE if model.axes else ""
+        notes += _STRAIN_NOTE if model.own_strain.any() else ""
     if layers is not None:
         notes += _LAYER_NOTE
     return notes + (_SCALE_NOTE.format(scale=scale, forces=scale**2) if scale != 1 else "")
