@@ -1,7 +1,8 @@
 """Pages of the documentation's site that are made of the tree: called by mkdocs, see mkdocs.yml.
 
 The README is the first page, each stage of the guide has a page of its own, every parameter stands in a
-table of the configuration's schema, and each room of the package has a page of its docstrings.
+table of the configuration's schema, and each room of the package has a page of its docstrings. Notebooks
+are pages, and the gallery shows those and the examples that have a picture.
 """
 
 import posixpath
@@ -9,6 +10,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from gallery import gallery_page, notebook_page
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
@@ -29,6 +31,10 @@ EXAMPLES = {
     for path in sorted(ROOT.glob("examples/*/README.md"))
 }
 PAGES |= EXAMPLES
+NOTEBOOKS = {
+    f"examples/notebooks/{path.name}": f"notebook-{path.stem.replace('_', '-')}.md"
+    for path in sorted(ROOT.glob("examples/notebooks/*.ipynb"))
+}
 LINK = re.compile(r"(\]\()([^)#\s]+)((?:#[^)]*)?\))")
 STAGE = re.compile(r"^## (\d+)\. ([^:\n]+): (.*)$", re.M)
 ROOMS = (
@@ -49,7 +55,7 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
     stages = stage_pages((ROOT / "docs/guide.md").read_text())
     made = {
         "STAGES": list(stages),
-        "EXAMPLES": list(EXAMPLES.values()),
+        "EXAMPLES": [*EXAMPLES.values(), *NOTEBOOKS.values()],
         "API": [f"api/{room}.md" for room in ROOMS],
     }
     for entry in config.nav or []:
@@ -65,11 +71,17 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     made |= stage_pages((ROOT / "docs/guide.md").read_text())
     made["parameters.md"] = parameters_page(config_schema())
     made |= {f"api/{room}.md": room_page(room) for room in ROOMS}
+    notebooks, pictures = {}, {}
+    for source, place in NOTEBOOKS.items():
+        notebooks[place], drawn = notebook_page(ROOT / source)
+        pictures |= drawn
+    made |= notebooks
+    made["gallery.md"] = gallery_page(notebooks | {place: made[place] for place in EXAMPLES.values()})
     guide = files.get_file_from_path("guide.md")
     if guide is not None:
         files.remove(guide)
-    for place, text in made.items():
-        files.append(File.generated(config, place, content=text))
+    for place, content in (made | pictures).items():
+        files.append(File.generated(config, place, content=content))
     return files
 
 
@@ -89,7 +101,7 @@ def moved(text: str, source: str, place: str) -> str:
         path = posixpath.normpath(posixpath.join(posixpath.dirname(source), target))
         if (ROOT / path).is_dir():
             path = f"{path}/README.md"
-        on_site = PAGES.get(path, path.removeprefix("docs/"))
+        on_site = (PAGES | NOTEBOOKS).get(path, path.removeprefix("docs/"))
         return before + posixpath.relpath(on_site, posixpath.dirname(place) or ".") + after
 
     return _deeper_lists(LINK.sub(link, text))
