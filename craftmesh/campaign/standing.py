@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import median
+from statistics import median_low
 from typing import Any, NamedTuple
 
 from craftmesh.campaign.cases import PRESCRIBED, SYNTHETIC, UNTIL
@@ -106,11 +106,11 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
     sizes = sizes_of(folder / "labels.npz")
     works = [_expected(job.stage, sizes, 1) for job, _, _ in steps]
     done = sum(work * share for work, (_, share, _) in zip(works, steps))
-    costs = stage_costs(results / "benchmarks" / case, [f"{k:03d}" for k in range(record["increments"])])
-    # of the median stage: the kernels' compilation falls on few
-    paces = [cost.seconds / (cost.jobs * _expected(cost.stage, sizes, 2)) for cost in costs]
+    took = stage_costs(results / "benchmarks" / case, [f"{k:03d}" for k in range(record["increments"])])
+    # as planned until stages have run again: a first job may have compiled its kernels
+    paces = [(c.seconds - c.longest) / (c.jobs - 1) / _expected(c.stage, sizes) for c in took if c.jobs > 1]
     known = record["growth"] != UNTIL
-    timed = known and paces and (folder / MADE["microstructure"]).is_file()
+    timed = known and (folder / MADE["microstructure"]).is_file()
     return Standing(
         case=case,
         increments=record["increments"],
@@ -118,13 +118,13 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
         job=current and current[0],
         runs=current is not None and current[1],
         share=done / sum(works) if known else None,
-        left=median(paces) * (sum(works) - done) if timed else None,
+        left=median_low([1.0, *paces]) * (sum(works) - done) if timed else None,
         ended=ended[1] if ended else "",
         failures=log_errors(results, case, since) if current else [],
     )
 
 
-def _expected(stage: str, sizes: Sizes, chunks: int) -> float:
+def _expected(stage: str, sizes: Sizes, chunks: int = 2) -> float:
     """Return the seconds that a job of a stage takes where its kernels are compiled."""
     return effort(RULES.get(stage, stage), sizes, chunks).seconds
 

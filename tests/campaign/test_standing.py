@@ -31,7 +31,7 @@ def say(results, job, text=""):
     return log
 
 
-def make(results, job, ended=""):
+def make(results, job, ended="", seconds=2.0):
     """Make the files of a job, its log, and the time that it took."""
     say(results, job)
     path = results / "one" / job.increment / MADE[job.name]
@@ -44,7 +44,7 @@ def make(results, job, ended=""):
         path.write_text(json.dumps({"ended": ended}))
     took = results / "benchmarks" / "one" / job.increment / f"{job.name}.tsv"
     took.parent.mkdir(parents=True, exist_ok=True)
-    took.write_text("s\tcpu_time\tmax_rss\n2.0\t2.0\t100\n")
+    took.write_text(f"s\tcpu_time\tmax_rss\n{seconds}\t{seconds}\t100\n")
 
 
 @pytest.mark.parametrize("record", [GROWS, PRESCRIBED])
@@ -73,6 +73,21 @@ def test_the_share_of_a_stage_is_that_of_its_log(tmp_path):
     assert now.runs and now.job == third and before.share < now.share
     assert 0 < now.left < before.left
     assert str(now).startswith("one: remesh, ")
+
+
+def test_the_time_left_takes_no_stages_first_job_which_may_compile(tmp_path):
+    record = PRESCRIBED | {"increments": 3}
+    left = {}
+    for first in (2.0, 2e5):
+        folder = tmp_path / str(first)
+        begin(folder, record)
+        for job in jobs(record, 3):
+            make(folder, job, seconds=first if job.increment in ("", "000") else 2.0)
+            left[first, job] = standings(folder)[0].left
+    first_end, second_end = ((inc, "pictures") for inc in ("000", "001"))
+    assert left[2.0, first_end] == left[2e5, first_end] > 0  # as planned
+    assert left[2.0, second_end] == left[2e5, second_end]
+    assert left[2e5, second_end] < 0.1 * left[2e5, first_end]  # these jobs took far less than planned
 
 
 def test_files_after_a_missing_one_are_of_an_earlier_run(tmp_path):
