@@ -34,7 +34,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()
     add_cores(where)
     where.add_argument(
-        "--profile", metavar="FOLDER", help="a profile of Snakemake, as of a cluster, in their place"
+        "--profile",
+        metavar="FOLDER",
+        help="a profile of Snakemake, as of a cluster, in their place: profiles/slurm and "
+        "profiles/cluster-generic come along",
     )
     parser.add_argument(
         "--snakemake",
@@ -52,11 +55,18 @@ def add_cores(parser: argparse._ActionsContainer) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    words = ["--profile", arguments.profile] if arguments.profile else ["--cores", arguments.cores]
+    profile = arguments.profile and _profile(arguments.profile)
+    words = ["--profile", profile] if profile else ["--cores", arguments.cores]
     if arguments.config:
         words += ["--configfile", str(existing(arguments.config))]
-    with nullcontext() if arguments.profile else compiling_ahead():
+    with nullcontext() if profile else compiling_ahead():
         return run_snakemake([*words, *arguments.snakemake])
+
+
+def _profile(given: str) -> str:
+    """Return a profile's folder: the given one, or that of the installed workflow if only it is there."""
+    installed = snakefile().parent / given
+    return given if Path(given).exists() or not installed.is_dir() else str(installed)
 
 
 def run_snakemake(words: Sequence[str]) -> int:

@@ -33,9 +33,14 @@ def test_words_after_the_flag_are_for_snakemake(given, tmp_path):
     assert given == ["--cores", "all", "--configfile", str(config), "-R", "inp", "--cores", "3"]
 
 
-def test_a_profile_takes_the_place_of_cores(given):
+def test_a_profile_takes_the_place_of_cores(given, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     assert main(["run", "--profile", "profiles/slurm"]) == 0
-    assert given == ["--profile", "profiles/slurm"]
+    assert given[0] == "--profile" and Path(given[1], "config.yaml").is_file()  # that comes along
+    (tmp_path / "profiles/slurm").mkdir(parents=True)
+    for own in ("profiles/slurm", "anothers"):  # one in ~/.config/snakemake is for Snakemake to find
+        assert main(["run", "--profile", own]) == 0
+        assert given[-2:] == ["--profile", own]
 
 
 def test_the_demo_is_that_of_the_package_in_any_folder(given, tmp_path, monkeypatch):

@@ -41,6 +41,7 @@ NOT_IN_THE_GUIDE = ("craftmesh report results -o results/report.html",)
 # in the folder of the README's "Your own data", after its fence
 IN_YOUR_OWN_DATA = {
     "craftmesh plan scan.yaml --cores 4": "",
+    "craftmesh plan mine.yaml": "craftmesh plan scan.yaml",
     "craftmesh run mine.yaml": "craftmesh run scan.yaml",
     "craftmesh run mine.yaml --profile profiles/slurm": (
         "craftmesh run scan.yaml --profile $ROOT/profiles/default --snakemake --cores 2"
@@ -110,7 +111,10 @@ BY_OTHER_TESTS = {
     ),
     "ccx ": "stages/test_calculix.py::test_a_crack_opens",
     **dict.fromkeys(
-        (f"craftmesh view results/{case}/" for case in ("coalescing_grown/003", "intergranular/001")),
+        (
+            f"craftmesh view results/{case}/"
+            for case in ("coalescing_grown/003", "intergranular/001", "overhang/000")
+        ),
         "commands/test_view.py::test_every_stage_file_has_a_picture",
     ),
     "python examples/notebooks/execute.py": (
