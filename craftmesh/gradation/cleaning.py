@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.gradation.kernels.collapse import collapse_pass
+from craftmesh.gradation.kernels.one_pass import COLLAPSE
 from craftmesh.gradation.kernels.slide import LEAST_RISE
 from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.passes import Gradation, Limits, slide_all, split_all, swap_all
@@ -70,7 +70,7 @@ def loosened(limits: Limits, n: int, rounds: int) -> Limits:
 def collapse_poor(gradation: Gradation, limits: Limits, goal: float) -> int:
     """Collapse the shortest edges of facets under `goal` degrees where these are needles or short."""
     edges, order = _shortest_edges(gradation, goal)
-    return gradation.repeat("cleaning_collapses", collapse_pass, len(order), limits, edges, order, ())
+    return gradation.repeat("cleaning_collapses", COLLAPSE, limits, edges[order])
 
 
 def _shortest_edges(gradation: Gradation, goal: float) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.gradation.kernels.codes import ON_FRONT
-from craftmesh.gradation.kernels.slide import move_pass
+from craftmesh.gradation.kernels.one_pass import MOVE
 from craftmesh.gradation.passes import Gradation, Limits
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.wedges import Wedges, wedges
@@ -49,7 +49,7 @@ def open_narrow_places(gradation: Gradation, limits: Limits) -> None:
             far = np.linalg.norm(places - gradation.mesh.points[vertices], axis=1) > LEAST_MOVE * size
             vertices, places = vertices[far], places[far]
             count = len(vertices)
-            if not count or not gradation.repeat(name, move_pass, count, limits, vertices, places, ()):
+            if not count or not gradation.repeat(name, MOVE, limits, vertices, places=places):
                 break
 
 

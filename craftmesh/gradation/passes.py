@@ -1,6 +1,5 @@
 """Passes of the gradation over all edges or vertices, with arrays that grow as they need to."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -8,14 +7,18 @@ import numpy as np
 
 from craftmesh.by_reference import by_reference
 from craftmesh.errors import CraftmeshError
-from craftmesh.gradation.kernels.collapse import collapse_pass
 from craftmesh.gradation.kernels.facet_grid import ROOM_PER_STEP, FacetGrid, fill_grid, make_grid
-from craftmesh.gradation.kernels.relax import relax_pass
+from craftmesh.gradation.kernels.one_pass import (
+    COLLAPSE,
+    EVEN,
+    RELAX,
+    SLIDE,
+    SPLIT,
+    SWAP,
+    VALENCE,
+    one_pass,
+)
 from craftmesh.gradation.kernels.rings import list_edges
-from craftmesh.gradation.kernels.slide import even_lines_pass, slide_pass
-from craftmesh.gradation.kernels.split import split_pass
-from craftmesh.gradation.kernels.swap import swap_pass
-from craftmesh.gradation.kernels.valence import valence_pass
 from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.state import Guards, Mesh, State, make_room
 from craftmesh.sizing.sizing import Sizing
@@ -32,6 +35,7 @@ MUCH = 1.3
 ANGLE_OF_MUCH = 12.0
 # Width of the grid's cells in mean edges; from 1.6 to 3.2 makes no difference to speak of.
 CELL = 2.5
+NO_PLACES = np.zeros((0, 3))
 
 
 class Limits(NamedTuple):
@@ -115,15 +119,27 @@ class Gradation:
         """Return the ids of the vertices that have facets."""
         return np.flatnonzero(self.mesh.first[: self.mesh.used[0]] >= 0)
 
-    def repeat(self, name: str, kernel: Callable, count: int, *arguments: Any) -> int:
-        """Run a pass kernel up to item `count`, making room whenever it stops short; return its work."""
+    def repeat(
+        self,
+        name: str,
+        operation: int,
+        limits: Limits,
+        items: np.ndarray,
+        goal: float = 0.0,
+        places: np.ndarray = NO_PLACES,
+    ) -> int:
+        """Try an operation at all `items`, edges (n, 2) or vertices (n,); return how often it was done.
+
+        goal, places: as `one_pass` takes them; it is called again with more room whenever it stops short.
+        """
+        rows = items if items.ndim == 2 else items[:, None]
         start, total = 0, 0
         while True:
             if self.references is None:
                 self.references = by_reference(*self.state), by_reference(self.grid)
-            start, done = kernel(*self.references, *arguments[:-1], start, *arguments[-1])
+            start, done = one_pass(*self.references, limits, operation, rows, places, goal, start)
             total += done
-            if start >= count:
+            if start >= len(rows):
                 break
             self.make_room()
         self.done[name] = self.done.get(name, 0) + total
@@ -174,7 +190,7 @@ def collapse_short(gradation: Gradation, limits: Limits) -> int:
     for lines in (True, False):
         order = _in_blocks(edges, ratio, np.flatnonzero((feature == lines) & (ratio < limits.collapse)))
         name = "collapsed_junction_edges" if lines else "collapsed_regular_edges"
-        total += gradation.repeat(name, collapse_pass, len(order), limits, edges, order, ())
+        total += gradation.repeat(name, COLLAPSE, limits, edges[order])
     return total
 
 
@@ -207,7 +223,7 @@ def split_all(
     so volumes, distances and lengths are not asked for.
     """
     limits = limits._replace(longest=np.inf, drift=np.inf, distance=np.inf)
-    return gradation.repeat(name, split_pass, len(order), limits, edges, order, (share,))
+    return gradation.repeat(name, SPLIT, limits, edges[order], share)
 
 
 def swap_all(gradation: Gradation, limits: Limits) -> int:
@@ -218,7 +234,7 @@ def swap_all(gradation: Gradation, limits: Limits) -> int:
     limits = limits._replace(longest=np.inf)
     asked = limits._replace(collapse=0.0, split=0.0, floor=0.0, gain=0.0, merge_points=False)
     edges = edges_to_swap(gradation, asked)
-    done = gradation.repeat("swapped_edges", swap_pass, len(edges), limits, edges, ())
+    done = gradation.repeat("swapped_edges", SWAP, limits, edges)
     mesh = gradation.mesh
     gradation.swapped = Swapped(asked, mesh.points.copy(), mesh.facets.copy())
     return done
@@ -227,7 +243,7 @@ def swap_all(gradation: Gradation, limits: Limits) -> int:
 def even_valences(gradation: Gradation, limits: Limits) -> int:
     """Swap edges inside patches where their corners come nearer to six facets each."""
     edges = gradation.edges_inside_patches()
-    return gradation.repeat("evened_valences", valence_pass, len(edges), limits, edges, ())
+    return gradation.repeat("evened_valences", VALENCE, limits, edges)
 
 
 def edges_to_swap(gradation: Gradation, limits: Limits) -> np.ndarray:
@@ -254,7 +270,7 @@ def _are_equal(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
 def slide_all(gradation: Gradation, limits: Limits, goal: float) -> int:
     """Slide vertices of facets that score under `goal`."""
     order = np.unique(gradation.poor_facets(goal))
-    return gradation.repeat("slid_vertices", slide_pass, len(order), limits, order, (goal,))
+    return gradation.repeat("slid_vertices", SLIDE, limits, order, goal)
 
 
 def even_lines(gradation: Gradation, limits: Limits) -> int:
@@ -262,10 +278,10 @@ def even_lines(gradation: Gradation, limits: Limits) -> int:
     order = gradation.living_vertices()
     order = order[gradation.mesh.rank[order] == 1]
     limits = limits._replace(floor=min(limits.floor, limits.even_floor))
-    return gradation.repeat("slid_line_vertices", even_lines_pass, len(order), limits, order, ())
+    return gradation.repeat("slid_line_vertices", EVEN, limits, order)
 
 
 def relax_all(gradation: Gradation, limits: Limits) -> int:
     """Move vertices inside patches to where their facets are more even."""
     order = gradation.living_vertices()
-    return gradation.repeat("relaxed_vertices", relax_pass, len(order), limits, order, ())
+    return gradation.repeat("relaxed_vertices", RELAX, limits, order)

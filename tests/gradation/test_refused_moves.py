@@ -1,7 +1,5 @@
 """Vertices of small fans that move, or must not: the reason comes back, the mesh stays; passes count it."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from few_facets import BOX, fan, off_centre, prepared, sheet
@@ -17,19 +15,20 @@ from craftmesh.gradation.kernels.codes import (
     NO_NEED,
     NORMAL,
 )
-from craftmesh.gradation.kernels.collapse import collapse_pass
-from craftmesh.gradation.kernels.relax import relax_pass, relax_vertex
-from craftmesh.gradation.kernels.slide import (
-    even_lines_pass,
-    even_vertex,
-    move_pass,
-    move_vertex,
-    slide_pass,
-    slide_vertex,
+from craftmesh.gradation.kernels.one_pass import (
+    COLLAPSE,
+    EVEN,
+    MOVE,
+    RELAX,
+    SLIDE,
+    SPLIT,
+    SWAP,
+    VALENCE,
+    one_pass,
 )
-from craftmesh.gradation.kernels.split import split_pass
-from craftmesh.gradation.kernels.swap import swap_pass
-from craftmesh.gradation.passes import filled_grid
+from craftmesh.gradation.kernels.relax import relax_vertex
+from craftmesh.gradation.kernels.slide import even_vertex, move_vertex, slide_vertex
+from craftmesh.gradation.passes import NO_PLACES, filled_grid
 from craftmesh.gradation.state import make_state
 from craftmesh.types import CRACK, Surface
 
@@ -44,7 +43,7 @@ def slides(references, limits, v) -> int:
 
 
 def evens(references, limits, v) -> int:
-    return even_vertex(*references, limits, v, np.empty(3))
+    return even_vertex(*references, limits, v)
 
 
 def moves(references, limits, v) -> int:
@@ -142,44 +141,46 @@ def test_a_vertex_that_is_gone_does_not_move():
 
 
 EDGES = np.array([[0, 1], [0, 2], [6, 1]])
-ROWS = np.arange(2)
-PASSES = {
-    "collapse": (collapse_pass, (EDGES, ROWS, 0)),
-    "swap": (swap_pass, (EDGES, 0)),
-    "split": (split_pass, (EDGES, ROWS, 0, 0.0)),
-    "slide": (slide_pass, (ROWS, 0, INF)),
-    "even lines": (even_lines_pass, (ROWS, 0)),
-    "move": (move_pass, (ROWS, np.zeros((2, 3)), 0)),
-    "relax": (relax_pass, (ROWS, 0)),
+OPERATIONS = {
+    "collapse": (COLLAPSE, EDGES),
+    "split": (SPLIT, EDGES),
+    "swap": (SWAP, EDGES),
+    "valence": (VALENCE, EDGES),
+    "slide": (SLIDE, np.arange(2)[:, None]),
+    "even lines": (EVEN, np.arange(2)[:, None]),
+    "relax": (RELAX, np.arange(2)[:, None]),
+    "move": (MOVE, np.arange(2)[:, None]),
 }
 
 
-@pytest.mark.parametrize("kernel, arguments", PASSES.values(), ids=PASSES)
-def test_passes_stop_before_the_grid_is_full(kernel: Callable, arguments):
+@pytest.mark.parametrize("operation, items", OPERATIONS.values(), ids=OPERATIONS)
+def test_a_pass_stops_before_the_grid_is_full(operation, items):
     state = make_state(off_centre(), np.ones(7))
     grid = filled_grid(state.mesh)
     grid.used[0] = len(grid.facet)
     before = frozen(state)
-    assert kernel(by_reference(*state), by_reference(grid), OPEN, *arguments) == (0, 0)
+    references = by_reference(*state), by_reference(grid)
+    assert one_pass(*references, OPEN, operation, items, np.zeros((len(items), 3)), INF, 0) == (0, 0)
     assert frozen(state) == before
 
 
 COUNTS = {
     # It looks for places with sound normals alone, and so is not refused.
-    "slide": (slide_pass, (ROWS, 0, INF), 0),
+    "slide": (SLIDE, 0),
     # Point 1 is uneven, and so are its two neighbours; the hub is on no line.
-    "even lines": (even_lines_pass, (np.arange(7), 0), 3),
-    "move": (move_pass, (ROWS, np.zeros((2, 3)), 0), 2),
+    "even lines": (EVEN, 3),
+    "move": (MOVE, 7),
     # Points of the rim are on a line.
-    "relax": (relax_pass, (np.arange(7), 0), 1),
+    "relax": (RELAX, 1),
 }
 
 
-@pytest.mark.parametrize("kernel, arguments, count", COUNTS.values(), ids=COUNTS)
-def test_passes_count_what_they_refuse(kernel: Callable, arguments, count):
+@pytest.mark.parametrize("operation, count", COUNTS.values(), ids=COUNTS)
+def test_a_pass_counts_what_is_refused(operation, count):
     state, references = prepared(off_centre())
     before = frozen(state)
-    assert kernel(*references, OPEN._replace(**NEVER), *arguments) == (len(arguments[0]), 0)
+    vertices, places = np.arange(7)[:, None], np.full((7, 3), 0.1)
+    assert one_pass(*references, OPEN._replace(**NEVER), operation, vertices, places, INF, 0) == (7, 0)
     assert frozen(state) == before
     assert state.scratch.refused[NORMAL] == state.scratch.refused.sum() == count
 
@@ -197,7 +198,7 @@ def test_passes_leave_out_edges_that_are_gone_or_long_enough():
     state, references = prepared(Surface(spare, surface.facets, surface.sides, surface.kind))
     before = frozen(state)
     limits = OPEN._replace(collapse=0.5)
-    assert collapse_pass(*references, limits, EDGES, np.arange(3), 0) == (3, 0)
-    assert swap_pass(*references, limits, EDGES[2:], 0) == (1, 0)
-    assert slide_pass(*references, limits, np.array([6]), 0, INF) == (1, 0)
+    gone = EDGES[2:], np.array([[6]])
+    for operation, items in ((COLLAPSE, EDGES), (SWAP, gone[0]), (VALENCE, gone[0]), (SLIDE, gone[1])):
+        assert one_pass(*references, limits, operation, items, NO_PLACES, INF, 0) == (len(items), 0)
     assert frozen(state) == before and not state.scratch.refused.any()

@@ -12,10 +12,11 @@ from craftmesh import Surface, gradate
 from craftmesh.gradation.kernels.codes import DONE, WEDGE
 from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.gradation.kernels.guards import refusal
+from craftmesh.gradation.kernels.one_pass import SWAP, one_pass
 from craftmesh.gradation.kernels.slide import move_vertex
 from craftmesh.gradation.kernels.star import star_at
-from craftmesh.gradation.kernels.swap import swap_pass
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
+from craftmesh.gradation.passes import NO_PLACES
 from craftmesh.surface.kernels.hinges import SHARP_COSINE, SHARP_WEDGE, corner_lists, sharpest_cosines
 from craftmesh.surface.wedges import sharp_wedges
 
@@ -135,7 +136,7 @@ def test_a_swap_closes_no_wedge():
     edge = np.array([[0, 1]])
     for limits, count in ((OPEN, 1), (GUARDED, 0)):
         state, references = prepared(surface)
-        assert swap_pass(*references, limits, edge, 0)[1] == count
+        assert one_pass(*references, limits, SWAP, edge, NO_PLACES, 0.0, 0)[1] == count
         assert state.scratch.refused[WEDGE] == 1 - count
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import DONE, EAR, GRAIN_CONTACT, LINK, ON_CRACK, ON_PLANES, counted
+from craftmesh.gradation.kernels.codes import DONE, EAR, GRAIN_CONTACT, LINK, ON_CRACK, ON_PLANES
 from craftmesh.gradation.kernels.collapse_rules import (
     EITHER,
     NEITHER,
@@ -15,7 +15,6 @@ from craftmesh.gradation.kernels.collapse_rules import (
     movable_end,
 )
 from craftmesh.gradation.kernels.cones import keep_volumes
-from craftmesh.gradation.kernels.facet_grid import has_room
 from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.projection import put_on_planes
 from craftmesh.gradation.kernels.rings import is_feature
@@ -135,25 +134,3 @@ def _collapse_somehow(state, grid, limits, a, b, ends):
     if ends == ONTO_B or (ends == EITHER and reason != DONE):
         reason = collapse(state, grid, limits, b, a, np.bool_(False))
     return reason
-
-
-@lean_kernel
-def collapse_pass(state, grid, limits, edges, order, start):
-    """Collapse edges under limits.collapse of their target, in `order` from `start` on.
-
-    Returns where it stopped (len(order), or earlier when the grid must be rebuilt) and how many it
-    collapsed.
-    """
-    done = 0
-    for n in range(start, len(order)):
-        if not has_room(grid):
-            return n, done
-        a = edges[order[n], 0]
-        b = edges[order[n], 1]
-        if state.first[a] < 0 or state.first[b] < 0:
-            continue
-        limit = limits.collapse * 0.5 * (state.size[a] + state.size[b])
-        if squared_distance(state.points, a, b) >= limit * limit:
-            continue
-        done += counted(state.refused, collapse_edge(state, grid, limits, a, b))
-    return len(order), done

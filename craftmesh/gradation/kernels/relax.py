@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import LINK, NO_NEED, counted
-from craftmesh.gradation.kernels.facet_grid import has_room
+from craftmesh.gradation.kernels.codes import LINK, NO_NEED
 from craftmesh.gradation.kernels.slide import slide_towards
 from craftmesh.gradation.kernels.star import star_at, worst_score
-from craftmesh.jit import kernel, lean_kernel
+from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, score_of_angle
 
 # No facet falls under its star's least angle or under this score (30 degrees), whichever is less.
@@ -51,16 +50,3 @@ def relax_vertex(state, grid, limits, v):
         return NO_NEED
     floor = min(SOUND, worst_score(state, star))
     return slide_towards(state, grid, limits, star, goal, TRIES, floor)
-
-
-@lean_kernel
-def relax_pass(state, grid, limits, order, start):
-    """Relax the vertices in `order` that lie inside a patch; return where it stopped and how many moved."""
-    done = 0
-    for n in range(start, len(order)):
-        if not has_room(grid):
-            return n, done
-        v = order[n]
-        if state.first[v] >= 0 and state.rank[v] == 0:
-            done += counted(state.refused, relax_vertex(state, grid, limits, v))
-    return len(order), done

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import DONE, LINK, NO_NEED, ON_CRACK, ON_FRONT, counted, is_held
+from craftmesh.gradation.kernels.codes import DONE, LINK, NO_NEED, ON_CRACK, ON_FRONT, is_held
 from craftmesh.gradation.kernels.cones import keep_volumes
-from craftmesh.gradation.kernels.facet_grid import has_room
 from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front, put_on_planes
 from craftmesh.gradation.kernels.rings import is_feature
@@ -210,19 +209,6 @@ def slide_vertex(state, grid, limits, v, goal):
 
 
 @lean_kernel
-def slide_pass(state, grid, limits, order, start, goal):
-    """Slide the vertices in `order` from `start` on; return where it stopped and how many moved."""
-    done = 0
-    for n in range(start, len(order)):
-        if not has_room(grid):
-            return n, done
-        v = order[n]
-        if state.first[v] >= 0 and state.rank[v] < 2:
-            done += counted(state.refused, slide_vertex(state, grid, limits, v, goal))
-    return len(order), done
-
-
-@lean_kernel
 def _even_place(state, v, p, q, place):
     """Set `place` on the line p - v - q where both edges have the same length over target."""
     to_p = np.sqrt(squared_distance(state.points, v, p))
@@ -238,9 +224,10 @@ def _even_place(state, v, p, q, place):
 
 
 @kernel
-def even_vertex(state, grid, limits, v, place):
+def even_vertex(state, grid, limits, v):
     """Move the line vertex `v` to where its two line edges are even; return DONE or why not."""
     p, q = line_neighbours(state, v)
+    place = np.empty(3)
     if p < 0 or not _even_place(state, v, p, q, place):
         return NO_NEED
     star = star_at(state, v)
@@ -250,20 +237,6 @@ def even_vertex(state, grid, limits, v, place):
     state.points[star.tip] = place
     constrain(state, star)
     return attempt(state, grid, limits, star, floor)
-
-
-@kernel
-def even_lines_pass(state, grid, limits, order, start):
-    """Move line vertices to where their two line edges are equally long over their targets."""
-    done = 0
-    place = np.empty(3)
-    for n in range(start, len(order)):
-        if not has_room(grid):
-            return n, done
-        v = order[n]
-        if state.first[v] >= 0 and state.rank[v] == 1:
-            done += counted(state.refused, even_vertex(state, grid, limits, v, place))
-    return len(order), done
 
 
 @lean_kernel
@@ -280,14 +253,3 @@ def move_vertex(state, grid, limits, v, place):
         if reason == DONE:
             break
     return reason
-
-
-@lean_kernel
-def move_pass(state, grid, limits, vertices, places, start):
-    """Move each of `vertices` to its place (k, 3), or a part of the way, where the guards allow it."""
-    done = 0
-    for n in range(start, len(vertices)):
-        if not has_room(grid):
-            return n, done
-        done += counted(state.refused, move_vertex(state, grid, limits, vertices[n], places[n]))
-    return len(vertices), done

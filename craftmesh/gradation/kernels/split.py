@@ -10,11 +10,10 @@ from craftmesh.gradation.kernels.codes import (
     ON_CRACK,
     ON_FRONT,
     ON_PLANES,
-    counted,
 )
 from craftmesh.gradation.kernels.collapse_rules import is_front_edge
 from craftmesh.gradation.kernels.cones import book_drift, grain_cones
-from craftmesh.gradation.kernels.facet_grid import has_room, insert_facet
+from craftmesh.gradation.kernels.facet_grid import insert_facet
 from craftmesh.gradation.kernels.guards import refusal, replace_corner
 from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front, put_on_planes
 from craftmesh.gradation.kernels.rings import third_corner
@@ -247,23 +246,3 @@ def split(state, grid, limits, a, b, share):
     _add_vertex(state, rank, flags)
     _commit_split(state, grid, a, b, parents, moved)
     return DONE
-
-
-@lean_kernel
-def split_pass(state, grid, limits, edges, order, start, share):
-    """Split edges over limits.split of their target, in `order` from `start` on.
-
-    Returns where it stopped (earlier than len(order) when the arrays or the grid are full) and how
-    many it split.
-    """
-    done = 0
-    for n in range(start, len(order)):
-        full = state.used[0] + 2 > len(state.points) or state.used[1] + len(state.dying) > len(state.facets)
-        if full or not has_room(grid):
-            return n, done
-        a = edges[order[n], 0]
-        b = edges[order[n], 1]
-        limit = limits.split * 0.5 * (state.size[a] + state.size[b])
-        if squared_distance(state.points, a, b) > limit * limit:
-            done += counted(state.refused, split(state, grid, limits, a, b, share))
-    return len(order), done

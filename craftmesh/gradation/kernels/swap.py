@@ -114,30 +114,27 @@ def turned(state, grid, limits, quad, floor):
     return attempt(state, grid, limits, star, floor)
 
 
-@kernel
-def swap_pass(state, grid, limits, edges, start):
-    """Swap what gains among `edges` from `start` on, and then among the edges round each swap.
+@lean_kernel
+def swap_round(state, grid, limits, a, b, waiting):
+    """Swap edge (a, b) where that gains, then what gains round each swap; return how many were swapped.
 
-    Returns where it stopped and how many it swapped.
+    waiting: room (k, 2) for the edges to look at. It ends where the grid has no room for one more.
     """
     done = 0
-    waiting = np.empty((MOST_WAITING, 2), np.int64)
-    for n in range(start, len(edges)):
-        waiting[0] = edges[n]
-        count = 1
-        while count > 0:
-            if not has_room(grid):
-                return n, done
-            count -= 1
-            if state.first[waiting[count, 0]] < 0:
-                continue
-            quad = quad_at(state, waiting[count, 0], waiting[count, 1])
-            answer = swap(state, grid, limits, quad)
-            done += counted(state.refused, answer)
-            if answer == DONE and count + 4 <= MOST_WAITING:
-                u, p, v, q = quad.u, quad.p, quad.v, quad.q
-                for first, second in ((u, p), (p, v), (v, q), (q, u)):
-                    waiting[count, 0] = first
-                    waiting[count, 1] = second
-                    count += 1
-    return len(edges), done
+    waiting[0, 0] = a
+    waiting[0, 1] = b
+    count = 1
+    while count > 0 and has_room(grid):
+        count -= 1
+        if state.first[waiting[count, 0]] < 0:
+            continue
+        quad = quad_at(state, waiting[count, 0], waiting[count, 1])
+        answer = swap(state, grid, limits, quad)
+        done += counted(state.refused, answer)
+        if answer == DONE and count + 4 <= len(waiting):
+            u, p, v, q = quad.u, quad.p, quad.v, quad.q
+            for first, second in ((u, p), (p, v), (v, q), (q, u)):
+                waiting[count, 0] = first
+                waiting[count, 1] = second
+                count += 1
+    return done

@@ -6,9 +6,8 @@ for each 60 degrees that the patch takes up there. No vertex moves; relaxation t
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import NO_NEED, counted
-from craftmesh.gradation.kernels.facet_grid import has_room
-from craftmesh.gradation.kernels.swap import quad_at, turned
+from craftmesh.gradation.kernels.codes import NO_NEED
+from craftmesh.gradation.kernels.swap import turned
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.kernels.facet_shape import squared_distance
 
@@ -52,16 +51,3 @@ def even_valence(state, grid, limits, quad):
     if 2.0 * (lose - gain) - 4.0 <= LEAST_FALL:
         return NO_NEED
     return turned(state, grid, limits, quad, limits.floor)
-
-
-@lean_kernel
-def valence_pass(state, grid, limits, edges, start):
-    """Turn `edges` from `start` on where valences get even; return where it stopped and how many."""
-    done = 0
-    for n in range(start, len(edges)):
-        if not has_room(grid):
-            return n, done
-        if state.first[edges[n, 0]] >= 0:
-            quad = quad_at(state, edges[n, 0], edges[n, 1])
-            done += counted(state.refused, even_valence(state, grid, limits, quad))
-    return len(edges), done

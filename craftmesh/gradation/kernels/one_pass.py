@@ -1,0 +1,96 @@
+"""One pass of the gradation: an operation tried at one edge or vertex after another.
+
+One kernel for all operations: they share the guards, which are compiled once so.
+"""
+
+import numpy as np
+
+from craftmesh.gradation.kernels.codes import NO_NEED, counted
+from craftmesh.gradation.kernels.collapse import collapse_edge
+from craftmesh.gradation.kernels.facet_grid import has_room
+from craftmesh.gradation.kernels.relax import relax_vertex
+from craftmesh.gradation.kernels.slide import even_vertex, move_vertex, slide_vertex
+from craftmesh.gradation.kernels.split import split
+from craftmesh.gradation.kernels.swap import MOST_WAITING, quad_at, swap_round
+from craftmesh.gradation.kernels.valence import even_valence
+from craftmesh.jit import kernel, lean_kernel
+from craftmesh.surface.kernels.facet_shape import squared_distance
+
+# What is tried at edges: ...
+COLLAPSE, SPLIT, SWAP, VALENCE = range(4)
+# ... and at vertices.
+SLIDE, EVEN, RELAX, MOVE = range(4, 8)
+
+
+@lean_kernel
+def _times_target2(state, a, b, times):
+    """Return the square of an edge's target length times a factor."""
+    limit = times * 0.5 * (state.size[a] + state.size[b])
+    return limit * limit
+
+
+@lean_kernel
+def _at_edge(state, grid, limits, operation, a, b, share):
+    """Try an operation at edge (a, b); return DONE or why not."""
+    if operation == COLLAPSE:
+        if squared_distance(state.points, a, b) < _times_target2(state, a, b, limits.collapse):
+            return collapse_edge(state, grid, limits, a, b)
+    elif operation == SPLIT:
+        if squared_distance(state.points, a, b) > _times_target2(state, a, b, limits.split):
+            return split(state, grid, limits, a, b, share)
+    else:
+        return even_valence(state, grid, limits, quad_at(state, a, b))
+    return NO_NEED
+
+
+@lean_kernel
+def _at_vertex(state, grid, limits, operation, v, place, goal):
+    """Try an operation at vertex `v` where its rank is one that the operation moves."""
+    rank = state.rank[v]
+    if operation == MOVE:
+        return move_vertex(state, grid, limits, v, place)
+    if operation == SLIDE and rank < 2:
+        return slide_vertex(state, grid, limits, v, goal)
+    if operation == EVEN and rank == 1:
+        return even_vertex(state, grid, limits, v)
+    if operation == RELAX and rank == 0:
+        return relax_vertex(state, grid, limits, v)
+    return NO_NEED
+
+
+@lean_kernel
+def _has_room(state, grid, operation):
+    """Tell whether the grid, and for a split the arrays too, surely have room for one more operation."""
+    if operation == SPLIT:
+        if state.used[0] + 2 > len(state.points) or state.used[1] + len(state.dying) > len(state.facets):
+            return False
+    return has_room(grid)
+
+
+@kernel
+def one_pass(state, grid, limits, operation, items, places, goal, start):
+    """Try `operation` at the edges (n, 2) or vertices (n, 1) `items`, from row `start` on.
+
+    places: (n, 3) where MOVE puts vertices, (0, 3) for others. goal: the angle score under which SLIDE
+    moves a vertex, or the share of its parent's score that half a facet may have (SPLIT). Returns where it
+    stopped, n or earlier where the grid or the arrays need room, and how often the operation was done;
+    refusals are counted by reason.
+    """
+    done = 0
+    nowhere = np.zeros(3)
+    waiting = np.empty((MOST_WAITING, 2), np.int64)
+    for n in range(start, len(items)):
+        if not _has_room(state, grid, operation):
+            return n, done
+        a = items[n, 0]
+        b = items[n, items.shape[1] - 1]
+        if state.first[a] < 0 or state.first[b] < 0:
+            continue
+        if operation == SWAP:
+            done += swap_round(state, grid, limits, a, b, waiting)
+        elif operation < SLIDE:
+            done += counted(state.refused, _at_edge(state, grid, limits, operation, a, b, goal))
+        else:
+            place = places[n] if operation == MOVE else nowhere
+            done += counted(state.refused, _at_vertex(state, grid, limits, operation, a, place, goal))
+    return len(items), done
