@@ -35,6 +35,16 @@ def test_paths_and_modules_that_a_page_names_are_there(page):
     assert not gone, f"{page.relative_to(ROOT)} names {gone}"
 
 
+def test_each_section_of_the_readme_names_what_holds_it():
+    first, *sections = (ROOT / "README.md").read_text().split("\n## ")
+    without = [
+        section.partition("\n")[0]
+        for section in (first, *sections)
+        if not re.search(r"<!-- .*(?:tests|benchmarks)/", section)
+    ]
+    assert without == [] and len(sections) > 6
+
+
 def test_gone_paths_are_seen(tmp_path):
     page = tmp_path / "page.md"
     page.write_text(
