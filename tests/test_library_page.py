@@ -9,9 +9,11 @@ import pytest
 from structured_box import structured_box
 
 from craftmesh.assembly.assemble import assemble
+from craftmesh.surface.check_surface import check_surface
 from craftmesh.types import CRACK
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "library.md"
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+PAGE = DOCS / "library.md"
 
 
 def part():
@@ -30,12 +32,22 @@ def part():
     )
 
 
+def run_snippets(page, names):
+    for snippet in re.findall(r"```python\n(.*?)```", page.read_text(), flags=re.S):
+        exec(compile(snippet, str(page), "exec"), names)
+
+
+def test_the_mesh_of_the_first_hour_is_a_sound_surface():
+    names: dict = {}
+    run_snippets(DOCS / "first_hours.md", names)
+    assert check_surface(names["surface"]) == []
+
+
 def test_every_snippet_runs_and_does_what_the_page_says(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     meshio.gmsh.write("part.msh", part(), "2.2", binary=True)
     names: dict = {}
-    for snippet in re.findall(r"```python\n(.*?)```", PAGE.read_text(), flags=re.S):
-        exec(compile(snippet, str(PAGE), "exec"), names)
+    run_snippets(PAGE, names)
     assert len(names["opened"].point_sets["CRACK_FRONT"]) == 4
     assert "CRACK_LIP_B" in meshio.read("opened.msh").field_data
     assert (tmp_path / "model.inp").stat().st_size > 1e5 and "CRACK_LIP_A" in names["body"].face_sets

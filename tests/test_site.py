@@ -57,3 +57,14 @@ def test_every_key_of_the_configuration_has_its_effect(site):
 def test_the_reference_has_the_docstrings(site):
     assert "Gradate" in (site / "api/gradation.html").read_text()
     assert "craftmesh.sizing.sizing.sizing_for" in (site / "api/sizing.html").read_text()
+
+
+def test_the_gallery_shows_examples_and_notebooks_and_leads_to_them(site):
+    text = (site / "gallery.html").read_text()
+    shown = re.findall(r'<a href="([\w-]+\.html)"><img [^>]*src="(pictures/[\w-]+\.png)"', text)
+    assert len(shown) == text.count("<img ") >= 9
+    notebooks = {
+        f"notebook-{path.stem.replace('_', '-')}.html" for path in ROOT.glob("examples/notebooks/*.ipynb")
+    }
+    assert notebooks <= {page for page, _ in shown}
+    assert "TetMesh(" in (site / "notebook-pipe.html").read_text()  # what a cell printed
