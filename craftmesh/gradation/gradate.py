@@ -8,11 +8,10 @@ import numpy as np
 from craftmesh.arguments import typed
 from craftmesh.cracks.promises import FRONT_OFF
 from craftmesh.errors import CraftmeshError
-from craftmesh.gradation.cleaning import clean_facets, loosened, split_ears
+from craftmesh.gradation.cleaning import clean_facets, split_ears
 from craftmesh.gradation.crack_reference import HeldArea
 from craftmesh.gradation.folds import short_beside_folds
 from craftmesh.gradation.locality import spatially_sorted
-from craftmesh.gradation.narrow_places import open_narrow_places
 from craftmesh.gradation.passes import (
     Gradation,
     Limits,
@@ -41,9 +40,6 @@ RESTORING_SHARE = 0.5
 # 4 sqrt(3) area / sum of squared edges under which restoring volumes makes no facet worse: a needle of 15.7
 # degrees has it, a cap of 135. With 0.2 it left facets of 10 degrees where the tolerances are wide.
 RESTORED_QUALITY = 0.45
-# Times the volume tolerance: how far volumes may drift while narrow places open, where they are restored
-# afterwards.
-OPENING_DRIFT = 2.0
 # Degrees: no facet comes under this, nor over 119 degrees, which scores as little, unless one it replaces
 # was worse. With 15 degrees, and 135, three in four of the tetrahedra of an aspect ratio over 5 stood at
 # facets under 25 or over 120 degrees where grains are small against the lengths; 20 leaves a third of them,
@@ -171,7 +167,6 @@ def _gradated(
         _round(gradation, sizing, limits, relaxing=n >= options.passes // 2)
     progress(CLEANING_AT, "clean")
     clean_facets(gradation, sizing, limits, options.cleaning_passes, options.cleaning_angle)
-    open_narrow_places(gradation, _opening_limits(limits, options))
     split_ears(gradation, limits)
     return gradation
 
@@ -208,12 +203,6 @@ def _limits(options: GradateOptions, sizing: Sizing, crack: Crack | None, share:
         drift=float(options.volume_tolerance),
         merge_points=False,
     )
-
-
-def _opening_limits(limits: Limits, options: GradateOptions) -> Limits:
-    """Return the limits of the cleaning's last round, with more drift where volumes are restored."""
-    last = loosened(limits, options.cleaning_passes, options.cleaning_passes)
-    return last._replace(drift=OPENING_DRIFT * last.drift) if options.restore_volumes else last
 
 
 def _round(gradation: Gradation, sizing: Sizing, limits: Limits, relaxing: bool) -> None:

@@ -35,7 +35,6 @@ MUCH = 1.3
 ANGLE_OF_MUCH = 12.0
 # Width of the grid's cells in mean edges; from 1.6 to 3.2 makes no difference to speak of.
 CELL = 2.5
-NO_PLACES = np.zeros((0, 3))
 
 
 class Limits(NamedTuple):
@@ -120,24 +119,18 @@ class Gradation:
         return np.flatnonzero(self.mesh.first[: self.mesh.used[0]] >= 0)
 
     def repeat(
-        self,
-        name: str,
-        operation: int,
-        limits: Limits,
-        items: np.ndarray,
-        goal: float = 0.0,
-        places: np.ndarray = NO_PLACES,
+        self, name: str, operation: int, limits: Limits, items: np.ndarray, goal: float = 0.0
     ) -> int:
         """Try an operation at all `items`, edges (n, 2) or vertices (n,); return how often it was done.
 
-        goal, places: as `one_pass` takes them; it is called again with more room whenever it stops short.
+        goal: as `one_pass` takes it, which is called again with more room whenever it stops short.
         """
         rows = items if items.ndim == 2 else items[:, None]
         start, total = 0, 0
         while True:
             if self.references is None:
                 self.references = by_reference(*self.state), by_reference(self.grid)
-            start, done = one_pass(*self.references, limits, operation, rows, places, goal, start)
+            start, done = one_pass(*self.references, limits, operation, rows, goal, start)
             total += done
             if start >= len(rows):
                 break

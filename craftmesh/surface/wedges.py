@@ -19,15 +19,12 @@ from craftmesh.types import Surface
 class Wedges(NamedTuple):
     """Sectors of labels between facets that follow each other round an edge.
 
-    edge (w, 2): its points; label (w,): grain k, void -k or exterior 0 inside; angle (w,) in degrees;
-    facets (w, 2): first and last facet of the sector; far (w, 2): their corners off the edge.
+    edge (w, 2): its points; label (w,): grain k, void -k or exterior 0 inside; angle (w,) in degrees.
     """
 
     edge: np.ndarray
     label: np.ndarray
     angle: np.ndarray
-    facets: np.ndarray
-    far: np.ndarray
 
     def where(self, chosen: np.ndarray) -> "Wedges":
         """Return the chosen rows."""
@@ -63,13 +60,7 @@ def wedges(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, chosen: np
     following[last] = order[heads]
     angle = turn[following] - turn[order] + np.where(last, 2 * np.pi, 0.0)
     label = sides[facet, np.where(forward, 1, 0)]
-    return Wedges(
-        edges[edge[order]],
-        label[order],
-        np.degrees(angle),
-        np.stack([facet[order], facet[following]], axis=1),
-        np.stack([far[order], far[following]], axis=1),
-    )
+    return Wedges(edges[edge[order]], label[order], np.degrees(angle))
 
 
 def sharp_wedges(surface: Surface) -> Wedges:
@@ -81,8 +72,7 @@ def sharp_wedges(surface: Surface) -> Wedges:
     near = np.flatnonzero(at_edge[facets].sum(axis=1) > 1)
     found = wedges(surface.points, facets[near], surface.sides[near], edges)
     found = found.where((found.label != 0) & (found.angle < SHARP_WEDGE))
-    found = found.where(np.argsort(found.angle, kind="stable"))
-    return found._replace(facets=near[found.facets])
+    return found.where(np.argsort(found.angle, kind="stable"))
 
 
 def wedge_guard(points: np.ndarray, facets: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

@@ -22,7 +22,6 @@ from craftmesh.gradation.kernels.one_pass import RELAX, one_pass
 from craftmesh.gradation.kernels.projection import nearest_triangle, put_on_crack, put_on_front
 from craftmesh.gradation.locality import BLOCK, block_order
 from craftmesh.gradation.passes import (
-    NO_PLACES,
     Gradation,
     Limits,
     collapse_short,
@@ -319,7 +318,7 @@ def test_relaxation_evens_facets_out_inside_a_patch_only():
     before = mesh.points[:count].copy()
     limits = Limits(0.75, 1.4, 1.6, 1.0, 0.0, 0.3, 0.5, 0.04, 0.5, False)
     references = by_reference(*state), by_reference(filled_grid(mesh))
-    stopped, done = one_pass(*references, limits, RELAX, np.arange(len(before))[:, None], NO_PLACES, 0.0, 0)
+    stopped, done = one_pass(*references, limits, RELAX, np.arange(len(before))[:, None], 0.0, 0)
     moved = np.flatnonzero((mesh.points[:count] != before).any(axis=1))
     assert stopped == len(before) and done == len(moved) > 0.7 * len(inside)
     assert np.isin(moved, inside).all() and (mesh.points[inside] == before[inside])[held].all()

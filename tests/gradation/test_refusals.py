@@ -27,7 +27,7 @@ from craftmesh.gradation.kernels.codes import (
 from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.gradation.kernels.one_pass import SWAP, one_pass
 from craftmesh.gradation.kernels.split import split
-from craftmesh.gradation.passes import NO_PLACES, Gradation, Limits, filled_grid
+from craftmesh.gradation.passes import Gradation, Limits, filled_grid
 from craftmesh.gradation.state import make_state
 from craftmesh.types import CRACK, INTERFACE, Surface
 
@@ -160,7 +160,7 @@ def test_edges_that_may_not_turn_are_counted_by_reason(surface, limits, reason):
     state, references = prepared(surface)
     before = frozen(state)
     edge = np.array([[0, 1]])
-    stopped, done = one_pass(*references, OPEN._replace(**limits), SWAP, edge, NO_PLACES, 0.0, 0)
+    stopped, done = one_pass(*references, OPEN._replace(**limits), SWAP, edge, 0.0, 0)
     assert (stopped, done) == (1, reason == DONE)
     assert (frozen(state) == before) == (reason != DONE)
     assert state.scratch.refused.sum() == (reason >= 0)

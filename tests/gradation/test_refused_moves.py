@@ -15,10 +15,10 @@ from craftmesh.gradation.kernels.codes import (
     NO_NEED,
     NORMAL,
 )
+from craftmesh.gradation.kernels.guards import attempt
 from craftmesh.gradation.kernels.one_pass import (
     COLLAPSE,
     EVEN,
-    MOVE,
     RELAX,
     SLIDE,
     SPLIT,
@@ -27,8 +27,9 @@ from craftmesh.gradation.kernels.one_pass import (
     one_pass,
 )
 from craftmesh.gradation.kernels.relax import relax_vertex
-from craftmesh.gradation.kernels.slide import even_vertex, move_vertex, slide_vertex
-from craftmesh.gradation.passes import NO_PLACES, filled_grid
+from craftmesh.gradation.kernels.slide import even_vertex, slide_vertex
+from craftmesh.gradation.kernels.star import star_at
+from craftmesh.gradation.passes import filled_grid
 from craftmesh.gradation.state import make_state
 from craftmesh.types import CRACK, Surface
 
@@ -46,10 +47,6 @@ def evens(references, limits, v) -> int:
     return even_vertex(*references, limits, v)
 
 
-def moves(references, limits, v) -> int:
-    return move_vertex(*references, limits, v, np.array([0.3, 0.1, 0.2]))
-
-
 def relaxes(references, limits, v) -> int:
     return relax_vertex(*references, limits, v)
 
@@ -62,7 +59,7 @@ def test_front_vertices_stay_where_their_angles_are_sound():
 
 
 @pytest.mark.parametrize("classes", [{}, {"sides": (1, 1), "kind": CRACK}], ids=["contact", "crack"])
-@pytest.mark.parametrize("operation, v", [(slides, 0), (slides, 1), (evens, 1), (moves, 0), (relaxes, 0)])
+@pytest.mark.parametrize("operation, v", [(slides, 0), (slides, 1), (evens, 1), (relaxes, 0)])
 @pytest.mark.parametrize(
     "room, limits, reason", [({}, {}, DONE), ({"star": 1}, {}, LINK), ({}, NEVER, NORMAL)]
 )
@@ -77,11 +74,18 @@ def test_vertices_move_where_there_is_room_and_a_guard_allows_it(
     assert (frozen(state) == before) == (reason != DONE)
 
 
+def moved(references, limits, v, place) -> int:
+    star = star_at(references[0], v)
+    references[0].points[star.tip] = place
+    return attempt(*references, limits, star, -INF)
+
+
 @pytest.mark.parametrize("classes, reason", [({}, DONE), ({"sides": (1, 1), "kind": CRACK}, DISTANCE)])
 def test_vertices_keep_nearer_to_the_crack_than_to_the_rest(classes, reason):
     state, references = prepared(off_centre(**classes))
     before = frozen(state)
-    assert moves(references, OPEN._replace(distance=1.0, crack_distance=0.01), 0) == reason
+    limits = OPEN._replace(distance=1.0, crack_distance=0.01)
+    assert moved(references, limits, 0, (0.3, 0.1, 0.2)) == reason
     assert (frozen(state) == before) == (reason != DONE)
 
 
@@ -149,7 +153,6 @@ OPERATIONS = {
     "slide": (SLIDE, np.arange(2)[:, None]),
     "even lines": (EVEN, np.arange(2)[:, None]),
     "relax": (RELAX, np.arange(2)[:, None]),
-    "move": (MOVE, np.arange(2)[:, None]),
 }
 
 
@@ -160,7 +163,7 @@ def test_a_pass_stops_before_the_grid_is_full(operation, items):
     grid.used[0] = len(grid.facet)
     before = frozen(state)
     references = by_reference(*state), by_reference(grid)
-    assert one_pass(*references, OPEN, operation, items, np.zeros((len(items), 3)), INF, 0) == (0, 0)
+    assert one_pass(*references, OPEN, operation, items, INF, 0) == (0, 0)
     assert frozen(state) == before
 
 
@@ -169,7 +172,6 @@ COUNTS = {
     "slide": (SLIDE, 0),
     # Point 1 is uneven, and so are its two neighbours; the hub is on no line.
     "even lines": (EVEN, 3),
-    "move": (MOVE, 7),
     # Points of the rim are on a line.
     "relax": (RELAX, 1),
 }
@@ -179,8 +181,8 @@ COUNTS = {
 def test_a_pass_counts_what_is_refused(operation, count):
     state, references = prepared(off_centre())
     before = frozen(state)
-    vertices, places = np.arange(7)[:, None], np.full((7, 3), 0.1)
-    assert one_pass(*references, OPEN._replace(**NEVER), operation, vertices, places, INF, 0) == (7, 0)
+    vertices = np.arange(7)[:, None]
+    assert one_pass(*references, OPEN._replace(**NEVER), operation, vertices, INF, 0) == (7, 0)
     assert frozen(state) == before
     assert state.scratch.refused[NORMAL] == state.scratch.refused.sum() == count
 
@@ -188,7 +190,7 @@ def test_a_pass_counts_what_is_refused(operation, count):
 def test_a_vertex_does_not_leave_its_fan():
     state, references = prepared(fan(6))
     before = frozen(state)
-    assert move_vertex(*references, OPEN, 0, np.array([10.0, 0.1, 0.0])) == INTERSECTION
+    assert moved(references, OPEN, 0, (10.0, 0.1, 0.0)) == INTERSECTION
     assert frozen(state) == before
 
 
@@ -200,5 +202,5 @@ def test_passes_leave_out_edges_that_are_gone_or_long_enough():
     limits = OPEN._replace(collapse=0.5)
     gone = EDGES[2:], np.array([[6]])
     for operation, items in ((COLLAPSE, EDGES), (SWAP, gone[0]), (VALENCE, gone[0]), (SLIDE, gone[1])):
-        assert one_pass(*references, limits, operation, items, NO_PLACES, INF, 0) == (len(items), 0)
+        assert one_pass(*references, limits, operation, items, INF, 0) == (len(items), 0)
     assert frozen(state) == before and not state.scratch.refused.any()

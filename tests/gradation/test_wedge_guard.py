@@ -13,10 +13,8 @@ from craftmesh.gradation.kernels.codes import DONE, WEDGE
 from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.gradation.kernels.guards import refusal
 from craftmesh.gradation.kernels.one_pass import SWAP, one_pass
-from craftmesh.gradation.kernels.slide import move_vertex
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
-from craftmesh.gradation.passes import NO_PLACES
 from craftmesh.surface.kernels.hinges import SHARP_COSINE, SHARP_WEDGE, corner_lists, sharpest_cosines
 from craftmesh.surface.wedges import sharp_wedges
 
@@ -108,7 +106,9 @@ def test_a_sharp_wedge_of_the_input_may_open_and_not_close():
 
 def test_a_vertex_folds_no_patch():
     state, references = prepared(fan(6))
-    assert move_vertex(*references, GUARDED, 0, np.array([0.0, 0.0, 0.2])) == DONE
+    star = star_at(references[0], 0)
+    state.mesh.points[star.tip] = [0.0, 0.0, 0.2]
+    assert refusal(*references, GUARDED, star, 0.0) == DONE
     # High over its rim's middle, every facet stands, and those across from each other face each other.
     state, references = prepared(sheet([[0, 1, 2], [1, 0, 3]], points=LEANING[:4]))
     star = star_at(references[0], 3)
@@ -136,7 +136,7 @@ def test_a_swap_closes_no_wedge():
     edge = np.array([[0, 1]])
     for limits, count in ((OPEN, 1), (GUARDED, 0)):
         state, references = prepared(surface)
-        assert one_pass(*references, limits, SWAP, edge, NO_PLACES, 0.0, 0)[1] == count
+        assert one_pass(*references, limits, SWAP, edge, 0.0, 0)[1] == count
         assert state.scratch.refused[WEDGE] == 1 - count
 
 

@@ -9,7 +9,7 @@ from craftmesh.gradation.kernels.codes import NO_NEED, counted
 from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.gradation.kernels.facet_grid import has_room
 from craftmesh.gradation.kernels.relax import relax_vertex
-from craftmesh.gradation.kernels.slide import even_vertex, move_vertex, slide_vertex
+from craftmesh.gradation.kernels.slide import even_vertex, slide_vertex
 from craftmesh.gradation.kernels.split import split
 from craftmesh.gradation.kernels.swap import MOST_WAITING, quad_at, swap_round
 from craftmesh.gradation.kernels.valence import even_valence
@@ -19,7 +19,7 @@ from craftmesh.surface.kernels.facet_shape import squared_distance
 # What is tried at edges: ...
 COLLAPSE, SPLIT, SWAP, VALENCE = range(4)
 # ... and at vertices.
-SLIDE, EVEN, RELAX, MOVE = range(4, 8)
+SLIDE, EVEN, RELAX = range(4, 7)
 
 
 @lean_kernel
@@ -44,11 +44,9 @@ def _at_edge(state, grid, limits, operation, a, b, share):
 
 
 @lean_kernel
-def _at_vertex(state, grid, limits, operation, v, place, goal):
+def _at_vertex(state, grid, limits, operation, v, goal):
     """Try an operation at vertex `v` where its rank is one that the operation moves."""
     rank = state.rank[v]
-    if operation == MOVE:
-        return move_vertex(state, grid, limits, v, place)
     if operation == SLIDE and rank < 2:
         return slide_vertex(state, grid, limits, v, goal)
     if operation == EVEN and rank == 1:
@@ -68,16 +66,14 @@ def _has_room(state, grid, operation):
 
 
 @kernel
-def one_pass(state, grid, limits, operation, items, places, goal, start):
+def one_pass(state, grid, limits, operation, items, goal, start):
     """Try `operation` at the edges (n, 2) or vertices (n, 1) `items`, from row `start` on.
 
-    places: (n, 3) where MOVE puts vertices, (0, 3) for others. goal: the angle score under which SLIDE
-    moves a vertex, or the share of its parent's score that half a facet may have (SPLIT). Returns where it
-    stopped, n or earlier where the grid or the arrays need room, and how often the operation was done;
-    refusals are counted by reason.
+    goal: the angle score under which SLIDE moves a vertex, or the share of its parent's score that half a
+    facet may have (SPLIT). Returns where it stopped, n or earlier where the grid or the arrays need room,
+    and how often the operation was done; refusals are counted by reason.
     """
     done = 0
-    nowhere = np.zeros(3)
     waiting = np.empty((MOST_WAITING, 2), np.int64)
     for n in range(start, len(items)):
         if not _has_room(state, grid, operation):
@@ -91,6 +87,5 @@ def one_pass(state, grid, limits, operation, items, places, goal, start):
         elif operation < SLIDE:
             done += counted(state.refused, _at_edge(state, grid, limits, operation, a, b, goal))
         else:
-            place = places[n] if operation == MOVE else nowhere
-            done += counted(state.refused, _at_vertex(state, grid, limits, operation, a, place, goal))
+            done += counted(state.refused, _at_vertex(state, grid, limits, operation, a, goal))
     return len(items), done

@@ -27,8 +27,6 @@ SLIDE_TRIES = 3
 VOLUME_REACH = 0.2
 # Line vertices nearer than this part of the target to where their edges are even stay where they are.
 EVEN = 0.05
-# Parts of the way that a move to a given place is tried at.
-MOVE_SHARES = (1.0, 0.6, 0.3)
 
 
 @lean_kernel
@@ -237,19 +235,3 @@ def even_vertex(state, grid, limits, v):
     state.points[star.tip] = place
     constrain(state, star)
     return attempt(state, grid, limits, star, floor)
-
-
-@lean_kernel
-def move_vertex(state, grid, limits, v, place):
-    """Move `v`, which nothing holds, to `place` (3,) or a part of the way; return DONE or why not."""
-    star = star_at(state, v)
-    if star.moved < 0:
-        return LINK
-    floor = min(limits.floor, worst_score(state, star))
-    reason = NO_NEED
-    for share in MOVE_SHARES:
-        put_between(state, star, place, share)
-        reason = attempt(state, grid, limits, star, floor)
-        if reason == DONE:
-            break
-    return reason
