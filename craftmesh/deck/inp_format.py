@@ -4,11 +4,10 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-# Of the largest force, or component of an eigenstrain: less is 0, as what corners of 10-node elements bear.
-ROUNDING = 1e-12
+from craftmesh.deck.limits import ROW_LIMIT
+
 _FIELD = 20  # CalculiX reads no more characters of a number and refuses or cuts the rest
 _ROWS = 50_000  # rows formatted at once
-_IDS_PER_LINE = 16
 
 
 def number(value: float) -> str:
@@ -52,8 +51,8 @@ def node_rows(points: np.ndarray) -> Iterator[str]:
 
 def id_lines(ids: np.ndarray) -> Iterator[str]:
     """Yield ids, counted from 0, as lines of up to 16 ids counted from 1."""
-    whole = len(ids) // _IDS_PER_LINE * _IDS_PER_LINE
-    yield from integer_rows(np.asarray(ids[:whole]).reshape(-1, _IDS_PER_LINE) + 1)
+    whole = len(ids) // ROW_LIMIT * ROW_LIMIT
+    yield from integer_rows(np.asarray(ids[:whole]).reshape(-1, ROW_LIMIT) + 1)
     if whole < len(ids):
         yield from integer_rows(np.asarray(ids[whole:])[None] + 1)
 

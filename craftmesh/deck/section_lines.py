@@ -4,13 +4,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from craftmesh.deck.inp_format import ROUNDING, constant_lines
+from craftmesh.deck.inp_format import constant_lines
 from craftmesh.deck.mesh_lines import layer_name
 from craftmesh.mechanics.cohesive import CohesiveLaw, CohesiveLayers
 from craftmesh.mechanics.eigenstrains import is_even
 from craftmesh.mechanics.materials import Material
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mechanics.user_materials import UserMaterials
+from craftmesh.surface.rounding import EXACT
 
 AXES_TABLE = "AXES"
 
@@ -95,7 +96,7 @@ def _material_names(model: ElasticModel) -> list[str]:
 
 def _has_shears(strain: np.ndarray) -> bool:
     shears = np.abs(strain - np.diag(np.diag(strain)))
-    return bool(shears.max() > ROUNDING * np.abs(strain).max())
+    return bool(shears.max() > EXACT * np.abs(strain).max())
 
 
 def _principal_axes(strain: np.ndarray) -> np.ndarray:

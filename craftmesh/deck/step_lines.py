@@ -4,9 +4,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from craftmesh.deck.inp_format import ROUNDING, number
+from craftmesh.deck.inp_format import number
 from craftmesh.mechanics.history import RAMP, LoadStep
 from craftmesh.mechanics.load import Fixed, Load, Traction, acting_faces, combined, nodal_forces
+from craftmesh.surface.rounding import EXACT
 from craftmesh.types import BOX_PLANES, TetMesh
 
 # Both solvers write these to their results files (.fil, .frd).
@@ -74,7 +75,7 @@ def history_lines(
                 yield ", ".join(map(number, values)) + "\n"
     forces = (np.abs(_parted(load.pulled, mesh)[1]) for load in loads.values())
     sizes = sum(forces, np.zeros(mesh.points.shape))
-    loaded = sizes > ROUNDING * sizes.max(initial=0.0)
+    loaded = sizes > EXACT * sizes.max(initial=0.0)
     for count, (step, asked) in enumerate(zip(steps, extras, strict=True), 1):
         yield f"*STEP, INC={_MOST_INCREMENTS}{', NLGEOM=YES' if nlgeom else ''}\n"
         yield f"** Step {count}: {step.kind} of the load {step.load}".rstrip() + "\n"
@@ -136,7 +137,7 @@ def _pulled(
         yield f"*DSLOAD{option}\n"
     yield from (f"{one.name}, P, {number(-float(one.stress))}\n" for one in pressures)
     if loaded is None:
-        loaded = np.abs(forces) > ROUNDING * np.abs(forces).max(initial=0.0)
+        loaded = np.abs(forces) > EXACT * np.abs(forces).max(initial=0.0)
     if loaded.any():
         yield f"*CLOAD{option}\n"
     nodes, axes = np.nonzero(loaded)

@@ -7,12 +7,11 @@ import numpy as np
 from craftmesh.mechanics.materials import mean_moduli, turned
 from craftmesh.mechanics.near_field import MODES, as_tensor, near_field
 from craftmesh.mesh.front_curve import FrontCurve
+from craftmesh.surface.rounding import EXACT, ROUNDING
 
 # The axes turn by so much, in radians, from one station to the next; in copper fields between them, which
 # are interpolated, err by 0.02 %.
 TURN = 0.02
-SAME = 1e-9  # of a front's length: places nearer to each other are one
-EVEN = 1e-12  # index of anisotropy, which goes with the square of how far a material is from isotropic
 _SAMPLES = 16  # of the axes in each piece of the curve, to find how much they turn
 
 
@@ -53,7 +52,7 @@ class Segments:
 
     def within(self, segment: int, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows of s (k,) in a segment, ends included, and how far past its start, ascending."""
-        length, rounding = self.length[segment], SAME * self.total
+        length, rounding = self.length[segment], ROUNDING * self.total
         offset = s - self.start[segment]
         if self.closed:
             offset = np.mod(offset + rounding, self.total) - rounding
@@ -165,5 +164,5 @@ def _station_count(curve: FrontCurve, start: float, length: float, stiffness: np
 
 
 def is_isotropic(stiffness: np.ndarray) -> bool:
-    """Return whether a stiffness (6, 6) is the same in all axes, to some 1e-6."""
-    return bool(mean_moduli(stiffness[None]).anisotropy[0] < EVEN)
+    """Return whether a stiffness (6, 6) is the same in all axes, to some 1e-6: the index is its square."""
+    return bool(mean_moduli(stiffness[None]).anisotropy[0] < EXACT)

@@ -6,6 +6,7 @@ from scipy.spatial import KDTree
 from craftmesh.fracture.fields import stresses
 from craftmesh.fracture.tube import Tube
 from craftmesh.mechanics.near_field import as_tensor
+from craftmesh.mesh.front_curve import NEWTON_STEPS
 from craftmesh.mesh.front_frames import Front
 from craftmesh.mesh.integration import jacobians, shape_slopes, shape_values
 
@@ -16,7 +17,6 @@ TRIED = 32
 # In barycentric coordinates: an element holds a place that is no further out of it, and one that is
 # further out of all elements lies outside the body.
 INSIDE, OUTSIDE = 1e-6, 0.05
-NEWTON_STEPS = 12
 
 
 def probed(tube: Tube, front: Front, s: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

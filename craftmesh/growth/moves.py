@@ -14,13 +14,12 @@ from craftmesh.mesh.front_curve import square_to, unit
 # Spacing of the knots of the fit in front spacings. 4 follow a kink angle along an inclined penny of ten
 # spacings' radius within its noise, as they do for the intensities themselves.
 KNOTS = 4.0
-# The fit halves waves along the front of wave number 1 / reach. That is so many front spacings at least: at
-# an end noise of the rows comes through doubled, and twentyfold with a sixth of it, which folded a crack
-# whose kink angles jump by 10 degrees between grains.
-REACH = 1.0
-# And so much of the extension. A front that is off its plane by a wave of number k turns back by k times
-# that in a unit of extension (Movchan, Gao & Willis 1998; Poisson's ratio 0), so that a step of over 1 / k
-# takes it past the plane. 3^(3/4) / 4 is the least share with which the fit lets no wave do so.
+# The fit halves waves along the front of wave number 1 / reach. That is a front spacing at least: at an end
+# noise of the rows comes through doubled, and twentyfold with a sixth of it, which folded a crack whose
+# kink angles jump by 10 degrees between grains. And it is so much of the extension. A front that is off its
+# plane by a wave of number k turns back by k times that in a unit of extension (Movchan, Gao & Willis 1998;
+# Poisson's ratio 0), so that a step of over 1 / k takes it past the plane. 3^(3/4) / 4 is the least share
+# with which the fit lets no wave do so.
 OF_STEP = 0.57
 # Mean square of a cubic B-spline over a spacing of its knots.
 MEAN_SQUARE = 151 / 315
@@ -150,7 +149,7 @@ def smoothed(
     """Return values (k, m) at arc lengths (k,) of a front, from those (n, m) of its rows at s (n,).
 
     `length` is the front's; trusted (n,) bool: the rows that count, all where there are none. fit: see
-    `_fitted`, smooth over REACH row spacings or OF_STEP of the extension `step`, `coarser` times that;
+    `_fitted`, smooth over a row spacing or OF_STEP of the extension `step`, `coarser` times that;
     savitzky_golay: a parabola in a window of rows (the paper, section 2); none: straight between the rows.
     """
     counts = np.ones(len(s), bool) if trusted is None or not trusted.any() else trusted
@@ -158,7 +157,7 @@ def smoothed(
         spacing = np.median(np.diff(s)) if len(s) > 1 else length
         inside = counts & _off_ends(s, length, closed, spacing)
         rows = inside if inside.any() else counts
-        reach = coarser * max(REACH * spacing, OF_STEP * step)
+        reach = coarser * max(spacing, OF_STEP * step)
         return _fitted(s[rows], values[rows], length, closed, at, KNOTS * spacing, reach)
     values = interpolated(s[counts], values[counts], length, closed, s)
     if options.smoothing == "savitzky_golay" and len(s) >= options.window:

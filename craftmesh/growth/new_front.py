@@ -10,9 +10,6 @@ from craftmesh.surface.rounding import ON_PLANE
 
 # Of the spacing: points of the new front nearer than that say nothing about its course.
 CLOSE = 0.1
-# Of an end's move: how far its front goes on straight at most, to reach the end's box plane from there, and
-# the length of it that says which way that is.
-REACH = 1.0
 # Of the move of an end: how far beyond its box plane it goes at least. The strip's edge from old to new end
 # would else lie in that plane, and where it met an edge of the box traces on the two faces stayed apart.
 BEYOND = 0.25
@@ -141,14 +138,13 @@ def _carried_out(
 def _straight_on(points: np.ndarray, depth: np.ndarray, size: float) -> np.ndarray | None:
     """Return where a front (k, 3), so deep (k,) under a plane, has left it from its end on straight.
 
-    size: of the end's move; REACH of it is how far the plane may be, and the length of the front that says
-    which way that is; BEYOND of it comes after. None where the plane is farther.
+    size: of the end's move: how far the plane may be, and the length of the front that says which way that
+    is; BEYOND of it comes after. None where the plane is farther.
     """
-    reach = REACH * size
     away = np.linalg.norm(points - points[0], axis=1)
-    far = int(np.argmax(away >= reach)) or len(points) - 1
+    far = int(np.argmax(away >= size)) or len(points) - 1
     rise = (depth[far] - depth[0]) / away[far]
-    if not max(depth[0], 0.0) <= reach * rise:
+    if not max(depth[0], 0.0) <= size * rise:
         return None
     way = (points[0] - points[far]) / away[far]
     return points[0] + way * (max(depth[0] / rise, 0.0) + BEYOND * size)

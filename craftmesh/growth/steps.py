@@ -17,9 +17,6 @@ TOLERANCE = 1e-3
 # Of a front's length: in a step of it K along the front, by Paris' law with m = 3, loses the longest
 # difference that a front can have, half a wave, but for 1 / e: 2 / (pi m) (see `relaxation`).
 OF_FRONT = 0.2
-# Of the front's edges: a shorter step is a kink within one element of the next mesh, and K there says
-# little. Steps of 0.8 edges kinked by 53 degrees, and by 58 the same way again, where one kink was due.
-LEAST_STEP = 1.0
 
 
 class Counted(NamedTuple):
@@ -128,10 +125,12 @@ def step_length(options: GrowthOptions, size: float, front: float, edge: float, 
     """Return how far the front of a crack goes in one step: as the options say, else as K lets it.
 
     front: length of the shortest front; edge: of its mesh; growth: d ln(K) / d ln(size). A step of its own
-    is no longer than OF_FRONT, and no shorter than LEAST_STEP.
+    is no longer than OF_FRONT, and no shorter than an edge: that were a kink within one element of the next
+    mesh, and K there says little. Steps of 0.8 edges kinked by 53 degrees, and by 58 the same way again,
+    where one kink was due.
     """
     if options.extension is not None:
         return options.extension
     if options.share is not None:
         return options.share * size
-    return max(min(share_of_size(options.change, growth) * size, OF_FRONT * front), LEAST_STEP * edge)
+    return max(min(share_of_size(options.change, growth) * size, OF_FRONT * front), edge)

@@ -16,7 +16,7 @@ _CELLS = {4: ("tetra", "triangle"), 10: ("tetra10", "triangle6")}
 # scipy sorts variables by the shape that they are made with, and does nothing else with it but to tell
 # record variables. Given one shape they keep their order, by which meshio names the sets of an Exodus file.
 _ANY_LENGTH = (1,)
-LARGEST = 2**31 - 4  # bytes of a variable: scipy packs its padded size as int32
+LARGEST = np.iinfo(np.int32).max // 4 * 4  # bytes of a variable: scipy packs its padded size as int32
 _NAME_LIMIT = 32
 _HEAD: dict[str, object] = {"api_version": np.float32(5.1), "version": np.float32(5.1)}
 _HEAD |= {"floating_point_word_size": np.int32(8), "file_size": np.int32(1)}

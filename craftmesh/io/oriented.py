@@ -24,7 +24,6 @@ _TYPES = {"CHAR": "int8", "UCHAR": "uint8", "SHORT": "int16", "USHORT": "uint16"
 _TYPES |= {"UINT": "uint32", "LONG": "long", "ULONG": "ulong", "LONG_LONG": "int64", "ULONG_LONG": "uint64"}
 _TYPES |= {"FLOAT": "float", "DOUBLE": "double"}
 _LONG = {"long": ("int32", "int64"), "ulong": ("uint32", "uint64")}
-_WIDEST = 8  # bytes of a number
 _LAST = "ElementDataFile"  # the key after which the data begin
 _METHODS = {"gzip": "deflate", "gz": "deflate", "bzip2": "bzip2", "bz2": "bzip2"}
 
@@ -193,7 +192,7 @@ def _labels(path: Path, header: dict[str, Any], rest: bytes) -> np.ndarray:
     if method is not None:
         header["encoding"] = "raw"
         skip = max(0, *(header.get(key, 0) for key in ("byteskip", "byte skip")))
-        most = _WIDEST * count + refuse_false_size(path, "byte skip", [skip], 1, 0, None)
+        most = np.dtype(float).itemsize * count + refuse_false_size(path, "byte skip", [skip], 1, 0, None)
         rest = unpacked(path, rest, most, method)
     if header["type"] in _LONG:
         header["type"] = _LONG[header["type"]][len(rest) >= 8 * count]

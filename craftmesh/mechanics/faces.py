@@ -16,7 +16,6 @@ _EXPECTED = (
     f"{', '.join(BOX_PLANES)} and an AXIS of x, y, z, or AXIS={STRESS}:VALUE for a tension, and perhaps "
     "CASE/ before it"
 )
-SAME = 1e-9  # of a level, or a displacement: those that differ by less are the same, but for rounding
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.faces import SAME, named_numbers
+from craftmesh.mechanics.faces import named_numbers
+from craftmesh.surface.rounding import ROUNDING
 
 RAMP, TRIANGLE, SINE = "ramp", "triangle", "sine"
 _EXPECTED = (
@@ -86,7 +87,7 @@ class LoadStep:
         else:
             first = (1 - self._share) / 4
             turns = first + np.arange(np.ceil(2 * self.cycles)) / 2
-            inside = turns[(turns > SAME) & (turns < self.cycles - SAME)]
+            inside = turns[(turns > ROUNDING) & (turns < self.cycles - ROUNDING)]
             cycles = np.concatenate([[0.0], inside, [self.cycles]])
         return np.column_stack([cycles * self.time, self.levels(cycles).round(_DIGITS) + 0.0])
 
@@ -107,14 +108,14 @@ def parse_steps(texts: Iterable[str], loads: Sequence[str]) -> tuple[LoadStep, .
         before = found[-1] if found else None
         if before is not None and (before.load == step.load or step.kind == RAMP):
             step = replace(step, start=before.end if before.load == step.load else 0.0)
-        elif before is not None and abs(before.end) > SAME:
+        elif before is not None and abs(before.end) > ROUNDING:
             raise CraftmeshError(
                 f"steps: {text!r} begins cycles of {step.load} while {before.load} is at {before.end:g}; "
                 f"expected {step.load}/ramp:... before it, which goes from one to the other"
             )
         if step.kind != RAMP:
             low, high = sorted((step.level, step.level * step.R))
-            room = SAME * max(abs(low), abs(high))
+            room = ROUNDING * max(abs(low), abs(high))
             if not low - room <= step.start <= high + room:
                 raise CraftmeshError(
                     f"steps: {text!r} goes between {low:g} and {high:g}, and the load is at {step.start:g} "

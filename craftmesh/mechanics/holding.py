@@ -7,15 +7,12 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.tet_connectivity import bodies
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import TetMesh
 
 # Condition of the rigid motions at the supports. A plane of a hundred thousand nodes and one node more, a
 # thousandth of the box away, give some 1e6; a body that is not held gives 1e15 or more.
 LOOSE = 1e9
-
-
-# Of all forces on a body: what is left of forces that balance, by rounding.
-_BALANCED = 1e-9
 
 
 def rigid_motions(points: np.ndarray, middle: np.ndarray | None = None) -> np.ndarray:
@@ -84,7 +81,7 @@ def _check_balance(
     middle = mesh.points[np.unique(mesh.tets[of_body, :4])].mean(axis=0)
     motions = rigid_motions(mesh.points[nodes] / size, middle / size)
     left = np.einsum("nai,na->i", motions, own) @ free.T @ free
-    if np.abs(left).max() <= _BALANCED * np.abs(own).sum():
+    if np.abs(left).max() <= ROUNDING * np.abs(own).sum():
         return
     way = int(np.argmax(np.abs(left)))
     axis, is_turn = "xyz"[way % 3], way > 2

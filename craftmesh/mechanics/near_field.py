@@ -18,8 +18,8 @@ from craftmesh.mechanics.materials import COMPONENT
 
 # The fields: K_II, K_I, K_III in the order of the axes in which the lips part, then the forces that give
 # the strain along the binormal and the shear towards the tangent.
-MODES = 5
 AXES_OF_FORCES = (0, 2)
+MODES = 3 + len(AXES_OF_FORCES)
 # Fields are continued past the lips, which may bend: theta of a point is within pi of its side's middle.
 LARGEST_ANGLE = 1.5 * np.pi
 # Cells in theta. Cubic interpolation between them errs by 1e-6 of the field in copper.

@@ -12,7 +12,7 @@ DEGREE = 3
 # The coefficients' own weight against that of the data, for unique solutions where data are too few.
 SMALLEST = 1e-14
 # A closed curve needs as many pieces for its B-splines to differ.
-LEAST_CLOSED = 4
+LEAST_CLOSED = DEGREE + 1
 
 
 @dataclass(frozen=True, eq=False)

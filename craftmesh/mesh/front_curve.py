@@ -23,7 +23,7 @@ OF_BEND = 0.6
 SHORTEST = 0.5
 # Weight of an open front's ends against its other nodes: they lie on faces, and the curve ends there.
 END_WEIGHT = 1e6
-# Of Newton's method for the nearest point: no step is longer than so many pieces.
+# Of Newton's method, which finds points on curves and in elements: no step is longer than so many pieces.
 NEWTON_STEPS, LONGEST_STEP = 12, 0.5
 
 

@@ -14,9 +14,8 @@ from scipy import ndimage
 from craftmesh.voxels.kernels.exchange import REACH, contact_key, exchange
 from craftmesh.voxels.kernels.votes import MOST_GRAINS, choices, votes
 
-# Standard deviation of the Gaussian over the largest voxel edge.
-RADIUS = 1.0
-# Standard deviations at which the Gaussian is cut off: 4% of its weight lie beyond.
+# Standard deviations of the Gaussian, the largest voxel edge, at which it is cut off: 4% of its weight lie
+# beyond.
 CUT_OFF = 2.5
 # Standard deviations from a boundary within which voxels may change hands in one round; further none would.
 BAND = 1.5
@@ -87,7 +86,7 @@ class _Grid:
             ends = np.moveaxis(padded, axis, 0)
             ends[: rim[axis]], ends[-rim[axis] :] = -2 - 2 * axis, -3 - 2 * axis
         strides = np.array(padded.strides) // padded.itemsize
-        band = tuple(2 * int(r) + 1 for r in BAND * RADIUS * spacing.max() / spacing)
+        band = tuple(2 * int(r) + 1 for r in BAND * spacing.max() / spacing)
         return cls(padded.ravel(), padded.shape, rim, grains, offsets @ strides, weights, band)
 
     @property
@@ -126,7 +125,7 @@ class _Grid:
 
 def _gaussian(spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the offsets (s, 3) of the voxels around one, its own first, and their weights (s,)."""
-    sigma = RADIUS * float(spacing.max())
+    sigma = float(spacing.max())
     reach = np.floor(CUT_OFF * sigma / spacing).astype(int)
     axes = [np.arange(-r, r + 1) for r in reach]
     offsets = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
