@@ -12,26 +12,8 @@ from craftmesh.campaign.effort import Sizes, effort, sizes_of
 from craftmesh.io.json_file import read_json
 from craftmesh.report.case_files import RECORD, STAGES, Failure, last_line, log_errors, stage_costs
 
-# What a stage makes, by the name of its log, in the order of the way.
-MADE = {
-    "generated": "generated.npz",
-    "microstructure": "labels.npz",
-    "remeshed": "remeshed.vtp",
-    "crack": "crack.vtp",
-    "sizing": "sizing.npz",
-    "surface": "surface.vtp",
-    "gradated": "gradated.vtp",
-    "tets": "tets",
-    "volume": "volume.vtu",
-    "model": "model.inp",
-    "quality": "quality.json",
-    "solution": "solution.npz",
-    "fracture": "fracture.json",
-    "growth": "growth.json",
-    "pictures": "pictures",
-}
 # What volume.vtu holds in another form; where it is there they may be removed.
-SPARE = tuple(MADE[name] for name in ("surface", "gradated", "tets"))
+SPARE = tuple(STAGES[name].made for name in ("surface", "gradated", "tets"))
 RULES = {"import": "import_microstructure"}  # of the workflow, where they are not called as the stage
 _PROGRESS = re.compile(r"\w+ +(\d+)% ")  # of `ProgressLine` in a log
 
@@ -44,7 +26,7 @@ class Job(NamedTuple):
 
     @property
     def stage(self) -> str:
-        return STAGES[self.name]
+        return STAGES[self.name].verb
 
 
 @dataclass(frozen=True)
@@ -110,7 +92,7 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
     # as planned until stages have run again: a first job may have compiled its kernels
     paces = [(c.seconds - c.longest) / (c.jobs - 1) / _expected(c.stage, sizes) for c in took if c.jobs > 1]
     known = record["growth"] != UNTIL
-    timed = known and (folder / MADE["microstructure"]).is_file()
+    timed = known and (folder / STAGES["microstructure"].made).is_file()
     return Standing(
         case=case,
         increments=record["increments"],
@@ -144,7 +126,7 @@ def _steps(
         parts = [*logs.glob(f"{job.name}.log"), *logs.glob(f"{job.name}/*.log")]
         log = max((part for part in parts if _time(part) >= since), key=_time, default=None)
         reached = is_made.setdefault(way, is_made[""])
-        share = _share_made(results / case / job.increment / MADE[job.name], log) if reached else 0.0
+        share = _share_made(results / case / job.increment / STAGES[job.name].made, log) if reached else 0.0
         is_made[way] = share == 1
         yield job, share, log is not None
 
@@ -157,7 +139,7 @@ def jobs(record: Mapping[str, Any], increments: int) -> Iterator[Job]:
     grows = record["growth"] != PRESCRIBED
     left_out = set() if record["cracks"] else {"crack"}
     left_out |= set() if grows else {"solution", "fracture", "growth"}
-    names = [name for name in list(MADE)[3:] if name not in left_out]
+    names = [name for name in list(STAGES)[3:] if name not in left_out]
     for number in range(increments):
         last = grows and number == increments - 1
         yield from (Job(f"{number:03d}", name) for name in names if not (last and name == "growth"))
@@ -166,7 +148,7 @@ def jobs(record: Mapping[str, Any], increments: int) -> Iterator[Job]:
 def _end(folder: Path, record: Mapping[str, Any]) -> tuple[int, str] | None:
     """Return after how many increments a crack stopped before the last one, and why."""
     for number in range(record["increments"] if record["growth"] != PRESCRIBED else 0):
-        path = folder / f"{number:03d}" / MADE["growth"]
+        path = folder / f"{number:03d}" / STAGES["growth"].made
         if not path.is_file():
             break
         reason = read_json(path)["ended"]
@@ -181,7 +163,7 @@ def _time(path: Path) -> float:
 
 def _share_made(path: Path, log: Path | None) -> float:
     """Return 1 for a file that is there, else how far the log of its job says that it is."""
-    volume = path.with_name(MADE["volume"])
+    volume = path.with_name(STAGES["volume"].made)
     if path.name in SPARE and volume.is_file() and (log is None or _time(log) <= _time(volume)):
         return 1.0
     if path.name == "tets" and log is not None:  # a folder of parts, K-of-N.npz

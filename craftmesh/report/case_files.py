@@ -18,23 +18,31 @@ from craftmesh.io.vtk import read_crack
 from craftmesh.report.sweeps import SIZES
 from craftmesh.types import Crack
 
-# The stage that makes a file, by the file's name; others are called by the file itself.
+
+class Stage(NamedTuple):
+    """A stage by its verb, and what it makes in the folder of a case or of an increment."""
+
+    verb: str
+    made: str
+
+
+# The stages by the names of their logs and benchmarks, in the order of the way.
 STAGES = {
-    "generated": "generate",
-    "microstructure": "import",
-    "remeshed": "remesh",
-    "crack": "crack",
-    "sizing": "size",
-    "surface": "stitch",
-    "gradated": "gradate",
-    "tets": "tetrahedralize",
-    "volume": "assemble",
-    "model": "inp",
-    "solution": "solve",
-    "fracture": "fracture",
-    "growth": "grow",
-    "quality": "check",
-    "pictures": "depict",
+    "generated": Stage("generate", "generated.npz"),
+    "microstructure": Stage("import", "labels.npz"),
+    "remeshed": Stage("remesh", "remeshed.vtp"),
+    "crack": Stage("crack", "crack.vtp"),
+    "sizing": Stage("size", "sizing.npz"),
+    "surface": Stage("stitch", "surface.vtp"),
+    "gradated": Stage("gradate", "gradated.vtp"),
+    "tets": Stage("tetrahedralize", "tets"),
+    "volume": Stage("assemble", "volume.vtu"),
+    "model": Stage("inp", "model.inp"),
+    "quality": Stage("check", "quality.json"),
+    "solution": Stage("solve", "solution.npz"),
+    "fracture": Stage("fracture", "fracture.json"),
+    "growth": Stage("grow", "growth.json"),
+    "pictures": Stage("depict", "pictures"),
 }
 RECORD = "case.json"
 PICTURES = ("grains", "sizes", "crack", "deformed", "stress", "slip")
@@ -65,9 +73,9 @@ def stage_costs(folder: Path, increments: list[str]) -> list[Cost]:
         if len(inner) > 1 and inner[0] not in increments:
             continue
         name = inner[1] if len(inner) > 2 else path.name.removesuffix(".tsv")
-        found.setdefault(STAGES.get(name, name), []).extend(_rows(path))
-    stages = [stage for stage in STAGES.values() if stage in found]
-    stages += [stage for stage in found if stage not in stages]
+        found.setdefault(STAGES[name].verb if name in STAGES else name, []).extend(_rows(path))
+    verbs = [stage.verb for stage in STAGES.values()]
+    stages = sorted(found, key=lambda stage: verbs.index(stage) if stage in verbs else len(verbs))
     return [
         Cost(
             stage,
@@ -152,8 +160,7 @@ def read_case(folder: Path) -> Case:
         if not (place / "quality.json").is_file():
             break
         increments.append(_increment(place))
-        growth = increments[-1].growth
-        if record["growth"] != "prescribed" and growth is not None and growth["ended"]:
+        if has_ended(record, increments[-1]):
             break
     report = folder / "import.json"
     return Case(
@@ -164,6 +171,11 @@ def read_case(folder: Path) -> Case:
         increments=increments,
         costs=stage_costs(folder.parent / "benchmarks" / folder.name, [inc.name for inc in increments]),
     )
+
+
+def has_ended(record: Mapping[str, Any], increment: Increment) -> bool:
+    """Return whether the crack of a case stops after an increment."""
+    return record["growth"] != "prescribed" and bool(increment.growth and increment.growth["ended"])
 
 
 def _increment(folder: Path) -> Increment:
@@ -234,10 +246,8 @@ def failures(case: Case, results: Path) -> list[Failure]:
 
     Without an error there is one entry, which says so: jobs that wait, run or were killed.
     """
-    increments = case.increments
-    growth = increments[-1].growth if increments else None
-    has_ended = case.record["growth"] != "prescribed" and growth is not None and growth["ended"]
-    if has_ended or len(increments) == case.record["increments"]:
+    done = case.increments
+    if len(done) == case.record["increments"] or (done and has_ended(case.record, done[-1])):
         return []
     told = log_errors(results, case.name)
     return told or [Failure(case.name, "", "not made yet, and no log ends in an error")]

@@ -176,14 +176,12 @@ def value_on_plane(
     points: np.ndarray, tets: np.ndarray, values: np.ndarray, origin: np.ndarray, axis: int, name: str
 ) -> Figure:
     """Return values (m,) of tets (m, 4), called `name`, on the plane through `origin` square to an axis."""
-    polygons, rows = cut_tets(points, tets, origin, np.eye(3)[axis])
+    polygons, rows = cut_tets(points, tets, origin[axis], axis)
     first, second = (k for k in range(3) if k != axis)
     figure = new_figure(6.0, 4.4)
     axes = figure.add_subplot()
     low, high = np.percentile(values[rows], [100 - SCALE_PERCENT, SCALE_PERCENT]) if len(rows) else (0, 1)
-    cells = PolyCollection(
-        list(polygons[..., [first, second]]), array=values[rows], cmap=COLOURS, clim=(low, high)
-    )
+    cells = PolyCollection(list(polygons), array=values[rows], cmap=COLOURS, clim=(low, high))
     cells.set_edgecolor("face")
     axes.add_collection(cells)
     axes.autoscale_view()

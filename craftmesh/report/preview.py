@@ -8,16 +8,14 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.meetings import Oblique, Traces
 from craftmesh.cracks.prescription import frame_along
 from craftmesh.report.pictures import GRAINS, as_png, box_edges, frame_box, new_figure
-from craftmesh.surface.connectivity import unique_edges
-from craftmesh.surface.front import front_edges
-from craftmesh.surface.measure import area_vectors, meets_box
+from craftmesh.surface.connectivity import joined, unique_edges
+from craftmesh.surface.front import among_edges, front_edges
+from craftmesh.surface.measure import area_vectors, edge_lengths, meets_box
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Crack, Surface
 
@@ -60,10 +58,9 @@ def grain_measures(surface: Surface) -> tuple[dict[int, float], dict[int, float]
     crack = surface.kind == CRACK
     sides, facets = surface.sides[crack], surface.facets[crack]
     area = np.linalg.norm(area_vectors(surface.points, facets), axis=1)
-    edges, of_corner, _ = unique_edges(facets)
-    is_front = np.isin(_keys(edges), _keys(front_edges(surface)))
-    length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
-    along = np.where(is_front[of_corner], length[of_corner], 0.0).sum(axis=1)
+    edges, of_corner, count = unique_edges(facets)
+    is_front = (count == 1) & ~among_edges(edges, surface.facets[(surface.sides <= 0).any(axis=1)])
+    along = np.where(is_front, edge_lengths(surface.points, edges), 0.0)[of_corner].sum(axis=1)
     return tuple(
         {int(g): float((values[:, None] * (sides == g) / 2).sum()) for g in np.unique(sides[sides > 0])}
         for values in (area, along)
@@ -77,12 +74,10 @@ def front_lines(surface: Surface) -> tuple[tuple[bool, float, tuple[str, ...]], 
         return ()
     nodes, local = np.unique(edges, return_inverse=True)
     local = local.reshape(-1, 2)
-    graph = coo_array((np.ones(len(edges)), tuple(local.T)), shape=(len(nodes),) * 2)
-    count, piece = connected_components(graph, directed=False)
-    degree = np.bincount(local.ravel())
-    length = np.linalg.norm(surface.points[edges[:, 1]] - surface.points[edges[:, 0]], axis=1)
+    piece, degree = joined(len(nodes), *local.T), np.bincount(local.ravel())
+    length = edge_lengths(surface.points, edges)
     fronts = []
-    for number in range(count):
+    for number in range(piece.max() + 1):
         ends = nodes[(piece == number) & (degree == 1)]
         own = piece[local[:, 0]] == number
         faces = tuple(_faces_at(surface, point) for point in ends.tolist())
@@ -99,10 +94,6 @@ def _faces_at(surface: Surface, point: int) -> str:
     names += [f"VOID_{-label}" for label in np.unique(open_sides[open_sides < 0]).tolist()]
     names += ["EXTERIOR"] if (open_sides == 0).any() else []
     return "_".join(names) or "inside"
-
-
-def _keys(edges: np.ndarray) -> np.ndarray:
-    return np.sort(edges, axis=1).astype(np.int64) @ np.array([1 << 32, 1])
 
 
 def preview_picture(preview: Preview, limit: float) -> bytes:

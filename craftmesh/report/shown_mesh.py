@@ -10,20 +10,23 @@ from craftmesh.cracks.frame import best_fit_frame
 from craftmesh.cracks.prescription import frame_along
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.mesh_sets import is_lip, lip_faces
-from craftmesh.mesh.tet_connectivity import free_half_faces, group_edges, half_face_corners, tet_edges
+from craftmesh.mesh.tet_connectivity import (
+    EDGE_CORNERS,
+    free_half_faces,
+    group_edges,
+    half_face_corners,
+    tet_edges,
+)
 from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.types import TetMesh
 
 # Along the crack's normal, and along the two other axes: looked at from there its lip is seen well, and so
 # are two faces of the box.
 STEEPLY, ASIDE = 1.0, (0.75, 0.55)
-# By which of a tetrahedron's corners lie above the plane (bit k for corner k): the edges that the plane
-# crosses, in an order that goes round the polygon.
-_CROSSED: dict[int, tuple[tuple[int, int], ...]] = {}
 COARSER = 1.2  # the grid's cells grow by this until the triangles are few enough
 # Triangles of the body's skin and of the crack: some 180 kB of text a case and increment at most.
 MOST_SKIN, MOST_LIP = 8000, 5000
-LEVELS = 65535  # of coordinates within the box, and of lengths
+LEVELS = np.iinfo(np.uint16).max  # of coordinates within the box, and of lengths
 
 
 class Facets(NamedTuple):
@@ -135,40 +138,26 @@ def _boundary(mesh: TetMesh, tets: np.ndarray, kept: np.ndarray) -> Facets:
     return Facets(half_face_corners(tets, rows), mesh.grain[rows // 4], is_lip_face[rows])
 
 
-for _corner in range(4):
-    _others = [k for k in range(4) if k != _corner]
-    _CROSSED[1 << _corner] = _CROSSED[15 - (1 << _corner)] = tuple((_corner, k) for k in _others)
-for _a, _b in ((0, 1), (0, 2), (0, 3)):
-    _c, _d = (k for k in range(4) if k not in (_a, _b))
-    _mask = (1 << _a) | (1 << _b)
-    _CROSSED[_mask] = _CROSSED[15 - _mask] = ((_a, _c), (_a, _d), (_b, _d), (_b, _c))
-
-
 def cut_tets(
-    points: np.ndarray, tets: np.ndarray, origin: np.ndarray, normal: np.ndarray
+    points: np.ndarray, tets: np.ndarray, level: float, axis: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the polygons (p, 4, 3) in which a plane cuts tetrahedra (m, 4), and which those are (p,).
+    """Return the polygons (p, 4, 2) in which a plane square to an axis cuts tetrahedra (m, 4), and which.
 
-    points (n, 3); the plane goes through `origin` square to `normal`. A triangle has its last corner twice.
-    Corners on the plane count as below it.
+    points (n, 3); polygons have the two other coordinates, and corners in an order that goes round; a
+    triangle has its last corner twice. Corners of tetrahedra on the plane count as below it.
     """
-    above = (points - origin) @ normal > 0
-    mask = above[tets] @ (1 << np.arange(4))
-    polygons, rows = [np.zeros((0, 4, 3))], [np.zeros(0, np.int64)]
-    for kind, edges in _CROSSED.items():
-        row = np.flatnonzero(mask == kind)
-        corners = [_crossing(points, tets[row][:, edge], origin, normal) for edge in edges]
-        polygons.append(np.stack([*corners, corners[-1]][:4], axis=1))
-        rows.append(row)
-    order = np.argsort(np.concatenate(rows), kind="stable")
-    return np.concatenate(polygons)[order], np.concatenate(rows)[order]
-
-
-def _crossing(points: np.ndarray, edges: np.ndarray, origin: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Return the points (k, 3) at which the plane crosses edges (k, 2)."""
-    a, b = points[edges[:, 0]], points[edges[:, 1]]
-    high, low = (a - origin) @ normal, (b - origin) @ normal
-    return a + (high / (high - low))[:, None] * (b - a)
+    above = points[:, axis] > level
+    rows = np.flatnonzero(above[tets].any(axis=1) & ~above[tets].all(axis=1))
+    start, end = np.moveaxis(tets[rows][:, EDGE_CORNERS], 2, 0)
+    crossed = above[start] != above[end]
+    step = points[end] - points[start]
+    share = (level - points[start, axis]) / np.where(crossed, step[..., axis], 1.0)
+    corners = np.delete(points[start] + share[..., None] * step, axis, axis=2)
+    middle = np.average(corners, axis=1, weights=np.repeat(crossed[..., None], 2, axis=2))
+    x, y = np.moveaxis(corners - middle[:, None], 2, 0)
+    order = np.where(crossed, np.arctan2(y, x), np.inf).argsort(axis=1)[:, :4]
+    order[crossed.sum(axis=1) == 3, 3] = order[crossed.sum(axis=1) == 3, 2]
+    return np.take_along_axis(corners, order[..., None], axis=1), rows
 
 
 def decimated(

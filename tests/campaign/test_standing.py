@@ -5,7 +5,8 @@ import os
 
 import pytest
 
-from craftmesh.campaign.standing import MADE, jobs, standings
+from craftmesh.campaign.standing import jobs, standings
+from craftmesh.report.case_files import STAGES
 
 GROWS = {
     "campaign": "s.tsv",
@@ -34,7 +35,7 @@ def say(results, job, text=""):
 def make(results, job, ended="", seconds=2.0):
     """Make the files of a job, its log, and the time that it took."""
     say(results, job)
-    path = results / "one" / job.increment / MADE[job.name]
+    path = results / "one" / job.increment / STAGES[job.name].made
     path.parent.mkdir(exist_ok=True)
     if job.name == "tets":
         for part in (1, 2):

@@ -5,8 +5,9 @@ import os
 
 import pytest
 
-from craftmesh.campaign.standing import MADE, jobs
+from craftmesh.campaign.standing import jobs
 from craftmesh.cli import main
+from craftmesh.report.case_files import STAGES
 
 RECORD = {"campaign": "s", "microstructure": "v.npz", "cracks": [], "increments": 1, "growth": "prescribed"}
 
@@ -17,7 +18,7 @@ def results(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for case in ("whole", "begun"):
         for job in jobs(RECORD, 1):
-            path = tmp_path / "results" / case / job.increment / MADE[job.name]
+            path = tmp_path / "results" / case / job.increment / STAGES[job.name].made
             if job.name in ("tets", "pictures"):
                 path = path / "1-of-1.npz"
             if (case, job.name) != ("begun", "pictures"):
