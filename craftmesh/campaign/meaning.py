@@ -38,21 +38,18 @@ def check_meaning(case: Case, config: Mapping[str, Any]) -> None:
     config: the campaign's; a fault of what the case has from it is told as its own, any other with the
     case's line.
     """
-    for section, check in _CHECKS.items():
-        keys = case.settings[section]
-        with_place = "" if keys == config[section] else f"{case.place}: "
+    own = case.settings
+    parts = [(section, own[section], config[section], check) for section, check in _CHECKS.items()]
+    parts += [
+        (f"cracks.{name}", own["cracks"][name], config["cracks"].get(name), _check_crack)
+        for name in case.cracks
+    ]
+    for section, keys, common, check in parts:
         try:
             check(keys, case)
         except CraftmeshError as error:
-            raise CraftmeshError(with_place + _keyed(section, str(error), keys)) from None
-    for name in case.cracks:
-        keys = case.settings["cracks"][name]
-        with_place = "" if keys == config["cracks"].get(name) else f"{case.place}: "
-        try:
-            _check_crack(keys, case)
-        except CraftmeshError as error:
-            message = _keyed(f"cracks.{name}", str(error).removeprefix("crack."), keys)
-            raise CraftmeshError(with_place + message) from None
+            message = _keyed(section, str(error).removeprefix("crack."), keys)
+            raise CraftmeshError(message if keys == common else f"{case.place}: {message}") from None
     _check_increments(case)
 
 

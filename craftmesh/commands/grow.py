@@ -17,7 +17,6 @@ from craftmesh.growth.extension import CLOSED, NOISE, STAYS, UNTRUSTED
 from craftmesh.growth.grow import grow, row_spacing
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import CorrectionOptions, SmoothingOptions
-from craftmesh.growth.steps import LEAST_STEP
 from craftmesh.io.front_csv import front_table, has_word, write_front
 from craftmesh.io.text_table import Table
 from craftmesh.io.vtk import read_crack, write_crack
@@ -112,12 +111,12 @@ def turned(step: Step, along: FrontExtensions) -> list[float]:
 
 
 def warn_of_short_steps(along: FrontExtensions, intensities: Path) -> None:
-    """Print a warning where points go on by less than LEAST_STEP of the front's edges, in the median."""
+    """Print a warning where points go on by less than the front's edges, in the median."""
     goes = along.extension > 0
     if not goes.any():
         return
     step, edge = float(np.median(along.extension[goes])), row_spacing(along.points)
-    if step < LEAST_STEP * edge:
+    if step < edge:
         warn(
             f"{intensities}: the front goes on by {step:.4g}, and its edges are {edge:.4g} long; the next "
             "mesh cannot tell how it kinked: give a longer step (grow.extension, grow.change) or shorter "

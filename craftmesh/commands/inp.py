@@ -8,12 +8,7 @@ from typing import Any
 
 from craftmesh.assembly.boundary_layers import boundary_layers, grain_pairs
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.microstructure import (
-    add_microstructure,
-    known_of_files,
-    user_materials,
-    with_element_axes,
-)
+from craftmesh.commands.microstructure import add_microstructure, as_in_deck, known_of_files
 from craftmesh.commands.stage_io import add_output, add_report, add_units, tell, warn
 from craftmesh.deck.limits import deck_warning
 from craftmesh.deck.options import DeckOptions
@@ -37,8 +32,8 @@ def run(arguments: argparse.Namespace) -> None:
     options = options_from(arguments, DeckOptions)
     known = known_of_files(arguments)
     model, report = elastic_model(read_tets(arguments.volume), options, **known)
-    materials, layers = user_materials(options.user_material, known), None
-    model = with_element_axes(model, options, arguments, materials)
+    model, materials = as_in_deck(model, options, arguments, known)
+    layers = None
     if options.cohesive:
         model, layers = _with_layers(model, options, known)
         report |= {"nodes": len(model.mesh.points), "cohesive_boundaries": len(layers.laws)}

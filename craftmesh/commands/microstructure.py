@@ -42,32 +42,27 @@ def known_of_files(arguments: argparse.Namespace) -> dict[str, Any]:
     return {"orientations": voxels.orientations, "phases": voxels.phases, "crystals": crystals} | found
 
 
-def with_element_axes(
-    model: ElasticModel,
-    options: DeckOptions,
-    arguments: argparse.Namespace,
-    materials: UserMaterials | None,
-) -> ElasticModel:
-    """Return the model with the axes of its elements, where inp.orientations asks for them.
+def as_in_deck(
+    model: ElasticModel, options: DeckOptions, arguments: argparse.Namespace, known: Mapping[str, Any]
+) -> tuple[ElasticModel, UserMaterials | None]:
+    """Return the model with axes of its elements, and its user materials, where the options ask for them.
 
-    Raises CraftmeshError where they are not known, and for materials whose sections have no axes.
+    known: by `known_of_files`. Raises CraftmeshError where the axes are not known, and for materials whose
+    sections have none.
     """
+    materials, name = None, options.user_material
+    if name:
+        by_phase = parse_templates(read_template(name), f"user_material: {name}")
+        materials = UserMaterials(by_phase, known.get("phases"))
     if options.orientations == "grain":
-        return model
+        return model, materials
     if not arguments.microstructure:
         raise CraftmeshError("orientations: element needs the voxels; give --microstructure")
     for user in materials.by_phase.values() if materials else ():
         if not user.has_sections_axes:
             raise CraftmeshError(
-                f"orientations: element, and the constants of {options.user_material} hold the axes, one "
+                f"orientations: element, and the constants of {name} hold the axes, one "
                 "material a grain; expected a template whose sections have them, as single_crystal"
             )
-    return replace(model, element_axes=element_axes(model.mesh, read_labels(arguments.microstructure)))
-
-
-def user_materials(name: str, known: Mapping[str, Any]) -> UserMaterials | None:
-    """Return the materials of inp.user_material, None without; known: by `known_of_files`."""
-    if not name:
-        return None
-    by_phase = parse_templates(read_template(name), f"user_material: {name}")
-    return UserMaterials(by_phase, known.get("phases"))
+    axes = element_axes(model.mesh, read_labels(arguments.microstructure))
+    return replace(model, element_axes=axes), materials

@@ -12,12 +12,7 @@ from typing import Any
 import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.microstructure import (
-    add_microstructure,
-    known_of_files,
-    user_materials,
-    with_element_axes,
-)
+from craftmesh.commands.microstructure import add_microstructure, as_in_deck, known_of_files
 from craftmesh.commands.run_deck import FIELD, run_deck, solved_history
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
 from craftmesh.deck.options import OF_THE_FILE, DeckOptions
@@ -68,8 +63,7 @@ def run(arguments: argparse.Namespace) -> None:
     start = time.monotonic()
     stress = slip = None
     if deck.history and options.solver != BUILTIN:
-        materials = user_materials(deck.user_material, known)
-        model = with_element_axes(model, deck, arguments, materials)
+        model, materials = as_in_deck(model, deck, arguments, known)
         with _folder(options, arguments) as folder:
             (solution, stress, slip), report = solved_history(model, options, deck, materials, folder)
         write_solution(arguments.output, solution)
