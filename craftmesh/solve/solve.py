@@ -16,13 +16,12 @@ from craftmesh.solve.contact import least_overlap, overlap_of, with_contact
 from craftmesh.solve.iteration import Iteration, refused
 from craftmesh.solve.options import BUILTIN, SolveOptions
 from craftmesh.solve.problem import Supports, problem_of
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import Solution, TetMesh
 
 # Elements of displacements alone lock: on a penny at 45 degrees, five edges to the radius, K errs by up to
 # 1.5 % of the largest with a Poisson's ratio of 0.49, by 14 % with 0.499.
 MOST_POISSON = 0.49
-# Ratios are known to the rounding of a stiffness and its inverse.
-_ROUNDING = 1e-9
 # Bytes for a node of 4- and 10-node elements, and gigabytes for Python and its libraries: measured with
 # benchmarks/solve.py, rounded up.
 _PER_NODE = {4: 4000, 10: 2000}
@@ -36,7 +35,7 @@ def check_compressible(model: ElasticModel) -> None:
     """Raise CraftmeshError for a material that is nearly incompressible, its grain and phase named."""
     ratio = poisson_ratios(model.stiffness())
     worst = int(np.argmax(ratio))
-    if ratio[worst] <= MOST_POISSON + _ROUNDING:
+    if ratio[worst] <= MOST_POISSON + ROUNDING:
         return
     grain = int(model.grains[worst])
     phase = model.phase_of[grain]
