@@ -4,19 +4,20 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.remeshing.kernels.marching import march
-from craftmesh.remeshing.kernels.smoothing import lap
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import facet_angles, side_volumes, spoiled_facets
 from craftmesh.surface.patches import (
     PLANES,
     facets_beyond_box,
     smoothing_neighbours,
+    to_neighbours,
     vertex_classes,
     vertices_around,
 )
@@ -151,64 +152,54 @@ def smooth(
     vanishes go back to the last checkpoint with a growing neighbourhood and stay there.
     """
     classes = vertex_classes(raw)
-    laps = _Laps(raw, options, smoothing_neighbours(classes))
+    drawn = smoothing_neighbours(classes)
     points, fixed = raw.points.copy(), classes.fixed.copy()
     stages = _smoothing_stages(options)
     for number, weights in enumerate(stages):
-        points = laps.sound(points, weights, fixed)
+        points = _lapped(raw, points, weights, drawn, fixed, options)
         progress(0.3 + 0.4 * (number + 1) / len(stages), "smoothing")
     return points, int(fixed.all(axis=1).sum() - classes.fixed.all(axis=1).sum())
 
 
-class _Laps:
-    """Laps over a raw surface that go back to where they began wherever they spoil facets."""
-
-    def __init__(
-        self,
-        raw: Surface,
-        options: RemeshOptions,
-        neighbours: tuple[np.ndarray, np.ndarray],
-    ) -> None:
-        self.facets, self.sides, self.kind = raw.facets.astype(np.int64), raw.sides, raw.kind
-        self.options, self.neighbours = options, neighbours
-        self.raw_volume = side_volumes(raw.points, self.facets, raw.sides)
-
-    def sound(self, points: np.ndarray, weights: list[float], fixed: np.ndarray) -> np.ndarray:
-        """Return points (n, 3) after a lap per weight that spoil no facet; who had to stay becomes `fixed`.
-
-        fixed (n, 3) bool: coordinates that stay; rows round spoiled facets are set.
-        """
-        reach = 1
-        while True:
-            moved = points
-            for weight in weights:
-                moved = lap(moved, *self.neighbours, fixed, weight)
-            bad = self._spoiled(points, moved)
-            if not bad.any():
-                return moved
-            around = vertices_around(self.facets, bad, reach, len(points))
-            if fixed[around].all():
-                return points
-            fixed[around] = True
-            reach += 1
-
-    def _spoiled(self, points: np.ndarray, moved: np.ndarray) -> np.ndarray:
-        """(m,) bool: facets that `moved` (n, 3) spoils: they intersect, are poor, leave the box, vanish."""
-        options, facets = self.options, self.facets
-        bad = spoiled_facets(moved, points, facets, options.sliver_quality, options.sliver_edge)
-        bad |= facets_beyond_box(moved, points, facets, self.kind)
-        volume = side_volumes(moved, facets, self.sides)
-        bad |= _vanishing(volume, self.sides, self.raw_volume, options.least_volume)
-        bad[intersecting_pairs(moved, facets).ravel()] = True
-        return bad
-
-
-def _vanishing(
-    volume: dict[int, float], sides: np.ndarray, raw_volume: dict[int, float], least: float
+def _lapped(
+    raw: Surface,
+    points: np.ndarray,
+    weights: list[float],
+    drawn: csr_array,
+    fixed: np.ndarray,
+    options: RemeshOptions,
 ) -> np.ndarray:
-    """(m,) bool: facets of grains and voids with less than the part `least` of their raw volume.
+    """Return points (n, 3) after a lap per weight that spoil no facet; who had to stay becomes `fixed`.
 
-    Voids open to the outside have no volume of their own: a negative one is not looked at.
+    drawn: by `smoothing_neighbours`; fixed (n, 3) bool: coordinates that stay; rows round spoiled facets
+    are set.
     """
-    gone = [label for label, raw in raw_volume.items() if raw > 0 and volume[label] < least * raw]
-    return np.isin(sides[:, 0], gone) | np.isin(sides[:, 1], gone)
+    reach = 1
+    while True:
+        moved = points
+        for weight in weights:
+            moved = moved + weight * np.where(fixed, 0.0, to_neighbours(moved, drawn))
+        bad = _spoiled(raw, points, moved, options)
+        if not bad.any():
+            return moved
+        around = vertices_around(raw.facets, bad, reach, len(points))
+        if fixed[around].all():
+            return points
+        fixed[around] = True
+        reach += 1
+
+
+def _spoiled(raw: Surface, points: np.ndarray, moved: np.ndarray, options: RemeshOptions) -> np.ndarray:
+    """(m,) bool: facets that `moved` (n, 3) spoils: they intersect, are poor, leave the box, vanish.
+
+    Those of grains and voids vanish that have less than least_volume of their raw volume. Voids open to
+    the outside have no volume of their own: a negative one is not looked at.
+    """
+    facets, sides = raw.facets.astype(np.int64), raw.sides
+    bad = spoiled_facets(moved, points, facets, options.sliver_quality, options.sliver_edge)
+    bad |= facets_beyond_box(moved, points, facets, raw.kind)
+    before, after = (side_volumes(places, facets, sides) for places in (raw.points, moved))
+    gone = [k for k, volume in before.items() if volume > 0 and after[k] < options.least_volume * volume]
+    bad |= np.isin(sides, gone).any(axis=1)
+    bad[intersecting_pairs(moved, facets).ravel()] = True
+    return bad

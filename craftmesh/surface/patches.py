@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import numbered
@@ -131,8 +132,8 @@ def vertex_classes(surface: Surface) -> VertexClasses:
     return VertexClasses(rank, held_by_box(surface), features.edges, features.is_feature)
 
 
-def smoothing_neighbours(classes: VertexClasses) -> tuple[np.ndarray, np.ndarray]:
-    """Return compressed rows (start (n + 1,), neighbour (k,)) of the vertices that each vertex is drawn to.
+def smoothing_neighbours(classes: VertexClasses) -> csr_array:
+    """Return (n, n) 1.0 where the vertex of the row is drawn to that of the column.
 
     Interface vertices have all their neighbours; vertices on lines and at junctions those along
     lines. On an edge of the box a vertex follows the edge, but where a grain boundary reaches the edge
@@ -146,9 +147,16 @@ def smoothing_neighbours(classes: VertexClasses) -> tuple[np.ndarray, np.ndarray
     drawn = is_line | (classes.rank[tail] == ON_INTERFACE)
     drawn &= ~(along_box_edge & meets_boundary[tail])
     tail, head = tail[drawn], head[drawn]
-    order = np.lexsort((head, tail))
-    start = np.searchsorted(tail[order], np.arange(len(classes.rank) + 1))
-    return start, head[order]
+    return csr_array((np.ones(len(tail)), (tail, head)), (len(classes.rank),) * 2)
+
+
+def to_neighbours(points: np.ndarray, drawn: csr_array) -> np.ndarray:
+    """Return the ways (n, 3) from points to the means of those that they are drawn to, 0 without any.
+
+    drawn: by `smoothing_neighbours`.
+    """
+    count = np.diff(drawn.indptr)[:, None]
+    return np.where(count > 0, drawn @ points / np.maximum(count, 1) - points, 0.0)
 
 
 def facets_beyond_box(

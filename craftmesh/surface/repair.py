@@ -9,6 +9,7 @@ from craftmesh.surface.patches import (
     facets_beyond_box,
     free_directions,
     smoothing_neighbours,
+    to_neighbours,
     vertex_classes,
     vertices_around,
 )
@@ -35,14 +36,11 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
     faulty = faulty_facets(surface.points, facets)
     first, best = faulty, (surface.points, faulty)
     if faulty.any():
-        mobile, (start, neighbour) = free_directions(surface), smoothing_neighbours(vertex_classes(surface))
-        points, count = surface.points, np.diff(start)
+        mobile, drawn = free_directions(surface), smoothing_neighbours(vertex_classes(surface))
+        points = surface.points
         for done in range(ROUNDS):
             around = vertices_around(facets, faulty, done // PATIENCE, len(points))
-            total = np.zeros_like(points)
-            np.add.at(total, np.repeat(np.arange(len(points)), count), points[neighbour])
-            mean = np.where(count[:, None] > 0, total / np.maximum(count, 1)[:, None], points)
-            displacement = WEIGHT * (mean - points) * (mobile & around[:, None])
+            displacement = WEIGHT * to_neighbours(points, drawn) * (mobile & around[:, None])
             points, faulty = _guarded(points, displacement, facets, surface.kind, faulty)
             if faulty.sum() < best[1].sum():
                 best = points, faulty

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from models import voronoi
+from scipy.sparse import csr_array
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.remeshing.kernels.marching import march
-from craftmesh.remeshing.kernels.smoothing import lap
 from craftmesh.remeshing.remesh import RemeshOptions, remesh, smooth
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.measure import area_vectors, facet_angles, spoiled_facets
@@ -17,6 +17,7 @@ from craftmesh.surface.patches import (
     ON_INTERFACE,
     ON_LINE,
     smoothing_neighbours,
+    to_neighbours,
     vertex_classes,
 )
 from craftmesh.types import INTERFACE, Surface, Voxels
@@ -45,18 +46,14 @@ def test_classes_of_four_columns():
     assert classes.rank[end] == [AT_JUNCTION] and classes.fixed[end].tolist() == [[False, False, True]]
 
 
-def test_a_lap_moves_all_at_once_and_holds_what_is_fixed():
-    """Sawtooth smoothing of the paper's Eq. 1 is a lap of weight 1/2 along a line."""
+def test_points_are_drawn_to_the_mean_of_their_neighbours():
+    """Sawtooth smoothing of the paper's Eq. 1 goes half of the way along a line."""
     points = np.array([[0, 0, 0], [1, 1, 0], [2, -1, 0], [3, 0, 0]], float)
-    start, neighbour = np.array([0, 0, 2, 4, 4]), np.array([0, 2, 1, 3])
-    fixed = np.zeros((4, 3), bool)
-    fixed[2, 0] = True
-    moved = lap(points, start, neighbour, fixed, 0.5)
+    drawn = csr_array((np.ones(4), ([1, 1, 2, 2], [0, 2, 1, 3])), (4, 4))
     expected = points.copy()
     for i in (1, 2):
         expected[i] = (points[i - 1] + points[i + 1]) / 4 + points[i] / 2
-    expected[2, 0] = 2
-    assert np.allclose(moved, expected, atol=1e-15)
+    assert np.allclose(points + 0.5 * to_neighbours(points, drawn), expected, atol=1e-15)
 
 
 def test_spoiled_facets_are_those_that_got_worse():
@@ -72,12 +69,12 @@ def test_spoiled_facets_are_those_that_got_worse():
 def test_lines_are_drawn_along_lines_only():
     voxels = polycrystal()
     classes = vertex_classes(Surface(*march(voxels.labels)))
-    start, neighbour = smoothing_neighbours(classes)
+    drawn = smoothing_neighbours(classes)
     line_edges = {tuple(e) for e in classes.edges[classes.is_line].tolist()}
     for v in np.flatnonzero(classes.rank == ON_LINE):
-        drawn = neighbour[start[v] : start[v + 1]]
-        assert len(drawn) == 2
-        assert all((min(v, w), max(v, w)) in line_edges for w in drawn)
+        ends = drawn[[v]].nonzero()[1].tolist()
+        assert len(ends) == 2
+        assert all((min(v, w), max(v, w)) in line_edges for w in ends)
 
 
 @settings(deadline=None, max_examples=15)
