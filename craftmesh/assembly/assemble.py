@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from craftmesh.arguments import typed
-from craftmesh.assembly.opening import is_closed, opened_tets, same_turn
+from craftmesh.assembly.opening import is_closed, opened_tets
 from craftmesh.cracks.sheets import crack_numbers
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import front_polylines
@@ -18,7 +18,7 @@ from craftmesh.mesh.tet_connectivity import (
     half_face_corners,
     half_faces,
 )
-from craftmesh.surface.connectivity import compact
+from craftmesh.surface.connectivity import compact, same_turn
 from craftmesh.surface.measure import total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Crack, GrainTets, Surface, TetMesh

@@ -7,7 +7,7 @@ import numpy as np
 
 from craftmesh.arguments import as_array, check_indices
 from craftmesh.assembly.foreign_mesh import foreign_facets, foreign_with_crack, tet_mesh_of
-from craftmesh.assembly.opening import opened_across, same_turn, with_copies
+from craftmesh.assembly.opening import opened_across, with_copies
 from craftmesh.cracks.one_sheet import lip_a_ahead, turned_alike
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import mesh_fronts
@@ -20,7 +20,7 @@ from craftmesh.mesh.tet_connectivity import (
     half_faces,
     tet_volumes,
 )
-from craftmesh.surface.connectivity import pieces
+from craftmesh.surface.connectivity import pieces, same_turn
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import TetMesh
 

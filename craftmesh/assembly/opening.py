@@ -91,9 +91,3 @@ def is_closed(opened: np.ndarray, crack_pairs: np.ndarray) -> np.ndarray:
     """Return which crack facets (p,) kept all three corners on both sides: they cannot open."""
     corners = np.sort(half_face_corners(opened, crack_pairs), axis=2)
     return (corners[:, 0] == corners[:, 1]).all(axis=1)
-
-
-def same_turn(triangles: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return where rows of `triangles` list the same corners in the same sense as rows of `reference`."""
-    shift = (triangles == reference[:, :1]).argmax(axis=1)
-    return np.take_along_axis(triangles, ((shift + 1) % 3)[:, None], axis=1)[:, 0] == reference[:, 1]

@@ -12,13 +12,8 @@ from craftmesh.mesh.integration import face_shape, triangle_points
 from craftmesh.mesh.lips import LipPairs, lip_pairs
 from craftmesh.mesh.mesh_sets import lip_faces
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import unit_normals
 from craftmesh.types import TetMesh
-
-# Weight of the turns of the pressure's slope at edges. Near the front nodes' forces err by 2 % where the
-# lips slide, and K_I with them: by 1.1 % of K_II without it, by 0.5 % with 1. With 10, by 0.2 %; but where
-# a bent body closes one half of its crack K_I is 2 % of the other's off in the mean (with 1, 0.2 %).
-SMOOTH = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +71,7 @@ def contact_tractions(mesh: TetMesh, contact: np.ndarray | None) -> FaceTraction
     other = np.empty_like(pressure)
     np.put_along_axis(other, turn, pressure, axis=1)
     # faces by the right-hand rule point into their elements, as the pressure does
-    inward = area_vectors(mesh.points, face_nodes(mesh.tets[:, :4], faces.reshape(-1, 2)))
-    inward /= np.linalg.norm(inward, axis=1, keepdims=True)
+    inward = unit_normals(mesh.points, face_nodes(mesh.tets[:, :4], faces.reshape(-1, 2)))
     traction = np.concatenate([pressure, other])[:, :, None] * inward[:, None, :]
     return FaceTractions(faces.reshape(-1, 2), traction)
 
@@ -109,7 +103,10 @@ def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
     area = abs(work).sum(axis=1)
     bends = _bends(mesh.points[corners], unknown, len(known_keys))
     weighed = diags_array(1 / area) @ work
-    normal = weighed.T @ work + SMOOTH * bends.T @ bends
+    # near the front forces err by 2 % where lips slide, and K_I by 1.1 % of K_II without the bends, by 0.5
+    # with them; by 0.2 with ten times their weight, but K_I of a bent body that closes one half of its
+    # crack is then 2 % of the other's off in the mean (as it is 0.2)
+    normal = weighed.T @ work + bends.T @ bends
     return spsolve(normal.tocsc(), weighed.T @ push)[unknown]
 
 

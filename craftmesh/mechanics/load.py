@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.faces import FIXED, SAME, STRAIN, STRESS, FaceRow
+from craftmesh.mechanics.faces import FIXED, STRAIN, STRESS, FaceRow
 from craftmesh.mechanics.holding import lacking
 from craftmesh.mesh.integration import face_shape
 from craftmesh.mesh.mesh_sets import node_sets_of
 from craftmesh.mesh.tet_connectivity import FACE_CORNERS, face_nodes
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import unit_normals
+from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_PLANES, TetMesh
 
 # Where the deck's solvers integrate over faces of C3D4 and C3D10: shares of the second and third corner.
@@ -43,8 +44,7 @@ def corner_vectors(traction: Traction, mesh: TetMesh) -> np.ndarray:
     if traction.axis is not None:
         way = np.broadcast_to(np.eye(3)[traction.axis], (len(traction.faces), 3))
     else:
-        way = -area_vectors(mesh.points, face_nodes(mesh.tets[:, :4], traction.faces))
-        way /= np.linalg.norm(way, axis=1, keepdims=True)
+        way = -unit_normals(mesh.points, face_nodes(mesh.tets[:, :4], traction.faces))
     stress = np.broadcast_to(traction.stress, (len(way), 3))
     return stress[:, :, None] * way[:, None, :]
 
@@ -231,7 +231,7 @@ def _check_edges(parts: Sequence[Fixed]) -> None:
     for k, one in enumerate(parts):
         for other in parts[:k]:
             gap = abs(float(one.displacement) - float(other.displacement))
-            same = gap <= SAME * max(abs(float(one.displacement)), abs(float(other.displacement)))
+            same = gap <= ROUNDING * max(abs(float(one.displacement)), abs(float(other.displacement)))
             if one.axis == other.axis and one.name[0] != other.name[0] and not same:
                 raise CraftmeshError(
                     f"load: {other.name} moves along {'xyz'[one.axis]} by {other.displacement:g} and "

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import facet_edges, joined, pieces
 from craftmesh.surface.front import among_edges
-from craftmesh.surface.measure import area_vectors, unit_normals
+from craftmesh.surface.measure import area_vectors, swept_volumes, unit_normals
 from craftmesh.types import INTERFACE
 
 GAP = 0.15  # of the edge length: facets of two grains that face each other this closely should have matched
@@ -69,8 +69,7 @@ def with_voids(
     shell = pieces(facets[alone])
     at_box = among_edges(facet_edges(facets[alone]), facets[kind != INTERFACE]).reshape(-1, 3)
     open_shell = np.unique(shell[at_box.any(axis=1)])
-    vectors = area_vectors(points, facets[alone])
-    swept = np.einsum("ij,ij->i", points[facets[alone]].mean(axis=1), vectors) / 3
+    swept = swept_volumes(points, facets[alone])
     closed = [n for n in np.unique(shell).tolist() if n not in open_shell]
     members = {n: alone[shell == n] for n in closed}
     for name in closed:
@@ -109,9 +108,7 @@ def in_pieces(points: np.ndarray, facets: np.ndarray, grain: np.ndarray) -> list
         shell = joined(own.size, rows, columns)[node[own[:, 0]]]
         if (shell == shell[0]).all():
             continue
-        middles = points[own].mean(axis=1)
-        swept = np.einsum("ij,ij->i", middles, area_vectors(points, own))
-        if (np.bincount(shell, swept) > 0).sum() > 1:
+        if (np.bincount(shell, swept_volumes(points, own)) > 0).sum() > 1:
             found.append(int(grain[start]))
     return found
 

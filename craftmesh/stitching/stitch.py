@@ -9,12 +9,12 @@ from scipy.spatial import cKDTree
 from craftmesh.arguments import as_array, check_indices, typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.kernels.row_groups import group_rows
+from craftmesh.mesh.tet_connectivity import group_triples
 from craftmesh.options import Options, option
-from craftmesh.stitching.kernels.distinct_points import distinct_points
 from craftmesh.stitching.misfits import refuse_lost, refuse_misfits
 from craftmesh.stitching.outer_shells import grain_names, in_pieces, refuse_gaps, with_voids
-from craftmesh.surface.connectivity import compact, facet_edges, joined
-from craftmesh.surface.measure import area_vectors, unit_normals
+from craftmesh.surface.connectivity import compact, facet_edges, joined, lowest_equal_point, same_turn
+from craftmesh.surface.measure import swept_volumes, unit_normals
 from craftmesh.types import INTERFACE, Surface
 
 
@@ -83,7 +83,9 @@ def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dic
     points += 0.0  # makes 0.0 of -0.0: equal points have equal bytes, whichever grain comes first
     facets = np.concatenate([triangles + s for (_, _, triangles), s in zip(known, shift)])
     grain = np.repeat([g for g, _, _ in known], [len(t) for _, _, t in known])
-    first, inverse = distinct_points(points)
+    lowest = lowest_equal_point(points)
+    is_first = lowest == np.arange(len(points))
+    first, inverse = np.flatnonzero(is_first), (np.cumsum(is_first) - 1)[lowest]
     inverse = _cluster(points[first], options.tolerance)[inverse]
     merged = inverse[facets]
     distinct = (merged != np.roll(merged, 1, axis=1)).all(axis=1)
@@ -102,9 +104,8 @@ def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dic
 
 def _outward(points: np.ndarray, facets: np.ndarray, grain: np.ndarray) -> tuple[_Soup, list[int]]:
     """Return the soup with the facets of grains that are inside out turned, and the ids of those."""
-    corners = points[facets[:, 0]] - points.mean(axis=0)
     ids, row = np.unique(grain, return_inverse=True)
-    swept = np.bincount(row, np.einsum("ij,ij->i", corners, area_vectors(points, facets)))
+    swept = np.bincount(row, swept_volumes(points, facets))
     inverted = swept[row] < 0
     facets[inverted] = facets[inverted][:, ::-1]
     return _Soup(points, facets, grain), ids[swept < 0].tolist()
@@ -158,29 +159,10 @@ def _cluster(points: np.ndarray, tolerance: float) -> np.ndarray:
     return lowest
 
 
-def _groups(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return an order that puts facets of equal corners together, and the start of each such group."""
-    low, middle, high = np.sort(facets, axis=1).T
-    stride = int(facets.max(initial=0)) + 1
-    order, start = group_rows(low.copy(), middle * stride + high, stride)
-    return order, start[:-1]
-
-
-def _parity(facets: np.ndarray) -> np.ndarray:
-    """Return whether each facet runs through its sorted corners in cyclic order."""
-    lowest = np.argmin(facets, axis=1)[:, None]
-    second = np.take_along_axis(facets, (lowest + 1) % 3, 1)
-    third = np.take_along_axis(facets, (lowest + 2) % 3, 1)
-    return (second < third).ravel()
-
-
 def _folded(facets: np.ndarray, grain: np.ndarray) -> np.ndarray:
     """Return (m,) bool: facets of one grain that lie on each other in pairs, where thin parts collapsed."""
-    order, start = _groups(facets)
-    length = np.diff(np.append(start, len(facets)))
-    pair = start[length == 2]
-    a, b = order[pair], order[pair + 1]
-    folded = (grain[a] == grain[b]) & (_parity(facets[a]) != _parity(facets[b]))
+    a, b = group_triples(facets).pairs.T
+    folded = (grain[a] == grain[b]) & ~same_turn(facets[a], facets[b])
     is_folded = np.zeros(len(facets), bool)
     is_folded[a[folded]] = is_folded[b[folded]] = True
     return is_folded
@@ -189,25 +171,22 @@ def _folded(facets: np.ndarray, grain: np.ndarray) -> np.ndarray:
 def _paired(soup: _Soup) -> tuple[np.ndarray, np.ndarray]:
     """Return each facet once, seen from its grain of lower id, with sides; the outside is 0."""
     _refuse_open(soup)
-    order, start = _groups(soup.facets)
-    length = np.diff(np.append(start, len(order)))
-    if (length > 2).any():
-        rows = order[start[length > 2][0] :][: length[length > 2][0]]
+    groups = group_triples(soup.facets)
+    first, crowded = groups.lead, np.flatnonzero(groups.count > 2)
+    if len(crowded):
+        rows = groups.order[slice(*groups.first[crowded[0] : crowded[0] + 2])]
         raise CraftmeshError(
             f"grains {grain_names(soup.grain[rows])} share one facet near {_place(soup, rows[0])}; "
             "expected two at most"
         )
-    first = order[start]
-    second = np.where(length == 2, order[np.minimum(start + 1, len(order) - 1)], -1)
-    double = second >= 0
-    same_way = double & (_parity(soup.facets[first]) == _parity(soup.facets[second]))
-    if same_way.any():
-        row = first[same_way][0], second[same_way][0]
+    same_way = groups.pairs[same_turn(*soup.facets[groups.pairs.T])]
+    if len(same_way):
         raise CraftmeshError(
-            f"grains {grain_names(soup.grain[list(row)])} overlap near {_place(soup, row[0])}: "
-            f"{int(same_way.sum())} facets are on the same side of both; expected grains that only touch"
+            f"grains {grain_names(soup.grain[same_way[0]])} overlap near {_place(soup, same_way[0, 0])}: "
+            f"{len(same_way)} facets are on the same side of both; expected grains that only touch"
         )
-    ahead = np.where(double, soup.grain[second], 0)
+    ahead = np.zeros(len(first), soup.grain.dtype)
+    ahead[groups.count == 2] = soup.grain[groups.pairs[:, 1]]
     rank = np.argsort(first)
     return soup.facets[first][rank], np.stack([soup.grain[first], ahead], axis=1)[rank]
 

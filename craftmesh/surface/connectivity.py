@@ -37,6 +37,12 @@ def edge_sides(of_corner: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, n
     return order[start], order[start + 1]
 
 
+def same_turn(triangles: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """Return where rows of `triangles` list the same corners in the same sense as rows of `reference`."""
+    shift = (triangles == reference[:, :1]).argmax(axis=1)
+    return np.take_along_axis(triangles, ((shift + 1) % 3)[:, None], axis=1)[:, 0] == reference[:, 1]
+
+
 def pieces(facets: np.ndarray) -> np.ndarray:
     """Return the number (m,) of the piece that each facet (m, 3) belongs to, joined across edges.
 
@@ -74,3 +80,14 @@ def compact(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarr
     new = np.full(len(points), -1, np.int64)
     new[kept] = np.arange(len(kept))
     return points[kept], new[cells], kept
+
+
+def lowest_equal_point(points: np.ndarray) -> np.ndarray:
+    """Return for each point (n, 3) the lowest id among the points with the same coordinates."""
+    key = points[:, 0] + np.e * points[:, 1] + np.pi * points[:, 2]
+    _, first, place = np.unique(key, return_index=True, return_inverse=True)
+    lowest = first[place]
+    others = np.flatnonzero((points[lowest] != points).any(axis=1))
+    if len(others):  # other points with the key of the first one
+        lowest[others] = others[lowest_equal_point(points[others])]
+    return lowest

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volumes
-from craftmesh.surface.connectivity import joined
+from craftmesh.surface.connectivity import joined, same_turn
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 
@@ -55,7 +55,7 @@ def find_regions(surface: GrainSurface, tets: np.ndarray) -> Regions:
     facet = facet_of_group[group[: len(faces)]]
     row = np.flatnonzero(facet >= 0)
     facet = facet[row]
-    behind = ~_turn_alike(faces[row], surface.facets[facet])
+    behind = ~same_turn(faces[row], surface.facets[facet])
     boundary = ~surface.internal[facet]
     votes_in = np.bincount(region[row // 4], behind & boundary, count) > 0
     votes_out = np.bincount(region[row // 4], ~behind & boundary, count) > 0
@@ -105,12 +105,3 @@ def hole_seeds(points: np.ndarray, tets: np.ndarray, regions: Regions) -> np.nda
     order = np.lexsort((-radius, regions.region[outside]))
     _, first = np.unique(regions.region[outside][order], return_index=True)
     return corners[order[first]].mean(1)
-
-
-def _turn_alike(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Whether triangles (k, 3) with the same corners turn the same way."""
-    return (
-        ((first[:, 0] == second[:, 0]) & (first[:, 1] == second[:, 1]))
-        | ((first[:, 0] == second[:, 1]) & (first[:, 1] == second[:, 2]))
-        | ((first[:, 0] == second[:, 2]) & (first[:, 1] == second[:, 0]))
-    )

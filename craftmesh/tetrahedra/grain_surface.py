@@ -7,7 +7,7 @@ import numpy as np
 
 from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.connectivity import compact
+from craftmesh.surface.connectivity import compact, lowest_equal_point
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.repair import repair_surface
 from craftmesh.types import Surface
@@ -66,28 +66,6 @@ def grain_surfaces(surface: Surface, grains: Iterable[int] | None = None) -> lis
         points, facets, nodes = compact(surface.points, facets)
         result.append(GrainSurface(int(grain), nodes, points, facets, inside[facet[rows]], facet[rows]))
     return result
-
-
-def lowest_equal_point(points: np.ndarray) -> np.ndarray:
-    """Return for each point (n, 3) the lowest id among the points with the same coordinates."""
-    lowest = np.arange(len(points))
-    rows = _of_equal_values(points[:, 0])
-    order = rows[np.lexsort(points[rows].T)]
-    sorted_points = points[order]
-    is_new = np.ones(len(order), bool)
-    is_new[1:] = (sorted_points[1:] != sorted_points[:-1]).any(1)
-    # lexsort is stable: the first of a run has the lowest id
-    lowest[order] = order[np.maximum.accumulate(np.where(is_new, np.arange(len(order)), 0))]
-    return lowest
-
-
-def _of_equal_values(values: np.ndarray) -> np.ndarray:
-    """Return the rows (k,) of values (n,) that are there more than once, ascending."""
-    order = np.argsort(values)
-    equal = values[order[1:]] == values[order[:-1]]
-    among = np.zeros(len(values), bool)
-    among[order[1:][equal]] = among[order[:-1][equal]] = True
-    return np.flatnonzero(among)
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from craftmesh.surface.connectivity import lowest_equal_point
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.patches import feature_edges, patches
-from craftmesh.tetrahedra.grain_surface import lowest_equal_point
 from craftmesh.tetrahedra.surface_freedom import crack_length
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import CRACK, Surface

@@ -7,7 +7,8 @@ import numpy as np
 
 from craftmesh.sizing.length_field import LocalSizing
 from craftmesh.sizing.sizing import Lengths
-from craftmesh.tetrahedra.grain_surface import grain_surfaces, lowest_equal_point
+from craftmesh.surface.connectivity import lowest_equal_point
+from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.types import GrainTets, Surface
 
 

@@ -7,10 +7,9 @@ import numpy as np
 
 from craftmesh.mesh.shape_measures import shape_measures
 from craftmesh.sizing.sizing import Lengths
-from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.connectivity import lowest_equal_point, unique_edges
 from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.surface.patches import ON_INTERFACE, ON_LINE, VertexClasses, vertex_classes
-from craftmesh.tetrahedra.grain_surface import lowest_equal_point
 from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, new_scratch
 from craftmesh.tetrahedra.kernels.tet_objective import RATIOS, Aim
 from craftmesh.tetrahedra.kernels.tet_passes import aspect_pass

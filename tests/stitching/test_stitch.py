@@ -3,14 +3,11 @@
 import numpy as np
 import pytest
 from grain_folders import write_grain_folder
-from hypothesis import given
-from hypothesis import strategies as st
 from models import real_grains, with_voids
 from structured_box import structured_box
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.surface_files import read_grain_folder
-from craftmesh.stitching.kernels.distinct_points import distinct_points
 from craftmesh.stitching.stitch import StitchOptions, stitch_grains
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import compact
@@ -184,13 +181,3 @@ def test_real_stl_sets_come_back_as_they_were(shared_data, tmp_path):
     write_grain_folder(tmp_path, surface)
     stitched, _ = stitch_grains(read_grain_folder(tmp_path), StitchOptions())
     assert_same(stitched, surface)
-
-
-@given(st.lists(st.sampled_from([-1.0, 0.0, 0.5, 1e-300, np.pi]), max_size=60))
-def test_distinct_points_come_by_appearance(numbers):
-    points = np.array(numbers[: len(numbers) // 3 * 3], float).reshape(-1, 3)
-    first, place = distinct_points(points)
-    rows = [tuple(point) for point in points.tolist()]
-    seen = list(dict.fromkeys(rows))
-    assert [rows[row] for row in first] == seen and first.tolist() == [rows.index(row) for row in seen]
-    assert place.tolist() == [seen.index(row) for row in rows]

@@ -10,10 +10,11 @@ from structured_box import hexagon, plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.mesh.tet_connectivity import half_faces, tet_volumes
+from craftmesh.surface.connectivity import lowest_equal_point
 from craftmesh.surface.measure import side_volumes
 from craftmesh.tetrahedra.grain_meshing import Setting, mesh_grain
 from craftmesh.tetrahedra.grain_region import WrongMesh, find_regions
-from craftmesh.tetrahedra.grain_surface import grain_surfaces, lowest_equal_point
+from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.tetrahedra.ladder import MeshingTask, attempts
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
