@@ -23,7 +23,7 @@ from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.facet_shape import angle_score, score_of_angle
-from craftmesh.types import CRACK, Surface
+from craftmesh.types import CRACK
 
 LIMITS = OPEN._replace(split=1.4, floor=score_of_angle(SOUND_ANGLE))
 
@@ -54,21 +54,6 @@ def test_an_edge_under_high_apexes_is_parted_in_the_middle():
 
 def test_an_edge_is_not_parted_at_a_foot_close_to_its_end():
     assert not len(parted((0.3, 0.05, 0), (2, -2, 0))[0])
-
-
-@pytest.mark.parametrize("in_strips", [True, False])
-def test_a_long_edge_of_a_strip_is_parted_though_its_halves_are_flat(in_strips):
-    """A band of the box's face z = 0, 0.05 wide, between two edges of a thin box 4 long."""
-    points = [[x, y, z] for z in (0.0, 1.0) for y in (0.0, 0.05) for x in (0.0, 4.0)]
-    quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
-    facets = [row for a, b, c, d in quads for row in ([a, b, c], [a, c, d])]
-    kind = np.repeat([5, 6, 3, 4, 1, 2], 2)
-    surface = Surface(np.array(points), np.array(facets), np.tile([1, 0], (12, 1)), kind)
-    state = make_state(surface, np.ones(8))
-    gradation = Gradation(state, filled_grid(state.mesh), {})
-    limits = LIMITS._replace(floor=score_of_angle(5.0), in_strips=in_strips)
-    done = split_all(gradation, "split", limits, np.array([[0, 1]]), np.array([0]), 1.0)
-    assert done == in_strips
 
 
 @settings(deadline=None, max_examples=60)

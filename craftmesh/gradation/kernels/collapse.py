@@ -28,8 +28,7 @@ from craftmesh.surface.kernels.facet_shape import squared_distance
 REACH_OF_EDGE = 0.3
 REACH_OF_TARGET = 0.05
 # Of its target: a shorter edge along a line of a plane of the box is a needle's, which goes in the late
-# cleaning though the worst facet there should keep only a part of its score. A strip 0.02 l_min wide, cut
-# off an edge of the box, had 12 flat tets where two such points of its mouth stayed side by side, now none.
+# cleaning though the worst facet there should keep only this part of its score.
 NEEDLE = 0.3
 KEPT_AT_NEEDLE = 0.7
 

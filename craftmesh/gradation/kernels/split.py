@@ -106,30 +106,6 @@ def _shapes_allow(state, parents, floor, share):
 
 
 @lean_kernel
-def _only_strips_are_poor(state, parents, floor, share):
-    """Tell whether `_shapes_allow` would but for facets of strips, of which there are some."""
-    strips = 0
-    for i in range(parents):
-        p, q, r = state.facets[state.dying[i]]
-        if _in_strip(state, p, q, r):
-            strips += 1
-            continue
-        old = angle_score(state.points, p, q, r)
-        for j in range(2):
-            u, v, w = state.star_corners[2 * i + j]
-            if angle_score(state.points, u, v, w) < min(floor, share * old):
-                return False
-    return strips > 0
-
-
-@lean_kernel
-def _in_strip(state, p, q, r):
-    """Tell whether a facet of the crack or a plane of the box joins two of its lines."""
-    flags = state.flags[p] & state.flags[q] & state.flags[r] & (ON_PLANES | ON_CRACK)
-    return flags != 0 and state.rank[p] > 0 and state.rank[q] > 0 and state.rank[r] > 0
-
-
-@lean_kernel
 def _worst_parent(state, parents):
     """Return the least score of the facets on the edge."""
     worst = np.inf
@@ -211,8 +187,7 @@ def split(state, grid, limits, a, b, share):
     """Split edge (a, b) unless a half would be too poor (`share` of its parent's score) or refused.
 
     Where halves at the middle are too poor it is split under a flat facet's apex, if none gets worse than
-    the worst; else with limits.in_strips in the middle all the same, if only a strip's are, which later
-    swaps and splits of its other border make good.
+    the worst.
 
     Halves that lie in their parents, as they do unless the vertex goes onto the crack or its front, cannot
     break a guard of normals or intersections.
@@ -231,10 +206,7 @@ def split(state, grid, limits, a, b, share):
         at = _foot_of_cap(state, a, b, parents)
         moved = _split_place(state, a, b, at, flags, state.points[m])
         if at == 0.5 or not _shapes_allow(state, parents, _worst_parent(state, parents), 1.0):
-            at = 0.5
-            moved = _split_place(state, a, b, at, flags, state.points[m])
-            if not (limits.in_strips and _only_strips_are_poor(state, parents, limits.floor, share)):
-                return ANGLE
+            return ANGLE
     state.size[m] = (1.0 - at) * state.size[a] + at * state.size[b]
     if moved:
         halves = Star(m, m, np.int64(-1), 2 * parents, np.int64(0), state.size[m])
