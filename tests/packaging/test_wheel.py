@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -28,9 +29,11 @@ CARRIED = {
 
 def run(*command: str | Path, cwd: Path) -> str:
     """Run a command that has to succeed in `cwd`, and return what it printed."""
+    env = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}  # which has the tree
     done = subprocess.run(
         [str(word) for word in command],
         cwd=cwd,
+        env=env,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
