@@ -10,7 +10,7 @@ FAST_TESTS := $(addprefix tests/,assembly campaign commands cracks deck io mecha
     tests/gradation/test_gradation_kernels.py
 # plain Python is quick enough for these
 UNCOMPILED_TESTS := $(addprefix tests/gradation/test_,\
-    gradation_kernels.py guards.py narrow_places.py preprocess.py refusals.py refused_moves.py)
+    gradation_kernels.py guards.py preprocess.py refusals.py refused_moves.py)
 
 # where this is set, as in many containers, each process would compile all that it imports: jobs of 2 s took 6
 unexport PYTHONDONTWRITEBYTECODE
