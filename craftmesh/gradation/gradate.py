@@ -17,7 +17,6 @@ from craftmesh.gradation.passes import (
     Limits,
     collapse_short,
     even_lines,
-    even_valences,
     filled_grid,
     relax_all,
     split_long,
@@ -213,6 +212,5 @@ def _round(gradation: Gradation, sizing: Sizing, limits: Limits, relaxing: bool)
     swap_all(gradation, limits)
     even_lines(gradation, limits)
     if relaxing:
-        even_valences(gradation, limits)
         relax_all(gradation, limits)
         swap_all(gradation, limits)

@@ -15,7 +15,6 @@ from craftmesh.gradation.kernels.one_pass import (
     SLIDE,
     SPLIT,
     SWAP,
-    VALENCE,
     one_pass,
 )
 from craftmesh.gradation.kernels.rings import list_edges
@@ -224,12 +223,6 @@ def swap_all(gradation: Gradation, limits: Limits) -> int:
     mesh = gradation.mesh
     gradation.swapped = Swapped(asked, mesh.points.copy(), mesh.facets.copy())
     return done
-
-
-def even_valences(gradation: Gradation, limits: Limits) -> int:
-    """Swap edges inside patches where their corners come nearer to six facets each."""
-    edges = gradation.edges_inside_patches()
-    return gradation.repeat("evened_valences", VALENCE, limits, edges)
 
 
 def edges_to_swap(gradation: Gradation, limits: Limits) -> np.ndarray:

@@ -23,7 +23,6 @@ from craftmesh.gradation.kernels.one_pass import (
     SLIDE,
     SPLIT,
     SWAP,
-    VALENCE,
     one_pass,
 )
 from craftmesh.gradation.kernels.relax import relax_vertex
@@ -149,7 +148,6 @@ OPERATIONS = {
     "collapse": (COLLAPSE, EDGES),
     "split": (SPLIT, EDGES),
     "swap": (SWAP, EDGES),
-    "valence": (VALENCE, EDGES),
     "slide": (SLIDE, np.arange(2)[:, None]),
     "even lines": (EVEN, np.arange(2)[:, None]),
     "relax": (RELAX, np.arange(2)[:, None]),
@@ -201,6 +199,6 @@ def test_passes_leave_out_edges_that_are_gone_or_long_enough():
     before = frozen(state)
     limits = OPEN._replace(collapse=0.5)
     gone = EDGES[2:], np.array([[6]])
-    for operation, items in ((COLLAPSE, EDGES), (SWAP, gone[0]), (VALENCE, gone[0]), (SLIDE, gone[1])):
+    for operation, items in ((COLLAPSE, EDGES), (SWAP, gone[0]), (SLIDE, gone[1])):
         assert one_pass(*references, limits, operation, items, INF, 0) == (len(items), 0)
     assert frozen(state) == before and not state.scratch.refused.any()

@@ -11,15 +11,14 @@ from craftmesh.gradation.kernels.facet_grid import has_room
 from craftmesh.gradation.kernels.relax import relax_vertex
 from craftmesh.gradation.kernels.slide import even_vertex, slide_vertex
 from craftmesh.gradation.kernels.split import split
-from craftmesh.gradation.kernels.swap import MOST_WAITING, quad_at, swap_round
-from craftmesh.gradation.kernels.valence import even_valence
+from craftmesh.gradation.kernels.swap import MOST_WAITING, swap_round
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import squared_distance
 
 # What is tried at edges: ...
-COLLAPSE, SPLIT, SWAP, VALENCE = range(4)
+COLLAPSE, SPLIT, SWAP = range(3)
 # ... and at vertices.
-SLIDE, EVEN, RELAX = range(4, 7)
+SLIDE, EVEN, RELAX = range(3, 6)
 
 
 @lean_kernel
@@ -35,11 +34,8 @@ def _at_edge(state, grid, limits, operation, a, b, share):
     if operation == COLLAPSE:
         if squared_distance(state.points, a, b) < _times_target2(state, a, b, limits.collapse):
             return collapse_edge(state, grid, limits, a, b)
-    elif operation == SPLIT:
-        if squared_distance(state.points, a, b) > _times_target2(state, a, b, limits.split):
-            return split(state, grid, limits, a, b, share)
-    else:
-        return even_valence(state, grid, limits, quad_at(state, a, b))
+    elif squared_distance(state.points, a, b) > _times_target2(state, a, b, limits.split):
+        return split(state, grid, limits, a, b, share)
     return NO_NEED
 
 

@@ -98,12 +98,6 @@ def swap(state, grid, limits, quad):
     """Turn the edge of a quad when it lies inside a patch, gains angle and every guard holds."""
     if quad.u < 0 or not _raises_angle(state, quad):
         return NO_NEED
-    return turned(state, grid, limits, quad, -np.inf)
-
-
-@lean_kernel
-def turned(state, grid, limits, quad, floor):
-    """Turn the edge of a quad where every guard holds; both new facets must score `floor`."""
     if edge_facets(state.facets, state.first, state.after, quad.u, quad.v)[0] > 0:
         return LINK
     if state.patch_crack[state.patch[quad.f]] and state.flags[quad.u] & state.flags[quad.v] & ON_FRONT:
@@ -111,7 +105,7 @@ def turned(state, grid, limits, quad, floor):
     star = _star_of_swap(state, quad)
     if not _stays_near(state, limits, quad, star.size):
         return DISTANCE
-    return attempt(state, grid, limits, star, floor)
+    return attempt(state, grid, limits, star, -np.inf)
 
 
 @lean_kernel
