@@ -19,7 +19,7 @@ from craftmesh.deck.options import OF_THE_FILE, DeckOptions
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.front_csv import write_front
 from craftmesh.io.model_tables import FORM, read_displacement_table, read_displacements
-from craftmesh.io.stage_npz import write_solution, write_solution_vtu, write_solutions
+from craftmesh.io.stage_npz import write_solution_vtu, write_solutions
 from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.user_materials import UserMaterials
@@ -61,23 +61,22 @@ def run(arguments: argparse.Namespace) -> None:
     mesh = read_tets(arguments.volume)
     model, counts = elastic_model(mesh, deck, **known)
     start = time.monotonic()
-    stress = slip = None
+    stress = slip = materials = None
     if deck.history and options.solver != BUILTIN:
         model, materials = as_in_deck(model, deck, arguments, known)
         with _folder(options, arguments) as folder:
             (solution, stress, slip), report = solved_history(model, options, deck, materials, folder)
-        write_solution(arguments.output, solution)
-        if arguments.slip_table:
-            _write_slip(arguments.slip_table, model.mesh.points, slip, materials)
+        solutions = {"": solution}
     elif model.combinations:
         solutions, report = _combinations(model, options, arguments)
-        write_solutions(arguments.output, solutions)
-        solution = next(iter(solutions.values()))
     else:
         solution, report = _solution(model, options, arguments)
-        write_solution(arguments.output, solution)
+        solutions = {"": solution}
+    write_solutions(arguments.output, solutions)
+    if arguments.slip_table:
+        _write_slip(arguments.slip_table, model.mesh.points, slip, materials)
     if arguments.vtu:
-        _write_vtu(arguments.vtu, model, solution, stress, slip)
+        _write_vtu(arguments.vtu, model, next(iter(solutions.values())), stress, slip)
     seconds = round(time.monotonic() - start, 1)
     tell(counts | {"solver": options.solver} | report | {"seconds": seconds}, arguments.report)
 

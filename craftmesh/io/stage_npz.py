@@ -114,24 +114,18 @@ def _loaded(path: str | os.PathLike, form: str, verb: str) -> dict[str, np.ndarr
     return arrays
 
 
-def write_solution(path: str | os.PathLike, solution: Solution) -> None:
-    """Write an .npz with `displacement`, `reactions` and `record` (JSON text), always in the same bytes.
-
-    `contact`, and each column of a history as `history NAME`, where the solution has them.
-    """
-    write_arrays(path, {"format": np.array(SOLUTION_FORMAT)} | _solution_arrays(solution))
-
-
 def write_solutions(path: str | os.PathLike, solutions: Mapping[str, Solution]) -> None:
-    """Write the solutions of several loads: the first as `write_solution` does, so that all may read it.
+    """Write an .npz of the solutions of loads by their names, "" for a single one; always the same bytes.
 
-    `load_cases` has their names, and the others' entries begin with theirs and a point.
+    The first has `displacement`, `reactions` and `record` (JSON text), `contact` and each column of a
+    history as `history NAME` where it has them. Of several, `load_cases` has the names, and the others'
+    entries begin with theirs and a point.
     """
-    first, *others = solutions
-    arrays = {"format": np.array(SOLUTION_FORMAT), "load_cases": np.array(list(solutions))}
-    arrays |= _solution_arrays(solutions[first])
-    for name in others:
-        arrays |= {f"{name}.{key}": values for key, values in _solution_arrays(solutions[name]).items()}
+    names = list(solutions)
+    arrays = {"format": np.array(SOLUTION_FORMAT)} | ({"load_cases": np.array(names)} if names[0] else {})
+    for name, solution in solutions.items():
+        before = "" if name == names[0] else f"{name}."
+        arrays |= {before + key: values for key, values in _solution_arrays(solution).items()}
     write_arrays(path, arrays)
 
 
@@ -144,7 +138,7 @@ def _solution_arrays(solution: Solution) -> dict[str, np.ndarray]:
 
 
 def read_solution(path: str | os.PathLike) -> Solution:
-    """Read what `write_solution` wrote, of several the first; raises CraftmeshError for another file."""
+    """Read what `write_solutions` wrote, of several the first; raises CraftmeshError for another file."""
     return next(iter(read_solutions(path).values()))
 
 

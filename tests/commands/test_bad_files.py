@@ -9,7 +9,7 @@ from shown_models import cracked_box
 from craftmesh.assembly.assemble import refuse_other_surface
 from craftmesh.cli import main
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.stage_npz import write_solution, write_solution_vtu
+from craftmesh.io.stage_npz import write_solution_vtu, write_solutions
 from craftmesh.io.vtk import write_tets
 from craftmesh.types import GrainTets, Solution, Surface
 
@@ -92,7 +92,7 @@ def test_a_solution_of_another_mesh_is_refused(tmp_path, capsys):
     mesh = cracked_box()
     write_tets(tmp_path / "volume.vtu", mesh)
     other, zero = mesh.points[:-5], np.zeros((len(mesh.points) - 5, 3))
-    write_solution(tmp_path / "solution.npz", Solution(zero, zero))
+    write_solutions(tmp_path / "solution.npz", {"": Solution(zero, zero)})
     tets = mesh.tets[(mesh.tets < len(other)).all(axis=1)]
     grain, node = np.ones(len(tets), np.int32), np.arange(1, len(other) + 1)
     stress = np.zeros((len(other), 6))

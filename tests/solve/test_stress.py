@@ -8,7 +8,7 @@ from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
 from craftmesh.io import vtk_xml
 from craftmesh.io.npz import write_arrays
-from craftmesh.io.stage_npz import read_solution, write_solution, write_solution_vtu
+from craftmesh.io.stage_npz import read_solution, write_solution_vtu, write_solutions
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations
@@ -61,8 +61,8 @@ def test_solutions_read_back_bit_for_bit(tmp_path):
     rng = np.random.default_rng(0)
     record = {"solver": "builtin", "residual": 1e-9, "iterations": 12}
     solution = Solution(rng.normal(size=(9, 3)), rng.normal(size=(9, 3)), record)
-    write_solution(tmp_path / "a.npz", solution)
-    write_solution(tmp_path / "b.npz", solution)
+    write_solutions(tmp_path / "a.npz", {"": solution})
+    write_solutions(tmp_path / "b.npz", {"": solution})
     again = read_solution(tmp_path / "a.npz")
     assert (again.displacement == solution.displacement).all() and dict(again.record) == record
     assert (again.reactions == solution.reactions).all()
