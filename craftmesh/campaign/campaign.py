@@ -4,7 +4,6 @@ All is checked before any job starts. Functions are pure but for reading the she
 files exist; the Snakefile only calls them.
 """
 
-import json
 import os
 import shlex
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -23,6 +22,7 @@ from craftmesh.deck.includes import mesh_file
 from craftmesh.deck.options import OF_THE_FILE
 from craftmesh.errors import named
 from craftmesh.growth.options import CorrectionOptions, GrowthOptions, SmoothingOptions
+from craftmesh.io.json_file import read_json
 from craftmesh.io.mesh_formats import MESH_FORMATS
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.voxels.options import CleanOptions
@@ -213,7 +213,7 @@ def _reached(case: Case, growth: GrowthReport) -> Iterator[str]:
         yield inc
         last = inc == case.increment_names[-1]
         if case.growth == UNTIL and not last:
-            if json.loads(Path(growth(case.name, inc)).read_text(encoding="utf-8"))["ended"]:
+            if read_json(Path(growth(case.name, inc)))["ended"]:
                 return
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from craftmesh.io.declared import HEAD
 from craftmesh.options import Options, option
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.types import Voxels
@@ -186,7 +187,6 @@ AT_ONCE = {"inp": 2, "check": 2}
 TETS_PER_FACET = 10.0
 # What is counted before a file is made: voxels by those who make them, and facets where a plan is shown.
 UNKNOWN = {".npz": Sizes(2e7, 2e7, 2e8), ".vtp": Sizes(1e5, 1e5, 1e6), ".vtu": Sizes(1e5, 1e5, 1e6)}
-_HEAD = 65_536  # bytes of a .vtp or .vtu that tell its counts, after the names of its sets
 _COUNTS = re.compile(rb'NumberOf(Polys|Cells)="(\d+)')
 
 
@@ -222,7 +222,7 @@ def sizes_of(path: str | Path) -> Sizes:
                     facets = FACETS_PER_FACE * int(np.lib.format.read_array(stream))
             return Sizes(int(voxels), facets, TETS_PER_FACET * facets)
         with open(path, "rb") as stream:
-            found = _COUNTS.search(stream.read(_HEAD))
+            found = _COUNTS.search(stream.read(HEAD))
         if found is None:
             return UNKNOWN[suffix]
         count = int(found[2])

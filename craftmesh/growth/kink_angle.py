@@ -11,6 +11,7 @@ from craftmesh.growth.options import CRITERIA
 from craftmesh.mechanics.near_field import as_tensor, near_field
 from craftmesh.mesh.front_frames import FrontFrames
 from craftmesh.options import own_code
+from craftmesh.surface.rounding import SAME_PLACE
 
 # Angles over which the energy release rate is searched, degrees: it peaks at 76 in pure mode II.
 WIDEST = 85.0
@@ -19,9 +20,8 @@ WIDEST_IN_CRYSTALS = 110.0
 STEP = 0.25  # of both searches; a parabola through the best three then finds the angle to 1e-3
 # Rows of K among the fields, whose order is that of the axes binormal, normal, tangent.
 _ORDER = (1, 0, 2)
-# Of the ring's radius: points of the field as near to a place on it count there.
+# Of the ring's radius: points of the field as near to a place on it count there, one at the place alone.
 NEAR = 0.5
-NEAREST = 1e-6  # and a point nearer than that counts alone
 # By so much a line may turn back, so that one square to the crack counts both ways; and a plane nearer to
 # the one square to the front goes on in every direction.
 LEEWAY = np.radians(5)
@@ -185,7 +185,7 @@ def slip_ways(frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: fl
                 "front; give the slip of this increment there, or another ring (grow.ring)"
             )
         off = np.linalg.norm(field.points[near] - place, axis=1)
-        weight = 1 / np.maximum(off, NEAREST * radius)
+        weight = 1 / np.maximum(off, SAME_PLACE * radius)
         slip[node, plane, sense] = np.average(field.activity[near, plane], weights=weight)
     candidates, slipped = angle.reshape(len(slip), -1), slip.reshape(len(slip), -1)
     row, best = np.arange(len(slip)), slipped.argmax(axis=1)

@@ -16,6 +16,7 @@ from typing import Any
 from craftmesh.errors import CraftmeshError
 
 DEFLATE = 1032  # bytes of one: the most that zlib's method packs, 258 bytes in two bits
+HEAD = 1 << 16  # bytes at a file's start in which what it declares is looked for
 _GIGABYTE = 1e9
 _OPENERS: dict[str, Callable[[], Any]] = {
     "deflate": lambda: zlib.decompressobj(wbits=47),  # with the head of zlib or of gzip

@@ -16,7 +16,7 @@ import numpy as np
 
 from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError
-from craftmesh.io.declared import data_file, enough_memory, heard, refuse_false_zip
+from craftmesh.io.declared import HEAD, data_file, enough_memory, heard, refuse_false_zip
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off", ".3mf")
 LISTED = f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"  # in messages
@@ -27,7 +27,6 @@ _FACE_COUNT = {
     ".ply": re.compile(rb"^element\s+face\s+(\d+)", re.M),
     ".off": re.compile(rb"OFF(?:\s|#.*)*\d+\s+(\d+)"),
 }
-_HEAD = 1 << 16  # bytes in which it is looked for
 _NO_SURFACES = {"bz2", "zip", "xdmf", "xmf"}  # archives, and heads of data in other files
 
 
@@ -208,7 +207,7 @@ def _refuse_cut_short(path: Path, triangles: int) -> None:
     if pattern is None:
         return
     with open(path, "rb") as stream:
-        named = pattern.search(stream.read(_HEAD))
+        named = pattern.search(stream.read(HEAD))
     if named and triangles < int(named.group(1)):
         raise CraftmeshError(
             f"{path}: holds {triangles} of the {named.group(1).decode()} faces that its head names; "

@@ -19,6 +19,7 @@ from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.report.shaded import View, shaded, view_from
 from craftmesh.report.shown_mesh import cut_tets
 from craftmesh.surface.measure import area_vectors, distances_and_sides, meets_box
+from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.types import Crack
 
 GRAINS = "tab20"  # twenty colours, one grain after another
@@ -31,8 +32,6 @@ PIXELS = 560  # of a body's width
 WEBP = 82  # of 100: a lined mesh takes 40 kB and looks like its .png of 330
 # Of the body's diagonal: how far the point that moves most is shown from where it was.
 SHOWN_MOVE = 0.08
-# Of the box's diagonal: a triangle this near to the crack before is part of it.
-SAME = 1e-6
 # Of the distance from the crack before: what is not nearer to it than to its fronts lies ahead of them. A
 # strip that is laid again, turned by up to 26 degrees, is nearer at two thirds of its width.
 AHEAD = 0.9
@@ -94,7 +93,7 @@ def _added(cracks: Mapping[str, Crack], box: np.ndarray) -> tuple[np.ndarray, np
         if before is not None:
             places = corners.mean(axis=1)
             off, _ = distances_and_sides(places, before.points, before.triangles)
-            shown &= off > SAME * np.linalg.norm(box[1] - box[0])
+            shown &= off > SAME_PLACE * np.linalg.norm(box[1] - box[0])
             if before.fronts:
                 to_front = [feet(polyline(before.points[front]), places)[1] for front in before.fronts]
                 shown &= off > AHEAD * np.min(to_front, axis=0)
@@ -195,12 +194,8 @@ def value_on_plane(
 
 def frame_box(axes: Axes3D, box: np.ndarray) -> None:
     """Set limits and names of the axes to those of a box (2, 3), with one scale."""
-    for low, high, set_limits, name in zip(
-        *box, (axes.set_xlim, axes.set_ylim, axes.set_zlim), ("x", "y", "z")
-    ):
-        set_limits(low, high)
-        getattr(axes, f"set_{name}label")(name)
-    axes.set_box_aspect(np.ptp(box, axis=0))
+    x, y, z = box.T
+    axes.set(xlim=x, ylim=y, zlim=z, xlabel="x", ylabel="y", zlabel="z", box_aspect=np.ptp(box, axis=0))
 
 
 def new_figure(width: float, height: float) -> Figure:
