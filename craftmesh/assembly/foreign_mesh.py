@@ -52,7 +52,7 @@ def tet_mesh_of(mesh: "Mesh") -> TetMesh:
         raise CraftmeshError(f"the mesh's points have the shape {mesh.points.shape}; expected (n, 3)")
     blocks = [block.data for block in mesh.cells if block.type in TETRAHEDRA]
     tets = np.concatenate(blocks).astype(np.int64)
-    tets = np.where(_inverted(mesh.points, tets)[:, None], tets[:, _MIRRORED[tets.shape[1]]], tets)
+    tets = np.where((tet_volumes(mesh.points, tets) < 0)[:, None], tets[:, _MIRRORED[tets.shape[1]]], tets)
     return TetMesh(mesh.points, tets, np.ones(len(tets), np.int32), dict(mesh.point_sets))
 
 
@@ -114,10 +114,6 @@ def foreign_with_crack(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> "Me
     )
 
 
-def _inverted(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
-    return tet_volumes(points, tets) < 0
-
-
 def _with_lips(name: str, blocks: list[np.ndarray], new: list[tuple[str, np.ndarray]]) -> list[np.ndarray]:
     """Return an array of cell data with those of the new blocks: 0, or new numbers of Gmsh's groups."""
     first = 1 + max((int(block.max(initial=0)) for block in blocks), default=0) if name in _TAGS else 0
@@ -135,13 +131,12 @@ def _cells(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> list[np.ndarray
     lip_a = np.concatenate(lips) @ np.array([4, 1])
     rows = np.concatenate([lip_a, np.arange(4 * len(opened.tets))])
     old = parent[opened.tets]
-    turned = _inverted(mesh.points, np.concatenate([b.data for b in mesh.cells if b.type in TETRAHEDRA]))
-    tets = np.where(turned[:, None], opened.tets[:, _MIRRORED[old.shape[1]]], opened.tets)
     result, first = [], 0
     for block in mesh.cells:
         data = np.asarray(block.data, np.int64)
         if block.type in TETRAHEDRA:
-            data, first = tets[first : first + len(data)], first + len(data)
+            every = np.arange(len(data))
+            data, first = _moved(data, opened.tets, old, every, first + every), first + len(data)
         elif block.type in FACES and len(data):
             groups = group_triples(np.concatenate([half_face_corners(old, rows), data[:, :3]]))
             data = _moved(data, opened.tets, old, *_holders(groups, len(rows), rows // 4))
