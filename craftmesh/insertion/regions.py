@@ -1,8 +1,9 @@
-"""The grain of each region of a crack patch: from the traces around it, else from the nearest facet."""
+"""The grain of each region of a crack patch: from the traces around it, else from where it lies."""
 
 import numpy as np
 
 from craftmesh.surface.connectivity import edge_sides, facet_edges, joined, unique_edges
+from craftmesh.surface.labels import labels_at
 
 
 def regions_of(triangles: np.ndarray, fixed: np.ndarray) -> np.ndarray:
@@ -19,7 +20,7 @@ def labels_of_regions(
     """Return the label (r,) of each region (t,) of the triangles (t, 3), from facets and sides (m, 2).
 
     At each trace edge the facet next to the patch around the edge tells the label on its side; the
-    region takes what most of its edge length tells. Regions without a trace are found by rays.
+    region takes what most of its edge length tells, one without a trace the label of most of its places.
     """
     count = int(region.max()) + 1
     owner, label, weight = _votes(points, triangles, region, facets, sides)
@@ -32,8 +33,9 @@ def labels_of_regions(
         known = tally.max(axis=1) > 0
         labels[known] = names[np.argmax(tally[known], axis=1)]
     for lost in np.flatnonzero(~known).tolist():
-        members = np.flatnonzero(region == lost)
-        labels[lost] = _label_by_rays(points, points[triangles[members]].mean(axis=1), facets, sides)
+        centres = points[triangles[region == lost]].mean(axis=1)
+        found, times = np.unique(labels_at(centres, points, facets, sides), return_counts=True)
+        labels[lost] = found[times.argmax()]
     return labels
 
 
@@ -91,33 +93,3 @@ def _angle_around(
 def _perpendicular(vectors: np.ndarray, axis: np.ndarray) -> np.ndarray:
     vectors = vectors - np.einsum("ij,ij->i", vectors, axis)[:, None] * axis
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)[:, None]
-
-
-def _label_by_rays(points: np.ndarray, origins: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> int:
-    """Return the label that most of nine rays from a region's triangles meet first."""
-    directions = np.array([[0.9, 0.31, 0.17], [-0.23, 0.87, 0.41], [0.37, -0.19, 0.91]])
-    chosen = origins[np.unique(np.linspace(0, len(origins) - 1, 3).astype(int))]
-    found = [_first_label(points, o, d, facets, sides) for o in chosen for d in directions]
-    labels, count = np.unique(found, return_counts=True)
-    return int(labels[np.argmax(count)])
-
-
-def _first_label(
-    points: np.ndarray, origin: np.ndarray, direction: np.ndarray, facets: np.ndarray, sides: np.ndarray
-) -> int:
-    """Return the label before the first facet that a ray meets, 0 where it meets none."""
-    a = points[facets[:, 0]]
-    u, v = points[facets[:, 1]] - a, points[facets[:, 2]] - a
-    p = np.cross(direction, v)
-    determinant = np.einsum("ij,ij->i", u, p)
-    with np.errstate(all="ignore"):
-        t = origin - a
-        s = np.einsum("ij,ij->i", t, p) / determinant
-        q = np.cross(t, u)
-        r = q @ direction / determinant
-        distance = np.einsum("ij,ij->i", v, q) / determinant
-    hit = np.flatnonzero((s >= 0) & (r >= 0) & (s + r <= 1) & (distance > 0))
-    if not len(hit):
-        return 0
-    nearest = hit[np.argmin(distance[hit])]
-    return int(sides[nearest, 1] if determinant[nearest] > 0 else sides[nearest, 0])

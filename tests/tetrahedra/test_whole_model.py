@@ -9,10 +9,11 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.tet_connectivity import group_triples, half_face_corners, half_faces, tet_volumes
 from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.labels import labels_at
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.whole.crack_faces import crack_half_faces, recovery_of_crack
 from craftmesh.tetrahedra.whole.new_surface import move_onto_planes
-from craftmesh.tetrahedra.whole.whole_model import labels_at, mesh_whole_model
+from craftmesh.tetrahedra.whole.whole_model import mesh_whole_model
 from craftmesh.types import CRACK, Surface
 
 OPTIONS = TetrahedralizeOptions(envelope=0.1)
@@ -119,7 +120,7 @@ def test_labels_are_those_of_the_cells():
     expected = np.zeros(len(places), int)
     expected[inside] = label_of(places[inside])
     assert -1 in expected
-    assert np.array_equal(labels_at(surface, places), expected)
+    assert np.array_equal(labels_at(places, surface.points, surface.facets, surface.sides), expected)
 
 
 def test_points_near_planes_are_put_on_them_and_flat_tets_go_outside():

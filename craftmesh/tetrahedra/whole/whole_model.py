@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import Delaunay
-from scipy.spatial.transform import Rotation
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.processes.job import Failure, Job, Limits
@@ -14,10 +13,9 @@ from craftmesh.progress import silent
 from craftmesh.sizing.length_field import LocalSizing
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.surface.connectivity import compact
-from craftmesh.surface.kernels.bins import Bins, cells_of, fill_bins, grid_over
+from craftmesh.surface.labels import labels_at
 from craftmesh.surface.measure import side_volumes, volume_drift
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
-from craftmesh.tetrahedra.kernels.label_lookup import winding_labels
 from craftmesh.tetrahedra.meshers import MesherRefusal
 from craftmesh.tetrahedra.optimise_tets import optimise_tets
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
@@ -73,34 +71,6 @@ def tetwild(_: None, task: TetWildTask) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(points, float), np.asarray(tets, np.int64)[:, [0, 2, 1, 3]]
 
 
-# Looks along no direction in which meshes of voxels have edges or facets.
-VIEW = Rotation.from_rotvec([0.3711, 0.6183, 0.2047]).as_matrix()
-# Bins along the longer axis at most.
-MAX_CELLS = 1000
-
-
-def labels_at(surface: Surface, places: np.ndarray) -> np.ndarray:
-    """Return the labels (q,) int64 at `places` (q, 3): a grain, -k in the void k, 0 outside the material.
-
-    A label's winding number is counted by the facets that lie straight above a place, so facets that
-    intersect only leave doubt between them, where the largest number decides.
-    """
-    points, seen = surface.points @ VIEW.T, places @ VIEW.T
-    facets, sides = surface.facets.astype(np.int64), surface.sides.astype(np.int64)
-    bins = _bins_from_above(points, facets)
-    return winding_labels(seen, bins, points, facets, sides)
-
-
-def _bins_from_above(points: np.ndarray, facets: np.ndarray) -> Bins:
-    """Return bins of the facets over x and y; their grid is one cell high."""
-    flat = points * [1.0, 1.0, 0.0]
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    corners = flat[facets]
-    width = max(np.ptp(corners[:, :, :2], axis=1).mean(), (high - low).max() / MAX_CELLS)
-    grid = grid_over(low, high, float(width))
-    return fill_bins(cells_of(corners.min(axis=1), grid), cells_of(corners.max(axis=1), grid), grid)
-
-
 # Points of the background lattice along the longest side of the box.
 LATTICE = 20
 # Faces count as those of a plane or of the crack within this many envelopes.
@@ -147,7 +117,7 @@ def _found_again(
 ) -> tuple[Surface, list[GrainTets], dict]:
     """Return surface and grains of pytetwild's mesh and how well they fit; raises CraftmeshError."""
     reach = REACH * envelope
-    labels = labels_at(surface, points[tets].mean(axis=1))
+    labels = labels_at(points[tets].mean(axis=1), surface.points, surface.facets, surface.sides)
     points, labels, on_planes = move_onto_planes(surface, points, tets, labels, reach)
     points, tets, labels = settle_crack(surface, points, tets, labels, reach)
     found, grain_tets = model_of(surface, points, tets, labels, reach)
