@@ -8,9 +8,8 @@ from craftmesh.surface.measure import area_vectors
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.tetrahedra.kernels.interior_fill import mark_clear, mark_inside, thin_out
 
-# Lengths in target edge lengths l. With these the tetrahedra of six volumes have edges of .93 to .945 l in
-# the median. With .62 from vertices and .45 from facets 560,000 are 3 % fewer, and their mean aspect
-# ratio is .0045 higher.
+# Lengths in target edge lengths l, chosen on six volumes: their tetrahedra have edges of .93 to .945 l in
+# the median.
 LAYER_HEIGHT = 0.62
 LATTICE_CELL = 1.02
 FROM_VERTEX = 0.5

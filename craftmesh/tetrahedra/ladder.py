@@ -54,9 +54,6 @@ def attempts(switches: str, with_points: bool) -> list[Attempt]:
     return list(dict.fromkeys(tried))
 
 
-# The time for a grain follows its facets; this many stand for the cost that every grain has. Tetrahedra
-# per unit of sum dV / l^3 would tell more, but are not known beforehand.
-FIXED_COST = 50.0
 # Figures of the grains that a report adds up.
 SUMMED = (
     "tets",
@@ -87,11 +84,11 @@ class Ladder:
         self.ask_tetgen, self.progress = ask_tetgen, progress
         self.done: dict[int, tuple[GrainTets, dict]] = {}
         self.failures: list[GrainFailure] = []
-        self.spent = 0.0
+        self.spent = 0
 
     def tasks(self) -> list[tuple[float, MeshingTask]]:
-        """Return each grain's cost and its task of the first rung."""
-        return [(_cost(one), MeshingTask(one, self.attempts[0])) for one in self.surfaces]
+        """Return each grain's cost, its number of facets, and its task of the first rung."""
+        return [(len(one.facets), MeshingTask(one, self.attempts[0])) for one in self.surfaces]
 
     def on_done(self, task: MeshingTask, value: tuple[GrainTets, dict], seconds: float) -> None:
         """Take a grain's tets and figures."""
@@ -111,8 +108,8 @@ class Ladder:
         return None
 
     def _tell(self, task: MeshingTask) -> None:
-        self.spent += _cost(task.surface)
-        settled, total = len(self.done) + len(self.failures), sum(map(_cost, self.surfaces))
+        self.spent += len(task.surface.facets)
+        settled, total = len(self.done) + len(self.failures), sum(len(one.facets) for one in self.surfaces)
         self.progress(self.spent / total, f"{settled} of {len(self.surfaces)} grains")
 
     def grain_tets(self) -> list[GrainTets]:
@@ -135,7 +132,3 @@ class Ladder:
             },
             "failed": {str(failure.grain): failure.report() for failure in self.failed()},
         }
-
-
-def _cost(surface: GrainSurface) -> float:
-    return FIXED_COST + len(surface.facets)

@@ -10,6 +10,7 @@ import numpy as np
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import own_code
+from craftmesh.surface.rounding import EXACT
 
 BUILT_IN = {
     "tetgen": "craftmesh.tetrahedra.meshers:TetGenMesher",
@@ -93,8 +94,6 @@ class TetGenMesher:
 
 
 PROGRAM = "tetgen"
-# Largest difference between a coordinate and its text, as a share of the largest coordinate.
-TEXT_PRECISION = 1e-12
 
 
 class TetGenProgram:
@@ -158,7 +157,7 @@ def _with_exact(nodes: np.ndarray, given: np.ndarray) -> np.ndarray:
     if len(nodes) < count:
         raise MesherRefusal(f"TetGen kept {len(nodes)} of {count} points")
     off = np.abs(nodes[:count] - given).max(initial=0.0)
-    if not off <= TEXT_PRECISION * np.abs(given).max(initial=0.0):
+    if not off <= EXACT * np.abs(given).max(initial=0.0):
         raise MesherRefusal(f"TetGen moved or renumbered points, by up to {off:.3g}")
     return np.concatenate([given, nodes[count:]])
 

@@ -20,8 +20,8 @@ from craftmesh.tetrahedra.kernels.tet_objective import (
     WORST,
     Aim,
 )
-from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, WHOLE, WIDE, all_qualities
-from craftmesh.tetrahedra.kernels.tet_surface_moves import move_nodes
+from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, STRETCHED, WHOLE, WIDE, all_qualities
+from craftmesh.tetrahedra.kernels.tet_smoothing import move_nodes
 from craftmesh.tetrahedra.optimise_tets import repaired_tets
 from craftmesh.tetrahedra.surface_freedom import Freedom, freedom
 from craftmesh.tetrahedra.tet_state import new_state
@@ -47,8 +47,6 @@ class Stage:
     drift: float = np.inf
 
 
-# The aspect ratio that no tet should have.
-STRETCHED = 5.0
 # Degrees: the least dihedral angle of tets where no facet has a smaller one.
 NARROW = 15.0
 # What a narrow tet weighs where a stretched one weighs 1.
@@ -82,12 +80,10 @@ def _worst(measure: int, floor: float) -> Aim:
     return Aim(WORST, measure, floor, GAIN, 0.0)
 
 
-# Rounds go as far as the one before leaves such tets. Where edges grow from 0.5 to 15 in grains 8 across,
-# .67 % of 29,000 tets were stretched; .01 % after 266 of 3,060 points had moved by 0.15. Of four random
-# cracks with 5, 31, 51 and 57 stretched tets that 0.15 had left, 0, 30, 2 and 3 are left with 0.4.
+# Rounds go as far as the one before leaves such tets: on random cracks 0.15 leaves several times as many
+# stretched ones as 0.4.
 REACHES = (0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
-# How far volumes of grains and voids may drift for stretched tets. A grain of 600 voxels among edges as
-# long as it is had changed by 8 %.
+# How far volumes of grains and voids may drift for stretched tets; small grains would change by more.
 MOST_DRIFT = 0.05
 STAGES = (
     # Before any moves: no score is enough but that of nodes that touch, which become one.
@@ -96,7 +92,7 @@ STAGES = (
     Stage(is_poor, REACHES, _worst(FORM, POOR), score=1.0),
     Stage(is_stretched, REACHES, _worst(WHOLE, SOUND_FROM), drift=MOST_DRIFT),
     Stage(is_at_fault, REACHES, Aim(FAULTS, WHOLE, SOUND_FROM, FALL, 0.0), drift=MOST_DRIFT),
-    # Small moves: of 1,470,000 tets one of 14.5 degrees was left, with all corners on the surface.
+    # Small moves: few tets are narrow alone.
     Stage(is_narrow, REACHES[:3], _worst(FORM, WIDE), drift=0.01),
 )
 # Sweeps over the nodes near a bad tet in a round.

@@ -12,7 +12,7 @@ import numpy as np
 
 from craftmesh.mesh.tet_connectivity import touching
 from craftmesh.sizing.sizing import Lengths
-from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, Scratch, TetState, new_scratch
+from craftmesh.tetrahedra.kernels.tet_cavity import KINDS, POINTS, TETS, Scratch, TetState, new_scratch
 from craftmesh.tetrahedra.kernels.tet_objective import FALL, FAULTS, GAIN, RATIOS, SOUND_FROM, WORST, Aim
 from craftmesh.tetrahedra.kernels.tet_passes import (
     aspect_pass,
@@ -33,13 +33,10 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
 )
 from craftmesh.tetrahedra.tet_state import live_tets, mesh_of, new_state, without_unused
 
-# Steps of a climb where all points are smoothed; repairs take more.
-SMOOTHING_STEPS = 5
-# Swaps for the mean aspect ratio start at tets over this one. With 2.1 all steps together take a tenth
-# longer, and the mean is .001 to .002 lower; with 2.3 it is .001 to .0015 higher.
+# Numbers of this schedule are chosen on volumes of 270,000 to 560,000 tets.
+# The aspect ratio: swaps for a lower mean start at tets over this one.
 STRETCHED = 2.2
-# Contractions for it start at points whose tets have so much more than the mean of all: from .1 on the mean
-# is the same.
+# Contractions for it start at points whose tets have so much more than the mean of all.
 CROWDED = 0.2
 
 
@@ -47,7 +44,7 @@ CROWDED = 0.2
 class Step:
     """A step of the schedule, with its measure and threshold.
 
-    kind: "improve", "smooth", "contract", "swap" or "aspect". objective: what the changes better, by how
+    kind: "improve", "contract", "swap" or "aspect". objective: what the changes better, by how
     much at least, less than 0 where it may fall (`tet_objective`). rounds: of "improve", which end where
     nothing changes.
     """
@@ -65,45 +62,24 @@ class Step:
         return Aim(self.objective, self.measure, self.threshold, self.gain, reference)
 
 
-# Thresholds and their order are chosen by hand. First the volume-length measure rises, then rounds lower
-# the mean aspect ratio.
+# First the volume-length measure rises, then rounds lower the mean aspect ratio. Swaps may raise the sum in
+# all of them but the last, for the moves after them make good for it: a search that only falls ends in the
+# next valley.
 CONTRACT, MOVE = Step("contract", 0.35, objective=RATIOS, gain=0.3), Step("aspect", 0.45)
-# Swaps may raise the sum in all rounds but the last, for the moves after them make good for it: a search
-# that only falls ends in the next valley. Of 270,000 tets with voids and lengths that grow by .25 the mean
-# falls to 1.737 in 4 rounds and 1.735 in 8 where every swap lowers the sum, to 1.719 in 6 and 1.714 in 8
-# where all but the last may raise it by 2; by 1.5 or 2.5 to 1.717 or 1.715 in 8. Without contractions 6
-# end .005 higher. 16 rounds lower it by .004 more, of 1,890,000 tets in small grains. Rounds after the
-# surface has slid (`whole_optimisation`) lower it further: of these it is 1.714 with 7 rounds before and
-# 1.709 with 4 before and 2 after, 5 and 1, or 3 and 3.
-FREE_ROUNDS = 4
-RESUMED_ROUNDS = 3
-# Rounds that begin with contractions: of 550,000 tets they contract 461, 123 and 44 points in the first
-# three, 7 to 24 in later ones.
-CONTRACTIONS = 3
-FREE_ROUND = (Step("swap", 0.35, objective=RATIOS, gain=-2.0), MOVE)
+FREE_ROUND = (CONTRACT, Step("swap", 0.35, objective=RATIOS, gain=-2.0), MOVE)
 LAST_ROUND = (Step("swap", 0.35, objective=RATIOS, gain=0.01), MOVE)
-# Last the worst tets by SOUND go for a little more than POOR: up to .25 the mean rises by .0035, up to .20
-# by .001, and as many have a ratio under 5. By FORM they go for angles of 15..149 degrees, which costs 1%
-# of the time; at .30 more tets have a ratio over 5. All that spreads what the surface forces: in the
-# poorest 38 of 436 decks of random cracks, LIGHTEN and moves by weight leave 1,300 of 2,550 tets over a
-# ratio of 5. It ends when nothing gets lighter.
+ROUNDS = 3
+# Last the worst tets by SOUND go for a little more than POOR, and by FORM for angles of 15..149 degrees.
+# Both spread what the surface forces over several tets; LIGHTEN leaves few of these.
 LIGHTEN = Step("improve", SOUND_FROM, WHOLE, FAULTS, FALL, rounds=8, inserts=True)
 FORMED = Step("improve", WIDE, FORM, rounds=4, inserts=True)
 ENDING = (*LAST_ROUND, Step("improve", 0.20, SOUND, rounds=4, inserts=True), FORMED, LIGHTEN)
-SCHEDULE = (
-    Step("improve", 0.55),
-    Step("smooth", 0.5),
-    *(CONTRACTIONS * (CONTRACT, *FREE_ROUND)),
-    *((FREE_ROUNDS - CONTRACTIONS) * FREE_ROUND),
-    *ENDING,
-)
-# Where the surface has slid.
-RESUMED = (CONTRACT, *(RESUMED_ROUNDS * FREE_ROUND), *ENDING)
-# How many layers of tets round those under its threshold a repair after moves may reach. Repairs of whole
-# grains take half as long again, of 550,000 tets.
+# Where the surface has slid, and from a mesher's tets on.
+RESUMED = (*(ROUNDS * FREE_ROUND), *ENDING)
+SCHEDULE = (Step("improve", 0.55), *RESUMED)
+# How many layers of tets round those under its threshold a repair after moves may reach.
 LAYERS = 4
-# Where surface points have moved: the worst tets by FORM, or by WHOLE a little over its limit. More rounds
-# by WHOLE take longer and leave as many stretched tets.
+# Where surface points have moved: the worst tets by FORM, or by WHOLE a little over its limit.
 AFTER_MOVES = {FORM: FORMED, WHOLE: Step("improve", 0.355, WHOLE, rounds=2, inserts=True)}
 
 
@@ -118,8 +94,7 @@ def optimise_tets(
     state = new_state(points, tets, frozen, blocked, size)
     work = new_scratch()
     _do_all(state, SCHEDULE, work)
-    names = ("moves", "edges_removed", "faces_removed", "contractions", "insertions")
-    return *mesh_of(state, frozen), {k: int(v) for k, v in zip(names, work.done)}
+    return *mesh_of(state, frozen), {k: int(v) for k, v in zip(KINDS, work.done)}
 
 
 def resumed_tets(
@@ -193,9 +168,7 @@ def _do_all(state: TetState, steps: Sequence[Step], work: Scratch) -> None:
 
 def _do(state: TetState, step: Step, work: Scratch) -> None:
     """Do a step; the state's qualities are by its measure."""
-    if step.kind == "smooth":
-        smooth_pass(state, step.aim(), SMOOTHING_STEPS, np.ones(len(state.points), bool), work)
-    elif step.kind == "contract":
+    if step.kind == "contract":
         _contract(state, step, work)
     elif step.kind == "swap":
         _swap(state, step, work)
@@ -214,7 +187,7 @@ def _improve(state: TetState, step: Step, work: Scratch) -> None:
             return
         changes = improve_pass(state, step.aim(), poor, step.inserts, touched, work)
         if step.objective == WORST and step.measure != VOLUME_LENGTH:
-            smooth_pass(state, step.aim(), SMOOTHING_STEPS, touched, work)
+            smooth_pass(state, step.aim(), touched, work)
         elif not changes:
             return
 

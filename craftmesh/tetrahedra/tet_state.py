@@ -8,8 +8,6 @@ from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, bloc
 # Arrays have room for this many times the mesh: insertions add some 1%.
 CAPACITY = 1.5
 SPARE = 2000
-# Quality of empty rows, over that of any tet: nothing ever repairs them.
-DEAD = 9.0
 NO_FACETS = np.zeros((0, 3), np.int64)
 
 
@@ -33,7 +31,7 @@ def new_state(
         tets=np.full((room_tets, 4), -1, np.int64),
         neighbours=np.full((room_tets, 4), -1, np.int64),
         tet_of=np.full(room_points, -1, np.int64),
-        quality=np.full(room_tets, DEAD),
+        quality=np.full(room_tets, np.inf),  # nothing ever repairs empty rows
         size=np.ones(room_points),
         frozen=np.zeros(room_points, bool),
         counts=np.array([len(points), len(tets), 0, 0], np.int64),

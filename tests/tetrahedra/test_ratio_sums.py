@@ -12,7 +12,6 @@ from craftmesh.tetrahedra.kernels.tet_ratio_sums import (
     RatioCone,
     fill_table,
     least_volume_length,
-    mean_corner,
     ratio_sum,
 )
 
@@ -46,7 +45,6 @@ def test_sum_of_ratios_and_worst_quality_are_those_of_the_tets_one_by_one(seed):
     assert ratio_sum(cone, *apex) == pytest.approx(plain, rel=1e-9)
     worst = min(quality_at(points, *face, *apex, VOLUME_LENGTH) for face in faces)
     assert least_volume_length(cone, *apex) == pytest.approx(worst, rel=1e-9, abs=1e-12)
-    assert mean_corner(cone) == pytest.approx(points[faces].mean(axis=(0, 1)), abs=1e-12)
 
 
 def test_a_sum_with_a_flat_or_an_inverted_tet_is_inverted():

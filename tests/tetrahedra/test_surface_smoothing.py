@@ -15,7 +15,7 @@ from craftmesh.surface.measure import mean_edges, side_volumes
 from craftmesh.surface.patches import AT_JUNCTION, ON_INTERFACE, ON_LINE, vertex_classes
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
-from craftmesh.tetrahedra.kernels.tet_surface_moves import FREE_FROM
+from craftmesh.tetrahedra.kernels.tet_smoothing import FREE_FROM
 from craftmesh.tetrahedra.opening_model import is_narrow, is_stretched
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of

@@ -11,7 +11,7 @@ from craftmesh.surface.measure import side_volumes
 from craftmesh.tetrahedra import whole_optimisation
 from craftmesh.tetrahedra.opening_model import weighed_faults
 from craftmesh.tetrahedra.whole_mesh import Model, changed_inside
-from craftmesh.tetrahedra.whole_optimisation import FIRST_ROUNDS, optimised_whole, smoothed_surface
+from craftmesh.tetrahedra.whole_optimisation import optimised_whole, smoothed_surface
 from craftmesh.types import CRACK
 
 
@@ -49,7 +49,7 @@ def test_the_same_bytes_in_whatever_order_the_grains_come():
 
 def test_a_grain_that_comes_out_worse_stays_as_it_was(monkeypatch):
     surface, tets = shaken_box(2)
-    slid = smoothed_surface(surface, tets, rounds=FIRST_ROUNDS, inside=False)
+    slid = smoothed_surface(surface, tets, inside=False)
     slid = smoothed_surface(slid.surface, slid.grain_tets)
 
     def spoilt(points, tets, frozen, internal, sizing):

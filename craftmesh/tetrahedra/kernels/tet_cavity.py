@@ -24,14 +24,11 @@ Scratch = namedtuple(
     "Scratch",
     "star faces ring ring_tets new new_quality keys links best split stack corners table ratios done",
 )
-# Tets of a star, faces of a cavity, tets of a ring: larger ones are left as they are.
-MAX_STAR = 200
-MAX_FACES = 256
-MAX_RING = 14
-# Kinds of operations that are counted.
-KINDS = 5
-# Spare slots that any one operation can do with.
-ROOM = 192
+# Tets of a star and of a ring: larger ones are left as they are. The work of a ring grows with the cube.
+MAX_STAR = 256
+MAX_RING = 8
+# Kinds of operations, as they are counted.
+KINDS = ("moves", "edges_removed", "faces_removed", "contractions", "insertions")
 
 EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
 # The other two corners, so that (edge, other two) is an even permutation.
@@ -44,20 +41,20 @@ def new_scratch() -> Scratch:
     """Return work arrays for passes, behind a reference."""
     arrays = Scratch(
         np.empty(MAX_STAR, np.int64),
-        np.empty((MAX_FACES, 3), np.int64),
+        np.empty((MAX_STAR, 3), np.int64),
         np.empty(MAX_RING + 2, np.int64),
         np.empty(MAX_RING + 2, np.int64),
-        np.empty((MAX_FACES, 4), np.int64),
-        np.empty(MAX_FACES),
-        np.empty((4 * MAX_FACES, 3), np.int64),
-        np.empty((4 * MAX_FACES, 2), np.int64),
+        np.empty((MAX_STAR, 4), np.int64),
+        np.empty(MAX_STAR),
+        np.empty((4 * MAX_STAR, 3), np.int64),
+        np.empty((4 * MAX_STAR, 2), np.int64),
         np.empty((MAX_RING, MAX_RING)),
         np.empty((MAX_RING, MAX_RING), np.int64),
         np.empty((4 * MAX_RING, 2), np.int64),
         np.empty(4, np.int64),
-        np.empty((TABLE_ROWS, MAX_FACES)),
-        np.empty(MAX_FACES),
-        np.zeros(KINDS, np.int64),
+        np.empty((TABLE_ROWS, MAX_STAR)),
+        np.empty(MAX_STAR),
+        np.zeros(len(KINDS), np.int64),
     )
     scratch: Scratch = by_reference(arrays)
     return scratch
@@ -167,16 +164,21 @@ def star_faces(tets, star, count, v, faces):
 
 
 @lean_kernel
+def star_of(state, v, work):
+    """Write the tets round v and the faces opposite it; return how many, 0 when they do not fit."""
+    count = find_star(state, v, work.star)
+    star_faces(state.tets, work.star, count, v, work.faces)
+    return max(count, 0)
+
+
+@lean_kernel
 def whole_star(state, v, valence, work):
     """Write the star of v and the faces opposite it; return how many tets, 0 where they are not `valence`.
 
     A star is not whole where tets round a node of the surface do not follow each other over faces.
     """
-    count = find_star(state, v, work.star)
-    if count != valence or count > MAX_FACES:
-        return 0
-    star_faces(state.tets, work.star, count, v, work.faces)
-    return count
+    count = star_of(state, v, work)
+    return count if count == valence else 0
 
 
 @lean_kernel
@@ -290,7 +292,7 @@ def replace_cavity(state, old, n_old, n_new, work):
 @lean_kernel
 def has_room(state):
     """Whether any one operation still fits the arrays."""
-    return state.counts[TETS] + ROOM < len(state.tets) and state.counts[POINTS] + 1 < len(state.points)
+    return state.counts[TETS] + MAX_STAR < len(state.tets) and state.counts[POINTS] + 1 < len(state.points)
 
 
 @lean_kernel

@@ -1,14 +1,17 @@
 """What a change has to better: the worst quality, the sum of aspect ratios, or what tets at fault weigh.
 
-A rise of the worst quality spreads what the surface forces on one tet over several, until all are as bad:
-an aspect ratio of 7.4 four times for one of 9. Where what they weigh is to fall they count each.
+A rise of the worst quality spreads what the surface forces on one tet over several, until all are as bad.
+Where what they weigh is to fall they count each.
 
 The value of some tets is their worst quality, or less the sum; a change has to raise it by the aim's gain.
 """
 
 from collections import namedtuple
 
+import numpy as np
+
 from craftmesh.jit import lean_kernel
+from craftmesh.mesh.shape_measures import FLAT_DIHEDRALS
 from craftmesh.tetrahedra.kernels.tet_cavity import worst_of
 from craftmesh.tetrahedra.kernels.tet_quality import (
     INVERTED,
@@ -32,11 +35,11 @@ INSERTION_GAIN = (0.01, 1.0, 0.5)
 # What the worst quality has to rise by, and what faults weigh to fall, so that rounding starts no endless
 # changes.
 GAIN, FALL = 1e-4, 0.05
-# The quality by WHOLE from which tets are neither poor nor stretched, and that of flat ones: sin 5 degrees.
+# The quality by WHOLE from which tets are neither poor nor stretched, and that of flat ones.
 SOUND_FROM = 2 * POOR
-FLAT_TO = 0.0872
-# What a stretched, a poor and a flat tet weigh, and one without volume. With any number of stretched and
-# poor ones for a flat one a noisy volume went from 386, 93 and 30 to 926, 197 and 26.
+FLAT_TO = float(np.sin(np.radians(FLAT_DIHEDRALS[0])))
+# What a stretched, a poor and a flat tet weigh, and one without volume. Where a flat one outweighs any
+# number of others, noisy volumes end with twice as many poor ones.
 OF_STRETCHED, OF_POOR, OF_FLAT, NO_TET = 1.0, 10.0, 100.0, 1e9
 # Over a limit, weights fall to those beyond it over so much quality: a search sees the way down, and no tet
 # is left on the limit itself.

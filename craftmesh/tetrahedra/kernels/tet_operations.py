@@ -17,12 +17,12 @@ from craftmesh.tetrahedra.kernels.tet_cavity import (
     node_across,
     replace_cavity,
 )
-from craftmesh.tetrahedra.kernels.tet_cone import ANYWHERE, INSIDE_STEP, Cone, climb, walk, worst_at
+from craftmesh.tetrahedra.kernels.tet_cone import ANYWHERE, FIRST_STEP, Cone, goal_at, walk
 from craftmesh.tetrahedra.kernels.tet_objective import (
+    FAULTS,
     INSERTION_GAIN,
     NO_TET,
     WORST,
-    faults_at,
     joined,
     limit_for,
     of_none,
@@ -32,14 +32,8 @@ from craftmesh.tetrahedra.kernels.tet_objective import (
 )
 from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, quality_at, quality_of
 
-# Rings of more tets are left: the work grows with the cube of their number.
-MAX_RING_TO_REMOVE = 8
-# The least number of tets round an interior point.
-LEAST_STAR = 4
 # Contraction makes no edge longer than this many target lengths; chosen by hand.
 LONGEST = 1.6
-# Steps of the climb for the new point's place.
-CLIMB_STEPS = 8
 
 
 @lean_kernel
@@ -102,7 +96,7 @@ def _list_triangulation(points, ends, count, measure, work):
 def remove_edge(state, t, edge, aim, work):
     """Remove an interior edge of tet t by the best triangulation of its ring (Klincsek); return whether."""
     count = find_ring(state, t, edge, work.ring, work.ring_tets)
-    if count < 3 or count > MAX_RING_TO_REMOVE or not has_room(state):
+    if count < 3 or not has_room(state):
         return False
     ends = (state.tets[t, EDGES[edge, 0]], state.tets[t, EDGES[edge, 1]])
     limit = limit_for(state, work.ring_tets, count, aim)
@@ -192,7 +186,7 @@ def _list_neighbours(state, v, count, work):
 def contract(state, v, aim, work):
     """Contract the interior point v to the neighbour with which the value is best; return whether."""
     count = find_star(state, v, work.star)
-    if count < LEAST_STAR or not has_room(state):
+    if count < 0 or not has_room(state):
         return False
     limit = limit_for(state, work.star, count, aim)
     most, best = value_of(state, work.star, count, aim) + aim.gain, -1
@@ -253,17 +247,13 @@ def insert_on_edge(state, t, edge, aim, work):
     x, y = 0.5 * (points[a, 0] + points[b, 0]), 0.5 * (points[a, 1] + points[b, 1])
     z, half = 0.5 * (points[a, 2] + points[b, 2]), 0.5 * _distance(points, a, b)
     least = value_of(state, work.ring_tets, count, aim) + INSERTION_GAIN[aim.objective]
-    if aim.objective == WORST:
-        value = worst_at(cone, x, y, z, 0.0)
-        if value <= 0.0:
-            return -1
-        place, value = climb(cone, (x, y, z), half, CLIMB_STEPS, value)
-    else:
-        weight = faults_at(cone, x, y, z, NO_TET)
-        if least > 0.0 or weight >= NO_TET:
-            return -1
-        step, disc = INSIDE_STEP * half, ((x, y, z), np.inf)
-        place, value = walk(cone, (x, y, z), step, disc, ANYWHERE, (-weight, 0.0), True)
+    lighter = aim.objective == FAULTS
+    lowest, enough = (-NO_TET, 0.0) if lighter else (0.0, max(least, aim.floor))
+    value = goal_at(cone, x, y, z, lowest, lighter)
+    if value <= lowest or least > enough:
+        return -1
+    step, disc = FIRST_STEP * half, ((x, y, z), np.inf)
+    place, value = walk(cone, (x, y, z), step, disc, ANYWHERE, (value, enough), lighter)
     if value < least:
         return -1
     node = _add_apex(state, cone, place, 0.5 * (state.size[a] + state.size[b]), work)

@@ -1,27 +1,21 @@
 """Passes of the tetrahedral optimiser over many points or tets; `work.done` counts what they do."""
 
 from craftmesh.jit import lean_kernel
-from craftmesh.tetrahedra.kernels.tet_cavity import POINTS
-from craftmesh.tetrahedra.kernels.tet_objective import WORST
-from craftmesh.tetrahedra.kernels.tet_operations import (
-    CLIMB_STEPS,
-    contract,
-    insert_on_edge,
-    remove_edge,
-    remove_face,
-)
-from craftmesh.tetrahedra.kernels.tet_smoothing import lighten_by_move, smooth_aspect, smooth_worst
+from craftmesh.tetrahedra.kernels.tet_cavity import KINDS, POINTS
+from craftmesh.tetrahedra.kernels.tet_objective import FAULTS
+from craftmesh.tetrahedra.kernels.tet_operations import contract, insert_on_edge, remove_edge, remove_face
+from craftmesh.tetrahedra.kernels.tet_smoothing import move_inside, smooth_aspect
 
 # What `work.done` counts.
-MOVES, EDGE_REMOVALS, FACE_REMOVALS, CONTRACTIONS, INSERTIONS = range(5)
+MOVES, EDGE_REMOVALS, FACE_REMOVALS, CONTRACTIONS, INSERTIONS = range(len(KINDS))
 
 
 @lean_kernel
-def smooth_pass(state, aim, steps, selected, work):
+def smooth_pass(state, aim, selected, work):
     """Move each selected interior point once to raise its worst quality."""
     for v in range(state.counts[POINTS]):
         if selected[v] and not state.frozen[v] and state.tet_of[v] >= 0:
-            work.done[MOVES] += smooth_worst(state, v, aim, steps, work)
+            work.done[MOVES] += move_inside(state, v, aim, work)
 
 
 @lean_kernel
@@ -74,15 +68,10 @@ def _move(state, t, aim, work):
     """Move corners of tet t until it is over the floor, or faults get lighter; return whether."""
     for k in range(4):
         v = work.corners[k]
-        if state.frozen[v]:
-            continue
-        if aim.objective == WORST:
-            work.done[MOVES] += smooth_worst(state, v, aim, CLIMB_STEPS, work)
-            if state.quality[t] >= aim.floor:
-                return True
-        elif lighten_by_move(state, v, work):
+        if not state.frozen[v] and move_inside(state, v, aim, work):
             work.done[MOVES] += 1
-            return True
+            if aim.objective == FAULTS or state.quality[t] >= aim.floor:
+                return True
     return False
 
 

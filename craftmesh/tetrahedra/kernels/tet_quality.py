@@ -7,6 +7,7 @@ right-handed towards it.
 import numpy as np
 
 from craftmesh.jit import lean_kernel
+from craftmesh.mesh.shape_measures import LEAST_SHAPE_FACTOR
 
 # Measures of quality: see `quality_at`.
 VOLUME_LENGTH, SOUND, FORM, WHOLE = range(4)
@@ -14,14 +15,14 @@ INVERTED = 1e300
 # Below this volume-length quality a tet counts as flat.
 FLAT = 1e-9
 ROOT2 = np.sqrt(2.0)
-# A tet of less quality by SOUND or FORM counts as poor here. This is RATIO_SCALE / 5, over sin 10 deg,
-# .1736, and half of sin 160 deg, .1710, and FACTOR_SCALE times .02: no better tet is poor by `mesh/poor`,
-# and by SOUND none has an aspect ratio over 5.
+# The aspect ratio that no tet should have.
+STRETCHED = 5.0
+# A tet of less quality by SOUND or FORM counts as poor here: a little over sin 10 deg, .1736, and half of
+# sin 160 deg, .1710. No better tet is poor by `mesh/shape_measures`, and by SOUND none is STRETCHED.
 POOR = 0.174
 # From this quality by FORM on, a little over sin 15 deg, dihedral angles lie in 15..149 degrees.
 WIDE = 0.26
-RATIO_SCALE = 0.87
-FACTOR_SCALE = 8.7
+RATIO_SCALE, FACTOR_SCALE = POOR * STRETCHED, POOR / LEAST_SHAPE_FACTOR
 # The shape factor is V / (8 sqrt3 / 27 R^3): with R = around / (24 V), this times (24 V)^4 / around^3.
 FACTOR_OF_FOURTH = 27.0 / (24.0 * 8.0 * np.sqrt(3.0))
 

@@ -91,14 +91,3 @@ def least_volume_length(cone, x, y, z):
     for i in range(1, cone.count):
         least = min(least, cone.values[i])
     return least
-
-
-@lean_kernel
-def mean_corner(cone):
-    """Mean of the corners of the cone's faces."""
-    table, x, y, z = cone.table, 0.0, 0.0, 0.0
-    for i in range(cone.count):
-        x += table[A, i] + table[B, i] + table[C, i]
-        y += table[A + 1, i] + table[B + 1, i] + table[C + 1, i]
-        z += table[A + 2, i] + table[B + 2, i] + table[C + 2, i]
-    return x / (3 * cone.count), y / (3 * cone.count), z / (3 * cone.count)
