@@ -1,15 +1,13 @@
 """What the crack is held to: the triangles of its vertices, the curve of its front, and its area."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from craftmesh.cracks.polyline import Polyline, polyline
+from craftmesh.cracks.polyline import Polyline, feet, polyline
 from craftmesh.cracks.within_box import area_off, area_within, segments_of
-from craftmesh.sizing.sizing import densify
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.surface.kernels.distances import nearest_on_edges
-from craftmesh.surface.measure import along_segments, area_vectors, meets_box, total_area
+from craftmesh.surface.measure import area_vectors, meets_box, total_area
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import CRACK, Crack, Surface
 
@@ -74,8 +72,6 @@ def _binned(points: np.ndarray, triangles: np.ndarray) -> dict[str, np.ndarray]:
 # way along that may be (an arc of 90 degrees is 1.11 times as long as its chord).
 NEAR = 0.15
 LONGER = 1.15
-# Pieces of the given front are a tenth of the shortest front edge, and there are no more than so many.
-FINENESS, MOST_SAMPLES = 10, 200_000
 # A bent edge comes in so many even pieces at most, in no more than keep to the curve by this part of its
 # length, parted again at the given front's own points.
 MOST_PIECES = 8
@@ -94,45 +90,23 @@ def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
     length = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
     best, pieces = np.full(len(edges), np.inf), list(edges[:, None])
     for front in crack.fronts:
-        curve, corners = _curve(crack.points[front], length.min() / FINENESS)
-        arc, off = _feet(curve, edges.reshape(-1, 3))
+        curve = polyline(crack.points[front])
+        arc, off = feet(curve, edges.reshape(-1, 3))
         arc, off = arc.reshape(-1, 2), off.reshape(-1, 2).max(axis=1)
         way = arc[:, 1] - arc[:, 0]
         if curve.closed:
             way -= curve.length * np.round(way / curve.length)
         follows = (off < NEAR * length) & (np.abs(way) < LONGER * length) & (off < best)
         for row in np.flatnonzero(follows):
-            pieces[row] = _bent(curve, corners, edges[row], (arc[row, 0], way[row]))
+            pieces[row] = _bent(curve, edges[row], (arc[row, 0], way[row]))
         best[follows] = off[follows]
     return np.concatenate(pieces)
 
 
-def _curve(points: np.ndarray, step: float) -> tuple[Polyline, np.ndarray]:
-    """Return the curve through `points` (k, 3), in pieces of about a `step`, and where the points are."""
-    line = polyline(points)
-    return polyline(densify(line.points, max(step, line.length / MOST_SAMPLES))), line.arc
-
-
-def _feet(curve: Polyline, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the arc lengths (n,) of the curve's points nearest to `places` (n, 3), and the distances."""
-    nearest = cKDTree(curve.points).query(places)[1]
-    arc, off = np.zeros(len(places)), np.full(len(places), np.inf)
-    for step in (-1, 0):
-        start = nearest + step
-        last = len(curve.points) - 2
-        start = start % (last + 1) if curve.closed else np.clip(start, 0, last)
-        p, d = curve.points[start], curve.points[start + 1] - curve.points[start]
-        share = along_segments(places, p, d)
-        far = np.linalg.norm(p + share[:, None] * d - places, axis=1)
-        arc = np.where(far < off, curve.arc[start] + share * np.sqrt(np.einsum("ij,ij->i", d, d)), arc)
-        off = np.minimum(far, off)
-    return arc, off
-
-
-def _bent(curve: Polyline, corners: np.ndarray, ends: np.ndarray, part: tuple[float, float]) -> np.ndarray:
+def _bent(curve: Polyline, ends: np.ndarray, part: tuple[float, float]) -> np.ndarray:
     """Return the segments (k, 2, 3) from end to end (2, 3), shaped as the curve from an arc on for a way.
 
-    Few points of the given front, their arc lengths in `corners`, are corners: the segments meet there.
+    Few points of the given front are corners: the segments meet there.
     """
     share = np.arange(MOST_PIECES + 1) / MOST_PIECES
     bulge = _shaped(curve, ends, part, share) - (ends[0] + share[:, None] * (ends[1] - ends[0]))
@@ -140,7 +114,7 @@ def _bent(curve: Polyline, corners: np.ndarray, ends: np.ndarray, part: tuple[fl
     count = int(np.clip(np.ceil(np.sqrt(height / SAGITTA)), 1, MOST_PIECES))
     share = np.arange(count + 1) / count
     arc, way = part
-    ahead = (corners - arc) * np.sign(way)
+    ahead = (curve.arc - arc) * np.sign(way)
     within = (np.mod(ahead, curve.length) if curve.closed else ahead) / max(abs(way), np.finfo(float).tiny)
     within = within[(within > 0) & (within < 1)]
     if count > 1 and len(within) <= MOST_PIECES:
