@@ -4,19 +4,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from craftmesh.cracks.near_faces import FLATTEST
+from craftmesh.cracks.promises import FRONT_MOVED
 from craftmesh.cracks.triangulated import boundary_loops, split_boundary_edge, with_fronts
 from craftmesh.surface.measure import unit_normals
 from craftmesh.types import BOX_FACES, Crack
 
-# Of l_min: a front nearer than this to a face, along the crack, ends there. A front node may be 0.02 off
-# its curve.
-TAKEN = 0.018
-# Of l_min: a stretch of front within twice TAKEN of a face grazes it from this length on, that is at under
-# 7 degrees; others cross it, or come near at a point. With 0.5 a front that left a face at 1 to 5 degrees
-# kept a flat tetrahedron.
+# Of l_min: a stretch of front within twice FRONT_MOVED of a face grazes it from this length on, that is at
+# under 7 degrees; others cross it, or come near at a point.
 GRAZING = 0.3
 STEP = 0.1  # of l_min: the length of edges along a stretch that is moved
-FLATTEST = 0.1  # sine of a crack's angle to a face: one under 6 degrees lies along it
+ALONG = np.sin(np.radians(FLATTEST))  # of its angle to a face: a crack lies along that
 
 
 class _Face(NamedTuple):
@@ -29,9 +27,9 @@ class _Face(NamedTuple):
 def ending_on_faces(sheet: Crack, box: np.ndarray, l_min: float) -> Crack:
     """Return a sheet whose fronts end on the faces of the box (2, 3) that they graze; l_min in model units.
 
-    Points of a front within TAKEN of a face, along the crack, go past it, and those within twice that give
-    way, so that the front comes down to the face twice as steeply. A front with the crack between itself
-    and the face stays.
+    Points of a front within FRONT_MOVED of a face, along the crack, go past it, those within twice that
+    give way, so that the front comes down to the face twice as steeply. A front stays where the crack lies
+    between it and the face.
     """
     for axis, upper in BOX_FACES:
         outward = (2.0 * upper - 1.0) * np.eye(3)[axis]
@@ -41,7 +39,7 @@ def ending_on_faces(sheet: Crack, box: np.ndarray, l_min: float) -> Crack:
 
 
 def _ending_on_face(sheet: Crack, face: _Face, box: np.ndarray, l_min: float) -> Crack:
-    reach = 2 * TAKEN * l_min
+    reach = 2 * FRONT_MOVED * l_min
     near = [face.out - sheet.points[front] @ face.outward < reach for front in sheet.fronts]
     if not any(one.any() for one in near):
         return sheet
@@ -78,8 +76,8 @@ def _ways(points: np.ndarray, triangles: np.ndarray, front: np.ndarray, face: _F
     way = face.outward - (normal @ face.outward)[:, None] * normal
     sine = np.linalg.norm(way, axis=1)
     along = points[triangles[row, (side + 1) % 3]] - points[triangles[row, side]]
-    way[(sine < FLATTEST) | (np.einsum("ij,ij->i", np.cross(normal, along), way) > 0)] = 0.0
-    return way / np.maximum(sine, FLATTEST)[:, None] ** 2
+    way[(sine < ALONG) | (np.einsum("ij,ij->i", np.cross(normal, along), way) > 0)] = 0.0
+    return way / np.maximum(sine, ALONG)[:, None] ** 2
 
 
 def _grazing(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> np.ndarray:
@@ -90,7 +88,7 @@ def _grazing(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> n
     share = (np.arange(len(edge)) - (np.cumsum(times) - times)[edge] + 0.5) / times[edge]
     middle = line[edge] + share[:, None] * (line[edge + 1] - line[edge])
     far = (face.out - middle @ face.outward) * np.linalg.norm(ways, axis=1)[edge]
-    near = (far < 2 * TAKEN * l_min) & (ways != 0).any(axis=1)[edge]
+    near = (far < 2 * FRONT_MOVED * l_min) & (ways != 0).any(axis=1)[edge]
     run = np.concatenate([[0], np.cumsum(near[1:] != near[:-1])])
     if (line[0] == line[-1]).all() and near[0] and near[-1]:
         run[run == run[-1]] = 0

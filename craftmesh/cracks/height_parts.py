@@ -62,16 +62,13 @@ def _overlap(points: np.ndarray, triangles: np.ndarray, polygons: np.ndarray) ->
     return points[triangles[a[over]]].mean(axis=0)
 
 
-# Degrees between neighbours from which a folded sheet is parted. Two strips at a right angle in one part
-# were 0.15 l_min off at their kink and left flat tetrahedra there; parted they are exact.
+# Degrees between neighbours from which a folded sheet is parted: parts are exact at the kink.
 KINK = 30.0
-# Degrees: a sheet with such a kink is parted though it is a height. In one part, short edges of ragged
-# boundaries cut kinks of 80 to 110 off by 0.07 and 0.13 l_min.
+# Degrees: a sheet with such a kink is parted though it is a height, for one part cuts the kink off.
 SHARP = 65.0
 LEAST_PART = 1e-3  # of the area of a sheet that is a height: a smaller part is a sliver with a wild normal
 SHARPEST = 150.0  # degrees: what turns back by more leaves a wedge under 30 between its own parts
 MOST_PARTS = 50  # chosen by hand: a sheet with more is rough, not kinked
-AT_END = 0.15  # of an edge: a smooth fold is parted through a point this near, not beside it
 
 Part = tuple[np.ndarray, np.ndarray]  # points (n, 3) and triangles (m, 3)
 
@@ -128,7 +125,7 @@ def _halved(
     edges = unique_edges(own)[0]
     start, end = offset[edges].T
     share = np.where(start * end < 0, start / np.where(start == end, 1.0, start - end), np.nan)
-    split = divided_at(points, triangles, offset, edges, share, AT_END)
+    split = divided_at(points, triangles, offset, edges, share)
     points, triangles, piece = split.points, split.facets, piece[split.parent]
     piece[(piece == number) & (split.side[triangles].sum(axis=1) < 0)] = piece.max() + 1
     _, of_corner, count = unique_edges(triangles)

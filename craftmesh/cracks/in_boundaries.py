@@ -11,10 +11,6 @@ from craftmesh.surface.dividing import divided_at
 from craftmesh.surface.front import among_edges
 from craftmesh.types import INTERFACE, Crack, Surface
 
-# Of an edge: where the sphere crosses it this near to an end, the crack ends there. A front that passed
-# vertices at 0.01 edges left facets of 0.7 degrees, and flat tetrahedra at them.
-AT_END = 0.1
-
 
 def crack_in_boundaries(surface: Surface, options: CrackOptions, increment: int) -> Crack:
     """Return the crack that is options.boundaries of the surface, within the sphere of an increment.
@@ -75,7 +71,7 @@ def _within(
     side = np.sign(radius - np.linalg.norm(points - centre, axis=1))
     edges, _, _ = unique_edges(facets)
     share = _shares(points[edges], side[edges], centre, radius)
-    split = divided_at(points, facets, side, edges, share, AT_END)
+    split = divided_at(points, facets, side, edges, share)
     side = split.side[split.facets]
     kept = (side >= 0).all(axis=1) & (side > 0).any(axis=1)
     return split.points, split.facets[kept], split.ends

@@ -22,12 +22,11 @@ from craftmesh.cracks.prescription import frame_along, frame_of, semi_axes, vect
 from craftmesh.cracks.series import GivenSurface
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import area_vectors
-from craftmesh.surface.rounding import ROUNDING
+from craftmesh.surface.rounding import ON_PLANE, ROUNDING
 
 PER_TRIANGLE = 2.0  # measured points a triangle where no spacing is given: four to each unknown height
 ACROSS_FRONT = 40  # triangles along a front where nothing but fronts is given
 MOST_TRIANGLES = 400_000  # a minute of one core
-ON_BOX = 1e-6  # of the box's diagonal: points of the surface this near a plane of the box are put on it
 
 
 def crack_through_points(
@@ -136,7 +135,7 @@ def height_surface(
     if len(cloud):
         numbers |= _deviation(places, triangles, measured)
     points = plane.lifted(places)
-    near = ON_BOX * np.linalg.norm(box[1] - box[0])
+    near = ON_PLANE * np.linalg.norm(box[1] - box[0])
     for corner in box:
         points = np.where(np.abs(points - corner) <= near, corner, points)
     return GivenSurface(points, triangles), numbers

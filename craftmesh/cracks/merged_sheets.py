@@ -10,6 +10,7 @@ from craftmesh.cracks.behind_front import Plane
 from craftmesh.cracks.height_fit import interpolation
 from craftmesh.cracks.in_plane import filled
 from craftmesh.cracks.prescription import frame_along
+from craftmesh.cracks.promises import LEAST_AREA
 from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.surface.measure import area_vectors
@@ -85,7 +86,6 @@ def places_in(region: shapely.Geometry, spacing: float) -> np.ndarray:
 
 
 SPACING = 0.25  # of l_min: places at which the sheets are held against each other, and the new triangles
-LEAST_AREA = 0.01  # of l_min squared: sheets that lie over each other on less only touch
 BLEND = 3.0  # l_min: over this way from the first sheet's front on the second comes back to its own height
 
 

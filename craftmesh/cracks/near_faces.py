@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.cracks.features import cuts, kink_edges
+from craftmesh.cracks.promises import FRONT_MOVED
 from craftmesh.cracks.within_box import area_within, clipped, is_in, polygon_area, tilts
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import meets_box
@@ -16,11 +17,9 @@ NEAR = 0.2  # of l_min: a part along a face, at less than FLATTEST to it, has to
 # and those of a wedge's second row are flatter than it is.
 FLATTEST = 6.0
 LEAST_AREA = 1.0  # of l_min squared, about two facets: a smaller part near a face is a place, not a run
-# Of l_min: fronts, kinks and mouths nearer than this to a face leave a ligament of flat tets: at 0.1 there
-# were none to a few, at 0.06 up to 15.
+# Of l_min: fronts, kinks and mouths nearer than this to a face leave a ligament of flat tets.
 LIGAMENT = 0.1
 LENGTH = 8.0  # of l_min, over which they do: a circle of up to 80 l_min that touches a face does for less
-AT_EDGE = 0.015  # of l_min: a line nearer than this to a face is on it; gradation takes it there
 
 
 class AlongFace(NamedTuple):
@@ -101,7 +100,7 @@ def _refuse_lines(crack: Crack, box: np.ndarray, l_min: float) -> None:
     for axis, upper in BOX_FACES:
         slab = box.copy()
         inward = (1 - 2 * upper) * l_min
-        slab[[upper, 1 - upper], axis] = box[upper, axis] + inward * np.array([AT_EDGE, LIGAMENT])
+        slab[[upper, 1 - upper], axis] = box[upper, axis] + inward * np.array([FRONT_MOVED, LIGAMENT])
         on_others = [mouth for face, mouth in mouths.items() if face[0] != axis]
         for name, ends in (lines | {"mouth": np.concatenate(on_others)}).items():
             share = _shares(ends, slab)

@@ -8,10 +8,8 @@ from scipy.spatial import cKDTree
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.distances import nearest_facets, nearest_on_edges
 from craftmesh.surface.measure import along_segments, facet_angles, unit_normals
-from craftmesh.surface.rounding import ON_PLANE, ROUNDING
+from craftmesh.surface.rounding import ON_PLANE, ROUNDING, SAME_PLACE
 from craftmesh.types import Crack
-
-ON = 1e-7  # of a triangle's weights: a foot this near an edge or a corner of it counts as there
 
 
 class Near(NamedTuple):
@@ -66,7 +64,7 @@ class NearSheet:
         some = self.tree.query(places)[1]
         facet, _, _ = nearest_facets(places, self.points, self.triangles, some, self.centres, self.reach)
         foot, weight = feet_in_triangles(places, self.points[self.triangles[facet]])
-        gone = weight < ON
+        gone = weight < SAME_PLACE  # there the foot is on an edge or a corner
         number = gone.sum(axis=1)
         normal, past = self.of_facet[facet].copy(), np.zeros(len(places), bool)
         rows = np.flatnonzero(number == 1)

@@ -6,11 +6,10 @@ from craftmesh.arguments import as_array, check_indices
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, edge_sides, facet_edges, joined, unique_edges
 from craftmesh.surface.measure import area_vectors, meets_box
-from craftmesh.surface.rounding import ROUNDING
+from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 
 # Of its longest edge: the height below which a triangle has no normal of its own (float32 files).
 SLIVER = 1e-4
-EVEN = 1e-6  # areas and normals that differ by less of them are even: far over rounding, far under a facet
 ROUNDS = 20  # of flips at slivers; chosen by hand, far more than a row of points should need
 REACH = 0.25  # of the box's diagonal: triangles farther from the box than this may be left out
 
@@ -74,7 +73,7 @@ def turned_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     area = np.linalg.norm(area_vectors(points, triangles), axis=1)
     total = np.bincount(piece, np.concatenate([area, np.zeros(count)]), piece.max() + 1)
     other = total[piece[count:]]
-    even = np.isclose(other, total[piece[:count]], rtol=EVEN, atol=0)
+    even = np.isclose(other, total[piece[:count]], rtol=SAME_PLACE, atol=0)
     # one way for all of a piece where its area does not tell: that of its first triangle
     turned = np.where(even, piece[count:] < piece[:count], other > total[piece[:count]])
     return np.where(turned[:, None], triangles[:, ::-1], triangles)
@@ -94,9 +93,9 @@ def lip_a_ahead(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         own = sheet == number
         mean, area = vectors[own].sum(axis=0), np.linalg.norm(vectors[own], axis=1).sum()
         centres = points[triangles[own]].mean(axis=1)
-        nearest = np.flatnonzero(np.abs(mean) >= (1 - EVEN) * np.abs(mean).max())[-1]
+        nearest = np.flatnonzero(np.abs(mean) >= (1 - SAME_PLACE) * np.abs(mean).max())[-1]
         outward = np.sum((centres - centres.mean(axis=0)) * vectors[own])
-        turned[own] = (outward if np.linalg.norm(mean) < EVEN * area else mean[nearest]) < 0
+        turned[own] = (outward if np.linalg.norm(mean) < SAME_PLACE * area else mean[nearest]) < 0
     return np.where(turned[:, None], triangles[:, ::-1], triangles)
 
 

@@ -18,7 +18,6 @@ from craftmesh.surface.rounding import ROUNDING
 SPACING = 0.72  # a triangle of a larger circumradius gets a point; also the point's distance from others
 CLEARANCE = 0.4  # least distance of an interior point from a fixed edge
 BARELY = 0.98  # of SPACING is kept, so that rounding does not refuse the centre of a circle just larger
-ROUNDS = 60  # of insertion at most; it ends when a round inserts nothing
 SMOOTHINGS = 4  # sweeps over the interior points after that, edges flipped after each
 MOST_POINTS = 5e6  # that room is made for: 0.6 GB
 
@@ -151,10 +150,8 @@ def refine(patch: Planar, size_at: Callable[[np.ndarray], np.ndarray], kept: np.
     patch = _with_room(patch, _points_wanted(patch, size_at))
     first = patch.used[0]
     planar.legalise_all(patch)
-    for _ in range(ROUNDS):
-        candidates = _circumcentres(patch, size_at)
-        if not len(candidates.uv) or not planar.insert_spaced(patch, candidates, is_among(patch, kept)):
-            break
+    while planar.insert_spaced(patch, _circumcentres(patch, size_at), is_among(patch, kept)):
+        pass
     refuse_full(patch)
     for _ in range(SMOOTHINGS):
         smooth_points(patch, np.arange(first, patch.used[0]))

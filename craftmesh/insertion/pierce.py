@@ -17,12 +17,11 @@ from craftmesh.insertion.cut import (
 )
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.measure import edge_lengths
-from craftmesh.surface.rounding import ROUNDING
+from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 
 # Chosen by hand. TOUCHING and END bound how far a node may be off the given front and its end.
 ROUNDS = 12  # of splitting, each at the first crossing of every trace edge: no edge may have more
 TOUCHING = 1e-3  # of the local size: nearer than this, a trace point, crossing or corner is on the front
-SLACK = 1.0001  # an edge shorter than the distances of its ends from the front misses it; and some rounding
 GRAZING = 0.05  # sine of the angle below which an edge between two front points does not cross the front
 END = 0.3  # of the size: a pierce point this near the end of a front is its end
 
@@ -68,7 +67,7 @@ def pierce(surface: CutSurface, sheet: Sheet) -> CutSurface:
         edges = trace_edges(surface)
         # those long enough to reach the front from both their ends
         reach = np.abs(surface.phi[edges]).sum(axis=1)
-        edges = edges[reach <= SLACK * edge_lengths(surface.points, edges)]
+        edges = edges[reach <= (1 + SAME_PLACE) * edge_lengths(surface.points, edges)]
         row, fraction = _first_crossing(surface, sheet, edges)
         if not len(row):
             return surface

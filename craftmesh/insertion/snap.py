@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from craftmesh.cracks.near_faces import FLATTEST
 from craftmesh.insertion.cut import CutSurface, feet_on_edges, uncut
 from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
@@ -44,18 +45,12 @@ def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:
 NEAR = 10.0  # of the local size: an offset from the steepest crack that may be a distance worth a look
 FARTHEST = 0.5  # of the local size: points slide along their line by at most this much
 GRAZING = 0.5  # points on lines that graze the crack move straight from this share of the distance
-# The same for points where more than two lines end, a tenth of which others may move. Cracks 0.005 and 0.01
-# edges beside ends of triple lines on the box had facets of 0.3 and 1 degrees there, now of 13 and more.
+# The same for points where more than two lines end: a crack just beside one leaves needles.
 KNOTS = 0.1
 OFF_CRACK = 0.005  # of the local size: points of a crack there is may go this far off it
-# Least squared cosine between a box plane and the crack's normal for moves in that plane: a crack's at 6
-# degrees to the face. With 0.1, that is 18, a boundary 0.06 l_min from a crack at 12 stayed beside its
-# mouth; the ribbon between them had 7 flat tets and 1.4 % over an aspect ratio of 5, now none and 0.7 %.
-STEEP = 0.01
-# Of options.snap times the least length: ribbons 0.006 and 0.015 wide towards a corner of the box had
-# flat tetrahedra, and of 15 planes through one, at 7 to 31 degrees, two, now none. The tips that a chip
-# off an edge of the box loses by it were 0.7 % of a crack of 10 l_min^2; with half of snap, the choice
-# where an area is off, they are a quarter.
+# Least squared sine of the crack's angle to a box plane for moves in that plane: 6 degrees.
+STEEP = np.sin(np.radians(FLATTEST)) ** 2
+# Of options.snap times the least length: ribbons of the face narrower than that leave flat tetrahedra.
 AT_BOX_EDGE = 0.15
 
 

@@ -14,12 +14,10 @@ from craftmesh.types import Surface
 
 SAMPLES = np.arange(1, 8) / 8  # of an edge's length, where its offset from a curved crack is looked at
 # Of the least length: trace edges farther than OFF off the crack are split, and those on a face of the box
-# that are farther than this beside the crack's mouth. At 12 degrees to a face OFF alone is 0.15 beside it,
-# and a small crack had 0.58 % too little area, now 0.39.
+# that are farther than this beside the crack's mouth: at small angles to a face OFF is far beside it.
 BESIDE = 0.04
 FARTHEST = 0.3  # of an edge's length: its new point moves onto the crack by at most this much
 FARTHEST_ON_BOX = 1.0  # the same in a face of the box, which cannot move to it: kinks of mouths are sharp
-ROUNDS = 12  # of splitting trace edges, or giving up those whose new point cannot move
 CONTACT = 0.1  # of the least length: nearer than this, a boundary along the crack is moved onto it
 GRAZING = 0.25  # of the way within the boundary: where the crack is nearer than this, the two graze
 
@@ -31,13 +29,13 @@ def follow_traces(surface: CutSurface, sheet: Sheet, least: float, options: Inse
     the edge is given back and not split again. least: the least target length.
     """
     refused = np.zeros((0, 2), np.int64)
-    for _ in range(ROUNDS):
+    while True:
         edges, share, targets = _too_far_off(surface, sheet, least)
         stride = np.array([len(surface.points) + 1, 1])
         wanted = ~np.isin(edges @ stride, refused @ stride)
         edges, share, targets = edges[wanted], share[wanted], targets[wanted]
         if not len(edges):
-            break
+            return surface
         start, end = surface.points[edges].transpose(1, 0, 2)
         places, size = start + share[:, None] * (end - start), surface.size[edges].mean(axis=1)
         rows = len(surface.points) + np.arange(len(edges))
@@ -46,7 +44,6 @@ def follow_traces(surface: CutSurface, sheet: Sheet, least: float, options: Inse
         refused = np.concatenate([refused, edges[stuck]])
         if not stuck.any():
             surface = split
-    return surface
 
 
 def _too_far_off(

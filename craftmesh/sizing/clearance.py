@@ -16,11 +16,9 @@ from craftmesh.surface.measure import meets_box, unit_normals
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_FACES, Crack
 
-# PER_WIDTH along lines where the crack goes on along the face, flatter than STEEP (sine of the angle): tets
-# in that wedge are as flat as it is, but with edges of over 11 widths under 5 degrees.
+# PER_WIDTH along lines where the crack goes on along the face, flatter than STEEP (sine of the angle), and
+# between a front and another sheet: with edges of over 11 widths tets there are flat.
 PER_WIDTH_IN_WEDGE, STEEP = 6.0, 0.34
-# The same between a front and another sheet. With 6 as many of 48 pairs of discs had flat tets.
-PER_GAP = 4.0
 # Of l_min: no edge is shorter for a strip under an area, beside a line, in a gap between sheets.
 SHORTEST, SHORTEST_BESIDE_LINES, SHORTEST_IN_GAPS = 0.5, 0.12, 0.1
 # Of the height that its tilt gives a crack at the distance from where it meets the face: in between it
@@ -37,7 +35,7 @@ def clearance_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthFi
     """Return the lengths where a crack is near faces of the box (2, 3), or its sheets each other; or None.
 
     At the centres of its triangles and along its fronts, kinks and mouths a length is PER_WIDTH of the way
-    to each face but those that it leads to; along fronts it is PER_GAP of the way to other sheets.
+    to each face but those that it leads to; along fronts it is PER_WIDTH_IN_WEDGE of that to other sheets.
     """
     box, parts = np.asarray(box, float), sheets(crack)
     kinks, fronts = kink_edges(crack), [crack.points[front] for front in crack.fronts]
@@ -118,7 +116,7 @@ def _to_sheet(own: Crack, other: Crack, box: np.ndarray, l_min: float) -> Length
     clear, met = width < l_min, at[crosses | (width <= FRONT_OFF * l_min)]
     if len(met):
         clear &= width < IN_CORNER * cKDTree(met).query(at)[0]
-    return at[clear], np.maximum(PER_GAP * width, SHORTEST_IN_GAPS * l_min)[clear]
+    return at[clear], np.maximum(PER_WIDTH_IN_WEDGE * width, SHORTEST_IN_GAPS * l_min)[clear]
 
 
 def _along(lines: list[np.ndarray], l_min: float) -> np.ndarray:

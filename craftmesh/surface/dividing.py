@@ -4,6 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+# Of an edge: what crosses it this near to an end is there, for shorter edges leave facets without an angle.
+AT_END = 0.1
+
 
 class Divided(NamedTuple):
     """Facets divided where something crosses them.
@@ -25,16 +28,15 @@ def divided_at(
     side: np.ndarray,
     edges: np.ndarray,
     share: np.ndarray,
-    at_end: float,
 ) -> Divided:
     """Return facets (m, 3) with edges (k, 2) split where something crosses them.
 
     side (n,): < 0 and > 0 for points on either side of it; share (k,): how far along each edge it crosses,
-    NaN where it does not. Crossings within `at_end` of an end are there, and split nothing.
+    NaN where it does not. Crossings within AT_END of an end are there, and split nothing.
     """
     side = side.copy()
-    side[edges[share < at_end, 0]] = 0
-    side[edges[share > 1 - at_end, 1]] = 0
+    side[edges[share < AT_END, 0]] = 0
+    side[edges[share > 1 - AT_END, 1]] = 0
     crossed = side[edges].prod(axis=1) < 0
     ends, share = edges[crossed], share[crossed, None]
     start = points[ends[:, 0]]

@@ -4,10 +4,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from craftmesh.cracks.promises import FRONT_MOVED
 from craftmesh.surface.kernels.facet_shape import facet_distance2
 from craftmesh.surface.measure import area_vectors
 from craftmesh.tetrahedra.contraction_rules import Cells, merged
-from craftmesh.tetrahedra.stars import TOUCHING, Corners, Stars
+from craftmesh.tetrahedra.stars import Corners, Stars
 from craftmesh.tetrahedra.surface_freedom import CRACK_REACH
 
 # Of the mean edge at a node: how far the surface may go from where the node was.
@@ -21,11 +22,11 @@ def keeps_surface(stars: Stars, kept: int, gone: int) -> bool:
     """Tell whether the surface stays near to what it is if `gone` becomes `kept`, and turns little.
 
     Patches are within REACH of where the node was, lines too, those of the crack within CRACK_REACH, or
-    TOUCHING where the nodes touch.
+    FRONT_MOVED where the nodes touch.
     """
     classes, points = stars.classes, stars.points
     after = merged(stars.facets, stars.facets_at, kept, gone)
-    crack_reach = max(CRACK_REACH, TOUCHING) if stars.touch(kept, gone) else CRACK_REACH
+    crack_reach = max(CRACK_REACH, FRONT_MOVED) if stars.touch(kept, gone) else CRACK_REACH
     old = {f: stars.facets[f] for f in sorted(stars.facets_at[gone])}
     reach = REACH * _mean_edge(stars, gone)
     for patch in sorted({int(classes.patch[f]) for f in old}):

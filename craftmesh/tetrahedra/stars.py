@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from craftmesh.cracks.promises import FRONT_MOVED
 from craftmesh.surface.connectivity import lowest_equal_point
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.patches import feature_edges, patches
@@ -15,9 +16,6 @@ Corners = tuple[int, ...]
 
 # Columns of `Classes.held` that are planes of the box; the crack and its front follow.
 BOX_PLANES = CRACK - 1
-# Of `crack_length`: points of crack or front this near to each other are one for all that a mesh can
-# tell. Of the 0.02 that nodes of the front may be off; a quadruple point 0.009 beside one had 10 flat tets.
-TOUCHING = 0.018
 
 
 @dataclass(frozen=True)
@@ -80,9 +78,9 @@ class Stars:
         return bool(self.facets_at[node])
 
     def touch(self, one: int, other: int) -> bool:
-        """Tell whether two nodes are no farther from each other than TOUCHING."""
+        """Tell whether two nodes are no farther from each other than FRONT_MOVED."""
         apart = float(np.linalg.norm(self.points[one] - self.points[other]))
-        return apart <= TOUCHING * self.classes.crack_length
+        return apart <= FRONT_MOVED * self.classes.crack_length
 
     def merge(self, kept: int, gone: int) -> None:
         """Make `gone` the node `kept`, held by all that held either; cells with both are no more."""

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from craftmesh.cracks.grazing_fronts import TAKEN, ending_on_faces
+from craftmesh.cracks.grazing_fronts import ending_on_faces
 from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.promises import FRONT_MOVED
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import sheets
 from craftmesh.surface.kernels.distances import nearest_on_edges
@@ -36,7 +37,7 @@ def off_the_front(sheet, places: np.ndarray) -> np.ndarray:
 
 @settings(max_examples=12, deadline=None)
 @given(
-    gap=st.floats(0.0005, 0.95 * TAKEN),
+    gap=st.floats(0.0005, 0.95 * FRONT_MOVED),
     degrees=st.floats(20.0, 160.0),
     axis=st.integers(0, 2),
     top=st.booleans(),
@@ -49,8 +50,8 @@ def test_a_front_that_grazes_a_face_ends_on_it(gap, degrees, axis, top):
     on_plane = ON_PLANE * np.linalg.norm(BOX[1] - BOX[0])
     assert np.abs(line[[0, -1], axis] - (20.0 if top else 0.0)).max() <= on_plane
     assert ((line >= BOX[0] - on_plane) & (line <= BOX[1] + on_plane)).all()
-    # TAKEN, and the chord of an edge that was parted: 1e-4 of the radius
-    assert off_the_front(sheet, line).max() <= TAKEN * L_MIN * 1.001
+    # FRONT_MOVED, and the chord of an edge that was parted: 1e-4 of the radius
+    assert off_the_front(sheet, line).max() <= FRONT_MOVED * L_MIN * 1.001
     # the crack stays in its plane
     normal = np.roll([np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0.0], axis)
     height = (ended.points - ended.points.mean(axis=0)) @ normal

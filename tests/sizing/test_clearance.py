@@ -9,7 +9,6 @@ from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import one_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.sizing.clearance import (
-    PER_GAP,
     PER_WIDTH,
     PER_WIDTH_IN_WEDGE,
     SHORTEST,
@@ -139,8 +138,9 @@ def test_edges_are_short_between_a_front_and_another_sheet(gap, turn):
     both = one_crack([plate([(14, 5, 10), (20, 5, 10), (20, 35, 10), (14, 35, 10)]), other])
     lengths = found(both)
     at = lengths.at(np.array([[20 + gap / 2, y, 10.0] for y in np.arange(7.0, 33)]))
-    assert (at >= PER_GAP * gap * (1 - 1e-9)).all() and (at < PER_GAP * gap + APART).all()
-    assert (lengths.at(np.array([[14.0, 20.0, 10.0]])) > PER_GAP * gap + 2.5).all()
+    length = PER_WIDTH_IN_WEDGE * gap
+    assert (at >= length * (1 - 1e-9)).all() and (at < length + APART).all()
+    assert (lengths.at(np.array([[14.0, 20.0, 10.0]])) > length + 2.5).all()
 
 
 @pytest.mark.parametrize("height", [0.0, 5.0])

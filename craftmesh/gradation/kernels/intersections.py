@@ -6,9 +6,7 @@ from craftmesh.gradation.kernels.facet_grid import list_hits
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
 from craftmesh.surface.kernels.triangles import triangles_intersect
-
-# Part of a facet's size within which a point counts as on its plane; generous, the exact test decides.
-CONTACT = 1e-7
+from craftmesh.surface.rounding import SAME_PLACE
 
 
 @lean_kernel
@@ -20,7 +18,10 @@ def set_planes(points, corners, planes):
     x, y, z = area_vector(points, a, b, c)
     length = np.sqrt(x * x + y * y + z * z)
     scale = 1.0 / length if length > 0.0 else 0.0
-    contact = CONTACT * (np.sqrt(squared_distance(points, a, b)) + np.sqrt(squared_distance(points, a, c)))
+    # within it a point counts as on the facet's plane: the exact test decides then
+    contact = SAME_PLACE * (
+        np.sqrt(squared_distance(points, a, b)) + np.sqrt(squared_distance(points, a, c))
+    )
     x *= scale
     y *= scale
     z *= scale

@@ -5,7 +5,7 @@ import numpy as np
 from craftmesh.insertion.kernels.planar import squared_distance, turn
 from craftmesh.jit import lean_kernel
 
-TWICE_ROOT_3 = 3.4641016151377544
+TWICE_ROOT_3 = 2.0 * np.sqrt(3.0)
 GOOD = 0.6  # a point moves even where its worst triangle loses, if that stays above this
 
 
