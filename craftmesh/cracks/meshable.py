@@ -25,9 +25,8 @@ from craftmesh.types import Crack
 def refuse_along_sheets(crack: Crack, box: np.ndarray, l_min: float) -> None:
     """Raise CraftmeshError where two sheets run along each other in the box (2, 3); l_min in model units.
 
-    Parts nearer than NEAR l_min to each other count where their angle is under FLATTEST: two discs that
-    cross at 5 degrees left 18 flat tetrahedra, none at 8. Sheets in one surface to rounding become one, and
-    are not refused.
+    Parts nearer than NEAR l_min to each other count where their angle is under FLATTEST, as between those
+    tetrahedra are flat. Sheets in one surface to rounding become one, and are not refused.
     """
     parts = sheets(crack)
     for low, high in combinations(range(len(parts)), 2):

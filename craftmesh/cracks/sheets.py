@@ -66,9 +66,9 @@ def _from_least(front: np.ndarray) -> list[int]:
 def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
     """Return a sheet as parts that are heights over their planes, or itself where it is; box (2, 3).
 
-    The largest comes first: with a smaller one before it kinks that pass an edge of the box were refused.
-    A part ends in the fronts and in the seams with other parts alike: both are its fronts. Parts outside
-    the box are left out.
+    The largest comes first, so that a kink across an edge of the box is cut from its plane. A part ends in
+    the fronts and in the seams with other parts alike: both are its fronts. Parts outside the box are left
+    out.
     """
     parts, fault = height_parts(sheet.points, sheet.triangles)
     if fault:

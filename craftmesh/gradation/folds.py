@@ -10,7 +10,7 @@ from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.patches import Patches, feature_edges, patches
 from craftmesh.types import CRACK, Surface
 
-# Degrees by which the crack turns at a fold that bounds patches. Normals averaged across a fold of 80 are
+# Degrees by which the crack turns at a fold that bounds patches. Normals averaged across a sharper one are
 # the normal tolerance off both its sides, so that next to it nothing could be changed.
 FOLD = 50.0
 # Degrees: the normal of a flatter facet says nothing.
@@ -66,10 +66,7 @@ def _across(points: np.ndarray, edges: np.ndarray, apex: np.ndarray) -> np.ndarr
 
 
 def short_beside_folds(surface: Surface, sizing: Sizing) -> Sizing:
-    """Return the sizing with edges of PER_WIDTH, l_min at least, in strips from folds to other lines.
-
-    A hook along a boundary with edges of ten widths had 5 flat tets and 7 poor ones, with these 0 and 1.
-    """
+    """Return the sizing with edges of PER_WIDTH, l_min at least, in strips from folds to other lines."""
     plain = patches(surface)
     parted = folded_patches(surface, plain)
     if len(parted.first_facet) == len(plain.first_facet):

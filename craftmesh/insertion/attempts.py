@@ -38,10 +38,9 @@ def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: flo
 
 
 # Each later one has smaller facets where the one before is unsound; where they are as small as they get, or
-# no crack came in, it has half of snap and snap_front. A wavy crack along a boundary needs six.
+# no crack came in, it has half of snap and snap_front. Wavy cracks along a boundary need six.
 ATTEMPTS = 8
-# Times farther off the given crack than it may be, from which one is refused. A crack that had lost all of
-# itself beyond a boundary was 400.
+# Times farther off the given crack than it may be, from which one is refused: a part of it is lost.
 GROSS = 10.0
 
 

@@ -14,8 +14,8 @@ from craftmesh.surface.measure import along_segments
 SHARPEST = np.radians(60.0)  # a front edge spans at most this much of the front's turning
 INTERVALS = 256  # even steps in which the target size is summed up between two pierce points
 CHORDS = 16  # over those steps, by which the front's turning is measured
-# Of the target size: front edges, and so what slides along them, stay this near the front at the SHARES.
-# With all of FRONT_OFF up to 0.0203 was measured between them.
+# Of the target size: front edges, and so what slides along them, stay this near the front at the SHARES,
+# and within FRONT_OFF between these.
 FIDELITY = 0.98 * FRONT_OFF
 # Of the target size: front edges are not made shorter for that; enough for 0.8 of it as radius.
 FINEST = 0.35

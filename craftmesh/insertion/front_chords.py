@@ -22,10 +22,9 @@ ALONG = 0.1  # of its length: a trace edge this near the front runs along it
 ALONG_FLAT = 0.5  # the same for an edge of facets that lie in the crack: the front has to bound them
 ROUNDS = 10  # of halving edges along the front; each takes three quarters of what they are off it
 # Of such an edge's stretch of the front: it is split at a corner of the front this far off its ends, and
-# not at its middle. Two split at 0.016 and 0.023 l_min beside a corner left wedges of 0.1 degrees.
+# not at its middle, which would leave a needle beside the corner.
 INNER = 0.1
-# Of the target size: such an edge that is longer is split, too, as those that are made are rounded. One of
-# 1.63, which gradation did not split as a needle of the crack lay beside it, kept a flat tet.
+# Of the target size: such an edge that is longer is split, too, as those that are made are rounded.
 LONGEST = 1.5
 
 

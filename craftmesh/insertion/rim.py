@@ -14,7 +14,7 @@ from craftmesh.types import Crack
 CORNER = np.cos(np.radians(20.0))  # front corners sharper than this keep a node
 MOUTH = 0.2  # of the box's diagonal, by which the mouth is pushed out of it
 # Of the box's diagonal: farther than this past the mouth there is no crack, for where it is curved it might
-# come back into the box there: a wavy disc along an edge had traces of a second piece, 50 l_min from it.
+# come back into the box there.
 PAST_MOUTH = 1e-3
 
 
