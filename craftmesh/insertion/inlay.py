@@ -5,7 +5,7 @@ from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.cut import CutSurface, split_edges, uncut
-from craftmesh.surface.connectivity import compact, unique_edges
+from craftmesh.surface.connectivity import compact, rows_among, unique_edges
 from craftmesh.surface.measure import along_segments, meets_box
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
@@ -60,8 +60,7 @@ def _edges_of(places: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.n
 def _named(cut: CutSurface, triangles: np.ndarray) -> Surface:
     """Return the surface whose facets that are one of `triangles` (m, 3) are the crack's, turned alike."""
     facets, sides, kind = cut.facets.astype(np.int64), cut.sides.copy(), cut.kind.copy()
-    row_of = {tuple(corners): row for row, corners in enumerate(np.sort(facets, axis=1).tolist())}
-    rows = np.array([row_of.get(tuple(corners), -1) for corners in np.sort(triangles, axis=1).tolist()])
+    rows = rows_among(triangles, facets)
     if (rows < 0).any():
         place = told(cut.points[triangles[rows < 0][0]].mean(axis=0))
         raise CraftmeshError(

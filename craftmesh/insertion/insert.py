@@ -18,14 +18,14 @@ from craftmesh.insertion.misfit import Fronts, Given, Inserted, fronts_of, misfi
 from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import at_corners, pierce
-from craftmesh.insertion.regions import labels_of_regions, regions_of
+from craftmesh.insertion.regions import labels_of_patch
 from craftmesh.insertion.sheet import Sheet, sheet_of
 from craftmesh.insertion.snap import local_sizes, prepared, snap_to_crack, taken_at_box_edges
 from craftmesh.insertion.traces import follow_traces
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Lengths, Sizing
 from craftmesh.surface.check_surface import refuse_open
-from craftmesh.surface.connectivity import compact
+from craftmesh.surface.connectivity import compact, rows_among
 from craftmesh.surface.measure import area_vectors, total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
@@ -215,9 +215,11 @@ def _assembled(cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.n
     Facets of grain boundaries that lie on the crack become crack facets; on those of voids and of the box
     there is none, they are free already.
     """
-    region = regions_of(triangles, fixed)
     kind, sides, facets = cut.kind.copy(), cut.sides.copy(), cut.facets.copy()
-    flat, covered = _same_triangles(facets, flat_facets(cut), triangles)
+    flat = flat_facets(cut)
+    same = rows_among(facets[flat], triangles)
+    covered = np.isin(np.arange(len(triangles)), same)
+    flat = flat[same >= 0]
     between = (kind[flat] == INTERFACE) & (sides[flat] > 0).all(axis=1)
     free, flat = flat[~between], flat[between]
     turned = area_vectors(cut.points, facets[flat]) @ sheet.frame[2] < 0
@@ -226,7 +228,7 @@ def _assembled(cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.n
     kind[flat] = CRACK
     own = np.zeros(len(facets), bool)
     own[flat] = True
-    label = labels_of_regions(cut.points, triangles, region, cut.facets, cut.sides)[region]
+    label = labels_of_patch(cut.points, triangles, fixed, cut.facets, cut.sides)
     keep = (label > 0) & ~covered
     if not keep.any() and not len(flat):
         raise CraftmeshError("the crack lies in no grain; expected a crack within the material: move it")
@@ -240,18 +242,6 @@ def _assembled(cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.n
     hidden = total_area(cut.points, np.concatenate(in_voids))
     numbers = numbers_of(result, int(((label <= 0) & ~covered).sum()) + len(free))
     return Inserted(result, own, hidden, numbers)
-
-
-def _same_triangles(
-    facets: np.ndarray, rows: np.ndarray, triangles: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows of `facets` that are patch triangles too, and which triangles they are."""
-    known = {tuple(t): i for i, t in enumerate(np.sort(triangles, axis=1).tolist())}
-    keys = map(tuple, np.sort(facets[rows], axis=1).tolist())
-    found = [(row, known[key]) for row, key in zip(rows.tolist(), keys) if key in known]
-    covered = np.zeros(len(triangles), bool)
-    covered[[i for _, i in found]] = True
-    return np.array([row for row, _ in found], np.int64), covered
 
 
 def numbers_of(surface: Surface, dropped: int) -> dict[str, int | float]:

@@ -10,7 +10,7 @@ from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.kernels import planar
 from craftmesh.insertion.kernels.planar import Candidates, Planar
 from craftmesh.insertion.kernels.planar_smoothing import smooth_in_plane
-from craftmesh.surface.connectivity import facet_edges
+from craftmesh.surface.connectivity import facet_edges, rows_among
 from craftmesh.surface.rounding import ROUNDING
 
 # Shares of the target edge, chosen by hand. An even triangle of target edges has the circumradius
@@ -171,8 +171,7 @@ def is_among(patch: Planar, triangles: np.ndarray) -> np.ndarray:
     """Tell which rows of the patch are one of `triangles` (k, 3), in any order of the corners."""
     found = np.zeros(len(patch.corners), bool)
     if len(triangles):
-        keys = {tuple(row) for row in np.sort(triangles, axis=1).tolist()}
-        found[: patch.used[1]] = [tuple(row) in keys for row in np.sort(patch.triangles, axis=1).tolist()]
+        found[: patch.used[1]] = rows_among(patch.triangles, triangles) >= 0
     return found
 
 

@@ -10,6 +10,12 @@ def facet_edges(facets: np.ndarray) -> np.ndarray:
     return np.asarray(facets, np.int64)[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
 
 
+def rows_among(triangles: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Return the row of facets (m, 3) that has the corners of each triangle (k, 3), -1 for none."""
+    row_of = {tuple(corners): row for row, corners in enumerate(np.sort(facets, axis=1).tolist())}
+    return np.array([row_of.get(tuple(c), -1) for c in np.sort(triangles, axis=1).tolist()], np.int64)
+
+
 def unique_edges(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return undirected edges (e, 2), for each corner its edge (m, 3), and facets per edge (e,).
 
