@@ -3,12 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.surface.connectivity import unique_edges
-from craftmesh.surface.kernels.distances import nearest_facets, nearest_on_edges
-from craftmesh.surface.measure import along_segments, facet_angles, unit_normals
-from craftmesh.surface.rounding import ON_PLANE, ROUNDING, SAME_PLACE
+from craftmesh.surface.kernels.distances import nearest_on_edges
+from craftmesh.surface.measure import along_segments, facet_angles, nearest_facet, unit_normals
+from craftmesh.surface.rounding import ON_PLANE, SAME_PLACE
 from craftmesh.types import Crack
 
 
@@ -34,11 +33,6 @@ class NearSheet:
         self.points = np.array(sheet.points, float, order="C")
         self.triangles = sheet.triangles.astype(np.int64)
         self.fronts = sheet.front_edges
-        corners = self.points[self.triangles]
-        self.centres = corners.mean(axis=1)
-        far = np.linalg.norm(corners - self.centres[:, None], axis=2).max(axis=1)
-        self.reach = far * (1 + ROUNDING)
-        self.tree = cKDTree(self.centres)
         edges, self.of_corner, count = unique_edges(self.triangles)
         self.ends = (count == 1) & ~self._on_box(edges, box)
         self.ends_at = np.zeros(len(self.points), bool)
@@ -61,8 +55,7 @@ class NearSheet:
     def look(self, places: np.ndarray) -> Near:
         """Return what the sheet is to places (n, 3), at least one."""
         places = np.ascontiguousarray(places)
-        some = self.tree.query(places)[1]
-        facet, _, _ = nearest_facets(places, self.points, self.triangles, some, self.centres, self.reach)
+        facet = nearest_facet(places, self.points, self.triangles)[0]
         foot, weight = feet_in_triangles(places, self.points[self.triangles[facet]])
         gone = weight < SAME_PLACE  # there the foot is on an edge or a corner
         number = gone.sum(axis=1)

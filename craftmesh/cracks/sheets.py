@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.cracks.height_parts import height_parts
 from craftmesh.cracks.one_sheet import clean_triangles
@@ -11,9 +10,7 @@ from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.cracks.within_box import is_in
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, joined, pieces, unique_edges
-from craftmesh.surface.kernels.distances import nearest_facets
-from craftmesh.surface.measure import meets_box, total_area
-from craftmesh.surface.rounding import ROUNDING
+from craftmesh.surface.measure import meets_box, nearest_facet, total_area
 from craftmesh.types import Crack
 
 
@@ -162,10 +159,6 @@ def _nearest_sheet(places: np.ndarray, crack: Crack) -> np.ndarray:
     sheet = pieces(crack.triangles)
     if sheet.max() == 0:
         return np.zeros(len(places), np.int64)
-    corners = crack.points[crack.triangles]
-    centres = corners.mean(axis=1)
-    reach = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1) * (1 + ROUNDING)
-    some = cKDTree(centres).query(places)[1]
-    triangles = crack.triangles.astype(np.int64)
-    nearest: np.ndarray = nearest_facets(places, crack.points, triangles, some, centres, reach)[0]
-    return sheet[nearest]
+    nearest = nearest_facet(places, crack.points, crack.triangles.astype(np.int64))[0]
+    of_place: np.ndarray = sheet[nearest]
+    return of_place

@@ -12,7 +12,7 @@ from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges, front_of
 from craftmesh.surface.kernels.distances import nearest_on_edges
-from craftmesh.surface.measure import distances_and_sides, total_area
+from craftmesh.surface.measure import nearest_facet, total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.types import CRACK, Crack, Surface
@@ -129,7 +129,7 @@ def moved(before: CutSurface, after: Surface, sheet: Sheet, least: float) -> dic
     near = before.facets[np.isfinite(before.psi[before.facets]).any(axis=1)]
     off = np.zeros(len(after.points))
     if len(rows):
-        off[rows] = distances_and_sides(after.points[rows], before.points, near)[0]
+        off[rows] = nearest_facet(after.points[rows], before.points, near)[1]
     is_moved = off > SAME_PLACE * least
     places = np.einsum("sk,mkx->msx", SHARES, after.points[after.facets[shared]]).reshape(-1, 3)
     height = np.abs(sheet.offset(places)) / np.linalg.norm(sheet.gradient(places), axis=1)
@@ -159,4 +159,4 @@ def _among(before: CutSurface, after: Surface, least: float) -> np.ndarray:
     if not len(known):
         return np.zeros(len(after.facets), bool)
     centres = after.points[after.facets].mean(axis=1)
-    return distances_and_sides(centres, before.points, known)[0] <= SAME_PLACE * least
+    return nearest_facet(centres, before.points, known)[1] <= SAME_PLACE * least

@@ -18,7 +18,7 @@ from PIL import Image
 from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.report.shaded import View, shaded, view_from
 from craftmesh.report.shown_mesh import cut_tets
-from craftmesh.surface.measure import area_vectors, distances_and_sides, meets_box
+from craftmesh.surface.measure import area_vectors, meets_box, nearest_facet
 from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.types import Crack
 
@@ -92,7 +92,7 @@ def _added(cracks: Mapping[str, Crack], box: np.ndarray) -> tuple[np.ndarray, np
         shown = meets_box(corners, box)
         if before is not None:
             places = corners.mean(axis=1)
-            off, _ = distances_and_sides(places, before.points, before.triangles)
+            _, off, _ = nearest_facet(places, before.points, before.triangles)
             shown &= off > SAME_PLACE * np.linalg.norm(box[1] - box[0])
             if before.fronts:
                 to_front = [feet(polyline(before.points[front]), places)[1] for front in before.fronts]

@@ -205,17 +205,17 @@ def unit_hint(first: np.ndarray, second: np.ndarray, ratio: float | None = None)
     return f"{text} ({f'{fine} beside {coarse}' if power > 0 else f'{coarse} beside {fine}'}?)"
 
 
-def distances_and_sides(
+def nearest_facet(
     places: np.ndarray, points: np.ndarray, facets: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far places (q, 3) lie from facets (f, 3), at least one, on points (n, 3), and their sides.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the facet (q,) of facets (f, 3) on points (n, 3), at least one, nearest to places (q, 3).
 
-    Distances (q,) are to the nearest facet; sides (q,) are 1 ahead of its plane and -1 behind or on it.
+    Also the distances (q,) to them, and sides (q,): 1 ahead of the facet's plane and -1 behind or on it.
     """
     corners = points[facets]
     centres = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1) * (1 + ROUNDING)
     places = np.ascontiguousarray(places)
     some = cKDTree(centres).query(places)[1]
-    _, distance2, side = nearest_facets(places, points, facets, some, centres, reach)
-    return np.sqrt(distance2), side
+    facet, distance2, side = nearest_facets(places, points, facets, some, centres, reach)
+    return facet, np.sqrt(distance2), side

@@ -9,7 +9,7 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import crack_area, prescribed_crack
 from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.measure import distances_and_sides
+from craftmesh.surface.measure import nearest_facet
 
 BOX = np.array([[0.0, 0.0, 0.0], [22.0, 20.0, 18.0]])
 L_MIN = 0.7
@@ -37,7 +37,7 @@ def test_sheets_almost_in_one_surface_become_one(tilt, apart):
     reach = apart + 2.2 * np.sin(np.radians(tilt)) + 1e-3
     merged = merged_sheets(crack, BOX, L_MIN, reach)
     assert len(sheets(merged)) == 1 and len(merged.fronts) == 1
-    off, _ = distances_and_sides(merged.points, crack.points, crack.triangles)
+    _, off, _ = nearest_facet(merged.points, crack.points, crack.triangles)
     assert 0 < off.max() <= reach
     half = np.arccos(2.5 / 4.2)
     lens = 2 * 4.2**2 * (half - np.sin(half) * np.cos(half))

@@ -20,7 +20,7 @@ from craftmesh.sizing.sizing import SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.front import front_edges
-from craftmesh.surface.measure import area_vectors, distances_and_sides
+from craftmesh.surface.measure import area_vectors, nearest_facet
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 from craftmesh.types import CRACK, Surface
@@ -90,7 +90,7 @@ def test_an_intergranular_crack_is_facets_of_its_boundaries_and_opens(name):
     places = np.concatenate(
         [corners.mean(axis=1), *((corners[:, i] + corners[:, i - 1]) / 2 for i in range(3))]
     )
-    assert distances_and_sides(places, crack.points, crack.triangles)[0].max() < 0.05 * L_MIN
+    assert nearest_facet(places, crack.points, crack.triangles)[1].max() < 0.05 * L_MIN
     assert area(surface.points, facets) == pytest.approx(report["crack_area"], rel=5e-3)
     tets, _ = tetrahedralize(surface, sizing, TetrahedralizeOptions(fallback="none"))
     mesh, opened = assemble(surface, tets)

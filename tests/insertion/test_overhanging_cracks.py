@@ -18,7 +18,7 @@ from craftmesh.sizing.sizing import densify
 from craftmesh.surface.check_surface import check_surface
 from craftmesh.surface.connectivity import pieces
 from craftmesh.surface.front import front_edges
-from craftmesh.surface.measure import distances_and_sides
+from craftmesh.surface.measure import nearest_facet
 from craftmesh.types import CRACK
 
 SURFACE = remesh(voronoi(3, 10, (20, 20, 20)))[0]
@@ -86,7 +86,7 @@ def test_a_folded_crack_is_inserted_whole_and_ends_in_its_front_alone(name):
     )
     assert report["crack_area"] == pytest.approx(area.sum() / 2, rel=5e-3)
     centres = result.points[facets].mean(axis=1)
-    assert distances_and_sides(centres, crack.points, crack.triangles)[0].max() < 0.05 * L_MIN
+    assert nearest_facet(centres, crack.points, crack.triangles)[1].max() < 0.05 * L_MIN
     front = result.points[np.unique(front_edges(result))]
     given = crack.points[crack.fronts[0]]
     step = np.linalg.norm(np.diff(given, axis=0), axis=1).max()
@@ -147,7 +147,7 @@ def test_a_crack_that_folds_smoothly_is_inserted_whole(name):
     assert len(np.unique(directed)) == len(directed)  # turned alike, so that its lips are told apart
     assert report["crack_area"] == pytest.approx(area_within(crack, BOX), rel=5e-3)
     centres = result.points[facets].mean(axis=1)
-    assert distances_and_sides(centres, crack.points, crack.triangles)[0].max() < 0.05 * L_MIN
+    assert nearest_facet(centres, crack.points, crack.triangles)[1].max() < 0.05 * L_MIN
     given = np.concatenate([densify(crack.points[front], 0.01) for front in crack.fronts])
     nodes = result.points[np.unique(front_edges(result))]
     assert cKDTree(given).query(nodes)[0].max() < 0.02 * L_MIN  # no seam is left

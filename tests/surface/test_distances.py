@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_distances import triangle_distances
 
-from craftmesh.surface.measure import distances_and_sides
+from craftmesh.surface.measure import nearest_facet
 
 
 @settings(deadline=None, max_examples=40)
@@ -16,7 +16,7 @@ def test_the_nearest_of_all_facets_tells_distance_and_side(seed):
     facets = np.array([rng.choice(12, 3, replace=False) for _ in range(int(rng.integers(1, 25)))])
     # some places lie on corners, where several facets are equally near
     places = np.concatenate([4 * rng.normal(size=(30, 3)), points[:6]])
-    distance, side = distances_and_sides(places, points, facets)
+    _, distance, side = nearest_facet(places, points, facets)
     corners = points[facets]
     every = [triangle_distances(places, np.repeat(c[None], len(places), 0)) for c in corners]
     all_distances = np.stack(every)

@@ -11,7 +11,7 @@ from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.shape_measures import flat_tets
 from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.surface.front import front_edges, median_front_edge
-from craftmesh.surface.measure import distances_and_sides
+from craftmesh.surface.measure import nearest_facet
 from craftmesh.tetrahedra import flat_places, opening_model
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.opening_model import STAGES, Opening, begun, is_at_fault, is_narrow
@@ -99,7 +99,7 @@ def test_points_of_the_crack_stay_on_it():
     on_crack, front = np.unique(crack), np.unique(front_edges(surface))
     assert (on_crack == np.flatnonzero((surface.points == PUSHED + PUSH).all(axis=1))).any()
     assert (points[front] == surface.points[front]).all()
-    off, _ = distances_and_sides(points[on_crack], surface.points, crack)
+    _, off, _ = nearest_facet(points[on_crack], surface.points, crack)
     assert off.max() <= CRACK_REACH * median_front_edge(surface)
 
 

@@ -1,4 +1,4 @@
-"""Aspect ratios and qualities of the tets that join one point to given faces, many tets at a time.
+"""Aspect ratios of the tets that join one point to given faces, many tets at a time.
 
 What does not change with the point stands in a table whose columns are the faces, so that the loop over
 these is vectorised. The areas of the other faces come from squares of edges alone: for 24 tets a sum takes
@@ -10,7 +10,7 @@ from collections import namedtuple
 import numpy as np
 
 from craftmesh.jit import lean_kernel, vector_kernel
-from craftmesh.tetrahedra.kernels.tet_quality import FLAT, INVERTED, ROOT2
+from craftmesh.tetrahedra.kernels.tet_quality import FLAT, INVERTED
 
 # The first `count` columns of a table (TABLE_ROWS, f), and room for a value of each.
 RatioCone = namedtuple("RatioCone", "table values count")
@@ -37,21 +37,14 @@ def fill_table(points, faces, count, table):
         table[LONGEST2, i] = max(ab, bc, ca)
 
 
-@lean_kernel
-def _tet(table, i, x, y, z):
-    """Return the ways from (x, y, z) to the corners of face `i`, and six times the volume of its tet."""
-    ux, uy, uz = table[A, i] - x, table[A + 1, i] - y, table[A + 2, i] - z
-    volume6 = -(table[NORMAL, i] * ux + table[NORMAL + 1, i] * uy + table[NORMAL + 2, i] * uz)
-    v = (table[B, i] - x, table[B + 1, i] - y, table[B + 2, i] - z)
-    w = (table[C, i] - x, table[C + 1, i] - y, table[C + 2, i] - z)
-    return (ux, uy, uz), v, w, volume6
-
-
 @vector_kernel
 def _fill_ratios(table, ratios, count, x, y, z):
     """Write the aspect ratios l_max / h_min of the tets with apex (x, y, z); INVERTED for flat ones."""
     for i in range(count):
-        (ux, uy, uz), (vx, vy, vz), (wx, wy, wz), volume6 = _tet(table, i, x, y, z)
+        ux, uy, uz = table[A, i] - x, table[A + 1, i] - y, table[A + 2, i] - z
+        vx, vy, vz = table[B, i] - x, table[B + 1, i] - y, table[B + 2, i] - z
+        wx, wy, wz = table[C, i] - x, table[C + 1, i] - y, table[C + 2, i] - z
+        volume6 = -(table[NORMAL, i] * ux + table[NORMAL + 1, i] * uy + table[NORMAL + 2, i] * uz)
         u2 = ux * ux + uy * uy + uz * uz
         v2 = vx * vx + vy * vy + vz * vz
         w2 = wx * wx + wy * wy + wz * wz
@@ -63,16 +56,6 @@ def _fill_ratios(table, ratios, count, x, y, z):
         ratios[i] = ratio if volume6 > FLAT * longest * np.sqrt(longest) else INVERTED
 
 
-@vector_kernel
-def _fill_volume_lengths(table, values, count, x, y, z):
-    """Write the volume-length qualities (`quality_at`) of the tets with apex (x, y, z)."""
-    for i in range(count):
-        (ux, uy, uz), (vx, vy, vz), (wx, wy, wz), volume6 = _tet(table, i, x, y, z)
-        squares = ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz
-        mean = (squares + table[AB2, i] + table[BC2, i] + table[CA2, i]) / 6.0
-        values[i] = ROOT2 * volume6 / (mean * np.sqrt(mean))
-
-
 @lean_kernel
 def ratio_sum(cone, x, y, z):
     """Sum of the cone's aspect ratios from (x, y, z); INVERTED at least with a tet that is flat."""
@@ -81,13 +64,3 @@ def ratio_sum(cone, x, y, z):
     for i in range(cone.count):
         total += cone.values[i]
     return total
-
-
-@lean_kernel
-def least_volume_length(cone, x, y, z):
-    """Worst volume-length quality of the cone from (x, y, z)."""
-    _fill_volume_lengths(cone.table, cone.values, cone.count, x, y, z)
-    least = cone.values[0]
-    for i in range(1, cone.count):
-        least = min(least, cone.values[i])
-    return least

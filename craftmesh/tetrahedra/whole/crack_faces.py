@@ -8,8 +8,8 @@ from craftmesh.surface.front import front_edges, front_of
 from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.measure import (
     area_vectors,
-    distances_and_sides,
     edge_lengths,
+    nearest_facet,
     point_normals,
     total_area,
 )
@@ -43,13 +43,13 @@ def crack_half_faces(
     corners = half_face_corners(tets, pairs[:, 0])
     near = ((points > low - reach) & (points < high + reach)).all(axis=1)
     candidates = np.flatnonzero(near)
-    near[candidates] = distances_and_sides(points[candidates], surface.points, crack)[0] <= reach
+    near[candidates] = nearest_facet(points[candidates], surface.points, crack)[1] <= reach
     chosen = near[corners].all(axis=1)
     pairs, corners = pairs[chosen], corners[chosen]
-    chosen = distances_and_sides(points[corners].mean(axis=1), surface.points, crack)[0] <= reach
+    chosen = nearest_facet(points[corners].mean(axis=1), surface.points, crack)[1] <= reach
     pairs = pairs[chosen]
     centres = points[tets[pairs // 4]].mean(axis=2)
-    sides = [distances_and_sides(centres[:, i], surface.points, crack)[1] for i in range(2)]
+    sides = [nearest_facet(centres[:, i], surface.points, crack)[2] for i in range(2)]
     return np.where(sides[0] > 0, pairs[:, 0], pairs[:, 1])[sides[0] != sides[1]]
 
 
