@@ -7,13 +7,13 @@ import numpy as np
 import shapely
 from shapely.ops import split
 
+from craftmesh.cracks.near_faces import ALONG
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_PLANES
 
 MARGIN = 0.05  # of the box's diagonal, by which the crack's surface goes past the box
 REACH = 0.1  # of its length: an open front may end this far inside the box, and is carried on to it
-OBLIQUE = 0.1  # sine between plane and face under which a front does not end at that face
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +124,7 @@ def _way_out(
             "box, or a front whose last point is its first"
         )
     out = sign * plane.frame[:2, axis]
-    if np.linalg.norm(out) < OBLIQUE:
+    if np.linalg.norm(out) < ALONG:
         raise CraftmeshError(
             f"{where} on the box face {BOX_PLANES[face]}, along which the crack lies; expected a crack "
             "that stands on it"
@@ -134,6 +134,6 @@ def _way_out(
     if inward[face] <= 0:
         return (place + far * out)[None]
     pace = sign * heading[axis] / np.linalg.norm(heading)
-    ahead = plane.frame[:2] @ heading / np.linalg.norm(heading) if pace > OBLIQUE else OBLIQUE * out
-    on_face = place + inward[face] / max(pace, OBLIQUE) * ahead
+    ahead = plane.frame[:2] @ heading / np.linalg.norm(heading) if pace > ALONG else ALONG * out
+    on_face = place + inward[face] / max(pace, ALONG) * ahead
     return np.stack([on_face, on_face + far * out])

@@ -9,7 +9,6 @@ from craftmesh.surface.rounding import ROUNDING
 # Slopes of up to 45 degrees stretch lengths in the plane by 1.4 at most; a direction in which all triangles
 # have a say, by their area, is then better than one that the steepest decide.
 STEEP = np.cos(np.radians(45.0))
-ROUNDS = 100  # that each add the steepest triangle; chosen by hand, far more than a crack should need
 
 
 def best_fit_frame(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -47,7 +46,7 @@ def least_steep(normals: np.ndarray) -> np.ndarray:
 
     direction = normals[0]
     chosen = [int(np.argmin(normals @ normals.mean(axis=0)))]
-    for _ in range(ROUNDS):
+    for _ in normals:  # each round adds the steepest
         weights, _ = nnls(np.vstack([normals[chosen].T, np.ones(len(chosen))]), np.array([0, 0, 0, 1.0]))
         nearest = weights @ normals[chosen]
         if np.linalg.norm(nearest) <= ROUNDING:

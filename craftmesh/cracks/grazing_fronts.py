@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.cracks.near_faces import FLATTEST
+from craftmesh.cracks.near_faces import ALONG
 from craftmesh.cracks.promises import FRONT_MOVED
 from craftmesh.cracks.triangulated import boundary_loops, split_boundary_edge, with_fronts
 from craftmesh.surface.measure import unit_normals
@@ -14,7 +14,6 @@ from craftmesh.types import BOX_FACES, Crack
 # under 7 degrees; others cross it, or come near at a point.
 GRAZING = 0.3
 STEP = 0.1  # of l_min: the length of edges along a stretch that is moved
-ALONG = np.sin(np.radians(FLATTEST))  # of its angle to a face: a crack lies along that
 
 
 class _Face(NamedTuple):

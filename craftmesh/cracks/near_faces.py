@@ -16,6 +16,7 @@ NEAR = 0.2  # of l_min: a part along a face, at less than FLATTEST to it, has to
 # Degrees between a crack and a face that it meets or runs beside, at least. A tet is flat under 5 degrees,
 # and those of a wedge's second row are flatter than it is.
 FLATTEST = 6.0
+ALONG = np.sin(np.radians(FLATTEST))  # of that angle: under it a crack lies along a face
 LEAST_AREA = 1.0  # of l_min squared, about two facets: a smaller part near a face is a place, not a run
 # Of l_min: fronts, kinks and mouths nearer than this to a face leave a ligament of flat tets.
 LIGAMENT = 0.1

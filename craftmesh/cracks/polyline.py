@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.surface.measure import along_segments
 
-# Products of places and segments held at once, about 100 MB.
+# Products of places and segments, or lattice points, held at once: about 100 MB.
 AT_ONCE = 2_000_000
 
 

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from craftmesh.cracks.polyline import AT_ONCE
 from craftmesh.surface.connectivity import joined
 from craftmesh.types import Crack, Voxels
 
@@ -12,8 +13,6 @@ from craftmesh.types import Crack, Voxels
 ASIDE = np.array([1.0, 1.3, 1.7]) * 1e-6
 # A piece of fewer voxels is the staircase of a void's or a face's voxels beside the crack, not the body's.
 LEAST = 27
-# Lattice points looked at together, so that the arrays stay under some tens of MB.
-BATCH = 1_000_000
 
 
 class PieceOff(NamedTuple):
@@ -78,7 +77,7 @@ def _crossed_along(axis: int, corners: np.ndarray, shape: tuple[int, ...]) -> np
     last = np.minimum(np.floor(flat.max(axis=1)), np.array(shape)[across] - 1).astype(np.int64)
     width = np.maximum(last - first + 1, 0)
     count = width.prod(axis=1)
-    for rows in np.split(np.arange(len(count)), np.flatnonzero(np.diff(np.cumsum(count) // BATCH)) + 1):
+    for rows in np.split(np.arange(len(count)), np.flatnonzero(np.diff(np.cumsum(count) // AT_ONCE)) + 1):
         row = np.repeat(rows, count[rows])
         within = np.arange(len(row)) - np.repeat(np.cumsum(count[rows]) - count[rows], count[rows])
         line = first[row] + np.column_stack([within // width[row, 1], within % width[row, 1]])

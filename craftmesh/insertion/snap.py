@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.cracks.near_faces import FLATTEST
+from craftmesh.cracks.near_faces import ALONG
 from craftmesh.insertion.cut import CutSurface, feet_on_edges, uncut
 from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
@@ -49,7 +49,7 @@ GRAZING = 0.5  # points on lines that graze the crack move straight from this sh
 KNOTS = 0.1
 OFF_CRACK = 0.005  # of the local size: points of a crack there is may go this far off it
 # Least squared sine of the crack's angle to a box plane for moves in that plane: 6 degrees.
-STEEP = np.sin(np.radians(FLATTEST)) ** 2
+STEEP = ALONG**2
 # Of options.snap times the least length: ribbons of the face narrower than that leave flat tetrahedra.
 AT_BOX_EDGE = 0.15
 

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -107,7 +108,7 @@ def tetgen_diagnosis(surface: GrainSurface) -> np.ndarray:
     return rows[(rows >= 0) & (rows < len(surface.facets))]
 
 
-def shortened(ids: np.ndarray, limit: int = 6) -> str:
+def shortened(ids: Sequence[int] | np.ndarray, limit: int = 6) -> str:
     """Return the first ids as text and how many more there are."""
     text = ", ".join(str(i) for i in ids[:limit])
     return text if len(ids) <= limit else f"{text} and {len(ids) - limit} more"

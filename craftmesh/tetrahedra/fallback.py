@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from craftmesh.errors import CraftmeshError
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Lengths
+from craftmesh.tetrahedra.diagnose import shortened
 from craftmesh.tetrahedra.meshers import TETWILD
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.types import GrainTets, Surface
-
-# Grains that a message names at most.
-MAX_NAMED = 6
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,4 @@ def _first_failure(record: dict) -> str:
 def _reason(record: dict) -> str:
     if record["mesher"] == TETWILD:
         return f"mesher {TETWILD} is for the whole model"
-    left = record["left"]
-    ids = ", ".join(map(str, left[:MAX_NAMED]))
-    more = f" and {len(left) - MAX_NAMED} more" if len(left) > MAX_NAMED else ""
-    return f"every attempt of {record['mesher']} failed at grains {ids}{more}"
+    return f"every attempt of {record['mesher']} failed at grains {shortened(record['left'])}"

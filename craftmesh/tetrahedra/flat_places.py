@@ -20,9 +20,6 @@ from craftmesh.tetrahedra.record import poor_by_grain
 from craftmesh.tetrahedra.surface_contractions import contracted
 from craftmesh.types import GrainTets, Surface
 
-# Rounds of contractions: what one leaves may be contracted in the next.
-CONTRACTIONS = 3
-
 
 def with_moves(now: Opening, stage: Stage) -> Opening:
     """Return the best of the models with nodes near bad tets moved, further each round."""
@@ -43,10 +40,7 @@ def with_moves(now: Opening, stage: Stage) -> Opening:
 def with_contractions(now: Opening, stage: Stage) -> Opening:
     """Return the best model with edges at bad tets contracted, and nodes moved again after that."""
     best = now
-    for _ in range(CONTRACTIONS):
-        bad = now.bad(stage.is_bad)
-        if stage.score is None or not bad.any():
-            break
+    while stage.score is not None and (bad := now.bad(stage.is_bad)).any():
         model, grains, count = contracted(now.model, bad, stage.score)
         if not count:
             break

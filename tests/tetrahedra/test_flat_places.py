@@ -185,7 +185,7 @@ def test_what_makes_it_worse_is_not_done(monkeypatch):
     monkeypatch.setattr(opening_model, "_moved_points", spoilt)
     for module in (opening_model, flat_places):
         monkeypatch.setattr(module, "repaired", lambda model, grains, measure: model)
-    monkeypatch.setattr(flat_places, "CONTRACTIONS", 0)
+    monkeypatch.setattr(flat_places, "contracted", lambda model, bad, least: (model, None, 0))
     surface, tets = pushed_box()
     opened = given_way(surface, tets)
     assert (opened.surface.points == surface.points).all() and opened.warning is None
