@@ -34,13 +34,15 @@ def guarded_move(
     step = np.linalg.norm(targets - surface.points[rows], axis=1)
     active = np.ones(len(rows), bool)
     before = _shape(surface.points, facets)
-    known = _pairs(surface, surface.points, rows)
+    stride = np.array([len(surface.facets), 1])
+    known = _pairs(surface, surface.points, rows) @ stride
     while True:
-        points = _moved(surface.points, rows, targets, active)
+        points = surface.points.copy()
+        points[rows[active]] = targets[active]
         bad = mover[_worse(before, _shape(points, facets), options, kept)]
         if not len(bad):
             after = _pairs(surface, points, rows)
-            hit = after[~np.isin(after[:, 0] * len(surface.facets) + after[:, 1], _keys(known, surface))]
+            hit = after[~np.isin(after @ stride, known)]
             bad = position[surface.facets[hit.ravel()]]
         undo = _longest(bad, step, active)
         if not len(undo):
@@ -75,12 +77,6 @@ def _longest(movers: np.ndarray, step: np.ndarray, active: np.ndarray) -> np.nda
     return np.unique(movers[np.arange(len(movers)), choice])
 
 
-def _moved(points: np.ndarray, rows: np.ndarray, targets: np.ndarray, active: np.ndarray) -> np.ndarray:
-    points = points.copy()
-    points[rows[active]] = targets[active]
-    return points
-
-
 _Shape = tuple[np.ndarray, np.ndarray]
 
 
@@ -104,7 +100,3 @@ def _pairs(surface: CutSurface, points: np.ndarray, rows: np.ndarray) -> np.ndar
     near[rows] = True
     band = np.flatnonzero(near[surface.facets].any(axis=1))
     return band[intersecting_pairs(points, surface.facets[band])]
-
-
-def _keys(pairs: np.ndarray, surface: CutSurface) -> np.ndarray:
-    return pairs[:, 0] * len(surface.facets) + pairs[:, 1]

@@ -17,7 +17,8 @@ Cells = dict[int, Corners]
 
 def keeps_topology(stars: Stars, kept: int, gone: int) -> bool:
     """Tell whether the tets and facets round both nodes are those of sound bodies after merging them."""
-    tets, facets = merged(stars.tets, stars.tets_at, kept, gone), _facets(stars, kept, gone)
+    tets = merged(stars.tets, stars.tets_at, kept, gone)
+    facets = merged(stars.facets, stars.facets_at, kept, gone)
     if len(set(map(frozenset, tets.values()))) < len(tets):
         return False
     if len(set(map(frozenset, facets.values()))) < len(facets):
@@ -28,10 +29,6 @@ def keeps_topology(stars: Stars, kept: int, gone: int) -> bool:
 def merged(cells: Cells, at: dict[int, set[int]], kept: int, gone: int) -> Cells:
     """Return the cells that would lie round `kept` if `gone` became it."""
     return {cell: renamed(cells[cell], gone, kept) for cell in sorted(at[kept] ^ at[gone])}
-
-
-def _facets(stars: Stars, kept: int, gone: int) -> Cells:
-    return merged(stars.facets, stars.facets_at, kept, gone)
 
 
 def _round(stars: Stars, node: int) -> tuple[Cells, Cells]:
@@ -110,12 +107,12 @@ def _keeps_front(stars: Stars, after: Cells, kept: int, gone: int) -> bool:
     if {edge for edge in wanted if kept in edge} != found:
         return False
     on_front = {node for edge in found for node in edge}
-    count = _crack_edges(stars, after)
-    for edge, times in count.items():
+    known = _edges(before, classes.crack)
+    for edge, times in _edges(after, classes.crack).items():
         if times > 2:
             return False
         ends = [node in on_front or _is_front(stars, node) for node in edge]
-        if kept in edge and times == 2 and all(ends) and edge not in _crack_edges(stars, before):
+        if kept in edge and times == 2 and all(ends) and edge not in known:
             return False
     crack = [corners for f, corners in after.items() if classes.crack[f]]
     return not any(all(_is_front(stars, node) for node in corners) for corners in crack)
@@ -123,10 +120,6 @@ def _keeps_front(stars: Stars, after: Cells, kept: int, gone: int) -> bool:
 
 def _is_front(stars: Stars, node: int) -> bool:
     return node < len(stars.classes.held) and bool(stars.classes.held[node, -1])
-
-
-def _crack_edges(stars: Stars, facets: Cells) -> Counter:
-    return _edges(facets, stars.classes.crack)
 
 
 def _edges(facets: Cells, chosen: np.ndarray) -> Counter:
@@ -138,7 +131,7 @@ def _edges(facets: Cells, chosen: np.ndarray) -> Counter:
 def _front(stars: Stars, facets: Cells, nodes: set[int]) -> set[tuple[int, int]]:
     """Return the front edges at the nodes, of whose facets none is left out."""
     free = _edges(facets, stars.classes.free)
-    once = {edge for edge, times in _crack_edges(stars, facets).items() if times == 1}
+    once = {edge for edge, times in _edges(facets, stars.classes.crack).items() if times == 1}
     return {edge for edge in once if edge not in free and not nodes.isdisjoint(edge)}
 
 

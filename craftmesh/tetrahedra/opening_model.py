@@ -25,7 +25,7 @@ from craftmesh.tetrahedra.kernels.tet_smoothing import move_nodes
 from craftmesh.tetrahedra.optimise_tets import repaired_tets
 from craftmesh.tetrahedra.surface_freedom import Freedom, freedom
 from craftmesh.tetrahedra.tet_state import new_state
-from craftmesh.tetrahedra.whole_mesh import Model, changed_inside
+from craftmesh.tetrahedra.whole_mesh import Model, changed_inside, nodes_near
 from craftmesh.types import GrainTets, Surface
 
 
@@ -193,10 +193,9 @@ def _moved_points(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return all nodes, those near bad tets moved, and the grains that see a move."""
     points, tets, homes = now.model.points, now.model.tets, now.homes
-    nodes = _nodes_near(tets, bad, now.mobile(held))
-    near = np.zeros(len(points), bool)
-    near[nodes] = True
-    rows = np.flatnonzero(touching(tets, near))
+    near, mobile = nodes_near(tets, bad), now.mobile(held)
+    near[: len(mobile)] &= mobile
+    nodes, rows = np.flatnonzero(near), np.flatnonzero(touching(tets, near))
     used, local = np.unique(tets[rows], return_inverse=True)
     state = new_state(points[used], local.reshape(-1, 4))
     all_qualities(state.points, state.tets, state.counts[TETS], state.quality, stage.aim.measure)
@@ -214,15 +213,6 @@ def _moved_points(
     moved[used] = state.points[: len(used)]
     changed = (moved != points).any(axis=1)
     return moved, np.unique(now.model.grain[touching(tets, changed)])
-
-
-def _nodes_near(tets: np.ndarray, bad: np.ndarray, mobile: np.ndarray) -> np.ndarray:
-    """Return the nodes of bad tets, and of those that share a node with them, that may move."""
-    near = np.zeros(int(tets.max()) + 1, bool)
-    near[tets[bad].ravel()] = True
-    near[tets[touching(tets, near)].ravel()] = True
-    near[: len(mobile)] &= mobile
-    return np.flatnonzero(near)
 
 
 def repaired(model: Model, grains: np.ndarray, aim: Aim) -> Model:

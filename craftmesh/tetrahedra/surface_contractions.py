@@ -13,11 +13,10 @@ from craftmesh.mesh.shape_measures import (
     LEAST_SHAPE_FACTOR,
     shape_measures,
 )
-from craftmesh.mesh.tet_connectivity import touching
 from craftmesh.tetrahedra.contraction_reach import keeps_surface
 from craftmesh.tetrahedra.contraction_rules import keeps_topology, may_merge
 from craftmesh.tetrahedra.stars import Corners, Stars, classes_of, renamed, stars_of
-from craftmesh.tetrahedra.whole_mesh import Model
+from craftmesh.tetrahedra.whole_mesh import Model, nodes_near
 
 # Tets looked at in a round, the worst ones: each takes 15 ms.
 MOST = 300
@@ -41,7 +40,7 @@ def contracted(model: Model, bad: np.ndarray, least: float) -> tuple[Model, np.n
     """
     tets = model.tets
     worst = _worst_first(model.points, tets, bad)[:MOST]
-    stars = stars_of(model, classes_of(model.surface), _near(tets, worst))
+    stars = stars_of(model, classes_of(model.surface), np.flatnonzero(nodes_near(tets, worst)))
     count, done = Counter({one.grain: len(one.tets) for one in model.grain_tets}), 0
     for t in worst.tolist():
         if t in stars.gone_tets or _score(stars.points, [stars.tets[t]]) >= least:
@@ -59,14 +58,6 @@ def contracted(model: Model, bad: np.ndarray, least: float) -> tuple[Model, np.n
 def _worst_first(points: np.ndarray, tets: np.ndarray, bad: np.ndarray) -> np.ndarray:
     rows = np.flatnonzero(bad)
     return rows[np.argsort(_scores(points[tets[rows]]), kind="stable")]
-
-
-def _near(tets: np.ndarray, bad: np.ndarray) -> np.ndarray:
-    """Return the nodes of bad tets, and of those that share a node with them."""
-    near = np.zeros(int(tets.max()) + 1, bool)
-    near[tets[bad]] = True
-    near[tets[touching(tets, near)]] = True
-    return np.flatnonzero(near)
 
 
 def _dying(stars: Stars, one: Contraction) -> list[int]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from craftmesh.mesh.tet_connectivity import touching
 from craftmesh.sizing.length_field import LocalSizing
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.surface.connectivity import lowest_equal_point
@@ -64,6 +65,14 @@ class Model:
             inner = np.searchsorted(used, count)
             result.append(GrainTets(one.grain, used[:inner], points[used[inner:]], local.reshape(-1, 4)))
         return Model(surface, result)
+
+
+def nodes_near(tets: np.ndarray, bad: np.ndarray) -> np.ndarray:
+    """Return (n,) bool: the nodes of bad tets, by rows or (m,) bool, and of those at these nodes."""
+    near = np.zeros(int(tets.max()) + 1, bool)
+    near[tets[bad]] = True
+    near[tets[touching(tets, near)]] = True
+    return near
 
 
 # What is done to the tets of a grain: of points (n, 3), tets (m, 4), how many points lie on the surface,
