@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.gradation.kernels.codes import DONE, EAR, GRAIN_CONTACT, LINK, ON_CRACK, ON_PLANES
+from craftmesh.gradation.kernels.codes import DONE, EAR, GRAIN_CONTACT, LINK, ON_CRACK
 from craftmesh.gradation.kernels.collapse_rules import (
     EITHER,
     NEITHER,
@@ -27,10 +27,6 @@ from craftmesh.surface.kernels.facet_shape import squared_distance
 # drift decides.
 REACH_OF_EDGE = 0.3
 REACH_OF_TARGET = 0.05
-# Of its target: a shorter edge along a line of a plane of the box is a needle's, which goes in the late
-# cleaning though the worst facet there should keep only this part of its score.
-NEEDLE = 0.3
-KEPT_AT_NEEDLE = 0.7
 
 
 @lean_kernel
@@ -77,18 +73,7 @@ def collapse(state, grid, limits, a, b, halfway):
     if halfway:
         _put_halfway(state, star)
     floor = min(limits.floor, worst_score(state, star) + limits.gain)
-    if limits.merge_points and _is_needle(state, a, b):
-        floor = min(floor, KEPT_AT_NEEDLE * worst_score(state, star))
     return attempt(state, grid, limits, star, floor)
-
-
-@lean_kernel
-def _is_needle(state, a, b):
-    """Tell whether an edge along a line of a plane of the box is far too short."""
-    if state.rank[a] == 0 or state.rank[b] == 0 or not state.flags[a] & state.flags[b] & ON_PLANES:
-        return False
-    most = NEEDLE * 0.5 * (state.size[a] + state.size[b])
-    return squared_distance(state.points, a, b) < most * most
 
 
 @lean_kernel

@@ -16,15 +16,11 @@ from craftmesh.gradation.kernels.cones import book_drift, grain_cones
 from craftmesh.gradation.kernels.facet_grid import insert_facet
 from craftmesh.gradation.kernels.guards import refusal, replace_corner
 from craftmesh.gradation.kernels.projection import put_on_crack_in_box, put_on_front, put_on_planes
-from craftmesh.gradation.kernels.rings import third_corner
 from craftmesh.gradation.kernels.star import Star, list_edge_facets
 from craftmesh.gradation.kernels.witnesses import TOO_MANY, collect, find_new_homes, settle
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.corner_lists import link_corner
-from craftmesh.surface.kernels.facet_shape import angle_score, squared_distance
-
-# Of an edge: no split is nearer to its ends.
-LEAST_SHARE = 0.1
+from craftmesh.surface.kernels.facet_shape import angle_score
 
 
 @lean_kernel
@@ -43,34 +39,11 @@ def _edge_class(state, a, b, parents):
     return (1 if parents != 2 else rank), flags
 
 
-@lean_kernel
-def _foot_of_cap(state, a, b, parents):
-    """Return where on edge (a, b), as a share from `a`, the facet that is flattest over it has its apex.
-
-    It is a half where no foot is between the ends.
-    """
-    points = state.points
-    square = squared_distance(points, a, b)
-    least = np.inf
-    share = 0.5
-    for i in range(parents):
-        u = third_corner(state.facets, state.dying[i], a, b)
-        along = 0.0
-        for k in range(3):
-            along += (points[u, k] - points[a, k]) * (points[b, k] - points[a, k])
-        along /= square
-        height = squared_distance(points, a, u) - along * along * square
-        if height < least and LEAST_SHARE < along < 1.0 - LEAST_SHARE:
-            least = height
-            share = along
-    return share
-
-
 @kernel
-def _split_place(state, a, b, share, flags, place):
-    """Set `place` to that share of the edge, on the crack or its front where it belongs; True if moved."""
+def _split_place(state, a, b, flags, place):
+    """Set `place` to the edge's middle, on the crack or its front where it belongs; True if moved."""
     for k in range(3):
-        place[k] = (1.0 - share) * state.points[a, k] + share * state.points[b, k]
+        place[k] = 0.5 * state.points[a, k] + 0.5 * state.points[b, k]
     middle = place.copy()
     if flags & ON_FRONT:
         put_on_front(state.front, place)
@@ -103,16 +76,6 @@ def _shapes_allow(state, parents, floor, share):
         if angle_score(state.points, p, q, r) < min(floor, share * old):
             return False
     return True
-
-
-@lean_kernel
-def _worst_parent(state, parents):
-    """Return the least score of the facets on the edge."""
-    worst = np.inf
-    for i in range(parents):
-        p, q, r = state.facets[state.dying[i]]
-        worst = min(worst, angle_score(state.points, p, q, r))
-    return worst
 
 
 @kernel
@@ -186,9 +149,6 @@ def _commit_split(state, grid, a, b, parents, moved):
 def split(state, grid, limits, a, b, share):
     """Split edge (a, b) unless a half would be too poor (`share` of its parent's score) or refused.
 
-    Where halves at the middle are too poor it is split under a flat facet's apex, if none gets worse than
-    the worst.
-
     Halves that lie in their parents, as they do unless the vertex goes onto the crack or its front, cannot
     break a guard of normals or intersections.
     """
@@ -197,17 +157,11 @@ def split(state, grid, limits, a, b, share):
     if parents <= 0:
         return LINK if parents < 0 else NO_NEED
     rank, flags = _edge_class(state, a, b, parents)
-    at = 0.5
-    moved = _split_place(state, a, b, at, flags, state.points[m])
+    moved = _split_place(state, a, b, flags, state.points[m])
     _set_halves(state, a, b, m, parents)
     if not _shapes_allow(state, parents, limits.floor, share):
-        if flags & ON_FRONT:
-            return ANGLE
-        at = _foot_of_cap(state, a, b, parents)
-        moved = _split_place(state, a, b, at, flags, state.points[m])
-        if at == 0.5 or not _shapes_allow(state, parents, _worst_parent(state, parents), 1.0):
-            return ANGLE
-    state.size[m] = (1.0 - at) * state.size[a] + at * state.size[b]
+        return ANGLE
+    state.size[m] = 0.5 * state.size[a] + 0.5 * state.size[b]
     if moved:
         halves = Star(m, m, np.int64(-1), 2 * parents, np.int64(0), state.size[m])
         reason = refusal(state, grid, limits, halves, -np.inf)

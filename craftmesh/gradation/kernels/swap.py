@@ -12,12 +12,8 @@ from craftmesh.gradation.kernels.star import Star
 from craftmesh.jit import kernel, lean_kernel
 from craftmesh.surface.kernels.facet_shape import cosine_range, facet_distance2
 
-# A swap must lower the cosine of the least angle by this, so that no two swaps undo each other for ever, or
-# by so much of what it lacks to 1: angles under 2.5 degrees, those of narrow strips, could never gain 1e-3.
-# Facets without an angle gain by more than rounding.
+# A swap must lower the cosine of the least angle by this, so that no two swaps undo each other for ever.
 LEAST_GAIN = 1e-3
-LEAST_PART = 0.3
-ROUNDING = 1e-7
 # Edges that wait for another look while swaps spread from one edge; what finds no place waits for the next
 # pass.
 MOST_WAITING = 256
@@ -57,7 +53,7 @@ def _raises_angle(state, quad):
     points, u, p, v, q = state.points, quad.u, quad.p, quad.v, quad.q
     old = max(cosine_range(points, u, p, q)[0], cosine_range(points, v, q, p)[0])
     new = max(cosine_range(points, u, p, v)[0], cosine_range(points, u, v, q)[0])
-    return new < old - min(LEAST_GAIN, max(LEAST_PART * (1.0 - old), ROUNDING))
+    return new < old - LEAST_GAIN
 
 
 @lean_kernel
