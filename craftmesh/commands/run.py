@@ -6,6 +6,7 @@ after `--snakemake` are for it, as in `craftmesh run mine.yaml --snakemake -R gr
 
 import argparse
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,7 +17,7 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import IO
 
-from craftmesh.campaign.home import refusal, snakefile
+from craftmesh.campaign.home import read_config, refusal, snakefile
 from craftmesh.campaign.standing import Standing, standings
 from craftmesh.commands.compile import compiling_ahead
 from craftmesh.commands.stage_io import add_config
@@ -64,9 +65,18 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _profile(given: str) -> str:
-    """Return a profile's folder: the given one, or that of the installed workflow if only it is there."""
+    """Return a profile's folder: the given one, or that of the installed workflow if only it is there.
+
+    Raises CraftmeshError for one of Slurm where there is no sbatch: Snakemake would wait without end.
+    """
     installed = snakefile().parent / given
-    return given if Path(given).exists() or not installed.is_dir() else str(installed)
+    folder = Path(given) if Path(given).exists() or not installed.is_dir() else installed
+    config = folder / "config.yaml"
+    if config.is_file() and read_config(config).get("executor") == "slurm" and not shutil.which("sbatch"):
+        raise CraftmeshError(
+            f"{config}: submits by sbatch, which is not on the PATH; run on a login node, or without --profile"
+        )
+    return str(folder)
 
 
 def run_snakemake(words: Sequence[str]) -> int:

@@ -33,8 +33,16 @@ def test_words_after_the_flag_are_for_snakemake(given, tmp_path):
     assert given == ["--cores", "all", "--configfile", str(config), "-R", "inp", "--cores", "3"]
 
 
+def test_a_profile_of_slurm_is_refused_where_nothing_submits(given, monkeypatch, capsys):
+    monkeypatch.setenv("PATH", "")
+    assert main(["run", "--profile", "profiles/slurm"]) == 1
+    assert "sbatch, which is not on the PATH" in capsys.readouterr().err and given == []
+
+
 def test_a_profile_takes_the_place_of_cores(given, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    (tmp_path / "sbatch").touch(0o755)
     assert main(["run", "--profile", "profiles/slurm"]) == 0
     assert given[0] == "--profile" and Path(given[1], "config.yaml").is_file()  # that comes along
     (tmp_path / "profiles/slurm").mkdir(parents=True)
