@@ -74,7 +74,7 @@ def _profile(given: str) -> str:
     config = folder / "config.yaml"
     if config.is_file() and read_config(config).get("executor") == "slurm" and not shutil.which("sbatch"):
         raise CraftmeshError(
-            f"{config}: submits by sbatch, which is not on the PATH; run on a login node, or without --profile"
+            f"{config}: needs sbatch, which is not on the PATH; run on a login node or without --profile"
         )
     return str(folder)
 
