@@ -26,8 +26,6 @@ LATE_GOAL = 25.0
 LOOSE_LENGTH = 1.2
 LATE_LENGTH = 1.4
 LATE_TURN = 1.5
-# Times the target, in effect no bound: which edges collapse is chosen by the angles here.
-ANY_LENGTH = 9.0
 
 
 def clean_facets(gradation: Gradation, sizing: Sizing, limits: Limits, rounds: int, goal: float) -> None:
@@ -59,7 +57,7 @@ def loosened(limits: Limits, n: int, rounds: int) -> Limits:
     """Return the limits of round `n`: the later, the longer an edge and the further a normal may go."""
     late = n >= rounds // 2
     return limits._replace(
-        collapse=ANY_LENGTH,
+        collapse=np.inf,  # which edges collapse is chosen by their facets
         longest=limits.longest * (LATE_LENGTH if late else LOOSE_LENGTH),
         gain=LEAST_RISE,
         cosine=np.cos(np.arccos(limits.cosine) * (LATE_TURN if late else 1.0)),
