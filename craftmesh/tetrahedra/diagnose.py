@@ -12,8 +12,6 @@ import numpy as np
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 
-# Pairs of facets that intersect: the search ends after so many.
-MAX_PAIRS = 1000
 # Where TetGen lists the facets it could not use, in its working folder.
 SKIPPED = "tetgen-tmpfile_skipped.face"
 # Seconds for TetGen's own diagnosis.
@@ -79,7 +77,7 @@ def diagnose(surface: GrainSurface, attempts: tuple, where: np.ndarray, ask_tetg
     These are the facets that intersect; failing that those that TetGen's own diagnosis names; failing
     that `where`, rows of the grain's facets that the checks found.
     """
-    rows = np.unique(intersecting_pairs(surface.points, surface.facets, MAX_PAIRS))
+    rows = np.unique(intersecting_pairs(surface.points, surface.facets))
     if not len(rows) and ask_tetgen:
         rows = tetgen_diagnosis(surface)
     if not len(rows):
