@@ -17,6 +17,7 @@ class Start:
 
     surface: object
     sizing: object
+    islands: tuple
 
 
 @dataclass(frozen=True)
@@ -51,19 +52,21 @@ def with_voids(edge: int, grains: int, voids: int, radius: float) -> Start:
     from craftmesh.remeshing.remesh import remesh
     from craftmesh.sizing.sizing import Sizing
     from craftmesh.voxels.generate import GenerateOptions, generate
+    from craftmesh.voxels.islands import find_islands
 
     shape = (edge,) * 3
     voxels = generate(GenerateOptions(shape=shape, grains=grains, seed=1, voids=voids, void_radius=radius))
     surface, _ = remesh(voxels)
     sources = surface.points[np.unique(surface.facets[(surface.sides < 0).any(axis=1)])]
     sizing = Sizing(**(PAPER | {"r0": 4.0, "r1": 12.0}), sources=sources)
-    return Start(surface, sizing)
+    return Start(surface, sizing, find_islands(voxels))
 
 
 def stl_set(path: Path) -> Start:
     """A set of grain surfaces through the stitch door, with a semicircular crack on the face y = 0."""
     from craftmesh.stitching.stitch import stitch_grains
     from craftmesh.types import Voxels
+    from craftmesh.voxels.islands import find_islands
 
     data = np.load(path)
     triangles, sides = data["triangles"], data["sides"]
@@ -74,7 +77,7 @@ def stl_set(path: Path) -> Start:
     surface, _ = stitch_grains(grains)
     voxels = Voxels(data["labels"], np.ones(3), np.zeros(3))
     edge = data["labels"].shape[0]
-    return with_crack(surface, _thumbnail(edge), voxels.box, PAPER)
+    return with_crack(surface, _thumbnail(edge), voxels.box, PAPER, find_islands(voxels))
 
 
 def example(name: str, path: Path) -> Start:
@@ -96,12 +99,13 @@ def _thumbnail(edge: int) -> dict:
 
 def _cracked(voxels, crack: dict, sizes: dict) -> Start:
     from craftmesh.remeshing.remesh import remesh
+    from craftmesh.voxels.islands import find_islands
 
     surface, _ = remesh(voxels)
-    return with_crack(surface, crack, voxels.box, sizes)
+    return with_crack(surface, crack, voxels.box, sizes, find_islands(voxels))
 
 
-def with_crack(surface, crack: dict, box, sizes: dict) -> Start:
+def with_crack(surface, crack: dict, box, sizes: dict, islands: tuple) -> Start:
     from craftmesh.cracks.options import CrackOptions
     from craftmesh.cracks.series import prescribed_crack
     from craftmesh.insertion.insert import insert_crack
@@ -110,7 +114,7 @@ def with_crack(surface, crack: dict, box, sizes: dict) -> Start:
     made = prescribed_crack(CrackOptions(**crack), 0, box)
     front = np.concatenate([densify(made.points[ids], sizes["l_min"] / 2) for ids in made.fronts])
     sizing = Sizing(**sizes, sources=front)
-    return Start(insert_crack(surface, made, sizing)[0], sizing)
+    return Start(insert_crack(surface, made, sizing)[0], sizing, islands)
 
 
 TINY = Case(generated, (20, 6))

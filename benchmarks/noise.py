@@ -124,11 +124,12 @@ def meshed(voxels, sizes: dict, crack: dict) -> tuple:
     from craftmesh.tetrahedra.flat_places import given_way
     from craftmesh.tetrahedra.options import TetrahedralizeOptions
     from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
+    from craftmesh.voxels.islands import find_islands
 
     surface, _ = remesh(voxels)
-    start = with_crack(surface, crack, voxels.box, sizes | {"exponent": 1.0})
+    start = with_crack(surface, crack, voxels.box, sizes | {"exponent": 1.0}, find_islands(voxels))
     surface, _ = gradate(start.surface, start.sizing, volumes=voxel_volumes(voxels))
-    grains, _ = tetrahedralize(surface, start.sizing, TetrahedralizeOptions())
+    grains, _ = tetrahedralize(surface, start.sizing, start.islands, TetrahedralizeOptions())
     opened = given_way(surface, grains)
     return opened.surface, start.sizing, assemble(opened.surface, opened.grain_tets)[0]
 

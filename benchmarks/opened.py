@@ -12,6 +12,7 @@ def opened_mesh(voxels, crack, sizes):
     from craftmesh.tetrahedra.options import TetrahedralizeOptions
     from craftmesh.tetrahedra.record import record_of
     from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
+    from craftmesh.voxels.islands import find_islands
 
     surface, _ = remesh(voxels)
     defects = Defects(crack)
@@ -20,6 +21,6 @@ def opened_mesh(voxels, crack, sizes):
     gradated, _ = gradate(inserted, sizing, crack=crack)
     found = mended(gradated)
     options = TetrahedralizeOptions()
-    tets, report = tetrahedralize(found.surface, sizing, options)
+    tets, report = tetrahedralize(found.surface, sizing, find_islands(voxels), options)
     record = record_of(options.mesher, report, [], found.report)
     return complete_mesh(found.surface, tets, record, lambda: sizing, options)[0]

@@ -41,12 +41,12 @@ COLUMNS = {
 
 
 def prepare(case: Case, path: str) -> int:
-    """Write the case's gradated surface and sizing; return its number of facets."""
+    """Write the case's gradated surface, sizing and islands; return its number of facets."""
     from craftmesh.gradation.gradate import gradate
 
     start = case.start()
     surface, _ = gradate(start.surface, start.sizing)
-    save(path, (surface, start.sizing))
+    save(path, (surface, start.sizing, start.islands))
     return len(surface.facets)
 
 
@@ -93,37 +93,37 @@ def merged(surface, grain_tets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.concatenate(points), np.concatenate(tets), np.concatenate(grain)
 
 
-def meshed(surface, sizing, changes: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def meshed(surface, sizing, islands, changes: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the tetrahedra of all grains, made by one worker process with the options `changes`."""
     from craftmesh.tetrahedra.options import TetrahedralizeOptions
     from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 
-    grain_tets, _ = tetrahedralize(surface, sizing, TetrahedralizeOptions(**changes))
+    grain_tets, _ = tetrahedralize(surface, sizing, islands, TetrahedralizeOptions(**changes))
     return merged(surface, grain_tets)
 
 
 def run_grains(path: str, changes: dict) -> dict:
     """Mesh a prepared case grain by grain."""
-    surface, sizing = load(path)
-    mesh, cost = timed(meshed, surface, sizing, changes)
+    surface, sizing, islands = load(path)
+    mesh, cost = timed(meshed, surface, sizing, islands, changes)
     return cost | figures_of(*mesh, surface, sizing)
 
 
 def run_whole(path: str, changes: dict) -> dict:
     """Mesh a prepared case grain by grain, then as a whole: its surface gives way and is smoothed."""
-    surface, sizing = load(path)
-    mesh, cost = timed(whole, surface, sizing, changes)
+    surface, sizing, islands = load(path)
+    mesh, cost = timed(whole, surface, sizing, islands, changes)
     return cost | figures_of(*mesh, sizing)
 
 
-def whole(surface, sizing, changes: dict):
+def whole(surface, sizing, islands, changes: dict):
     """Return (points, tets, grain, surface) as decks have them, the crack closed."""
     from craftmesh.tetrahedra.flat_places import given_way
     from craftmesh.tetrahedra.options import TetrahedralizeOptions
     from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
     from craftmesh.tetrahedra.whole_optimisation import optimised_whole
 
-    grain_tets, _ = tetrahedralize(surface, sizing, TetrahedralizeOptions(**changes))
+    grain_tets, _ = tetrahedralize(surface, sizing, islands, TetrahedralizeOptions(**changes))
     opened = given_way(surface, grain_tets)
     found = optimised_whole(opened.surface, opened.grain_tets)
     return *merged(found.surface, found.grain_tets), found.surface
@@ -137,16 +137,16 @@ def run_size_map(path: str, changes: dict) -> dict:
 
 def run_mmg3d(path: str, changes: dict) -> dict:
     """Improve plain TetGen's mesh of a prepared case with mmg3d; the cost is that of both."""
-    surface, sizing = load(path)
-    mesh, cost = timed(improved_by_mmg3d, surface, sizing, changes)
+    surface, sizing, islands = load(path)
+    mesh, cost = timed(improved_by_mmg3d, surface, sizing, islands, changes)
     return cost | figures_of(*mesh)
 
 
-def improved_by_mmg3d(surface, sizing, changes: dict):
+def improved_by_mmg3d(surface, sizing, islands, changes: dict):
     """Return (points, tets, grain, surface, sizing) with the surface's facets kept by mmg3d."""
     import mmgpy
 
-    points, tets, grain = meshed(surface, sizing, changes)
+    points, tets, grain = meshed(surface, sizing, islands, changes)
     mesh = mmgpy.MmgMesh3D()
     mesh.set_mesh_size(vertices=len(points), tetrahedra=len(tets), triangles=len(surface.facets))
     mesh.set_vertices(points)

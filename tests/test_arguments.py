@@ -148,7 +148,7 @@ UNLIKE = {
         lambda: gradate(Body(), None),
         lambda: insert_crack(Body(), None),
         lambda: sizing_for(Body(), None, POINTS),
-        lambda: tetrahedralize(Body(), None, TetrahedralizeOptions()),
+        lambda: tetrahedralize(Body(), None, None, TetrahedralizeOptions()),
         lambda: assemble(Body(), []),
     ],
     "voxels is a Body; expected Voxels": [lambda: remesh(Body())],
@@ -156,6 +156,9 @@ UNLIKE = {
     r"grains\[1\] is a Body; expected tuple": [lambda: stitch_grains([(1, POINTS, HULL), Body()])],
     r"grains\[0\] has 2 items; expected 3": [lambda: stitch_grains([(1, POINTS)])],
     r"grain_tets\[0\] is a Body; expected GrainTets": [lambda: assemble(TETRAHEDRON, [Body()])],
+    r"islands\[0\] is a str; expected Island": [
+        lambda: tetrahedralize(TETRAHEDRON, None, "x", TetrahedralizeOptions())
+    ],
     "grains holds 1.5; expected whole": [lambda: grain_surfaces(TETRAHEDRON, [1.5])],
     r"others\[0\] is a Body; expected Lengths": [lambda: Sizing(1, 2, 3, 4, 5, 1, POINTS, None, (Body(),))],
     "volumes is a list; expected Mapping or None": [lambda: gradate(TETRAHEDRON, SIZING, volumes=[1.0])],

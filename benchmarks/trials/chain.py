@@ -24,6 +24,7 @@ from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 from craftmesh.types import Crack, Surface, TetMesh
+from craftmesh.voxels.islands import find_islands
 from trials.drawing import Drawn
 
 
@@ -71,7 +72,7 @@ def _run(case: Drawn, folder: Path, made: Made, crack: Crack | None) -> None:
     write_surface(folder / "gradated.vtp", made.gradated)
     (folder / "gradate.json").write_text(json.dumps(report, default=_plain))
     made.stage = "tetrahedralize"
-    mesh, report = _meshed(made, crack)
+    mesh, report = _meshed(case, made, crack)
     made.mesh = mesh
     write_tets(folder / "volume.vtu", mesh)
     (folder / "meshing.json").write_text(json.dumps(report, default=_plain))
@@ -94,14 +95,15 @@ def _crack(case: Drawn, surface: Surface) -> Crack:
     return meshable([crack], case.voxels.box, float(case.sizes.l_min or 0), of_facets)
 
 
-def _meshed(made: Made, crack: Crack):
+def _meshed(case: Drawn, made: Made, crack: Crack):
     """Return the assembled mesh and the report, with the whole model meshed anew where a grain fails."""
     options = TetrahedralizeOptions()
     found = mended(made.gradated)
     made.warnings += (found.warning,) if found.warning else ()
     surface, left = found.surface, []
+    islands = find_islands(case.voxels)
     try:
-        grain_tets, report = tetrahedralize(surface, made.sizing, options)
+        grain_tets, report = tetrahedralize(surface, made.sizing, islands, options)
     except MeshingError as error:
         made.warnings += (f"meshing: {error}",)
         grain_tets, report = list(error.done), error.report
@@ -120,9 +122,11 @@ def write_inputs(case: Drawn, folder: Path) -> list[str]:
 
     from craftmesh.io.front_csv import write_front
     from craftmesh.io.npz import write_labels
+    from craftmesh.voxels.islands import islands_as_json
 
     folder.mkdir(parents=True, exist_ok=True)
     write_labels(folder / "labels.npz", case.voxels)
+    (folder / "islands.json").write_text(json.dumps(islands_as_json(find_islands(case.voxels))))
     if case.prescribed:
         crack = _flags_of(case.prescribed)
     else:
@@ -146,7 +150,7 @@ def write_inputs(case: Drawn, folder: Path) -> list[str]:
         f"craftmesh crack labels.npz {crack} {lengths} -o crack.vtp",
         f"craftmesh stitch remeshed.vtp --crack crack.vtp {sizes} -o surface.vtp",
         f"craftmesh gradate surface.vtp {front} -o gradated.vtp",
-        f"craftmesh tetrahedralize gradated.vtp {front} -o volume.vtu",
+        f"craftmesh tetrahedralize gradated.vtp --islands islands.json {front} -o volume.vtu",
         f"craftmesh inp volume.vtu --microstructure labels.npz {deck} -o model.inp",
         "craftmesh check volume.vtu --labels labels.npz",
     ]

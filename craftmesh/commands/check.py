@@ -85,6 +85,13 @@ def check_arrays(file: Path, arguments: argparse.Namespace) -> list[str]:
     return []
 
 
+def check_islands(file: Path, _: argparse.Namespace) -> list[str]:
+    from craftmesh.voxels.islands import islands_from_json
+
+    islands_from_json(read_json(file), str(file))
+    return []
+
+
 def check_front(file: Path, _: argparse.Namespace) -> list[str]:
     from craftmesh.io.front_csv import read_front
 
@@ -106,5 +113,6 @@ CHECKS = {
     ".e": check_mesh,
     ".exo": check_mesh,
     ".inp": check_input_deck,
+    ".json": check_islands,
     ".csv": check_front,
 }

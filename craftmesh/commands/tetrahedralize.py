@@ -14,8 +14,9 @@ from craftmesh.commands.mesh_flags import (
     given_sizing,
     write_mesh,
 )
-from craftmesh.commands.stage_io import add_output, tell, warn
+from craftmesh.commands.stage_io import add_file, add_output, tell, warn
 from craftmesh.errors import CraftmeshError, MeshingError
+from craftmesh.io.json_file import read_json
 from craftmesh.io.stage_npz import write_grain_tets
 from craftmesh.io.vtk import read_surface, write_facets, write_surface
 from craftmesh.progress import ProgressLine
@@ -26,11 +27,13 @@ from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
 from craftmesh.tetrahedra.tetrahedralize import grains_of_chunk, tetrahedralize
 from craftmesh.types import GrainTets, Surface
+from craftmesh.voxels.islands import islands_from_json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("surface", type=Path, help="gradated surface .vtp")
     add_output(parser, "mesh .vtu with the crack opened; with --chunk the chunk's grains .npz")
+    add_file(parser, "--islands", "voids and embedded grains .json")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="worker processes (default 1)")
     parser.add_argument(
         "--chunk", type=chunk, metavar="K/N", help="only the K-th of N parts of the grains, K = 1..N"
@@ -95,11 +98,14 @@ def mesh_grains(
 
     Raises CraftmeshError when grains fail, `fallback` is none and there is no chunk to keep the others in.
     """
+    file = arguments.islands
+    islands = islands_from_json(read_json(file), str(file)) if file else ()
     try:
         with ProgressLine("tetrahedralize") as progress:
             return *tetrahedralize(
                 surface,
                 sizing,
+                islands,
                 options,
                 grains=grains,
                 workers=arguments.workers,

@@ -9,7 +9,13 @@ import numpy as np
 from craftmesh.sizing.length_field import LocalSizing
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.surface.connectivity import compact
-from craftmesh.tetrahedra.grain_region import Regions, check_filled, find_regions, hole_seeds
+from craftmesh.tetrahedra.grain_region import (
+    Regions,
+    check_filled,
+    find_regions,
+    hole_seeds,
+    replace_by_given,
+)
 from craftmesh.tetrahedra.grain_surface import GrainSurface
 from craftmesh.tetrahedra.interior_points import interior_points
 from craftmesh.tetrahedra.ladder import MeshingTask
@@ -36,13 +42,15 @@ class Setting:
 class Scaffold:
     """A first mesh without added points, which tells inside from outside.
 
-    nodes (n, 3), tets (t, 4); holes (h, 3): a point in each of the regions to leave empty.
+    nodes (n, 3), tets (t, 4); holes (h, 3): seeds of the regions to leave empty; seeds_off: how many of the
+    seeds that were given lie in none of them.
     """
 
     nodes: np.ndarray
     tets: np.ndarray
     regions: Regions
     holes: np.ndarray
+    seeds_off: int
 
 
 class Stopwatch:
@@ -74,6 +82,7 @@ def mesh_grain(setting: Setting, task: MeshingTask) -> tuple[GrainTets, dict]:
     report: dict[str, Any] = {
         "tets_meshed": len(tets),
         "holes": len(first.holes),
+        "island_seeds_off": first.seeds_off,
         "interior_points": len(points),
     }
     if options.optimise:
@@ -86,10 +95,12 @@ def mesh_grain(setting: Setting, task: MeshingTask) -> tuple[GrainTets, dict]:
 
 
 def scaffold(task: MeshingTask, mesher: str) -> Scaffold:
-    """Return the first mesh of a grain, with points in what to leave empty."""
+    """Return the first mesh of a grain, with the seeds of what to leave empty."""
     nodes, tets = _mesh(task.surface, mesher, NO_POINTS, NO_POINTS, task.attempt.scaffold)
     regions = find_regions(task.surface, tets)
-    return Scaffold(nodes, tets, regions, hole_seeds(nodes, tets, regions))
+    seeds = hole_seeds(nodes, tets, regions)
+    holes, seeds_off = replace_by_given(seeds, task.seeds, nodes, tets, regions)
+    return Scaffold(nodes, tets, regions, holes, seeds_off)
 
 
 def filled(

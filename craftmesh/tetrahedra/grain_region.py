@@ -1,4 +1,4 @@
-"""Which tetrahedra lie in a grain: flood fill from the grain's facets, points of what lies within it."""
+"""Which tetrahedra lie in a grain: flood fill from the grain's facets, seeds of what lies within it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,6 +9,9 @@ from craftmesh.mesh.tet_connectivity import group_triples, half_faces, tet_volum
 from craftmesh.surface.connectivity import joined, same_turn
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.tetrahedra.grain_surface import GrainSurface
+
+# Seeds that are given move by this part of the grain's box: off faces, edges and diagonals of a grid.
+OFF_FACES = np.array([1.0, 0.7, 0.4]) * 1e-7
 
 
 class WrongMesh(Exception):
@@ -105,3 +108,31 @@ def hole_seeds(points: np.ndarray, tets: np.ndarray, regions: Regions) -> np.nda
     order = np.lexsort((-radius, regions.region[outside]))
     _, first = np.unique(regions.region[outside][order], return_index=True)
     return corners[order[first]].mean(1)
+
+
+def replace_by_given(
+    seeds: np.ndarray, given: np.ndarray, points: np.ndarray, tets: np.ndarray, regions: Regions
+) -> tuple[np.ndarray, int]:
+    """Return `seeds` with the `given` (k, 3) in place where they lie inside, and how many do not.
+
+    `seeds` are those of `hole_seeds`, in the same order of regions.
+    """
+    outside = np.flatnonzero(~regions.kept)
+    holes = np.unique(regions.region[outside])
+    result, off = seeds.copy(), 0
+    # a seed may lie on a face between two tets, as centres of voxels do: off it, it lies in one
+    for seed in given + OFF_FACES * np.ptp(points, axis=0):
+        inside = outside[_holds(points[tets[outside]], seed)]
+        if len(inside):
+            result[np.searchsorted(holes, regions.region[inside[0]])] = seed
+        else:
+            off += 1
+    return result, off
+
+
+def _holds(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Whether the tets with `corners` (t, 4, 3) hold the point strictly inside."""
+    a, b, c, d = (corners[:, i] - point for i in range(4))
+    faces = ((a, b, c), (a, c, d), (a, d, b), (b, d, c))
+    turn = np.stack([np.einsum("ij,ij->i", np.cross(p, q), r) for p, q, r in faces], axis=1)
+    return np.all(turn > 0, axis=1) | np.all(turn < 0, axis=1)

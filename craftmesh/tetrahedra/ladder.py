@@ -1,7 +1,10 @@
 """The ladder of attempts that every grain climbs down until one of them gives its tetrahedra."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
 
 from craftmesh.processes.job import Failure
 from craftmesh.tetrahedra.diagnose import GrainFailure, diagnose
@@ -34,9 +37,10 @@ class Attempt:
 
 @dataclass(frozen=True)
 class MeshingTask:
-    """A grain to mesh, the attempt and those that failed before."""
+    """A grain to mesh, seeds (k, 3) of islands within it, the attempt and those that failed before."""
 
     surface: GrainSurface
+    seeds: np.ndarray
     attempt: Attempt
     rung: int = 0
     failed: tuple = field(default=())
@@ -60,6 +64,7 @@ SUMMED = (
     "tets_meshed",
     "interior_points",
     "holes",
+    "island_seeds_off",
     "scaffold_seconds",
     "points_seconds",
     "mesh_seconds",
@@ -86,9 +91,20 @@ class Ladder:
         self.failures: list[GrainFailure] = []
         self.spent = 0
 
-    def tasks(self) -> list[tuple[float, MeshingTask]]:
-        """Return each grain's cost, its number of facets, and its task of the first rung."""
-        return [(len(one.facets), MeshingTask(one, self.attempts[0])) for one in self.surfaces]
+    def tasks(self, islands: Iterable[Any]) -> list[tuple[float, MeshingTask]]:
+        """Return each grain's cost and its task of the first rung; islands have a `host` and `seeds`."""
+        seeds: dict[int, list] = {}
+        for island in islands:
+            seeds.setdefault(island.host, []).extend(island.seeds)
+        return [
+            (
+                float(len(one.facets)),
+                MeshingTask(
+                    one, np.array(seeds.get(one.grain, ()), float).reshape(-1, 3), self.attempts[0]
+                ),
+            )
+            for one in self.surfaces
+        ]
 
     def on_done(self, task: MeshingTask, value: tuple[GrainTets, dict], seconds: float) -> None:
         """Take a grain's tets and figures."""

@@ -1,6 +1,6 @@
 """Fill each grain with tetrahedra by its own call of a mesher, in worker processes that may fail."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,12 +17,14 @@ from craftmesh.tetrahedra.ladder import Attempt, Ladder, MeshingTask, attempts
 from craftmesh.tetrahedra.meshers import BUILT_IN, load_mesher
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.types import GrainTets, Surface
+from craftmesh.voxels.islands import Island
 
 
 @typed
 def tetrahedralize(
     surface: Surface,
     sizing: Lengths | None = None,
+    islands: Sequence[Island] | None = None,
     options: TetrahedralizeOptions | None = None,
     grains: Iterable[int] | None = None,
     workers: int = 1,
@@ -32,8 +34,9 @@ def tetrahedralize(
 
     The surface is kept: all facets, crack facets inside grains included, are faces of tetrahedra, and
     its nodes keep every bit. sizing: `at(points)` gives target edge lengths (Eq. 3), None takes the
-    surface's own. Voids and grains within a grain are left empty. The result does not depend on
-    `workers`. Raises MeshingError, which carries what was done, when a grain fails in every attempt.
+    surface's own; islands: seeds of what lies within grains (`Island`), checked and found anew where
+    they are off. The result does not depend on `workers`. Raises MeshingError, which carries what was
+    done, when a grain fails in every attempt.
     """
     options = options or TetrahedralizeOptions()
     load_mesher(options.mesher)
@@ -41,7 +44,7 @@ def tetrahedralize(
     ladder = Ladder(tried, grain_surfaces(surface, grains), options.mesher in BUILT_IN, progress)
     limits = Limits(options.time_limit, options.memory_limit)
     job = Job(mesh_grain, Setting(options, sizing), limits, compile_kernels, "the sizing or options")
-    run_tasks(job, ladder.tasks(), ladder, workers)
+    run_tasks(job, ladder.tasks(islands or ()), ladder, workers)
     result, report, failures = ladder.grain_tets(), ladder.report(), ladder.failed()
     if failures:
         more = f" ({len(failures)} grains in all)" if len(failures) > 1 else ""
@@ -57,7 +60,7 @@ def compile_kernels(setting: Setting) -> None:
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     facets = np.array([[q[i] for i in half] for q in quads for half in ((0, 1, 2), (0, 2, 3))], np.int64)
     cube = GrainSurface(1, np.arange(8), corners, facets, np.zeros(12, bool), np.arange(12))
-    mesh_grain(Setting(options, None), MeshingTask(cube, Attempt("pYq1.4AQ", True)))
+    mesh_grain(Setting(options, None), MeshingTask(cube, np.zeros((0, 3)), Attempt("pYq1.4AQ", True)))
 
 
 def grains_of_chunk(surface: Surface, part: int, parts: int) -> list[int]:

@@ -1,7 +1,8 @@
 """Voids and embedded grains: what is wholly enclosed by one grain, found from the voxels.
 
-Source: the gradation paper, section 2.6. Enclosure is found by topology, so clusters of touching grains and
-islands within islands are found too. The meshers find the same places by the facets round them.
+The mesher fills a grain's surface with tetrahedra, also where another grain or a void lies inside, unless
+it is told a point of each such place. Source: the gradation paper, section 2.6. Enclosure is
+found by topology, so clusters of touching grains and islands within islands are found too.
 """
 
 from collections.abc import Iterator
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
+from craftmesh.errors import CraftmeshError
 from craftmesh.types import GRAIN, VOID, Voxels
 from craftmesh.voxels.voxel_graph import Pieces, find_pieces, shared_faces
 
@@ -32,6 +34,11 @@ class Island:
     def kind(self) -> str:
         """VOID where every member is one, else GRAIN."""
         return VOID if max(self.members) < 0 else GRAIN
+
+    @property
+    def seed(self) -> np.ndarray:
+        """(3,) a point inside the island: the seed of its largest member, the first of equals."""
+        return self.seeds[int(np.argmax(self.voxels))]
 
 
 def find_islands(voxels: Voxels) -> tuple[Island, ...]:
@@ -76,6 +83,27 @@ def islands_as_json(islands: tuple[Island, ...]) -> dict:
             for island in islands
         ]
     }
+
+
+def islands_from_json(content: dict, place: str) -> tuple[Island, ...]:
+    """Return the islands that `islands_as_json` wrote; raises CraftmeshError that names what is wrong.
+
+    place: the file, for that message.
+    """
+    found = []
+    try:
+        for entry in content["islands"]:
+            members = entry["members"]
+            seeds = np.array([member["seed"] for member in members], float)
+            if seeds.shape != (len(members), 3) or not members or not np.isfinite(seeds).all():
+                raise ValueError(f"of host {entry['host']} without a seed x, y, z for each member")
+            seeds.flags.writeable = False
+            labels, voxels = (tuple(int(one[key]) for one in members) for key in ("label", "voxels"))
+            found.append(Island(int(entry["host"]), labels, seeds, voxels))
+        return tuple(found)
+    except (KeyError, TypeError, ValueError) as error:
+        fault = f"no entry {error}" if isinstance(error, KeyError) else str(error)
+        raise CraftmeshError(f"{place}: {fault}; expected the islands .json of craftmesh import") from None
 
 
 def _enclosures(pieces: Pieces) -> Iterator[tuple[int, list[int]]]:

@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from craftmesh.errors import CraftmeshError
 from craftmesh.types import Voxels
 from craftmesh.voxels.clean import clean, number_voids
-from craftmesh.voxels.islands import find_islands, islands_as_json
+from craftmesh.voxels.islands import find_islands, islands_as_json, islands_from_json
 from craftmesh.voxels.reading import read_voxels
 from craftmesh.voxels.voxel_graph import find_pieces, shared_faces
 
@@ -70,6 +71,8 @@ def test_cluster_of_touching_grains_is_one_island_with_a_seed_each():
     (island,) = find_islands(voxels(labels))
     assert (island.host, sorted(island.members), island.kind) == (1, [-1, 5, 6], "grain")
     assert len(island.seeds) == 3
+    largest = int(np.argmax(island.voxels))
+    assert label_at(voxels(labels), island.seed) == island.members[largest]
 
 
 def test_islands_within_islands_belong_to_their_innermost_host():
@@ -149,14 +152,21 @@ def enclosed_by_removal(labels):
     return sorted(result)
 
 
-def test_json_has_what_was_found():
+def test_json_comes_back():
     labels = box()
     labels[8:10, 4:6, 4:6] = -1
-    written = json.loads(json.dumps(islands_as_json(find_islands(voxels(labels, (0.1, 0.2, 0.3))))))
-    (member,) = written["islands"][0].pop("members")
-    assert written == {"islands": [{"host": 1, "kind": "void"}]}
-    np.testing.assert_allclose(member.pop("seed"), [0.9, 1.0, 1.5])
-    assert member == {"label": -1, "voxels": 8}
+    labels[2:4, 4:7, 4:6] = 9
+    written = islands_as_json(find_islands(voxels(labels, (0.1, 0.2, 0.3))))
+    assert islands_as_json(islands_from_json(json.loads(json.dumps(written)), "i.json")) == written
+
+
+@pytest.mark.parametrize(
+    "content",
+    [{}, {"islands": [{"host": 1}]}, {"islands": [{"host": 1, "members": []}]}, {"islands": 3}],
+)
+def test_other_json_is_refused(content):
+    with pytest.raises(CraftmeshError, match="^i.json: .*craftmesh import"):
+        islands_from_json(content, "i.json")
 
 
 def test_copper_has_fourteen_embedded_grains(shared_data):

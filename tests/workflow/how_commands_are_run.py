@@ -19,7 +19,7 @@ IN_THE_GUIDE = {
     "craftmesh check model.inp": "",
     "craftmesh view FILE -o picture.png": "craftmesh view gradated.vtp -o picture.png",
     "craftmesh assemble gradated.vtp part-*.npz --sizing sizing.npz -o volume.vtu --front-csv front.csv": (
-        "for k in 1 2; do craftmesh tetrahedralize gradated.vtp --sizing sizing.npz"
+        "for k in 1 2; do craftmesh tetrahedralize gradated.vtp --islands islands.json --sizing sizing.npz"
         " --chunk $k/2 -o part-$k.npz || exit 1; done;"
         " craftmesh assemble gradated.vtp part-*.npz --sizing sizing.npz -o whole.vtu --front-csv whole.csv"
         " && cmp volume.vtu whole.vtu && cmp front.csv whole.csv"

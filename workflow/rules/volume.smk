@@ -1,6 +1,7 @@
 rule tetrahedralize:
     input:
         surface=f"{INC}/gradated.vtp",
+        islands=f"{CASE}/islands.json",
         sizing=f"{INC}/sizing.npz",
     output:
         f"{INC}/tets/{{part}}-of-{{parts}}.npz",
@@ -18,7 +19,7 @@ rule tetrahedralize:
         options=lambda wildcards: CAMPAIGN.flags("tetrahedralize", wildcards.case),
         code=CAMPAIGN.code("tetrahedralize"),
     shell:
-        "craftmesh tetrahedralize {input.surface:q} --sizing {input.sizing:q}"
+        "craftmesh tetrahedralize {input.surface:q} --islands {input.islands:q} --sizing {input.sizing:q}"
         " {params.options} --chunk {wildcards.part:q}/{wildcards.parts:q} --workers {threads:q}"
         " -o {output:q} > {log:q} 2>&1"
 
