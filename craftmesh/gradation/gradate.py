@@ -18,6 +18,7 @@ from craftmesh.gradation.passes import (
     collapse_short,
     even_lines,
     filled_grid,
+    halve_longest,
     relax_all,
     split_long,
     swap_all,
@@ -160,6 +161,10 @@ def _gradated(
     progress: Callable[[float, str], None],
 ) -> Gradation:
     """Return the gradation after its rounds and its cleaning, without the volumes brought back."""
+    gradation.set_sizes(sizing)
+    while options.passes and halve_longest(gradation, limits):
+        swap_all(gradation, limits)
+        gradation.set_sizes(sizing)
     for n in range(options.passes):
         share = ROUNDS_AT + (CLEANING_AT - ROUNDS_AT) * n / options.passes
         progress(share, f"gradate, round {n + 1} of {options.passes}")

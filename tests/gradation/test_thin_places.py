@@ -12,8 +12,8 @@ from unchanged import OPEN
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
-from craftmesh.gradation.gradate import CRACK_FACETS, SOUND_ANGLE, gradate
-from craftmesh.gradation.passes import Gradation, filled_grid, split_all
+from craftmesh.gradation.gradate import CRACK_FACETS, SOUND_ANGLE, GradateOptions, gradate
+from craftmesh.gradation.passes import FAR, Gradation, filled_grid, split_all
 from craftmesh.gradation.state import make_state
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.remeshing.remesh import remesh
@@ -21,9 +21,11 @@ from craftmesh.sizing.clearance import PER_WIDTH, SHORTEST_BESIDE_LINES
 from craftmesh.sizing.sizing import Sizing, SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.facet_shape import angle_score, score_of_angle
-from craftmesh.types import CRACK
+from craftmesh.surface.measure import edge_lengths
+from craftmesh.types import CRACK, Surface
 
 LIMITS = OPEN._replace(split=1.4, floor=score_of_angle(SOUND_ANGLE))
 
@@ -48,6 +50,22 @@ def test_an_edge_under_high_apexes_is_split_in_the_middle():
 
 def test_an_edge_under_a_flat_apex_whose_half_would_be_flatter_stays():
     assert not len(parted((0.7, 0.05, 0), (2, -2, 0))[0])
+
+
+@pytest.mark.parametrize("height", [6.0, 20.0])
+def test_strips_of_a_drawn_cylinder_get_edges_of_the_target(height):
+    turns = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    ring = np.column_stack([4 * np.cos(turns), 4 * np.sin(turns)])
+    points = [[*at, z] for z in (0.0, height) for at in ring] + [[0, 0, 0], [0, 0, height]]
+    facets = []
+    for i in range(40):
+        j = (i + 1) % 40
+        facets += [[i, j, 40 + i], [j, 40 + j, 40 + i], [j, i, 80], [40 + i, 40 + j, 81]]
+    surface = Surface.of_facets(np.array(points), np.array(facets), (1, 0))
+    gradated, _ = gradate(surface, Sizing(1.0, 1.0, 1.0, 2.0, 4.0, 1.0, np.zeros((0, 3))))
+    assert not check_surface(gradated)
+    lengths = edge_lengths(gradated.points, unique_edges(gradated.facets)[0])
+    assert lengths.max() < FAR * GradateOptions().split_ratio and 0.9 < np.median(lengths) < 1.4
 
 
 @settings(deadline=None, max_examples=60)
