@@ -40,7 +40,7 @@ def jobs_of(folder: Path) -> list[Job]:
             seconds = float(next(csv.DictReader(stream, delimiter="\t"))["s"])
         end = path.stat().st_mtime
         file = "tets" if path.parent.name == "tets" else path.stem
-        made.append(Job(STAGES.get(file, file), end - seconds, end))
+        made.append(Job(STAGES[file].verb if file in STAGES else file, end - seconds, end))
     return made
 
 

@@ -56,6 +56,6 @@ def test_coarse_models_are_sound(example, factor, grains, monkeypatch):
     found = quality(mesh)
     volume = np.count_nonzero(voxels.labels > 0) * voxels.spacing.prod()
     assert found["volume"] == pytest.approx(volume, rel=2e-3)
-    # measured, without the smoothing that commands add: at least 99.69, at most 0.0034
-    assert found["ar_under_5_pct"] > 99.6 and found["poor_pct"] < 0.01
+    # measured, without the smoothing that commands add: at least 99.8, and one poor element each
+    assert found["ar_under_5_pct"] > 99.6 and found["poor_pct"] * len(mesh.tets) < 101
     assert (found["crack_area"] > 0) == (crack is not None)

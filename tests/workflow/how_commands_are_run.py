@@ -48,11 +48,11 @@ IN_YOUR_OWN_DATA = {
     ),
     "craftmesh status results": "",
     "craftmesh clean results --dry-run": "",
-    "craftmesh clean results": "",
-    "craftmesh report results -o results/report.html": "",
     "craftmesh gradate results/notch/001/surface.vtp --sizing results/notch/001/sizing.npz -o try.vtp": (
         "craftmesh gradate results/scan/000/surface.vtp --sizing results/scan/000/sizing.npz -o try.vtp"
     ),
+    "craftmesh clean results": "",
+    "craftmesh report results -o results/report.html": "",
     "snakemake -s $(craftmesh snakefile) --cores all --configfile mine.yaml": f"{RUN} {SCAN}",
     "snakemake --cores all results/{case}/{inc}/solution.npz --configfile mine.yaml": (
         f"{RUN} results/scan/000/solution.npz {SCAN}"
