@@ -16,6 +16,7 @@ rule fracture:
         f"{LOG}/{{inc}}/fracture.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/fracture.tsv"
+    priority: 1  # the next increment waits for it
     group:
         "field_{case}_{inc}"
     conda:

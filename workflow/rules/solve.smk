@@ -10,6 +10,7 @@ rule solve:
         f"{LOG}/{{inc}}/solution.log",
     benchmark:
         f"{BENCHMARK}/{{inc}}/solution.tsv"
+    priority: 1  # the next increment waits for it
     group:
         "field_{case}_{inc}"
     conda:
