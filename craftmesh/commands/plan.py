@@ -217,7 +217,7 @@ def wall_seconds(efforts: list[tuple[Job, Effort]], campaign: Campaign, cores: i
 
 def notes(campaign: Campaign) -> Iterator[str]:
     """Yield what the figures leave out."""
-    yield "times are without the compilation of kernels, some four minutes once per machine"
+    yield "times are without the compilation of kernels, some two and a half minutes once per machine"
     yield from campaign.notes
     units = [f"{name} {unit}" for name, unit in campaign.config["units"].items() if unit]
     if units:
