@@ -66,13 +66,7 @@ def loosened(limits: Limits, n: int, rounds: int) -> Limits:
 
 
 def collapse_poor(gradation: Gradation, limits: Limits, goal: float) -> int:
-    """Collapse the shortest edges of facets under `goal` degrees where these are needles or short."""
-    edges, order = _shortest_edges(gradation, goal)
-    return gradation.repeat("cleaning_collapses", COLLAPSE, limits, edges[order])
-
-
-def _shortest_edges(gradation: Gradation, goal: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the shortest edges (k, 2) of poor facets and the rows of those that go, the worst first."""
+    """Collapse the shortest edges of facets under `goal` degrees, needles or short, the worst first."""
     facets = gradation.poor_facets(score_of_angle(goal))
     angles = facet_angles(gradation.mesh.points, facets)
     smallest = angles.argmin(1)
@@ -81,13 +75,13 @@ def _shortest_edges(gradation: Gradation, goal: float) -> tuple[np.ndarray, np.n
     edges = np.stack([facets[rows, (smallest + 1) % 3], facets[rows, (smallest + 2) % 3]], axis=1)
     ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
     chosen = np.flatnonzero((worst < goal) & ((ratio < SHORT) | (worst < NEEDLE_ANGLE)))
-    return edges, chosen[block_order(edges[chosen], worst[chosen])]
+    order = chosen[block_order(edges[chosen], worst[chosen])]
+    return gradation.repeat("cleaning_collapses", COLLAPSE, limits, edges[order])
 
 
 def split_ears(gradation: Gradation, limits: Limits) -> int:
     """Split the crack's ears, so that every crack facet can open."""
     mesh = gradation.mesh
     edges = ears(mesh.facets[gradation.living(on_crack=True)], mesh.flags & ON_FRONT > 0)
-    order = np.arange(len(edges))
     any_angle = limits._replace(split=0.0, floor=0.0)
-    return split_all(gradation, "split_ears", any_angle, edges, order, 0.0)
+    return split_all(gradation, "split_ears", any_angle, edges, 0.0)

@@ -161,7 +161,6 @@ def _gradated(
     progress: Callable[[float, str], None],
 ) -> Gradation:
     """Return the gradation after its rounds and its cleaning, without the volumes brought back."""
-    gradation.set_sizes(sizing)
     while options.passes and halve_longest(gradation, limits):
         swap_all(gradation, limits)
         gradation.set_sizes(sizing)

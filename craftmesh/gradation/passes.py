@@ -178,23 +178,17 @@ def collapse_short(gradation: Gradation, limits: Limits) -> int:
     edges, feature = gradation.edges()
     ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
     for lines in (True, False):
-        order = _in_blocks(edges, ratio, np.flatnonzero((feature == lines) & (ratio < limits.collapse)))
+        short = _in_blocks(edges, ratio, np.flatnonzero((feature == lines) & (ratio < limits.collapse)))
         name = "collapsed_junction_edges" if lines else "collapsed_regular_edges"
-        total += gradation.repeat(name, COLLAPSE, limits, edges[order])
+        total += gradation.repeat(name, COLLAPSE, limits, short)
     return total
 
 
 def split_long(gradation: Gradation, limits: Limits, share: float) -> int:
     """Split edges over limits.split of their target, longest first by blocks, those far over it anyhow."""
-    edges, _ = gradation.edges()
-    ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
     floor = min(limits.floor, score_of_angle(ANGLE_OF_MUCH))
     much = limits._replace(split=MUCH * limits.split, floor=floor)
-    done = 0
-    for bounds in (limits, much):
-        order = _in_blocks(edges, -ratio, np.flatnonzero(ratio > bounds.split))
-        done += split_all(gradation, "split_edges", bounds, edges, order, share)
-    return done
+    return _split_over(gradation, (limits, much), share)
 
 
 def halve_longest(gradation: Gradation, limits: Limits) -> int:
@@ -202,28 +196,33 @@ def halve_longest(gradation: Gradation, limits: Limits) -> int:
 
     Strips, as of a drawn cylinder, have no sound halves; swaps and later splits better these.
     """
+    return _split_over(gradation, (limits._replace(split=FAR * limits.split, floor=0.0),), 1.0)
+
+
+def _split_over(gradation: Gradation, bounds: tuple[Limits, ...], share: float) -> int:
+    """Split the edges that are over each bound's `split` of their target now, longest first by blocks."""
     edges, _ = gradation.edges()
-    far = limits._replace(split=FAR * limits.split, floor=0.0)
     ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
-    order = _in_blocks(edges, -ratio, np.flatnonzero(ratio > far.split))
-    return split_all(gradation, "split_edges", far, edges, order, 1.0)
+    done = 0
+    for limits in bounds:
+        long = _in_blocks(edges, -ratio, np.flatnonzero(ratio > limits.split))
+        done += split_all(gradation, "split_edges", limits, long, share)
+    return done
 
 
 def _in_blocks(edges: np.ndarray, rank: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """Return the `chosen` rows of edges by blocks of space, in each those of least rank first."""
-    return chosen[block_order(edges[chosen], rank[chosen])]
+    """Return the edges of the `chosen` rows by blocks of space, in each those of least rank first."""
+    return edges[chosen[block_order(edges[chosen], rank[chosen])]]
 
 
-def split_all(
-    gradation: Gradation, name: str, limits: Limits, edges: np.ndarray, order: np.ndarray, share: float
-) -> int:
-    """Split those of `edges` (e, 2) that are over limits.split, in `order`, where their halves are sound.
+def split_all(gradation: Gradation, name: str, limits: Limits, edges: np.ndarray, share: float) -> int:
+    """Split those of `edges` (e, 2), in order, that are over limits.split where their halves are sound.
 
     A half may score `share` of its parent. It lies in the parent, or goes onto the input's crack or front,
     so volumes, distances and lengths are not asked for.
     """
     limits = limits._replace(longest=np.inf, drift=np.inf, distance=np.inf)
-    return gradation.repeat(name, SPLIT, limits, edges[order], share)
+    return gradation.repeat(name, SPLIT, limits, edges, share)
 
 
 def swap_all(gradation: Gradation, limits: Limits) -> int:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -154,52 +155,57 @@ def smooth(
     classes = vertex_classes(raw)
     drawn = smoothing_neighbours(classes)
     points, fixed = raw.points.copy(), classes.fixed.copy()
+    volumes = side_volumes(points, raw.facets.astype(np.int64), raw.sides)
+    least = {label: options.least_volume * volume for label, volume in volumes.items() if volume > 0}
+    spoiled = partial(_spoiled, raw, least, options)
     stages = _smoothing_stages(options)
     for number, weights in enumerate(stages):
-        points = _lapped(raw, points, weights, drawn, fixed, options)
+        points = _lapped(raw.facets, points, weights, drawn, fixed, spoiled)
         progress(0.3 + 0.4 * (number + 1) / len(stages), "smoothing")
     return points, int(fixed.all(axis=1).sum() - classes.fixed.all(axis=1).sum())
 
 
 def _lapped(
-    raw: Surface,
+    facets: np.ndarray,
     points: np.ndarray,
     weights: list[float],
     drawn: csr_array,
     fixed: np.ndarray,
-    options: RemeshOptions,
+    spoiled: Callable[[np.ndarray, np.ndarray], np.ndarray],
 ) -> np.ndarray:
     """Return points (n, 3) after a lap per weight that spoil no facet; who had to stay becomes `fixed`.
 
     drawn: by `smoothing_neighbours`; fixed (n, 3) bool: coordinates that stay; rows round spoiled facets
-    are set.
+    are set; spoiled: tells which facets (m,) moved points spoil, from the points before.
     """
     reach = 1
     while True:
         moved = points
         for weight in weights:
             moved = moved + weight * np.where(fixed, 0.0, to_neighbours(moved, drawn))
-        bad = _spoiled(raw, points, moved, options)
+        bad = spoiled(points, moved)
         if not bad.any():
             return moved
-        around = vertices_around(raw.facets, bad, reach, len(points))
+        around = vertices_around(facets, bad, reach, len(points))
         if fixed[around].all():
             return points
         fixed[around] = True
         reach += 1
 
 
-def _spoiled(raw: Surface, points: np.ndarray, moved: np.ndarray, options: RemeshOptions) -> np.ndarray:
+def _spoiled(
+    raw: Surface, least: dict[int, float], options: RemeshOptions, points: np.ndarray, moved: np.ndarray
+) -> np.ndarray:
     """(m,) bool: facets that `moved` (n, 3) spoils: they intersect, are poor, leave the box, vanish.
 
-    Those of grains and voids vanish that have less than least_volume of their raw volume. Voids open to
-    the outside have no volume of their own: a negative one is not looked at.
+    Those of grains and voids vanish that have less than their `least` volume. Voids open to the outside
+    have no volume of their own: a negative one is not looked at, and has no least one.
     """
     facets, sides = raw.facets.astype(np.int64), raw.sides
     bad = spoiled_facets(moved, points, facets, options.sliver_quality, options.sliver_edge)
     bad |= facets_beyond_box(moved, points, facets, raw.kind)
-    before, after = (side_volumes(places, facets, sides) for places in (raw.points, moved))
-    gone = [k for k, volume in before.items() if volume > 0 and after[k] < options.least_volume * volume]
+    volume = side_volumes(moved, facets, sides)
+    gone = [label for label, bound in least.items() if volume[label] < bound]
     bad |= np.isin(sides, gone).any(axis=1)
     bad[intersecting_pairs(moved, facets).ravel()] = True
     return bad

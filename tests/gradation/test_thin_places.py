@@ -36,7 +36,7 @@ def parted(*apexes):
     surface = sheet(facets, points=[[0.0, 0, 0], [4.0, 0, 0], *apexes])
     state = make_state(surface, np.ones(4))
     gradation = Gradation(state, filled_grid(state.mesh), {})
-    split_all(gradation, "split", LIMITS, np.array([[0, 1]]), np.array([0]), 1.0)
+    split_all(gradation, "split", LIMITS, np.array([[0, 1]]), 1.0)
     mesh = gradation.mesh
     living = mesh.facets[np.flatnonzero(mesh.alive)]
     scores = [[angle_score(mesh.points, *facet) for facet in some] for some in (facets, living)]
