@@ -1,4 +1,4 @@
-"""Whether grains' tetrahedra were made of a surface, before anything is computed with both."""
+"""One mesh of the grains' tetrahedra, merged by the surface's points, its crack opened."""
 
 from collections.abc import Sequence
 

@@ -1,1 +1,6 @@
-"""Programs that may crash or hang, each in a process with limits."""
+"""Programs that may crash or hang, each in a process with limits.
+
+`job` runs a program or names a function with its limits of time and memory; a failure comes back as
+words. `worker` keeps processes that take one task after another and outlives those that end.
+`abaqus_displacements` is run by Abaqus' own Python and imports nothing.
+"""

@@ -1,1 +1,7 @@
-"""The field of displacements of a model: the built-in solver, and fields that other programs found."""
+"""The field of displacements of a model: the built-in solver, and fields that other programs found.
+
+In comes an `ElasticModel`, out come displacements, stresses and how far they are from balance (`solve`).
+`problem` puts the model into arrays; `kernels` has its elements, its matrix and the sweeps. `iteration`
+takes conjugate gradients with two levels (`levels`), and where lips press on each other `contact` finds
+which pairs of nodes are closed. `options` has the tolerance and the bounds.
+"""
