@@ -22,14 +22,11 @@ from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.state import Guards, Mesh, State, make_room
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import unique_edges
-from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets, relative_lengths, score_of_angle
+from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets, relative_lengths
 from craftmesh.surface.kernels.hinges import SHARP_COSINE
 
-# Of limits.split: edges over this are split where halves have ANGLE_OF_MUCH degrees and none over 144, for
-# later passes to better them; before all rounds, edges over FAR are whatever their halves. With 1.3 to 1.6
+# Of limits.split: before all rounds, edges over this are split whatever their halves. With 1.3 to 1.6
 # strips 20 targets long end with edges of up to 1.7 targets; with 2 and 3 they stay at 2.5.
-MUCH = 1.3
-ANGLE_OF_MUCH = 12.0
 FAR = 1.6
 # Width of the grid's cells in mean edges; from 1.6 to 3.2 makes no difference to speak of.
 CELL = 2.5
@@ -185,10 +182,14 @@ def collapse_short(gradation: Gradation, limits: Limits) -> int:
 
 
 def split_long(gradation: Gradation, limits: Limits, share: float) -> int:
-    """Split edges over limits.split of their target, longest first by blocks, those far over it anyhow."""
-    floor = min(limits.floor, score_of_angle(ANGLE_OF_MUCH))
-    much = limits._replace(split=MUCH * limits.split, floor=floor)
-    return _split_over(gradation, (limits, much), share)
+    """Split the edges over limits.split of their target now, longest first by blocks; return how many.
+
+    A half may score `share` of its parent.
+    """
+    edges, _ = gradation.edges()
+    ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
+    long = _in_blocks(edges, -ratio, np.flatnonzero(ratio > limits.split))
+    return split_all(gradation, "split_edges", limits, long, share)
 
 
 def halve_longest(gradation: Gradation, limits: Limits) -> int:
@@ -196,18 +197,7 @@ def halve_longest(gradation: Gradation, limits: Limits) -> int:
 
     Strips, as of a drawn cylinder, have no sound halves; swaps and later splits better these.
     """
-    return _split_over(gradation, (limits._replace(split=FAR * limits.split, floor=0.0),), 1.0)
-
-
-def _split_over(gradation: Gradation, bounds: tuple[Limits, ...], share: float) -> int:
-    """Split the edges that are over each bound's `split` of their target now, longest first by blocks."""
-    edges, _ = gradation.edges()
-    ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
-    done = 0
-    for limits in bounds:
-        long = _in_blocks(edges, -ratio, np.flatnonzero(ratio > limits.split))
-        done += split_all(gradation, "split_edges", limits, long, share)
-    return done
+    return split_long(gradation, limits._replace(split=FAR * limits.split, floor=0.0), 1.0)
 
 
 def _in_blocks(edges: np.ndarray, rank: np.ndarray, chosen: np.ndarray) -> np.ndarray:

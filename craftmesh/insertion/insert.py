@@ -15,12 +15,12 @@ from craftmesh.insertion.front_chain import FrontChain, chain, conflicts, withou
 from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.inlay import inlaid
 from craftmesh.insertion.misfit import Fronts, Given, Inserted, fronts_of, misfit_of_fronts, moved, unmoved
-from craftmesh.insertion.onto_front import settle_front, snap_to_front, spread_front
+from craftmesh.insertion.onto_front import settle_front, snap_to_front
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import at_corners, pierce
 from craftmesh.insertion.regions import labels_of_patch
 from craftmesh.insertion.sheet import Sheet, sheet_of
-from craftmesh.insertion.snap import local_sizes, prepared, snap_to_crack, taken_at_box_edges
+from craftmesh.insertion.snap import local_sizes, prepared, snap_to_crack
 from craftmesh.insertion.traces import follow_traces
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Lengths, Sizing
@@ -30,7 +30,6 @@ from craftmesh.surface.measure import area_vectors, total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import CRACK, INTERFACE, Crack, Surface
 
-SPREADS = 3  # rounds that push crowded pierce points apart
 HALVINGS = 10  # of the edges between two pierce points, until the front crosses no trace
 # Numbers of the report that add up over the parts of a crack.
 COUNTED = (
@@ -141,7 +140,7 @@ def _inserted(
 ) -> Inserted:
     """Return the surface with the crack in it; its facets may meet others."""
     progress(0.0, "cut")
-    cut = taken_at_box_edges(snap_to_crack(cut, sheet, options), sheet, least, options)
+    cut = snap_to_crack(cut, sheet, options)
     cut = with_phi(cut_along(cut, sheet), sheet)
     if sheet.planar:
         cut = at_corners(cut, sheet)
@@ -151,8 +150,6 @@ def _inserted(
     cut = snap_to_front(cut, sheet, target, options)
     cut = pierce(cut, sheet)
     cut = settle_front(cut, sheet, options)
-    for _ in range(SPREADS):
-        cut = spread_front(cut, sheet, target, options)
     if not sheet.planar:
         cut = settle_front(pierce(follow_traces(cut, sheet, least, options), sheet), sheet, options)
     cut, along = settle_chords(cut, sheet, target, options)

@@ -1,4 +1,4 @@
-"""Move points of a surface onto the front of a crack, and along it, where that leaves the surface sound."""
+"""Move points of a surface onto the front of a crack where that leaves the surface sound."""
 
 from dataclasses import replace
 
@@ -7,14 +7,12 @@ import numpy as np
 from craftmesh.insertion.cut import CutSurface, SizeAt
 from craftmesh.insertion.guarded_move import guarded_move, settled
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.pierce import TOUCHING, with_front_points
+from craftmesh.insertion.pierce import with_front_points
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.insertion.snap import box_planes, classes, leaves_crack
 from craftmesh.surface.rounding import SAME_PLACE
 
 LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
-LEAST_GAP = 0.55  # of the target size: pierce points nearer than this are pushed apart along the front
-SWEEPS = 30  # that push crowded pierce points apart, at most
 
 
 def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions) -> CutSurface:
@@ -40,49 +38,7 @@ def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: In
     with np.errstate(invalid="ignore"):
         chosen = np.linalg.norm(targets - surface.points[rows], axis=1) < reach
         chosen &= ~leaves_crack(surface, rows, targets)
-    return moved_onto_front(surface, sheet, rows[chosen], targets[chosen], options)
-
-
-def spread_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions) -> CutSurface:
-    """Move pierce points that crowd apart along the front, as far as the surface stays sound."""
-    shifts, on_fronts = [np.zeros(0)], [np.zeros(0, np.int64)]
-    planes = box_planes(surface)
-    for front in range(len(sheet.rim.curves)):
-        ids = surface.on_front(front)
-        if len(ids) < 2:
-            continue
-        period = sheet.rim.period(front)
-        held = planes[ids].any(axis=1) | _are_corners(surface, sheet, front, ids)
-        on_fronts.append(ids)
-        shifts.append(
-            _pushed_apart(surface.arc[ids], LEAST_GAP * target(surface.points[ids]), held, period)
-        )
-    rows, shift = np.concatenate(on_fronts), np.concatenate(shifts)
-    reach = options.snap_front * surface.size[rows]
-    chosen = (np.abs(shift) > 1e-9 * reach) & (np.abs(shift) <= reach)
-    rows, shift = rows[chosen], shift[chosen]
-    if not len(rows):
-        return surface
-    targets = np.empty((len(rows), 3))
-    for front in np.unique(surface.front[rows]).tolist():
-        mine = surface.front[rows] == front
-        targets[mine] = sheet.lift(sheet.rim.on_front(front, surface.arc[rows[mine]] + shift[mine]))
-    stays = leaves_crack(surface, rows, targets)
-    rows, targets = rows[~stays], targets[~stays]
-    return moved_onto_front(surface, sheet, rows, targets, options)
-
-
-def _are_corners(surface: CutSurface, sheet: Sheet, front: int, ids: np.ndarray) -> np.ndarray:
-    """Tell which points of a front are at corners of it."""
-    gaps = sheet.rim.gaps(front, surface.arc[ids], sheet.rim.corners(front))
-    return gaps.min(axis=1, initial=np.inf) <= TOUCHING * surface.size[ids]
-
-
-def moved_onto_front(
-    surface: CutSurface, sheet: Sheet, rows: np.ndarray, targets: np.ndarray, options: InsertOptions
-) -> CutSurface:
-    """Return the surface with the points `rows` at `targets` (k, 3) on the front, where that is sound."""
-    points, moved = guarded_move(surface, rows, targets, options)
+    points, moved = guarded_move(surface, rows[chosen], targets[chosen], options)
     return with_front_points(replace(surface, points=points), sheet, moved) if len(moved) else surface
 
 
@@ -115,23 +71,6 @@ def _outermost(surface: CutSurface, sheet: Sheet, on_box: np.ndarray) -> np.ndar
         if len(ids):
             ends += [ids[0], ids[-1]]
     return np.unique(np.array(ends, np.int64))
-
-
-def _pushed_apart(arc: np.ndarray, least: np.ndarray, held: np.ndarray, period: float) -> np.ndarray:
-    """Return shifts (n,) of ordered positions that open gaps below `least`; held positions stay."""
-    place = arc.copy()
-    closed = np.isfinite(period)
-    for _ in range(SWEEPS):
-        gap = np.diff(place, append=place[0] + period if closed else np.inf)
-        lack = np.maximum((least + np.roll(least, -1)) / 2 - gap, 0.0)
-        if not lack.any():
-            break
-        free, other = ~held, ~np.roll(held, -1)
-        weight = free.astype(float) + other
-        share = np.where(weight > 0, lack / np.maximum(weight, 1), 0.0)
-        place -= share * free
-        place += np.roll(share, 1) * free
-    return place - arc
 
 
 def _front_ends(points: np.ndarray, planes: np.ndarray, sheet: Sheet) -> np.ndarray:
