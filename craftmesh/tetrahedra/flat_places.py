@@ -14,10 +14,8 @@ from craftmesh.tetrahedra.opening_model import (
     begun,
     is_stretched,
     moved,
-    repaired,
 )
 from craftmesh.tetrahedra.record import poor_by_grain
-from craftmesh.tetrahedra.surface_contractions import contracted
 from craftmesh.types import GrainTets, Surface
 
 
@@ -33,18 +31,6 @@ def with_moves(now: Opening, stage: Stage) -> Opening:
             held |= over
             after = moved(now, reach, bad, stage, held)
         now = after
-        best = min(best, now, key=attrgetter("faults"))
-    return best
-
-
-def with_contractions(now: Opening, stage: Stage) -> Opening:
-    """Return the best model with edges at bad tets contracted, and nodes moved again after that."""
-    best = now
-    while stage.score is not None and (bad := now.bad(stage.is_bad)).any():
-        model, grains, count = contracted(now.model, bad, stage.score)
-        if not count:
-            break
-        now = with_moves(now.replaced(repaired(model, grains, stage.aim), grains, count), stage)
         best = min(best, now, key=attrgetter("faults"))
     return best
 
@@ -71,17 +57,16 @@ def given_way(surface: Surface, grain_tets: Sequence[GrainTets]) -> GivenWay:
 
     Nodes near such tets go to where the worst tet round them, in any grain, is better; those of the surface
     by up to 0.4 of the mean edge at them, as long as there are such tets, those of the box on its planes,
-    those of a crack along it, those of its front not at all. Where that is not enough, edges of the surface
-    are contracted at flat and poor ones. Last, nodes at narrow ones go to where these are less so, by up
-    to 0.1 of the mean edge. After each change the grains there are repaired inside; what leaves no fewer
-    such tets is not done. A function of the whole mesh, not of chunks.
+    those of a crack along it, those of its front not at all. Last, nodes at narrow ones go to where these
+    are less so, by up to 0.1 of the mean edge. After each change the grains there are repaired inside; what
+    leaves no fewer such tets is not done. A function of the whole mesh, not of chunks.
     """
     before = begun(surface, grain_tets)
     if before is None:
         return GivenWay(surface, grain_tets)
     after = before
     for stage in STAGES:
-        after = with_contractions(with_moves(after, stage), stage)
+        after = with_moves(after, stage)
     report = _report(before, after)
     model = after.model
     poor = poor_by_grain(model.surface, model.grain_tets, after.changed)
@@ -100,20 +85,17 @@ def _report(before: Opening, after: Opening) -> dict:
         "stretched_left": after.count(is_stretched),
         "surface_points_moved": int((moves > 0).sum()),
         "largest_move": float(moves.max()),
-        "edges_contracted": after.contracted,
         "volume_drift_worst": max(map(abs, after.drifts.values()), default=0.0),
     }
 
 
 def _warning(report: dict) -> str | None:
-    changes = ("surface_points_moved", "edges_contracted")
-    if not report["poor_before"] or not any(map(report.get, changes)):
+    if not report["poor_before"] or not report["surface_points_moved"]:
         return None
     return (
         f"{report['poor_before']} poor tetrahedra, {report['flat_before']} of them flat, lie where the "
         f"surface leaves no room: {report['surface_points_moved']} of its points were moved by up to "
-        f"{report['largest_move']:.3g} and {report['edges_contracted']} of its edges contracted, "
-        f"for both neighbours alike; {report['poor_left']} poor and "
+        f"{report['largest_move']:.3g}, for both neighbours alike; {report['poor_left']} poor and "
         f"{report['flat_left']} flat ones are left, the largest change of a volume is "
         f"{100 * report['volume_drift_worst']:.2g} %"
     )

@@ -35,15 +35,13 @@ class Stage:
 
     reaches: nodes of the surface move by at most these parts of the mean edge at them, round by round, as
     long as there are such tets: what a small move opens is not opened by a large one. aim: what moves
-    better (`tet_objective`). score: what tets have after a contraction, 0 at the limits of flat and 1 at
-    those of poor ones; None: nothing contracts. drift: no move changes a volume by more than this part;
-    nodes of one that has changed by more stay.
+    better (`tet_objective`). drift: no move changes a volume by more than this part; nodes of one that has
+    changed by more stay.
     """
 
     is_bad: Callable[[np.ndarray], np.ndarray]
     reaches: tuple[float, ...]
     aim: Aim
-    score: float | None = None
     drift: float = np.inf
 
 
@@ -86,10 +84,8 @@ REACHES = (0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
 # How far volumes of grains and voids may drift for stretched tets; small grains would change by more.
 MOST_DRIFT = 0.05
 STAGES = (
-    # Before any moves: no score is enough but that of nodes that touch, which become one.
-    Stage(is_flat, (), _worst(FORM, POOR), score=np.inf),
-    Stage(is_flat, REACHES, _worst(FORM, POOR), score=0.0),
-    Stage(is_poor, REACHES, _worst(FORM, POOR), score=1.0),
+    Stage(is_flat, REACHES, _worst(FORM, POOR)),
+    Stage(is_poor, REACHES, _worst(FORM, POOR)),
     Stage(is_stretched, REACHES, _worst(WHOLE, SOUND_FROM), drift=MOST_DRIFT),
     Stage(is_at_fault, REACHES, Aim(FAULTS, WHOLE, SOUND_FROM, FALL, 0.0), drift=MOST_DRIFT),
     # Small moves: few tets are narrow alone.
@@ -103,8 +99,7 @@ SWEEPS = 3
 class Opening:
     """A model while its surface gives way: the measures of its tets by grain, and what was done to it.
 
-    homes (n, 3): the surface's points at first; free: how they may move; changed: grains; contracted: how
-    many edges.
+    homes (n, 3): the surface's points at first; free: how they may move; changed: grains.
     """
 
     model: Model
@@ -112,7 +107,6 @@ class Opening:
     homes: np.ndarray
     free: Freedom
     changed: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
-    contracted: int = 0
 
     def bad(self, is_bad: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Return (m,) bool: the tets that are bad."""
@@ -146,16 +140,13 @@ class Opening:
         """Return the number of its flat, poor, stretched and narrow tets, by their weights."""
         return sum(weighed_faults(self.measures[one.grain]) for one in self.model.grain_tets)
 
-    def replaced(self, model: Model, grains: np.ndarray, contracted: int = 0) -> "Opening":
+    def replaced(self, model: Model, grains: np.ndarray) -> "Opening":
         """Return the opening with another model, whose tets differ in `grains` alone."""
-        same = model.surface.facets is self.model.surface.facets
         return replace(
             self,
             model=model,
-            free=self.free if same else freedom(model.surface),
             measures=_measures(model, self.measures, grains),
             changed=np.union1d(self.changed, grains),
-            contracted=self.contracted + contracted,
         )
 
 

@@ -52,20 +52,6 @@ class Model:
             [replace(one, interior=interior) for one, interior in zip(self.grain_tets, inner)],
         )
 
-    def changed(self, surface: Surface, tets: np.ndarray, grain: np.ndarray) -> "Model":
-        """Return the model with another surface, and with tets (k, 4) on its nodes.
-
-        grain (k,): that of each tet, of which none is left without.
-        """
-        points, count = self.points, len(surface.points)
-        result = []
-        for one in self.grain_tets:
-            own = tets[grain == one.grain]
-            used, local = np.unique(own, return_inverse=True)
-            inner = np.searchsorted(used, count)
-            result.append(GrainTets(one.grain, used[:inner], points[used[inner:]], local.reshape(-1, 4)))
-        return Model(surface, result)
-
 
 def nodes_near(tets: np.ndarray, bad: np.ndarray) -> np.ndarray:
     """Return (n,) bool: the nodes of bad tets, by rows or (m,) bool, and of those at these nodes."""

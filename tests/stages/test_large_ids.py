@@ -12,8 +12,6 @@ from craftmesh.mechanics.orientation import mean_by_grain
 from craftmesh.mesh.quality import quality
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.surface.patches import patches
-from craftmesh.tetrahedra.surface_contractions import contracted
-from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import Voxels
 
 FEW = np.array([0, 1, 2, 3, 4])
@@ -39,8 +37,6 @@ def meshed():
             (6, 6, 6), lambda places: voxels.labels[tuple(places.astype(int).T)]
         )
         mesh, _ = assemble(box, grain_tets)
-        model = Model(box, grain_tets)
-        contracted(model, np.arange(len(model.tets)) < 3, 0.0)
         drift = quality(mesh, voxels)["volume_drift"]
         return surface, patches(surface).of_facet, mesh, drift, first_campaign(voxels, {})
 
