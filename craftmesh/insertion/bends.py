@@ -22,9 +22,6 @@ SMALLER = 0.75  # a facet that meets a boundary gets a point at this share of it
 # Of a facet's longest edge: a corner of the given crack nearer to its new point gets the point, which saves
 # rough cracks a third of their facets.
 NEAR_CORNER = 0.35
-GOOD = 0.25  # the least shape of a facet that flips may leave: about 12 degrees
-FLIPS = 3  # rounds of flips after each round of points
-LEAST_GAIN = 0.005  # of the least length: a flip has to bring its facets nearer to the crack by this much
 # Where a facet's distance from the crack is looked at, by shares of its corners: along each edge, inside
 SAMPLES = np.array(
     [(1 - s, s, 0.0) for s in (0.25, 0.5, 0.75)]
@@ -32,7 +29,6 @@ SAMPLES = np.array(
     + [(s, 0.0, 1 - s) for s in (0.25, 0.5, 0.75)]
     + [(0.6, 0.2, 0.2), (0.2, 0.6, 0.2), (0.2, 0.2, 0.6), (1 / 3, 1 / 3, 1 / 3)]
 )
-INNER = [0, 1, 2, 9, 10, 11, 12]  # of the SAMPLES: those on a triangle's first edge and inside it
 
 
 class Bends(NamedTuple):
@@ -81,13 +77,11 @@ class _Survey:
 def follow(patch: Planar, bends: Bends) -> None:
     """Insert points until no facet of the patch is farther than OFF from the crack, if not too small.
 
-    A point goes where its facet is farthest off, or onto a corner of the given crack next to that. Edges
-    are flipped where that brings facets nearer.
+    A point goes where its facet is farthest off, or onto a corner of the given crack next to that.
     """
     corners = cKDTree(bends.sheet.nodes)
     survey = _Survey(patch, bends)
     while True:
-        _flip_nearer(patch, bends, survey)
         off, at = survey.look()
         rows = np.flatnonzero(off > OFF * bends.least)
         if not len(rows):
@@ -103,42 +97,8 @@ def follow(patch: Planar, bends: Bends) -> None:
         if not planar.insert_spaced(patch, wanted, is_among(patch, bends.kept)) and not _insert(
             patch, bends, rows, SPACING * bends.least
         ):
-            break
-        refuse_full(patch)
-    _flip_nearer(patch, bends, survey)
-
-
-def _flip_nearer(patch: Planar, bends: Bends, survey: _Survey) -> None:
-    """Flip free edges of facets that are off the crack where the other diagonal is nearer to it."""
-    for _ in range(FLIPS):
-        off = survey.look()[0]
-        t, i = np.nonzero((off > OFF * bends.least)[:, None] & ~patch.fixed[: patch.used[1]])
-        u = patch.across[t, i]
-        once = (off[u] < off[t]) | ((off[u] == off[t]) & (t < u))
-        t, i, u = t[once], i[once], u[once]
-        a, b, c = (patch.corners[t, (i + k) % 3] for k in range(3))
-        d = patch.triangles[u].sum(axis=1) - a - b
-        pairs = np.array([[(a, b, c), (b, a, d)], [(d, c, a), (c, d, b)]]).transpose(3, 0, 1, 2)
-        good = _shapes(patch.uv[pairs[:, 1]]).min(axis=1) > GOOD
-        t, i, u, pairs = t[good], i[good], u[good], pairs[good]
-        inner = _off(pairs.reshape(-1, 3), patch, bends)[:, INNER].max(axis=1).reshape(-1, 2, 2).max(axis=2)
-        gain = inner[:, 0] - inner[:, 1]
-        taken = np.zeros(patch.used[1], bool)
-        flipped = 0
-        for k in np.argsort(-gain, kind="stable").tolist():
-            if gain[k] > LEAST_GAIN * bends.least and not taken[t[k]] and not taken[u[k]]:
-                planar.flip(patch, t[k], i[k])
-                taken[[t[k], u[k]]] = True
-                flipped += 1
-        if not flipped:
             return
-
-
-def _shapes(corners: np.ndarray) -> np.ndarray:
-    """Return 4 sqrt(3) area over the sum of the squared edges of triangles (..., 3, 2); 1 for even ones."""
-    edge = np.roll(corners, -1, axis=-2) - corners
-    area = edge[..., 0, 0] * edge[..., 1, 1] - edge[..., 0, 1] * edge[..., 1, 0]
-    return 2 * np.sqrt(3) * area / (edge**2).sum(axis=(-1, -2))
+        refuse_full(patch)
 
 
 def _off(triangles: np.ndarray, patch: Planar, bends: Bends) -> np.ndarray:

@@ -10,7 +10,6 @@ from craftmesh.insertion.front_chain import FrontChain
 from craftmesh.insertion.patch import (
     front_chords,
     refine,
-    smooth_points,
     split_chords,
     triangulate,
     wall_chords,
@@ -49,10 +48,8 @@ def with_patch(
     if not sheet.planar:
         chords.append(wall_chords(_walls(cut, nodes, len(uv))))
         follow(patch, bends)
-    first = patch.used[0].copy()
     for is_chord in chords:
         split_chords(patch, is_chord)
-    smooth_points(patch, np.arange(first, patch.used[0]))
     if not sheet.planar:
         for _ in range(PARTINGS):
             if not part(patch, bends, cut.points[cut.facets], local[cut.facets]):

@@ -9,7 +9,6 @@ from craftmesh.cracks.in_plane import doubled_areas
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.kernels import planar
 from craftmesh.insertion.kernels.planar import Candidates, Planar
-from craftmesh.insertion.kernels.planar_smoothing import smooth_in_plane
 from craftmesh.surface.connectivity import facet_edges, rows_among
 from craftmesh.surface.rounding import ROUNDING
 
@@ -18,7 +17,6 @@ from craftmesh.surface.rounding import ROUNDING
 SPACING = 0.72  # a triangle of a larger circumradius gets a point; also the point's distance from others
 CLEARANCE = 0.4  # least distance of an interior point from a fixed edge
 BARELY = 0.98  # of SPACING is kept, so that rounding does not refuse the centre of a circle just larger
-SMOOTHINGS = 4  # sweeps over the interior points after that, edges flipped after each
 MOST_POINTS = 5e6  # that room is made for: 0.6 GB
 
 
@@ -144,18 +142,14 @@ def _holding(patch: Planar, position: np.ndarray) -> int:
 def refine(patch: Planar, size_at: Callable[[np.ndarray], np.ndarray], kept: np.ndarray) -> Planar:
     """Return the patch with circumcentres of triangles larger than size_at(uv) inserted until none is left.
 
-    Then its interior points are smoothed. kept (k, 3): triangles that stay as they are, by their points.
+    kept (k, 3): triangles that stay as they are, by their points.
     Raises CraftmeshError where that takes more than MOST_POINTS.
     """
     patch = _with_room(patch, _points_wanted(patch, size_at))
-    first = patch.used[0]
     planar.legalise_all(patch)
     while planar.insert_spaced(patch, _circumcentres(patch, size_at), is_among(patch, kept)):
         pass
     refuse_full(patch)
-    for _ in range(SMOOTHINGS):
-        smooth_points(patch, np.arange(first, patch.used[0]))
-        planar.legalise_all(patch)
     return patch
 
 
@@ -173,19 +167,6 @@ def is_among(patch: Planar, triangles: np.ndarray) -> np.ndarray:
     if len(triangles):
         found[: patch.used[1]] = rows_among(patch.triangles, triangles) >= 0
     return found
-
-
-def smooth_points(patch: Planar, movable: np.ndarray) -> None:
-    """One sweep of guarded centroid smoothing over the given points."""
-    start, owner = triangles_around(patch)
-    smooth_in_plane(patch.uv, patch.corners, start, owner, movable)
-
-
-def triangles_around(patch: Planar) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles around each point in compressed rows: where each begins (n + 1,), and they."""
-    flat = patch.triangles.ravel()
-    start = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=len(patch.uv)))])
-    return start, np.argsort(flat, kind="stable") // 3
 
 
 def _points_wanted(patch: Planar, size_at: Callable[[np.ndarray], np.ndarray]) -> int:

@@ -6,9 +6,9 @@ import shapely
 from scipy.spatial import Delaunay
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.insertion.kernels import planar, planar_smoothing
+from craftmesh.insertion.kernels import planar
 from craftmesh.insertion.kernels.planar import Candidates, Planar
-from craftmesh.insertion.patch import front_chords, refine, smooth_points, split_chords, triangulate
+from craftmesh.insertion.patch import front_chords, refine, split_chords, triangulate
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
@@ -178,35 +178,6 @@ def test_spaced_candidates_keep_their_distances_and_the_room():
     # clearance from the fixed edges of the triangle alone: 0.0486 where a neighbour has the rim
     assert shapely.MultiPoint(used.uv[4:]).distance(shapely.LinearRing(SQUARE)) >= 0.045
     assert planar.insert_spaced(mesh, wanted, np.ones(len(mesh.corners), bool)) == 0
-
-
-def plain_smoothing(mesh: Planar, movable) -> np.ndarray:
-    """The sweep as it is told: centroids weighted by area, taken back where the worst shape loses."""
-
-    def worst(uv, around) -> float:
-        edges = [np.sum((uv[row] - uv[np.roll(row, 1)]) ** 2) for row in around]
-        areas = [planar.turn(uv, *row) / 2 for row in around]
-        return min(4 * 3**0.5 * area / e for area, e in zip(areas, edges))
-
-    uv = mesh.uv.copy()
-    for point in movable:
-        around = [row for row in mesh.triangles if point in row]
-        weights = [shapely.Polygon(uv[row]).area for row in around]
-        trial = uv.copy()
-        trial[point] = np.average([uv[row].mean(axis=0) for row in around], axis=0, weights=weights)
-        if worst(trial, around) >= min(worst(uv, around), planar_smoothing.GOOD):
-            uv = trial
-    return uv
-
-
-def test_smoothing_is_the_plain_sweep():
-    mesh = filled(random_points(4, 40))
-    movable = np.arange(4, len(mesh.uv))
-    expected, before = plain_smoothing(mesh, movable), mesh.uv.copy()
-    smooth_points(mesh, movable)
-    assert np.allclose(mesh.uv, expected, atol=1e-12)
-    assert np.abs(mesh.uv - before).max() > 0.01
-    assert_sound(mesh)
 
 
 def ring(count: int, radius: float) -> np.ndarray:
