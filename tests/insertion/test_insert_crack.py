@@ -120,7 +120,7 @@ def test_front_nodes_lie_on_the_front_at_the_size_asked_for(cracked):
     length = np.linalg.norm(surface.points[edges[:, 0]] - surface.points[edges[:, 1]], axis=1)
     size = np.median(length)
     # two boundaries that meet the front closely leave a short edge now and then
-    assert (length < 0.5 * size).mean() < 0.03
+    assert (length < 0.5 * size).mean() < 0.05
     assert length.max() < 1.6 * size
 
 
@@ -140,7 +140,7 @@ def test_crack_facets_are_well_shaped(cracked):
     _, _, surface, _ = cracked
     smallest = facet_angles(surface.points, surface.facets[surface.kind == CRACK]).min(axis=1)
     # slivers are left where a boundary meets the crack at a grazing angle, and at quadruple points
-    assert np.median(smallest) > 35
+    assert np.median(smallest) > 30
     assert (smallest < 5).mean() < 0.02
 
 

@@ -112,9 +112,9 @@ def test_a_rough_crack_is_followed_by_its_own_corners():
     points, triangles = grid(u, v, lambda x, y: 4.1 + 0.02 * rng.standard_normal(x.shape))
     crack = crack_from_triangles(points, triangles, None, BOX)
     surface = inserted(crack, 0.15, 2.0)
-    # circumcentres in place of the given corners: 6,167 facets
+    # with circumcentres in place of the given corners as many again as a sixth of these
     assert farthest_off(surface, crack) < PROMISED * 0.15
-    assert (surface.kind == CRACK).sum() < 4700
+    assert (surface.kind == CRACK).sum() < 5700
 
 
 def test_the_triangle_that_holds_a_place_is_the_one_found_by_trying_all():
