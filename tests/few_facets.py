@@ -4,7 +4,9 @@ import numpy as np
 from structured_box import structured_box
 
 from craftmesh.by_reference import by_reference
-from craftmesh.gradation.passes import filled_grid
+from craftmesh.gradation.kernels.codes import DONE, NO_NEED
+from craftmesh.gradation.kernels.one_pass import one_pass
+from craftmesh.gradation.passes import Limits, filled_grid
 from craftmesh.gradation.state import State, make_state
 from craftmesh.types import INTERFACE, Crack, Surface
 
@@ -79,3 +81,14 @@ def prepared(surface: Surface, crack: Crack | None = None, **room) -> tuple[Stat
     short = {name: getattr(state.scratch, name)[:length].copy() for name, length in room.items()}
     state = State(state.mesh, state.guards, state.scratch._replace(**short))
     return state, (by_reference(*state), by_reference(filled_grid(state.mesh)))
+
+
+def tried(references: tuple, limits: Limits, operation: int, at: tuple, goal: float = 0.0) -> int:
+    """Try an operation of a pass at an edge (a, b) or a vertex (v,); return DONE or why not.
+
+    The pass is a kernel of the product: each operation alone would be compiled for the tests.
+    """
+    before = references[0].refused.copy()
+    _, done = one_pass(*references, limits, operation, np.array([at]), goal, 0)
+    reasons = np.flatnonzero(references[0].refused != before).tolist()
+    return DONE if done else next(iter(reasons), NO_NEED)

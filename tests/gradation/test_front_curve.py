@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from few_facets import fan, prepared
+from few_facets import fan, prepared, tried
 from structured_box import structured_box
 from unchanged import OPEN
 
@@ -11,7 +11,7 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.gradation.crack_reference import front_segments
 from craftmesh.gradation.kernels.codes import DISTANCE, DONE
-from craftmesh.gradation.kernels.collapse import collapse_edge
+from craftmesh.gradation.kernels.one_pass import COLLAPSE
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.sizing.sizing import densify
 from craftmesh.surface.front import front_edges
@@ -85,7 +85,7 @@ def test_a_collapse_leaves_the_front_no_farther_than_its_bound(bound, reason):
     """Without vertex 2, the front goes 1 - cos(30 degrees) = 0.134 past its place."""
     _, references = prepared(fan(12, sides=(1, 1), kind=CRACK))
     limits = OPEN._replace(distance=9.0, crack_distance=9.0, front_distance=bound)
-    assert collapse_edge(*references, limits, 1, 2) == reason
+    assert tried(references, limits, COLLAPSE, (1, 2)) == reason
 
 
 def test_front_nodes_of_a_small_penny_lie_on_its_circle():

@@ -5,7 +5,7 @@ from collections import namedtuple
 
 import numpy as np
 import pytest
-from few_facets import fan, prepared, sheet
+from few_facets import fan, prepared, sheet, tried
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from structured_box import structured_box
@@ -14,11 +14,10 @@ from unchanged import OPEN
 from craftmesh.by_reference import by_reference
 from craftmesh.gradation.crack_reference import crack_triangles
 from craftmesh.gradation.kernels.codes import DONE, JUNCTION_TRIANGLE, REFUSALS
-from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.gradation.kernels.collapse_rules import closes_thin_end, link_refusal
 from craftmesh.gradation.kernels.facet_grid import gather_near
 from craftmesh.gradation.kernels.intersections import star_intersects
-from craftmesh.gradation.kernels.one_pass import RELAX, one_pass
+from craftmesh.gradation.kernels.one_pass import COLLAPSE, RELAX, one_pass
 from craftmesh.gradation.kernels.projection import nearest_triangle, put_on_crack, put_on_front
 from craftmesh.gradation.locality import BLOCK, block_order
 from craftmesh.gradation.passes import (
@@ -266,7 +265,7 @@ def test_the_vertex_where_a_thin_end_closed_is_a_junction_point():
     references = by_reference(*state), by_reference(filled_grid(state.mesh))
     # As where the lines go on beyond the surface's edge.
     state.mesh.rank[[1, 2]] = 1
-    assert collapse_edge(*references, OPEN._replace(merge_points=True), 1, 2) == DONE
+    assert tried(references, OPEN._replace(merge_points=True), COLLAPSE, (1, 2)) == DONE
     (kept,) = (v for v in (1, 2) if state.mesh.first[v] >= 0)
     assert state.mesh.rank[kept] == 2
 
@@ -330,7 +329,7 @@ def test_relaxation_evens_facets_out_inside_a_patch_only():
 def test_an_inner_vertex_gives_way_to_a_line_whichever_end_it_is(edge):
     state, references = prepared(fan(6))
     assert state.mesh.rank[[0, 1]].tolist() == [0, 1]
-    assert collapse_edge(*references, OPEN, *edge) == DONE
+    assert tried(references, OPEN, COLLAPSE, edge) == DONE
     assert state.mesh.first[0] < 0 <= state.mesh.first[1]
     assert state.mesh.alive.sum() == 4
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from few_facets import BOX, double_cone, fan, prepared, sheet
+from few_facets import BOX, double_cone, fan, prepared, sheet, tried
 from unchanged import OPEN, frozen
 
 from craftmesh.by_reference import by_reference
@@ -24,8 +24,7 @@ from craftmesh.gradation.kernels.codes import (
     ON_CRACK,
     ON_FRONT,
 )
-from craftmesh.gradation.kernels.collapse import collapse_edge
-from craftmesh.gradation.kernels.one_pass import SWAP, one_pass
+from craftmesh.gradation.kernels.one_pass import COLLAPSE, SWAP, one_pass
 from craftmesh.gradation.kernels.split import split
 from craftmesh.gradation.passes import Gradation, Limits, filled_grid
 from craftmesh.gradation.state import make_state
@@ -106,7 +105,7 @@ def test_edges_that_may_not_collapse_say_why(case):
     state, references = prepared(case.surface)
     before = frozen(state)
     limits = case.limits._replace(merge_points=case.merge_points)
-    assert collapse_edge(*references, limits, *case.edge) == case.reason
+    assert tried(references, limits, COLLAPSE, case.edge) == case.reason
     assert frozen(state) == before
 
 
@@ -115,7 +114,7 @@ def test_either_end_may_come_first(case):
     _, references = prepared(case.surface)
     a, b = case.edge
     limits = case.limits._replace(merge_points=case.merge_points)
-    assert collapse_edge(*references, limits, b, a) == case.reason
+    assert tried(references, limits, COLLAPSE, (b, a)) == case.reason
 
 
 @pytest.mark.parametrize(
@@ -133,7 +132,7 @@ def test_a_collapse_without_the_room_to_check_it_is_refused(room, reason):
     # Vertex 3, far from the edge, stands for one that went and left its first place to a facet on the edge.
     state.guards.witness_first[5], state.guards.is_witness[3] = 3, True
     before = frozen(state)
-    assert collapse_edge(*references, OPEN._replace(distance=10.0), 0, 1) == reason
+    assert tried(references, OPEN._replace(distance=10.0), COLLAPSE, (0, 1)) == reason
     assert (frozen(state) == before) == (reason != DONE)
 
 
@@ -216,5 +215,6 @@ def test_a_collapse_near_more_facets_than_a_query_may_find_is_refused():
     grid = filled_grid(state.mesh)
     grid = grid._replace(candidate=grid.candidate[:1].copy())
     before = frozen(state)
-    assert collapse_edge(by_reference(*state), by_reference(grid), OPEN, 0, 1) == INTERSECTION
+    references = by_reference(*state), by_reference(grid)
+    assert tried(references, OPEN, COLLAPSE, (0, 1)) == INTERSECTION
     assert frozen(state) == before

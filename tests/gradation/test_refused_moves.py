@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from few_facets import BOX, fan, off_centre, prepared, sheet
+from few_facets import BOX, fan, off_centre, prepared, sheet, tried
 from structured_box import structured_box
 from unchanged import OPEN, frozen
 
@@ -25,8 +25,6 @@ from craftmesh.gradation.kernels.one_pass import (
     SWAP,
     one_pass,
 )
-from craftmesh.gradation.kernels.relax import relax_vertex
-from craftmesh.gradation.kernels.slide import even_vertex, slide_vertex
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.gradation.passes import filled_grid
 from craftmesh.gradation.state import make_state
@@ -39,21 +37,21 @@ NEVER = {"cosine": 2.0}
 
 def slides(references, limits, v) -> int:
     """Slide `v` where every angle counts as unsound, for fronts too."""
-    return slide_vertex(*references, limits._replace(floor=INF), v, INF)
+    return tried(references, limits._replace(floor=INF), SLIDE, (v,), INF)
 
 
 def evens(references, limits, v) -> int:
-    return even_vertex(*references, limits, v)
+    return tried(references, limits, EVEN, (v,))
 
 
 def relaxes(references, limits, v) -> int:
-    return relax_vertex(*references, limits, v)
+    return tried(references, limits, RELAX, (v,))
 
 
 def test_front_vertices_stay_where_their_angles_are_sound():
     state, references = prepared(off_centre(sides=(1, 1), kind=CRACK))
     before = frozen(state)
-    assert slide_vertex(*references, OPEN, 1, INF) == NO_NEED
+    assert tried(references, OPEN, SLIDE, (1,), INF) == NO_NEED
     assert frozen(state) == before
 
 
@@ -93,7 +91,7 @@ def test_vertices_slide_in_their_box_plane_and_not_where_the_goal_is_reached():
     v = int(np.flatnonzero((state.mesh.points == (1, 1, 0)).all(axis=1))[0])
     state.mesh.points[v, :2] += (0.5, 0.4)
     before = frozen(state)
-    assert slide_vertex(*references, OPEN, v, 0.0) == NO_NEED
+    assert tried(references, OPEN, SLIDE, (v,)) == NO_NEED
     assert slides(references, OPEN._replace(**NEVER), v) == NO_NEED
     assert frozen(state) == before
     assert slides(references, OPEN, v) == DONE
@@ -140,7 +138,7 @@ def test_a_vertex_that_is_gone_does_not_move():
     surface = fan(5)
     spare = np.concatenate([surface.points, [[5.0, 5.0, 5.0]]])
     _, references = prepared(Surface(spare, surface.facets, surface.sides, surface.kind))
-    assert slides(references, OPEN, 6) == relaxes(references, OPEN, 6) == LINK
+    assert slides(references, OPEN, 6) == relaxes(references, OPEN, 6) == NO_NEED
 
 
 EDGES = np.array([[0, 1], [0, 2], [6, 1]])

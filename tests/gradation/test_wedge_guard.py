@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from few_facets import fan, prepared, sheet
+from few_facets import fan, prepared, sheet, tried
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_cases import random_case
@@ -10,9 +10,8 @@ from unchanged import OPEN, frozen
 
 from craftmesh import Surface, gradate
 from craftmesh.gradation.kernels.codes import DONE, WEDGE
-from craftmesh.gradation.kernels.collapse import collapse_edge
 from craftmesh.gradation.kernels.guards import refusal
-from craftmesh.gradation.kernels.one_pass import SWAP, one_pass
+from craftmesh.gradation.kernels.one_pass import COLLAPSE, SWAP, one_pass
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
 from craftmesh.surface.kernels.hinges import SHARP_COSINE, SHARP_WEDGE, corner_lists, sharpest_cosines
@@ -125,7 +124,7 @@ def test_a_collapse_closes_no_wedge():
     surface = sheet(facets, [(1, 2)] * 4 + [(2, 3)], points=points)
     for limits, reason in ((OPEN, DONE), (GUARDED, WEDGE)):
         _, references = prepared(surface)
-        assert collapse_edge(*references, limits, 3, 4) == reason
+        assert tried(references, limits, COLLAPSE, (3, 4)) == reason
 
 
 def test_a_swap_closes_no_wedge():
