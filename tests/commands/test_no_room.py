@@ -67,6 +67,7 @@ def refusal(words, capsys) -> str:
     return lines[0]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("line", LINES)
 def test_a_full_disk_is_one_line_and_nothing_half_written(line, folder, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(folder)

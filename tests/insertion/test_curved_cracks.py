@@ -45,6 +45,7 @@ def sizing_about(crack, l_min: float) -> Sizing:
     return Sizing(l_min, max(1.0, l_min), 2.0, 4.0, 8.0, 1.0, sources)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("tilt", [0, 40])
 @pytest.mark.parametrize("l_min", [0.5, 1.0])
 def test_facets_lie_near_the_given_surface_and_in_no_box_plane(polycrystal, l_min, tilt):

@@ -73,6 +73,7 @@ def assert_on_front(surface: Surface, crack: Crack, l_min: float) -> None:
     assert not len(ears(surface.facets[surface.kind == CRACK], on_front))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("l_min", [0.3, 0.6, 1.2])
 @pytest.mark.parametrize("centre", [(8, 8, 8), (8, 0, 7), (0, 16, 8)], ids=["inner", "mouth", "corner"])
 def test_a_planar_front_across_grains_lies_on_its_curve(grains, centre, l_min):
@@ -81,6 +82,7 @@ def test_a_planar_front_across_grains_lies_on_its_curve(grains, centre, l_min):
     assert_on_front(inserted(grains, crack, l_min), crack, l_min)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("l_min", [0.3, 0.6])
 @pytest.mark.parametrize("height", [8.2, 14.0], ids=["inner", "mouth"])
 def test_a_curved_front_across_grains_lies_on_its_curve(grains, height, l_min):

@@ -50,6 +50,7 @@ def farthest_off(surface: Surface, crack: Crack) -> float:
     return float((np.abs(sheet.offset(samples)) / np.linalg.norm(sheet.gradient(samples), axis=1)).max())
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("crease", [3.9, 4.6])
 @pytest.mark.parametrize("turn", [30.0, 60.0])
 def test_facets_and_traces_follow_a_crease(turn, crease):
@@ -73,6 +74,7 @@ def creased(angle: float, crease: float, turn: float, height: float) -> Crack:
     return crack_from_triangles(points, triangles, None, BOX)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("past", [0.0, 0.2])
 @pytest.mark.parametrize("turn", [30.0, 45.0])
 def test_facets_follow_a_crease_along_a_jagged_boundary(turn, past):

@@ -114,6 +114,7 @@ def test_a_crack_that_severs_a_corner_far_from_any_front_is_no_sliver_against_l_
     assert report["crack_area"] == pytest.approx(np.pi * DISC["radius"] ** 2 + severed, rel=0.01)
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("degrees", [30.0, 60.0, 90.0])
 @pytest.mark.parametrize("centre", [DISC["centre"], (13.2, 11.0, 11.7)])
 def test_a_further_crack_leaves_the_one_before_in_its_place(degrees, centre):

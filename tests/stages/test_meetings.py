@@ -188,7 +188,7 @@ def front_ends(deck) -> list[str]:
     return sorted(found)
 
 
-@pytest.mark.sampled(5)
+@pytest.mark.sampled(7)
 @pytest.mark.parametrize("name", PLANE)
 def test_a_crack_meets_what_is_in_its_way(name, tmp_path):
     voxels, (sheet, options), ends = PLANE[name]
