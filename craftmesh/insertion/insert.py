@@ -20,7 +20,7 @@ from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import at_corners, pierce
 from craftmesh.insertion.regions import labels_of_patch
 from craftmesh.insertion.sheet import Sheet, sheet_of
-from craftmesh.insertion.snap import local_sizes, prepared, snap_to_crack
+from craftmesh.insertion.snap import local_sizes, prepared, snap_to_crack, taken_at_box_edges
 from craftmesh.insertion.traces import follow_traces
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Lengths, Sizing
@@ -140,7 +140,7 @@ def _inserted(
 ) -> Inserted:
     """Return the surface with the crack in it; its facets may meet others."""
     progress(0.0, "cut")
-    cut = snap_to_crack(cut, sheet, options)
+    cut = taken_at_box_edges(snap_to_crack(cut, sheet, options), sheet, least, options)
     cut = with_phi(cut_along(cut, sheet), sheet)
     if sheet.planar:
         cut = at_corners(cut, sheet)

@@ -50,6 +50,8 @@ KNOTS = 0.1
 OFF_CRACK = 0.005  # of the local size: points of a crack there is may go this far off it
 # Least squared sine of the crack's angle to a box plane for moves in that plane: 6 degrees.
 STEEP = ALONG**2
+# Of options.snap times the least length: ribbons of the face narrower than that leave flat tetrahedra.
+AT_BOX_EDGE = 0.15
 
 
 def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
@@ -88,6 +90,23 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
     targets[:] = np.nan
     targets[left] = onto_crack(surface.points[left], planes[left], sheet, reach[left])
     return _moved(surface, targets, reach, options) if len(left) else surface
+
+
+def taken_at_box_edges(
+    surface: CutSurface, sheet: Sheet, least: float, options: InsertOptions
+) -> CutSurface:
+    """Return the surface with points of the box's edges that the crack passes barely beside as on it.
+
+    Such a point finds no place on the crack along its edge, and a ribbon of the face would stay beside it.
+    least: the least target length.
+    """
+    planes = box_planes(surface)
+    with np.errstate(invalid="ignore"):
+        near = (_distances(surface, sheet) <= AT_BOX_EDGE * options.snap * least) & (surface.psi != 0)
+    rows = np.flatnonzero(near & (planes.sum(axis=1) == 2))
+    psi = surface.psi.copy()
+    psi[rows[sheet.rim.inside(sheet.uv(surface.points[rows])) > 0]] = 0.0
+    return replace(surface, psi=psi)
 
 
 def _moved(
