@@ -84,6 +84,7 @@ def test_a_changed_callee_is_compiled_in_and_old_files_go(package):
     assert not package.files() & before
 
 
+@pytest.mark.slow
 def test_the_reason_stands_numba_alone_runs_the_old_callee(tmp_path):
     package = Package(tmp_path, "njit(cache=True)")
     package.scale_by(3)
@@ -95,9 +96,7 @@ def test_the_reason_stands_numba_alone_runs_the_old_callee(tmp_path):
 def test_the_users_cache_folder_is_used(package, tmp_path):
     folder = tmp_path / "cache"
     assert package.run(NUMBA_CACHE_DIR=str(folder)) == [9, 0]
-    package.scale_by(5)
-    assert package.run(NUMBA_CACHE_DIR=str(folder)) == [15, 0]
-    assert package.run(NUMBA_CACHE_DIR=str(folder)) == [15, 1]
+    assert package.run(NUMBA_CACHE_DIR=str(folder)) == [9, 1]
     assert package.files(folder)
     assert not package.files()
 

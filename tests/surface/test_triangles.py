@@ -64,7 +64,7 @@ def is_flat(points, triangle):
     return not np.cross(p[1] - p[0], p[2] - p[0]).any()
 
 
-@settings(deadline=None, max_examples=400)
+@settings(deadline=None, max_examples=200)
 @given(st.lists(st.tuples(SMALL, SMALL, SMALL), min_size=6, max_size=6, unique=True), st.integers(0, 2))
 def test_agrees_with_exact_clipping(points, shared):
     """Coordinates on a coarse grid make touching and coplanar pairs frequent."""
@@ -75,7 +75,7 @@ def test_agrees_with_exact_clipping(points, shared):
     assert triangles_intersect(points, *a, *b) == intersect_slowly(points, a, b)
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=80)
 @given(
     st.lists(st.tuples(SMALL, SMALL), min_size=6, max_size=6, unique=True),
     st.integers(0, 2),

@@ -24,11 +24,11 @@ CASES = "case\tmicrostructure\tcrack\tincrements\ntiny\tsynthetic\ttiny\t2\n"
 # the smallest closed loop: a tilted penny that turns, two increments of seconds each
 GROWING_CONFIG = """
 cases: cases.tsv
-chunks: 2
-generate: {shape: [14, 14, 14], grains: 3}
-sizing: {l0: 1.0, l_min: 0.8, l_max: 3.0, r0: 3.0, r1: 6.0}
+chunks: 1
+generate: {shape: [12, 12, 12], grains: 2}
+sizing: {l0: 1.5, l_min: 0.8, l_max: 3.0, r0: 2.0, r1: 4.0}
 cracks:
-  tilted: {centre: [7.0, 7.0, 7.2], normal: [0.0, 0.4, 1.0], radius: 2.6}
+  tilted: {centre: [6.0, 6.0, 6.2], normal: [0.0, 0.4, 1.0], radius: 2.6}
 grow: {extension: 0.8}
 """
 GROWING_CASES = "case\tmicrostructure\tcrack\tincrements\tgrowth\ntiny\tsynthetic\ttilted\t2\tgrow\n"
