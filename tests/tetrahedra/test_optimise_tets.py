@@ -117,7 +117,7 @@ def test_no_tet_is_poor_at_a_quality_of_poor(seed, flatness):
         assert ratio < 5 + 1e-6
 
 
-def random_ball(seed, count=120):
+def random_ball(seed, count=60):
     """Delaunay tets of random points in a ball, then stretched; the first `count` are near its surface.
 
     Stretching leaves tets that swaps improve; in a Delaunay mesh no face removal does.
@@ -155,7 +155,7 @@ def aspect_ratios(points, tets):
     return np.array([aspect_ratio_at(points, a, b, c, *points[d]) for a, b, c, d in tets])
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(st.integers(0, 10**6))
 def test_a_random_mesh_gets_better_and_stays_a_mesh(seed):
     points, tets, frozen = random_ball(seed)
@@ -168,7 +168,8 @@ def test_a_random_mesh_gets_better_and_stays_a_mesh(seed):
     assert (volume > 0).all()
     # sums of some 500 volumes
     assert volume.sum() == pytest.approx(tet_volumes(points, tets).sum(), rel=1e-12)
-    # a step keeps the worst tet by its own measure; of 100 meshes, 2 lost by two of them and none by all
+    # a step keeps the worst tet by its own measure; of 100 meshes of twice the points, 2 lost by two of
+    # them and none by all
     gains = [
         quality(new, better, measure).min() / quality(points, tets, measure).min()
         for measure in (SOUND, VOLUME_LENGTH, FORM)
