@@ -1,6 +1,9 @@
 """Small meshes with a crack, and folders of results with them, for the report's tests."""
 
 import json
+import tempfile
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 from structured_box import plane_crack, structured_box
@@ -48,12 +51,23 @@ def asked(folder, names, sheet="cases.tsv", increments=1, growth="prescribed", s
 
 def write_increment(folder, l_min=1.0):
     """Write the files of an increment that the report asks for, those of the cracked box."""
-    folder.mkdir(parents=True)
-    mesh = cracked_box()
-    write_tets(folder / "volume.vtu", mesh)
-    (folder / "quality.json").write_text(json.dumps({"breaches": []} | quality(mesh)))
-    write_sizing(folder / "sizing.npz", arrays_of(Sizing(l_min, 1.0, 2.0, 1.0, 2.0, 1.0, np.zeros((1, 3)))))
-    assert main(["depict", str(folder / "volume.vtu"), "-o", str(folder / "pictures")]) == 0
+    for name, content in _increment(l_min).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+
+
+@cache
+def _increment(l_min):
+    """Return the bytes of those files by name."""
+    with tempfile.TemporaryDirectory() as name:
+        folder, mesh = Path(name), cracked_box()
+        write_tets(folder / "volume.vtu", mesh)
+        (folder / "quality.json").write_text(json.dumps({"breaches": []} | quality(mesh)))
+        sizing = Sizing(l_min, 1.0, 2.0, 1.0, 2.0, 1.0, np.zeros((1, 3)))
+        write_sizing(folder / "sizing.npz", arrays_of(sizing))
+        assert main(["depict", str(folder / "volume.vtu"), "-o", str(folder / "pictures")]) == 0
+        files = [path for path in folder.rglob("*") if path.is_file()]
+        return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
 def write_front(folder, k_1, flags=("",) * 3):

@@ -103,22 +103,14 @@ def test_slurm_profile_plans_the_same_jobs_in_groups(new_folder):
         assert f"Group job surface_tiny_{inc}" in run.text and f"Group job deck_tiny_{inc}" in run.text
 
 
-@pytest.mark.parametrize(
-    ("cases", "line", "said"),
-    [
-        (HEADER + "a\tsynthetic\ttiny\t1\n" * 2, "", "case 'a' is there twice"),
-        (HEADER + "a\tsynthetic\ttiny\t1\n", "grow: {criterion: mts}", "grow.criterion is 'mts'"),
-    ],
-)
-def test_mistakes_stop_the_campaign_with_one_line(new_folder, cases, line, said):
-    folder = new_folder(cases)
-    with open(folder.path / "config.yaml", "a") as stream:
-        stream.write(line)
+def test_a_mistake_stops_the_campaign_with_one_line(new_folder):
+    folder = new_folder(HEADER + "a\tsynthetic\ttiny\t1\n" * 2)
     before = sorted(path.name for path in folder.path.iterdir())
     run = folder.snakemake("--cores", "1")
     errors = [text for text in run.text.splitlines() if "error" in text.lower()]
     assert run.status == 1
-    assert len(errors) == 1 and errors[0].startswith("craftmesh: error: ") and said in errors[0]
+    assert len(errors) == 1 and errors[0].startswith("craftmesh: error: ")
+    assert "case 'a' is there twice" in errors[0]
     after = sorted(path.name for path in folder.path.iterdir() if path.name != ".snakemake")
     assert after == before
 
