@@ -31,14 +31,14 @@ MODEL = "--microstructure labels.npz --quarter-points --material cubic:168400,12
 # The command lines up to a gradated surface, from voxels, ...
 VOXELS = (
     "generate --shape 14 14 14 --grains 3 -o generated.npz",
-    "import generated.npz --labels labels.npz --image volume.vti --islands islands.json",
-    "remesh labels.npz -o remeshed.vtp",
-    "crack labels.npz --centre 7 7 7.2 --normal 0 0.4 1 --radius 2.6 -o crack.vtp",
-    f"size remeshed.vtp --crack crack.vtp --labels labels.npz {SIZES} -o sizing.npz",
+    "import generated.npz --labels grains.npz --image volume.vti --islands islands.json",
+    "remesh grains.npz -o remeshed.vtp",
+    "crack grains.npz --centre 7 7 7.2 --normal 0 0.4 1 --radius 2.6 -o crack.vtp",
+    f"size remeshed.vtp --crack crack.vtp --labels grains.npz {SIZES} -o sizing.npz",
     "stitch remeshed.vtp --crack crack.vtp --sizing sizing.npz -o surface.vtp",
-    "gradate surface.vtp --crack crack.vtp --sizing sizing.npz -o gradated.vtp",
+    "gradate surface.vtp --crack crack.vtp --sizing sizing.npz -o finer.vtp",
 )
-# ... or with the cube's, which no kernel has made; ...
+# ... or with the cube's, which no kernel has made and whose tetrahedra are few; ...
 CUBE = (
     "crack gradated.vtp --shape through_edge --centre 0 3 3 --radius 3 -o crack.vtp",
     f"size gradated.vtp --crack crack.vtp {SIZES} -o sizing.npz",
@@ -55,7 +55,7 @@ SURFACE = (
     "depict volume.vtu -o pictures",
     "grow crack.vtp sif.csv front.csv --volume labels.npz --until -o grown.vtp",
 )
-LINES = {ALL: (*VOXELS, *SURFACE), GRADATE: (*CUBE, *GRADATED), VOLUME: (*CUBE, *SURFACE)}
+LINES = {ALL: (*VOXELS, *CUBE, *SURFACE), GRADATE: (*CUBE, *GRADATED), VOLUME: (*CUBE, *SURFACE)}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -117,8 +117,6 @@ def test_installed_workflow_is_taken_in_from_an_empty_folder(installed, tmp_path
     (tmp_path / "Snakefile").write_text(
         f'module craftmesh:\n    snakefile: "{snakefile}"\nuse rule * from craftmesh\n'
     )
-    plan = run(installed / "python", "-m", "snakemake", "--dry-run", "--cores", 1, cwd=tmp_path)
-    assert "results/demo/002/model.inp" in plan
     run(installed / "python", "-m", "snakemake", "--cores", 1, "results/demo/generated.npz", cwd=tmp_path)
     assert (tmp_path / "results" / "demo" / "generated.npz").is_file()
 

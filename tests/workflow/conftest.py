@@ -15,10 +15,10 @@ ROOT = Path(__file__).resolve().parents[2]
 CONFIG = """
 cases: cases.tsv
 chunks: 2
-generate: {shape: [16, 15, 14], grains: 5}
-sizing: {l0: 1.0, l_min: 0.7, l_max: 2.5, r0: 3.0, r1: 6.0}
+generate: {shape: [12, 9, 8], grains: 3}
+sizing: {l0: 1.5, l_min: 1.0, l_max: 3.0, r0: 2.0, r1: 4.0}
 cracks:
-  tiny: {centre: [8.0, 0.0, 7.3], radius: 3.5, growth: 1.0}
+  tiny: {centre: [6.0, 0.0, 4.2], radius: 3.5, growth: 1.0}
 """
 CASES = "case\tmicrostructure\tcrack\tincrements\ntiny\tsynthetic\ttiny\t2\n"
 # the smallest closed loop: a tilted penny that turns, two increments of seconds each

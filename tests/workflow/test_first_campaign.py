@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_first_campaign_of_a_tiny_volume_gives_a_deck(tmp_path, run_snakemake):
-    labels = generate(GenerateOptions(shape=(12, 13, 11), grains=4)).labels
+    labels = generate(GenerateOptions(shape=(8, 9, 7), grains=2)).labels
     np.savez(tmp_path / "tiny.npz", labels=labels, spacing=[2.0, 2.0, 2.0])
     command = str(Path(sys.executable).parent / "craftmesh")
     done = subprocess.run([command, "init", "tiny.npz"], cwd=tmp_path, capture_output=True, text=True)

@@ -141,7 +141,6 @@ def test_what_is_there_is_accepted(finished):
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 def test_nothing_runs_again_after_a_clean(finished, monkeypatch, capsys):
     monkeypatch.chdir(finished.path)
     parts = Path("results", "grown", "001", "tets")
@@ -151,13 +150,6 @@ def test_nothing_runs_again_after_a_clean(finished, monkeypatch, capsys):
     assert main(["status", "results"]) == 0
     told = capsys.readouterr().out.splitlines()
     assert told[-3:-1] == ["grown: all is made", "notch: all is made"]
-    assert planned(finished) == {}
-
-
-def test_a_column_of_empty_cells_reruns_nothing(finished):
-    text = (finished.path / "cases.tsv").read_text().splitlines()
-    rows = [text[0] + "\tinp.load", *(row + "\t" for row in text[1:])]
-    (finished.path / "cases.tsv").write_text("\n".join(rows))
     assert planned(finished) == {}
 
 
