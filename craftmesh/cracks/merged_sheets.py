@@ -1,4 +1,4 @@
-"""Sheets of a crack that lie over each other, almost in one surface: they become one sheet."""
+"""Sheets of a crack that lie over each other almost in one surface, or whose fronts touch, become one."""
 
 from itertools import combinations
 from typing import NamedTuple

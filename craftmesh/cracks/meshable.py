@@ -66,7 +66,7 @@ def meshable(
     of_facets: Collection[int] = (),
     is_guess: bool = False,
 ) -> Crack:
-    """Return given cracks as one, fronts that graze a face ended there and sheets that overlap made one.
+    """Return given cracks as one, fronts that graze a face ended there, sheets that overlap or touch one.
 
     Sheets overlap where they lie over each other within FRONT_OFF l_min.
 
