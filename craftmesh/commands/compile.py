@@ -28,7 +28,7 @@ CELLS = 6  # along the cube's edges
 ALL, GRADATE, VOLUME = "all", "gradate", "volume"
 SIZES = "--l-min 0.8 --l0 1 --l-max 2 --r0 2 --r1 4"
 MODEL = "--microstructure labels.npz --quarter-points --material cubic:168400,121400,75400"
-# The command lines up to a gradated surface, from voxels, ...
+# The command lines from voxels up to a gradated surface; ...
 VOXELS = (
     "generate --shape 14 14 14 --grains 3 -o generated.npz",
     "import generated.npz --labels grains.npz --image volume.vti --islands islands.json",
@@ -38,13 +38,13 @@ VOXELS = (
     "stitch remeshed.vtp --crack crack.vtp --sizing sizing.npz -o surface.vtp",
     "gradate surface.vtp --crack crack.vtp --sizing sizing.npz -o finer.vtp",
 )
-# ... or with the cube's, which no kernel has made and whose tetrahedra are few; ...
+# ... the crack and the lengths of the cube, a surface that no kernel has made, of few tetrahedra; ...
 CUBE = (
     "crack gradated.vtp --shape through_edge --centre 0 3 3 --radius 3 -o crack.vtp",
     f"size gradated.vtp --crack crack.vtp {SIZES} -o sizing.npz",
 )
 GRADATED = ("gradate gradated.vtp --crack crack.vtp --sizing sizing.npz -o finer.vtp",)
-# ... and from the gradated surface to the growth of its crack.
+# ... and from the cube's surface to the growth of its crack.
 SURFACE = (
     "tetrahedralize gradated.vtp --sizing sizing.npz --chunk 1/1 -o part.npz",
     "assemble gradated.vtp part.npz --sizing sizing.npz -o volume.vtu --front-csv front.csv",

@@ -212,7 +212,7 @@ def _round(gradation: Gradation, sizing: Sizing, limits: Limits, relaxing: bool)
     gradation.set_sizes(sizing)
     collapse_short(gradation, limits)
     gradation.set_sizes(sizing)
-    split_long(gradation, limits, 1.0)
+    split_long(gradation, limits)
     swap_all(gradation, limits)
     even_lines(gradation, limits)
     if relaxing:

@@ -181,15 +181,12 @@ def collapse_short(gradation: Gradation, limits: Limits) -> int:
     return total
 
 
-def split_long(gradation: Gradation, limits: Limits, share: float) -> int:
-    """Split the edges over limits.split of their target now, longest first by blocks; return how many.
-
-    A half may score `share` of its parent.
-    """
+def split_long(gradation: Gradation, limits: Limits) -> int:
+    """Split the edges over limits.split of their target now, longest first by blocks; return how many."""
     edges, _ = gradation.edges()
     ratio = relative_lengths(gradation.mesh.points, gradation.mesh.size, edges)
     long = _in_blocks(edges, -ratio, np.flatnonzero(ratio > limits.split))
-    return split_all(gradation, "split_edges", limits, long, share)
+    return split_all(gradation, "split_edges", limits, long, 1.0)
 
 
 def halve_longest(gradation: Gradation, limits: Limits) -> int:
@@ -197,7 +194,7 @@ def halve_longest(gradation: Gradation, limits: Limits) -> int:
 
     Strips, as of a drawn cylinder, have no sound halves; swaps and later splits better these.
     """
-    return split_long(gradation, limits._replace(split=FAR * limits.split, floor=0.0), 1.0)
+    return split_long(gradation, limits._replace(split=FAR * limits.split, floor=0.0))
 
 
 def _in_blocks(edges: np.ndarray, rank: np.ndarray, chosen: np.ndarray) -> np.ndarray:
