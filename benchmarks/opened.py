@@ -3,15 +3,12 @@
 
 def opened_mesh(voxels, crack, sizes):
     """Return the mesh of voxels with a crack opened, refined round its fronts by SizingOptions `sizes`."""
-    from craftmesh.commands.assemble import complete_mesh
+    from craftmesh.assembly.assemble import assemble
     from craftmesh.gradation.gradate import gradate
     from craftmesh.insertion.insert import insert_crack
     from craftmesh.remeshing.remesh import remesh
     from craftmesh.sizing.sources import Defects, sizing_around
-    from craftmesh.tetrahedra.grain_surface import mended
-    from craftmesh.tetrahedra.options import TetrahedralizeOptions
-    from craftmesh.tetrahedra.record import record_of
-    from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
+    from craftmesh.tetrahedra.volume import mesh_volume
     from craftmesh.voxels.islands import find_islands
 
     surface, _ = remesh(voxels)
@@ -19,8 +16,5 @@ def opened_mesh(voxels, crack, sizes):
     inserted, _ = insert_crack(surface, crack, sizing_around(defects, surface, sizes))
     sizing = sizing_around(defects, inserted, sizes)
     gradated, _ = gradate(inserted, sizing, crack=crack)
-    found = mended(gradated)
-    options = TetrahedralizeOptions()
-    tets, report = tetrahedralize(found.surface, sizing, find_islands(voxels), options)
-    record = record_of(options.mesher, report, [], found.report)
-    return complete_mesh(found.surface, tets, record, lambda: sizing, options)[0]
+    volume, _ = mesh_volume(gradated, sizing, islands=find_islands(voxels))
+    return assemble(volume.surface, volume.grain_tets)[0]

@@ -118,14 +118,10 @@ def run_whole(path: str, changes: dict) -> dict:
 
 def whole(surface, sizing, islands, changes: dict):
     """Return (points, tets, grain, surface) as decks have them, the crack closed."""
-    from craftmesh.tetrahedra.flat_places import given_way
     from craftmesh.tetrahedra.options import TetrahedralizeOptions
-    from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
-    from craftmesh.tetrahedra.whole_optimisation import optimised_whole
+    from craftmesh.tetrahedra.volume import mesh_volume
 
-    grain_tets, _ = tetrahedralize(surface, sizing, islands, TetrahedralizeOptions(**changes))
-    opened = given_way(surface, grain_tets)
-    found = optimised_whole(opened.surface, opened.grain_tets)
+    found, _ = mesh_volume(surface, sizing, TetrahedralizeOptions(**changes), islands)
     return *merged(found.surface, found.grain_tets), found.surface
 
 

@@ -3,6 +3,7 @@
 from craftmesh.assembly.assemble import assemble as assemble
 from craftmesh.assembly.open_crack import open_crack as open_crack
 from craftmesh.cracks.options import CrackOptions as CrackOptions
+from craftmesh.cracks.prepare import prepare_crack as prepare_crack
 from craftmesh.cracks.series import prescribed_crack as prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles as crack_from_triangles
 from craftmesh.deck.write_deck import DeckOptions as DeckOptions
@@ -23,6 +24,8 @@ from craftmesh.stitching.stitch import stitch_grains as stitch_grains
 from craftmesh.surface.check_surface import check_surface as check_surface
 from craftmesh.tetrahedra.options import TetrahedralizeOptions as TetrahedralizeOptions
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize as tetrahedralize
+from craftmesh.tetrahedra.volume import Volume as Volume
+from craftmesh.tetrahedra.volume import mesh_volume as mesh_volume
 from craftmesh.types import Crack as Crack
 from craftmesh.types import Surface as Surface
 from craftmesh.types import TetMesh as TetMesh

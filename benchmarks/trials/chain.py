@@ -7,22 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from craftmesh.commands.assemble import complete_mesh
+from craftmesh.assembly.assemble import assemble
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
-from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions
+from craftmesh.cracks.prepare import prepare_crack
 from craftmesh.cracks.series import GivenSurface, crack_of_increment
 from craftmesh.deck.write_deck import DeckOptions, write_deck
-from craftmesh.errors import CraftmeshError, MeshingError
+from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.gradate import gradate
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.io.vtk import write_crack, write_surface, write_tets
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sources import Defects, sizing_around
-from craftmesh.tetrahedra.grain_surface import mended
-from craftmesh.tetrahedra.options import TetrahedralizeOptions
-from craftmesh.tetrahedra.record import record_of
-from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
+from craftmesh.tetrahedra.volume import mesh_volume
 from craftmesh.types import Crack, Surface, TetMesh
 from craftmesh.voxels.islands import find_islands
 from trials.drawing import Drawn
@@ -92,24 +89,15 @@ def _crack(case: Drawn, surface: Surface) -> Crack:
         given = None if case.prescribed else GivenSurface(case.sheet.points, case.sheet.triangles, fronts)
         crack = crack_of_increment(options, 0, case.voxels.box, given)
     of_facets = (0,) if options.shape == IN_BOUNDARIES else ()
-    return meshable([crack], case.voxels.box, float(case.sizes.l_min or 0), of_facets)
+    return prepare_crack([crack], case.voxels.box, float(case.sizes.l_min or 0), of_facets)
 
 
 def _meshed(case: Drawn, made: Made, crack: Crack):
     """Return the assembled mesh and the report, with the whole model meshed anew where a grain fails."""
-    options = TetrahedralizeOptions()
-    found = mended(made.gradated)
-    made.warnings += (found.warning,) if found.warning else ()
-    surface, left = found.surface, []
-    islands = find_islands(case.voxels)
-    try:
-        grain_tets, report = tetrahedralize(surface, made.sizing, islands, options)
-    except MeshingError as error:
-        made.warnings += (f"meshing: {error}",)
-        grain_tets, report = list(error.done), error.report
-        left = [failure.grain for failure in error.failures]
-    record = record_of(options.mesher, report, left, found.report)
-    return complete_mesh(surface, grain_tets, record, lambda: made.sizing, options, crack)
+    volume, report = mesh_volume(made.gradated, made.sizing, islands=find_islands(case.voxels))
+    made.warnings += volume.warnings
+    mesh, assembled = assemble(volume.surface, volume.grain_tets, crack)
+    return mesh, report | assembled | {"meshing": volume.record}
 
 
 def _plain(value: Any) -> Any:

@@ -11,8 +11,8 @@ from craftmesh.commands.stage_io import add_file, add_output, add_report, tell
 from craftmesh.cracks.fit_bounds import Numbers, notes_on_size
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
 from craftmesh.cracks.measured import crack_along_path, crack_through_fronts, crack_through_points
-from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files, given_file
+from craftmesh.cracks.prepare import prepare_crack
 from craftmesh.cracks.prescription import check_crack
 from craftmesh.cracks.series import GivenSurface, crack_of_increment, refuse_shrunk
 from craftmesh.cracks.voxel_crack import crack_through_voxels
@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> None:
         reports[f"crack_{number}"] = report
     of_facets = [number for number, options in enumerate(given) if options.shape == IN_BOUNDARIES]
     is_guess = lengths.l_min is None and lengths.l0 is None
-    crack = meshable(cracks, box, l_min, of_facets, is_guess)
+    crack = prepare_crack(cracks, box, l_min, of_facets, is_guess)
     if arguments.previous:
         refuse_shrunk(crack, read_crack(arguments.previous), increment)
     write_crack(arguments.output, crack)

@@ -6,18 +6,22 @@ from pathlib import Path
 
 import numpy as np
 
+from craftmesh.assembly.assemble import assemble
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_file, add_report, tell
+from craftmesh.commands.stage_io import add_file, add_report, tell, warn
 from craftmesh.errors import CraftmeshError, existing, named
 from craftmesh.io.front_csv import front_table, write_front
 from craftmesh.io.point_files import SourcePoints, read_length_field, read_source_points
 from craftmesh.io.stage_npz import read_sizing
 from craftmesh.io.vtk import read_crack, write_tets
+from craftmesh.mesh.shape_measures import flat_sentence, flat_tets
+from craftmesh.mesh.tet_connectivity import severed_sentence
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around, touches_box
 from craftmesh.sizing.stored import sizing_of
-from craftmesh.types import Crack, Surface, TetMesh
+from craftmesh.tetrahedra.volume import Volume
+from craftmesh.types import Crack, Surface
 
 
 def add_crack(parser: argparse.ArgumentParser, what: str) -> None:
@@ -40,15 +44,18 @@ def add_mesh_flags(parser: argparse.ArgumentParser) -> None:
     add_sizing(parser)
 
 
-def write_mesh(arguments: argparse.Namespace, mesh: TetMesh, report: dict) -> None:
-    """Write the mesh, its report and, where --front-csv names a file, the fronts in second order."""
+def write_assembled(arguments: argparse.Namespace, volume: Volume, report: dict) -> None:
+    """Write the mesh of a volume, its report and, where --front-csv names a file, the ordered fronts."""
+    mesh, assembled = assemble(volume.surface, volume.grain_tets, given_crack(arguments))
+    warn(flat_sentence(flat_tets(mesh)))
+    warn(severed_sentence(mesh))
     if arguments.front_csv is not None:
         from craftmesh.mesh.front_frames import front_frames
         from craftmesh.mesh.second_order import raise_order
 
         write_front(arguments.front_csv, front_frames(raise_order(mesh)).columns())
     write_tets(arguments.output, mesh)
-    tell(report, arguments.report)
+    tell(report | assembled | {"meshing": volume.record}, arguments.report)
 
 
 def add_front(parser: argparse.ArgumentParser) -> None:

@@ -4,29 +4,22 @@ Without --sizing, --front and sizes, edges inside the grains follow those of the
 """
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.mesh_flags import (
-    add_mesh_flags,
-    check_sizing,
-    given_crack,
-    given_sizing,
-    write_mesh,
-)
+from craftmesh.commands.mesh_flags import add_mesh_flags, check_sizing, given_sizing, write_assembled
 from craftmesh.commands.stage_io import add_file, add_output, tell, warn
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.io.json_file import read_json
 from craftmesh.io.stage_npz import write_grain_tets
 from craftmesh.io.vtk import read_surface, write_facets, write_surface
 from craftmesh.progress import ProgressLine
-from craftmesh.sizing.sizing import Lengths
-from craftmesh.tetrahedra.grain_surface import mended
-from craftmesh.tetrahedra.meshers import TETWILD
+from craftmesh.tetrahedra.diagnose import GrainFailure
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
-from craftmesh.tetrahedra.record import record_of
-from craftmesh.tetrahedra.tetrahedralize import grains_of_chunk, tetrahedralize
-from craftmesh.types import GrainTets, Surface
+from craftmesh.tetrahedra.tetrahedralize import grains_of_chunk
+from craftmesh.tetrahedra.volume import fill_grains, mesh_volume
+from craftmesh.types import Surface
 from craftmesh.voxels.islands import islands_from_json
 
 
@@ -49,78 +42,46 @@ def run(arguments: argparse.Namespace) -> None:
         raise CraftmeshError(f"--workers is {arguments.workers}; expected a number >= 1")
     if arguments.chunk is not None and arguments.front_csv is not None:
         raise CraftmeshError("--front-csv needs all grains, not a --chunk; give it to craftmesh assemble")
-    options = options_from(arguments, TetrahedralizeOptions)
-    surface, repair = repaired(surface, arguments.output) if options.repair else (surface, None)
-    sizing = given_sizing(arguments, surface)
-    grains = surface.grains.tolist()
-    if arguments.chunk is not None:
-        grains = grains_of_chunk(surface, *arguments.chunk)
-    if options.mesher == TETWILD:
-        grain_tets: list[GrainTets] = []
-        report: dict = {}
-        left = grains
-    else:
-        grain_tets, report, left = mesh_grains(arguments, surface, sizing, options, grains)
-    record = record_of(options.mesher, report, left, repair)
-    if arguments.chunk is not None:
-        write_grain_tets(arguments.output, grain_tets, record)
-        tell(report | {"left_to_the_whole_model": left}, arguments.report)
-        return
-    from craftmesh.commands.assemble import complete_mesh
-
-    mesh, opened = complete_mesh(
-        surface, grain_tets, record, lambda: sizing, options, given_crack(arguments)
-    )
-    write_mesh(arguments, mesh, report | opened)
-
-
-def repaired(surface: Surface, output: Path) -> tuple[Surface, dict | None]:
-    """Return the surface, repaired where facets intersect, and what was done, if anything.
-
-    The facets as they were are written beside the output.
-    """
-    found = mended(surface)
-    if found.faulty is not None:
-        path = output.with_name(f"{output.stem}-faulty-facets.vtp")
-        write_surface(path, found.faulty)
-        warn(f"{found.warning}; see {path}")
-    return found.surface, found.report
-
-
-def mesh_grains(
-    arguments: argparse.Namespace,
-    surface: Surface,
-    sizing: Lengths | None,
-    options: TetrahedralizeOptions,
-    grains: list[int],
-) -> tuple[list[GrainTets], dict, list[int]]:
-    """Return the tets of the grains, the report and the ids of the grains that are left.
-
-    Raises CraftmeshError when grains fail, `fallback` is none and there is no chunk to keep the others in.
-    """
-    file = arguments.islands
+    options, file = options_from(arguments, TetrahedralizeOptions), arguments.islands
     islands = islands_from_json(read_json(file), str(file)) if file else ()
+    sizing, workers = given_sizing(arguments, surface), arguments.workers
     try:
         with ProgressLine("tetrahedralize") as progress:
-            return *tetrahedralize(
-                surface,
-                sizing,
-                islands,
-                options,
-                grains=grains,
-                workers=arguments.workers,
-                progress=progress,
-            ), []
+            if arguments.chunk is None:
+                volume, report = mesh_volume(surface, sizing, options, islands, workers, progress)
+            else:
+                grains = grains_of_chunk(surface, *arguments.chunk)
+                volume, report = fill_grains(surface, sizing, options, islands, grains, workers, progress)
     except MeshingError as error:
-        output, paths = arguments.output, []
-        for failure in error.failures:
-            paths.append(output.with_name(f"{output.stem}-failed-grain-{failure.grain}.vtp"))
-            write_facets(paths[-1], failure.surface.points, failure.surface.facets, failure.marks)
-        places = f"; see {', '.join(map(str, paths))}" if paths else ""
-        if options.fallback == "none" and arguments.chunk is None:
-            raise CraftmeshError(f"{error}{places}") from None
-        warn(f"{error}{places}")
-        return list(error.done), error.report, [failure.grain for failure in error.failures]
+        shown = write_faults(arguments.output, surface, error.report.get("repair"), error.failures)
+        raise CraftmeshError("; see ".join(filter(None, [str(error), shown]))) from None
+    shown = write_faults(arguments.output, surface, volume.record["repair"], volume.failures)
+    for line in (*volume.warnings, f"facets at fault are shown by {shown}" if shown else None):
+        warn(line)
+    if arguments.chunk is None:
+        write_assembled(arguments, volume, report)
+        return
+    write_grain_tets(arguments.output, list(volume.grain_tets), volume.record)
+    tell(report | {"left_to_the_whole_model": volume.record["left"]}, arguments.report)
+
+
+def write_faults(
+    output: Path, surface: Surface, repair: dict | None, failures: Sequence[GrainFailure]
+) -> str:
+    """Write the facets that were repaired and the surfaces of grains that failed; return their names.
+
+    The files lie beside `output`; surface: the one before the repair.
+    """
+    paths = []
+    if repair:
+        paths.append(output.with_name(f"{output.stem}-faulty-facets.vtp"))
+        rows = repair["facets"]
+        faulty = Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
+        write_surface(paths[-1], faulty)
+    for failure in failures:
+        paths.append(output.with_name(f"{output.stem}-failed-grain-{failure.grain}.vtp"))
+        write_facets(paths[-1], failure.surface.points, failure.surface.facets, failure.marks)
+    return ", ".join(map(str, paths))
 
 
 def chunk(text: str) -> tuple[int, int]:

@@ -1,6 +1,7 @@
 """Tetrahedra in the grains.
 
 In come the gradated surface and lengths, out come the tets of each grain on the surface's own points.
+`volume` has the whole chain and its two halves: the grains, which chunks share, and the whole model.
 Each grain is meshed in a worker (`tetrahedralize`, `grain_meshing`): a first mesh tells inside from
 outside (`grain_region`), a lattice gives points (`interior_points`), a mesher fills the grain
 (`meshers`), and a grain that fails is tried with less asked (`ladder`). `optimise_tets` betters the tets

@@ -70,15 +70,10 @@ def grain_surfaces(surface: Surface, grains: Iterable[int] | None = None) -> lis
 
 @dataclass(frozen=True)
 class Mended:
-    """A surface to cut grains from, and what was done to it.
-
-    report: that of `repair_surface`, faulty: the facets as they were, warning: all of it in one line; each
-    is None where nothing was at fault.
-    """
+    """A surface to cut grains from, and the report of its repair with a warning; None without a fault."""
 
     surface: Surface
     report: dict | None = None
-    faulty: Surface | None = None
     warning: str | None = None
 
 
@@ -87,8 +82,6 @@ def mended(surface: Surface) -> Mended:
     found, report = repair_surface(surface)
     if not report["faults"]:
         return Mended(surface)
-    rows = report["facets"]
-    faulty = Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
     warning = (
         f"{report['faults']} facets of the surface intersect or are degenerate, at grains "
         f"{', '.join(map(str, report['grains'][:6]))}: {report['points_moved']} points were moved by up to "
@@ -96,4 +89,4 @@ def mended(surface: Surface) -> Mended:
         f"{report['faults_left']} such facets are left, the largest change of a volume is "
         f"{100 * report['volume_drift_worst']:.2g} %"
     )
-    return Mended(found, report, faulty, warning)
+    return Mended(found, report, warning)

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh.cracks.grazing_fronts import ending_on_faces
-from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.prepare import prepare_crack
 from craftmesh.cracks.promises import FRONT_MOVED
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import sheets
@@ -74,7 +74,7 @@ def test_a_crack_of_facets_of_a_surface_stays_beside_one_that_ends_on_a_face():
     """Its front may run against its triangles, which are turned as those of the boundaries are."""
     near, far = penny(0.01), penny(0.01, axis=0)
     facets = Crack(far.points, far.triangles[:, ::-1], far.fronts)
-    first, second = sheets(meshable([near, facets], BOX, L_MIN, of_facets=[1]))
+    first, second = sheets(prepare_crack([near, facets], BOX, L_MIN, of_facets=[1]))
     assert len(first.points) > len(near.points)
     assert np.array_equal(second.points, facets.points)
     assert np.array_equal(second.triangles, facets.triangles)

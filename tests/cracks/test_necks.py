@@ -5,8 +5,8 @@ import pytest
 import shapely
 
 from craftmesh.cracks.merged_sheets import OVERLAP, WIDTH, sheet_pair, with_neck
-from craftmesh.cracks.meshable import meshable
 from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.prepare import prepare_crack
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import sheets
 from craftmesh.surface.measure import total_area
@@ -28,7 +28,7 @@ def two_discs(gap: float, height: float = 0.0):
 @pytest.mark.parametrize(("gap", "height"), [(0.0, 0.0), (0.01, 0.015), (-0.01, 0.0), (-0.03, 0.015)])
 def test_discs_that_all_but_touch_are_one_sheet_whose_front_is_hardly_moved(gap, height):
     given = two_discs(gap, height)
-    merged = meshable(given, BOX, L_MIN)
+    merged = prepare_crack(given, BOX, L_MIN)
     assert len(sheets(merged)) == 1
     (front,) = merged.fronts
     fronts = [one.points[one.fronts[0]] for one in given]
@@ -53,12 +53,12 @@ def turns(line: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("gap", [0.05, 0.3, -0.06, -1.0])
 def test_discs_that_are_apart_or_overlap_stay_two(gap):
-    merged = meshable(two_discs(gap), BOX, L_MIN)
+    merged = prepare_crack(two_discs(gap), BOX, L_MIN)
     assert len(sheets(merged)) == 2
 
 
 def test_discs_side_by_side_at_another_height_stay_two():
-    assert len(sheets(meshable(two_discs(0.0, height=1.0), BOX, L_MIN))) == 2
+    assert len(sheets(prepare_crack(two_discs(0.0, height=1.0), BOX, L_MIN))) == 2
 
 
 def test_the_hole_of_a_ring_is_kept_where_its_outside_touches_another():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from craftmesh.cracks.merged_sheets import merged_sheets
-from craftmesh.cracks.meshable import refuse_along_sheets
 from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.prepare import refuse_along_sheets
 from craftmesh.cracks.series import crack_area, prescribed_crack
 from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.errors import CraftmeshError

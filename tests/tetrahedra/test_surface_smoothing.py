@@ -7,7 +7,6 @@ import pytest
 from structured_box import plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
-from craftmesh.commands.assemble import complete_mesh
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
 from craftmesh.surface.connectivity import unique_edges
@@ -19,6 +18,7 @@ from craftmesh.tetrahedra.kernels.tet_smoothing import FREE_FROM
 from craftmesh.tetrahedra.opening_model import is_narrow, is_stretched
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
+from craftmesh.tetrahedra.volume import Volume, complete_volume
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.tetrahedra.whole_optimisation import REACH, smoothed_surface
 from craftmesh.types import CRACK
@@ -134,14 +134,15 @@ def test_the_record_names_the_poor_tets_that_are_left_and_without_optimise_nothi
     surface, tets = shaken_box(3)
     options = TetrahedralizeOptions()
     record = record_of(options.mesher, {"poor": {"1": [{"dihedrals": [1.0, 90.0]}]}}, [], None)
-    mesh, report = complete_mesh(surface, tets, record, lambda: None, options)
-    assert report["meshing"]["smoothed"]["surface_points_moved"] > 0
+    filled = Volume(surface, tets, record)
+    found = complete_volume(filled, lambda: None, options)
+    mesh, _ = assemble(found.surface, found.grain_tets)
+    assert found.record["smoothed"]["surface_points_moved"] > 0
     assert is_poor(shape_measures(mesh.points, mesh.tets)).sum() == 0
-    assert report["meshing"]["poor"] == {}
-    mesh, report = complete_mesh(surface, tets, record, lambda: None, replace(options, optimise=False))
-    assert report["meshing"]["smoothed"] is None
-    opened = given_way(surface, tets).surface.points
-    assert set(map(tuple, opened.tolist())) <= set(map(tuple, mesh.points.tolist()))
+    assert found.record["poor"] == {}
+    kept = complete_volume(filled, lambda: None, replace(options, optimise=False))
+    assert kept.record["smoothed"] is None
+    assert kept.surface.points.tobytes() == given_way(surface, tets).surface.points.tobytes()
 
 
 def test_the_same_input_gives_the_same_bytes():

@@ -1,4 +1,4 @@
-"""A crack as it goes to the mesh: not along a face, and its sheets apart, across each other, or one."""
+"""Preparation of given cracks for the mesh: refused along a face, sheets apart, crossing, or one."""
 
 from collections.abc import Collection, Sequence
 from itertools import combinations
@@ -59,21 +59,19 @@ def _refuse(pair: SheetPair, numbers: tuple[int, int], box: np.ndarray, l_min: f
         )
 
 
-def meshable(
+def prepare_crack(
     cracks: Sequence[Crack],
     box: np.ndarray,
     l_min: float,
     of_facets: Collection[int] = (),
     is_guess: bool = False,
 ) -> Crack:
-    """Return given cracks as one, fronts that graze a face ended there, sheets that overlap or touch one.
+    """Return the cracks as one that `insert_crack` can mesh in the box (2, 3) at front edges of l_min.
 
-    Sheets overlap where they lie over each other within FRONT_OFF l_min.
-
-    box (2, 3), l_min in model units. of_facets: the numbers of cracks made of a surface's facets, which
-    have to stay as they are. is_guess: l_min is; fronts beside a face are left to the insertion then.
-    Raises CraftmeshError for sheets along a face of the box or along each other, between which there is no
-    room for tetrahedra.
+    Fronts that graze a face of the box end there; sheets that overlap within FRONT_OFF l_min, or touch,
+    become one. of_facets: numbers of the cracks made of a surface's facets, which stay as they are.
+    is_guess: l_min is a guess; fronts near a face are then left to the insertion. Raises CraftmeshError
+    for sheets along a face of the box or along each other, between which there is no room for tetrahedra.
     """
     parts = []
     for number, crack in enumerate(cracks):

@@ -1,0 +1,122 @@
+"""Tetrahedra of a whole model: grain by grain, then with its surface, which gives way and is smoothed."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from craftmesh.arguments import typed
+from craftmesh.errors import CraftmeshError, MeshingError
+from craftmesh.progress import silent
+from craftmesh.sizing.sizing import Lengths
+from craftmesh.tetrahedra.diagnose import GrainFailure
+from craftmesh.tetrahedra.fallback import Completion, completed
+from craftmesh.tetrahedra.flat_places import given_way
+from craftmesh.tetrahedra.grain_surface import Mended, mended
+from craftmesh.tetrahedra.meshers import TETWILD
+from craftmesh.tetrahedra.options import TetrahedralizeOptions
+from craftmesh.tetrahedra.record import record_of, with_counts
+from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
+from craftmesh.tetrahedra.whole_optimisation import optimised_whole
+from craftmesh.types import GrainTets, Surface
+from craftmesh.voxels.islands import Island
+
+
+@dataclass(frozen=True)
+class Volume:
+    """Tetrahedra of the grains and the surface that they lie on: the two inputs of `assemble`.
+
+    record: what became of the grains, as in quality.json; warnings: a line for each change of the surface
+    and for grains that failed; failures: one per failed grain.
+    """
+
+    surface: Surface
+    grain_tets: Sequence[GrainTets]
+    record: dict
+    warnings: tuple[str, ...] = ()
+    failures: tuple[GrainFailure, ...] = ()
+
+    def warned(self, *texts: str | None) -> "Volume":
+        """Return the volume with `texts` as further warnings; None is left out."""
+        return replace(self, warnings=(*self.warnings, *(text for text in texts if text)))
+
+
+@typed
+def mesh_volume(
+    surface: Surface,
+    sizing: Lengths | None = None,
+    options: TetrahedralizeOptions | None = None,
+    islands: Sequence[Island] | None = None,
+    workers: int = 1,
+    progress: Callable[[float, str], None] = silent,
+) -> tuple[Volume, dict]:
+    """Return the tetrahedra of all grains with their surface, and a report of the grains.
+
+    The surface is repaired where facets intersect, and each grain is filled. Then surface points move where
+    tetrahedra are poor, and slide to lower the mean aspect ratio. sizing: `at(points)` gives target edge
+    lengths, None takes the surface's own; islands: see `tetrahedralize`. The result does not depend on
+    `workers`. Raises MeshingError, with the record as its report, when a grain fails every attempt and
+    the fallback is none or fails too.
+    """
+    options = options or TetrahedralizeOptions()
+    filled, report = fill_grains(surface, sizing, options, islands, None, workers, progress)
+    return complete_volume(filled, lambda: sizing, options, progress), report
+
+
+def fill_grains(
+    surface: Surface,
+    sizing: Lengths | None,
+    options: TetrahedralizeOptions,
+    islands: Sequence[Island] | None = None,
+    grains: Iterable[int] | None = None,
+    workers: int = 1,
+    progress: Callable[[float, str], None] = silent,
+) -> tuple[Volume, dict]:
+    """Return the repaired surface with the tetrahedra of `grains` (default: all), and a report.
+
+    Grains that fail every attempt, or all with mesher tetwild, are `left` in the record without tetrahedra.
+    """
+    found = mended(surface) if options.repair else Mended(surface)
+    wanted = surface.grains.tolist() if grains is None else list(grains)
+    tets: list[GrainTets] = []
+    report: dict = {}
+    failures: tuple[GrainFailure, ...] = ()
+    warning, left = None, wanted
+    if options.mesher != TETWILD:
+        fill = partial(tetrahedralize, islands=islands, options=options, grains=wanted)
+        try:
+            tets, report = fill(found.surface, sizing, workers=workers, progress=progress)
+        except MeshingError as error:
+            tets, report, failures, warning = list(error.done), error.report, error.failures, str(error)
+        left = [failure.grain for failure in failures]
+    record = record_of(options.mesher, report, left, found.report)
+    return Volume(found.surface, tets, record, failures=failures).warned(found.warning, warning), report
+
+
+def complete_volume(
+    filled: Volume,
+    sizing_of: Callable[[], Lengths | None],
+    options: TetrahedralizeOptions,
+    progress: Callable[[float, str], None] = silent,
+) -> Volume:
+    """Return the tetrahedra of all grains after the moves of their surface, as `mesh_volume` does.
+
+    filled: all grains of the repaired surface, from any number of chunks; sizing_of: called only when the
+    whole model is meshed for grains that are left. Raises MeshingError when that fails, or when
+    options.fallback is none.
+    """
+    given, record = Completion(filled.surface, filled.grain_tets), filled.record
+    try:
+        if filled.failures and options.fallback == "none":
+            raise CraftmeshError(filled.warnings[-1])
+        whole = completed(given, record, sizing_of, options, progress)
+    except CraftmeshError as error:
+        raise MeshingError(str(error), filled.failures, tuple(filled.grain_tets), record) from None
+    opened = given_way(whole.surface, whole.grain_tets)
+    surface, tets, poor, smooth = opened.surface, opened.grain_tets, opened.poor, None
+    if options.optimise:
+        smoothed = optimised_whole(surface, tets)
+        surface, tets, smooth = smoothed.surface, smoothed.grain_tets, smoothed.report
+        poor = dict.fromkeys(record.get("poor", {}) | poor, []) | smoothed.poor
+    counts = with_counts(record, whole.whole_model, opened.report, smooth, poor)
+    volume = replace(filled, surface=surface, grain_tets=tets, record=counts)
+    return volume.warned(whole.warning, opened.warning)

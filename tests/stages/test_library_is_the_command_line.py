@@ -1,0 +1,81 @@
+"""The library's calls and the command line give the same mesh, to the last byte."""
+
+import numpy as np
+import pytest
+
+import craftmesh as cm
+from craftmesh import cli
+from craftmesh.io.npz import write_labels
+from craftmesh.io.vtk import write_tets
+from craftmesh.voxels.generate import generate
+from craftmesh.voxels.options import GenerateOptions
+
+SIZES = {"l_min": 0.8, "l0": 1.2, "l_max": 2.0, "r0": 3.0, "r1": 8.0}
+GRAINS = {"shape": (14, 12, 12), "grains": 4, "seed": 1}
+
+
+def disc(x, height=6.03, radius=2.6):
+    return {"shape": "penny", "centre": (x, 6.05, height), "normal": (0.0, 0.0, 1.0), "radius": radius}
+
+
+CASES = {
+    # .001 l_min apart: one crack with a neck
+    "two discs": (GRAINS, [disc(4.0), disc(4.0 + 2 * 2.6 + 0.0008)]),
+    "an edge crack": (GRAINS, [disc(0.0, radius=5.0)]),
+    "discs that cross": (GRAINS, [disc(6.0), disc(7.0) | {"normal": (0.0, 1.0, 0.3)}]),
+    "no crack": (GRAINS, []),
+    "a void": (GRAINS | {"voids": 1}, [disc(0.0, radius=4.0)]),
+}
+
+
+def flags(options):
+    for key, value in options.items():
+        yield f"--{key.replace('_', '-')}"
+        yield from map(str, value if isinstance(value, tuple) else (value,))
+
+
+def command_line(voxels, cracks):
+    """Return the bytes of volume.vtu, made stage by stage in the present folder."""
+    write_labels("labels.npz", voxels)
+    sizes = list(flags(SIZES))
+    run("remesh", "labels.npz", "-o", "plain.vtp")
+    source = []
+    if cracks:
+        first, *others = (list(flags(one)) for one in cracks)
+        more = [word for other in others for word in ("--and", *other)]
+        lengths = flags({key: SIZES[key] for key in ("l_min", "l0")})
+        run("crack", "labels.npz", *first, *lengths, "-o", "crack.vtp", *more)
+        source = ["--crack", "crack.vtp"]
+    run("size", "plain.vtp", *source, *sizes, "-o", "sizing.npz")
+    sizing = ["--sizing", "sizing.npz"]
+    run("stitch", "plain.vtp", *source, *sizing, "-o", "surface.vtp")
+    run("gradate", "surface.vtp", *source, *sizing, "-o", "gradated.vtp")
+    run("tetrahedralize", "gradated.vtp", *source, *sizing, "-o", "volume.vtu")
+    return open("volume.vtu", "rb").read()
+
+
+def run(*words):
+    assert cli.main(list(words)) == 0
+
+
+def library(voxels, cracks):
+    surface, _ = cm.remesh(voxels)
+    made = [cm.prescribed_crack(cm.CrackOptions(**one), 0, voxels.box) for one in cracks]
+    crack = cm.prepare_crack(made, voxels.box, SIZES["l_min"]) if made else None
+    sizing = cm.sizing_around(cm.Defects(crack), surface, cm.SizingOptions(**SIZES))
+    if crack is not None:
+        surface, _ = cm.insert_crack(surface, crack, sizing)
+    surface, _ = cm.gradate(surface, sizing, crack=crack)
+    filled, _ = cm.mesh_volume(surface, sizing)
+    write_tets("library.vtu", cm.assemble(filled.surface, filled.grain_tets, crack)[0])
+    return open("library.vtu", "rb").read()
+
+
+@pytest.mark.sampled(5)
+@pytest.mark.parametrize("case", CASES)
+def test_the_library_gives_the_command_lines_bytes(case, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    grains, cracks = CASES[case]
+    voxels = generate(GenerateOptions(**grains))
+    assert np.any(voxels.labels < 0) == ("voids" in grains)
+    assert command_line(voxels, cracks) == library(voxels, cracks)
