@@ -1,12 +1,16 @@
-"""A grain's material and axes in the deck are those of the model, turned by plain rotations of tensors."""
+"""Materials, axes, contact and layers in the deck are those of the model, by plain tensors and units."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from deck_reader import of_kind, read_deck
-from structured_box import structured_box
+from deck_reader import elements_of, of_kind, read_deck
+from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
+from craftmesh.assembly.boundary_layers import boundary_layers
 from craftmesh.deck.write_deck import DeckOptions, write_deck, write_model
+from craftmesh.mechanics.cohesive import CohesiveLayers, laws_of_pairs
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.orientation import random_orientations
 
@@ -113,3 +117,40 @@ def test_a_strain_given_in_the_sample_by_grain_is_written_with_its_own_axes(tmp_
         number = int(grain.removeprefix("GRAIN_"))
         assert np.abs(strained - strains[number]).max() < 1e-14
         assert np.abs(stiff - turned(stiffness, rotation(turns[number]))).max() < 1e-11 * 168400
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_the_contact_of_lips_is_as_stiff_in_every_unit_of_length_and_of_stress(factor, tmp_path):
+    """Contact is stress over length: overlaps stay the same share of the body."""
+    crack = plane_crack(2, 2, hexagon((2, 2), 1))
+    stiffness = []
+    for name, edge, young in (("one", 1.0, 1.0), ("length", factor, 1.0), ("stress", 1.0, factor)):
+        body = assemble(*structured_box((4, 4, 4), lambda c: np.ones(len(c), int), crack, (edge,) * 3))[0]
+        options = DeckOptions(lip_contact=True, load="stress", material=(f"isotropic:{young!r},0.3",))
+        write_deck(tmp_path / f"{name}.inp", body, options)
+        ((_, rows),) = of_kind(read_deck(tmp_path / f"{name}.inp"), "SURFACE BEHAVIOR")
+        stiffness.append(float(rows[0][0]))
+    assert stiffness[1:] == pytest.approx([stiffness[0] / factor, stiffness[0] * factor], rel=1e-12)
+
+
+def test_cohesive_layers_have_ids_of_their_own_and_each_pair_has_its_law(tmp_path):
+    body = assemble(*structured_box((3, 1, 1), lambda c: 1 + c[:, 0].astype(int)))[0]
+    model, _ = elastic_model(body, DeckOptions(load="strain"))
+    texts = ["all:stiffness=5,strength=2,energy=3", "2-3:stiffness=7"]
+    laws = laws_of_pairs(texts, [(1, 2), (2, 3)], model)
+    opened, elements = boundary_layers(model.mesh, laws)
+    layers = CohesiveLayers(laws, elements)
+    write_model(tmp_path / "m.inp", replace(model, mesh=opened), DeckOptions(cohesive=texts), layers=layers)
+    blocks = read_deck(tmp_path / "m.inp")
+    by_id, sets = elements_of(blocks)
+    assert sorted(by_id) == list(range(1, len(opened.tets) + sum(map(len, elements.values())) + 1))
+    for (a, b), rows in elements.items():
+        assert [by_id[i] for i in sets[f"COH_{a}_{b}"]] == (rows + 1).tolist()
+    assert sets["COH_ALL"] == [*sets["COH_1_2"], *sets["COH_2_3"]]
+    values, name = {}, ""
+    for keyword, parameters, rows in blocks:
+        name = parameters["NAME"] if keyword == "MATERIAL" else name
+        if keyword == "ELASTIC":
+            values[name] = [float(value) for value in rows[0]]
+    of_pair = {p["ELSET"]: values[p["MATERIAL"]] for p, _ in of_kind(blocks, "COHESIVE SECTION")}
+    assert of_pair == {"COH_1_2": [5.0] * 3, "COH_2_3": [7.0] * 3}
