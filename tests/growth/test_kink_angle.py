@@ -35,6 +35,31 @@ def test_the_kink_without_sliding_in_mode_ii_stands_at_77_3_degrees():
     assert before * after < 0
 
 
+# F_11, F_12, F_21, F_22 by the series printed in Amestoy & Leblond (1992), from another transcription of it
+PRINTED = {
+    -80: (0.463591159896, 1.229047844515, -0.370435120723, -0.044256518445),
+    20: (0.955219914849, -0.506828594585, 0.168012054761, 0.907147218958),
+    50: (0.747788934443, -1.066462182074, 0.342942096934, 0.487257118025),
+    85: (0.416991472203, -1.216294553128, 0.360942060290, -0.123328303717),
+}
+
+
+@pytest.mark.parametrize("degrees", PRINTED)
+def test_the_intensities_of_a_short_kink_are_the_printed_ones(degrees):
+    # the last digit of the last coefficient makes 3e-9 at 85 degrees
+    assert kink_factors(np.radians(degrees)) == pytest.approx(PRINTED[degrees], abs=1e-11)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3])
+def test_the_energy_of_all_modes_is_irwins_straight_ahead_and_sihs_of_a_kink_under_tearing(poisson):
+    k = np.array([[2.0, 0.5, 0.7], [0.0, 0.0, 1.0]])
+    angle = np.radians([[0.0, 60.0, -60.0]])
+    found = energy_release(k, angle, poisson)
+    assert found[0, 0] == pytest.approx(2.0**2 + 0.5**2 + 0.7**2 / (1 - poisson))
+    # K_III of a kink by m pi is ((1 - m) / (1 + m))^(m / 2) of what it was (Sih 1965)
+    assert found[1] == pytest.approx(np.array([1, 0.5 ** (1 / 3), 0.5 ** (1 / 3)]) / (1 - poisson))
+
+
 @given(st.floats(0.1, 5), st.floats(-5, 5), st.floats(-2, 2))
 def test_the_tangential_stress_has_its_maximum_there(k1, k2, k3):
     k = np.array([[k1, k2, k3]])
