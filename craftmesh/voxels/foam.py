@@ -20,15 +20,18 @@ def struts(
     between nodes, is chosen for the relative density. Struts thicken within growth t of a node, along the
     cells' boundaries as webs where shape is small, all round where it is large. The largest connected
     piece is kept, hollows within it are filled. Struts that end at a box face across an axis named in
-    `cut` are cut off. Raises CraftmeshError where struts would be under three voxels thick.
+    `cut` are cut off. Raises CraftmeshError where there is no edge, or struts would be under three voxels
+    thick.
     Source: Tucker, Spear, Integr. Mater. Manuf. Innov. 8 (2019), there with t = 1 voxel.
     """
     foreign = _foreign_cells(pores)
-    # of voxels from the nearest boundary, edge and node of the cells; inf where there is none
+    if foreign.max() < 2:
+        raise CraftmeshError("pores meet along no edge, where struts would be; expected more pores")
+    # of voxels from the nearest boundary, edge and node of the cells; far, but finite, where there is none
     boundary, edge, node = (
         ndimage.distance_transform_edt(foreign < least, sampling=spacing).astype(np.float32)
         if (foreign >= least).any()
-        else np.full(foreign.shape, np.inf, np.float32)
+        else np.full(foreign.shape, 1e30, np.float32)
         for least in (1, 2, 3)
     )
     least = edge  # the smallest t at which a voxel is material
