@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.materials import Material, parse_materials, turned
+from craftmesh.mechanics.materials import Material, mean_moduli, parse_materials, turned
 from craftmesh.mechanics.near_field import as_tensor
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
 
@@ -108,3 +108,32 @@ def test_other_texts_are_refused(texts):
 def test_a_phase_given_twice_is_refused():
     with pytest.raises(CraftmeshError, match="already"):
         parse_materials(["1=isotropic:1,0", "1=isotropic:2,0"])
+
+
+def test_mean_moduli_of_cubic_and_hexagonal_crystals_are_the_printed_ones_whatever_their_axes():
+    """Hill, Proc. Phys. Soc. A 65 (1952); Ranganathan & Ostoja-Starzewski, PRL 101 (2008)."""
+    c11, c12, c44 = 168.4, 121.4, 75.4
+    h11, h12, h13, h33, h44 = TITANIUM
+    turn = quaternion_to_matrix(random_orientations(1, np.random.default_rng(6)))[0]
+    crystals = [Material("cubic", (c11, c12, c44)), Material("hexagonal", TITANIUM)]
+    found = mean_moduli(np.stack([turned(crystal.stiffness(), turn) for crystal in crystals]))
+    bulk, zener = (c11 + 2 * c12) / 3, 2 * c44 / (c11 - c12)
+    assert found.voigt_bulk == pytest.approx([bulk, (2 * (h11 + h12) + 4 * h13 + h33) / 9])
+    squeezed = ((h11 + h12) * h33 - 2 * h13**2) / (h11 + h12 + 2 * h33 - 4 * h13)
+    assert found.reuss_bulk == pytest.approx([bulk, squeezed])
+    h66 = (h11 - h12) / 2
+    even = (h11 + h12 + 2 * h33 - 4 * h13 + 12 * h44 + 12 * h66) / 30
+    assert found.voigt_shear == pytest.approx([(c11 - c12 + 3 * c44) / 5, even])
+    assert found.reuss_shear[0] == pytest.approx(5 * (c11 - c12) * c44 / (4 * c44 + 3 * (c11 - c12)))
+    assert (found.reuss_shear < found.voigt_shear).all()
+    known = 5 * found.voigt_shear / found.reuss_shear + found.voigt_bulk / found.reuss_bulk - 6
+    assert found.anisotropy == pytest.approx([6 / 5 * (zener**0.5 - zener**-0.5) ** 2, known[1]])
+
+
+def test_mean_moduli_of_an_isotropic_material_are_its_own():
+    found = mean_moduli(Material("isotropic", (200e3, 0.3)).stiffness()[None])
+    assert found.voigt_bulk == found.reuss_bulk == pytest.approx(200e3 / (3 * (1 - 2 * 0.3)))
+    assert found.voigt_shear == pytest.approx(200e3 / 2.6) and found.reuss_shear == pytest.approx(
+        200e3 / 2.6
+    )
+    assert found.anisotropy == pytest.approx(0, abs=1e-12)

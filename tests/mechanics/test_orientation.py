@@ -53,6 +53,17 @@ def test_mean_orientation_ignores_the_sign_of_quaternions():
     assert spread < 1e-5
 
 
+@pytest.mark.parametrize("degrees", [0.5, 4.0, 30.0])
+def test_the_spread_is_the_angle_by_which_two_halves_of_a_grain_are_off_their_mean(degrees):
+    turns = Rotation.from_quat(bunge_to_quaternion(ANGLES[1]), scalar_first=True)
+    axis = np.array([1.0, -2.0, 2.0]) / 3
+    halves = [turns * Rotation.from_rotvec(np.radians(sign * degrees) * axis) for sign in (-1, 1)]
+    q = np.stack([half.as_quat(scalar_first=True) for half in halves])
+    table, spread = mean_by_grain(np.array([0, 1, 1]), np.concatenate([q[:1], q]))
+    assert as_rotation(table[1]).as_matrix() == pytest.approx(turns.as_matrix(), abs=1e-12)
+    assert spread == pytest.approx(degrees)
+
+
 def test_conversions_agree_with_scipy():
     rng = np.random.default_rng(4)
     angles = np.concatenate([ANGLES, rng.uniform(0, [2 * np.pi, np.pi, 2 * np.pi], (500, 3))])
