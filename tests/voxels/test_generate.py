@@ -51,6 +51,30 @@ def test_voids_are_enclosed_balls():
         assert count * np.prod(RICH.spacing) == pytest.approx(ball, rel=0.1)
 
 
+def test_given_voids_are_the_voxels_whose_centres_lie_in_the_spheres():
+    plain = dataclasses.replace(RICH, voids=0, embedded_grains=0, embedded_pairs=0)
+    spheres = np.array([[15.2, 11.0, 9.5, 4.3], [30.0, 33.1, 30.0, 6.0], [33.0, 12.0, 25.0, 3.1]])
+    labels = generate(plain, spheres).labels
+    centres = plain.origin + (np.moveaxis(np.indices(plain.shape), 0, -1) + 0.5) * plain.spacing
+    expected = generate(plain).labels.copy()
+    for number, (*centre, radius) in enumerate(spheres, 1):
+        expected[np.linalg.norm(centres - centre, axis=-1) <= radius] = -number
+    np.testing.assert_array_equal(labels, expected)
+
+
+def test_embedded_bodies_are_balls_and_pairs_halve_theirs():
+    labels = generate(RICH).labels
+    places = (np.moveaxis(np.indices(RICH.shape), 0, -1) + 0.5) * RICH.spacing
+    for members in ([13], [14, 15]):
+        inside = places[np.isin(labels, members)]
+        size = len(inside) * np.prod(RICH.spacing)
+        radius = np.linalg.norm(inside - inside.mean(axis=0), axis=1).max()
+        # centres of voxels of 1 to 1.5 in balls of radius 3 to 4
+        assert size == pytest.approx(4 / 3 * np.pi * radius**3, rel=0.25)
+    halves = np.count_nonzero(labels == 14) / np.count_nonzero(labels == 15)
+    assert 0.6 < halves < 1 / 0.6
+
+
 def test_grains_alone_do_not_depend_on_what_is_put_into_them():
     plain = generate(dataclasses.replace(RICH, voids=0, embedded_grains=0, embedded_pairs=0))
     rich = generate(RICH)
@@ -64,6 +88,7 @@ def test_orientations_are_unit_quaternions_for_each_grain():
     assert len(q) == 16
     assert np.isnan(q[0]).all()
     np.testing.assert_allclose(np.linalg.norm(q[1:], axis=1), 1)
+    assert generate(RICH).phases.tolist() == [0] + [1] * 15
 
 
 def test_columnar_grains_are_long_along_their_axis():
