@@ -9,6 +9,7 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.assembly.boundary_layers import boundary_layers
+from craftmesh.deck.check_deck import check_deck
 from craftmesh.deck.write_deck import DeckOptions, write_deck, write_model
 from craftmesh.mechanics.cohesive import CohesiveLayers, laws_of_pairs
 from craftmesh.mechanics.model import elastic_model
@@ -141,6 +142,7 @@ def test_cohesive_layers_have_ids_of_their_own_and_each_pair_has_its_law(tmp_pat
     opened, elements = boundary_layers(model.mesh, laws)
     layers = CohesiveLayers(laws, elements)
     write_model(tmp_path / "m.inp", replace(model, mesh=opened), DeckOptions(cohesive=texts), layers=layers)
+    assert check_deck(tmp_path / "m.inp") == []  # normals out of the solid elements among others
     blocks = read_deck(tmp_path / "m.inp")
     by_id, sets = elements_of(blocks)
     assert sorted(by_id) == list(range(1, len(opened.tets) + sum(map(len, elements.values())) + 1))

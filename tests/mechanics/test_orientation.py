@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 from craftmesh.mechanics.orientation import (
     angle_between,
     bunge_to_quaternion,
+    matrix_to_quaternion,
     mean_by_grain,
     normalized,
     quaternion_to_matrix,
@@ -51,6 +52,18 @@ def test_mean_orientation_ignores_the_sign_of_quaternions():
     np.testing.assert_allclose(table[[1, 3]], q, atol=1e-12)
     assert np.isnan(table[[0, 2]]).all()
     assert spread < 1e-5
+
+
+def test_matrices_of_two_decimals_are_rotations_and_others_are_not():
+    turns = quaternion_to_matrix(random_orientations(50, np.random.default_rng(3)))
+    found = quaternion_to_matrix(matrix_to_quaternion(turns))
+    np.testing.assert_allclose(found, turns, atol=1e-12)
+    # rounding of 0.0005 in nine places
+    np.testing.assert_allclose(quaternion_to_matrix(matrix_to_quaternion(turns.round(3))), turns, atol=2e-3)
+    others = [-turns, turns[:, ::-1], 1.02 * turns, turns + [[0, 0.03, 0], [0, 0, 0], [0, 0, 0]]]
+    for each in others:  # reflections, lengths of 1.02, axes 1.7 degrees off their right angle
+        assert np.isnan(matrix_to_quaternion(each)).all(axis=1).mean() > 0.9
+    assert matrix_to_quaternion(np.zeros((0, 3, 3))).shape == (0, 4)
 
 
 @pytest.mark.parametrize("degrees", [0.5, 4.0, 30.0])
