@@ -67,7 +67,8 @@ def test_the_deck_has_scaled_points_and_moves_and_says_so(tmp_path, scale):
     ((_, elastic),) = of_kind(blocks, "ELASTIC")
     assert [float(value) for value in elastic[0]] == [70000, 0.33]
     text = (tmp_path / "model.inp").read_text()
-    assert (f"are {scale:g} times the model's" in text) == (scale != 1)
+    for what, factor in (("displacements", scale), ("forces", scale**2)):
+        assert (f"{what} are {factor:g} times the model's" in text) == (scale != 1)
     breaches = check_deck(tmp_path / "model.inp")
     assert len(breaches) == (scale == 1) and all("CalculiX takes for none" in one for one in breaches)
 

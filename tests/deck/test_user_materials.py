@@ -169,6 +169,7 @@ def test_steps_have_times_amplitudes_and_output(mesh, tmp_path):
     ramp, cyclic = (np.array(rows[0], float) for _, rows in of_kind(blocks, "STATIC"))
     assert ramp == pytest.approx([0.5, 2, 5e-4, 0.5]) and cyclic == pytest.approx([0.15, 6, 1.5e-4, 0.15])
     ((named, rows),) = of_kind(blocks, "AMPLITUDE")
+    assert {len(row) for row in rows[:-1]} == {8}  # Abaqus reads four pairs a line
     table = np.array([t for row in rows for t in row], float).reshape(-1, 2)
     assert table[0].tolist() == [0, 0.5] and table[-1].tolist() == [6, 0.5] and np.ptp(table[:, 1]) > 1.9
     first, second = of_kind(blocks, "BOUNDARY")

@@ -40,6 +40,24 @@ def test_a_pressure_opens_lips_and_a_traction_acts_on_both_against_each_other():
             assert force == pytest.approx(np.multiply(expected, area), abs=1e-12)
 
 
+def test_an_even_field_loads_lips_as_its_numbers_do_and_a_slope_by_its_mean():
+    mesh = cracked_box()
+    grid = np.moveaxis(np.mgrid[0:6.1:0.5, 0:3.1:0.25], 0, -1).reshape(-1, 2)
+    points = np.column_stack([grid, np.full(len(grid), 4.0)])
+    pull = np.array([1.0, -2.0, 0.5])
+    even = LipField(points, np.full(len(points), 3.0), np.tile(pull, (len(points), 1)))
+    found = nodal_forces(loaded_lips(mesh, 0.0, field=even), mesh)
+    assert found == pytest.approx(nodal_forces(loaded_lips(mesh, 3.0, pull), mesh), abs=1e-12)
+    # the lips are symmetric about x = 3, where the sloping pressure is 3 too
+    sloping = LipField(points, points[:, 0], 0 * even.traction)
+    for name in ("CRACK_LIP_A", "CRACK_LIP_B"):
+        force, mean = (
+            nodal_forces([one for one in tractions if one.name == name], mesh).sum(axis=0)
+            for tractions in (loaded_lips(mesh, 0.0, field=sloping), loaded_lips(mesh, 3.0))
+        )
+        assert force == pytest.approx(mean, abs=1e-9)
+
+
 def test_fields_linear_in_the_place_come_out_between_their_points():
     rng = np.random.default_rng(2)
     points = np.column_stack([rng.uniform(-1, 1, (400, 2)), np.zeros(400)])
