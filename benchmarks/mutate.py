@@ -155,7 +155,7 @@ def tried(room: str, faults: Sequence[Fault], is_wide: bool) -> Iterator[str]:
 
 
 def tests_of(room: str, module: Path) -> tuple[list[str], list[str]]:
-    """Return a room's tests, and elsewhere all but campaigns that import from it; the module's come first."""
+    """Return a room's tests, and those elsewhere that import from it but campaigns; the module's first."""
     own, elsewhere = [], []
     name = ".".join(module.with_suffix("").parts)
     for file in sorted((ROOT / "tests").rglob("test_*.py")):
