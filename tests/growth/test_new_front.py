@@ -5,7 +5,7 @@ import pytest
 
 from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.growth.correct import LEFT, SHARE
-from craftmesh.growth.moves import smoothed
+from craftmesh.growth.moves import beside_rest, points_at_rest, smoothed
 from craftmesh.growth.new_front import new_front
 from craftmesh.growth.options import SmoothingOptions
 
@@ -188,3 +188,16 @@ def test_rows_that_are_not_trusted_go_as_their_neighbours(smoothing, closed):
     # where none is, all count
     none = smoothed(s, moves, length, closed, at, options, 0 * s > 0)
     assert (none == smoothed(s, moves, length, closed, at, options)).all()
+
+
+@pytest.mark.parametrize("row", [1, 47])
+def test_the_seam_of_a_closed_front_rests_on_both_its_ends(row):
+    """With four rows to a point, the point beside a row at rest stays, and no other."""
+    line = circle(6.0, count=12)
+    goes = np.ones(48, bool)
+    goes[row] = False
+    rest = points_at_rest(line, np.arange(48) / 48 * line.length, goes)
+    assert np.flatnonzero(rest).tolist() == [0, 12]
+    moves = beside_rest(line, rest, outward(line, 5.0))
+    way = np.minimum(np.arange(13), 12 - np.arange(13)) * line.length / 12
+    assert np.linalg.norm(moves, axis=1) == pytest.approx(np.minimum(way, 5.0))

@@ -4,11 +4,12 @@ from fractions import Fraction
 from itertools import combinations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.kernels.triangles import triangles_intersect
+from craftmesh.surface.kernels.triangles import CONTACT, triangles_intersect
 
 SMALL = st.integers(0, 4)
 
@@ -147,3 +148,17 @@ def test_limit_and_empty_input():
     some = intersecting_pairs(points, facets, limit=5)
     assert len(some) == 5 and {tuple(p) for p in some} <= {tuple(p) for p in found}
     assert intersecting_pairs(points, facets[:0]).shape == (0, 2)
+
+
+@pytest.mark.parametrize("power", [-30, 0, 30])
+def test_triangles_touch_within_a_share_of_their_size_in_any_unit(power):
+    size = 2.0**power
+    facets = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [1, 1, 0], [2, 1, 0], [1, 2, 0]])
+    for off, meet in ((0.5, True), (2.0, False)):
+        for up in (-1, 1):
+            points = facets.copy()
+            points[3:, 2] = up * off * CONTACT * 4 * np.sqrt(2)  # of a size of 4 to 4 root 2
+            assert triangles_intersect(size * points, 0, 1, 2, 3, 4, 5) == meet
+            # turned so that a corner alone is near, and the other corners far above
+            points[4:, 2] = up * 3
+            assert triangles_intersect(size * points, 0, 1, 2, 3, 4, 5) == meet
