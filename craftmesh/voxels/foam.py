@@ -20,8 +20,7 @@ def struts(
     between nodes, is chosen for the relative density. Struts thicken within growth t of a node, along the
     cells' boundaries as webs where shape is small, all round where it is large. The largest connected
     piece is kept, hollows within it are filled. Struts that end at a box face across an axis named in
-    `cut` are cut off. Raises CraftmeshError where there is no edge, or struts would be under three voxels
-    thick.
+    `cut` are cut off. Raises CraftmeshError for pores without edges and struts under three voxels thick.
     Source: Tucker, Spear, Integr. Mater. Manuf. Innov. 8 (2019), there with t = 1 voxel.
     """
     foreign = _foreign_cells(pores)
@@ -52,9 +51,7 @@ def struts(
 def largest_piece(material: np.ndarray) -> np.ndarray:
     """Return (nx, ny, nz) bool: the voxels of the largest piece of those that faces connect."""
     pieces, count = ndimage.label(material)
-    if count <= 1:
-        return material
-    return pieces == np.bincount(pieces.ravel())[1:].argmax() + 1
+    return pieces == np.bincount(pieces.ravel())[1:].argmax() + 1 if count else material
 
 
 def _foreign_cells(cells: np.ndarray) -> np.ndarray:

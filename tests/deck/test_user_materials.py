@@ -9,9 +9,10 @@ from structured_box import hexagon, plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.deck.check_deck import check_deck
 from craftmesh.deck.options import DeckOptions
-from craftmesh.deck.write_deck import write_deck
+from craftmesh.deck.write_deck import write_deck, write_model
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.user_material import PRESETS, read_template
+from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.orientation import random_orientations
 from craftmesh.mechanics.user_materials import parse_templates
 
@@ -177,6 +178,18 @@ def test_steps_have_times_amplitudes_and_output(mesh, tmp_path):
     assert moved == pytest.approx([0.5 * 0.04, 0.04]) and second[0]["AMPLITUDE"] == named["NAME"]
     assert {p["FREQUENCY"] for p, _ in of_kind(blocks, "EL FILE")} == {"7"}
     assert {p["FREQUENCY"] for p, _ in of_kind(blocks, "RESTART")} == {"5"}
+
+
+def test_a_traced_history_prints_faces_in_each_step_and_fields_after_the_last_alone(mesh, tmp_path):
+    options = DeckOptions(steps=("ramp:1", "triangle:1,R=0"), magnitude=0.01)
+    model, _ = elastic_model(mesh, options)
+    write_model(tmp_path / "model.inp", model, options, traced=True)
+    words = [block[0] for block in read_deck(tmp_path / "model.inp")]
+    steps = " ".join(words).split("END STEP")[:-1]
+    assert len(steps) == 4  # up, down, up again, and held for a moment
+    assert all(step.count("EL PRINT") == 1 and step.count("NODE PRINT") == 1 for step in steps)
+    assert ["EL FILE" in step for step in steps] == [False, False, False, True]
+    assert "RESTART" not in words  # unless asked for
 
 
 def test_steps_of_load_cases_replace_each_other(mesh, tmp_path):
