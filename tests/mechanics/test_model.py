@@ -55,3 +55,22 @@ def test_a_crystal_without_orientation_is_refused_and_no_load_is_none():
     with pytest.raises(CraftmeshError, match="cubic needs an orientation"):
         elastic_model(block(), ModelOptions(material=("cubic:168.4,121.4,75.4",)))
     assert elastic_model(block(), ModelOptions(load="none"))[0].load is None
+
+
+def test_eigenstrains_by_phase_are_turned_with_the_crystals_and_those_of_a_table_are_the_samples():
+    rng = np.random.default_rng(7)
+    turns, phases = random_orientations(6, rng), np.array([0, 0, 0, 1, 0, 2])
+    texts = ("1=isotropic:1e-3", "2=anisotropic:1e-3,-5e-4,2e-3,1e-3,3e-4,-7e-4")
+    own = np.array([[1.0, 1.0, 0.3], [1.0, -0.5, -0.7], [0.3, -0.7, 2.0]]) * 1e-3
+    (turn,) = quaternion_to_matrix(turns[5:])
+    model, _ = elastic_model(block(), ModelOptions(load="none", eigenstrain=texts), turns, phases)
+    found = model.eigenstrain()
+    assert (found[0] == 1e-3 * np.eye(3)).all() and found[1] == pytest.approx(
+        turn @ own @ turn.T, abs=1e-17
+    )
+    table = {grain: (lambda e: e + e.T)(rng.normal(size=(3, 3))) * 1e-3 for grain in (3, 5)}
+    options = ModelOptions(load="none", eigenstrain_file="strains.csv")
+    model, _ = elastic_model(block(), options, turns, grain_strains=table)
+    assert model.eigenstrain() == pytest.approx(np.stack([table[3], table[5]]), abs=1e-17)
+    cold = elastic_model(block(), ModelOptions(load="strain"), turns)[0]
+    assert cold.eigenstrain().shape == (2, 3, 3) and not cold.eigenstrain().any()
