@@ -190,6 +190,15 @@ def test_rows_that_are_not_trusted_go_as_their_neighbours(smoothing, closed):
     assert (none == smoothed(s, moves, length, closed, at, options)).all()
 
 
+@pytest.mark.parametrize("count", [3, 4, 6, 8])
+def test_fronts_of_few_points_grow_to_curves_too(count):
+    old = circle(4.0, count, 0.0, 1.2)
+    moved = new_front(old, outward(old, 1.0), BOX, FRAME, 0.05)
+    off = np.abs(np.linalg.norm(moved.points - CENTRE, axis=1) - 5)
+    # measured: 6e-4, 3e-4, 2e-4 and 2e-4 times that; straight between the points it is 0.025 (6 / count)^2
+    assert off.max() < 1e-3 * (6 / count) ** 3
+
+
 @pytest.mark.parametrize("row", [1, 47])
 def test_the_seam_of_a_closed_front_rests_on_both_its_ends(row):
     """With four rows to a point, the point beside a row at rest stays, and no other."""

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.voxels.clean import clean
@@ -62,6 +63,16 @@ def test_given_voids_are_the_voxels_whose_centres_lie_in_the_spheres():
     np.testing.assert_array_equal(labels, expected)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_voids_that_may_cross_are_put_into_any_grain(seed):
+    options = GenerateOptions(
+        shape=(20, 20, 20), grains=2, seed=seed, voids=9, void_radius=2.0, voids_cross=True
+    )
+    plain = generate(dataclasses.replace(options, voids=0)).labels
+    hit = np.unique(plain[generate(options).labels <= 0])
+    assert hit.tolist() == [1, 2]
+
+
 def test_embedded_bodies_are_balls_and_pairs_halve_theirs():
     labels = generate(RICH).labels
     places = (np.moveaxis(np.indices(RICH.shape), 0, -1) + 0.5) * RICH.spacing
@@ -73,6 +84,20 @@ def test_embedded_bodies_are_balls_and_pairs_halve_theirs():
         assert size == pytest.approx(4 / 3 * np.pi * radius**3, rel=0.25)
     halves = np.count_nonzero(labels == 14) / np.count_nonzero(labels == 15)
     assert 0.6 < halves < 1 / 0.6
+
+
+def test_embedded_bodies_lie_round_the_deepest_place_of_their_host():
+    plain = generate(dataclasses.replace(RICH, voids=0, embedded_grains=0, embedded_pairs=0)).labels
+    labels = generate(dataclasses.replace(RICH, voids=0)).labels
+    index = np.moveaxis(np.indices(RICH.shape), 0, -1).reshape(-1, 3)
+    for members in ([13], [14, 15]):
+        inside = np.isin(labels, members)
+        (host,) = np.unique(plain[inside])
+        framed = np.pad(plain, 1, constant_values=0) == host
+        depth = ndimage.distance_transform_edt(framed, sampling=RICH.spacing)[1:-1, 1:-1, 1:-1]
+        middle = tuple(index[inside.ravel()].mean(axis=0).round().astype(int))
+        # the depth counts from the host's own boundary voxels, a voxel less
+        assert depth[middle] > depth.max() - 0.5 * max(RICH.spacing)
 
 
 def test_grains_alone_do_not_depend_on_what_is_put_into_them():
