@@ -104,9 +104,9 @@ def vti(folder, **arrays):
     return folder / "v.vti"
 
 
-def tesr(folder, ori="", oridata=b"", **_):
+def tesr(folder, ori="", oridata=b"", version="2.1", **_):
     cells = " ".join(map(str, LABELS.ravel(order="F")))
-    head = f"***tesr\n **format\n 2.1\n **general\n 3\n 3 4 5\n 1 1 1\n **cell\n 3\n{ori}"
+    head = f"***tesr\n **format\n {version}\n **general\n 3\n 3 4 5\n 1 1 1\n **cell\n 3\n{ori}"
     head += f" **data\n ascii\n{cells}\n"
     (folder / "v.tesr").write_bytes(head.encode() + oridata + b"***end\n")
     return folder / "v.tesr"

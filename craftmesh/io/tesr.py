@@ -1,7 +1,8 @@
 """Neper's raster tessellations (.tesr, formats 2.0 to 2.2): labels in text or binary, x fastest.
 
-Source: the chapter on file formats of Neper's reference manual. Neper calls the rotation active that brings
-the sample's axes onto the crystal's, which is the one from crystal to sample components here.
+Source: the chapter on file formats of Neper's reference manual. The rotation that brings the sample's axes
+onto the crystal's is the one from crystal to sample components here. Neper calls it active up to format 2.1
+and passive from 2.2 (Neper 4.10) on.
 """
 
 import math
@@ -41,6 +42,7 @@ _BINARY = {
 }
 # Neper's descriptors and the short names of older files: the kind, and how many numbers it has.
 _AXIS_ANGLE = "axis-angle"
+_NEWEST = (2, 2)  # format known here; in it active and passive changed places
 _DESCRIPTORS = {
     **dict.fromkeys(("rodrigues", "R"), (RODRIGUES, 3)),
     **dict.fromkeys(("euler-bunge", "e"), (EULERS, 3)),
@@ -73,7 +75,8 @@ def read_tesr(path: str | os.PathLike) -> FileVolume:
         raise CraftmeshError(f"{path}: **general is {general.tolist()}; expected counts and finite lengths")
     shape, spacing = tuple(int(n) for n in general[1:4]), general[4:]
     origin = _numbers(path, fields, "*origin") if "*origin" in fields else np.zeros(3)
-    cells, data = _cells(path, data, shape)
+    kind = " ".join(fields.get("**format", [])[1:])  # in 2.0 of all data, later in each section
+    cells, data = _cells(path, data, shape, kind)
     structure = of_symmetry(" ".join(fields.get("*crysym", [])))
     crystals = {0: Crystal(structure)} if structure else {}
     first = np.append(_numbers(path, fields, "**cell"), 0)[0]
@@ -91,8 +94,8 @@ def read_tesr(path: str | os.PathLike) -> FileVolume:
     orientations = _of_cells(path, fields, ids) if "*ori" in fields else {}
     if data.lstrip().startswith(b"**oridata"):
         unread += ["**oridata"] * bool(orientations)
-        orientations = orientations or _of_voxels(path, data, shape)
-    notes = left_unread(unread)
+        orientations = orientations or _of_voxels(path, fields, data, shape, kind)
+    notes = left_unread(unread) + (_newer(fields) if orientations else ())
     return FileVolume(cells, spacing, origin, orientations, None, crystals, VOID, notes=notes)
 
 
@@ -128,9 +131,12 @@ def _numbers(path: Path, fields: Mapping[str, list[str]], name: str, skip: int =
         ) from None
 
 
-def _cells(path: Path, data: bytes, shape: tuple[int, ...]) -> tuple[np.ndarray, bytes]:
-    """Return the cells (nx, ny, nz) of all voxels, and what follows; `data` is what follows **data."""
-    name, rest = _word(data)
+def _cells(path: Path, data: bytes, shape: tuple[int, ...], kind: str) -> tuple[np.ndarray, bytes]:
+    """Return the cells (nx, ny, nz) of all voxels, and what follows.
+
+    data: what follows **data; kind: of the data, "" where their first word says it.
+    """
+    name, rest = (kind, data.lstrip(b" \t\r").removeprefix(b"\n")) if kind else _word(data)
     rest, after = _inline_or_beside(path, rest)
     count = math.prod(shape)
     refuse_false_size(path, "**data", shape, 1, len(rest))
@@ -170,7 +176,7 @@ def _of_cells(path: Path, fields: Mapping[str, list[str]], ids: np.ndarray) -> d
     """Return the cells' orientations as a table (g, k) by id, NaN where there is none."""
     rows = _numbers(path, fields, "*ori", skip=1)
     name = (fields["*ori"] or [""])[0]
-    rotations = _rotations(path, "*ori", name, rows)
+    rotations = _rotations(path, fields, "*ori", name, rows)
     if len(rotations.values) != len(ids):
         raise CraftmeshError(f"{path}: *ori has {len(rows)} numbers; expected {len(ids)} rows, one a cell")
     table = np.full((table_rows(path, ids), rotations.values.shape[1]), np.nan)
@@ -178,16 +184,18 @@ def _of_cells(path: Path, fields: Mapping[str, list[str]], ids: np.ndarray) -> d
     return {"*ori": replace(rotations, values=table)}
 
 
-def _of_voxels(path: Path, data: bytes, shape: tuple[int, ...]) -> dict[str, Rotations]:
+def _of_voxels(
+    path: Path, fields: Mapping[str, list[str]], data: bytes, shape: tuple[int, ...], kind: str
+) -> dict[str, Rotations]:
     """Return the voxels' orientations (nx, ny, nz, k), NaN where **oridef says that they are not defined.
 
-    data: from **oridata on.
+    data: from **oridata on; kind: as of `_cells`.
     """
     count = math.prod(shape)
     name, data = _word(_word(data)[1])
     width = _DESCRIPTORS.get(name.partition(":")[0], ("", 0))[1]
-    numbers, data = _floats(path, "**oridata", data, "<f8", count * width)
-    rotations = _rotations(path, "**oridata", name, numbers)
+    numbers, data = _floats(path, "**oridata", data, "<f8", count * width, kind)
+    rotations = _rotations(path, fields, "**oridata", name, numbers)
     values = rotations.values.copy()
     section, data = _word(data)
     if section == "**oridef":
@@ -201,9 +209,11 @@ def _word(data: bytes) -> tuple[str, bytes]:
     return word.decode("ascii", "replace"), rest
 
 
-def _floats(path: Path, section: str, data: bytes, dtype: str, count: int) -> tuple[np.ndarray, bytes]:
+def _floats(
+    path: Path, section: str, data: bytes, dtype: str, count: int, kind: str = ""
+) -> tuple[np.ndarray, bytes]:
     """Return `count` numbers of a section, and what follows; they are text, or binary of `dtype`."""
-    kind, rest = _word(data)
+    kind, rest = (re.sub("binary.*", "binary", kind), data) if kind else _word(data)
     rest, after = _inline_or_beside(path, rest)
     if kind == "ascii":
         text, tail = _until_star(rest)
@@ -218,13 +228,27 @@ def _floats(path: Path, section: str, data: bytes, dtype: str, count: int) -> tu
     return numbers.astype(float), tail if after is None else after
 
 
-def _rotations(path: Path, section: str, name: str, numbers: np.ndarray) -> Rotations:
+def _rotations(
+    path: Path, fields: Mapping[str, list[str]], section: str, name: str, numbers: np.ndarray
+) -> Rotations:
     """Return a section's numbers as rows under their kind; angles of Neper are in degrees."""
     descriptor, _, convention = name.partition(":")
     if descriptor not in _DESCRIPTORS or convention not in ("", "active", "passive"):
         raise CraftmeshError(
             f"{path}: {section} is {name!r}; expected {', '.join(_DESCRIPTORS)}: write it with "
             "`neper -T -loadtesr FILE -oridescriptor rodrigues`"
+        )
+    version = _version(fields)
+    if convention and not version:
+        raise CraftmeshError(
+            f"{path}: **format is {' '.join(fields.get('**format', []))!r}; expected 2.0, 2.1 or 2.2, to "
+            f"say what {convention} means: write the file anew with Neper"
+        )
+    is_swapped = version >= _NEWEST
+    if is_swapped and not convention:
+        raise CraftmeshError(
+            f"{path}: {section} is {name!r}; expected {name}:passive (Bunge's rotation) or {name}:active, "
+            "which changed places in format 2.2: add the word"
         )
     kind, width = _DESCRIPTORS[descriptor]
     if len(numbers) % width:
@@ -235,4 +259,20 @@ def _rotations(path: Path, section: str, name: str, numbers: np.ndarray) -> Rota
         length = np.linalg.norm(rows[:, :3], axis=1, keepdims=True)
         axes = rows[:, :3] / np.where(length > 0, length, 1)
         rows = np.concatenate([np.cos(half), np.sin(half) * axes], axis=1)
-    return Rotations(kind, rows, DEGREES, inverse=convention == "passive")
+    return Rotations(kind, rows, DEGREES, inverse=convention == ("active" if is_swapped else "passive"))
+
+
+def _version(fields: Mapping[str, list[str]]) -> tuple[int, ...]:
+    """Return the numbers of the file's format, none where it names no format."""
+    name = " ".join(fields.get("**format", [])[:1])
+    return tuple(map(int, name.split("."))) if re.fullmatch(r"[0-9]{1,4}(\.[0-9]{1,4})+", name) else ()
+
+
+def _newer(fields: Mapping[str, list[str]]) -> tuple[str, ...]:
+    """Return the note on orientations of a format that is not known here; none of a known one."""
+    if _version(fields) <= _NEWEST:
+        return ()
+    return (
+        f"format {fields['**format'][0]} is newer than {'.'.join(map(str, _NEWEST))}, and its orientations "
+        "are taken as in that: check one grain's",
+    )

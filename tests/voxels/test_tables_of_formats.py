@@ -32,6 +32,7 @@ from side_tables import (
     vti,
 )
 
+from craftmesh.mechanics.orientation import angle_between, bunge_to_quaternion
 from craftmesh.voxels.reading import ReadOptions, read_voxels
 
 FAULTS = [
@@ -138,14 +139,74 @@ DESCRIPTORS = {
 }
 
 
+CONVENTIONS = [
+    *[(version, word) for version in ("2.0", "2.1") for word in ("", ":active", ":passive")],
+    *[(version, word) for version in ("2.2", "2.3", "3.0") for word in (":active", ":passive")],
+]
+
+
 @pytest.mark.parametrize("descriptor", DESCRIPTORS)
-@pytest.mark.parametrize("convention", ["", ":active", ":passive"])
-def test_all_descriptors_of_neper_at_cells_and_voxels(tmp_path, descriptor, convention):
-    table = DESCRIPTORS[descriptor][convention == ":passive"]
-    outcome(tesr(tmp_path, **ori(descriptor + convention, table[1:])), True, "")
+@pytest.mark.parametrize("version, convention", CONVENTIONS)
+def test_all_descriptors_of_neper_at_cells_and_voxels(tmp_path, descriptor, version, convention):
+    """Up to format 2.1 `passive` is the inverse of Bunge's rotation, from 2.2 on `active` is."""
+    is_inverse = convention == (":passive" if version < "2.2" else ":active")
+    table = DESCRIPTORS[descriptor][is_inverse]
+    newer = f"format {version} is newer than 2.2" if version > "2.2" else ""
+    outcome(tesr(tmp_path, version=version, **ori(descriptor + convention, table[1:])), True, newer)
     for kind in ("ascii", "binary"):
-        path = tesr(tmp_path, **oridata(descriptor + convention, table, kind))
-        outcome(path, True, "means over")
+        path = tesr(tmp_path, version=version, **oridata(descriptor + convention, table, kind))
+        outcome(path, True, newer or "means over")
+
+
+# Neper's example of both words: a turn of 30 degrees about x, whose Rodrigues vector is (tan 15, 0, 0).
+@pytest.mark.parametrize("version, word", [("2.0", "active"), ("2.1", "active"), ("2.2", "passive")])
+@pytest.mark.parametrize("section", [ori, oridata])
+def test_the_documented_example_of_neper(tmp_path, version, word, section):
+    wanted = np.tile(bunge_to_quaternion(np.radians([0, 30.0, 0])), (4, 1))
+    vectors = np.tile([0.268, 0, 0], (4, 1))  # three digits: within 0.01 degrees
+    for turned in (1, -1):
+        name = f"rodrigues:{word if turned == 1 else {'active': 'passive', 'passive': 'active'}[word]}"
+        rows = turned * (vectors[1:] if section is ori else vectors)
+        path = tesr(tmp_path, version=version, **section(name, rows))
+        read = read_voxels(path).voxels.orientations[1:]
+        assert angle_between(read, wanted[1:]).max() < 0.01
+
+
+@pytest.mark.parametrize(
+    "version, descriptor, words",
+    [
+        ("2.2", "rodrigues", "rodrigues:passive .Bunge's rotation. or rodrigues:active"),
+        ("2.3", "rodrigues", "add the word"),
+        ("", "rodrigues:active", "format is ''; expected 2.0, 2.1 or 2.2"),
+        ("new", "rodrigues:active", "format is 'new'"),
+        ("2.2", "rodrigues:other", "'rodrigues:other'"),
+    ],
+)
+@pytest.mark.parametrize("section", [ori, oridata])
+def test_orientations_that_do_not_say_their_way(tmp_path, version, descriptor, words, section):
+    rows = VECTORS[1:] if section is ori else VECTORS
+    outcome(tesr(tmp_path, version=version, **section(descriptor, rows)), False, words)
+
+
+@pytest.mark.parametrize("version", ["", "new", "9.9"])
+def test_without_orientations_the_format_does_not_matter(tmp_path, version):
+    assert np.array_equal(read_voxels(tesr(tmp_path, version=version)).voxels.labels, LABELS)
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary8", "binary16", "binary32_big"])
+def test_the_layout_of_format_2_0(tmp_path, kind):
+    """The kind of all data stands behind the version (Neper up to 4.1.2)."""
+    dtype = {"binary8": "u1", "binary16": "<i2", "binary32_big": ">i4"}.get(kind)
+    flat = LABELS.ravel(order="F")
+    cells = flat.astype(dtype).tobytes() if dtype else " ".join(map(str, flat)).encode()
+    rows = VECTORS[flat]
+    numbers = rows.astype("<f8").tobytes() if dtype else text(rows).encode()
+    head = f"***tesr\n **format\n   2.0 {kind}\n **general\n   3\n   3 4 5\n   1 1 1\n   *hasvoid 0\n"
+    (tmp_path / "v.tesr").write_bytes(
+        head.encode() + b" **data\n" + cells + b"\n **oridata\n   R\n" + numbers + b"\n***end\n"
+    )
+    voxels = outcome(tmp_path / "v.tesr", True, "means over")
+    assert np.array_equal(voxels.labels, LABELS)
 
 
 @pytest.mark.parametrize("kind", ["ascii", "binary"])
