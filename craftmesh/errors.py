@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import os
+
     import numpy as np
 
 INTERRUPTED = 130  # the status of what a signal ends, in shells
@@ -42,11 +44,27 @@ def named(place: object) -> Iterator[None]:
         raise CraftmeshError(f"{place}: {error}") from None
 
 
-def existing(path: Path, advice: str = "check the path") -> Path:
-    """Return `path`; raises CraftmeshError, with what to do, when nothing is there."""
+def existing(path: "str | os.PathLike", advice: str = "check the path") -> Path:
+    """Return the path of a file or a folder; raises CraftmeshError, with what to do, where it is neither.
+
+    A FIFO would stop its reader, a device may have no end.
+    """
+    path = Path(path)
     if not path.exists():
         raise CraftmeshError(f"{path}: no such file; {advice}")
+    if not (path.is_file() or path.is_dir()):
+        raise CraftmeshError(
+            f"{path}: is no regular file but a FIFO, a socket or a device; copy its data into a file"
+        )
     return path
+
+
+def existing_file(path: "str | os.PathLike", advice: str = "check the path") -> Path:
+    """Return the path of a file; errors as `existing`, and for a folder."""
+    file = existing(path, advice)
+    if file.is_dir():
+        raise CraftmeshError(f"{path}: is a folder; {advice}")
+    return file
 
 
 def told(places: "np.ndarray") -> list:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from craftmesh.deck.options import DeckOptions
-from craftmesh.errors import CraftmeshError, listed
+from craftmesh.errors import CraftmeshError, existing, listed, named
 from craftmesh.solve.options import BUILTIN
 
 # files of the results' own; macOS and Windows tell no files apart by capitals, and results are moved about
@@ -110,9 +110,13 @@ def check_case(case: Case) -> None:
         raise CraftmeshError(
             f"{place}: microstructure {path} is not there; expected a file, or a path under the key `data`"
         )
+    check_exists(f"{place}: microstructure", path if path != SYNTHETIC else None)
 
 
 def check_exists(key: str, path: str | None) -> None:
-    """Raise CraftmeshError, naming the key, where a path is given and nothing is there."""
+    """Raise CraftmeshError, naming the key, where a path is given and no file or folder is there."""
     if path and not os.path.exists(path):
         raise CraftmeshError(f"{key}: {path} is not there; expected a file")
+    if path:
+        with named(key):
+            existing(path)

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing_file
 
 PACKAGE = Path(__file__).parents[1]
 NO_CONFIG = str(Path(__file__).with_name("no-config.yaml"))
@@ -65,7 +65,7 @@ def read_config(path: Path) -> dict[str, Any]:
     import yaml
 
     try:
-        found = yaml.safe_load(path.read_text(encoding="utf-8"))
+        found = yaml.safe_load(existing_file(path, "expected YAML").read_text(encoding="utf-8"))
     except yaml.YAMLError as error:
         line = " ".join(str(error).split())
         raise CraftmeshError(f"{path}: {line}; expected YAML") from None

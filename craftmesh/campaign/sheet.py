@@ -139,7 +139,7 @@ def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
     makes a case of each.
     Raises CraftmeshError that names the file, and the line and the case where they matter.
     """
-    if not path.is_file():
+    if not path.exists():
         raise CraftmeshError(f"cases: {path} is not there; expected a sheet with {listed(COLUMNS)}")
     swept = _sweep(rules)
     rows = read_rows(path)

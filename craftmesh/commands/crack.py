@@ -16,7 +16,7 @@ from craftmesh.cracks.prepare import prepare_crack
 from craftmesh.cracks.prescription import check_crack
 from craftmesh.cracks.series import GivenSurface, crack_of_increment, refuse_shrunk
 from craftmesh.cracks.voxel_crack import crack_through_voxels
-from craftmesh.errors import CraftmeshError, existing
+from craftmesh.errors import CraftmeshError, existing, existing_file, named
 from craftmesh.io.front_csv import front_table, read_fronts
 from craftmesh.io.npz import read_labels
 from craftmesh.io.point_files import read_points
@@ -121,11 +121,9 @@ def given_surface(
 
 def _triangulated(options: CrackOptions, increment: int) -> GivenSurface:
     """Return the triangles of a file; a .vtp's lines are its fronts, but for those of options.front."""
-    path = given_file(options, increment)
-    if not path.is_file():
-        raise CraftmeshError(
-            f"crack.file {path} does not exist; expected a triangulated surface .vtp, {LISTED}"
-        )
+    with named("crack.file"):
+        advice = f"expected a triangulated surface .vtp, {LISTED}"
+        path = existing_file(given_file(options, increment), advice)
     if path.suffix.lower() != ".vtp":
         surface = GivenSurface(*read_triangles(path))
     else:

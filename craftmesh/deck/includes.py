@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing_file
 
 
 def mesh_file(model: str | os.PathLike) -> Path:
@@ -67,7 +67,7 @@ def _pieces(
     path: Path, name: str, chain: tuple[Path, ...], breaches: list[str]
 ) -> Iterator[tuple[str, int, str]]:
     """Yield the texts between includes: of which file, from which line on, and the text."""
-    text = path.read_bytes().decode("latin-1")
+    text = existing_file(path).read_bytes().decode("latin-1")
     start, line = 0, 1
     for found in re.finditer(r"^\*INCLUDE\b[^\n]*\n?", text, re.M | re.I):
         yield name, line, text[start : found.start()]

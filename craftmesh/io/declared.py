@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing_file, named
 
 DEFLATE = 1032  # bytes of one: the most that zlib's method packs, 258 bytes in two bits
 HEAD = 1 << 16  # bytes at a file's start in which what it declares is looked for
@@ -105,8 +105,10 @@ def data_file(header: Path, key: str, name: str) -> Path:
     if name.split()[:1] == ["LIST"] or "%" in name:
         raise CraftmeshError(f"{header}: its data are a file a slice; save it as one .mha or .nrrd")
     other = header.parent / name
-    if not os.path.isfile(other):
+    if not other.exists():
         raise CraftmeshError(f"{header}: {key} {other} is missing; put it beside the header")
+    with named(f"{header}: {key}"):
+        existing_file(other, "expected a file of data")
     homes = {header.parent.resolve(), header.resolve().parent}
     if not any(other.resolve().is_relative_to(home) for home in homes):
         raise CraftmeshError(

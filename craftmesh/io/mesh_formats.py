@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from craftmesh.atomic import atomic_path
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.io.vtk import VTK_CELL_TYPE, set_arrays
 from craftmesh.io.vtk_xml import Dataset, write_dataset
 from craftmesh.types import TetMesh
@@ -159,7 +159,7 @@ def read_exodus(path: str | os.PathLike) -> TetMesh:
     from scipy.io import netcdf_file
 
     try:
-        with netcdf_file(path, "r", mmap=False) as file:
+        with netcdf_file(existing_file(path), "r", mmap=False) as file:
             found = {name: variable[:].copy() for name, variable in file.variables.items()}
         order, grains, local = found["elem_num_map"] - 1, found["eb_prop1"], np.argsort(_SIDE)
         tets = [found[f"connect{k}"] - 1 for k in range(1, len(grains) + 1)]

@@ -8,7 +8,7 @@ from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.io.npz import load
 from craftmesh.io.text_table import read_table
 
@@ -68,12 +68,8 @@ def read_frd(
     passed by. Raises CraftmeshError for a missing or cut file, one without a block, and rows that are not
     in the long ASCII form.
     """
-    try:
-        stream = open(path, "rb")
-    except FileNotFoundError:
-        raise CraftmeshError(f"{path}: no such file; expected CalculiX' results") from None
     found = {}
-    with stream:
+    with existing_file(path, "expected CalculiX' results").open("rb") as stream:
         while head := stream.readline():
             name = head[5:13].decode("latin-1").strip() if head.startswith(b" -4") else ""
             if name in columns:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.io import vtk_xml
 from craftmesh.io.front_csv import bare_front, front_table
 from craftmesh.io.surface_files import LISTED, vertices_of
@@ -26,9 +26,7 @@ def read_points(path: str | os.PathLike) -> np.ndarray:
 
     Raises CraftmeshError for a missing or broken file and numbers that are not finite.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise CraftmeshError(f"{path}: no such file; give points as .csv, .xyz, .vtp, {LISTED}")
+    path = existing_file(path, f"give points as .csv, .xyz, .vtp, {LISTED}")
     suffix = path.suffix.lower()
     if suffix == ".csv":
         return front_table(path).numbers("xyz")

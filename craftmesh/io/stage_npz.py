@@ -3,13 +3,12 @@
 import json
 import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 
 from craftmesh.arguments import as_array
 from craftmesh.atomic import atomic_path
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.io import vtk_xml
 from craftmesh.io.npz import load, write_arrays
 from craftmesh.io.vtk import tets_alone
@@ -67,9 +66,7 @@ def read_record(path: str | os.PathLike) -> dict:
 
 
 def _arrays(path: str | os.PathLike, names: Sequence[str]) -> dict[str, np.ndarray]:
-    if not Path(path).is_file():
-        raise CraftmeshError(f"{path}: no such file; run tetrahedralize for this chunk")
-    arrays = load(path, names)
+    arrays = load(existing_file(path, "run tetrahedralize for this chunk"), names)
     missing = [name for name in names if name not in arrays]
     if missing:
         raise CraftmeshError(f"{path}: not a chunk of grains, no {missing[0]}; run tetrahedralize again")

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from craftmesh.arguments import as_array
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.io.declared import HEAD, data_file, enough_memory, heard, refuse_false_zip
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off", ".3mf")
@@ -130,9 +130,7 @@ def _parts(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return (points, triangles) of every body of the file with triangles, moved to its place."""
     import trimesh
 
-    if not path.is_file():
-        raise CraftmeshError(f"{path}: no such file; give a triangulated surface ({LISTED})")
-    scene = _scene(path)
+    scene = _scene(existing_file(path, f"give a triangulated surface ({LISTED})"))
     flat = path.suffix.lower() in SUFFIXES[:-1]  # the others may place a body in several ways
     bodies = list(scene.geometry.values()) if flat else scene.dump()
     meshes = [body for body in bodies if isinstance(body, trimesh.Trimesh) and len(body.faces)]

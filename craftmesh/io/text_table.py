@@ -11,11 +11,10 @@ import os
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing_file
 
 TITLE_LINES = 3  # at most, above the names of the columns, as in tables of Avizo
 _HEAD = re.compile(r"(.*?)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?")
@@ -133,9 +132,7 @@ def read_rows(path: str | os.PathLike) -> list[tuple[int, list[str]]]:
 
 def _lines(path: str | os.PathLike) -> tuple[list[tuple[int, str]], list[str]]:
     """Return the numbered lines of a file that hold something, and the texts of its comments."""
-    if not Path(path).is_file():
-        raise CraftmeshError(f"{path}: no such file; expected a table as text")
-    content = Path(path).read_bytes()
+    content = existing_file(path, "expected a table as text").read_bytes()
     is_wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     text = content.decode("utf-16" if is_wide else "utf-8-sig", errors="replace")
     if "\0" in text:

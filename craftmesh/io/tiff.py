@@ -47,7 +47,9 @@ def slice_files(folder: Path) -> list[Path]:
     files = [file for file in visible if file.suffix.lower() in SUFFIXES]
     for file in files:
         if not file.is_file():
-            raise CraftmeshError(f"{file}: is a folder or a broken link; expected slices, move it away")
+            raise CraftmeshError(
+                f"{file}: is a folder or a broken link, FIFO or device; expected slices, move it away"
+            )
     if not files:
         raise CraftmeshError(
             f"{folder}: has no .tif slices; give a folder of slices, or run craftmesh stitch on STL files"

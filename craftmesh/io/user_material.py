@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing_file
 
 FOLDER = Path(__file__).with_name("user_materials")
 PRESETS = tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
@@ -17,6 +17,8 @@ def read_template(name: str) -> Any:
     import yaml
 
     path = FOLDER / f"{name}.yaml" if name in PRESETS else Path(name)
+    if path.exists():
+        existing_file(path, "expected a file .yaml")
     try:
         return yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError):

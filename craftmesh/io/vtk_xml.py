@@ -5,14 +5,13 @@ import os
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
 from craftmesh.arguments import as_array
 from craftmesh.atomic import atomic_path
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.io.declared import enough_memory
 from craftmesh.io.vtk_xml_file import TYPE_NAMES, VtkFile
 
@@ -109,8 +108,7 @@ def read_dataset(path: str | os.PathLike, kind: str) -> Dataset:
     Raises CraftmeshError if it is missing, broken or of another kind, where counts, extents and data do not
     fit together, for cells of points that there are not, and for points that are not finite.
     """
-    if not Path(path).is_file():
-        raise CraftmeshError(f"{path}: no such file; run the stage that writes it or give another path")
+    existing_file(path, "run the stage that writes it or give another path")
     build = {"ImageData": _image, "PolyData": _poly, "UnstructuredGrid": _grid}[kind]
     try:
         with enough_memory(path):
