@@ -83,7 +83,7 @@ class FileVolume:
     of voxels; phases (g,), row = id in the file, or (nx, ny, nz) of voxels, of which a grain takes the most
     frequent, or None; crystals: phase -> Crystal, phase 0 where there are no phases; zero: what label 0
     means in this format, UNSAID where each file has its own way; negative_voids: whether a label -k is the
-    enclosed void k; notes for the report.
+    enclosed void k; notes for the report; name of the labels' array, "" in formats of one array.
     """
 
     labels: np.ndarray
@@ -95,6 +95,7 @@ class FileVolume:
     zero: str = UNSAID
     negative_voids: bool = False
     notes: tuple[str, ...] = ()
+    name: str = ""
 
 
 def to_xyz(labels: np.ndarray, axes: str, where: str) -> np.ndarray:

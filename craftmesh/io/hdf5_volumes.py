@@ -39,6 +39,7 @@ from craftmesh.types import UNINDEXED, Crystal
 _IDS = ("FeatureIds", "GrainIds", "FeatureID", "GrainID")
 _PHASE_NAMES = ("PhaseName", "MaterialName")
 _DATA = "/LabDCT/Data"
+_BEFORE_6 = "VoxelDataContainer"  # group of versions 4 and 5
 
 
 @dataclass(frozen=True)
@@ -81,11 +82,15 @@ def read_dream3d(path: str | os.PathLike, dataset: str, table: str = "") -> File
         notes = left_unread([*beside.unread(found, by_path), *others])
         orientations = {beside.told(rotations[0]): rotations[1]} if rotations else {}
         place = image.spacing, image.origin
-        return FileVolume(ids, *place, orientations, numbers, crystals, UNINDEXED, notes=notes)
+        return FileVolume(ids, *place, orientations, numbers, crystals, UNINDEXED, notes=notes, name=name)
 
 
 def _rotations(beside: Beside) -> tuple[h5py.Dataset, Rotations] | None:
-    """Return the array of the grains' angles, else of their quaternions (x, y, z, w), sample to crystal."""
+    """Return the array of the grains' angles, else of their quaternions (x, y, z, w).
+
+    Those are of the rotation from sample to crystal axes, up to version 5 of its inverse. Source: `eu2qu`
+    in DREAM.3D's OrientationTransforms and EulertoQuat in its OrientationMath before.
+    """
     if eulers := beside.find(is_eulers, 3):
         data, angles = eulers[0], eulers[1].astype(float)
         if angles.ndim == 2 and not angles[:1].any():
@@ -93,7 +98,8 @@ def _rotations(beside: Beside) -> tuple[h5py.Dataset, Rotations] | None:
         words = [data.name, *(f"{key} {value}" for key, value in data.attrs.items())]
         return data, Rotations(EULERS, angles, unit_said(*words))
     if quaternions := beside.find(is_quaternions, 4):
-        return quaternions[0], Rotations(QUATERNIONS, quaternions[1][..., [3, 0, 1, 2]], inverse=True)
+        data, is_inverse = quaternions[0], f"/{_BEFORE_6}/" not in quaternions[0].name
+        return data, Rotations(QUATERNIONS, quaternions[1][..., [3, 0, 1, 2]], inverse=is_inverse)
     return None
 
 
@@ -186,7 +192,8 @@ def read_labdct(path: str | os.PathLike, dataset: str) -> FileVolume:
         crystals = _labdct_crystals(file, numbers)
         spacing = file["LabDCT/Spacing"][()]
     notes = ("lengths are in mm", *left_unread(key for key in described if key != name))
-    return FileVolume(labels, spacing, None, orientations, numbers, crystals, UNINDEXED, notes=notes)
+    place = spacing, None
+    return FileVolume(labels, *place, orientations, numbers, crystals, UNINDEXED, notes=notes, name=name)
 
 
 def _labdct_crystals(file: h5py.File, phases: np.ndarray | None) -> dict[int, Crystal]:

@@ -114,6 +114,7 @@ def read_npz(path: str | os.PathLike, dataset: str, axes: str) -> FileVolume:
         VOID if is_ours else UNSAID,
         negative_voids=is_ours,
         notes=notes + left_unread(unread),
+        name=name,
     )
 
 

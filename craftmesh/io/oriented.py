@@ -18,7 +18,7 @@ from craftmesh.errors import CraftmeshError, told
 from craftmesh.io.declared import DEFLATE, data_file, refuse_false_size, unpacked
 from craftmesh.io.file_volume import FileVolume
 
-_ALIGNED = 1e-4  # of a step: headers have six digits, and over 1000 voxels this is a tenth of one
+ALIGNED = 1e-4  # of a step: headers have six digits, and over 1000 voxels this is a tenth of one
 # MetaIO's types by NRRD's names.
 _TYPES = {"CHAR": "int8", "UCHAR": "uint8", "SHORT": "int16", "USHORT": "uint16", "INT": "int32"}
 _TYPES |= {"UINT": "uint32", "LONG": "long", "ULONG": "ulong", "LONG_LONG": "int64", "ULONG_LONG": "uint64"}
@@ -62,7 +62,7 @@ def along_axes(
 def _is_diagonal(steps: np.ndarray) -> bool:
     along = steps.diagonal()
     aside = np.abs(steps - np.diag(along)).max(axis=1)
-    return bool((along != 0).all() and (aside <= _ALIGNED * np.abs(along)).all())
+    return bool((along != 0).all() and (aside <= ALIGNED * np.abs(along)).all())
 
 
 def read_metaimage(path: str | os.PathLike) -> FileVolume:

@@ -2,17 +2,21 @@
 
 import os
 import re
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
-from craftmesh.io.declared import DEFLATE, heard, refuse_false_size
+from craftmesh.errors import CraftmeshError, told
+from craftmesh.io.declared import DEFLATE, HEAD, heard, refuse_false_size
 from craftmesh.io.file_volume import FileVolume
 
 SUFFIXES = (".tif", ".tiff")
+Place = tuple[np.ndarray | None, str]  # spacing (3,) along x, y, z, None where unknown, and its unit
+NO_PLACE: Place = None, ""
 _RATIOS = {1: 1, 8: DEFLATE, 32946: DEFLATE}  # by the tag Compression; the others have no bound
 # Layouts whose heads name other files are read as plain pages.
 _ALONE: dict[str, Any] = dict.fromkeys(("is_ome", "is_mmstack", "is_ndtiff"), False)
@@ -21,20 +25,23 @@ _ALONE: dict[str, Any] = dict.fromkeys(("is_ome", "is_mmstack", "is_ndtiff"), Fa
 def read_tiff(path: str | os.PathLike) -> FileVolume:
     """Read a stack of integer slices: one file, or a folder whose slices go by the number in their names.
 
-    A TIFF has no spacing that could be relied on: the caller gives it. Raises CraftmeshError.
+    The spacing is what ImageJ or OME say of one file, else the caller gives it. Raises CraftmeshError.
     """
     path = Path(path)
     files = slice_files(path) if path.is_dir() else [path]
-    slices = [_pages(file) for file in files]
+    slices, places = zip(*[_pages(file) for file in files])
     if len(files) > 1:
         _refuse_unlike(files, slices)
     volume = np.concatenate(slices)
+    spacing, unit = places[0] if len(files) == 1 else NO_PLACE
     notes: tuple[str, ...] = ()
+    if spacing is not None:
+        notes = (f"lengths are in {unit or 'a unit that the file does not name'}, spacing {told(spacing)}",)
     if volume.dtype == np.uint8 and volume.max(initial=0) == 255:
-        notes = (
+        notes += (
             "8-bit labels that reach 255: more grains than 255 would have been cut off; export 16 bits",
         )
-    return FileVolume(volume.transpose(2, 1, 0), notes=notes)
+    return FileVolume(volume.transpose(2, 1, 0), spacing, notes=notes)
 
 
 def slice_files(folder: Path) -> list[Path]:
@@ -85,8 +92,8 @@ def _numbers(folder: Path, files: list[Path]) -> dict[Path, int]:
     )
 
 
-def _pages(file: Path) -> np.ndarray:
-    """Return the pages (z, y, x) of a file, grey and of one size and type."""
+def _pages(file: Path) -> tuple[np.ndarray, Place]:
+    """Return the pages (z, y, x) of a file, grey and of one size and type, and their place."""
     import tifffile
 
     try:
@@ -99,23 +106,50 @@ def _pages(file: Path) -> np.ndarray:
                 refuse_false_size(file, "pages", pages.shape, pages.dtype.itemsize, there, ratio)
                 refuse_false_size(file, "a tile", page.chunks, page.dtype.itemsize, there, ratio)
             kinds = {(pages.shape[-2:], str(pages.dtype)) for pages in series}
+            place = _place(file, tif)
             _refuse_colours(file, series[0])
             if len(kinds) > 1 or max(pages.ndim for pages in series) > 3:
                 raise CraftmeshError(
-                    f"{file}: holds pages of {len(kinds)} sizes or types, of shape {series[0].shape}; "
-                    "expected grey pages (z, y, x) alike"
+                    f"{file}: holds pages of {len(kinds)} sizes or types, of shape {series[0].shape} (axes "
+                    f"{series[0].axes}); expected grey pages (z, y, x) alike, save one channel alone"
                 )
             # some writers make a series of each page
             found = np.concatenate([pages.asarray().reshape(-1, *pages.shape[-2:]) for pages in series])
         missed = [fault for fault in said if fault.startswith("<tifffile.TiffPage")]
         if missed:  # the pages behind it are left out, or zero
             raise ValueError(missed[0])
-        return found
+        return found, place
     except CraftmeshError:
         raise
     except Exception as error:  # tifffile and its codecs raise many kinds
         reason = " ".join(str(error).split())
         raise CraftmeshError(f"{file}: cannot be read as TIFF ({reason}); export it uncompressed") from None
+
+
+def _place(file: Path, tif: Any) -> Place:
+    """Return what ImageJ or OME say of a file; refuse several channels, and times beside slices."""
+    page = tif.pages.first
+    text = page.description
+    counts, lengths, units = [1, 1, 1], [], {""}
+    if "<OME" in text[:HEAD]:
+        pixels = ElementTree.fromstring(text.encode()).find(".//{*}Pixels")
+        named = {} if pixels is None else pixels.attrib
+        counts = [int(named.get(f"Size{axis}", 1)) for axis in "CTZ"]
+        lengths = [float(named.get(f"PhysicalSize{axis}", 0)) for axis in "XYZ"]
+        units = {named.get(f"PhysicalSize{axis}Unit", "µm") for axis in "XYZ"}
+    elif tif.is_imagej:
+        named = tif.imagej_metadata
+        counts = [int(named.get(key, 1)) for key in ("channels", "frames", "slices")]
+        units = {str(named.get(key, named.get("unit", ""))) for key in ("unit", "yunit", "zunit")}
+        if "spacing" in named or units - {"", "pixel", "pixels"}:  # a depth of 1 is left out
+            lengths = [*(1 / each if each else 0 for each in page.resolution), named.get("spacing", 1.0)]
+    if counts[0] > 1 or counts[1] > 1 < counts[2]:
+        raise CraftmeshError(
+            f"{file}: has {counts[0]} channels, {counts[1]} times, {counts[2]} slices; expected one label "
+            "a pixel, save the channel of the labels alone (ImageJ: Image > Duplicate)"
+        )
+    is_known = len(units) == 1 and lengths and min(lengths) > 0 and np.isfinite(lengths).all()
+    return (np.array(lengths), units.pop().replace(r"\u00B5", "µ")) if is_known else NO_PLACE
 
 
 def _refuse_colours(file: Path, pages: Any) -> None:
@@ -129,7 +163,7 @@ def _refuse_colours(file: Path, pages: Any) -> None:
         )
 
 
-def _refuse_unlike(files: list[Path], slices: list[np.ndarray]) -> None:
+def _refuse_unlike(files: list[Path], slices: Sequence[np.ndarray]) -> None:
     for file, pages in zip(files, slices):
         if len(pages) > 1:
             raise CraftmeshError(

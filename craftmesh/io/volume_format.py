@@ -8,7 +8,7 @@ SUFFIXES: dict[str, tuple[str, ...]] = {
     "npz": (".npz",),
     "npy": (".npy",),
     "dream3d": (".dream3d",),
-    "vti": (".vti",),
+    "vti": (".vti", ".vtr"),
     "labdct": (),
     "tiff": (".tif", ".tiff"),
     "tesr": (".tesr",),
@@ -37,11 +37,18 @@ _NO_GRAINS = {
     "is a tessellation of polyhedra; `neper -T -loadtess FILE -format tesr -tesrsize 100` makes voxels": (
         ".tess",
     ),
-    "is legacy VTK; save it as .vti with the labels as cell data (ParaView)": (".vtk",),
+    "is legacy VTK; pyvista.read(FILE).save(NAME) makes a .vti of an image, a .vtr of a rectilinear grid": (
+        ".vtk",
+    ),
+    "is MATLAB's; scipy.io.loadmat(FILE)[NAME], of -v7.3 h5py.File(FILE)[NAME][()].T, is its array: save "
+    "it as .npz with labels[x, y, z] and spacing": (".mat",),
     "is Avizo's own; export the label field as .mhd, .nrrd or a TIFF stack": (".am", ".hx"),
     "is a medical image; save it as .nrrd (3D Slicer, ITK-SNAP)": (".nii",),
     "names data in another file; give the .dream3d beside it": (".xdmf",),
-    "is a DREAM.3D pipeline; run it and give the .dream3d that it writes": (".json",),
+    "is not read; of a DREAM.3D pipeline give the .dream3d that it writes, of Kanapy's voxels save "
+    "numpy.reshape(Data.Values, Data.Shape) as .npz with labels and spacing, Model.Size / Data.Shape": (
+        ".json",
+    ),
     "is of DAMASK 2; damask.Grid.load_ASCII(FILE).save(NAME) of DAMASK 3 makes a .vti": (".geom",),
 }
 

@@ -1,6 +1,11 @@
-"""VTK image data (.vti) with grain ids as cell data: DAMASK's files, other tools', and craftmesh's own."""
+"""VTK image data (.vti) and even rectilinear grids (.vtr) with grain ids as cell data.
+
+DAMASK's files, other tools', and craftmesh's own.
+"""
 
 import os
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -19,6 +24,7 @@ from craftmesh.io.file_volume import (
     pick,
     unit_said,
 )
+from craftmesh.io.oriented import ALIGNED
 from craftmesh.types import GRAIN, UNINDEXED, VOID
 
 _NAMES = ("labels", "material", "FeatureIds", "GrainIds", "grain", "grain_id", "MaterialId")
@@ -28,9 +34,10 @@ _ZERO = {"material": GRAIN, "FeatureIds": UNINDEXED}  # of DAMASK, of DREAM.3D
 def read_vti(path: str | os.PathLike, dataset: str) -> FileVolume:
     """Read an integer cell array: `dataset`, or the first of the usual names, or the only one there is.
 
-    In an array `material`, DAMASK's, 0 is a grain. Raises CraftmeshError, also for axes that are turned.
+    In an array `material`, DAMASK's, 0 is a grain. Raises CraftmeshError, also for axes that are turned and
+    for a rectilinear grid (.vtr) whose steps are uneven.
     """
-    image = vtk_xml.read_dataset(path, "ImageData")
+    image = _image(path)
     direction = image.place["direction"]
     if not np.allclose(direction, np.eye(3).ravel(), atol=1e-9):
         raise CraftmeshError(
@@ -62,7 +69,27 @@ def read_vti(path: str | os.PathLike, dataset: str) -> FileVolume:
         {},
         _ZERO.get(name, UNSAID),
         notes=left_unread(unread),
+        name=name,
     )
+
+
+def _image(path: str | os.PathLike) -> vtk_xml.Dataset:
+    """Return the image of a .vti, or of a .vtr with even steps."""
+    if Path(path).suffix.lower() != ".vtr":
+        return vtk_xml.read_dataset(path, "ImageData")
+    grid = vtk_xml.read_dataset(path, "RectilinearGrid")
+    planes = [grid.place[axis].astype(float) for axis in "xyz"]
+    spacing = np.array([(at[-1] - at[0]) / max(len(at) - 1, 1) for at in planes])
+    for axis, at, step in zip("xyz", planes, spacing):
+        steps = np.diff(at)
+        if not (np.abs(steps - step) <= ALIGNED * abs(step)).all():
+            raise CraftmeshError(
+                f"{path}: its steps along {axis} run from {steps.min():.6g} to {steps.max():.6g}; expected "
+                "even voxels, resample the labels (nearest) to a .vti"
+            )
+    first = np.array([at[0] for at in planes])
+    place = {"spacing": spacing, "origin": first - spacing * grid.place["extent"][::2]}
+    return replace(grid, place={**grid.place, **place})
 
 
 def _described(

@@ -4,7 +4,7 @@ import math
 import os
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
@@ -29,7 +29,7 @@ class Dataset:
 
     points (n, 3); cells: connectivity and offsets by section, Verts, Lines, Strips, Polys or Cells; types
     (m,): VTK's numbers of a grid's cells; place: extent (6,), steps, spacing, origin (3,) and direction
-    (9,) of an image.
+    (9,) of an image, and x, y, z (k,) of the planes of a rectilinear grid.
     """
 
     at_points: Arrays = field(default_factory=dict)
@@ -103,16 +103,16 @@ def _add_section(above: Element, name: str, arrays: Arrays, packed: list[bytes])
 
 
 def read_dataset(path: str | os.PathLike, kind: str) -> Dataset:
-    """Read a VTK XML file of `kind` (PolyData, ImageData, UnstructuredGrid) that is one piece.
+    """Read a VTK XML file of one piece, `kind` PolyData, ImageData, RectilinearGrid or UnstructuredGrid.
 
     Raises CraftmeshError if it is missing, broken or of another kind, where counts, extents and data do not
     fit together, for cells of points that there are not, and for points that are not finite.
     """
     existing_file(path, "run the stage that writes it or give another path")
-    build = {"ImageData": _image, "PolyData": _poly, "UnstructuredGrid": _grid}[kind]
+    build = {"ImageData": _image, "RectilinearGrid": _planes, "PolyData": _poly, "UnstructuredGrid": _grid}
     try:
         with enough_memory(path):
-            dataset = build(VtkFile(path, kind))
+            dataset = build[kind](VtkFile(path, kind))
     except (ValueError, LookupError, TypeError, ArithmeticError, SyntaxError) as error:
         raise CraftmeshError(f"{path}: not a whole VTK XML {kind} file ({error}); write it again") from None
     as_array(f"{path}: points", dataset.points, float, (None, 3))
@@ -129,6 +129,14 @@ def _image(file: VtkFile) -> Dataset:
     for key, default in (("Spacing", "1 1 1"), ("Origin", "0 0 0"), ("Direction", "1 0 0 0 1 0 0 0 1")):
         place[key.lower()] = np.array(_numbers(file.whole, key, len(default.split()), default))
     return Dataset(*_data(file, points, cells), place=place)
+
+
+def _planes(file: VtkFile) -> Dataset:
+    image = _image(file)
+    planes = dict(zip("xyz", map(np.ravel, file.arrays("Coordinates").values())))
+    if [len(at) for at in planes.values()] != (image.place["steps"] + 1).tolist():
+        raise ValueError(f"coordinates of {[len(at) for at in planes.values()]} planes")
+    return replace(image, place={**image.place, **planes})
 
 
 def _poly(file: VtkFile) -> Dataset:

@@ -28,6 +28,7 @@ from craftmesh.voxels.remapping import (
     integer_labels,
     phase_table,
     phases_by_voxels,
+    refuse_scattered,
     rename,
 )
 
@@ -96,6 +97,7 @@ def read_voxels(
 
 def _understood(path: Path, content: FileVolume, options: ReadOptions, fills: bool) -> RawVolume:
     labels = integer_labels(path, content.labels)
+    refuse_scattered(path, content.name, labels)
     spacing = _spacing(path, content, options)
     origin = _origin(path, content, options)
     meaning, background = _meaning(content, labels, options, fills)

@@ -85,7 +85,10 @@ def integer_labels(path: str | os.PathLike, labels: np.ndarray) -> np.ndarray:
     if labels.dtype.kind == "f":
         wrong = ~(labels == np.round(labels))
         if wrong.any():
-            raise CraftmeshError(f"{path}: label {labels[wrong][0]} is not an integer; expected grain ids")
+            raise CraftmeshError(
+                f"{path}: label {labels[wrong][0]} is not an integer; expected grain ids, "
+                "segment an image of grey values first"
+            )
     elif labels.dtype.kind not in "iub":
         raise CraftmeshError(f"{path}: labels are of type {labels.dtype}; expected integers")
     low, high = labels.min().item(), labels.max().item()
@@ -100,6 +103,32 @@ def integer_labels(path: str | os.PathLike, labels: np.ndarray) -> np.ndarray:
             f"{exact} on, so that grains merge; export them as integers"
         )
     return labels.astype(np.int64)
+
+
+def refuse_scattered(path: str | os.PathLike, name: str, labels: np.ndarray) -> None:
+    """Refuse labels (nx, ny, nz) of an array `name` that most neighbouring voxels do not share.
+
+    Such are numbers of voxels and grey values; grains are several voxels across. Voxels of 0 do not count,
+    and up to two labels are phases.
+    """
+    same, neighbours = 0, 0
+    for axis in range(3):
+        along = np.moveaxis(labels, axis, 0)
+        low, high = along[:-1], along[1:]
+        is_known = (low != 0) & (high != 0)
+        neighbours += int(is_known.sum())
+        same += int((is_known & (low == high)).sum())
+    ids = len(np.unique(labels[labels != 0])) if 2 * same < neighbours else 0
+    if ids <= 2:
+        return
+    array = f"array {name}" if name else "the volume"
+    is_index = 2 * ids > np.count_nonzero(labels)
+    what = "numbers of voxels" if is_index else "grey values, or grains sampled too coarsely"
+    raise CraftmeshError(
+        f"{path}: {array} has {ids} labels in {labels.size} voxels, and {100 * same / neighbours:.2g} % of "
+        f"neighbours share theirs: these are {what}; expected grain ids, name their array by dataset or "
+        "segment the image first"
+    )
 
 
 def rename(path: str | os.PathLike, ids: np.ndarray, meaning: Meaning) -> Renaming:
@@ -117,9 +146,12 @@ def rename(path: str | os.PathLike, ids: np.ndarray, meaning: Meaning) -> Renami
     if meaning.negative_voids:
         voids |= {v for v in present if v < 0}
     grains = [v for v in present if v not in empty | voids]
-    if grains and grains[0] < 0:
+    if negative := [v for v in grains if v < 0]:
+        are = f"label {negative[0]} is" if len(negative) == 1 else f"labels {listed(negative)} are"
+        way = "unique with return_inverse" if {-v for v in negative} & {*grains} else "abs"
         raise CraftmeshError(
-            f"{path}: label {grains[0]} is negative; declare it by background_value or void_labels"
+            f"{path}: {are} negative; renumber grains, as ExaCA's nucleated ones, by numpy.{way}, declare "
+            "voids by void_labels, a background by background_value"
         )
     shift = 1 if 0 in grains else 0
     named = {v: v + shift for v in grains} | {v: -abs(v) - shift for v in voids}
