@@ -14,8 +14,7 @@ from scipy import ndimage
 from craftmesh.voxels.kernels.exchange import REACH, contact_key, exchange
 from craftmesh.voxels.kernels.votes import MOST_GRAINS, choices, votes
 
-# Standard deviations of the Gaussian, the largest voxel edge, at which it is cut off: 4% of its weight lie
-# beyond.
+# Standard deviations at which the Gaussian is cut off: 4% of its weight lie beyond.
 CUT_OFF = 2.5
 # Standard deviations from a boundary within which voxels may change hands in one round; further none would.
 BAND = 1.5
@@ -86,7 +85,7 @@ class _Grid:
             ends = np.moveaxis(padded, axis, 0)
             ends[: rim[axis]], ends[-rim[axis] :] = -2 - 2 * axis, -3 - 2 * axis
         strides = np.array(padded.strides) // padded.itemsize
-        band = tuple(2 * int(r) + 1 for r in BAND * spacing.max() / spacing)
+        band = tuple(2 * int(r) + 1 for r in BAND * _deviation(spacing) / spacing)
         return cls(padded.ravel(), padded.shape, rim, grains, offsets @ strides, weights, band)
 
     @property
@@ -123,9 +122,19 @@ class _Grid:
         return np.unique(np.concatenate(keys)), count
 
 
+def _deviation(spacing: np.ndarray) -> float:
+    """Return the Gaussian's standard deviation: the edge of a cube of the voxel's volume.
+
+    It is larger where the cut-off would not reach the next voxel along the longest edge. The longest edge
+    itself moves 4% of the voxels of clean grains at 1 x 1 x 3; the cube's edge moves 0.4%.
+    """
+    reaching = np.nextafter(spacing.max() / CUT_OFF, np.inf)
+    return float(max(np.cbrt(spacing.prod()), reaching))
+
+
 def _gaussian(spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the offsets (s, 3) of the voxels around one, its own first, and their weights (s,)."""
-    sigma = float(spacing.max())
+    sigma = _deviation(spacing)
     reach = np.floor(CUT_OFF * sigma / spacing).astype(int)
     axes = [np.arange(-r, r + 1) for r in reach]
     offsets = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
