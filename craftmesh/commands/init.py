@@ -15,18 +15,16 @@ from craftmesh.campaign.first_campaign import configuration_text, first_campaign
 from craftmesh.campaign.home import read_config
 from craftmesh.campaign.paths import read_path
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.errors import CraftmeshError, counted, existing, listed
+from craftmesh.errors import CraftmeshError, counted, existing, listed, named
 from craftmesh.progress import ProgressLine
 from craftmesh.types import VOID, Voxels
-from craftmesh.voxels.background import lies_in_specks
+from craftmesh.voxels.background import ask_for_background, lies_in_specks, surrounds
 from craftmesh.voxels.clean import ROUGH, clean
 from craftmesh.voxels.options import CleanOptions
 from craftmesh.voxels.reading import AUTO, ReadOptions, read_voxels
 from craftmesh.voxels.remapping import RawVolume
-from craftmesh.voxels.voxel_graph import dispersed, find_pieces, speck_size
+from craftmesh.voxels.voxel_graph import dispersed, find_pieces, median_grain, speck_size
 
-# Share of voxels without a grain over which they are empty space. Measured: AL1050 0.0008.
-MUCH = 0.05
 ROUNDS = 2  # of smoothing, where boundaries are rough: what the report of import advises
 
 
@@ -47,6 +45,10 @@ def run(arguments: argparse.Namespace) -> None:
     name = as_case_name(source.stem).lstrip(".-") or "mine"
     name = f"{name}_case" if name.casefold() in RESERVED else name
     config = arguments.output or Path(f"{name}.yaml")
+    if config.suffix.lower() not in (".yaml", ".yml"):
+        raise CraftmeshError(
+            f"--output is {config}; expected a configuration .yaml, its sheet .tsv is written beside it"
+        )
     sheet = config.with_suffix(".tsv")
     for path in (config, sheet):
         if path.exists():
@@ -84,18 +86,25 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _read(source: Path, options: ReadOptions) -> RawVolume:
-    """Return a volume; much of it without a grain is empty space, unless it lies in specks.
+    """Return a volume, unindexed voxels around the sample as empty space: filled, its grains would grow.
 
-    It is the space round a sample: filled, the grains at its faces would grow into it.
+    Raises CraftmeshError for other unindexed voxels in pieces as large as grains.
     """
     raw = read_voxels(source, options)
-    is_much = raw.unindexed.mean() > MUCH and options.background == AUTO
     labels = raw.voxels.labels
-    if not is_much or lies_in_specks(find_pieces(labels), speck_size(labels)):
+    if options.background != AUTO or not raw.unindexed.any():
         return raw
+    pieces = find_pieces(labels)
+    largest, median = int(pieces.voxels[pieces.label == 0].max()), median_grain(labels)
+    if largest < median or lies_in_specks(pieces, speck_size(labels)):
+        return raw
+    if not surrounds(labels, pieces):
+        with named(source):
+            why = f"a piece of it has {largest} voxels, the median grain {median:.0f}"
+            raise ask_for_background(labels, why)
     note = (
         f"label {options.background_value}, {counted(int(raw.unindexed.sum()), raw.unindexed.size)}, "
-        "is so much that it is taken as empty space; background unindexed says otherwise"
+        "surrounds the rest and is taken as empty space; background unindexed says otherwise"
     )
     empty = read_voxels(source, replace(options, background=VOID))
     return replace(empty, background=VOID, notes=(*empty.notes, note))

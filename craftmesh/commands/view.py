@@ -58,7 +58,11 @@ def view_labels(file: Path) -> bytes:
     from craftmesh.report.views import labels_picture
     from craftmesh.voxels.reading import read_voxels
 
-    return labels_picture(read_voxels(file).voxels)
+    try:
+        voxels = read_voxels(file).voxels
+    except CraftmeshError:
+        voxels = read_voxels(file, fills=True).voxels  # label 0 stays blank where its meaning is open
+    return labels_picture(voxels)
 
 
 def view_polygons(file: Path) -> bytes:

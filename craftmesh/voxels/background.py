@@ -3,12 +3,18 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy import ndimage
 
-from craftmesh.errors import counted
+from craftmesh.errors import CraftmeshError, counted
 from craftmesh.types import GRAIN, UNINDEXED, VOID
 from craftmesh.voxels.voxel_graph import Pieces, dispersed, find_pieces, speck_size
 
 _ROLES = {GRAIN: "a grain", UNINDEXED: "not indexed", VOID: "empty space"}
+_FEW = 3  # other labels at least, with which 0 can be compared
+# Edge of a grain along lines of three labels, as `_straightness`: 2/3 where three grains meet at 120 degrees,
+# 1 where boundaries end on a free surface. Measured: generated grains 0.66, 95% of them up to 0.72 (laths
+# 0.77); notches, holes, pores, and tilted and rough surfaces 0.80 to 1.02.
+_STRAIGHT = 0.8
 
 
 def background_shown(
@@ -17,20 +23,31 @@ def background_shown(
     """Return GRAIN, UNINDEXED or VOID, what 0 is among labels (nx, ny, nz), and a note that says so.
 
     tables: the file's, (g, k) with row = label or (nx, ny, nz, k). fills: whether the user expects
-    unindexed voxels, which 0 then is; else `role_of_zero`.
+    unindexed voxels, which 0 then is; else `role_of_zero`. Raises CraftmeshError where that is open.
     """
     role, why = (UNINDEXED, "fill_unindexed is set") if fills else role_of_zero(labels, tables)
-    voxels, others = int((labels == 0).sum()), " or ".join(name for name in _ROLES if name != role)
-    note = f"label 0, {counted(voxels, labels.size)}, is taken as {_ROLES[role]}, since {why}; "
-    return role, (f"{note}background {others} says otherwise",)
+    if not role:
+        raise ask_for_background(labels, why)
+    others = " or ".join(name for name in _ROLES if name != role)
+    note = f"label 0, {counted(int((labels == 0).sum()), labels.size)}, is taken as {_ROLES[role]}, "
+    return role, (f"{note}since {why}; background {others} says otherwise",)
+
+
+def ask_for_background(labels: np.ndarray, why: str) -> CraftmeshError:
+    """Return the error that asks what label 0 of (nx, ny, nz) is, with what each answer does."""
+    return CraftmeshError(
+        f"label 0, {counted(int((labels == 0).sum()), labels.size)}, may be empty space, a grain or not "
+        f"indexed: {why}; give --background void (it stays empty), grain (it becomes material, a grain) or "
+        "unindexed (the grains around it fill it), in a configuration import.background"
+    )
 
 
 def role_of_zero(labels: np.ndarray, tables: Sequence[np.ndarray]) -> tuple[str, str]:
     """Return GRAIN, UNINDEXED or VOID, what 0 is among labels (nx, ny, nz), and the reason in words.
 
-    Ids may begin at 0, so 0 is a grain where nothing marks it as background. It is empty space where it
-    surrounds the rest or lies in several enclosed pieces, and voxels without a grain where it lies in
-    specks or is the one label without an orientation or phase.
+    It is empty space where it surrounds the rest or lies in several enclosed pieces, and voxels without a
+    grain where it lies in specks or is the one label without an orientation or phase. Ids may begin at 0,
+    so 0 is a grain where it looks like one (`_unlike_a_grain`). The role is empty where it does not.
     """
     ids = np.unique(labels[labels >= 0])
     known = np.array([_known(table, labels, ids) for table in tables]).reshape(-1, len(ids))
@@ -40,7 +57,7 @@ def role_of_zero(labels: np.ndarray, tables: Sequence[np.ndarray]) -> tuple[str,
     least, pieces = speck_size(labels), find_pieces(labels)
     zero = pieces.label == 0
     enclosed = int((pieces.voxels[zero] >= max(least, 1)).sum())
-    if _surrounds(labels, pieces):
+    if surrounds(labels, pieces):
         return VOID, "it surrounds the rest"
     if lies_in_specks(pieces, least):
         return UNINDEXED, "most of it lies in specks"
@@ -48,7 +65,39 @@ def role_of_zero(labels: np.ndarray, tables: Sequence[np.ndarray]) -> tuple[str,
         return VOID, f"it lies in {enclosed} enclosed pieces"
     if len(known):
         return UNINDEXED, "it alone has no orientation or phase"
-    return GRAIN, "nothing marks it as background"
+    unlike = _unlike_a_grain(labels)
+    return ("", unlike) if unlike else (GRAIN, "it looks like one of them")
+
+
+def _unlike_a_grain(labels: np.ndarray) -> str:
+    """Return in words how 0 differs from the grains of labels (nx, ny, nz), empty where it looks like one."""
+    ids, voxels = np.unique(labels[labels >= 0], return_counts=True)
+    if len(ids) <= _FEW:
+        return f"the file has {len(ids)} labels, too few to compare"
+    if ids[-1] >= len(ids):
+        return f"ids up to {ids[-1]} have gaps"
+    if voxels[0] > np.sort(voxels[1:])[-2:].sum():
+        return "it is larger than the two largest grains together"
+    if not _straightness(labels) < _STRAIGHT:
+        return "other grains' boundaries end straight on it, as on a free surface"
+    return ""
+
+
+def _straightness(labels: np.ndarray) -> float:
+    """Return how much of the space around its edges 0 holds, relative to that around its faces.
+
+    Its edges are the cubes of 2 x 2 x 2 voxels with two other labels, its faces those with one; the space
+    is the 4 x 4 x 4 voxels around them. NaN without edges or faces.
+    """
+    is_zero, cubes = labels == 0, (slice(1, None),) * 3
+    least = ndimage.minimum_filter(np.where(is_zero, labels.max() + 1, labels), 2)[cubes]
+    most = ndimage.maximum_filter(labels, 2)[cubes]
+    at_zero = ndimage.maximum_filter(is_zero, 2)[cubes] & (most > 0)
+    edges, faces = at_zero & (least < most), at_zero & (least == most)
+    if not (edges.any() and faces.any()):
+        return float("nan")
+    held = ndimage.uniform_filter(is_zero.astype(np.float32), 4)[cubes]
+    return float(held[edges].mean() / held[faces].mean())
 
 
 def _known(table: np.ndarray, labels: np.ndarray, ids: np.ndarray) -> np.ndarray:
@@ -59,8 +108,8 @@ def _known(table: np.ndarray, labels: np.ndarray, ids: np.ndarray) -> np.ndarray
     return (ids < len(known)) & known[np.minimum(ids, len(known) - 1)]
 
 
-def _surrounds(labels: np.ndarray, pieces: Pieces) -> bool:
-    """Whether one body lies in 0, which fills the box's corners, or faces as the largest label.
+def surrounds(labels: np.ndarray, pieces: Pieces) -> bool:
+    """Whether one body lies in label 0, which fills the box's corners, or faces as the largest label.
 
     Several bodies that 0 keeps apart would fall asunder: there it is what holds them.
     """

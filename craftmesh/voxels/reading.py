@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.arguments import as_array
-from craftmesh.errors import CraftmeshError, existing, listed
+from craftmesh.errors import CraftmeshError, existing, listed, named
 from craftmesh.io.declared import enough_memory
 from craftmesh.io.file_volume import DEGREES, RADIANS, UNSAID, FileVolume
 from craftmesh.io.hdf5_volumes import read_dream3d, read_labdct
@@ -88,7 +88,8 @@ def read_voxels(
     `notes`). fills: whether unindexed voxels are expected, which makes 0 unindexed where the format does
     not say what it is; else the file shows it (`background_shown`). Raises CraftmeshError for what cannot
     be read or meshed: missing files or datasets, fewer than two voxels along an axis, ids that are no
-    integers or over int32, undeclared negative ids, spacing <= 0.
+    integers or over int32, undeclared negative ids, spacing <= 0, and a label 0 that may be empty or a
+    grain.
     """
     path = existing(Path(path))
     with enough_memory(path):
@@ -100,7 +101,8 @@ def _understood(path: Path, content: FileVolume, options: ReadOptions, fills: bo
     refuse_scattered(path, content.name, labels)
     spacing = _spacing(path, content, options)
     origin = _origin(path, content, options)
-    meaning, background = _meaning(content, labels, options, fills)
+    with named(path):
+        meaning, background = _meaning(content, labels, options, fills)
     renaming = rename(path, np.unique(labels), meaning)
     renamed = renaming.renamed(labels)
     unit = "" if options.angles == AUTO else options.angles
