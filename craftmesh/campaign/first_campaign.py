@@ -9,12 +9,14 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy import ndimage
 
 from craftmesh.campaign.cases import SYNTHETIC
 from craftmesh.io.file_volume import of_grains
 from craftmesh.mechanics.crystals import known_material
 from craftmesh.sizing.sizing import voxel_edge
 from craftmesh.types import Crystal, Voxels
+from craftmesh.voxels.mouth import Mouth, find_mouth
 from craftmesh.voxels.voxel_graph import median_grain
 
 # Eq. 3's default l_min, l0 / 2, makes three times the elements round the front; examples take 0.75 to 0.8.
@@ -38,13 +40,15 @@ class FirstMaterial(NamedTuple):
 class FirstCampaign:
     """The values of a first configuration, in model units, and what was seen of the microstructure.
 
-    imported: the keys of the section import; sizing: l0, l_min, l_max, r0, r1; crack: centre, radius and
-    growth; materials: of inp.material; grains: how many; across: median diameter of a grain.
+    imported: the keys of the section import; sizing: l0, l_min, l_max, r0, r1; crack: centre, normal,
+    radius and growth; mouth: where it begins; materials: of inp.material; grains: how many; across: median
+    diameter of a grain.
     """
 
     imported: Mapping[str, Any]
     sizing: Mapping[str, float]
     crack: Mapping[str, Any]
+    mouth: Mouth
     materials: tuple[FirstMaterial, ...]
     grains: int
     across: float
@@ -54,20 +58,25 @@ def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign
     """Return the first campaign for cleaned voxels; imported: how they were read and cleaned."""
     edge = voxel_edge(voxels)
     across = edge * float(np.cbrt(6 / np.pi * median_grain(voxels.labels)))
-    filled = np.nonzero(voxels.labels)
-    cells = np.array([[axis.min() for axis in filled], [axis.max() + 1 for axis in filled]])
-    low, high = voxels.origin + voxels.spacing * cells
-    extent = high - low
+    (window,) = ndimage.find_objects((voxels.labels != 0).astype(np.int8))
+    body = voxels.labels[window] != 0
+    extent = body.shape * voxels.spacing
     l0 = min(edge, across / ACROSS)
     l_max = min(L_MAX * l0, max(l0, across / ACROSS))
     r0 = min(R0 * l0, extent.min() / 4)
     sizing = {"l0": l0, "l_min": L_MIN * l0, "l_max": l_max, "r0": r0, "r1": 2 * r0}
     radius = RADIUS * float(extent.min())
-    centre = (low + high) / 2 + OFF_CENTRE * voxels.spacing
-    centre[1] = low[1]
-    crack = {"centre": centre.tolist(), "radius": radius, "growth": GROWTH * radius}
+    mouth = find_mouth(body, voxels.spacing, radius, GROWTH * radius)
+    off_planes = np.where(np.arange(3) == "xyz".index(mouth.face[0]), 0.0, OFF_CENTRE)
+    place = [part.start for part in window] + mouth.place + off_planes
+    crack = {
+        "centre": (voxels.origin + voxels.spacing * place).tolist(),
+        "normal": np.eye(3, dtype=int)[mouth.normal].tolist(),
+        "radius": mouth.radius,
+        "growth": GROWTH * mouth.radius,
+    }
     grains = len(np.unique(voxels.labels[voxels.labels > 0]))
-    return FirstCampaign(imported, sizing, crack, _materials(voxels), grains, across)
+    return FirstCampaign(imported, sizing, crack, mouth, _materials(voxels), grains, across)
 
 
 def _materials(voxels: Voxels) -> tuple[FirstMaterial, ...]:
@@ -96,6 +105,9 @@ def configuration_text(first: FirstCampaign, name: str, sheet: str, data: str) -
     )
     section = f"import:  # how the file is read and cleaned\n{imported}\n" if imported else ""
     centre = ", ".join(_number(x, 6) for x in first.crack["centre"])
+    axis, notch = "xyz"[first.mouth.normal], first.mouth.notch
+    where = f"at the root of a notch {_number(notch)} deep in" if notch else "on"
+    along = f"  axis: {axis}  # of the tension, which opens the notch\n" if axis != "z" else ""
     materials = "".join(f"  - {_yaml(one.text)}  # {one.about}\n" for one in first.materials)
     return f"""\
 # A first campaign for {name}: {first.grains} grains, the median one {numbers["across"]} across.
@@ -112,15 +124,15 @@ data: {_yaml(data)}  # folder in which the sheet's microstructures lie
   r1: {numbers["r1"]}
 
 cracks:
-  notch:  # semicircular: the centre of the penny lies on the face y = min
+  notch:  # semicircular: the centre of the penny lies {where} the face {first.mouth.face}
     shape: penny
     centre: [{centre}]
-    normal: [0, 0, 1]  # the tension is along z: inp.axis
-    radius: {_number(first.crack["radius"])}  # a quarter of the shortest edge of the box
+    normal: {first.crack["normal"]}  # the tension is along {axis}: inp.axis
+    radius: {_number(first.crack["radius"])}  # a quarter of the shortest edge of the body, or what fits
     growth: {_number(first.crack["growth"])}  # added at each increment that the sheet asks for
 
-inp:  # the deck; its load is a strain of 0.1 % along z, unless load, magnitude and axis say otherwise
-  material:  # put the constants of your phases in place of stand-ins
+inp:  # the deck; its load is a strain of 0.1 % along {axis}, unless load, magnitude and axis say otherwise
+{along}  material:  # put the constants of your phases in place of stand-ins
 {materials}
 units:  # names beside the numbers that you read; add that of your lengths, as length: um
   stress: MPa

@@ -3,7 +3,7 @@
 import argparse
 import json
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -20,16 +20,19 @@ from craftmesh.campaign.home import Job, or_default, planned_jobs, read_config
 from craftmesh.commands.crack import given_surface
 from craftmesh.commands.mesh_flags import given_defects
 from craftmesh.commands.stage_io import add_config, add_report
+from craftmesh.cracks.near_faces import refuse_near_faces
 from craftmesh.cracks.options import BY_NUMBERS, IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.prescription import is_sized, semi_axes
 from craftmesh.cracks.series import crack_of_increment
-from craftmesh.errors import existing
+from craftmesh.cracks.sheets import sheets
+from craftmesh.cracks.within_box import is_in_material
+from craftmesh.errors import CraftmeshError, existing
 from craftmesh.growth.steps import share_of_size
 from craftmesh.io.json_file import write_json
 from craftmesh.io.npz import read_labels
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, voxel_edge
 from craftmesh.sizing.sources import sizing_around
-from craftmesh.types import Voxels
+from craftmesh.types import Crack, Voxels
 from craftmesh.voxels.clean import clean
 from craftmesh.voxels.generate import GenerateOptions, generate
 from craftmesh.voxels.options import CleanOptions
@@ -56,7 +59,9 @@ def run(arguments: argparse.Namespace) -> None:
     for job in jobs:
         jobs_by_case.setdefault(job.case, []).append(job)
     efforts = [(job, effort(job.rule, Sizes(0, 0, 0))) for job in jobs_by_case.get("", [])]
-    sizes = sizes_of(campaign, [case for name, case in campaign.cases.items() if name in jobs_by_case])
+    faults: list[str] = []
+    due = [case for name, case in campaign.cases.items() if name in jobs_by_case]
+    sizes = sizes_of(campaign, due, faults)
     for name in campaign.cases:
         own, by_increment = jobs_by_case.get(name, []), sizes.get(name, {})
         report["cases"][name] = {"jobs": 0}
@@ -71,20 +76,24 @@ def run(arguments: argparse.Namespace) -> None:
             report["cases"][name] = _figures(mine) | {"by_rule": _by_rule(own), "elements": elements}
     report |= _figures(efforts)
     report["minutes"] = round(wall_seconds(efforts, campaign, arguments.cores) / 60, 2)
-    report["notes"] = list(notes(campaign))
+    report["notes"] = [*faults, *notes(campaign)]
     for line in sentences(report, arguments.cores):
         print(line)
     if arguments.report:
         write_json(arguments.report, report)
 
 
-def sizes_of(campaign: Campaign, cases: Collection[Case]) -> dict[str, dict[str, Sizes]]:
+def sizes_of(
+    campaign: Campaign, cases: Collection[Case], faults: list[str] | None = None
+) -> dict[str, dict[str, Sizes]]:
     """Return by case the sizes of each increment, of which the sheet knows the last at most.
 
-    Cases that differ in nothing that sizes depend on are counted once.
+    Cases that differ in nothing that sizes depend on are counted once. faults: gets a sentence for each
+    case whose crack its stages will refuse.
     """
     sizes: dict[str, dict[str, Sizes]] = {}
     known: dict[str, dict[str, Sizes]] = {}
+    fault: dict[str, str] = {}
     for case in cases:
         made = Path(campaign.results) / case.name / "labels.npz"
         keys = case.settings["import"]
@@ -96,11 +105,17 @@ def sizes_of(campaign: Campaign, cases: Collection[Case]) -> dict[str, dict[str,
         key = json.dumps([volume, asked, case.crack, case.increments, case.growth, case.settings["grow"]])
         if key not in known:
             voxels = read_labels(made) if made.is_file() else _filled(*volume)
-            facets, known[key] = expected_facets(voxels), {}
+            facets, known[key], fault[key] = expected_facets(voxels), {}, ""
             for inc in case.increment_names:
-                elements = expected_elements(voxels, sizing_of_increment(case, voxels, int(inc)))
+                cracks = cracks_of_increment(case, voxels, int(inc))
+                sizing = sizing_of_increment(case, voxels, cracks)
+                elements = expected_elements(voxels, sizing)
                 known[key][inc] = Sizes(voxels.labels.size, facets, elements)
+                if not fault[key] and not (case.grows and int(inc)):
+                    fault[key] = fault_of(cracks, voxels, sizing.l_min)
         sizes[case.name] = known[key]
+        if fault[key] and faults is not None:
+            faults.append(f"case {case.name}: {fault[key]}")
     return sizes
 
 
@@ -121,20 +136,13 @@ def _filled(microstructure: str, made: str, imported: str) -> Voxels:
     return clean(volume, CleanOptions(**fields_of(CleanOptions, keys)))[0]
 
 
-def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
-    """Return the sizing round the fronts of an increment, as far as they are known before it is solved.
+def cracks_of_increment(case: Case, voxels: Voxels, increment: int) -> dict[str, Crack]:
+    """Return the cracks of an increment by name, as far as they are known before it is solved.
 
     A crack that grows is taken as larger by a step at each increment; of a shape from files that grows,
     the first is taken; one along grain boundaries, which are not there yet, as a penny of its radius.
     """
-    options = SizingOptions(**{**case.settings["sizing"], "field": None, "curvature": None})
-    if options.l0 is None:
-        options = replace(options, l0=voxel_edge(voxels))
-    sizing = sizing_around(given_defects(options, voxels.box), None, options)
-    sources = [sizing.sources]
-    if options.around_voids:  # the centres of the enclosed voids' voxels beside the grains
-        beside = (voxels.labels < 0) & ndimage.binary_dilation(voxels.labels > 0)
-        sources.append(voxels.origin + (np.argwhere(beside) + 0.5) * voxels.spacing)
+    cracks = {}
     for name in case.cracks:
         crack_options = CrackOptions(**case.settings["cracks"][name])
         if crack_options.shape == IN_BOUNDARIES:
@@ -147,7 +155,36 @@ def sizing_of_increment(case: Case, voxels: Voxels, increment: int) -> Sizing:
             share = case.settings["grow"]["share"] or share_of_size(case.settings["grow"]["change"])
             crack_options = _grown(crack_options, (1 + share) ** increment)
         surface, _ = given_surface(crack_options, which, voxels.box, voxels)
-        crack = crack_of_increment(crack_options, which, voxels.box, surface)
+        cracks[name] = crack_of_increment(crack_options, which, voxels.box, surface)
+    return cracks
+
+
+def fault_of(cracks: Mapping[str, Crack], voxels: Voxels, l_min: float) -> str:
+    """Return why the stages will refuse cracks by name: in no material, or along a face; empty if not."""
+    for name, crack in cracks.items():
+        if not is_in_material(crack, voxels):
+            return (
+                f"crack {name} lies in no material and will be refused; move it, or check import.background"
+            )
+        try:
+            for sheet in sheets(crack):
+                refuse_near_faces(sheet, voxels.box, l_min, lines_too=False)
+        except CraftmeshError as error:
+            return f"crack {name} will be refused: {error}"
+    return ""
+
+
+def sizing_of_increment(case: Case, voxels: Voxels, cracks: Mapping[str, Crack]) -> Sizing:
+    """Return the sizing of a case around the fronts of its cracks."""
+    options = SizingOptions(**{**case.settings["sizing"], "field": None, "curvature": None})
+    if options.l0 is None:
+        options = replace(options, l0=voxel_edge(voxels))
+    sizing = sizing_around(given_defects(options, voxels.box), None, options)
+    sources = [sizing.sources]
+    if options.around_voids:  # the centres of the enclosed voids' voxels beside the grains
+        beside = (voxels.labels < 0) & ndimage.binary_dilation(voxels.labels > 0)
+        sources.append(voxels.origin + (np.argwhere(beside) + 0.5) * voxels.spacing)
+    for crack in cracks.values():
         sources += [densify(crack.points[front], sizing.l_min / 2) for front in crack.fronts]
     return replace(sizing, sources=np.concatenate(sources))
 

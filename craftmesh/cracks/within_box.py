@@ -1,11 +1,11 @@
-"""What of a crack lies in a box: triangles cut off at its planes, their area, their tilt to its faces."""
+"""What of a crack lies in a box: triangles cut off at its planes, area, tilt to its faces, material."""
 
 import numpy as np
 
 from craftmesh.cracks.promises import AREA_OFF, LEAST_AREA
 from craftmesh.surface.measure import area_vectors, meets_box, total_area
 from craftmesh.surface.rounding import EXACT
-from craftmesh.types import Crack
+from craftmesh.types import Crack, Voxels
 
 
 def area_within(crack: Crack, box: np.ndarray) -> float:
@@ -16,6 +16,18 @@ def area_within(crack: Crack, box: np.ndarray) -> float:
     inside = total_area(crack.points, crack.triangles[whole])
     parts = (clipped(triangle, box) for triangle in corners[across])
     return float(inside + sum(polygon_area(part) for part in parts if len(part) > 2))
+
+
+def is_in_material(crack: Crack, voxels: Voxels, samples: int = 2000) -> bool:
+    """Tell whether any of the samples of a crack's area in the box of voxels lies in a grain."""
+    rng = np.random.default_rng(0)
+    size = np.linalg.norm(area_vectors(crack.points, crack.triangles), axis=1)
+    rows = rng.choice(len(size), samples, p=size / size.sum())
+    weights = rng.dirichlet(np.ones(3), samples)
+    places = (weights[:, :, None] * crack.points[crack.triangles[rows]]).sum(axis=1)
+    cells = np.floor((places - voxels.origin) / voxels.spacing).astype(int)
+    cells = cells[((cells >= 0) & (cells < voxels.labels.shape)).all(axis=1)]
+    return not len(cells) or bool((voxels.labels[tuple(cells.T)] > 0).any())
 
 
 def clipped(polygon: np.ndarray, slab: np.ndarray) -> np.ndarray:

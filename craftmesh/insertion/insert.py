@@ -228,7 +228,9 @@ def _assembled(cut: CutSurface, sheet: Sheet, triangles: np.ndarray, fixed: np.n
     label = labels_of_patch(cut.points, triangles, fixed, cut.facets, cut.sides)
     keep = (label > 0) & ~covered
     if not keep.any() and not len(flat):
-        raise CraftmeshError("the crack lies in no grain; expected a crack within the material: move it")
+        raise CraftmeshError(
+            "no material there: the crack lies in no grain; expected a crack within the material: move it"
+        )
     facets = np.concatenate([facets, triangles[keep].astype(np.int32)])
     sides = np.concatenate([sides, np.stack([label[keep]] * 2, axis=1)])
     kind = np.concatenate([kind, np.full(int(keep.sum()), CRACK)])

@@ -36,7 +36,10 @@ def triangulate(
         witness = shapely.get_coordinates(shapely.point_on_surface(polygons))
         polygons = polygons[is_inside(witness) > 0]
     if not len(polygons):
-        raise CraftmeshError("the crack's front and traces bound no area; move the crack a little")
+        raise CraftmeshError(
+            "no material there: the crack lies in no grain, or only touches one; expected a crack within "
+            "the material: move it"
+        )
     loose = loose[_are_near(uv[loose], polygons)]
     segments = segments[_are_near(uv[segments].mean(axis=1), polygons)]
     parts = shapely.get_parts(shapely.get_parts(shapely.constrained_delaunay_triangles(polygons)))

@@ -11,9 +11,9 @@ from craftmesh.voxels.voxel_graph import Pieces, dispersed, find_pieces, speck_s
 
 _ROLES = {GRAIN: "a grain", UNINDEXED: "not indexed", VOID: "empty space"}
 _FEW = 3  # other labels at least, with which 0 can be compared
-# Edge of a grain along lines of three labels, as `_straightness`: 2/3 where three grains meet at 120 degrees,
-# 1 where boundaries end on a free surface. Measured: generated grains 0.66, 95% of them up to 0.72 (laths
-# 0.77); notches, holes, pores, and tilted and rough surfaces 0.80 to 1.02.
+# `_straightness` from which 0 is no grain: 2/3 is that of grains that meet at 120 degrees, 1 that of a free
+# surface. Measured: generated grains 0.66, 95% of them up to 0.72 (laths 0.77); notches, holes, pores, and
+# tilted and rough surfaces 0.80 to 1.02.
 _STRAIGHT = 0.8
 
 
@@ -70,14 +70,15 @@ def role_of_zero(labels: np.ndarray, tables: Sequence[np.ndarray]) -> tuple[str,
 
 
 def _unlike_a_grain(labels: np.ndarray) -> str:
-    """Return in words how 0 differs from the grains of labels (nx, ny, nz), empty where it looks like one."""
+    """Return in words how 0 differs from the grains of labels (nx, ny, nz), empty where it is alike."""
     ids, voxels = np.unique(labels[labels >= 0], return_counts=True)
     if len(ids) <= _FEW:
         return f"the file has {len(ids)} labels, too few to compare"
     if ids[-1] >= len(ids):
         return f"ids up to {ids[-1]} have gaps"
-    if voxels[0] > np.sort(voxels[1:])[-2:].sum():
-        return "it is larger than the two largest grains together"
+    others = np.sort(voxels[1:])
+    if 2 * voxels[0] < others[0] or voxels[0] > others[-2:].sum():
+        return f"the grains have {others[0]} to {others[-1]} voxels"
     if not _straightness(labels) < _STRAIGHT:
         return "other grains' boundaries end straight on it, as on a free surface"
     return ""

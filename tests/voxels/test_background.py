@@ -53,7 +53,7 @@ SITUATIONS = {
     "pores": (with_zero(balls((5, 5, 5), (15, 8, 11), (9, 15, 13))), "void"),
 }
 
-FEW, STRAIGHT, LARGE, GAPS = "too few to compare", "end straight on it", "the two largest", "have gaps"
+FEW, STRAIGHT, SIZE, GAPS = "too few to compare", "end straight on it", "the grains have", "have gaps"
 UNDECIDED = {
     "two layers": (X // 11, FEW),
     "two phases": (grains(20) % 2, FEW),
@@ -65,8 +65,9 @@ UNDECIDED = {
     "a slot through the thickness": (closed_up(with_zero((Y < 9) & (abs(Z - 10) < 2))), STRAIGHT),
     "a blunt notch": (closed_up(with_zero((Y < 8) & (abs(X - 11) < 4))), STRAIGHT),
     "a drilled hole": (closed_up(with_zero((X - 11) ** 2 + (Y - 10) ** 2 < 16)), STRAIGHT),
+    "a pit": (closed_up(with_zero((Y < 5) & (abs(Z - 9) < 2) & (abs(X - 12) < 2))), SIZE),
     "a cut corner": (closed_up(with_zero((X < 8) & (Z > 12))), STRAIGHT),
-    "a missing quarter": (closed_up(np.where((X > 10) & (Y > 9), 0, grains(60))), LARGE),
+    "a missing quarter": (closed_up(np.where((X > 10) & (Y > 9), 0, grains(60))), SIZE),
     "pores that open": (
         closed_up(with_zero(balls((0, 5, 5), (15, 8, 0), (9, 20, 13), radius=4))),
         STRAIGHT,
