@@ -88,19 +88,23 @@ def run(arguments: argparse.Namespace) -> None:
 def _read(source: Path, options: ReadOptions) -> RawVolume:
     """Return a volume, unindexed voxels around the sample as empty space: filled, its grains would grow.
 
-    Raises CraftmeshError for other unindexed voxels in pieces as large as grains.
+    Raises CraftmeshError for other unindexed voxels in pieces as large as grains, or through the box.
     """
     raw = read_voxels(source, options)
     labels = raw.voxels.labels
     if options.background != AUTO or not raw.unindexed.any():
         return raw
     pieces = find_pieces(labels)
-    largest, median = int(pieces.voxels[pieces.label == 0].max()), median_grain(labels)
-    if largest < median or lies_in_specks(pieces, speck_size(labels)):
+    ends = [[np.take(pieces.of, end, axis=axis) for end in (0, -1)] for axis in range(3)]
+    is_through = np.isin(np.arange(len(pieces.label)), [k for pair in ends for k in np.intersect1d(*pair)])
+    is_large = pieces.voxels >= median_grain(labels)
+    space = (pieces.label == 0) & (is_large | is_through)
+    if not space.any() or lies_in_specks(pieces, speck_size(labels)):
         return raw
     if not surrounds(labels, pieces):
         with named(source):
-            why = f"a piece of it has {largest} voxels, the median grain {median:.0f}"
+            size = int(pieces.voxels[space].max())
+            why = f"a piece of {size} voxels is as large as the median grain, or goes through the box"
             raise ask_for_background(labels, why)
     note = (
         f"label {options.background_value}, {counted(int(raw.unindexed.sum()), raw.unindexed.size)}, "

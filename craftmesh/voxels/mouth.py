@@ -65,9 +65,11 @@ def _to_ends(count: int, edge: float) -> np.ndarray:
 
 
 def _middle(chosen: np.ndarray) -> tuple[tuple[int, int], np.ndarray]:
-    """Return the chosen cell (i, j) nearest to the mean of all, and that mean (2,) if it lies within."""
-    cells = np.argwhere(chosen)
-    mean = cells.mean(axis=0) + 0.5
-    i, j = cells[((cells + 0.5 - mean) ** 2).sum(axis=1).argmin()]
-    is_within = (np.abs(mean - (i + 0.5, j + 0.5)) <= 0.5).all()
-    return (int(i), int(j)), mean if is_within else np.array([i + 0.5, j + 0.5])
+    """Return the chosen cell (i, j) at the mean of all, and that mean, else the nearest and its middle."""
+    middles = np.argwhere(chosen) + 0.5
+    mean = middles.mean(axis=0)
+    at = mean.astype(int)
+    if not chosen[tuple(at)]:
+        mean = middles[((middles - mean) ** 2).sum(axis=1).argmin()]
+        at = mean.astype(int)
+    return (int(at[0]), int(at[1])), mean

@@ -154,6 +154,47 @@ def test_import_says_changes_and_notes_line_by_line(tmp_path, monkeypatch, capsy
     )
 
 
+@pytest.mark.parametrize("name", ["x.tsv", "x.json", "x", "x.yaml.txt"])
+def test_configuration_and_sheet_are_two_files(tmp_path, monkeypatch, capsys, name):
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", str(volume(tmp_path)), "-o", name]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"--output is {name}; expected a configuration .yaml" in line
+    assert [path.name for path in tmp_path.iterdir()] == ["scan 1.npz"]
+
+
+def write_features(path, labels):
+    """Write labels as a .vti whose cell array FeatureIds has 0 for what is not indexed."""
+    extent, ids = (" ".join(map(str, some)) for some in (np.kron(labels.shape, [0, 1]), labels.ravel("F")))
+    path.write_text(
+        '<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian">'
+        f'<ImageData WholeExtent="{extent}"><Piece Extent="{extent}"><CellData>'
+        f'<DataArray type="Int32" Name="FeatureIds" format="ascii">{ids}</DataArray>'
+        "</CellData></Piece></ImageData></VTKFile>"
+    )
+    return path
+
+
+@pytest.mark.parametrize("marks", [False, True])
+def test_a_notch_is_asked_for_and_the_crack_begins_at_its_root(tmp_path, monkeypatch, capsys, marks):
+    monkeypatch.chdir(tmp_path)
+    labels = generate(GenerateOptions(shape=(20, 18, 16), grains=12, voids=0)).labels.copy()
+    labels[:7, 8:10] = 0
+    path = volume(tmp_path, labels=labels, spacing=np.ones(3), origin=np.zeros(3))
+    path = write_features(tmp_path / "scan_1.vti", labels) if marks else path
+    assert main(["init", str(path)]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"{path}: label 0, 224 voxels" in line and "--background void" in line
+    assert not list(tmp_path.glob("*.yaml"))
+    config = init(tmp_path, monkeypatch, path, "--background", "void")
+    assert config["import"]["background"] == "void" and "fill_unindexed" not in config["import"]
+    crack = config["cracks"]["notch"]
+    assert crack["centre"] == [7, 9.2, 8.2] and crack["normal"] == [0, 1, 0] and crack["radius"] == 4
+    assert config["inp"]["axis"] == "y"
+    assert "at the root of a notch 7 deep in the face x = min" in (tmp_path / "scan_1.yaml").read_text()
+    read_campaign(config)
+
+
 def test_lengths_in_metres_are_numbers(tmp_path, monkeypatch):
     config = init(tmp_path, monkeypatch, volume(tmp_path, spacing=np.full(3, 1e-6), origin=np.zeros(3)))
     assert config["sizing"]["l0"] == 1e-6  # 1e-06 without a point is text to YAML 1.1

@@ -1,0 +1,45 @@
+"""What a plan says of cracks that the stages will refuse, and what these say."""
+
+import numpy as np
+import pytest
+
+from craftmesh.commands.plan import fault_of
+from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.series import prescribed_crack
+from craftmesh.errors import CraftmeshError
+from craftmesh.insertion.insert import insert_crack
+from craftmesh.remeshing.remesh import remesh
+from craftmesh.sizing.sizing import SizingOptions, sizing_for
+from craftmesh.types import Voxels
+
+SIZING = sizing_for(None, SizingOptions(l0=1.0, l_min=0.8), np.zeros((0, 3)))
+
+
+def notched() -> Voxels:
+    labels = np.ones((14, 14, 14), np.int32)
+    labels[7:] = 2
+    labels[:, :7, 5:9] = 0
+    return Voxels(labels, (1, 1, 1), (0, 0, 0))
+
+
+CRACKS = {
+    "at the root": ((7.2, 7.0, 7.2), 3.0, "", ""),
+    "in the notch, at the face": ((7.2, 0.0, 7.2), 3.0, "in no material", "no material there"),
+    "in the notch": ((7.2, 3.5, 7.2), 2.0, "in no material", "no material there"),
+    "along a face of the box": ((7.2, 0.0, 0.1), 3.0, "0.1 to 0.1 from the box face ZMIN", "ZMIN"),
+}
+
+
+@pytest.mark.parametrize("name", CRACKS)
+def test_a_plan_foresees_what_the_insertion_refuses(name):
+    centre, radius, said, refused = CRACKS[name]
+    voxels = notched()
+    crack = prescribed_crack(CrackOptions(centre=centre, radius=radius), 0, voxels.box)
+    fault = fault_of({"mine": crack}, voxels, SIZING.l_min)
+    assert (said in fault and "crack mine" in fault) if said else not fault
+    surface, _ = remesh(voxels)
+    if refused:
+        with pytest.raises(CraftmeshError, match=refused):
+            insert_crack(surface, crack, SIZING)
+    else:
+        insert_crack(surface, crack, SIZING)
