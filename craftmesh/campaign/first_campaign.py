@@ -41,14 +41,15 @@ class FirstCampaign:
     """The values of a first configuration, in model units, and what was seen of the microstructure.
 
     imported: the keys of the section import; sizing: l0, l_min, l_max, r0, r1; crack: centre, normal,
-    radius and growth; mouth: where it begins; materials: of inp.material; grains: how many; across: median
-    diameter of a grain.
+    radius and growth; mouth: where it begins; loads_faces: whether material is on the faces that the
+    tension pulls at; materials: of inp.material; grains: how many; across: median diameter of a grain.
     """
 
     imported: Mapping[str, Any]
     sizing: Mapping[str, float]
     crack: Mapping[str, Any]
     mouth: Mouth
+    loads_faces: bool
     materials: tuple[FirstMaterial, ...]
     grains: int
     across: float
@@ -76,7 +77,9 @@ def first_campaign(voxels: Voxels, imported: Mapping[str, Any]) -> FirstCampaign
         "growth": GROWTH * mouth.radius,
     }
     grains = len(np.unique(voxels.labels[voxels.labels > 0]))
-    return FirstCampaign(imported, sizing, crack, mouth, _materials(voxels), grains, across)
+    part, cells = window[mouth.normal], voxels.labels.shape[mouth.normal]
+    loads_faces = part.start == 0 and part.stop == cells
+    return FirstCampaign(imported, sizing, crack, mouth, loads_faces, _materials(voxels), grains, across)
 
 
 def _materials(voxels: Voxels) -> tuple[FirstMaterial, ...]:
@@ -107,7 +110,11 @@ def configuration_text(first: FirstCampaign, name: str, sheet: str, data: str) -
     centre = ", ".join(_number(x, 6) for x in first.crack["centre"])
     axis, notch = "xyz"[first.mouth.normal], first.mouth.notch
     where = f"at the root of a notch {_number(notch)} deep in" if notch else "on"
-    along = f"  axis: {axis}  # of the tension, which opens the notch\n" if axis != "z" else ""
+    load = f"  axis: {axis}  # of the tension, which opens the notch\n" if axis != "z" else ""
+    what = f"a strain of 0.1 % along {axis}, unless load, magnitude and axis say otherwise"
+    if not first.loads_faces:
+        what = f"a pressure on the lips: no material is on both faces of the box across {axis}, to pull at"
+        load = "  load: none\n  lip_pressure: 100  # in the unit of the materials\n"
     materials = "".join(f"  - {_yaml(one.text)}  # {one.about}\n" for one in first.materials)
     return f"""\
 # A first campaign for {name}: {first.grains} grains, the median one {numbers["across"]} across.
@@ -127,12 +134,12 @@ cracks:
   notch:  # semicircular: the centre of the penny lies {where} the face {first.mouth.face}
     shape: penny
     centre: [{centre}]
-    normal: {first.crack["normal"]}  # the tension is along {axis}: inp.axis
+    normal: {first.crack["normal"]}  # it opens along {axis}
     radius: {_number(first.crack["radius"])}  # a quarter of the shortest edge of the body, or what fits
     growth: {_number(first.crack["growth"])}  # added at each increment that the sheet asks for
 
-inp:  # the deck; its load is a strain of 0.1 % along {axis}, unless load, magnitude and axis say otherwise
-{along}  material:  # put the constants of your phases in place of stand-ins
+inp:  # the deck; its load is {what}
+{load}  material:  # put the constants of your phases in place of stand-ins
 {materials}
 units:  # names beside the numbers that you read; add that of your lengths, as length: um
   stress: MPa

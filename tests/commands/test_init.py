@@ -109,7 +109,8 @@ def test_much_without_a_grain_is_the_space_round_a_sample(tmp_path, monkeypatch,
     assert config["import"]["background"] == "void" and "fill_unindexed" not in config["import"]
     assert "taken as empty space" in capsys.readouterr().out
     assert config["cracks"]["notch"]["centre"][1] == 4  # on the sample's face, not on the volume's
-    assert config["cracks"]["notch"]["radius"] == pytest.approx(15 / 4)
+    assert config["cracks"]["notch"]["radius"] == pytest.approx(15 / 4)  # half of it is ahead, half beside
+    assert config["inp"]["load"] == "none" and config["inp"]["lip_pressure"] > 0  # no face to pull at
 
 
 def test_what_zero_is_taken_for_is_written_and_said(tmp_path, monkeypatch, capsys):
