@@ -114,8 +114,10 @@ def given_surface(
         points = front_table(given_file(options, increment), "xy").numbers("xy")
         return crack_along_path(points, options, increment, box)
     if options.shape == "voxels":
-        marked = read_marked(given_file(options, increment), options.label, grid)
-        return crack_through_voxels(*marked, box, options.spacing)
+        is_crack, edges, origin, notes = read_marked(given_file(options, increment), options.label, grid)
+        surface, report = crack_through_voxels(is_crack, edges, origin, box, options.spacing)
+        notes += report.pop("notes", [])
+        return surface, report | ({"notes": notes} if notes else {})
     return None, {}
 
 

@@ -16,10 +16,12 @@ from craftmesh.io.stage_npz import read_sizing
 from craftmesh.io.vtk import read_crack, write_tets
 from craftmesh.mesh.shape_measures import flat_sentence, flat_tets
 from craftmesh.mesh.tet_connectivity import severed_sentence
-from craftmesh.sizing.length_field import LengthField
+from craftmesh.sizing.length_field import LINKED, LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around, touches_box
 from craftmesh.sizing.stored import sizing_of
+from craftmesh.surface.measure import span_of
+from craftmesh.surface.side_data import coordinates_hint, covered, notes_on_place, spans_told
 from craftmesh.tetrahedra.volume import Volume
 from craftmesh.types import Crack, Surface
 
@@ -91,26 +93,52 @@ def sizing_from(arguments: argparse.Namespace, surface: Surface, front: Path | N
     """Return the sizing function of --sizing, or else the one around `front` that the flags describe."""
     if arguments.sizing:
         return stored_sizing(arguments.sizing)
-    return sizing_by(options_from(arguments, SizingOptions), surface, front)
+    sizing, notes = sizing_by(options_from(arguments, SizingOptions), surface, front)
+    for note in notes:
+        warn(note)
+    return sizing
 
 
-def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> Sizing:
-    """Return the sizing function around the front in a file and all that `options` names.
+def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> tuple[Sizing, list[str]]:
+    """Return the sizing function around the front in a file and all that `options` names, and notes.
 
     That is the voids of the surface, points or voids in a csv, and a field of lengths: the least counts.
+    Raises CraftmeshError for files that lie in another place or unit than the surface.
     """
-    lengths = None
+    lengths, box = None, surface.box
     if options.field:
         path = existing(Path(options.field))
         lengths_at = read_length_field(path, options.field_array)
         with named(path):
             lengths = LengthField(*lengths_at)
-    is_crack = front is not None and front.suffix == ".vtp"
-    crack = read_crack(front) if front is not None and is_crack else None
-    points = front_table(front).numbers("xyz") if front is not None and not is_crack else np.zeros((0, 3))
-    given = given_defects(options, surface.box)
-    defects = Defects(crack, np.concatenate([points, given.points]), given.spheres)
-    return sizing_around(defects, surface, options, lengths)
+    crack = read_crack(front) if front is not None and front.suffix == ".vtp" else None
+    points: dict[Path, np.ndarray] = {}
+    if front is not None and crack is None:
+        points[front] = front_table(front).numbers("xyz")
+    given = given_defects(options, box)
+    points |= {Path(options.points): given.points} if options.points else {}
+    every = np.concatenate([np.zeros((0, 3)), *points.values()])
+    sizing = sizing_around(Defects(crack, every, given.spheres), surface, options, lengths)
+    if front is not None and crack is not None and crack.fronts:
+        points[front] = crack.points[np.concatenate(crack.fronts)]
+    notes = [] if lengths is None else coverage_notes(str(options.field), lengths, surface.points)
+    for path, own in points.items():
+        notes += notes_on_place(str(path), own, box, sizing.r1, sizing.l_min) if len(own) else []
+    return sizing, notes
+
+
+def coverage_notes(source: str, lengths: LengthField, points: np.ndarray) -> list[str]:
+    """Return a sentence on a field of lengths that covers some of the points (n, 3) of a surface, or none.
+
+    Raises CraftmeshError for a field that covers none of them.
+    """
+    is_covered, far = covered(points, lengths.points, LINKED)
+    if is_covered.all():
+        return []
+    text = f"{source}: covers {is_covered.mean():.2%} of the surface's points, {far}"
+    if not is_covered.any():
+        raise CraftmeshError(f"{text}; expected it in the unit and place of the body")
+    return [f"{text}; places beyond take the length of the nearest point"]
 
 
 def given_defects(options: SizingOptions, box: np.ndarray) -> Defects:
@@ -126,9 +154,15 @@ def within_box(path: Path, given: SourcePoints, box: np.ndarray) -> np.ndarray:
     """Return the spheres (s, 4) of a file in model units; raises CraftmeshError where none is in it."""
     spheres = given.in_box(box)
     if len(spheres) and not touches_box(spheres, box).any():
+        span = span_of(spheres[:, :3])
         raise CraftmeshError(
-            f"{path}: none of its {len(spheres)} pores lies in the model's box; "
-            "expected the units and the origin of the microstructure, scale the table"
+            f"{path}: none of its {len(spheres)} pores lies in the model's box: "
+            f"{spans_told(('they go', 'the box'), span, box)}{coordinates_hint(span, box)}; "
+            + (
+                "x, y, z, r of a void list are fractions of the box"
+                if len(given.voids)
+                else "expected the units and the origin of the microstructure, scale the table"
+            )
         )
     return spheres
 

@@ -6,6 +6,7 @@ Stages that take --sizing then ask for the same lengths at the same place, whate
 import argparse
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import sizing_by
@@ -38,9 +39,10 @@ def run(arguments: argparse.Namespace) -> None:
     elif options.l0 is None:
         l0_is = "the voxel's edge, the cube root of its volume"
         options = replace(options, l0=voxel_edge(read_labels(existing(arguments.labels))))
-    sizing = sizing_by(options, read_surface(arguments.surface), arguments.front)
+    sizing, notes = sizing_by(options, read_surface(arguments.surface), arguments.front)
     arrays = arrays_of(sizing)
     write_sizing(arguments.output, arrays)
     numbers = {name: getattr(sizing, name) for name in NUMBERS}
-    fields = {"sources": len(sizing.sources), "fields_of_lengths": len(sizing.others)}
+    fields: dict[str, Any] = {"sources": len(sizing.sources), "fields_of_lengths": len(sizing.others)}
+    fields |= {"notes": notes} if notes else {}
     tell(numbers | {"l0_is": l0_is, "growth": sizing.growth} | fields, arguments.report)

@@ -7,7 +7,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.measure import are_apart, size_of, span_of, spans_told, unit_hint
+from craftmesh.surface.measure import span_of
+from craftmesh.surface.side_data import are_apart, size_of, spans_told, unit_hint
 
 # of a front's width: a cloud over less leaves most of the crack to guess, one over more is of another size
 LEAST, MOST = 0.3, 30.0

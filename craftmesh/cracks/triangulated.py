@@ -19,8 +19,9 @@ from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, pieces, unique_edges
 from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, meets_box, span_of, spans_told, unit_hint
+from craftmesh.surface.measure import area_vectors, meets_box, span_of
 from craftmesh.surface.rounding import ON_PLANE
+from craftmesh.surface.side_data import spans_told, unit_hint
 from craftmesh.types import Crack
 
 ALONG = 0.25  # of its length: a boundary edge whose middle is this near a given front is front

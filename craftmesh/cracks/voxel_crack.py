@@ -2,7 +2,7 @@
 
 import numpy as np
 import shapely
-from scipy.ndimage import gaussian_filter1d
+from scipy import ndimage
 
 from craftmesh.cracks.behind_front import MARGIN, Plane
 from craftmesh.cracks.fit_bounds import VOXELS, Numbers, within_bound
@@ -11,13 +11,12 @@ from craftmesh.cracks.series import GivenSurface
 from craftmesh.errors import CraftmeshError
 
 # Of a voxel's longest edge: discs of that radius round the centres of neighbours overlap, gaps of one voxel
-# close. The outline goes along the outermost voxels' faces as grains' boundaries do, RIM past the centres.
+# close. The outline goes along the outermost voxels' faces as grains' boundaries do.
 DISC = 0.95
-RIM = 0.5
 STEP = 0.25  # of the edge: spacing of the outline's points
 SMOOTH = 1.5  # of the edge: standard deviation of the filter along the outline, which takes the steps away
 SPACING = 2.0  # of the edge: default length of the sheet's edges; one bend per voxel would follow its steps
-SPECK = 9.0  # of the edge squared: holes and pieces of the outline smaller than that are noise
+SPECK = 0.1  # of the largest piece's voxels: pieces of fewer are noise of a segmentation
 
 
 def crack_through_voxels(
@@ -31,17 +30,24 @@ def crack_through_voxels(
 
     spacing, origin (3,): those of the voxels; box (2, 3): the model's. The surface is a height over the
     plane of least squares and ends at the outermost voxels' faces; where those touch the box it goes on
-    past it. edge_length: of its edges, None: two voxels. Raises CraftmeshError for too few voxels, for
-    several pieces, and for voxels that the surface is off by more than two of their edges.
+    past it. edge_length: of its edges, None: two voxels. Pieces of few voxels are left out and pinholes are
+    filled; notes say how many. Raises CraftmeshError for too few voxels, for several large pieces, and for
+    voxels that the surface is off by more than two of their edges.
     """
-    places = np.argwhere(is_crack)
+    places, notes = _without_strays(is_crack)
     edge = float(np.max(spacing))
     centres = finite("set of voxels", np.asarray(origin, float) + (places + 0.5) * spacing)
     plane = plane_of(centres)
     box = np.asarray(box, float)
-    polygon = smoothed(_outline(plane, centres, edge, box), edge)
+    outline, gaps = _outline(plane, centres, edge, box)
+    notes += _notes_on_holes(outline, gaps, edge)
     surface, numbers = height_surface(
-        polygon, plane, (), centres, SPACING * edge if edge_length is None else edge_length, box
+        smoothed(outline, edge),
+        plane,
+        (),
+        centres,
+        SPACING * edge if edge_length is None else edge_length,
+        box,
     )
     bound = VOXELS * edge
     numbers = within_bound(
@@ -50,39 +56,90 @@ def crack_through_voxels(
         f"{bound:.4g}, {VOXELS:g} voxels; expected a layer of voxels that is a height over a plane: name "
         "its label by crack.label, make it thinner, or give a shorter crack.spacing",
     )
-    return surface, {"voxels": len(centres)} | numbers
+    notes += numbers.pop("notes", [])
+    return surface, {"voxels": len(centres)} | numbers | ({"notes": notes} if notes else {})
 
 
-def _outline(plane: Plane, centres: np.ndarray, edge: float, box: np.ndarray) -> shapely.Polygon:
-    """Return the polygon through the outermost centres (n, 3) in (u, v), carried past the box."""
+def _without_strays(is_crack: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Return the indices (n, 3) of the voxels of large pieces, and notes on what the others are.
+
+    Voxels that touch at faces, edges or corners are one piece; it is large from SPECK of the largest on.
+    """
+    of, _ = ndimage.label(is_crack, np.ones((3, 3, 3)))
+    voxels = np.bincount(of.ravel())
+    voxels[0] = 0
+    is_large = voxels >= SPECK * voxels.max()
+    stray, every = voxels[~is_large & (voxels > 0)], voxels.sum()
+    notes = []
+    if len(stray):
+        notes.append(
+            f"left out {len(stray)} stray pieces of {stray.max()} voxels at most, "
+            f"{stray.sum() / every:.0%} of all; the largest piece has {voxels.max()}"
+        )
+    if is_large.sum() > 1:
+        notes.append(f"joined {is_large.sum()} pieces that do not touch into one sheet")
+    return np.argwhere(is_large[of]), notes
+
+
+def _is_pinhole(ring: shapely.LinearRing, edge: float) -> bool:
+    """Tell whether no disc of radius SMOOTH fits into a hole, which the filter along its rim takes away."""
+    return shapely.Polygon(ring).buffer(-SMOOTH * edge).is_empty
+
+
+def _notes_on_holes(outline: shapely.Polygon, gaps: int, edge: float) -> list[str]:
+    """Return sentences on an outline's holes; gaps: how many were filled at faces of the box."""
+    holes = outline.interiors
+    filled = [shapely.Polygon(ring).area for ring in holes if _is_pinhole(ring, edge)]
+    notes = []
+    if filled or gaps:
+        share = sum(filled) / (outline.area + sum(filled))
+        notes.append(
+            f"filled {len(filled)} pinholes, {share:.1%} of the crack's area, and {gaps} gaps at its mouth"
+        )
+    if kept := len(holes) - len(filled):
+        notes.append(
+            f"kept {kept} holes over {2 * SMOOTH * edge:.4g} wide: their rims are fronts; fill them in the "
+            "file if they are noise"
+        )
+    return notes
+
+
+def _outline(
+    plane: Plane, centres: np.ndarray, edge: float, box: np.ndarray
+) -> tuple[shapely.Polygon, int]:
+    """Return the polygon through the outermost centres (n, 3) in (u, v), carried past the box.
+
+    Also how many gaps at faces of the box, as narrow as pinholes, it closes.
+    """
     uv = plane.of(centres)[:, :2]
-    shapes = [shapely.points(uv)]
     far = MARGIN * np.linalg.norm(box[1] - box[0])
+    shapes, gaps = [shapely.buffer(shapely.points(uv), DISC * edge, quad_segs=4)], 0
     for axis in range(3):
         for upper in (0, 1):
             out = (2 * upper - 1) * plane.frame[:2, axis]
             at_face = np.abs(centres[:, axis] - box[upper, axis]) < edge
             if np.linalg.norm(out) > DISC / 2 and at_face.any():
                 ends = uv[at_face] + far * out / np.linalg.norm(out)
-                shapes.append(shapely.linestrings(np.stack([uv[at_face], ends], axis=1)))
-    discs = shapely.buffer(np.concatenate(shapes), DISC * edge, quad_segs=4)
-    whole = shapely.buffer(shapely.union_all(discs), (RIM - DISC) * edge, quad_segs=4)
-    parts = [part for part in shapely.get_parts(whole) if part.area > SPECK * edge**2]
+                lines = shapely.linestrings(np.stack([uv[at_face], ends], axis=1))
+                strips = shapely.union_all(shapely.buffer(lines, DISC * edge, quad_segs=4))
+                half = (SMOOTH + 0.5 - DISC) * edge  # strips are wider than voxels by twice DISC - 0.5
+                closed = shapely.buffer(shapely.buffer(strips, half), -half)
+                gaps += shapely.get_num_geometries(strips) - shapely.get_num_geometries(closed)
+                shapes.append([closed])
+    discs = shapely.union_all(np.concatenate(shapes))
+    parts = shapely.get_parts(shapely.buffer(discs, (0.5 - DISC) * edge, quad_segs=4))
     if len(parts) != 1:
         raise CraftmeshError(
-            f"the crack's voxels form {len(parts)} pieces of more than {SPECK:g} voxels' faces; expected "
-            "one: close gaps of several voxels, or give each piece as a crack of its own"
+            f"the crack's voxels form {len(parts)} regions, each over {SPECK:g} of the largest; expected "
+            "one: close gaps of several voxels, or give each region as a crack of its own (crack.label)"
         )
-    return parts[0]
+    return parts[0], gaps
 
 
 def smoothed(polygon: shapely.Polygon, edge: float) -> shapely.Polygon:
-    """Return the polygon without the steps of voxels of that edge in its rings; specks are filled."""
-    rings = [
-        _smoothed_ring(np.asarray(ring.coords), edge)
-        for ring in (polygon.exterior, *polygon.interiors)
-        if shapely.Polygon(ring).area > SPECK * edge**2
-    ]
+    """Return the polygon without pinholes and the steps of voxels of that edge in its rings."""
+    holes = (ring for ring in polygon.interiors if not _is_pinhole(ring, edge))
+    rings = [_smoothed_ring(np.asarray(ring.coords), edge) for ring in (polygon.exterior, *holes)]
     result = shapely.Polygon(rings[0], rings[1:])
     if not result.is_valid:
         raise CraftmeshError("the crack's voxels are less than two wide somewhere; leave out what is thin")
@@ -95,6 +152,6 @@ def _smoothed_ring(ring: np.ndarray, edge: float) -> np.ndarray:
     count = max(int(np.ceil(arc[-1] / (STEP * edge))), 8)
     at = np.linspace(0, arc[-1], count, endpoint=False)
     even = np.stack([np.interp(at, arc, ring[:, k]) for k in range(2)], axis=1)
-    once = gaussian_filter1d(even, SMOOTH / STEP, axis=0, mode="wrap")
-    result = 2 * once - gaussian_filter1d(once, SMOOTH / STEP, axis=0, mode="wrap")
+    once = ndimage.gaussian_filter1d(even, SMOOTH / STEP, axis=0, mode="wrap")
+    result = 2 * once - ndimage.gaussian_filter1d(once, SMOOTH / STEP, axis=0, mode="wrap")
     return np.concatenate([result, result[:1]])

@@ -11,6 +11,7 @@ from craftmesh.mechanics.load import Load, Traction, corner_vectors
 from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.side_data import covered, notes_on_place
 from craftmesh.types import TetMesh
 
 # Points of a field that a place is given a value by: enough for a plane through values on a surface.
@@ -56,6 +57,8 @@ def loaded_lips(
         raise CraftmeshError(
             "lip_pressure: the mesh has no lips; give one with an opened crack, or no load on lips"
         )
+    if field is not None:
+        _refuse_uncovered(mesh, np.concatenate(list(lips.values())), field)
     for name, faces in lips.items():
         sign = 1.0 if name.endswith("A") else -1.0
         parts: list[tuple[int | None, float | np.ndarray]] = [(None, -float(pressure))]
@@ -67,6 +70,23 @@ def loaded_lips(
             parts += [(k, sign * pull.reshape(-1, 3)) for k, pull in enumerate(pulls.T)]
         found += [Traction(faces, stress, name, axis) for axis, stress in parts if np.any(stress)]
     return tuple(found)
+
+
+def _refuse_uncovered(mesh: TetMesh, faces: np.ndarray, field: LipField) -> None:
+    """Raise CraftmeshError for a field that lies off the body, or without points near some of the faces."""
+    notes_on_place("lip_field", field.points, mesh.box)
+    corners = mesh.points[face_nodes(mesh.tets[:, :4], faces)]
+    edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    near, where = covered(corners.reshape(-1, 3), field.points, _NEAREST, np.repeat(edge, 3))
+    is_covered = near.reshape(-1, 3).any(axis=1)
+    if not is_covered.all():
+        area = np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        )
+        raise CraftmeshError(
+            f"lip_field: its points cover {area[is_covered].sum() / area.sum():.1%} of the lips, {where}; "
+            "expected values all over the lips, 0 where nothing acts"
+        )
 
 
 def on_lips(load: Load | None) -> tuple[Traction, ...]:

@@ -19,6 +19,7 @@ from craftmesh.mechanics.materials import Material, parse_materials, phases_of_g
 from craftmesh.mechanics.model_options import EIGENSTRAIN, LIP_PRESSURE, ModelOptions
 from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
 from craftmesh.mesh.second_order import as_elements
+from craftmesh.surface.side_data import notes_on_ids
 from craftmesh.types import Crystal, TetMesh
 
 
@@ -111,7 +112,8 @@ def elastic_model(
 ) -> tuple[ElasticModel, dict]:
     """Return the model of a 4- or 10-node mesh, and counts, those of the quarter points among them.
 
-    The counts have `notes` where materials have not the symmetry of the crystals, by phase.
+    The counts have `notes` where materials have not the symmetry of the crystals, by phase, and on ids of
+    grain_strains that are no grains.
 
     orientations (n, 4): row = grain id, unit quaternion (w, x, y, z) of the active rotation from crystal to
     sample axes, NaN unknown; phases (n,): row = grain id; lip_field, grain_strains: what the files of
@@ -126,9 +128,11 @@ def elastic_model(
     materials = parse_materials(options.material)
     phase_of = phases_of_grains(grains, materials, phases)
     _check_oriented(axes, materials, phase_of)
+    notes = misfits(phase_of, materials, phases, crystals)
     if grain_strains is None:
         own_strain = eigenstrains_of_grains(options.eigenstrain, grains, phases, axes)
     else:
+        notes += notes_on_ids("eigenstrain_file", grain_strains, grains.tolist())
         own_strain = given_strains(grain_strains, grains, axes)
     cases = {name: _load(mesh, options, lip_field, name) for name in options.cases}
     load = next(iter(cases.values())) if cases else _load(mesh, options, lip_field)
@@ -145,7 +149,6 @@ def elastic_model(
         {name: one for name, one in cases.items() if one is not None},
         options.combinations,
     )
-    notes = misfits(phase_of, materials, phases, crystals)
     return model, report | {"grains": len(grains)} | ({"notes": notes} if notes else {})
 
 

@@ -16,7 +16,7 @@ from craftmesh.surface.patches import feature_edges, oriented, patches
 from craftmesh.types import CRACK, Surface
 
 _AVERAGED = 4  # samples that a length between the samples is made of
-_LINKED = 26  # neighbours of a sample over which the gradation limit acts
+LINKED = 26  # neighbours of a sample over which the gradation limit acts
 _CURVATURE_LAPS = 3  # averages over neighbours that take the noise out of the curvature
 
 
@@ -55,7 +55,7 @@ class LengthField:
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the (n,) target edge lengths at `points` (n, 3)."""
         points = as_array("points", points, float, (None, 3))
-        most = _LINKED + 1 if self.growth else _AVERAGED
+        most = LINKED + 1 if self.growth else _AVERAGED
         near = range(1, min(most, len(self.points)) + 1)
         distance, sample = self._tree.query(points, k=list(near))
         if self.growth:
@@ -72,7 +72,7 @@ class LengthField:
         between neighbouring samples.
         """
         k = len(self.points)
-        near = range(1, min(_LINKED + 1, k) + 1)
+        near = range(1, min(LINKED + 1, k) + 1)
         distance, sample = self._tree.query(self.points, k=list(near))
         source = np.repeat(np.arange(k), len(near))
         step = np.maximum(growth * distance.ravel(), 1e-300)

@@ -8,7 +8,8 @@ from craftmesh.errors import CraftmeshError, told
 from craftmesh.stitching.outer_shells import grain_names
 from craftmesh.surface.connectivity import joined
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import are_apart, area_vectors, size_of, span_of, spans_told, unit_hint
+from craftmesh.surface.measure import area_vectors, span_of
+from craftmesh.surface.side_data import are_apart, size_of, spans_told, unit_hint
 
 LOST = 0.01  # of a grain's area: slivers have next to none of it, a wall between two grains far more
 MOST_PAIRS = 1000  # that are looked for

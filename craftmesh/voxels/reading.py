@@ -18,6 +18,7 @@ from craftmesh.io.tiff import read_tiff
 from craftmesh.io.volume_format import SUFFIXES, format_of
 from craftmesh.io.vti import read_vti
 from craftmesh.options import Options, option
+from craftmesh.surface.side_data import place_beside
 from craftmesh.types import GRAIN, UNINDEXED, VOID, Voxels
 from craftmesh.voxels.background import background_shown
 from craftmesh.voxels.file_orientations import orientation_table, quaternions_of_voxels
@@ -131,12 +132,11 @@ def _understood(path: Path, content: FileVolume, options: ReadOptions, fills: bo
 @np.errstate(all="ignore")
 def read_marked(
     path: str | os.PathLike, label: int | None, grid: Voxels | None = None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return which voxels (nx, ny, nz) of a file have a label, None: any but 0, its spacing and its origin.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str]]:
+    """Return which voxels (nx, ny, nz) of a file have a label, None: any but 0, spacing, origin and notes.
 
-    The formats are those of read_voxels; a .npy has its axes in the order x, y, z. A file without spacing
-    has that of `grid`, whose shape it has to have. Raises CraftmeshError as read_voxels does, and for a
-    label that no voxel has.
+    The formats are those of read_voxels; a .npy has its axes in the order x, y, z. Beside a `grid`, they
+    lie as `place_beside` says. Raises CraftmeshError as both do, and for a label that no voxel has.
     """
     path = existing(Path(path))
     with enough_memory(path):
@@ -146,14 +146,12 @@ def read_marked(
         raise CraftmeshError(
             f"{path}: no voxel has the label {label or 'other than 0'}; expected the crack's"
         )
-    if content.spacing is not None or grid is None:
-        return marked, _spacing(path, content, ReadOptions()), _origin(path, content, ReadOptions())
-    if marked.shape != grid.labels.shape:
-        raise CraftmeshError(
-            f"{path}: has {marked.shape} voxels and no spacing; expected those of the microstructure, "
-            f"{grid.labels.shape}, or a format with spacing and origin"
-        )
-    return marked, grid.spacing, grid.origin
+    known = ReadOptions()
+    if grid is None:
+        return marked, _spacing(path, content, known), _origin(path, content, known), []
+    spacing = None if content.spacing is None else _spacing(path, content, known)
+    with named(path):
+        return marked, *place_beside(marked, spacing, _origin(path, content, known), grid)
 
 
 def _read_file(path: Path, options: ReadOptions) -> FileVolume:

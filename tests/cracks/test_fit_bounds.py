@@ -12,7 +12,8 @@ from craftmesh.cracks.voxel_crack import crack_through_voxels
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_crack
-from craftmesh.surface.measure import span_of, unit_hint
+from craftmesh.surface.measure import span_of
+from craftmesh.surface.side_data import unit_hint
 from craftmesh.types import Crack, Voxels
 
 BOX = np.array([[0.0, 0, 0], [16, 16, 16]])

@@ -153,7 +153,7 @@ def test_voxels_of_another_grid_and_of_two_pieces():
     surface, _ = crack_through_voxels(coarse, np.array([2.0, 2, 1]), np.zeros(3), BOX)
     assert len(crack_of(surface).fronts) == 1
     two = disc_voxels(5.0, 8.0) | disc_voxels(5.0, 30.0)
-    with pytest.raises(CraftmeshError, match="2 pieces"):
+    with pytest.raises(CraftmeshError, match="2 regions"):
         crack_through_voxels(two, np.ones(3), np.zeros(3), BOX)
 
 
