@@ -15,6 +15,7 @@ from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files, g
 from craftmesh.cracks.prepare import prepare_crack
 from craftmesh.cracks.prescription import check_crack
 from craftmesh.cracks.series import GivenSurface, crack_of_increment, refuse_shrunk
+from craftmesh.cracks.two_sided import middle_sheet
 from craftmesh.cracks.voxel_crack import crack_through_voxels
 from craftmesh.errors import CraftmeshError, existing, existing_file, named
 from craftmesh.io.front_csv import front_table, read_fronts
@@ -102,7 +103,8 @@ def given_surface(
     """
     check_crack(options, increment)
     if options.shape == "surface":
-        return _triangulated(options, increment), {}
+        given = _triangulated(options, increment)
+        return (given, {}) if given.fronts else middle_sheet(given.points, given.triangles, box)
     if options.shape == "fronts":
         names = [name for key, name in crack_files(options, increment).items() if key != "front"]
         fronts = [_one_front(name) for name in names or [str(given_file(options, increment))]]

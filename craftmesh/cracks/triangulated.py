@@ -12,6 +12,7 @@ from craftmesh.cracks.one_sheet import (
     clean_triangles,
     near_box,
     refuse_shared_edges,
+    sides_apart,
     without_slivers,
 )
 from craftmesh.cracks.within_box import is_in
@@ -42,8 +43,8 @@ def crack_from_triangles(
     frame (3, 3): rows u, v, normal of a planar
     crack; None finds planes over which the surface, parted where one will not do, is a height, at least
     near the box. Front ends lie exactly on the box.
-    Raises CraftmeshError for bad numbers, for surfaces that are non-manifold, folded, through themselves or
-    in pieces, and for cracks outside the box.
+    Raises CraftmeshError for bad numbers, for surfaces that are non-manifold, folded, through themselves,
+    thin shells or in pieces, and for cracks outside the box.
     """
     box = as_array("box", box, float, (2, 3))
     if fronts is not None:
@@ -52,6 +53,7 @@ def crack_from_triangles(
             raise CraftmeshError("a front of the crack is missing; expected polylines of 2 points or more")
     points, triangles = clean_triangles(points, triangles)
     if frame is None:
+        _refuse_two_sided(points, triangles)
         triangles = _one_piece(points, triangles, box)
         points, triangles, frame = _heights(points, triangles, box)
     else:
@@ -140,6 +142,17 @@ def _one_piece(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np
             "expected one connected sheet: join the pieces or leave all but one out"
         )
     return triangles[piece == found[0]] if len(found) else triangles
+
+
+def _refuse_two_sided(points: np.ndarray, triangles: np.ndarray) -> None:
+    """Raise CraftmeshError for a thin shell of triangles (m, 3) turned alike."""
+    vectors = area_vectors(points, triangles)
+    is_turned = np.linalg.norm(vectors.sum(axis=0)) < np.linalg.norm(vectors, axis=1).sum() / 2
+    if is_turned and (apart := sides_apart(points, triangles)) is not None:
+        raise CraftmeshError(
+            f"the crack surface is a thin shell whose sides are {apart:.4g} apart; expected one sheet: give "
+            "the one in its middle, as `craftmesh crack` does"
+        )
 
 
 def _refuse_crossing(points: np.ndarray, triangles: np.ndarray) -> None:

@@ -39,8 +39,8 @@ def crack_through_voxels(
     centres = finite("set of voxels", np.asarray(origin, float) + (places + 0.5) * spacing)
     plane = plane_of(centres)
     box = np.asarray(box, float)
-    outline, gaps = _outline(plane, centres, edge, box)
-    notes += _notes_on_holes(outline, gaps, edge)
+    outline, gaps = outline_of(plane, centres, edge, box, 0.5)
+    notes += notes_on_holes(outline, gaps, edge)
     surface, numbers = height_surface(
         smoothed(outline, edge),
         plane,
@@ -86,7 +86,7 @@ def _is_pinhole(ring: shapely.LinearRing, edge: float) -> bool:
     return shapely.Polygon(ring).buffer(-SMOOTH * edge).is_empty
 
 
-def _notes_on_holes(outline: shapely.Polygon, gaps: int, edge: float) -> list[str]:
+def notes_on_holes(outline: shapely.Polygon, gaps: int, edge: float) -> list[str]:
     """Return sentences on an outline's holes; gaps: how many were filled at faces of the box."""
     holes = outline.interiors
     filled = [shapely.Polygon(ring).area for ring in holes if _is_pinhole(ring, edge)]
@@ -104,10 +104,10 @@ def _notes_on_holes(outline: shapely.Polygon, gaps: int, edge: float) -> list[st
     return notes
 
 
-def _outline(
-    plane: Plane, centres: np.ndarray, edge: float, box: np.ndarray
+def outline_of(
+    plane: Plane, centres: np.ndarray, edge: float, box: np.ndarray, rim: float
 ) -> tuple[shapely.Polygon, int]:
-    """Return the polygon through the outermost centres (n, 3) in (u, v), carried past the box.
+    """Return the polygon in (u, v) a rim, in edges, round the outermost centres (n, 3), and past the box.
 
     Also how many gaps at faces of the box, as narrow as pinholes, it closes.
     """
@@ -122,16 +122,16 @@ def _outline(
                 ends = uv[at_face] + far * out / np.linalg.norm(out)
                 lines = shapely.linestrings(np.stack([uv[at_face], ends], axis=1))
                 strips = shapely.union_all(shapely.buffer(lines, DISC * edge, quad_segs=4))
-                half = (SMOOTH + 0.5 - DISC) * edge  # strips are wider than voxels by twice DISC - 0.5
+                half = (SMOOTH + rim - DISC) * edge  # strips are wider than voxels by twice DISC - rim
                 closed = shapely.buffer(shapely.buffer(strips, half), -half)
                 gaps += shapely.get_num_geometries(strips) - shapely.get_num_geometries(closed)
                 shapes.append([closed])
     discs = shapely.union_all(np.concatenate(shapes))
-    parts = shapely.get_parts(shapely.buffer(discs, (0.5 - DISC) * edge, quad_segs=4))
+    parts = shapely.get_parts(shapely.buffer(discs, (rim - DISC) * edge, quad_segs=4))
     if len(parts) != 1:
         raise CraftmeshError(
-            f"the crack's voxels form {len(parts)} regions, each over {SPECK:g} of the largest; expected "
-            "one: close gaps of several voxels, or give each region as a crack of its own (crack.label)"
+            f"the crack forms {len(parts)} regions, each over {SPECK:g} of the largest; expected one: "
+            "close the gaps between them, or give each region as a crack of its own"
         )
     return parts[0], gaps
 

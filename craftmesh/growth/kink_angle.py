@@ -11,7 +11,9 @@ from craftmesh.growth.options import CRITERIA
 from craftmesh.mechanics.near_field import as_tensor, near_field
 from craftmesh.mesh.front_frames import FrontFrames
 from craftmesh.options import own_code
+from craftmesh.surface.measure import span_of
 from craftmesh.surface.rounding import SAME_PLACE
+from craftmesh.surface.side_data import coordinates_hint, spans_told
 
 # Angles over which the energy release rate is searched, degrees: it peaks at 76 in pure mode II.
 WIDEST = 85.0
@@ -179,10 +181,12 @@ def slip_ways(frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: fl
         place = frames.points[node] + radius * way
         near = np.array(tree.query_ball_point(place, NEAR * radius, return_sorted=True), int)
         if not len(near):
+            spans = span_of(field.points), span_of(frames.points)
             at = ", ".join(f"{x:.4g}" for x in place)
             raise CraftmeshError(
                 f"{field.source}: has no point within {NEAR * radius:.4g} of ({at}), on the ring round the "
-                "front; give the slip of this increment there, or another ring (grow.ring)"
+                f"front: {spans_told(('they go', 'the front'), *spans)}{coordinates_hint(*spans)}; give "
+                "the slip of this increment there, or another ring (grow.ring)"
             )
         off = np.linalg.norm(field.points[near] - place, axis=1)
         weight = 1 / np.maximum(off, SAME_PLACE * radius)

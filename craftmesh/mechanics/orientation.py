@@ -13,6 +13,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.surface.side_data import spans_told, unit_hint
 from craftmesh.types import TetMesh, Voxels
 
 _ROUNDING = 1e-14
@@ -133,12 +134,19 @@ def element_axes(mesh: TetMesh, voxels: Voxels) -> np.ndarray:
     """Return the sample components (m, 6) of the axes [100] and [010] of each element, NaN unknown.
 
     They are those of the voxel of its grain that is nearest to its middle. Raises CraftmeshError for voxels
-    whose orientations are not kept.
+    whose orientations are not kept, and for a mesh that reaches past them or is in another unit.
     """
     if voxels.voxel_orientations is None:
         raise CraftmeshError(
             "orientations: element, and the microstructure has those of grains alone; import it with "
             "voxel_orientations, from a file that has them"
+        )
+    past = np.maximum(voxels.box[0] - mesh.box[0], mesh.box[1] - voxels.box[1])
+    hint = unit_hint(mesh.box, voxels.box)
+    if hint or (past > voxels.spacing).any():
+        spans = spans_told(("the mesh goes", "the voxels"), mesh.box, voxels.box)
+        raise CraftmeshError(
+            f"orientations: element: {spans}{hint}; expected the microstructure of this mesh"
         )
     middle = (mesh.points[mesh.tets[:, :4]].mean(axis=1) - voxels.origin) / voxels.spacing - 0.5
     within = np.clip(np.round(middle).astype(int), 0, np.array(voxels.labels.shape) - 1)

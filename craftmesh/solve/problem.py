@@ -11,6 +11,7 @@ from craftmesh.mechanics.load import Load, nodal_forces
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.integration import DECK_RULE, shape_slopes, smallest_jacobians, tet_rule
 from craftmesh.solve.kernels.elements import internal_forces
+from craftmesh.surface.side_data import UNITS, power_told
 from craftmesh.types import Solution, TetMesh
 
 # Six digits, as in .frd, leave 3e-4 with 43 thousand unknowns, and more with finer meshes; a field of
@@ -175,14 +176,12 @@ def foreign_solution(
     """
     problem = problem_of(model)
     field = in_order(numbers, displacement, len(model.mesh.points), source)
-    _check_supports(problem, field, source)
+    if fault := _fault(problem, field, contact):
+        powers = (sign * power for power in UNITS for sign in (1, -1))
+        unit = next((power for power in powers if not _fault(problem, field / 10.0**power, contact)), 0)
+        said = f"; its values are those of the deck{power_told(unit)}" if unit else ""
+        raise CraftmeshError(f"{source}: {fault}{said}")
     _, reactions, residual = problem.balance(field, contact)
-    if not residual <= _LARGEST_RESIDUAL:
-        raise CraftmeshError(
-            f"{source}: the field leaves {residual:.2g} of the forces out of balance, expected at most "
-            f"{_LARGEST_RESIDUAL:g}; take the field of this deck, with the same mesh, materials and load, "
-            "or a direct solver"
-        )
     record: dict[str, str | int | float] = {"solver": solver, "residual": residual}
     return Solution(field, reactions, record, contact), {"unknowns": field.size} | record
 
@@ -206,12 +205,21 @@ def in_order(numbers: np.ndarray, values: np.ndarray, count: int, source: str) -
     return field
 
 
-def _check_supports(problem: Problem, field: np.ndarray, source: str) -> None:
+def _fault(problem: Problem, field: np.ndarray, contact: np.ndarray | None) -> str:
+    """Return in words which support a field (n, 3) leaves, or how far it is from balance, "" if neither."""
     supports = problem.supports
     off = np.where(supports.fixed, np.abs(field - supports.displacement), 0.0)
     if off.max(initial=0.0) > _SUPPORT * np.abs(field).max(initial=0.0):
         node, axis = np.unravel_index(off.argmax(), off.shape)
-        raise CraftmeshError(
-            f"{source}: node {node + 1} moves along {'xyz'[axis]} by {field[node, axis]:.6g}, the load "
+        return (
+            f"node {node + 1} moves along {'xyz'[axis]} by {field[node, axis]:.6g}, the load "
             f"prescribes {supports.displacement[node, axis]:.6g}; take the field of this deck"
         )
+    residual = problem.balance(field, contact)[2]
+    if residual <= _LARGEST_RESIDUAL:
+        return ""
+    return (
+        f"the field leaves {residual:.2g} of the forces out of balance, expected at most "
+        f"{_LARGEST_RESIDUAL:g}; take the field of this deck, with the same mesh, materials and load, "
+        "or a direct solver"
+    )

@@ -45,11 +45,12 @@ def power_apart(first: np.ndarray, second: np.ndarray, ratio: float | None = Non
 
 
 def unit_hint(first: np.ndarray, second: np.ndarray, ratio: float | None = None) -> str:
-    """Return in words what power of ten parts two spans (2, 3), and which units do so; empty for none.
+    """Return `power_told` of `power_apart`."""
+    return power_told(power_apart(first, second, ratio))
 
-    ratio: as `power_apart` has it.
-    """
-    power = power_apart(first, second, ratio)
+
+def power_told(power: int) -> str:
+    """Return in words that numbers are 10 to a power times as large, and of which units; "" for 0."""
     if not power:
         return ""
     text = f", about {10 ** abs(power)} times as {'large' if power > 0 else 'small'}"

@@ -1,0 +1,70 @@
+"""Cracks given by both of their sides, as surfaces of segmentations are: the sheet through their middle."""
+
+import numpy as np
+from trimesh.remesh import subdivide_to_size
+
+from craftmesh.cracks.fit_bounds import Numbers, within_bound
+from craftmesh.cracks.measured import ACROSS_FRONT, height_surface, plane_of
+from craftmesh.cracks.one_sheet import merged_points, sides_apart
+from craftmesh.cracks.series import GivenSurface
+from craftmesh.cracks.voxel_crack import DISC, SPECK, notes_on_holes, outline_of, smoothed
+from craftmesh.surface.connectivity import pieces
+from craftmesh.surface.measure import area_vectors, total_area
+
+
+def middle_sheet(
+    points: np.ndarray, triangles: np.ndarray, box: np.ndarray
+) -> tuple[GivenSurface, Numbers]:
+    """Return the surface of points (n, 3) and triangles (m, 3), or the middle sheet of a thin shell.
+
+    A thin shell has two sides along each other over most of its area: closed, open in a mouth, or one side
+    on the other. Its sheet is a height over the plane of least squares, ends at the shell's rim and, where
+    that touches the box (2, 3), goes on past it; the report has notes. Raises CraftmeshError for shells
+    that are no height over a plane and for several regions.
+    """
+    apart = sides_apart(points, triangles)
+    if apart is None:
+        return GivenSurface(points, triangles), {}
+    points, triangles = merged_points(points, triangles)
+    triangles, notes = _without_strays(points, triangles)
+    edge = max(apart, float(np.sqrt(total_area(points, triangles) / 2)) / ACROSS_FRONT)
+    points, triangles = subdivide_to_size(points, triangles, DISC * edge, max_iter=100)
+    plane = plane_of(points)
+    outline, gaps = outline_of(plane, points, edge, box, 0.0)
+    cloud = _even_cloud(plane.of(points), triangles, edge)
+    surface, numbers = height_surface(smoothed(outline, edge), plane, (), plane.lifted(cloud), edge, box)
+    words = (
+        f"{edge:.4g}, how far the sides of this thin shell are apart; expected one that is a height over a "
+        "plane: give its middle surface"
+    )
+    notes += [
+        f"the surface is a thin shell, its sides {apart:.4g} apart: the crack is the sheet in the middle"
+    ]
+    notes += notes_on_holes(outline, gaps, edge)
+    numbers = within_bound(numbers, edge, words)
+    return surface, numbers | {"notes": notes + numbers.get("notes", [])}
+
+
+def _without_strays(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Return the triangles of pieces from SPECK of the largest area on, and a note on the others."""
+    piece = pieces(triangles)
+    area = np.bincount(piece, np.linalg.norm(area_vectors(points, triangles), axis=1))
+    is_large = area >= SPECK * area.max()
+    if is_large.all():
+        return triangles, []
+    note = (
+        f"left out {(~is_large).sum()} stray pieces, {area[~is_large].sum() / area.sum():.1%} of the area"
+    )
+    return triangles[is_large[piece]], [note]
+
+
+def _even_cloud(uvh: np.ndarray, triangles: np.ndarray, edge: float) -> np.ndarray:
+    """Return u, v and height (k, 3) of a point for each side in each square of half an edge.
+
+    uvh (n, 3): of the points. A side meshed finer than the other then draws the sheet no nearer.
+    """
+    centres, up = uvh[triangles].mean(axis=1), area_vectors(uvh, triangles)[:, 2]
+    squares = np.column_stack([np.floor(centres[:, :2] / (edge / 2)), up > 0])
+    _, of, count = np.unique(squares, axis=0, return_inverse=True, return_counts=True)
+    means = [np.bincount(of.ravel(), column) / count for column in centres.T]
+    return np.column_stack(means)
