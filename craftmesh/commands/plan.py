@@ -19,7 +19,7 @@ from craftmesh.campaign.effort import RULES, Effort, Sizes, effort, expected_ele
 from craftmesh.campaign.home import Job, or_default, planned_jobs, read_config
 from craftmesh.commands.crack import given_surface
 from craftmesh.commands.mesh_flags import given_defects
-from craftmesh.commands.stage_io import add_config, add_report
+from craftmesh.commands.stage_io import add_config, add_report, warn
 from craftmesh.cracks.near_faces import refuse_near_faces
 from craftmesh.cracks.options import BY_NUMBERS, IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.prescription import is_sized, semi_axes
@@ -32,6 +32,7 @@ from craftmesh.io.json_file import write_json
 from craftmesh.io.npz import read_labels
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, voxel_edge
 from craftmesh.sizing.sources import sizing_around
+from craftmesh.surface.side_data import notes_on_place
 from craftmesh.types import Crack, Voxels
 from craftmesh.voxels.clean import clean
 from craftmesh.voxels.generate import GenerateOptions, generate
@@ -109,6 +110,8 @@ def sizes_of(
             for inc in case.increment_names:
                 cracks = cracks_of_increment(case, voxels, int(inc))
                 sizing = sizing_of_increment(case, voxels, cracks)
+                if not known[key]:
+                    warn_of_points(case, voxels, sizing)
                 elements = expected_elements(voxels, sizing)
                 known[key][inc] = Sizes(voxels.labels.size, facets, elements)
                 if not fault[key] and not (case.grows and int(inc)):
@@ -154,7 +157,9 @@ def cracks_of_increment(case: Case, voxels: Voxels, increment: int) -> dict[str,
         if case.grows and crack_options.shape in BY_NUMBERS:
             share = case.settings["grow"]["share"] or share_of_size(case.settings["grow"]["change"])
             crack_options = _grown(crack_options, (1 + share) ** increment)
-        surface, _ = given_surface(crack_options, which, voxels.box, voxels)
+        surface, report = given_surface(crack_options, which, voxels.box, voxels)
+        for note in report.get("notes", ()):
+            warn(f"{case.name}, increment {increment}, crack {name}: {note}")
         cracks[name] = crack_of_increment(crack_options, which, voxels.box, surface)
     return cracks
 
@@ -172,6 +177,15 @@ def fault_of(cracks: Mapping[str, Crack], voxels: Voxels, l_min: float) -> str:
         except CraftmeshError as error:
             return f"crack {name} will be refused: {error}"
     return ""
+
+
+def warn_of_points(case: Case, voxels: Voxels, sizing: Sizing) -> None:
+    """Warn of refinement points that lie outside the body; raises CraftmeshError where all of them do."""
+    file = case.settings["sizing"]["points"]
+    given = given_defects(SizingOptions(points=file), voxels.box).points if file else ()
+    if len(given):
+        for note in notes_on_place(file, given, voxels.box, sizing.r1, sizing.l_min):
+            warn(f"{case.name}: {note}")
 
 
 def sizing_of_increment(case: Case, voxels: Voxels, cracks: Mapping[str, Crack]) -> Sizing:

@@ -91,35 +91,44 @@ def turned_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.where(turned[:, None], triangles[:, ::-1], triangles)
 
 
-def sides_apart(points: np.ndarray, triangles: np.ndarray, lines: int = 200) -> float | None:
+def sides_apart(points: np.ndarray, triangles: np.ndarray) -> float | None:
     """Return how far the two sides of a thin shell are apart, in the median; None for other surfaces.
 
-    points (n, 3); triangles (m, 3), turned in any way. In a thin shell most of the lines across triangles,
-    so many spread evenly over the area, meet the next side within THIN.
+    points (n, 3); triangles (m, 3), turned in any way. In a thin shell most lines meet the next side near.
     """
-    vectors = area_vectors(points, triangles)
-    area = np.linalg.norm(vectors, axis=1)
-    if not area.sum() > 0:
-        return None
-    corner = points[triangles]
-    along, across = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    lines = 200
+    apart = lines_across(points, triangles, lines)[1]
+    return float(np.median(apart)) if len(apart) > lines / 2 else None
+
+
+def lines_across(points: np.ndarray, triangles: np.ndarray, lines: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the middles (k, 3) and lengths (k,) of lines across triangles that meet the next side near.
+
+    Lines stand on the middles of triangles (m, 3), spread evenly over the area; near is within THIN.
+    """
+    corner, vectors = points[triangles], area_vectors(points, triangles)
+    area, middle = np.linalg.norm(vectors, axis=1), corner.mean(axis=1)
+    reach = np.linalg.norm(corner - middle[:, None], axis=2).max(axis=1) * (1 + SAME_PLACE)
     total = np.cumsum(area)
-    some = np.searchsorted(total, (np.arange(lines) + 0.5) / lines * total[-1])
-    next_side = np.empty(lines)
-    for row, chosen in enumerate(some.tolist()):
-        way = vectors[chosen] / area[chosen]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            # where the line from the triangle's middle along its normal meets the planes of all others
-            scale = 1 / (2 * vectors @ way)
-            off = corner[chosen].mean(axis=0) - corner[:, 0]
-            turned = np.cross(off, way)
-            u, v = -(across * turned).sum(axis=1) * scale, (along * turned).sum(axis=1) * scale
-            distance = np.abs(2 * (vectors * off).sum(axis=1) * scale)
-            meets = (u >= -ROUNDING) & (v >= -ROUNDING) & (u + v <= 1 + ROUNDING)
-        meets[chosen] = False
-        next_side[row] = distance[meets].min(initial=np.inf)
-    is_near = next_side < THIN * np.sqrt(area.sum() / 2)
-    return float(np.median(next_side[is_near])) if is_near.mean() > 0.5 else None
+    chosen = np.searchsorted(total, (np.arange(lines) + 0.5) / lines * total[-1])
+    found = []
+    for own in chosen.tolist():
+        way, off = vectors[own] / area[own], middle - middle[own]
+        # triangles about which the line passes within their reach
+        some = np.flatnonzero((off**2).sum(axis=1) - (off @ way) ** 2 <= reach**2)
+        some = some[(some != own) & (vectors[some] @ way != 0)]
+        far = ((corner[some, 0] - middle[own]) * vectors[some]).sum(axis=1) / (vectors[some] @ way)
+        spokes = corner[some] - (middle[own] + far[:, None] * way)[:, None]
+        parts = (np.cross(spokes, np.roll(spokes, -1, axis=1)) @ way) * np.sign(vectors[some] @ way)[
+            :, None
+        ]
+        far = far[(parts >= -ROUNDING * area[some, None]).all(axis=1)]
+        if len(far):
+            nearest = far[np.abs(far).argmin()]
+            found.append((*(middle[own] + nearest / 2 * way), abs(nearest)))
+    rows = np.array(found).reshape(-1, 4)
+    near = rows[rows[:, 3] < THIN * np.sqrt(total[-1] / 2)]
+    return near[:, :3], near[:, 3]
 
 
 def lip_a_ahead(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

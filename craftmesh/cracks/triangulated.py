@@ -150,8 +150,8 @@ def _refuse_two_sided(points: np.ndarray, triangles: np.ndarray) -> None:
     is_turned = np.linalg.norm(vectors.sum(axis=0)) < np.linalg.norm(vectors, axis=1).sum() / 2
     if is_turned and (apart := sides_apart(points, triangles)) is not None:
         raise CraftmeshError(
-            f"the crack surface is a thin shell whose sides are {apart:.4g} apart; expected one sheet: give "
-            "the one in its middle, as `craftmesh crack` does"
+            f"the crack surface is a thin shell whose sides are {apart:.4g} apart; expected one sheet: "
+            "give the one in its middle, as `craftmesh crack` does"
         )
 
 

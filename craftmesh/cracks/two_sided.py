@@ -5,7 +5,7 @@ from trimesh.remesh import subdivide_to_size
 
 from craftmesh.cracks.fit_bounds import Numbers, within_bound
 from craftmesh.cracks.measured import ACROSS_FRONT, height_surface, plane_of
-from craftmesh.cracks.one_sheet import merged_points, sides_apart
+from craftmesh.cracks.one_sheet import lines_across, merged_points, sides_apart
 from craftmesh.cracks.series import GivenSurface
 from craftmesh.cracks.voxel_crack import DISC, SPECK, notes_on_holes, outline_of, smoothed
 from craftmesh.surface.connectivity import pieces
@@ -27,21 +27,21 @@ def middle_sheet(
         return GivenSurface(points, triangles), {}
     points, triangles = merged_points(points, triangles)
     triangles, notes = _without_strays(points, triangles)
+    middles, _ = lines_across(points, triangles, ACROSS_FRONT**2)
     edge = max(apart, float(np.sqrt(total_area(points, triangles) / 2)) / ACROSS_FRONT)
     points, triangles = subdivide_to_size(points, triangles, DISC * edge, max_iter=100)
-    plane = plane_of(points)
+    plane = plane_of(middles)
     outline, gaps = outline_of(plane, points, edge, box, 0.0)
-    cloud = _even_cloud(plane.of(points), triangles, edge)
-    surface, numbers = height_surface(smoothed(outline, edge), plane, (), plane.lifted(cloud), edge, box)
+    surface, numbers = height_surface(smoothed(outline, edge), plane, (), middles, edge, box)
     words = (
-        f"{edge:.4g}, how far the sides of this thin shell are apart; expected one that is a height over a "
-        "plane: give its middle surface"
+        f"{edge / 2:.4g}, half of its edges; the surface is a thin shell, expected one that is a height "
+        "over a plane: give the sheet in its middle"
     )
     notes += [
         f"the surface is a thin shell, its sides {apart:.4g} apart: the crack is the sheet in the middle"
     ]
     notes += notes_on_holes(outline, gaps, edge)
-    numbers = within_bound(numbers, edge, words)
+    numbers = within_bound(numbers, edge / 2, words)
     return surface, numbers | {"notes": notes + numbers.get("notes", [])}
 
 
@@ -56,15 +56,3 @@ def _without_strays(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarr
         f"left out {(~is_large).sum()} stray pieces, {area[~is_large].sum() / area.sum():.1%} of the area"
     )
     return triangles[is_large[piece]], [note]
-
-
-def _even_cloud(uvh: np.ndarray, triangles: np.ndarray, edge: float) -> np.ndarray:
-    """Return u, v and height (k, 3) of a point for each side in each square of half an edge.
-
-    uvh (n, 3): of the points. A side meshed finer than the other then draws the sheet no nearer.
-    """
-    centres, up = uvh[triangles].mean(axis=1), area_vectors(uvh, triangles)[:, 2]
-    squares = np.column_stack([np.floor(centres[:, :2] / (edge / 2)), up > 0])
-    _, of, count = np.unique(squares, axis=0, return_inverse=True, return_counts=True)
-    means = [np.bincount(of.ravel(), column) / count for column in centres.T]
-    return np.column_stack(means)

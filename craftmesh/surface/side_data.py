@@ -146,11 +146,11 @@ def place_beside(
     if spacing is None:
         return grid.spacing, grid.origin, []
     box = np.stack([origin, origin + spacing * shape])
-    spans = spans_told(("its voxels go", "the microstructure"), box, grid.box)
+    spans = spans_told(("they go", "the microstructure"), box, grid.box)
     is_near = (np.abs(box - grid.box) <= grid.spacing / 2).all()
     is_unset = (np.abs(origin) <= spacing / 2).all() and (is_bare or (spacing == grid.spacing).all())
     if shape == own and (is_near or is_unset):
-        note = f"its voxels are taken for the microstructure's, whose shape they have: {spans}"
+        note = f"its voxels are taken for the microstructure's, whose shape they have: by the file {spans}"
         return grid.spacing, grid.origin, [] if is_near else [note]
     hint = unit_hint(box, grid.box)
     if shape == own and not np.allclose(spacing, grid.spacing, rtol=0.5 / max(shape)):
@@ -160,7 +160,8 @@ def place_beside(
         )
     centres = origin + (np.argwhere(marked) + 0.5) * spacing
     off = ((centres < grid.box[0]) | (centres > grid.box[1])).any(axis=1)
-    text = f"its voxels are another grid: {spans}{hint}; {off.sum()} of {len(off)} marked lie outside"
+    text = f"its voxels are of another grid: {spans}{hint}; "
+    text += f"{off.sum()} of {len(off)} marked voxels lie outside"
     if off.all():
         raise CraftmeshError(f"{text}; expected them in the unit and place of the microstructure")
     return spacing, origin, [text]

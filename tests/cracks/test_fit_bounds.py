@@ -4,15 +4,19 @@ import json
 
 import numpy as np
 import pytest
+from skimage.measure import marching_cubes
 from surface_writer import write_triangles
 
 from craftmesh.cli import main
 from craftmesh.cracks.measured import crack_through_points
+from craftmesh.cracks.one_sheet import sides_apart
+from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.cracks.two_sided import middle_sheet
 from craftmesh.cracks.voxel_crack import crack_through_voxels
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_crack
-from craftmesh.surface.measure import span_of
+from craftmesh.surface.measure import span_of, total_area
 from craftmesh.surface.side_data import unit_hint
 from craftmesh.types import Crack, Voxels
 
@@ -183,6 +187,123 @@ def test_a_thick_layer_is_noted():
     thick = (np.abs(Z) < 3) & DISC
     _, report = crack_through_voxels(thick, np.ones(3), np.zeros(3), 2 * BOX)
     assert "which is over 2, 2 voxels" in report["notes"][0]
+
+
+STRAYS = np.zeros((32, 32, 32), bool)
+STRAYS[tuple(np.random.default_rng(3).integers(0, 32, (3, 25)))] = True
+SHEET = REAL["two layers"]
+AT_FACE = (np.abs(Z) < 1) & (np.hypot(X, Y - 16) < 11)
+PINHOLES = np.zeros((32, 32), bool)
+PINHOLES[8:26:3, 7:26:3] = True
+PINHOLES[[12, 14, 17, 18], 31] = True
+SEGMENTED = {
+    "stray voxels": (
+        SHEET,
+        SHEET | (STRAYS & (np.abs(Z) > 4)),
+        "left out 17 stray pieces of 1 voxels at most",
+    ),
+    "pinholes": (
+        SHEET,
+        SHEET & ~PINHOLES[..., None],
+        "filled 36 pinholes, 8.1% of the crack's area, and 0 gaps",
+    ),
+    "gaps at the mouth": (AT_FACE, AT_FACE & ~PINHOLES[..., None], "area, and 3 gaps at its mouth"),
+    "a hole of five": (
+        None,
+        SHEET & (np.hypot(X, Y) > 2.6),
+        "kept 1 holes over 3 wide: their rims are fronts",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SEGMENTED)
+def test_noise_of_a_segmentation_is_taken_away_and_told(name):
+    """The crack is that without the noise: its fronts are off by less than half a voxel."""
+    plain, noisy, said = SEGMENTED[name]
+    surface, report = crack_through_voxels(noisy, np.ones(3), np.full(3, -16.0), 2 * BOX - 16)
+    assert said in " ".join(report.get("notes", [])), report
+    if plain is not None:
+        right, report = crack_through_voxels(plain, np.ones(3), np.full(3, -16.0), 2 * BOX - 16)
+        assert "notes" not in report
+        assert np.abs(span_of(surface.points) - span_of(right.points)).max() < 0.5
+        area, wanted = (total_area(one.points, one.triangles) for one in (surface, right))
+        assert area == pytest.approx(wanted, rel=0.02)
+        assert np.abs(surface.points[:, 2]).max() < 0.5
+
+
+def test_a_large_second_piece_is_refused():
+    two = (np.abs(Z) < 1) & ((np.hypot(X + 8, Y) < 5) | (np.hypot(X - 8, Y) < 2.5))
+    with pytest.raises(CraftmeshError, match="forms 2 regions, each over 0.1 of the largest"):
+        crack_through_voxels(two, np.ones(3), np.zeros(3), 2 * BOX)
+
+
+def isosurface(mask):
+    """The triangles of marching cubes around voxels, in model units."""
+    points, triangles, _, _ = marching_cubes(mask.astype(float), 0.5)
+    return points + 0.5 - 16, triangles.astype(np.int64)
+
+
+def fan(height, count=40):
+    """A disc of radius 9 across z."""
+    turn = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    rim = np.stack([9 * np.cos(turn), 9 * np.sin(turn), height + 0 * turn], axis=1)
+    ring = np.arange(1, count + 1)
+    return np.vstack([[0, 0, height], rim]), np.stack([0 * ring, ring, np.roll(ring, -1)], axis=1)
+
+
+def both(one, other):
+    return np.vstack([one[0], other[0]]), np.vstack([one[1], other[1] + len(one[0])])
+
+
+SHELLS = {
+    "two layers": isosurface((np.abs(Z) < 1) & DISC),
+    "open at the mouth": isosurface((np.abs(Z) < 1) & (np.hypot(X, Y - 16) < 11)),
+    "wave": isosurface(REAL["wave"]),
+    "tilted": isosurface(REAL["tilted"]),
+    "one side on the other": both(fan(0), fan(0)),
+    "sides meshed unlike": both(fan(-0.3), fan(0.3, 160)),
+}
+
+
+@pytest.mark.parametrize("name", SHELLS)
+def test_a_thin_shell_is_the_sheet_in_its_middle(name):
+    surface, report = middle_sheet(*SHELLS[name], 2 * BOX - 16)
+    assert "the surface is a thin shell" in report["notes"][0]
+    height = {"wave": 2 * np.sin(surface.points[:, 0] / 3)}.get(name, 0)
+    if name == "tilted":
+        height = surface.points @ [0.6, 0.2, 0]
+    # measured 0.6 at the rim of the wave, whose voxels are steps of 1
+    assert np.abs(surface.points[:, 2] - height).max() < (0.7 if name in REAL else 0.05)
+    crack = crack_from_triangles(surface.points, surface.triangles, None, 2 * BOX - 16)
+    assert len(crack.fronts) == 1
+    line = crack.points[crack.fronts[0]]
+    radius = np.hypot(line[:, 0], line[:, 1] - (16 if "mouth" in name else 0))
+    # voxels end half a voxel about the circle, discs of edges of their own exactly
+    assert np.abs(radius - (9 if "side" in name else 11)).max() < 0.6
+    with pytest.raises(CraftmeshError, match="thin shell|not a manifold|2 pieces"):
+        crack_from_triangles(*SHELLS[name], None, 2 * BOX - 16)
+
+
+OTHERS = {
+    "ball": isosurface(np.linalg.norm(AT, axis=-1) < 8),
+    "cube": isosurface((np.abs(AT) < 6).all(axis=-1)),
+    "sheet": fan(0),
+    "bowl": (fan(0)[0] + 0.03 * fan(0)[0][:, :1] ** 2 * [[0, 0, 1]], fan(0)[1]),
+    "oblate": isosurface(X**2 + Y**2 + (2.5 * Z) ** 2 < 10**2),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_other_surfaces_are_no_thin_shells(name):
+    assert sides_apart(*OTHERS[name]) is None
+    surface, report = middle_sheet(*OTHERS[name], 2 * BOX - 16)
+    assert surface.triangles is OTHERS[name][1] and not report
+
+
+def test_a_shell_that_is_no_height_is_refused():
+    bowl = isosurface((np.abs(np.linalg.norm(AT, axis=-1) - 12) < 1) & (Z < 8))
+    with pytest.raises(CraftmeshError, match="a thin shell, expected one that is a height over"):
+        middle_sheet(*bowl, 2 * BOX - 16)
 
 
 @pytest.mark.parametrize("power", range(-9, 10))
