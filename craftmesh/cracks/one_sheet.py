@@ -11,9 +11,9 @@ from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 # Of its longest edge: the height below which a triangle has no normal of its own (float32 files).
 SLIVER = 1e-4
 ROUNDS = 20  # of flips at slivers; chosen by hand, far more than a row of points should need
-# Of the root of half a surface's area: one whose sides are nearer to each other is a thin shell. Those of a
-# cube are 0.58 apart, of an ellipsoid three times as wide as thick 0.34, of ten voxels by two 0.18.
-THIN = 0.3
+# Of its smaller width: a surface whose sides are nearer to each other is a thin shell. Measured: those of ten
+# voxels by three 0.37 apart, of an ellipsoid 2.5 times as wide as thick 0.53, of a cube 1.2.
+THIN = 0.4
 REACH = 0.25  # of the box's diagonal: triangles farther from the box than this may be left out
 
 
@@ -104,7 +104,8 @@ def sides_apart(points: np.ndarray, triangles: np.ndarray) -> float | None:
 def lines_across(points: np.ndarray, triangles: np.ndarray, lines: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the middles (k, 3) and lengths (k,) of lines across triangles that meet the next side near.
 
-    Lines stand on the middles of triangles (m, 3), spread evenly over the area; near is within THIN.
+    Lines stand on the middles of triangles (m, 3), spread evenly over the area. Near is within THIN of the
+    smaller width of the sheet that the middles form, which is none in balls and tubes.
     """
     corner, vectors = points[triangles], area_vectors(points, triangles)
     area, middle = np.linalg.norm(vectors, axis=1), corner.mean(axis=1)
@@ -127,7 +128,10 @@ def lines_across(points: np.ndarray, triangles: np.ndarray, lines: int) -> tuple
             nearest = far[np.abs(far).argmin()]
             found.append((*(middle[own] + nearest / 2 * way), abs(nearest)))
     rows = np.array(found).reshape(-1, 4)
-    near = rows[rows[:, 3] < THIN * np.sqrt(total[-1] / 2)]
+    if len(rows) < 3:
+        return np.zeros((0, 3)), np.zeros(0)
+    spread = np.linalg.svd(rows[:, :3] - rows[:, :3].mean(axis=0), compute_uv=False)
+    near = rows[rows[:, 3] < THIN * 4 * spread[1] / np.sqrt(len(rows))]  # of a disc 4 of them are its width
     return near[:, :3], near[:, 3]
 
 

@@ -86,6 +86,11 @@ def test_growth_takes_the_angles_and_a_ring_without_points_is_refused():
         kinks_and_extensions(k, CrackFronts(4.0), options)
     with pytest.raises(CraftmeshError, match="^slip_table: has no point within 1 of"):
         slip_ways(frames(), np.tile(np.eye(3), (3, 1, 1)), SlipField(PLANES * 9.0, PLANES, np.eye(4)), 2.0)
+    in_mm = SlipField((PLANES + frames().points[0]) * 1e3, PLANES, np.eye(4))
+    with pytest.raises(
+        CraftmeshError, match=r"the front from .*about 1000 times as large \(um beside mm\?\)"
+    ):
+        slip_ways(frames(), np.tile(np.eye(3), (3, 1, 1)), in_mm, 2.0)
     with pytest.raises(CraftmeshError, match="criterion is slip and slip_table ''"):
         GrowthOptions(criterion="slip")
 

@@ -52,6 +52,9 @@ def test_elements_have_the_orientation_of_the_nearest_voxel_of_their_grain(tmp_p
     assert np.isfinite(element_axes(mesh, moved)).all()
     with pytest.raises(CraftmeshError, match="import it with voxel_orientations"):
         element_axes(mesh, replace(voxels, voxel_orientations=None))
+    for spacing, said in ((1e3, r"\(mm beside um\?\)"), (0.5, "the mesh goes from .*, the voxels from")):
+        with pytest.raises(CraftmeshError, match=said):
+            element_axes(mesh, replace(voxels, spacing=spacing * voxels.spacing))
 
 
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")

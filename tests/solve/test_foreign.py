@@ -120,6 +120,8 @@ def test_a_field_of_something_else_is_refused(solved):
     for case, numbers_given, values, said in (
         (model, numbers, other_load, "moves along . by .* the load prescribes"),
         (model, numbers, moved, "of the forces out of balance"),
+        (model, numbers, 1e3 * field, r"its values are those of the deck, about 1000 times as large \(um"),
+        (model, numbers, 1e-6 * field, r"of the deck, about 1000000 times as small \(m beside um\?\)"),
         (stiff, numbers, field, "of the forces out of balance"),
         (model, numbers[:-1], field[:-1], f"node {len(field)} is missing"),
         (model, np.append(numbers, 3), field[[*range(len(field)), 2]], "node 3 is there twice"),
