@@ -11,8 +11,8 @@ from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 # Of its longest edge: the height below which a triangle has no normal of its own (float32 files).
 SLIVER = 1e-4
 ROUNDS = 20  # of flips at slivers; chosen by hand, far more than a row of points should need
-# Of its smaller width: a surface whose sides are nearer to each other is a thin shell. Measured: those of ten
-# voxels by three 0.37 apart, of an ellipsoid 2.5 times as wide as thick 0.53, of a cube 1.2.
+# Of its smaller width: a surface whose sides are nearer to each other is a thin shell. Measured: 0.37 of
+# ten voxels by three, 0.53 of an ellipsoid 2.5 times as wide as thick, 1.2 of a cube.
 THIN = 0.4
 REACH = 0.25  # of the box's diagonal: triangles farther from the box than this may be left out
 
@@ -91,14 +91,21 @@ def turned_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.where(turned[:, None], triangles[:, ::-1], triangles)
 
 
-def sides_apart(points: np.ndarray, triangles: np.ndarray) -> float | None:
+def sides_apart(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> float | None:
     """Return how far the two sides of a thin shell are apart, in the median; None for other surfaces.
 
-    points (n, 3); triangles (m, 3), turned in any way. In a thin shell most lines meet the next side near.
+    points (n, 3) without coincident ones; triangles (m, 3), turned in any way. In a thin shell most lines
+    meet the next side near. It is closed, or open past faces of the box (2, 3) or beside them: a sheet that
+    folds back on itself has its rim within.
     """
     lines = 200
     apart = lines_across(points, triangles, lines)[1]
-    return float(np.median(apart)) if len(apart) > lines / 2 else None
+    if len(apart) <= lines / 2:
+        return None
+    edges, _, count = unique_edges(triangles)
+    rim = points[edges[count == 1]].reshape(-1, 3)
+    depth = np.minimum(rim - box[0], box[1] - rim).min(axis=1)
+    return float(np.median(apart)) if (depth <= np.median(apart)).all() else None
 
 
 def lines_across(points: np.ndarray, triangles: np.ndarray, lines: int) -> tuple[np.ndarray, np.ndarray]:

@@ -53,9 +53,9 @@ def crack_from_triangles(
             raise CraftmeshError("a front of the crack is missing; expected polylines of 2 points or more")
     points, triangles = clean_triangles(points, triangles)
     if frame is None:
-        _refuse_two_sided(points, triangles)
         triangles = _one_piece(points, triangles, box)
         points, triangles, frame = _heights(points, triangles, box)
+        _refuse_two_sided(points, triangles, box)
     else:
         frame = as_array("frame", frame, float, (3, 3))
         turned = area_vectors(points, triangles) @ frame[2] < 0
@@ -144,11 +144,11 @@ def _one_piece(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np
     return triangles[piece == found[0]] if len(found) else triangles
 
 
-def _refuse_two_sided(points: np.ndarray, triangles: np.ndarray) -> None:
+def _refuse_two_sided(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> None:
     """Raise CraftmeshError for a thin shell of triangles (m, 3) turned alike."""
     vectors = area_vectors(points, triangles)
     is_turned = np.linalg.norm(vectors.sum(axis=0)) < np.linalg.norm(vectors, axis=1).sum() / 2
-    if is_turned and (apart := sides_apart(points, triangles)) is not None:
+    if is_turned and (apart := sides_apart(points, triangles, box)) is not None:
         raise CraftmeshError(
             f"the crack surface is a thin shell whose sides are {apart:.4g} apart; expected one sheet: "
             "give the one in its middle, as `craftmesh crack` does"

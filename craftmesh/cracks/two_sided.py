@@ -17,16 +17,17 @@ def middle_sheet(
 ) -> tuple[GivenSurface, Numbers]:
     """Return the surface of points (n, 3) and triangles (m, 3), or the middle sheet of a thin shell.
 
-    A thin shell has two sides along each other over most of its area: closed, open in a mouth, or one side
-    on the other. Its sheet is a height over the plane of least squares, ends at the shell's rim and, where
-    that touches the box (2, 3), goes on past it; the report has notes. Raises CraftmeshError for shells
-    that are no height over a plane and for several regions.
+    A thin shell (`sides_apart`) has two sides along each other over most of its area. Its sheet is a height
+    over the plane of least squares, ends at the shell's rim and, where that touches the box (2, 3), goes on
+    past it; the report has notes. Raises CraftmeshError for shells that are no height over a plane and for
+    several regions.
     """
-    apart = sides_apart(points, triangles)
-    if apart is None:
-        return GivenSurface(points, triangles), {}
+    whole = GivenSurface(points, triangles)
     points, triangles = merged_points(points, triangles)
     triangles, notes = _without_strays(points, triangles)
+    apart = sides_apart(points, triangles, box)
+    if apart is None:
+        return whole, {}
     middles, _ = lines_across(points, triangles, ACROSS_FRONT**2)
     edge = max(apart, float(np.sqrt(total_area(points, triangles) / 2)) / ACROSS_FRONT)
     points, triangles = subdivide_to_size(points, triangles, DISC * edge, max_iter=100)
