@@ -196,7 +196,8 @@ def _meaning(
     if background == AUTO:
         background = content.zero if options.background_value == 0 else UNINDEXED
     if background == UNSAID:
-        has_zero = 0 not in options.void_labels and bool((labels == 0).any())
+        ids = set(np.unique(labels).tolist()) - set(options.void_labels)
+        has_zero = 0 in ids and min(ids) == 0  # ids below 0 are refused first
         tables = [rotations.values for rotations in content.orientations.values()]
         tables += [] if content.phases is None else [content.phases[..., None]]
         tables = [table for table in tables if table.dtype.kind in "iuf" and table.ndim in (2, 4)]
