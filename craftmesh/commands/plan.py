@@ -182,7 +182,7 @@ def fault_of(cracks: Mapping[str, Crack], voxels: Voxels, l_min: float) -> str:
 def warn_of_points(case: Case, voxels: Voxels, sizing: Sizing) -> None:
     """Warn of refinement points that lie outside the body; raises CraftmeshError where all of them do."""
     file = case.settings["sizing"]["points"]
-    given = given_defects(SizingOptions(points=file), voxels.box).points if file else ()
+    given = given_defects(SizingOptions(points=file), voxels.box).points
     if len(given):
         for note in notes_on_place(file, given, voxels.box, sizing.r1, sizing.l_min):
             warn(f"{case.name}: {note}")
