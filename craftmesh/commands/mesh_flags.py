@@ -116,14 +116,16 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> t
     if front is not None and crack is None:
         points[front] = front_table(front).numbers("xyz")
     given = given_defects(options, box)
-    points |= {Path(options.points): given.points} if options.points else {}
-    every = np.concatenate([np.zeros((0, 3)), *points.values()])
+    every = np.concatenate([*points.values(), given.points])
+    if options.points:
+        points[Path(options.points)] = np.concatenate([given.points, given.spheres[:, :3]])
     sizing = sizing_around(Defects(crack, every, given.spheres), surface, options, lengths)
     if front is not None and crack is not None and crack.fronts:
         points[front] = crack.points[np.concatenate(crack.fronts)]
     notes = [] if lengths is None else coverage_notes(str(options.field), lengths, surface.points)
     for path, own in points.items():
-        notes += notes_on_place(str(path), own, box, sizing.r1, sizing.l_min) if len(own) else []
+        reach = sizing.r1 + given.spheres[:, 3].max(initial=0.0)
+        notes += notes_on_place(str(path), own, box, reach, sizing.l_min) if len(own) else []
     return sizing, notes
 
 

@@ -174,6 +174,16 @@ def test_points_to_refine_around_lie_in_the_body(flag, points, wanted, call, tmp
     [
         ("EqDiameter,BaryCenterX,BaryCenterY,BaryCenterZ", [[1, 2, 3, 4]], FITS),
         ("EqDiameter,BaryCenterX,BaryCenterY,BaryCenterZ", [[1, 2e3, 3e3, 4e3]], "(um beside mm?)"),
+        (
+            "EqDiameter,BaryCenterX,BaryCenterY,BaryCenterZ",
+            [[1e-3, 2e-3, 3e-3, 4e-3], [1e-3, 8e-3, 2e-3, 1e-3]],
+            "about 1000 times as small (mm beside um?)",
+        ),
+        (
+            "EqDiameter,BaryCenterX,BaryCenterY,BaryCenterZ",
+            [[1, 2, 3, 4], [1, 20, 3, 4]],
+            "note: p.csv: 1 of 2 points lie outside the body",
+        ),
         ("id,x,y,z,r", [[0, 0.5, 0.5, 0.5, 0.1]], FITS),
         ("id,x,y,z,r", [[0, 4, 5, 3, 1]], "are fractions of the box"),
     ],
