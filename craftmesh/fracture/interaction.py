@@ -174,7 +174,7 @@ def _of_faces(
         area[touches] *= stretch
     at = _local(tube, curve, stations, segment, points, tube.face_side[row])
     m, u = _times(at.axes, normal), at.gradient
-    pull = area[:, None] * _times(at.axes, _times(tube.traction[row].swapaxes(1, 2), share))
+    pull = area[:, None] * _times(at.axes, tube.traction[faces].reshape(-1, 3))
     pull = np.where(tube.loaded[row, None], _times(at.own, m), pull)
     fields = np.concatenate([at.h, u[:, :, None]], axis=2).reshape(-1, 3, 3 * ROWS)
     force = -(pull[:, None] @ fields).reshape(-1, ROWS, 3)

@@ -7,18 +7,18 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array
 from scipy.sparse.linalg import spsolve
 
-from craftmesh.mechanics.load import Traction, corner_vectors
-from craftmesh.mesh.integration import face_shape, triangle_points
+from craftmesh.mechanics.load import Traction, point_vectors
+from craftmesh.mesh.front_curve import unit
+from craftmesh.mesh.integration import corner_shares, face_points, triangle_points
 from craftmesh.mesh.lips import LipPairs, lip_pairs
 from craftmesh.mesh.mesh_sets import lip_faces
 from craftmesh.mesh.tet_connectivity import face_nodes, group_edges
-from craftmesh.surface.measure import unit_normals
 from craftmesh.types import TetMesh
 
 
 @dataclass(frozen=True, eq=False)
 class FaceTractions:
-    """Tractions (f, 3, 3) at the corners of faces (f, 2) of a mesh, linear between them.
+    """Tractions (f, q, 3) at the points of `face_points` on faces (f, 2) of a mesh.
 
     Those of a face that is there several times add up.
     """
@@ -27,29 +27,29 @@ class FaceTractions:
     traction: np.ndarray
 
     def on(self, faces: np.ndarray) -> np.ndarray:
-        """Return the tractions (k, 3, 3) of faces (k, 2), 0 on those without."""
+        """Return the tractions (k, q, 3) of faces (k, 2), 0 on those without."""
         key, own = (rows @ np.array([4, 1]) for rows in (faces, self.faces))
         order = np.argsort(key)
         first = np.searchsorted(key, own, sorter=order)
         there = first < len(key)
         there[there] = key[order[first[there]]] == own[there]
-        found = np.zeros((len(faces), 3, 3))
+        found = np.zeros((len(faces), *self.traction.shape[1:]))
         np.add.at(found, order[first[there]], self.traction[there])
         return found
 
     def at(self, mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
         """Return at which nodes (k,) of the mesh there is a traction."""
-        bear = face_nodes(mesh.tets[:, :4], self.faces)[self.traction.any(axis=2)]
+        bear = face_nodes(mesh.tets[:, :4], self.faces)[self.traction.any(axis=(1, 2))]
         return np.isin(nodes, bear)
 
 
-NO_TRACTIONS = FaceTractions(np.zeros((0, 2), np.int64), np.zeros((0, 3, 3)))
+NO_TRACTIONS = FaceTractions(np.zeros((0, 2), np.int64), np.zeros((0, len(triangle_points()[1]), 3)))
 
 
 def lip_tractions(mesh: TetMesh, given: Sequence[Traction], contact: np.ndarray | None) -> FaceTractions:
     """Return all tractions on the lips of a 10-node mesh: given ones, and those of `contact_tractions`."""
     parts = [contact_tractions(mesh, contact)]
-    parts += [FaceTractions(part.faces, corner_vectors(part, mesh)) for part in given]
+    parts += [FaceTractions(part.faces, point_vectors(part, mesh)) for part in given]
     faces, traction = ([getattr(part, name) for part in parts] for name in ("faces", "traction"))
     return FaceTractions(np.concatenate(faces), np.concatenate(traction))
 
@@ -67,13 +67,14 @@ def contact_tractions(mesh: TetMesh, contact: np.ndarray | None) -> FaceTraction
     pressure = _pressures(mesh, pairs, push)
     touching = ((push != 0)[pairs.facets] & (pairs.facets >= 0)).any(axis=1)
     pressure, turn = pressure[touching], pairs.turn[touching, :3]
-    faces = pairs.faces[:, touching]
+    faces = pairs.faces[:, touching].reshape(-1, 2)
     other = np.empty_like(pressure)
     np.put_along_axis(other, turn, pressure, axis=1)
-    # faces by the right-hand rule point into their elements, as the pressure does
-    inward = unit_normals(mesh.points, face_nodes(mesh.tets[:, :4], faces.reshape(-1, 2)))
-    traction = np.concatenate([pressure, other])[:, :, None] * inward[:, None, :]
-    return FaceTractions(faces.reshape(-1, 2), traction)
+    nodes = mesh.points[face_nodes(mesh.tets, faces)]
+    at = face_points(nodes)
+    shares = corner_shares(nodes[:, :3], at.place)
+    size = shares @ np.concatenate([pressure, other])[:, :, None]
+    return FaceTractions(faces, -size * unit(at.area))
 
 
 def lips_touch(mesh: TetMesh, contact: np.ndarray | None) -> np.ndarray:
@@ -134,11 +135,6 @@ def _bends(points: np.ndarray, corner: np.ndarray, count: int) -> csr_array:
 def _works(mesh: TetMesh, pairs: LipPairs) -> np.ndarray:
     """Return the integrals (f, 6, 3) of shape functions times linear functions over facets of lip A."""
     nodes = mesh.points[face_nodes(mesh.tets, pairs.faces[0])]
-    total = np.zeros((len(nodes), 6, 3))
-    places, weights = triangle_points()
-    for (s, t), weight in zip(places.tolist(), weights.tolist()):
-        value, slope = face_shape(s, t, is_linear=False)
-        first, second = np.einsum("nk,fni->kfi", slope, nodes)
-        area = weight * np.linalg.norm(np.cross(first, second), axis=1)
-        total += area[:, None, None] * np.outer(value, [1 - s - t, s, t])
-    return total
+    at = face_points(nodes)
+    shares = corner_shares(nodes[:, :3], at.place)
+    return at.value.T @ (np.linalg.norm(at.area, axis=2, keepdims=True) * shares)

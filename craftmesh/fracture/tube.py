@@ -82,7 +82,7 @@ class Tube:
     on that of lip B; shift (c, 3, 3): the eigenstrain at the front in each segment. faces (f, 2): outer
     faces (element, face), those of the lips that touch the front only where there are tractions; face_side
     (f,): as side; at_front (f, 3): which corners of lips are on it; loaded (f,): whether there may be
-    tractions that are not known; traction (f, 3, 3): known ones, at the corners.
+    tractions that are not known; traction (f, q, 3): known ones, at the points of `face_points`.
     """
 
     nodes: np.ndarray

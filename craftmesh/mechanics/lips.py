@@ -7,10 +7,10 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.mechanics.load import Load, Traction, corner_vectors
+from craftmesh.mechanics.load import Load, Traction, point_vectors
+from craftmesh.mesh.integration import AT_ONCE, face_points
 from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.tet_connectivity import face_nodes
-from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.side_data import covered, notes_on_place
 from craftmesh.types import TetMesh
 
@@ -32,16 +32,25 @@ class LipField:
         Between points values are on the plane of least squares through the nearest, by inverse square
         distance, and within theirs: values linear in the place come out as they are.
         """
-        values = np.column_stack([self.pressure, self.traction])
-        count = min(_NEAREST, len(self.points))
-        far, near = KDTree(self.points).query(places, k=range(1, count + 1))
-        scale = np.maximum(far[:, -1:], np.finfo(float).tiny)
-        weight = 1 / np.maximum(far / scale, 1e-6)
-        off = (self.points[near] - places[:, None]) / scale[:, :, None]
-        rows = np.concatenate([np.ones((*near.shape, 1)), off], axis=2) * weight[:, :, None]
-        found = (np.linalg.pinv(rows, rcond=1e-6) @ (weight[:, :, None] * values[near]))[:, 0]
-        found = np.clip(found, values[near].min(axis=1), values[near].max(axis=1))
+        values, tree = np.column_stack([self.pressure, self.traction]), KDTree(self.points)
+        rows = range(0, len(places), AT_ONCE)
+        parts = [_on_planes(tree, values, places[row : row + AT_ONCE]) for row in rows]
+        found = np.concatenate([values[:0], *parts])
         return found[:, 0], found[:, 1:]
+
+
+def _on_planes(tree: KDTree, values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return the values (n, c) at places (n, 3) by those (k, c) at the points of a tree."""
+    far, near = tree.query(places, k=range(1, min(_NEAREST, tree.n) + 1))
+    weight = 1 / np.maximum(far / np.maximum(far[:, -1:], np.finfo(float).tiny), 1e-6) ** 2
+    weight /= weight.sum(axis=1, keepdims=True)
+    off, own = tree.data[near] - places[:, None], values[near]
+    middle, mean = ((weight[:, None] @ part)[:, 0] for part in (off, own))
+    off, change = off - middle[:, None], own - mean[:, None]
+    turned = (weight[:, :, None] * off).swapaxes(1, 2)
+    slope = np.linalg.pinv(turned @ off, rcond=1e-12, hermitian=True) @ (turned @ change)
+    found = mean - (middle[:, None] @ slope)[:, 0]
+    return np.clip(found, own.min(axis=1), own.max(axis=1))
 
 
 def loaded_lips(
@@ -62,12 +71,12 @@ def loaded_lips(
     for name, faces in lips.items():
         sign = 1.0 if name.endswith("A") else -1.0
         parts: list[tuple[int | None, float | np.ndarray]] = [(None, -float(pressure))]
-        parts += [(k, sign * float(pull)) for k, pull in enumerate(traction)]
+        places = face_points(mesh.points[face_nodes(mesh.tets, faces)]).place
+        parts += [(k, np.broadcast_to(sign * pull, places.shape[:2])) for k, pull in enumerate(traction)]
         if field is not None:
-            corners = face_nodes(mesh.tets[:, :4], faces)
-            pressures, pulls = field.at(mesh.points[corners.ravel()])
-            parts.append((None, -pressures.reshape(-1, 3)))
-            parts += [(k, sign * pull.reshape(-1, 3)) for k, pull in enumerate(pulls.T)]
+            pressures, pulls = field.at(places.reshape(-1, 3))
+            parts.append((None, -pressures.reshape(places.shape[:2])))
+            parts += [(k, sign * pull.reshape(places.shape[:2])) for k, pull in enumerate(pulls.T)]
         found += [Traction(faces, stress, name, axis) for axis, stress in parts if np.any(stress)]
     return tuple(found)
 
@@ -99,7 +108,7 @@ def mean_traction(load: Load | None, mesh: TetMesh) -> float:
     found = on_lips(load)
     if not found:
         return 0.0
-    faces = np.concatenate([part.faces for part in found])
-    pull = np.concatenate([corner_vectors(part, mesh).mean(axis=1) for part in found])
-    area = area_vectors(mesh.points, face_nodes(mesh.tets[:, :4], faces))
-    return float(np.average(np.linalg.norm(pull, axis=1), weights=np.linalg.norm(area, axis=1)))
+    pull = np.concatenate([point_vectors(part, mesh) for part in found])
+    nodes = np.concatenate([face_nodes(mesh.tets, part.faces) for part in found])
+    area = np.linalg.norm(face_points(mesh.points[nodes]).area, axis=2)
+    return float(np.average(np.linalg.norm(pull, axis=2), weights=area))

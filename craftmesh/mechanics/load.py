@@ -8,16 +8,18 @@ import numpy as np
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.faces import FIXED, STRAIN, STRESS, FaceRow
 from craftmesh.mechanics.holding import lacking
-from craftmesh.mesh.integration import face_shape
+from craftmesh.mesh.front_curve import unit
+from craftmesh.mesh.integration import face_points
 from craftmesh.mesh.mesh_sets import node_sets_of
 from craftmesh.mesh.tet_connectivity import FACE_CORNERS, face_nodes
-from craftmesh.surface.measure import unit_normals
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_PLANES, TetMesh
 
-# Where the deck's solvers integrate over faces of C3D4 and C3D10: shares of the second and third corner.
-_MIDDLE = np.array([[1 / 3, 1 / 3]])
-_THREE = np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]])
+# Points and weights by which the deck's solvers integrate pressures on faces of C3D4 and of C3D10.
+_DECK_RULES = {
+    4: (np.array([[1 / 3, 1 / 3]]), np.array([1 / 2])),
+    10: (np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]]), np.full(3, 1 / 6)),
+}
 # Corners 0 to 7 of a cube, x fastest, and its tetrahedra along the diagonal.
 _CORNERS = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
 _TETS = np.array(
@@ -30,7 +32,7 @@ class Traction:
     """A stress on a face set: faces (f, 2) of elements and sides.
 
     axis: the one (0, 1, 2) along which it acts; None: the outward normals, tension > 0. stress: one for
-    all, or those (f, 3) at the corners of the faces, linear between them.
+    all, or those (f, q) at the points of `face_points`.
     """
 
     faces: np.ndarray
@@ -39,35 +41,27 @@ class Traction:
     axis: int | None = None
 
 
-def corner_vectors(traction: Traction, mesh: TetMesh) -> np.ndarray:
-    """Return the traction (f, 3, 3) at the corners of its faces."""
-    if traction.axis is not None:
-        way = np.broadcast_to(np.eye(3)[traction.axis], (len(traction.faces), 3))
-    else:
-        way = -unit_normals(mesh.points, face_nodes(mesh.tets[:, :4], traction.faces))
-    stress = np.broadcast_to(traction.stress, (len(way), 3))
-    return stress[:, :, None] * way[:, None, :]
+def point_vectors(traction: Traction, mesh: TetMesh) -> np.ndarray:
+    """Return the traction (f, q, 3) at the points of `face_points` on its faces."""
+    area = face_points(mesh.points[face_nodes(mesh.tets, traction.faces)]).area
+    way = np.eye(3)[[[traction.axis]]] if traction.axis is not None else unit(area)
+    return np.broadcast_to(traction.stress, area.shape[:2])[:, :, None] * way
 
 
 def nodal_forces(tractions: Iterable[Traction], mesh: TetMesh) -> np.ndarray:
-    """Return the forces (n, 3) of tractions on a mesh, consistent with its shape functions."""
+    """Return the forces (n, 3) of tractions on a mesh, consistent with its shape functions.
+
+    One stress for all faces is integrated as the deck's solvers do, which take pressures as they are.
+    """
     forces = np.zeros(mesh.points.shape)
-    is_linear = mesh.tets.shape[1] == 4
     for traction in tractions:
-        nodes = face_nodes(mesh.tets, traction.faces)
-        places = mesh.points[nodes]
-        for s, t in (_MIDDLE if is_linear else _THREE).tolist():
-            values, slopes = face_shape(s, t, is_linear)
-            u, v = np.einsum("ka,fki->afi", slopes, places)
-            way = -np.cross(u, v)  # outward, by the order of FACE_CORNERS
-            if traction.axis is not None:
-                way = np.linalg.norm(way, axis=1, keepdims=True) * np.eye(3)[traction.axis]
-            weight = 0.5 if is_linear else 1 / 6
-            if isinstance(traction.stress, np.ndarray):
-                way = way * (traction.stress @ [1 - s - t, s, t])[:, None]
-            else:
-                weight *= traction.stress
-            np.add.at(forces, nodes, weight * values[:, None] * way[:, None, :])
+        nodes, is_even = face_nodes(mesh.tets, traction.faces), not np.ndim(traction.stress)
+        at = face_points(mesh.points[nodes], _DECK_RULES[mesh.tets.shape[1]] if is_even else None)
+        force = at.area
+        if traction.axis is not None:
+            force = np.linalg.norm(force, axis=2, keepdims=True) * np.eye(3)[traction.axis]
+        force = np.broadcast_to(traction.stress, force.shape[:2])[:, :, None] * force
+        np.add.at(forces, nodes, at.value.T @ force)
     return forces
 
 

@@ -177,6 +177,6 @@ def square_to(vectors: np.ndarray, directions: np.ndarray) -> np.ndarray:
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors (k, 3) of length one; zeros stay."""
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    """Return vectors (..., 3) of length one; zeros stay."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(length > 0, length, 1.0)

@@ -141,15 +141,37 @@ def smallest_jacobians(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
     return np.concatenate([np.zeros(0), *(part.min(axis=1) for part in parts)])
 
 
-def face_shape(s: float, t: float, is_linear: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return values (k,) and slopes (k, 2) of a triangle's 3 or 6 shape functions at (s, t)."""
-    r = 1 - s - t
+class FacePoints(NamedTuple):
+    """Points on faces (f,) of elements: value (q, k) of the nodes' shape functions there, place (f, q, 3).
+
+    area (f, q, 3): outward normals times the parts of the area that the points stand for.
+    """
+
+    value: np.ndarray
+    place: np.ndarray
+    area: np.ndarray
+
+
+def face_points(nodes: np.ndarray, rule: tuple[np.ndarray, np.ndarray] | None = None) -> FacePoints:
+    """Return the points of a rule, by default `triangle_points`, on faces with nodes (f, 3 or 6, 3)."""
+    points, weights = rule or triangle_points()
+    areas = np.column_stack([1 - points.sum(axis=1), points])
     turns = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
-    areas = np.array([r, s, t])
-    if is_linear:
-        return areas, turns
-    following = [1, 2, 0]
-    corners, middles = areas * (2 * areas - 1), 4 * areas * areas[following]
-    corner_slopes = (4 * areas - 1)[:, None] * turns
-    middle_slopes = 4 * (areas[following, None] * turns + areas[:, None] * turns[following])
-    return np.concatenate([corners, middles]), np.concatenate([corner_slopes, middle_slopes])
+    value, slope = areas, np.broadcast_to(turns, (len(points), 3, 2))
+    if nodes.shape[1] == 6:
+        ahead = [1, 2, 0]
+        value = np.hstack([areas * (2 * areas - 1), 4 * areas * areas[:, ahead]])
+        middles = 4 * (areas[:, ahead, None] * turns + areas[:, :, None] * turns[ahead])
+        slope = np.concatenate([(4 * areas - 1)[:, :, None] * turns, middles], axis=1)
+    u, v = (slope[:, :, k] @ nodes for k in range(2))
+    return FacePoints(value, value @ nodes, -weights[:, None] * np.cross(u, v))  # inward by FACE_CORNERS
+
+
+def corner_shares(corners: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return barycentric coordinates (f, q, 3) of places (f, q, 3) in flat faces with corners (f, 3, 3).
+
+    The parameters of a face's shape functions are others where a mid node is a quarter point.
+    """
+    sides = corners[:, 1:] - corners[:, :1]
+    shares = (places - corners[:, :1]) @ np.linalg.pinv(sides)
+    return np.concatenate([1 - shares.sum(axis=2, keepdims=True), shares], axis=2)
