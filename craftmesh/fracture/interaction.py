@@ -11,6 +11,7 @@ from craftmesh.mechanics.near_field import MODES, as_tensor
 from craftmesh.mesh.front_curve import FrontCurve
 from craftmesh.mesh.integration import (
     FULL_RULE,
+    corner_shares,
     face_rules,
     jacobians,
     parts_of,
@@ -168,13 +169,16 @@ def _of_faces(
     points = _points(tube, curve, element, value, slope)
     normal = np.tile(rules.weight, count)[:, None] * _times(points.cofactors, rules.outward[face])
     area, touches = np.linalg.norm(normal, axis=1), tube.at_front[row].any(axis=1)
+    traction = tube.traction[faces].reshape(-1, 3)
     if touches.any():
         own = Points(*(part[touches] for part in points))
-        points.place[touches], stretch = _begun_at_curve(tube, curve, own, share[touches], row[touches])
+        place, stretch = _begun_at_curve(tube, curve, own, share[touches], row[touches])
+        traction[touches] += _changes(tube, row[touches], own.place, place, traction[touches])
+        points.place[touches] = place
         area[touches] *= stretch
     at = _local(tube, curve, stations, segment, points, tube.face_side[row])
     m, u = _times(at.axes, normal), at.gradient
-    pull = area[:, None] * _times(at.axes, tube.traction[faces].reshape(-1, 3))
+    pull = area[:, None] * _times(at.axes, traction)
     pull = np.where(tube.loaded[row, None], _times(at.own, m), pull)
     fields = np.concatenate([at.h, u[:, :, None]], axis=2).reshape(-1, 3, 3 * ROWS)
     force = -(pull[:, None] @ fields).reshape(-1, ROWS, 3)
@@ -188,6 +192,20 @@ def _of_faces(
 def _times(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Return the products (p, 3) of matrices (p, 3, 3) and vectors (p, 3)."""
     return (matrices @ vectors[:, :, None])[:, :, 0]
+
+
+def _changes(
+    tube: Tube, row: np.ndarray, start: np.ndarray, end: np.ndarray, traction: np.ndarray
+) -> np.ndarray:
+    """Return how tractions (p, 3) at all points of faces, row (p,), change from places to others (p, 3).
+
+    By the linear function next to those of the face. With five edges to the radius the front's chords are
+    so far off that K under a traction with the fourth power of r was 0.6 % less.
+    """
+    count = (len(row) // tube.traction.shape[1], tube.traction.shape[1])
+    corners = tube.points[face_nodes(tube.tets[:, :4], tube.faces[row[:: count[1]]])]
+    first, last = (corner_shares(corners, places.reshape(*count, 3)) for places in (start, end))
+    return ((last - first) @ (np.linalg.pinv(first) @ traction.reshape(*count, 3))).reshape(-1, 3)
 
 
 def _begun_at_curve(
