@@ -1,5 +1,7 @@
 """K of a crack under a pressure on its lips, or eigenstrains: by superposition that of a tension."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from near_fields import POISSON, YOUNG
@@ -7,7 +9,8 @@ from warped_cracks import disc_crack
 
 from craftmesh.fracture.options import FractureOptions
 from craftmesh.fracture.parameters import fracture_parameters
-from craftmesh.mechanics.lips import LipField, on_lips
+from craftmesh.mechanics.lips import LipField, loaded_lips, on_lips
+from craftmesh.mechanics.load import Fixed, Load
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mesh.tet_connectivity import face_nodes
@@ -25,7 +28,11 @@ def model_of(mesh, **options):
 
 def solved(mesh, **options):
     """The front's parameters, and the solution, of a mesh loaded along z."""
-    model = model_of(mesh, **options)
+    return solution_of(model_of(mesh, **options))
+
+
+def solution_of(model):
+    """The front's parameters, and the solution, of a model."""
     solution, _ = solve(model, SolveOptions(tolerance=1e-6))
     found, _ = fracture_parameters(
         model.mesh,
@@ -106,8 +113,52 @@ def test_tractions_on_the_lips_have_the_k_of_the_stress_far_away(mesh):
     forces = [problem_of(model).forces for model in (by_table, by_number)]
     assert np.abs(forces[0] - forces[1]).max() < 1e-12 * np.abs(forces[1]).max()
     pressed = problem_of(model_of(mesh, load="none", lip_pressure=PRESSURE)).forces
-    assert np.abs(forces[1][:, 2] - pressed[:, 2]).max() < 1e-12 * np.abs(pressed).max()
+    sums = [np.maximum(part[:, 2], 0).sum() for part in (forces[1], pressed)]
+    assert sums[0] == pytest.approx(sums[1], rel=1e-12)
+    # solvers integrate pressures at three points, few at quarter points: measured 3.4 % at a node
+    assert np.abs(forces[1][:, 2] - pressed[:, 2]).max() < 0.05 * np.abs(pressed).max()
     found, _ = solved(mesh, load="none", lip_traction=pull)
     shear = np.abs([found.K_II, found.K_III]).max() / found.K_I.max()
     # of an infinite body 0.7 * 2 / (2 - nu); the box is small
     assert shear == pytest.approx(0.7 * 2 / (2 - POISSON), rel=0.2)
+
+
+def parabola(x, y, z):
+    """Pull the plane z = 0 by 1 - r^2: a potential of half-spaces without shear there (Green & Zerna)."""
+    r2, even = x * x + y * y, 1 - 2 * POISSON
+    across = even * (z * z + 0.5 - r2 / 4) + 2 * z * z
+    return x * across, y * across, even * z * (1 - r2) - (2 + 4 * POISSON) / 3 * z**3
+
+
+def torsion(x, y, z):
+    """Shear it by r round the axis."""
+    return -2 * y * z, 2 * x * z, 0 * z
+
+
+def radial(x, y, z):
+    """Shear it by r outwards."""
+    return x * z, y * z, (x * x + y * y) / 2 - z * z
+
+
+@pytest.mark.parametrize("field", [parabola, torsion, radial])
+def test_tractions_that_vary_over_the_lips_have_the_k_of_the_same_stress_in_the_body(mesh, field):
+    """Displacements of an uncracked body on the faces, or its tractions on the lips of a body held there."""
+    model = model_of(mesh, load="none")
+    mesh, shear = model.mesh, YOUNG / (2 + 2 * POISSON)
+    names = [f"{axis}{end}" for axis in "XYZ" for end in ("MIN", "MAX")]
+    outer = np.unique(np.concatenate([mesh.node_sets[name] for name in names]))
+    x, y = 0.03 * np.mgrid[-33:34, -33:34].reshape(2, -1)
+    x, y = (part[np.hypot(x, y) < 1] for part in (x, y))
+    places, none = np.column_stack([x, y, 0 * x]), np.zeros((len(x), 3))
+    pressure = 1 - x * x - y * y if field is parabola else 0 * x
+    pull = {parabola: none, torsion: np.column_stack([-y, x, 0 * x]), radial: places}[field]
+    lips = loaded_lips(mesh, 0.0, (), LipField(places, pressure, pull))
+    far = np.column_stack(field(*mesh.points[outer].T)) / (2 * shear)
+    k = []
+    for moved, pulled in ((far, ()), (0 * far, lips)):
+        held = tuple(Fixed(outer, axis, moved[:, axis]) for axis in range(3))
+        found, _ = solution_of(replace(model, load=Load(held, (), pulled)))
+        k.append(np.column_stack([found.K_I, found.K_II, found.K_III]))
+    largest = np.abs(k[0]).max()
+    print(field.__name__, largest * np.sqrt(np.pi), np.abs(k[1] - k[0]).max() / largest)
+    assert np.abs(k[1] - k[0]).max() < 0.01 * largest

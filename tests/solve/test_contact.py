@@ -77,6 +77,15 @@ def test_a_bent_block_closes_one_half_of_its_crack(quarter_points):
     assert (np.abs(gaps[push != 0]) <= 1e-12 * largest).all()  # no force across a gap
     mids = np.unique(pairs.facets[:, 3:])[1:]
     assert (push[mids] >= -1e-9 * push.max()).all()  # even pressure has no force on corners
+    # a corner may pull by itself, but not with what is around it: half of its edges' mid nodes
+    edges = np.concatenate([pairs.facets[:, [k, 3 + k, (k + 1) % 3]] for k in range(3)])
+    edges = np.unique(edges[edges[:, 1] >= 0], axis=0)
+    work = push.copy()
+    for corner in (0, 2):
+        known = np.unique(edges[edges[:, corner] >= 0][:, [corner, 1]], axis=0)
+        np.add.at(work, known[:, 0], push[known[:, 1]] / 2)
+    corners = np.setdiff1d(pairs.facets[:, :3], [-1])
+    assert (work[corners] >= -1e-9 * push.max()).all() and push[corners].min() < -0.1 * push.max()
     turned = push[:, None] * pairs.normal - solution.contact[pairs.nodes[:, 0]]
     assert np.abs(turned).max() <= 1e-12 * push.max()  # no friction
     problem = problem_of(model)

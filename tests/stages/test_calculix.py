@@ -11,7 +11,8 @@ import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
-from craftmesh.deck.write_deck import DeckOptions, write_deck
+from craftmesh.deck.write_deck import DeckOptions, write_deck, write_model
+from craftmesh.mechanics.lips import LipField
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.orientation import random_orientations
 from craftmesh.mesh.second_order import raise_order
@@ -202,3 +203,17 @@ def test_pressed_lips_and_eigenstrains_give_the_field_of_the_built_in_solver(tmp
     model, _ = elastic_model(mesh, options, orientations, phases)
     ours = built_in(model, SolveOptions(tolerance=1e-10))[0].displacement
     assert np.abs(moved - ours).max() <= 5e-6 * np.abs(ours).max()  # .frd has six digits
+
+
+def test_tractions_by_place_on_lips_give_the_field_of_the_built_in_solver(tmp_path):
+    crack = plane_crack(2, 2, hexagon((3, 3), 2))
+    mesh, _ = assemble(*structured_box((6, 6, 4), lambda c: np.ones(len(c), int), crack))
+    places = np.stack(np.meshgrid(np.arange(0, 6.1, 0.2), np.arange(0, 6.1, 0.2), [2.0]), -1).reshape(-1, 3)
+    off = places - [3, 3, 2]
+    field = LipField(places, 50 - 10 * (off * off).sum(axis=1), 5 * np.cross([0, 0, 1], off))
+    options = DeckOptions(load="none", lip_field="given", quarter_points=True)
+    model, _ = elastic_model(mesh, options, lip_field=field)
+    write_model(tmp_path / "model.inp", model, options)
+    moved, _ = run(tmp_path)
+    ours = built_in(model, SolveOptions(tolerance=1e-10))[0].displacement
+    assert np.abs(moved - ours).max() <= 5e-6 * np.abs(ours).max()
