@@ -22,6 +22,35 @@ def penny(radius: float, normal, stress, poisson: float = POISSON):
     return k_of
 
 
+def loaded_penny(radius: float, centre, pulls: str):
+    """The same for a penny in z = const whose lips bear one of LIP_LOADS.
+
+    K_I = 2 / root(pi a) int p r / root(a^2 - r^2) dr; K_II of a shear outwards and K_III of one round the
+    axis have r^2 / a for r, for any Poisson's ratio (M. K. Kassir and G. C. Sih, 1975): lips that slide by
+    r root(a^2 - r^2) bear a shear linear in r. K_I of a pressure x / a: 4/3 root(a / pi) x / a (Galin).
+    """
+    root = np.sqrt(radius / np.pi)
+
+    def k_of(points, tangent, binormal):
+        out = (points - centre) / radius
+        way = {"radial": out, "torsion": np.cross([0.0, 0, 1], out)}.get(pulls, 0 * out)
+        k = {"parabola": 2 / 3, "cone": np.pi / 2, "wedge": 2.4 + 4 / 3 * out[:, 0]}.get(pulls, 0.0)
+        shear = [4 / 3 * (way * axis).sum(axis=1) for axis in (binormal, tangent)]
+        return root * np.column_stack([k + 0 * out[:, 0], *shear])
+
+    return k_of
+
+
+# Pressure, and traction on lip A along x and y, at places x, y over the radius.
+LIP_LOADS = {
+    "parabola": lambda x, y: (1 - x * x - y * y, 0, 0),
+    "cone": lambda x, y: (np.hypot(x, y), 0, 0),
+    "wedge": lambda x, y: (1.2 + x + 0 * y, 0, 0),
+    "torsion": lambda x, y: (0, -y, x),
+    "radial": lambda x, y: (0, x, y),
+}
+
+
 def heated(radius: float, centre, hot, size: float, strain: float):
     """The same for a penny in z = const beside a hot ball in its plane: K of the stress without the crack.
 

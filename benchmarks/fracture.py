@@ -25,6 +25,7 @@ SHEAR = np.array([[0.0, 0, 1], [0, 0, 0], [1, 0, 0]])
 MIXED = np.array([[0, 0, 0.7], [0, 0, 0.3], [0.7, 0.3, 0.5]])
 # Residuals of the first solution, whose opening corrects K of a penny by 0.6 %, and of the second.
 ROUGH, FINE = 1e-3, 1e-7
+TABLE = RADIUS / 60  # distance of the places at which a table gives tractions on lips
 CAP = RADIUS / 20  # edges of the cap's triangles
 INCLUSION, HEAT = 6.0, 1e-3  # radius and eigenstrain of the hot inclusion
 KINK = 40.0  # degrees, of the strip
@@ -57,8 +58,10 @@ class Case:
     is a cap of a sphere; pulled: by a stress on planes of the box, whose other planes are free; layered: of
     two grains whose boundary is in the middle of the box, across z; kinked: the crack is a strip with a
     kink; halved: errors are those against edges half as long; closed: the lips press on each other, without
-    friction; pressed: the stress across the crack acts on its lips, and none far away; hot: the middle of
-    an inclusion, grain 2, whose eigenstrain is HEAT along all axes; nothing else loads the body then.
+    friction; pressed: the stress across the crack acts on its lips, and none far away; by_place: so does
+    the one of exact_cracks.LIP_LOADS that the load names, from a table; grown: edges grow as fast as they
+    may from the front on; hot: the middle of an inclusion, grain 2, whose eigenstrain is HEAT along all
+    axes; nothing else loads the body then.
     """
 
     crack: dict
@@ -77,6 +80,8 @@ class Case:
     halved: bool = False
     closed: bool = False
     pressed: bool = False
+    by_place: bool = False
+    grown: bool = False
     hot: tuple[float, float, float] | None = None
 
 
@@ -101,6 +106,17 @@ def _closed(degrees: float) -> Case:
         return lambda *frames: k_of(*frames) * [0, 1, 1]
 
     return replace(open_penny, exact=exact, closed=True)
+
+
+def _by_place(grown: bool) -> Case:
+    """A penny whose lips bear each of the loads that vary over them."""
+
+    def exact(stress, _):
+        return exact_cracks.loaded_penny(RADIUS, CENTRE, stress)
+
+    return replace(
+        _penny(0, {name: name for name in exact_cracks.LIP_LOADS}), exact=exact, by_place=True, grown=grown
+    )
 
 
 def _heated(height: float) -> Case:
@@ -159,6 +175,8 @@ CASES = {
     "inclined 60": _penny(60, {"tension": TENSION}),
     "inclined 45, Poisson's ratio 0.49": _penny(45, {"tension": TENSION}, 0.49),
     "pressed": replace(_penny(0, {"pressure": TENSION}), pressed=True),
+    "by place": _by_place(grown=False),
+    "by place, grown": _by_place(grown=True),
     "heated": _heated(0.0),
     "heated, halved": replace(_heated(1.5), halved=True),
     "closed 30": _closed(30),
@@ -228,7 +246,8 @@ def meshed(case: Case, length: float):
         voxels = Voxels(labels.astype(np.int32), voxels.spacing, voxels.origin)
     given = GivenSurface(*_cap()) if case.cap else GivenSurface(*_strip()) if case.kinked else None
     crack = crack_of_increment(CrackOptions(**case.crack), 0, voxels.box, given)
-    sizes = SizingOptions(l_min=length, l0=max(1.0, 1.25 * length), l_max=6.0, r0=6.0, r1=20.0)
+    near, far = (1.25 * length, RADIUS + 2.0) if case.grown else (6.0, 20.0)
+    sizes = SizingOptions(l_min=length, l0=max(1.0, 1.25 * length), l_max=6.0, r0=near, r1=far)
     return opened_mesh(voxels, crack, sizes)
 
 
@@ -286,17 +305,16 @@ def model_of(mesh, case: Case):
 
 def solved(case: Case, model, stress, tensor):
     """Return the field in an infinite body, under a stress far away or what the case has in its place."""
-    from craftmesh.mechanics.lips import loaded_lips
     from craftmesh.mechanics.load import Fixed, Load
     from craftmesh.solve.solve import SolveOptions, solve
 
     mesh = model.mesh
-    pulled = loaded_lips(mesh, stress[2, 2]) if case.pressed else ()
+    pulled = on_lips(case, mesh, stress)
     heat = 0.0 if model.load is None else model.load.heat
     outer = np.unique(
         np.concatenate([mesh.node_sets[f"{axis}{end}"] for axis in "XYZ" for end in ("MIN", "MAX")])
     )
-    uniform = mesh.points[outer] @ _strain(tensor, 0 * stress if case.pressed else stress)
+    uniform = mesh.points[outer] @ _strain(tensor, np.zeros((3, 3)) if pulled else stress)
     if case.hot:
         uniform += exact_cracks.round_inclusion(mesh.points[outer], *ball(mesh), HEAT)
     moved = uniform
@@ -309,6 +327,23 @@ def solved(case: Case, model, stress, tensor):
             far = exact_cracks.displacements_of_opening(mesh.points[outer], places, jumps, normals, tensor)
             moved = uniform + far
     return solution
+
+
+def on_lips(case: Case, mesh, load) -> tuple:
+    """Return the tractions that a load of a case puts on the lips."""
+    from craftmesh.mechanics.lips import LipField, loaded_lips
+
+    if case.pressed:
+        return loaded_lips(mesh, load[2, 2])
+    if not case.by_place:
+        return ()
+    places = np.arange(-RADIUS, RADIUS + TABLE / 2, TABLE)
+    x, y = (part.ravel() for part in np.meshgrid(places, places))
+    x, y = (part[np.hypot(x, y) <= RADIUS * (1 + 1e-9)] for part in (x, y))
+    values = exact_cracks.LIP_LOADS[load](x / RADIUS, y / RADIUS)
+    pressure, *pull = (np.broadcast_to(part, x.shape) for part in (*values, 0.0))
+    places = np.column_stack([x, y, 0 * x]) + CENTRE
+    return loaded_lips(mesh, 0.0, (), LipField(places, pressure, np.column_stack(pull)))
 
 
 def ball(mesh):
@@ -381,7 +416,6 @@ def _six_nodes(at):
 def run(name: str, edges: float) -> list[dict]:
     """Return a row for each load of a case with edges of 1 / edges of its size."""
     from craftmesh.fracture.parameters import fracture_parameters
-    from craftmesh.mechanics.lips import loaded_lips
     from craftmesh.mechanics.near_field import as_tensor
 
     case = CASES[name]
@@ -396,7 +430,7 @@ def run(name: str, edges: float) -> list[dict]:
         solution = pulled(model) if case.pulled else solved(case, model, stress, tensor)
         middle = time.process_time()
         stiffness, contact = model.stiffness(), solution.contact
-        lips = loaded_lips(mesh, stress[2, 2]) if case.pressed else ()
+        lips = on_lips(case, model.mesh, stress)
         found, _ = fracture_parameters(
             model.mesh, solution.displacement, model.grains, stiffness,
             contact=contact, lips=lips, eigenstrain=model.eigenstrain(),
