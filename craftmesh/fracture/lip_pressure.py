@@ -104,8 +104,8 @@ def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
     area = abs(work).sum(axis=1)
     bends = _bends(mesh.points[corners], unknown, len(known_keys))
     weighed = diags_array(1 / area) @ work
-    # near the front forces err by 2 % where lips slide: of pressed pennies with five edges to the radius K_I
-    # errs by up to 1.9 % of K_II without the bends, by 0.9 with them, by 0.6 with nine times their weight,
+    # near the front forces err by 2 % where lips slide: of pressed pennies with five edges to the radius
+    # K_I errs by 1.9 % of K_II at most without the bends, 0.9 with them, 0.6 with nine times their weight,
     # but K_I of a bent body that closes one half of its crack is then 2 % of the other's off in the mean
     normal = weighed.T @ work + bends.T @ bends
     return spsolve(normal.tocsc(), weighed.T @ push)[unknown]
