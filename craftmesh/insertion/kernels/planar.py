@@ -8,11 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.jit import kernel, lean_kernel
-from craftmesh.surface.rounding import ROUNDING
+from craftmesh.surface.rounding import EXACT, ROUNDING
 
 DONE, BLOCKED = 0, 1  # what insert_point says
 COCIRCULAR = 1e-10  # sine of the angle by which a diagonal has to be better, so that no pair flips for ever
-BEHIND = 1e-14  # length units: a point this far behind an edge still lies in the triangle
 
 
 class Planar(NamedTuple):
@@ -174,16 +173,17 @@ def legalise_all(mesh):
 def locate(mesh, start, point, through_fixed):
     """Walk from triangle `start` to the one that holds `point`; -1 where the rim or a fixed edge stops it.
 
-    through_fixed: fixed edges do not stop it. -1 also where the walk runs in circles.
+    through_fixed: fixed edges do not stop it. A point behind an edge by EXACT of its length counts as inside.
+    -1 also where the walk runs in circles.
     """
     t = start
     for _ in range(2 * len(mesh.corners) + 10):
-        worst, exit_edge = -BEHIND, -1
+        worst, exit_edge = 0.0, -1
         for i in range(3):
             a, b = mesh.corners[t, i], mesh.corners[t, (i + 1) % 3]
-            ahead = turn(mesh.uv, a, b, point) / (np.sqrt(squared_distance(mesh.uv, a, b)) + 1e-300)
-            if ahead < worst:
-                worst, exit_edge = ahead, i
+            doubled, square = turn(mesh.uv, a, b, point), squared_distance(mesh.uv, a, b)
+            if doubled < -EXACT * square and doubled < worst * np.sqrt(square):
+                worst, exit_edge = doubled / np.sqrt(square), i
         if exit_edge < 0:
             return t
         if mesh.across[t, exit_edge] < 0 or (mesh.fixed[t, exit_edge] and not through_fixed):
