@@ -23,7 +23,7 @@ from craftmesh.deck.options import OF_THE_FILE
 from craftmesh.errors import named
 from craftmesh.growth.options import CorrectionOptions, GrowthOptions, SmoothingOptions
 from craftmesh.io.json_file import read_json
-from craftmesh.io.mesh_formats import MESH_FORMATS
+from craftmesh.io.mesh_formats import EXPORTS, GRAIN_TABLE
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.voxels.options import CleanOptions
 
@@ -132,13 +132,15 @@ class Campaign:
         return [model, str(mesh_file(model))] if self.config["inp"]["includes"] else [model]
 
     def exports(self, model: str) -> list[str]:
-        """Return the files in which the mesh of the deck `model` is written as well."""
-        return [str(Path(model).with_suffix(f".{kind}")) for kind in self.config["exports"]]
+        """Return the files in which the deck's mesh is written too; with .msh comes its table of grains."""
+        kinds = dict.fromkeys(kind.removeprefix(".") for kind in self.config["exports"])
+        kinds |= {GRAIN_TABLE: None} if "msh" in kinds else {}
+        return [str(Path(model).with_suffix(f".{kind}")) for kind in kinds]
 
     @property
     def export_kinds(self) -> str:
         """The formats of an export, as the pattern of a wildcard."""
-        return "|".join(MESH_FORMATS)
+        return "|".join(EXPORTS)
 
     def flags(self, section: str, case: str) -> str:
         """Return the command-line flags of one section of a case's configuration."""
@@ -153,10 +155,11 @@ class Campaign:
         units = list(self.cases[case].settings["units"].values())
         return command_flags({"units": units}) if any(units) else ""
 
-    def mesh_flags(self, case: str) -> str:
-        """Return the flags of `inp` that an export takes too, so that its mesh is the deck's."""
+    def export_flags(self, case: str) -> str:
+        """Return the flags of an export, those of `inp` among them that make its mesh the deck's."""
         deck = self._deck(case)
-        return command_flags({key: deck[key] for key in ("element", "quarter_points")})
+        flags = {key: deck[key] for key in ("element", "quarter_points")}
+        return command_flags(flags | self.cases[case].settings["export"])
 
     def model_flags(self, case: str) -> str:
         """Return the flags of `inp` that make the deck's model, which is solved and integrated."""

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import NoneType
 from typing import Any
 
-from craftmesh.io.mesh_formats import MESH_FORMATS
+from craftmesh.io.mesh_formats import EXPORTS
 from craftmesh.options import BOUNDS, alternatives, hints_of, items_of
 
 SECTIONS = {
@@ -32,6 +32,7 @@ SECTIONS = {
     "gradate": ("gradation of the surface", ["gradation.gradate.GradateOptions"]),
     "tetrahedralize": ("tetrahedra in the grains", ["tetrahedra.options.TetrahedralizeOptions"]),
     "inp": ("the input deck", ["mechanics.model_options.ModelOptions", "deck.options.DeckOptions"]),
+    "export": ("the mesh for other programs", ["io.mesh_formats.ExportOptions"]),
     "solve": ("the field of displacements", ["solve.options.SolveOptions"]),
     "fracture": ("K, J and T along the crack's fronts", ["fracture.options.FractureOptions"]),
     "grow": (
@@ -73,9 +74,10 @@ def config_schema() -> dict:
         },
         "exports": {
             "type": "array",
-            "items": {"enum": list(MESH_FORMATS)},
+            "items": {"enum": [*EXPORTS, *(f".{kind}" for kind in EXPORTS)]},
             "default": [],
-            "description": "formats besides the deck in which the mesh is written, as model.FORMAT",
+            "description": "formats besides the deck in which the mesh is written, as model.FORMAT; "
+            "with msh comes csv, the table of its grains",
         },
         "cracks": {
             "type": "object",

@@ -1,4 +1,4 @@
-"""Write the mesh for other programs, sets kept: .vtu (VTK), .msh (Gmsh 2.2), .e or .exo (Exodus II)."""
+"""Write the mesh for other programs: .vtu (VTK), .msh (Gmsh 2.2), .e, .exo (Exodus II); grains as .csv."""
 
 import argparse
 import dataclasses
@@ -8,25 +8,36 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.flags import add_options, options_from
+from craftmesh.commands.mesh_flags import stored_sizing
 from craftmesh.commands.microstructure import add_microstructure
 from craftmesh.commands.stage_io import add_file, add_output
 from craftmesh.deck.options import DeckOptions
 from craftmesh.errors import CraftmeshError, existing
-from craftmesh.io.mesh_formats import MESH_FORMATS
+from craftmesh.io.front_csv import write_front
+from craftmesh.io.mesh_formats import EXPORTS, GRAIN_TABLE, MESH_FORMATS, ExportOptions
 from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.orientation import normalized, quaternion_to_bunge
+from craftmesh.mesh.lips import lips_apart
+from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.second_order import as_elements
+from craftmesh.types import TetMesh
 
-SUFFIXES = [f".{kind}" for kind in MESH_FORMATS]
+SUFFIXES = [f".{kind}" for kind in EXPORTS]
 OF_THE_MESH = ("element", "quarter_points")
+HEALED = (
+    "note: both lips of a crack lie in one place, each with nodes of its own; programs that join nodes in "
+    "one place heal the crack: --opening 0.01 moves the lips apart"
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("volume", type=Path, help="mesh .vtu")
     add_output(parser, f"file in the format of its suffix: {', '.join(SUFFIXES)}")
     add_microstructure(parser)
+    add_file(parser, "--sizing", "sizing .npz of `craftmesh size`, whose l_min --opening refers to")
     add_file(parser, "--angles", "write the grains' Bunge angles by block, for MOOSE, to this .csv")
+    add_options(parser, ExportOptions)
     others = [field.name for field in dataclasses.fields(DeckOptions) if field.name not in OF_THE_MESH]
     add_options(parser, DeckOptions, skip=others)
 
@@ -39,33 +50,65 @@ def run(arguments: argparse.Namespace) -> None:
         )
     if arguments.output.exists() and arguments.output.samefile(arguments.volume):
         raise CraftmeshError(f"{arguments.output}: is the mesh that is read; give another name")
-    options = options_from(arguments, DeckOptions)
-    if arguments.angles and not arguments.microstructure:
-        raise CraftmeshError("--angles needs the orientations of the grains; give --microstructure")
+    options, written = options_from(arguments, DeckOptions), options_from(arguments, ExportOptions)
+    kind, labels = suffix[1:], arguments.microstructure
+    if (arguments.angles or kind == GRAIN_TABLE) and not labels:
+        raise CraftmeshError(
+            f"{arguments.angles or arguments.output} needs the orientations of the grains; "
+            "give --microstructure"
+        )
+    if written.opening and not arguments.sizing:
+        raise CraftmeshError("--opening is in l_min, which the sizing has; give --sizing")
     mesh, _ = as_elements(read_tets(arguments.volume), options.element, bool(options.quarter_points))
-    angles = block_angles(mesh.grain, arguments.microstructure) if arguments.angles else None
-    MESH_FORMATS[suffix[1:]](arguments.output, mesh)
+    grains, row = np.unique(mesh.grain, return_inverse=True)
+    known, phases = known_of_grains(grains, labels)
+    angles = block_angles(grains, known, labels) if arguments.angles else None
+    if kind == GRAIN_TABLE:
+        bunge = np.degrees(quaternion_to_bunge(known))
+        columns = {"grain": grains, "phase": phases} | dict(zip("wxyz", known.T))
+        write_front(arguments.output, columns | dict(zip(("phi1", "Phi", "phi2"), bunge.T)))
+    else:
+        turned = known[row] if np.isfinite(known).any() else None
+        beside: dict[str, dict] = {"vtu": {"quaternions": turned}, "msh": {"ascii": written.ascii}}
+        mesh = lips_as_asked(mesh, written, arguments)
+        MESH_FORMATS[kind](arguments.output, mesh, **beside.get(kind, {}))
     if angles is not None:
         with atomic_path(arguments.angles) as path:
             np.savetxt(path, angles, "%.12g", ",")
 
 
-def block_angles(grain: np.ndarray, labels: Path) -> np.ndarray:
+def lips_as_asked(mesh: TetMesh, written: ExportOptions, arguments: argparse.Namespace) -> TetMesh:
+    """Return the mesh with its lips apart by the opening; without one say that programs may heal them."""
+    if written.opening:
+        return lips_apart(mesh, written.opening * stored_sizing(arguments.sizing).l_min)
+    if any(map(is_lip, mesh.face_sets)):
+        print(HEALED)
+    return mesh
+
+
+def known_of_grains(grains: np.ndarray, labels: Path | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return quaternions (k, 4) of grains (k,), NaN where unknown, and their phases (k,), else -1."""
+    quaternions, phases = np.full((len(grains), 4), np.nan), np.full(len(grains), -1)
+    if labels:
+        voxels = read_labels(existing(labels))
+        for found, given in ((quaternions, voxels.orientations), (phases, voxels.phases)):
+            if given is not None:
+                found[grains < len(given)] = given[grains[grains < len(given)]]
+    return normalized(quaternions), phases
+
+
+def block_angles(grains: np.ndarray, known: np.ndarray, labels: Path) -> np.ndarray:
     """Return phi1, PHI, phi2 (n, 3) in degrees of the blocks 1 to n, 0 where the mesh has no such grain.
 
     MOOSE's PropertyReadFile takes rows so, and the angles as of the active turn from crystal to sample
-    axes. Raises CraftmeshError for a grain without an orientation.
+    axes. known: quaternions (k, 4) of the grains (k,). Raises CraftmeshError for a grain without one.
     """
-    given, grains = read_labels(existing(labels)).orientations, np.unique(grain)
-    known = np.full((grains[-1] + 1, 4), np.nan)
-    if given is not None:
-        known[: len(given)] = given[: len(known)]
-    angles = np.zeros((len(known), 3))
-    angles[grains] = np.degrees(quaternion_to_bunge(normalized(known[grains])))
-    lost = grains[np.isnan(angles[grains]).any(axis=1)]
+    lost = grains[~np.isfinite(known).all(axis=1)]
     if len(lost):
         raise CraftmeshError(
             f"{labels}: grain {lost[0]} has no orientation ({len(lost)} such grains); give a "
             "microstructure with orientations, or leave --angles out"
         )
+    angles = np.zeros((grains[-1] + 1, 3))
+    angles[grains] = np.degrees(quaternion_to_bunge(known))
     return angles[1:]

@@ -1,7 +1,7 @@
-"""The formats that a mesh is exported to: VTK (.vtu), Gmsh (.msh, 2.2, binary), Exodus II (.e, .exo)."""
+"""The formats that a mesh is exported to: VTK (.vtu), Gmsh (.msh, version 2.2), Exodus II (.e, .exo)."""
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,6 +10,7 @@ from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.io.vtk import VTK_CELL_TYPE, set_arrays
 from craftmesh.io.vtk_xml import Dataset, write_dataset
+from craftmesh.options import Options, option
 from craftmesh.types import TetMesh
 
 _CELLS = {4: ("tetra", "triangle"), 10: ("tetra10", "triangle6")}
@@ -26,13 +27,31 @@ _SIDE = np.array([4, 1, 2, 3])  # Exodus' sides 124, 234, 143, 132 of S1..S4 = 1
 VTK_FACE_TYPE = {4: 5, 10: 22}  # VTK_TRIANGLE, VTK_QUADRATIC_TRIANGLE
 
 
-def write_msh(path: str | os.PathLike, mesh: TetMesh) -> None:
-    """Write the mesh through meshio; every set is a physical group.
+@dataclass(frozen=True)
+class ExportOptions(Options):
+    """How a mesh is written for other programs."""
+
+    opening: float = option(
+        0.0,
+        "distance by which the lips of cracks are apart in the file, 0.01 for programs that join nodes in "
+        "one place and so heal the crack; 0: both lips lie in one place",
+        "l_min",
+        at_least=0,
+        at_most=0.5,
+    )
+    ascii: bool = option(False, "write .msh as text, for programs that read no binary one")
+
+
+def write_msh(path: str | os.PathLike, mesh: TetMesh, ascii: bool = False) -> None:
+    """Write the mesh through meshio, version 2.2; every set is a physical group with a tag of its own.
 
     Volumes GRAIN_<id>, whose tag is the grain's id; surfaces of triangles with normals out of their
-    elements, one group per face set; points, one group per node set in its order. Node sets called as
+    elements, one group per face set; points, one group per node set in its order. The sets' tags go on from
+    the largest id, surfaces first, so no two groups of any dimension have one tag. Node sets called as
     a face set get _NODES after their names, for meshio's groups of all dimensions share one list of names.
-    Elements come first and keep the deck's numbers. Empty sets are left out.
+    Elements come first and keep the deck's numbers. Empty sets are left out, and so are element data, with
+    which meshio 5.3 reads no such file. ascii: text, else binary. Raises CraftmeshError where ids leave no
+    tags.
     """
     from meshio import Mesh
     from meshio.gmsh import write
@@ -40,19 +59,24 @@ def write_msh(path: str | os.PathLike, mesh: TetMesh) -> None:
     solid, face = _CELLS[mesh.tets.shape[1]]
     cells, tags = [(solid, mesh.tets)], [mesh.grain]
     groups = {f"GRAIN_{grain}": np.array([grain, 3]) for grain in np.unique(mesh.grain).tolist()}
-    for k, (name, faces) in enumerate(mesh.face_sets.items(), 1):
-        if len(faces):
-            cells.append((face, mesh.outward_triangles(name)))
-            tags.append(np.full(len(faces), k, np.int32))
-            groups[name] = np.array([k, 2])
-    for k, (name, nodes) in enumerate(mesh.node_sets.items(), 1):
+    parts = [(name, 2, face, mesh.outward_triangles(name)) for name in mesh.face_sets]
+    for name, nodes in mesh.node_sets.items():
+        parts.append((f"{name}_NODES" if name in mesh.face_sets else name, 0, "vertex", nodes[:, None]))
+    largest = int(mesh.grain.max(initial=0))
+    if largest + len(parts) > np.iinfo(np.int32).max:
+        raise CraftmeshError(
+            f"{path}: the largest grain id is {largest}, and {len(parts)} sets take tags after it, but "
+            ".msh has tags up to 2147483647; renumber the grains, or export to another format"
+        )
+    for tag, (name, dimension, kind, nodes) in enumerate(parts, largest + 1):
         if len(nodes):
-            cells.append(("vertex", nodes[:, None]))
-            tags.append(np.full(len(nodes), k, np.int32))
-            groups[f"{name}_NODES" if name in mesh.face_sets else name] = np.array([k, 0])
+            cells.append((kind, nodes))
+            tags.append(np.full(len(nodes), tag, np.int32))
+            groups[name] = np.array([tag, dimension])
     data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+    whole = Mesh(mesh.points, cells, cell_data=data, field_data=groups)
     with atomic_path(path) as temporary:
-        write(temporary, Mesh(mesh.points, cells, cell_data=data, field_data=groups), "2.2", binary=True)
+        write(temporary, whole, "2.2", binary=not ascii)
 
 
 @dataclass(frozen=True)
@@ -204,12 +228,13 @@ def _names(variable: str, dimension: str, names: list[str]) -> Variable:
     return Variable(variable, (dimension, "len_name"), text.view("S1").reshape(-1, width))
 
 
-def write_vtu(path: str | os.PathLike, mesh: TetMesh) -> None:
+def write_vtu(path: str | os.PathLike, mesh: TetMesh, quaternions: np.ndarray | None = None) -> None:
     """Write the tetrahedra, then the triangles of each face set, with normals out of their elements.
 
     Cell data: `grain` int32, 0 on triangles; `face_set` int32, 0 on tetrahedra and k on the triangles of
-    the k-th face set. Point data: for each node set an array of its name, uint8, 1 on its nodes. The field
-    data are those of `write_tets`, whose reader reads this file too.
+    the k-th face set; with quaternions (m, 4) of the tetrahedra `orientation`, NaN on triangles. Point
+    data: for each node set an array of its name, uint8, 1 on its nodes. The field data are those of
+    `write_tets`, whose reader reads this file too.
     """
     width, count = mesh.tets.shape[1], len(mesh.tets)
     triangles = [mesh.outward_triangles(name) for name in mesh.face_sets]
@@ -218,11 +243,15 @@ def write_vtu(path: str | os.PathLike, mesh: TetMesh) -> None:
     sizes = np.repeat([width, 3 if width == 4 else 6], [count, total])
     nodes = np.concatenate([mesh.tets.ravel(), *(rows.ravel() for rows in triangles)])
     every = np.arange(len(mesh.points))
+    turned = {}
+    if quaternions is not None:
+        turned["orientation"] = np.concatenate([quaternions, np.full((total, 4), np.nan)])
     grid = Dataset(
         at_points={name: np.isin(every, own).astype(np.uint8) for name, own in mesh.node_sets.items()},
         at_cells={
             "grain": np.concatenate([mesh.grain, np.zeros(total, np.int32)]),
             "face_set": np.concatenate([np.zeros(count, np.int32), numbers.astype(np.int32)]),
+            **turned,
         },
         others=set_arrays(mesh),
         points=mesh.points,
@@ -233,4 +262,11 @@ def write_vtu(path: str | os.PathLike, mesh: TetMesh) -> None:
 
 
 # What writes a mesh to a path, by the suffix without its dot.
-MESH_FORMATS = {"vtu": write_vtu, "msh": write_msh, "e": write_exodus, "exo": write_exodus}
+MESH_FORMATS: dict[str, Callable[..., None]] = {
+    "vtu": write_vtu,
+    "msh": write_msh,
+    "e": write_exodus,
+    "exo": write_exodus,
+}
+GRAIN_TABLE = "csv"  # what the mesh's grains are, beside formats that have no place for it
+EXPORTS = (*MESH_FORMATS, GRAIN_TABLE)

@@ -1,15 +1,17 @@
 """A crack's two lips: which of their nodes lie in one place, and the crack's normal at its front."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import KDTree
 
+from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front_curve import square_to, unit
+from craftmesh.mesh.integration import smallest_jacobians
 from craftmesh.mesh.mesh_sets import lip_faces
 from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.surface.measure import area_vectors
-from craftmesh.types import TetMesh
+from craftmesh.types import BOX_PLANES, TetMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +72,31 @@ def _places(points: np.ndarray, nodes: list[np.ndarray]) -> list[np.ndarray]:
     _, place = np.unique(points[flat], axis=0, return_inverse=True)
     parts = np.split(place.ravel(), [nodes[0].size])
     return [part.reshape(own.shape) for part, own in zip(parts, nodes)]
+
+
+def lips_apart(mesh: TetMesh, opening: float) -> TetMesh:
+    """Return the mesh with nodes of lips that share a place moved by opening / 2, each into its own side.
+
+    opening: in model units. Nodes of the front share no place and stay; those on planes of the box stay on
+    these. Raises CraftmeshError where the move turns an element inside out.
+    """
+    faces = np.concatenate(lip_faces(mesh.face_sets))
+    nodes = face_nodes(mesh.tets, faces)
+    inward = np.zeros(mesh.points.shape)
+    np.add.at(inward, nodes, area_vectors(mesh.points, nodes[:, :3])[:, None])
+    for number, plane in enumerate(BOX_PLANES):
+        inward[mesh.node_sets.get(plane, []), number // 2] = 0.0
+    lip = np.unique(nodes)
+    _, place, count = np.unique(mesh.points[lip], axis=0, return_inverse=True, return_counts=True)
+    shared = lip[count[place.ravel()] > 1]
+    points = mesh.points.copy()
+    points[shared] += opening / 2 * unit(inward[shared])
+    turned = np.count_nonzero(smallest_jacobians(points, mesh.tets) <= 0)
+    if turned:
+        raise CraftmeshError(
+            f"lips moved {opening:.6g} apart turn {turned} elements inside out; give a smaller opening"
+        )
+    return replace(mesh, points=points)
 
 
 # Lip nodes within as many local sizes shape the surface at a front node; nearer ones count more. The wide

@@ -45,7 +45,7 @@ def test_a_cell_overrides_its_key_for_its_case_alone(sheet):
             "--material isotropic:210000",
         ),
         ("inp.load", "stress", lambda c: c.model_flags("a"), "--load stress"),
-        ("inp.element", "C3D4", lambda c: c.mesh_flags("a"), "--element C3D4"),
+        ("inp.element", "C3D4", lambda c: c.export_flags("a"), "--element C3D4"),
         ("cracks.penny.radius", "3.5", lambda c: c.crack_flags("a", "000"), "--radius 3.5"),
         ("cracks.penny.centre", "[1, 2, 3]", lambda c: c.crack_flags("a", "000"), "--centre 1 2 3"),
         ("grow.extension", "1E-03", lambda c: c.growth_flags("a"), "--extension 0.001"),

@@ -114,7 +114,9 @@ def test_a_walk_ends_in_the_triangle_that_holds_the_point(seed):
 
 
 @pytest.mark.parametrize("exponent", [-30, 0, 30])
-@pytest.mark.parametrize(("behind", "triangle"), [(1e-13, 0), (1e-10, -1)])  # of the edge; rounding is 1e-12
+@pytest.mark.parametrize(
+    ("behind", "triangle"), [(1e-13, 0), (1e-10, -1)]
+)  # of the edge; rounding is 1e-12
 def test_what_is_rounding_behind_an_edge_goes_by_its_length(behind, triangle, exponent):
     mesh = square_with_room(np.array([[0.5, -behind]]))
     mesh = mesh._replace(uv=np.ldexp(mesh.uv, exponent))

@@ -9,16 +9,27 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.cli import main
-from craftmesh.io.mesh_formats import read_exodus
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.mesh_formats import read_exodus, write_msh
 from craftmesh.io.npz import write_labels
+from craftmesh.io.stage_npz import write_sizing
 from craftmesh.io.vtk import read_tets, write_tets
 from craftmesh.mechanics.orientation import normalized, quaternion_to_matrix
 from craftmesh.mesh.check_tets import check_tets
+from craftmesh.mesh.lips import lips_apart
 from craftmesh.mesh.second_order import as_elements
-from craftmesh.mesh.tet_connectivity import face_nodes
-from craftmesh.types import Voxels
+from craftmesh.mesh.tet_connectivity import face_nodes, tet_volumes
+from craftmesh.sizing.sizing import Sizing
+from craftmesh.sizing.stored import arrays_of
+from craftmesh.types import BOX_PLANES, Voxels
 
 SUFFIXES = ("vtu", "msh", "e", "exo")
+BLOCK = Voxels(np.full((2, 2, 2), 14, np.int32), np.ones(3), np.zeros(3))
+
+
+def turns():
+    """Quaternions of the grains 0 to 19."""
+    return normalized(np.random.default_rng(3).normal(size=(20, 4)))
 
 
 def label_of(centres):
@@ -33,6 +44,13 @@ def cracked_mesh():
     return assemble(*structured_box((6, 6, 4), label_of, crack, (0.1, 1 / 3, 2e-5 / 3), (-0.7, 12, -1e-5)))[
         0
     ]
+
+
+def edge_cracked():
+    """A box sheared along z, and a crack from XMIN half through it, whose normal leans towards -x."""
+    crack = plane_crack(2, 2, lambda centres: centres[:, 0] < 3)
+    mesh = assemble(*structured_box((6, 6, 4), lambda centres: np.ones(len(centres), int), crack))[0]
+    return replace(mesh, points=mesh.points + mesh.points[:, :1] * [0.0, 0.0, 0.25])
 
 
 def exported(folder, suffix, element):
@@ -72,6 +90,7 @@ def of_vtu(found):
 
 def of_msh(found):
     names = {(dimension, tag): name for name, (tag, dimension) in found.field_data.items()}
+    assert len({tag for _, tag in names}) == len(names)  # over all dimensions
     tags = found.cell_data["gmsh:physical"]
     groups = ({}, {}, {}, {})
     for block, own in zip(found.cells, tags):
@@ -136,6 +155,103 @@ def test_meshio_reads_the_mesh_its_grains_and_every_set(suffix, element, tmp_pat
             assert ends <= edges, name
 
 
+def exported_again(folder, suffix, element, *flags):
+    """Return the file that the command writes with the grains' orientations and an l_min of 1e-5 given."""
+    write_tets(folder / "volume.vtu", cracked_mesh())
+    write_labels(folder / "labels.npz", replace(BLOCK, orientations=turns(), phases=np.arange(20)))
+    sizing = Sizing(1e-5, 1.0, 2.0, 1.0, 2.0, 1.0, np.zeros((0, 3)))
+    write_sizing(folder / "sizing.npz", arrays_of(sizing))
+    beside = ["--microstructure", str(folder / "labels.npz"), "--sizing", str(folder / "sizing.npz")]
+    target = folder / f"model.{suffix}"
+    command = [
+        "export",
+        str(folder / "volume.vtu"),
+        "-o",
+        str(target),
+        "--element",
+        element,
+        *beside,
+        *flags,
+    ]
+    assert main(command) == 0
+    return target
+
+
+@pytest.mark.parametrize("element", ["C3D4", "C3D10"])
+def test_msh_as_text_is_the_binary_one(element, tmp_path):
+    binary = exported_again(tmp_path, "msh", element).rename(tmp_path / "binary.msh")
+    text = exported_again(tmp_path, "msh", element, "--ascii")
+    assert text.read_bytes().isascii() and text.read_text().startswith("$MeshFormat\n2.2 0 8\n")
+    found, wanted = read_with_meshio(text), read_with_meshio(binary)
+    assert (found.points == wanted.points).all() and list(found.field_data) == list(wanted.field_data)
+    for one, other in zip(found.cells, wanted.cells, strict=True):
+        assert one.type == other.type and (one.data == other.data).all()
+    for name in ("gmsh:physical", "gmsh:geometrical"):
+        assert all(map(np.array_equal, found.cell_data[name], wanted.cell_data[name]))
+
+
+@pytest.mark.parametrize("element", ["C3D4", "C3D10"])
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_lips_that_are_apart_stay_so_where_nodes_in_one_place_are_joined(suffix, element, tmp_path, capsys):
+    quarter = ["--quarter-points"] if element == "C3D10" else []
+    closed = as_elements(cracked_mesh(), element, element == "C3D10")[0]
+    path = exported_again(tmp_path, suffix, element, "--opening", "0.02", *quarter)
+    assert capsys.readouterr().out == ""  # nothing to note
+    found = read_with_meshio(path)
+    lips = np.union1d(closed.node_sets["CRACK_LIP_A"], closed.node_sets["CRACK_LIP_B"])
+    _, place, count = np.unique(closed.points, axis=0, return_inverse=True, return_counts=True)
+    twins = np.flatnonzero(count[place.ravel()] > 1)
+    assert len(twins) > 10 and np.isin(twins, lips).all()
+    assert len(np.unique(found.points, axis=0)) == len(closed.points) > len(count)
+    moved = found.points - closed.points
+    assert (np.flatnonzero(moved.any(axis=1)) == twins).all()
+    assert np.allclose(np.linalg.norm(moved[twins], axis=1), 1e-7, rtol=1e-6, atol=0)  # half of 0.02 l_min
+    on_a = np.setdiff1d(
+        np.intersect1d(twins, closed.node_sets["CRACK_LIP_A"]), closed.node_sets["CRACK_LIP_B"]
+    )
+    assert (moved[on_a, 2] > 0).all()  # the crack is level
+
+
+def test_lips_move_within_the_faces_of_the_box_and_never_through_elements():
+    mesh = edge_cracked()
+    opened = lips_apart(mesh, 1e-3)
+    on_box = 0
+    for number, plane in enumerate(BOX_PLANES):
+        nodes = mesh.node_sets[plane]
+        assert (opened.points[nodes, number // 2] == mesh.points[nodes, number // 2]).all()
+        on_box += int((opened.points[nodes] != mesh.points[nodes]).any(axis=1).sum())
+    assert on_box > 0 and (tet_volumes(opened.points, opened.tets) > 0).all()
+    with pytest.raises(
+        CraftmeshError, match="lips moved 9 apart turn .* inside out; give a smaller opening"
+    ):
+        lips_apart(mesh, 9.0)
+
+
+@pytest.mark.parametrize("suffix", ["vtu", "csv"])
+def test_orientations_are_told_in_the_convention_of_the_files(suffix, tmp_path):
+    path = exported_again(tmp_path, suffix, "C3D4")
+    if suffix == "vtu":
+        found = read_with_meshio(path)
+        tets, triangles = found.cell_data["orientation"]
+        assert (tets == turns()[found.cell_data["grain"][0]]).all() and np.isnan(triangles).all()
+        return
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    assert table["grain"].tolist() == table["phase"].tolist() == [11, 14]
+    for row in table:
+        assert [row[name] for name in "wxyz"] == turns()[int(row["grain"])].tolist()
+        g = turned([row["phi1"], row["Phi"], row["phi2"]])  # Bunge's, from sample to crystal axes
+        assert np.allclose(g.T, quaternion_to_matrix(turns()[int(row["grain"])]), atol=1e-9)
+
+
+def test_a_largest_id_that_leaves_no_tags_is_refused(tmp_path):
+    mesh = cracked_mesh()
+    with pytest.raises(
+        CraftmeshError, match=r"largest grain id is 2147483640, and \d+ sets take tags after it"
+    ):
+        write_msh(tmp_path / "m.msh", replace(mesh, grain=np.where(mesh.grain == 14, 2147483640, 11)))
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("element", ["C3D4", "C3D10"])
 def test_vtk_reads_the_blocks_and_sets_of_exodus(element, tmp_path):
     from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -175,7 +291,12 @@ def test_same_input_gives_the_same_bytes_and_no_other_file(suffix, tmp_path, cap
     files = [exported(tmp_path / folder, suffix, "C3D10")[0] for folder in ("a", "b")]
     assert files[0].read_bytes() == files[1].read_bytes()
     assert {path.name for path in (tmp_path / "a").iterdir()} == {"volume.vtu", f"model.{suffix}"}
-    assert capfd.readouterr() == ("", "")
+    said, error = capfd.readouterr()
+    assert (
+        said.count("\n") == 2
+        and said.startswith("note: both lips of a crack lie in one place")
+        and not error
+    )
 
 
 def test_an_exported_vtu_is_a_mesh_of_ours(tmp_path):
@@ -217,10 +338,9 @@ def turned(angles):
 
 
 def test_moose_gets_a_row_of_angles_for_each_block(tmp_path, capsys):
-    quaternions = normalized(np.random.default_rng(3).normal(size=(20, 4)))
-    block = Voxels(np.full((2, 2, 2), 14, np.int32), np.ones(3), np.zeros(3))
+    quaternions = turns()
     labels, table = tmp_path / "labels.npz", tmp_path / "orientations.csv"
-    write_labels(labels, replace(block, orientations=quaternions))
+    write_labels(labels, replace(BLOCK, orientations=quaternions))
     write_tets(tmp_path / "volume.vtu", cracked_mesh())
     files = (tmp_path / "volume.vtu", "-o", tmp_path / "m.e", "--angles", table)
     flags = ["export", *map(str, files)]
@@ -231,7 +351,7 @@ def test_moose_gets_a_row_of_angles_for_each_block(tmp_path, capsys):
     for grain in (11, 14):
         assert np.allclose(turned(rows[grain - 1]).T, quaternion_to_matrix(quaternions[grain]), atol=1e-9)
     quaternions[11] = np.nan
-    write_labels(labels, replace(block, orientations=quaternions))
+    write_labels(labels, replace(BLOCK, orientations=quaternions))
     (tmp_path / "m.e").unlink()
     assert main([*flags, "--microstructure", str(labels)]) == 1 and not (tmp_path / "m.e").exists()
     assert "grain 11 has no orientation (1 such grains)" in capsys.readouterr().err
@@ -245,7 +365,12 @@ def test_what_cannot_be_exported_is_refused_in_one_line(tmp_path, capsys):
     long = type(mesh)(mesh.points, mesh.tets, mesh.grain, {"N" * 33: [1]}, mesh.face_sets)
     write_tets(tmp_path / "long.vtu", long)
     for source, target, said in (
-        ("volume.vtu", "model.stp", "suffix '.stp'; expected one of .vtu, .msh, .e, .exo"),
+        ("volume.vtu", "model.stp", "suffix '.stp'; expected one of .vtu, .msh, .e, .exo, .csv"),
+        (
+            "volume.vtu",
+            "model.csv",
+            "model.csv needs the orientations of the grains; give --microstructure",
+        ),
         ("volume.vtu", "volume.vtu", "is the mesh that is read"),
         ("long.vtu", "model.e", "Exodus names have up to 32 ASCII characters"),
     ):

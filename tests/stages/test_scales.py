@@ -1,4 +1,4 @@
-"""Lengths in another unit give the same mesh: a factor of a power of two changes no bit of its coordinates."""
+"""Lengths in another unit give the same mesh: a power of two changes no bit of its coordinates."""
 
 from functools import cache
 
@@ -11,7 +11,7 @@ import craftmesh as cm
 
 @cache
 def meshed(exponent: int) -> list[cm.Surface]:
-    """Return what remesh, insert_crack and gradate make of a model whose lengths are 2**exponent times as large."""
+    """Return what remesh, insert_crack and gradate make of a model with lengths times 2**exponent."""
     factor = 2.0**exponent
     voxels = voronoi(5, 6, (8, 8, 8), spacing=(factor,) * 3, origin=(-3 * factor, 0.0, 5 * factor))
     plain, _ = cm.remesh(voxels)

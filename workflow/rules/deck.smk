@@ -27,7 +27,9 @@ rule inp:
 
 rule export:
     input:
-        f"{INC}/volume.vtu",
+        volume=f"{INC}/volume.vtu",
+        labels=f"{CASE}/labels.npz",
+        sizing=f"{INC}/sizing.npz",
     output:
         f"{INC}/model.{{kind}}",
     log:
@@ -42,10 +44,11 @@ rule export:
         mem_mb=job_memory("export", f"{INC}/volume.vtu"),
         runtime=job_minutes("export", f"{INC}/volume.vtu"),
     params:
-        options=lambda wildcards: CAMPAIGN.mesh_flags(wildcards.case),
+        options=lambda wildcards: CAMPAIGN.export_flags(wildcards.case),
         code=CAMPAIGN.code("export"),
     shell:
-        "craftmesh export {input:q} {params.options} -o {output:q} > {log:q} 2>&1"
+        "craftmesh export {input.volume:q} --microstructure {input.labels:q} --sizing {input.sizing:q}"
+        " {params.options} -o {output:q} > {log:q} 2>&1"
 
 
 rule check:

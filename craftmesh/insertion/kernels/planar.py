@@ -173,7 +173,7 @@ def legalise_all(mesh):
 def locate(mesh, start, point, through_fixed):
     """Walk from triangle `start` to the one that holds `point`; -1 where the rim or a fixed edge stops it.
 
-    through_fixed: fixed edges do not stop it. A point behind an edge by EXACT of its length counts as inside.
+    through_fixed: fixed edges do not stop it. A point behind an edge by EXACT of its length is inside.
     -1 also where the walk runs in circles.
     """
     t = start
