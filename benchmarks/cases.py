@@ -111,7 +111,7 @@ def with_crack(surface, crack: dict, box, sizes: dict, islands: tuple) -> Start:
     from craftmesh.insertion.insert import insert_crack
     from craftmesh.sizing.sizing import Sizing, densify
 
-    made = prescribed_crack(CrackOptions(**crack), 0, box)
+    made = prescribed_crack(box, CrackOptions(**crack))
     front = np.concatenate([densify(made.points[ids], sizes["l_min"] / 2) for ids in made.fronts])
     sizing = Sizing(**sizes, sources=front)
     return Start(insert_crack(surface, made, sizing)[0], sizing, islands)

@@ -129,7 +129,7 @@ def meshed(voxels, sizes: dict, crack: dict) -> tuple:
     surface, _ = remesh(voxels)
     start = with_crack(surface, crack, voxels.box, sizes | {"exponent": 1.0}, find_islands(voxels))
     surface, _ = gradate(start.surface, start.sizing, volumes=voxel_volumes(voxels))
-    grains, _ = tetrahedralize(surface, start.sizing, start.islands, TetrahedralizeOptions())
+    grains, _ = tetrahedralize(surface, start.sizing, TetrahedralizeOptions(), start.islands)
     opened = given_way(surface, grains)
     return opened.surface, start.sizing, assemble(opened.surface, opened.grain_tets)[0]
 

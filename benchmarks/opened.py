@@ -13,8 +13,8 @@ def opened_mesh(voxels, crack, sizes):
 
     surface, _ = remesh(voxels)
     defects = Defects(crack)
-    inserted, _ = insert_crack(surface, crack, sizing_around(defects, surface, sizes))
-    sizing = sizing_around(defects, inserted, sizes)
+    inserted, _ = insert_crack(surface, crack, sizing_around(surface, defects, sizes))
+    sizing = sizing_around(inserted, defects, sizes)
     gradated, _ = gradate(inserted, sizing, crack=crack)
     volume, _ = mesh_volume(gradated, sizing, islands=find_islands(voxels))
     return assemble(volume.surface, volume.grain_tets)[0]

@@ -57,7 +57,7 @@ def prepare(case: Case, path: str) -> int:
     mesh = case.start()
     if isinstance(mesh, Start):
         surface, _ = gradate(mesh.surface, mesh.sizing)
-        grains, _ = tetrahedralize(surface, mesh.sizing, mesh.islands, TetrahedralizeOptions())
+        grains, _ = tetrahedralize(surface, mesh.sizing, TetrahedralizeOptions(), mesh.islands)
         mesh, _ = assemble(surface, grains)
     turned = random_orientations(int(mesh.grain.max()) + 1, np.random.default_rng(3))
     sets = {name: np.array(ids) for name, ids in mesh.node_sets.items()}

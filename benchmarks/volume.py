@@ -98,7 +98,7 @@ def meshed(surface, sizing, islands, changes: dict) -> tuple[np.ndarray, np.ndar
     from craftmesh.tetrahedra.options import TetrahedralizeOptions
     from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
 
-    grain_tets, _ = tetrahedralize(surface, sizing, islands, TetrahedralizeOptions(**changes))
+    grain_tets, _ = tetrahedralize(surface, sizing, TetrahedralizeOptions(**changes), islands)
     return merged(surface, grain_tets)
 
 

@@ -1,8 +1,10 @@
 """What callers hand to the library, checked before anything is cast: arrays, and craftmesh's own types."""
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import fields
 from functools import wraps
+from types import MappingProxyType
 from typing import Any, TypeVar, cast, get_args, get_origin
 
 import numpy as np
@@ -61,6 +63,25 @@ def _refuse_lossy(name: str, given: np.ndarray, limits: np.iinfo) -> None:
     if low < limits.min or high > limits.max:
         found = low if low < limits.min else high
         raise CraftmeshError(f"{name} holds {found}; expected whole numbers {limits.min} to {limits.max}")
+
+
+class Frozen:
+    """Base of frozen dataclasses of arrays: the constructor makes copies too, so they stay read-only."""
+
+    def __reduce__(self) -> tuple[type, tuple]:
+        values = (getattr(self, item.name) for item in fields(cast(Any, self)))
+        return type(self), tuple(dict(one) if isinstance(one, MappingProxyType) else one for one in values)
+
+    def _convert(self, name: str, dtype: DTypeLike, shape: tuple, *, finite: bool = True) -> None:
+        """Replace a field by a checked, read-only array, see `as_array`."""
+        array = as_array(f"{type(self).__name__}.{name}", getattr(self, name), dtype, shape, finite=finite)
+        object.__setattr__(self, name, array)
+
+    def _convert_mapping(self, name: str) -> None:
+        """Replace a field by a read-only copy of the mapping that it is."""
+        value = getattr(self, name)
+        refuse_others(f"{type(self).__name__}.{name}", value, (Mapping,))
+        object.__setattr__(self, name, MappingProxyType(dict(value)))
 
 
 def check_indices(name: str, indices: np.ndarray, count: int, of: str = "points") -> None:

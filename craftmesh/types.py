@@ -6,10 +6,9 @@ from types import MappingProxyType
 from typing import NamedTuple, cast
 
 import numpy as np
-from numpy.typing import DTypeLike
 
-from craftmesh.arguments import as_array, check_indices, refuse_others
-from craftmesh.errors import CraftmeshError
+from craftmesh.arguments import Frozen, as_array, check_indices, refuse_others
+from craftmesh.errors import CraftmeshError, told
 
 # What voxels are; of those with label 0 a file may not say it.
 GRAIN, UNINDEXED, VOID = "grain", "unindexed", "void"
@@ -21,15 +20,12 @@ BOX_PLANES = ("XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX")
 BOX_FACES = tuple((axis, upper) for axis in range(3) for upper in (0, 1))
 
 
-def _convert(owner: object, name: str, dtype: DTypeLike, shape: tuple, *, finite: bool = True) -> None:
-    """Replace a field of a frozen type by a checked, read-only array, see `as_array`."""
-    array = as_array(f"{type(owner).__name__}.{name}", getattr(owner, name), dtype, shape, finite=finite)
-    object.__setattr__(owner, name, array)
-
-
-def _mapping(name: str, value: object) -> Mapping:
-    refuse_others(name, value, (Mapping,))
-    return MappingProxyType(dict(cast(Mapping, value)))
+def _extents(points: np.ndarray) -> str:
+    """Return the extents of points (n, 3) in words, six digits each; nothing for none."""
+    if not len(points):
+        return ""
+    low, high = told(np.stack([points.min(axis=0), points.max(axis=0)]))
+    return f", from {low} to {high}"
 
 
 class Crystal(NamedTuple):
@@ -44,7 +40,7 @@ class Crystal(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Voxels:
+class Voxels(Frozen):
     """A labelled volume on a regular grid.
 
     labels (nx, ny, nz) int32: > 0 a grain; 0 outside the material (open to the box's faces);
@@ -66,16 +62,16 @@ class Voxels:
     voxel_orientations: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "crystals", _mapping("Voxels.crystals", self.crystals))
-        _convert(self, "labels", np.int32, (None,) * 3)
-        _convert(self, "spacing", float, (3,))
-        _convert(self, "origin", float, (3,))
+        self._convert_mapping("crystals")
+        self._convert("labels", np.int32, (None,) * 3)
+        self._convert("spacing", float, (3,))
+        self._convert("origin", float, (3,))
         if self.orientations is not None:
-            _convert(self, "orientations", float, (None, 4), finite=False)
+            self._convert("orientations", float, (None, 4), finite=False)
         if self.phases is not None:
-            _convert(self, "phases", np.int32, (None,))
+            self._convert("phases", np.int32, (None,))
         if self.voxel_orientations is not None:
-            _convert(self, "voxel_orientations", np.float32, (*self.labels.shape, 4), finite=False)
+            self._convert("voxel_orientations", np.float32, (*self.labels.shape, 4), finite=False)
         if not (self.spacing > 0).all():
             raise CraftmeshError(f"spacing is {self.spacing.tolist()}; expected three numbers > 0")
 
@@ -83,8 +79,9 @@ class Voxels:
         size = " x ".join(map(str, self.labels.shape))
         named = (name for name in ("orientations", "phases") if getattr(self, name) is not None)
         least, most = (self.labels.min(), self.labels.max()) if self.labels.size else (0, 0)
-        parts = [size, f"spacing {self.spacing.tolist()}", f"labels {least} to {most}", *named]
-        return f"Voxels({', '.join(parts)})"
+        spacing, grains = told(self.spacing), len(np.unique(self.labels[self.labels > 0]))
+        parts = [size, f"spacing {spacing}", f"{grains} grains", f"labels {least} to {most}", *named]
+        return f"Voxels({', '.join(parts)}{_extents(self.box)})"
 
     @property
     def box(self) -> np.ndarray:
@@ -100,7 +97,7 @@ class Voxels:
 
 
 @dataclass(frozen=True)
-class Crack:
+class Crack(Frozen):
     """A triangulated crack surface of one or several sheets, and its fronts.
 
     Each sheet, what hangs together across edges, is one-to-one over its best-fit plane, or parted along its
@@ -115,8 +112,8 @@ class Crack:
     fronts: tuple
 
     def __post_init__(self) -> None:
-        _convert(self, "points", float, (None, 3))
-        _convert(self, "triangles", np.int32, (None, 3))
+        self._convert("points", float, (None, 3))
+        self._convert("triangles", np.int32, (None, 3))
         refuse_others("Crack.fronts", self.fronts, (tuple, list))
         fronts = tuple(as_array("Crack.fronts", front, np.int32, (None,)) for front in self.fronts)
         object.__setattr__(self, "fronts", fronts)
@@ -126,7 +123,8 @@ class Crack:
 
     def __repr__(self) -> str:
         fronts = ", ".join(f"front of {len(front)} points" for front in self.fronts)
-        return f"Crack({len(self.triangles)} triangles, {len(self.points)} points, {fronts or 'no front'})"
+        counts = f"{len(self.triangles)} triangles, {len(self.points)} points"
+        return f"Crack({counts}, {fronts or 'no front'}{_extents(self.points)})"
 
     @property
     def front_edges(self) -> np.ndarray:
@@ -136,7 +134,7 @@ class Crack:
 
 
 @dataclass(frozen=True)
-class Surface:
+class Surface(Frozen):
     """A conformal multi-material surface: each facet is there once, between two sides.
 
     points (n, 3) float64; facets (m, 3) int32; sides (m, 2) int32: labels behind and ahead of the
@@ -151,17 +149,17 @@ class Surface:
     kind: np.ndarray
 
     def __post_init__(self) -> None:
-        _convert(self, "points", float, (None, 3))
-        _convert(self, "facets", np.int32, (None, 3))
-        _convert(self, "sides", np.int32, (len(self.facets), 2))
-        _convert(self, "kind", np.uint8, (len(self.facets),))
+        self._convert("points", float, (None, 3))
+        self._convert("facets", np.int32, (None, 3))
+        self._convert("sides", np.int32, (len(self.facets), 2))
+        self._convert("kind", np.uint8, (len(self.facets),))
         check_indices("Surface.facets", self.facets, len(self.points))
 
     def __repr__(self) -> str:
         parts = [f"{len(self.facets)} facets", f"{len(self.points)} points", f"{len(self.grains)} grains"]
         voids, crack = np.unique(self.sides[self.sides < 0]), np.count_nonzero(self.kind == CRACK)
         parts += [f"{len(voids)} voids"] * bool(len(voids)) + [f"{crack} crack facets"] * bool(crack)
-        return f"Surface({', '.join(parts)})"
+        return f"Surface({', '.join(parts)}{_extents(self.points)})"
 
     @classmethod
     def of_facets(
@@ -220,7 +218,7 @@ _OUTWARD = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8],
 
 
 @dataclass(frozen=True)
-class TetMesh:
+class TetMesh(Frozen):
     """A conformal tetrahedral mesh with named sets.
 
     points (n, 3) float64; tets (m, 4) or (m, 10) int64 in Abaqus order, positive volumes; grain (m,)
@@ -235,22 +233,23 @@ class TetMesh:
     face_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        _convert(self, "points", float, (None, 3))
-        _convert(self, "tets", np.int64, (None, None))
+        self._convert("points", float, (None, 3))
+        self._convert("tets", np.int64, (None, None))
         if self.tets.shape[1] not in (4, 10):
             raise CraftmeshError(f"TetMesh.tets has shape {self.tets.shape}; expected (n, 4) or (n, 10)")
-        _convert(self, "grain", np.int32, (len(self.tets),))
+        self._convert("grain", np.int32, (len(self.tets),))
         check_indices("TetMesh.tets", self.tets, len(self.points))
         for field_name, shape in (("node_sets", (None,)), ("face_sets", (None, 2))):
-            sets = _mapping(f"TetMesh.{field_name}", getattr(self, field_name))
-            arrays = {name: as_array(f"set {name}", ids, np.int64, shape) for name, ids in sets.items()}
+            self._convert_mapping(field_name)
+            sets = getattr(self, field_name).items()
+            arrays = {name: as_array(f"set {name}", ids, np.int64, shape) for name, ids in sets}
             object.__setattr__(self, field_name, MappingProxyType(arrays))
 
     def __repr__(self) -> str:
         count, nodes = self.tets.shape
         parts = [f"{count} tets of {nodes} nodes", f"{len(self.points)} points"]
         parts += [f"{len(np.unique(self.grain))} grains", *self.face_sets]
-        return f"TetMesh({', '.join(parts)})"
+        return f"TetMesh({', '.join(parts)}{_extents(self.points)})"
 
     @property
     def box(self) -> np.ndarray:
@@ -264,7 +263,7 @@ class TetMesh:
 
 
 @dataclass(frozen=True)
-class GrainTets:
+class GrainTets(Frozen):
     """The tetrahedra of one grain, on the points of the Surface that bounds it.
 
     nodes (k,) int64: ids of surface points; interior (p, 3) float64: points added inside; tets (n, 4)
@@ -278,14 +277,20 @@ class GrainTets:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "grain", int(as_array("GrainTets.grain", self.grain, np.int32, ())))
-        _convert(self, "nodes", np.int64, (None,))
-        _convert(self, "interior", float, (None, 3))
-        _convert(self, "tets", np.int64, (None, 4))
+        self._convert("nodes", np.int64, (None,))
+        self._convert("interior", float, (None, 3))
+        self._convert("tets", np.int64, (None, 4))
         check_indices("GrainTets.tets", self.tets, len(self.nodes) + len(self.interior))
+
+    def __repr__(self) -> str:
+        counts = (
+            f"{len(self.tets)} tets, {len(self.nodes)} surface points, {len(self.interior)} interior points"
+        )
+        return f"GrainTets(grain {self.grain}, {counts})"
 
 
 @dataclass(frozen=True)
-class Solution:
+class Solution(Frozen):
     """What a solver found for a mesh: row = node of the mesh, which is its number in the deck less 1.
 
     displacement (n, 3) float64; reactions (n, 3) float64: the supports' forces on the body, 0 at free
@@ -303,9 +308,22 @@ class Solution:
     history: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        _convert(self, "displacement", float, (None, 3))
-        _convert(self, "reactions", float, (len(self.displacement), 3))
+        self._convert("displacement", float, (None, 3))
+        self._convert("reactions", float, (len(self.displacement), 3))
         if self.contact is not None:
-            _convert(self, "contact", float, (len(self.displacement), 3))
-        object.__setattr__(self, "record", _mapping("Solution.record", self.record))
-        object.__setattr__(self, "history", _mapping("Solution.history", self.history))
+            self._convert("contact", float, (len(self.displacement), 3))
+        self._convert_mapping("record")
+        self._convert_mapping("history")
+        history = {
+            name: as_array(f"history {name}", rows, float, (None,), finite=False)
+            for name, rows in self.history.items()
+        }
+        object.__setattr__(self, "history", MappingProxyType(history))
+
+    def __repr__(self) -> str:
+        parts = [
+            f"{len(self.displacement)} nodes",
+            *(f"{name} {value}" for name, value in self.record.items()),
+        ]
+        parts += ["contact"] * (self.contact is not None) + [f"history of {name}" for name in self.history]
+        return f"Solution({', '.join(parts)})"

@@ -16,4 +16,4 @@ def write_edge_crack(folder, shape):
     box = structured_box(shape, lambda centre: np.ones(len(centre), int), is_cut)
     write_tets(folder / "volume.vtu", assemble(*box)[0])
     edge = CrackOptions(shape="through_edge", centre=(0.0, width / 2, float(height)), radius=float(depth))
-    write_crack(folder / "crack.vtp", prescribed_crack(edge, 0, np.array([[0, 0, 0], shape], float)))
+    write_crack(folder / "crack.vtp", prescribed_crack(np.array([[0, 0, 0], shape], float), edge))

@@ -118,9 +118,8 @@ def random_crack(rng: np.random.Generator, kind: str, box: np.ndarray):
     axis = np.eye(3)[np.abs(normal).argmin()]
     if kind == "penny":
         return prescribed_crack(
-            CrackOptions(centre=tuple(centre), normal=tuple(normal), axis=tuple(axis), radius=radius),
-            0,
             box,
+            CrackOptions(centre=tuple(centre), normal=tuple(normal), axis=tuple(axis), radius=radius),
         )
     normal = normal / np.linalg.norm(normal)
     u = np.cross(normal, axis)

@@ -147,8 +147,8 @@ UNLIKE = {
         lambda: check_surface(Body()),
         lambda: gradate(Body(), None),
         lambda: insert_crack(Body(), None),
-        lambda: sizing_for(Body(), None, POINTS),
-        lambda: tetrahedralize(Body(), None, None, TetrahedralizeOptions()),
+        lambda: sizing_for(Body(), POINTS, None),
+        lambda: tetrahedralize(Body(), None, TetrahedralizeOptions()),
         lambda: assemble(Body(), []),
     ],
     "voxels is a Body; expected Voxels": [lambda: remesh(Body())],
@@ -157,7 +157,7 @@ UNLIKE = {
     r"grains\[0\] has 2 items; expected 3": [lambda: stitch_grains([(1, POINTS)])],
     r"grain_tets\[0\] is a Body; expected GrainTets": [lambda: assemble(TETRAHEDRON, [Body()])],
     r"islands\[0\] is a str; expected Island": [
-        lambda: tetrahedralize(TETRAHEDRON, None, "x", TetrahedralizeOptions())
+        lambda: tetrahedralize(TETRAHEDRON, None, TetrahedralizeOptions(), "x")
     ],
     "grains holds 1.5; expected whole": [lambda: grain_surfaces(TETRAHEDRON, [1.5])],
     r"others\[0\] is a Body; expected Lengths": [lambda: Sizing(1, 2, 3, 4, 5, 1, POINTS, None, (Body(),))],

@@ -59,12 +59,12 @@ def _run(case: Drawn, folder: Path, made: Made, crack: Crack | None) -> None:
     write_crack(folder / "crack.vtp", crack)
     made.stage = "stitch"
     defects = Defects(crack)
-    sizing = sizing_around(defects, surface, case.sizes)
+    sizing = sizing_around(surface, defects, case.sizes)
     made.inserted, report = insert_crack(surface, crack, sizing)
     write_surface(folder / "surface.vtp", made.inserted)
     (folder / "stitch.json").write_text(json.dumps(report, default=_plain))
     made.stage = "gradate"
-    made.sizing = sizing_around(defects, made.inserted, case.sizes)
+    made.sizing = sizing_around(made.inserted, defects, case.sizes)
     made.gradated, report = gradate(made.inserted, made.sizing, crack=crack)
     write_surface(folder / "gradated.vtp", made.gradated)
     (folder / "gradate.json").write_text(json.dumps(report, default=_plain))

@@ -97,7 +97,7 @@ def checked_sizing(keys: Mapping[str, Any], edge: float | None = None) -> Sizing
     if options.l0 is None:
         options = replace(options, l0=edge)
     if options.l0 is not None:
-        sizing_for(None, options, np.zeros((0, 3)))
+        sizing_for(None, np.zeros((0, 3)), options)
     return options
 
 
@@ -201,7 +201,7 @@ def small_cracks(cases: Collection[Case]) -> Iterator[str]:
         options = sizing_of(case)
         if options.l_min is None and options.l0 is None:
             continue
-        l_min = sizing_for(None, replace(options, l0=options.l0 or options.l_min), np.zeros((0, 3))).l_min
+        l_min = sizing_for(None, np.zeros((0, 3)), replace(options, l0=options.l0 or options.l_min)).l_min
         for name in case.cracks:
             crack = CrackOptions(**case.settings["cracks"][name])
             size = min(changing(crack, 0)) if is_sized(crack) else np.inf

@@ -3,9 +3,11 @@
 import argparse
 from pathlib import Path
 
+from craftmesh.arguments import refuse_others
 from craftmesh.commands.stage_io import add_file, of_suffix, warn
 from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.json_file import read_json, write_json
+from craftmesh.types import Crack, Surface, TetMesh, Voxels
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,24 +22,37 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    file, check = arguments.file, of_suffix(arguments.file, CHECKS)
+    file, check_file = arguments.file, of_suffix(arguments.file, CHECKS)
     if arguments.quality and file.suffix != ".vtu":
         raise CraftmeshError(f"--quality measures a mesh .vtu; {file} is none")
-    breaches = check(file, arguments)
+    breaches = check_file(file, arguments)
     for breach in breaches:
         print(breach)
     return 1 if breaches else 0
+
+
+def check(thing: Voxels | Crack | Surface | TetMesh) -> list[str]:
+    """Return a sentence for each broken invariant of a volume, crack, surface or mesh."""
+    from craftmesh.cracks.check_crack import check_crack
+    from craftmesh.mesh.check_tets import check_tets
+    from craftmesh.surface.check_surface import check_surface
+
+    refuse_others("thing", thing, (Voxels, Crack, Surface, TetMesh))
+    if isinstance(thing, Voxels):
+        return [] if (thing.labels > 0).any() else ["no voxel belongs to a grain; expected labels > 0"]
+    if isinstance(thing, Crack):
+        return check_crack(thing)
+    return check_surface(thing) if isinstance(thing, Surface) else check_tets(thing)
 
 
 def check_mesh(file: Path, arguments: argparse.Namespace) -> list[str]:
     from craftmesh.io.mesh_formats import read_exodus
     from craftmesh.io.npz import read_labels
     from craftmesh.io.vtk import read_tets
-    from craftmesh.mesh.check_tets import check_tets
     from craftmesh.mesh.shape_measures import flat_sentence, flat_tets
 
     mesh = read_tets(file) if file.suffix == ".vtu" else read_exodus(file)
-    breaches = check_tets(mesh)
+    breaches = check(mesh)
     warn(flat_sentence(flat_tets(mesh)))
     if arguments.quality:
         from craftmesh.mesh.quality import drift_sentence, quality
@@ -54,13 +69,8 @@ def check_polygons(file: Path, _: argparse.Namespace) -> list[str]:
     """Check a surface or, where the file has no `sides`, a crack."""
     from craftmesh.io import vtk, vtk_xml
 
-    if "sides" in vtk_xml.read_dataset(file, "PolyData").at_cells:
-        from craftmesh.surface.check_surface import check_surface
-
-        return check_surface(vtk.read_surface(file))
-    from craftmesh.cracks.check_crack import check_crack
-
-    return check_crack(vtk.read_crack(file))
+    is_surface = "sides" in vtk_xml.read_dataset(file, "PolyData").at_cells
+    return check(vtk.read_surface(file) if is_surface else vtk.read_crack(file))
 
 
 def check_volume(file: Path, _: argparse.Namespace) -> list[str]:
@@ -68,9 +78,7 @@ def check_volume(file: Path, _: argparse.Namespace) -> list[str]:
     from craftmesh.io.vtk import read_voxels
 
     voxels = read_voxels(file) if file.suffix == ".vti" else read_labels(file)
-    return (
-        [] if (voxels.labels > 0).any() else [f"{file}: no voxel belongs to a grain; expected labels > 0"]
-    )
+    return [f"{file}: {breach}" for breach in check(voxels)]
 
 
 def check_arrays(file: Path, arguments: argparse.Namespace) -> list[str]:

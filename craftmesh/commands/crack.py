@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> None:
     box, edge, grid = body_of(arguments.volume)
     lengths, cracks, reports = options_from(arguments, SizingOptions), [], {}
     known = lengths if lengths.l0 is not None else replace(lengths, l0=edge)
-    l_min = sizing_for(None, known, np.zeros((0, 3))).l_min
+    l_min = sizing_for(None, np.zeros((0, 3)), known).l_min
     given = options_of(arguments)
     for number, options in enumerate(given, 1):
         if options.shape == IN_BOUNDARIES:

@@ -119,7 +119,7 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> t
     every = np.concatenate([*points.values(), given.points])
     if options.points:
         points[Path(options.points)] = np.concatenate([given.points, given.spheres[:, :3]])
-    sizing = sizing_around(Defects(crack, every, given.spheres), surface, options, lengths)
+    sizing = sizing_around(surface, Defects(crack, every, given.spheres), options, lengths)
     if front is not None and crack is not None and crack.fronts:
         points[front] = crack.points[np.concatenate(crack.fronts)]
     notes = [] if lengths is None else coverage_notes(str(options.field), lengths, surface.points)

@@ -193,7 +193,7 @@ def sizing_of_increment(case: Case, voxels: Voxels, cracks: Mapping[str, Crack])
     options = SizingOptions(**{**case.settings["sizing"], "field": None, "curvature": None})
     if options.l0 is None:
         options = replace(options, l0=voxel_edge(voxels))
-    sizing = sizing_around(given_defects(options, voxels.box), None, options)
+    sizing = sizing_around(None, given_defects(options, voxels.box), options)
     sources = [sizing.sources]
     if options.around_voids:  # the centres of the enclosed voids' voxels beside the grains
         beside = (voxels.labels < 0) & ndimage.binary_dilation(voxels.labels > 0)

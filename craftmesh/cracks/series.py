@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from craftmesh.arguments import typed
 from craftmesh.cracks.options import BY_NUMBERS, CrackOptions
 from craftmesh.cracks.prescription import frame_of, semi_axes, vector
 from craftmesh.cracks.sheets import cracks_from_triangles
@@ -17,7 +18,8 @@ from craftmesh.types import Crack
 SAGITTA = 1e-5  # of the radius, between the front's chords and the front
 
 
-def prescribed_crack(options: CrackOptions, increment: int, box: np.ndarray) -> Crack:
+@typed
+def prescribed_crack(box: np.ndarray, options: CrackOptions, increment: int = 0) -> Crack:
     """Return the planar crack of `increment` (0, 1, ...); fronts end exactly on the box (2, 3).
 
     Raises CraftmeshError for bad numbers, a missing increment, or a crack without a front in the box.
@@ -96,7 +98,7 @@ def crack_of_increment(
     crack_from_triangles do.
     """
     if given is None:
-        return prescribed_crack(options, increment, box)
+        return prescribed_crack(box, options, increment)
     return cracks_from_triangles(given.points, given.triangles, list(given.fronts) or None, box)
 
 

@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from craftmesh.arguments import as_array
+from craftmesh.arguments import Frozen, as_array
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.measure import area_vectors, mean_edges
@@ -21,7 +21,7 @@ _CURVATURE_LAPS = 3  # averages over neighbours that take the noise out of the c
 
 
 @dataclass(frozen=True)
-class LengthField:
+class LengthField(Frozen):
     """Target edge lengths (k,) at sample points (k, 3).
 
     growth 0: elsewhere the mean of the nearest samples weighted by 1/distance^2. growth > 0: elsewhere
@@ -47,6 +47,10 @@ class LengthField:
             )
         for name, array in (("points", points), ("lengths", lengths)):
             object.__setattr__(self, name, array)
+
+    def __repr__(self) -> str:
+        least, most = self.lengths.min(), self.lengths.max()
+        return f"LengthField({len(self.points)} points, lengths {least:.6g} to {most:.6g})"
 
     @cached_property
     def _tree(self) -> cKDTree:

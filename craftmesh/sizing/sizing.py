@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.arguments import as_array, refuse_unlike, typed
+from craftmesh.arguments import Frozen, as_array, refuse_unlike, typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 from craftmesh.sizing.length_field import LengthField, curvature_lengths
@@ -88,7 +88,7 @@ class SizingOptions(Options):
 
 
 @dataclass(frozen=True)
-class Sizing:
+class Sizing(Frozen):
     """Target edge lengths (Eq. 3) around `sources` (k, 3), the points of crack fronts or void surfaces.
 
     Without sources the target is l_max everywhere, which coarsens uniformly. growth: lengths grow by at
@@ -116,6 +116,13 @@ class Sizing:
         if self.growth is not None and not as_array("growth", self.growth, float, ()) > 0:
             raise CraftmeshError(f"growth is {self.growth}; expected a finite number > 0, or None")
         refuse_unlike("others", self.others, tuple[Lengths, ...])
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(
+            f"{name} {getattr(self, name):.6g}" for name in ("l_min", "l0", "l_max", "r0", "r1")
+        )
+        others = f", {len(self.others)} further lengths" * bool(self.others)
+        return f"Sizing({numbers}, {len(self.sources)} sources{others})"
 
     @cached_property
     def _tree(self) -> cKDTree:
@@ -186,7 +193,7 @@ def voxel_edge(voxels: Voxels) -> float:
 
 @typed
 def sizing_for(
-    surface: Surface | None, options: SizingOptions, sources: np.ndarray, others: tuple[Lengths, ...] = ()
+    surface: Surface | None, sources: np.ndarray, options: SizingOptions, others: tuple[Lengths, ...] = ()
 ) -> Sizing:
     """Return the sizing around `sources` (k, 3), with defaults from the median edge of `surface`.
 

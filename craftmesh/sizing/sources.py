@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from craftmesh.arguments import Frozen, typed
 from craftmesh.sizing.clearance import clearance_lengths
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, sizing_for
@@ -15,7 +16,7 @@ def _none(columns: int) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Defects:
+class Defects(Frozen):
     """What edges are refined around, beside the voids of the surface itself; in model units.
 
     crack: its fronts, and where it comes near to faces of the box or itself; points (k, 3), such as a
@@ -26,10 +27,18 @@ class Defects:
     points: np.ndarray = _none(3)
     spheres: np.ndarray = _none(4)
 
+    def __post_init__(self) -> None:
+        self._convert("points", float, (None, 3))
+        self._convert("spheres", float, (None, 4))
 
+    def __repr__(self) -> str:
+        return f"Defects({self.crack}, {len(self.points)} points, {len(self.spheres)} spheres)"
+
+
+@typed
 def sizing_around(
-    defects: Defects,
     surface: Surface | None,
+    defects: Defects,
     options: SizingOptions,
     lengths: LengthField | None = None,
 ) -> Sizing:
@@ -40,7 +49,7 @@ def sizing_around(
     for points and spheres. lengths: a field of largest lengths. Raises CraftmeshError as `sizing_for`.
     """
     crack = defects.crack
-    plain = sizing_for(surface, options, np.zeros((0, 3)), () if lengths is None else (lengths,))
+    plain = sizing_for(surface, np.zeros((0, 3)), options, () if lengths is None else (lengths,))
     step = plain.l_min / 2
     sources = [densify(crack.points[front], step) for front in crack.fronts] if crack else []
     if options.around_voids and surface is not None:

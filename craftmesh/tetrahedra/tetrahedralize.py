@@ -24,8 +24,8 @@ from craftmesh.voxels.islands import Island
 def tetrahedralize(
     surface: Surface,
     sizing: Lengths | None = None,
-    islands: Sequence[Island] | None = None,
     options: TetrahedralizeOptions | None = None,
+    islands: Sequence[Island] | None = None,
     grains: Iterable[int] | None = None,
     workers: int = 1,
     progress: Callable[[float, str], None] = silent,

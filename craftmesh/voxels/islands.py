@@ -11,13 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
+from craftmesh.arguments import Frozen
 from craftmesh.errors import CraftmeshError
 from craftmesh.types import GRAIN, VOID, Voxels
 from craftmesh.voxels.voxel_graph import Pieces, find_pieces, shared_faces
 
 
 @dataclass(frozen=True)
-class Island:
+class Island(Frozen):
     """One place enclosed by the grain `host`, and the pieces of voxels in it that only the host encloses.
 
     host: grain id. members: label of each piece, > 0 a grain, -k the void k; several where they touch one
@@ -29,6 +30,12 @@ class Island:
     members: tuple[int, ...]
     seeds: np.ndarray
     voxels: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        self._convert("seeds", float, (len(self.members), 3))
+
+    def __repr__(self) -> str:
+        return f"Island(host {self.host}, {len(self.members)} members, {sum(self.voxels)} voxels)"
 
     @property
     def kind(self) -> str:

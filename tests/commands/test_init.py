@@ -41,7 +41,7 @@ def test_sizes_and_crack_fit_the_microstructure(tmp_path, monkeypatch, scale):
     assert sizing["l0"] == pytest.approx(1.25 ** (1 / 3) * scale, rel=1e-3)  # written in four digits
     box = np.array([[0, 0, 0], [16 * scale, 15 * scale, 14 * 1.25 * scale]])
     (options,) = campaign.crack_options("scan_1", "000")
-    crack = prescribed_crack(CrackOptions(**options), 0, box)
+    crack = prescribed_crack(box, CrackOptions(**options))
     (front,) = crack.fronts
     assert (np.abs(crack.points[front][[0, -1], 1]) < 1e-9 * scale).all()  # it begins and ends on the face
     inner = crack.points[front][1:-1]

@@ -12,7 +12,7 @@ from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sizing import SizingOptions, sizing_for
 from craftmesh.types import Voxels
 
-SIZING = sizing_for(None, SizingOptions(l0=1.0, l_min=0.8), np.zeros((0, 3)))
+SIZING = sizing_for(None, np.zeros((0, 3)), SizingOptions(l0=1.0, l_min=0.8))
 
 
 def notched() -> Voxels:
@@ -34,7 +34,7 @@ CRACKS = {
 def test_a_plan_foresees_what_the_insertion_refuses(name):
     centre, radius, said, refused = CRACKS[name]
     voxels = notched()
-    crack = prescribed_crack(CrackOptions(centre=centre, radius=radius), 0, voxels.box)
+    crack = prescribed_crack(voxels.box, CrackOptions(centre=centre, radius=radius))
     fault = fault_of({"mine": crack}, voxels, SIZING.l_min)
     assert (said in fault and "crack mine" in fault) if said else not fault
     surface, _ = remesh(voxels)

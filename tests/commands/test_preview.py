@@ -27,7 +27,7 @@ SURFACE = structured_box((10, 8, 8), layers)[0]
 
 
 def penny(**options):
-    return prescribed_crack(CrackOptions(**options), 0, SURFACE.box)
+    return prescribed_crack(SURFACE.box, CrackOptions(**options))
 
 
 def test_traces_have_the_lengths_and_angles_of_the_planes():

@@ -32,7 +32,7 @@ def box_distance(points) -> np.ndarray:
 
 
 def test_a_penny_inside_the_box_has_one_closed_front_on_its_circle():
-    crack = prescribed_crack(CrackOptions(centre=CENTRE, radius=3.0, normal=(1, 2, 3)), 0, BOX)
+    crack = prescribed_crack(BOX, CrackOptions(centre=CENTRE, radius=3.0, normal=(1, 2, 3)))
     (front,) = crack.fronts
     assert front[0] == front[-1]
     distance = np.linalg.norm(crack.points[front] - CENTRE, axis=1)
@@ -53,7 +53,7 @@ def test_a_penny_inside_the_box_has_one_closed_front_on_its_circle():
 )
 def test_semi_and_quarter_ellipses_end_exactly_on_the_box(centre, fronts, planes):
     options = CrackOptions(shape="ellipse", centre=centre, semi_axes=(4.0, 2.5), normal=(0.1, 0.05, 1))
-    crack = prescribed_crack(options, 0, BOX)
+    crack = prescribed_crack(BOX, options)
     assert len(crack.fronts) == fronts
     (front,) = crack.fronts
     ends = crack.points[front[[0, -1]]]
@@ -63,7 +63,7 @@ def test_semi_and_quarter_ellipses_end_exactly_on_the_box(centre, fronts, planes
 
 
 def test_a_penny_wider_than_the_box_has_a_front_per_corner_it_reaches():
-    crack = prescribed_crack(CrackOptions(centre=CENTRE, radius=6.5), 0, BOX)
+    crack = prescribed_crack(BOX, CrackOptions(centre=CENTRE, radius=6.5))
     assert len(crack.fronts) == 4
     ends = crack.points[[front[i] for front in crack.fronts for i in (0, -1)]]
     assert (box_distance(ends) == 0).all()
@@ -73,7 +73,7 @@ def test_a_through_edge_crack_runs_straight_across_the_box():
     options = CrackOptions(
         shape="through_edge", centre=(1, 4, 8), normal=(0, 0, 1), axis=(1, 0, 0), radius=4.0
     )
-    crack = prescribed_crack(options, 0, BOX)
+    crack = prescribed_crack(BOX, options)
     (front,) = crack.fronts
     ends = crack.points[front[[0, -1]]]
     assert np.allclose(np.sort(ends, axis=0), [[5.0, -2.0, 8.0], [5.0, 10.0, 8.0]], atol=1e-12)
@@ -83,10 +83,10 @@ def test_a_through_edge_crack_runs_straight_across_the_box():
 def test_growth_adds_to_the_sizes_and_lists_replace_it():
     grown = CrackOptions(centre=CENTRE, radius=2.0, growth=0.5)
     listed = CrackOptions(shape="ellipse", centre=CENTRE, increments=((2.0, 1.0), (3.0, 1.5)))
-    assert area(prescribed_crack(grown, 2, BOX)) == pytest.approx(9 * np.pi, rel=1e-4)
-    assert area(prescribed_crack(listed, 1, BOX)) == pytest.approx(4.5 * np.pi, rel=1e-4)
+    assert area(prescribed_crack(BOX, grown, 2)) == pytest.approx(9 * np.pi, rel=1e-4)
+    assert area(prescribed_crack(BOX, listed, 1)) == pytest.approx(4.5 * np.pi, rel=1e-4)
     with pytest.raises(CraftmeshError, match="increment is 2"):
-        prescribed_crack(listed, 2, BOX)
+        prescribed_crack(BOX, listed, 2)
 
 
 @pytest.mark.parametrize(
@@ -107,7 +107,7 @@ def test_growth_adds_to_the_sizes_and_lists_replace_it():
 )
 def test_bad_cracks_are_refused_in_one_line(values):
     with pytest.raises(CraftmeshError) as error:
-        prescribed_crack(CrackOptions(**{"centre": CENTRE, **values}), 0, BOX)
+        prescribed_crack(BOX, CrackOptions(**{"centre": CENTRE, **values}))
     assert "\n" not in str(error.value)
 
 
@@ -193,9 +193,7 @@ def test_files_of_an_increment_are_named_by_their_option():
 
 
 def test_a_crack_that_shrinks_is_refused():
-    small, large = (
-        prescribed_crack(CrackOptions(centre=CENTRE, radius=r), 0, BOX) for r in (2.0, 2.0 + 1e-6)
-    )
+    small, large = (prescribed_crack(BOX, CrackOptions(centre=CENTRE, radius=r)) for r in (2.0, 2.0 + 1e-6))
     refuse_shrunk(large, small, 1)
     refuse_shrunk(large, large, 1)
     with pytest.raises(CraftmeshError, match="increment 1: area .* expected a crack that grows"):
@@ -249,7 +247,7 @@ def test_a_mouth_on_the_box_is_pushed_out_so_that_the_box_is_inside_and_what_is_
 def test_the_sheet_of_a_penny_is_exact(normal, radius, seed):
     axis = np.eye(3)[np.argmin(np.abs(normal))]
     options = CrackOptions(centre=CENTRE, radius=radius, normal=normal, axis=tuple(axis))
-    sheet = sheet_of(prescribed_crack(options, 0, BOX), BOX)
+    sheet = sheet_of(prescribed_crack(BOX, options), BOX)
     points = np.random.default_rng(seed).uniform(*BOX, size=(50, 3))
     unit = np.array(normal) / np.linalg.norm(normal)
     offset = (points - CENTRE) @ unit
@@ -275,6 +273,6 @@ def test_the_sheet_of_a_curved_crack_passes_through_its_points_and_goes_on_past_
 
 @pytest.mark.parametrize("normal", [(1, 0, 0), (-2, 0, 0), (0, 1, 0)])
 def test_a_round_crack_may_lie_square_to_its_axis(normal):
-    crack = prescribed_crack(CrackOptions(shape="penny", centre=CENTRE, normal=normal, radius=2.0), 0, BOX)
+    crack = prescribed_crack(BOX, CrackOptions(shape="penny", centre=CENTRE, normal=normal, radius=2.0))
     assert area(crack) == pytest.approx(np.pi * 4, rel=1e-3)
     assert np.abs((crack.points - CENTRE) @ normal).max() < 1e-12

@@ -27,7 +27,7 @@ def penny(gap: float, degrees: float = 90.0, axis: int = 2, top: bool = False):
     height = (RADIUS + gap * L_MIN) * sine
     centre[axis] = 20.0 - height if top else height
     normal = np.roll([cosine, sine, 0.0], axis)
-    return prescribed_crack(CrackOptions(centre=tuple(centre), normal=tuple(normal), radius=RADIUS), 0, BOX)
+    return prescribed_crack(BOX, CrackOptions(centre=tuple(centre), normal=tuple(normal), radius=RADIUS))
 
 
 def off_the_front(sheet, places: np.ndarray) -> np.ndarray:

@@ -27,7 +27,7 @@ def tilted(degrees: float) -> tuple:
 
 def penny(height: float, degrees: float, y: float = 10.0, radius: float = 5.0):
     options = CrackOptions(centre=(10.0, y, height), normal=tilted(degrees), radius=radius)
-    return prescribed_crack(options, 0, BOX)
+    return prescribed_crack(BOX, options)
 
 
 @pytest.mark.parametrize("offset", [1e-4, 0.01, 0.19])
@@ -63,7 +63,7 @@ def test_edge_cracks_and_through_cracks_pass():
     corner = CrackOptions(centre=(0, 0, 10.0), radius=8.0)
     wide = CrackOptions(centre=(10, 10, 10), radius=13.0, normal=(0.1, 0.2, 1.0))
     for options in (edge, corner, wide):
-        assert along_faces(prescribed_crack(options, 0, BOX), BOX, L_MIN) == []
+        assert along_faces(prescribed_crack(BOX, options), BOX, L_MIN) == []
 
 
 def curved(lowest: float, amplitude: float):
@@ -103,9 +103,9 @@ def test_the_insertion_holds_a_crack_against_the_lengths_it_is_given():
     box = np.array([[0.0, 0, 0], [8, 8, 8]])
     options = CrackOptions(centre=(4, 4, 0.15), radius=2.5)
     with pytest.raises(CraftmeshError, match="from the box face ZMIN"):
-        insert_crack(model, prescribed_crack(options, 0, box), None)
+        insert_crack(model, prescribed_crack(box, options), None)
     higher = replace(options, centre=(4, 4, 0.5))
-    assert insert_crack(model, prescribed_crack(higher, 0, box), None)[1]["crack_facets"] > 0
+    assert insert_crack(model, prescribed_crack(box, higher), None)[1]["crack_facets"] > 0
 
 
 @pytest.mark.parametrize(("lengths", "refused"), [([], True), (["--l-min", "0.2"], False)])
@@ -161,7 +161,7 @@ def test_a_crack_that_cuts_off_less_than_a_fifth_of_l_min_along_an_edge_is_refus
     # across the edge x = z = 0: its middle is deepest, at the same distance from both faces
     place = depth * L_MIN
     options = CrackOptions(centre=(place, 10.0, place), normal=(1.0, 0.0, 1.0), radius=5.0)
-    crack = prescribed_crack(options, 0, BOX)
+    crack = prescribed_crack(BOX, options)
     if depth < 0.2:
         with pytest.raises(CraftmeshError, match="cuts only a sliver off the box.*nearer than 0.2 l_min"):
             refuse_near_faces(crack, BOX, L_MIN)

@@ -20,7 +20,7 @@ def two_discs(gap: float, height: float = 0.0):
     reach = RADIUS + gap * L_MIN / 2
     centres = [(18 - reach, 15.2, 14.1), (18 + reach, 15.2, 14.1 + height * L_MIN)]
     return [
-        prescribed_crack(CrackOptions(shape="penny", centre=c, radius=RADIUS, normal=(0, 0, 1)), 0, BOX)
+        prescribed_crack(BOX, CrackOptions(shape="penny", centre=c, radius=RADIUS, normal=(0, 0, 1)))
         for c in centres
     ]
 

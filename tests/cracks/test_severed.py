@@ -50,15 +50,15 @@ def test_a_plane_cuts_off_the_voxels_behind_it(normal, through):
     ],
 )
 def test_a_ligament_of_a_voxel_holds(options):
-    assert piece_cut_off(body(), prescribed_crack(options, 0, body().box)) is None
+    assert piece_cut_off(body(), prescribed_crack(body().box, options)) is None
 
 
 def test_a_front_in_a_void_does_not_hold():
     labels = np.ones(SHAPE, int)
     labels[9:, :, 4:12] = 0  # a notch from the face x = 15, into which the crack of depth 10 runs
     edge = CrackOptions(shape="through_edge", centre=(3.0, 5.0, 3.0), radius=10.0)
-    assert piece_cut_off(body(), prescribed_crack(edge, 0, body().box)) is None
-    piece = piece_cut_off(body(labels), prescribed_crack(edge, 0, body().box))
+    assert piece_cut_off(body(), prescribed_crack(body().box, edge)) is None
+    piece = piece_cut_off(body(labels), prescribed_crack(body().box, edge))
     # two halves of the same size, the notch left out
     assert piece.volume == 0.5 * (12 * 10 * 8 - 3 * 10 * 4)
     assert abs(piece.middle[2] - 3.0) > 1.5
@@ -68,7 +68,7 @@ def test_bodies_that_were_apart_before_are_not_severed():
     labels = np.ones(SHAPE, int)
     labels[:, :, 8] = 0
     penny = CrackOptions(shape="penny", centre=(9.0, 5.0, 1.0), radius=3.0)
-    assert piece_cut_off(body(labels), prescribed_crack(penny, 0, body().box)) is None
+    assert piece_cut_off(body(labels), prescribed_crack(body().box, penny)) is None
 
 
 def test_a_nib_between_a_crack_and_a_void_is_no_piece():
@@ -78,4 +78,4 @@ def test_a_nib_between_a_crack_and_a_void_is_no_piece():
     labels[5:7, 5:7, 7] = 1
     labels[4:8, 4:8, 8] = np.where(labels[4:8, 4:8, 8] == 1, 1, -1)
     penny = CrackOptions(shape="penny", centre=(9.0, 6.0, 3.0), radius=4.0)
-    assert piece_cut_off(body(labels), prescribed_crack(penny, 0, body().box)) is None
+    assert piece_cut_off(body(labels), prescribed_crack(body().box, penny)) is None

@@ -28,7 +28,7 @@ def discs(tilt=0.0, apart=0.0, back=2.5):
     second = CrackOptions(
         shape="penny", centre=tuple(centre), normal=tuple(normal), axis=tuple(along), radius=4.2
     )
-    return one_crack([prescribed_crack(options, 0, BOX) for options in (first, second)])
+    return one_crack([prescribed_crack(BOX, options) for options in (first, second)])
 
 
 @pytest.mark.parametrize(("tilt", "apart"), [(0.0, 0.01), (0.2, 0.0), (1.0, 0.1)])
@@ -76,5 +76,5 @@ def test_a_crossing_at_eight_degrees_is_taken():
 
 def test_a_third_crack_joins_two_that_have_become_one():
     third = CrackOptions(shape="penny", centre=(10.7, 15.5, 9.005), radius=4.0)
-    crack = one_crack([discs(0.0, 0.01), prescribed_crack(third, 0, BOX)])
+    crack = one_crack([discs(0.0, 0.01), prescribed_crack(BOX, third)])
     assert len(sheets(merged_sheets(crack, BOX, L_MIN, 0.02 * L_MIN))) == 1

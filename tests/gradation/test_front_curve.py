@@ -93,7 +93,7 @@ def test_front_nodes_of_a_small_penny_lie_on_its_circle():
     surface, _ = structured_box((10, 10, 10), lambda centres: np.ones(len(centres), int))
     box, centre = np.array([[0.0] * 3, [10.0] * 3]), np.array([5.1, 4.9, 5.05])
     options = CrackOptions(centre=tuple(centre), normal=(0.1, 0.2, 1.0), radius=3.3)
-    crack = prescribed_crack(options, 0, box)
+    crack = prescribed_crack(box, options)
     sources = np.concatenate([densify(crack.points[f], 0.1) for f in crack.fronts])
     before, _ = insert_crack(surface, crack, Sizing(0.8, 1.0, 1.0, 2.0, 4.0, 1.0, sources))
     after, _ = gradate(before, Sizing(0.4, 1.0, 2.0, 2.0, 4.0, 1.0, sources), crack=crack)

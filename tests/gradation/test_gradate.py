@@ -86,9 +86,8 @@ def test_open_and_inverted_surfaces_are_refused():
             gradate(bad, uniform(1.0))
         assert "\n" not in str(refused.value)
         crack = prescribed_crack(
-            CrackOptions(centre=(5, 0, 8), normal=(0, 0, 1), radius=3.0),
-            0,
             np.array([[-3.0, 0, 2], [9, 12, 14]]),
+            CrackOptions(centre=(5, 0, 8), normal=(0, 0, 1), radius=3.0),
         )
         with pytest.raises(CraftmeshError, match="closed boundaries that face out"):
             insert_crack(bad, crack)
@@ -154,7 +153,7 @@ def cracked():
     surface = polycrystal(4, grains=3, n=20)
     box = np.stack([surface.points.min(0), surface.points.max(0)])
     centre = tuple(np.array([box[0, 0], *box.mean(0)[1:]]) + (0, 0.3, 0.2))
-    crack = prescribed_crack(CrackOptions(centre=centre, normal=(0.1, 0.2, 1), radius=8.0), 0, box)
+    crack = prescribed_crack(box, CrackOptions(centre=centre, normal=(0.1, 0.2, 1), radius=8.0))
     sources = np.concatenate([densify(crack.points[f], 0.1) for f in crack.fronts])
     sizing = Sizing(0.5, 1.0, 2.5, 3.0, 8.0, 1.0, sources)
     with_crack, _ = insert_crack(surface, crack, sizing)
@@ -207,7 +206,7 @@ def penny_in_a_boundary(l_min: float, step: int) -> tuple[Surface, Sizing, np.nd
     labels[9:, :, 8 : 8 + step] = 1
     surface, _ = remesh(Voxels(labels, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)))
     box, centre = np.array([[0.0] * 3, [16.0] * 3]), np.full(3, 8.0)
-    crack = prescribed_crack(CrackOptions(centre=tuple(centre), normal=(0, 0, 1), radius=5.0), 0, box)
+    crack = prescribed_crack(box, CrackOptions(centre=tuple(centre), normal=(0, 0, 1), radius=5.0))
     sources = np.concatenate([densify(crack.points[f], 0.1) for f in crack.fronts])
     sizing = Sizing(l_min, 2 * l_min, 4 * l_min, 1.5, 5.0, 1.0, sources)
     return insert_crack(surface, crack, sizing)[0], sizing, centre

@@ -105,9 +105,9 @@ def test_a_mouth_that_hardly_leaves_an_edge_of_the_box_goes_onto_it():
 def test_a_front_beside_a_face_is_split_onto_its_arc_that_is_nearer_to_the_face_than_its_chords():
     surface, _ = remesh(voronoi(3, 10, (20, 20, 20)))
     options = CrackOptions(centre=(10, 8 + 0.0175, 10), normal=(0, 0, 1), radius=8.0)
-    crack = prescribed_crack(options, 0, surface.box)
+    crack = prescribed_crack(surface.box, options)
     sizes = SizingOptions(l_min=0.7, l0=1.0, l_max=3.0, r0=2.0, r1=8.0)
-    sizing = sizing_around(Defects(crack), surface, sizes)
+    sizing = sizing_around(surface, Defects(crack), sizes)
     inserted, _ = insert_crack(surface, crack, sizing)
     gradated, _ = gradate(inserted, sizing, crack=crack)
     assert not check_surface(gradated)

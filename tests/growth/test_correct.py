@@ -43,7 +43,7 @@ def straight_ahead(angle):
 
 
 def test_kinks_that_stay_the_same_make_chords_of_a_circle():
-    crack = prescribed_crack(EDGE, 0, BOX)
+    crack = prescribed_crack(BOX, EDGE)
     up = np.sign(rows_of(crack, 0.0, straight_ahead(0.0)).normal[0, 2])
     last, tips = Step(crack, rows_of(crack, 0.0, straight_ahead(0.0))), []
     for k in range(STEPS):
@@ -66,7 +66,7 @@ def test_a_front_goes_on_from_its_corrected_place_by_what_is_left_of_the_kink():
     def wave(points):
         return 0.3 * np.sin(2 * np.arctan2(points[:, 1] - 20, points[:, 0] - 20))
 
-    crack = prescribed_crack(PENNY, 0, BOX)
+    crack = prescribed_crack(BOX, PENNY)
     last = Step(crack, rows_of(crack, 0.0, ()))
     reached = grow(last.crack, last.along, BOX, FIT)
     along = rows_of(reached, wave, ())
@@ -88,7 +88,7 @@ def _ways(along):
 
 
 def test_rows_that_are_not_trusted_turn_no_strip():
-    crack = prescribed_crack(EDGE, 0, BOX)
+    crack = prescribed_crack(BOX, EDGE)
     last = Step(crack, rows_of(crack, 0.0, straight_ahead(0.0)))
     reached = grow(last.crack, last.along, BOX, FIT)
     along = rows_of(reached, 0.1, straight_ahead(0.0))
@@ -101,12 +101,12 @@ def test_rows_that_are_not_trusted_turn_no_strip():
 
 
 def test_a_front_of_another_crack_is_refused():
-    crack = prescribed_crack(EDGE, 0, BOX)
+    crack = prescribed_crack(BOX, EDGE)
     last = Step(crack, rows_of(crack, 0.0, straight_ahead(0.0)))
     far = grow(crack, rows_of(crack, 0.0, straight_ahead(0.0), 9.0), BOX, FIT)
     with pytest.raises(CraftmeshError, match="would lie 7.5 off"):
         corrected(last, Step(far, rows_of(far, 0.0, straight_ahead(0.0))), BOX, FIT)
-    penny = prescribed_crack(PENNY, 0, BOX)
+    penny = prescribed_crack(BOX, PENNY)
     both = grow(penny, rows_of(penny, 0.0, ()), BOX, FIT)
     two = replace(both, fronts=(*both.fronts, *both.fronts))
     with pytest.raises(CraftmeshError, match="sheets and fronts"):

@@ -53,7 +53,7 @@ def grown_by(crack, options, k=opened, smoothing="fit"):
 
 
 def test_a_penny_in_tension_grows_to_a_larger_penny():
-    crack = prescribed_crack(PENNY, 0, BOX)
+    crack = prescribed_crack(BOX, PENNY)
     grown = grown_by(crack, GrowthOptions(extension=1.5))
     away = grown.points[grown.fronts[0]] - [20, 20, 20]
     # 2e-3: rows 0.8 apart on a radius of 6; the moves between them are fitted
@@ -68,14 +68,14 @@ def test_a_penny_in_tension_grows_to_a_larger_penny():
     ids=["penny", "half", "edge", "ellipse"],
 )
 def test_the_radius_is_the_depth_behind_the_front(options, radius):
-    assert crack_size(prescribed_crack(options, 0, BOX), BOX) == pytest.approx(radius, rel=2e-3)
+    assert crack_size(prescribed_crack(BOX, options), BOX) == pytest.approx(radius, rel=2e-3)
 
 
 @pytest.mark.parametrize(
     "options", [PENNY, HALF_PENNY, EDGE, ELLIPSE], ids=["penny", "half", "edge", "ellipse"]
 )
 def test_a_grown_crack_keeps_the_old_surface_and_is_a_crack(options):
-    crack = prescribed_crack(options, 0, BOX)
+    crack = prescribed_crack(BOX, options)
 
     def sheared(points):
         return np.stack([np.ones(len(points)), 0.3 * np.cos(points[:, 0]), 0 * points[:, 0]], axis=1)
@@ -93,7 +93,7 @@ def test_a_grown_crack_keeps_the_old_surface_and_is_a_crack(options):
 @pytest.mark.parametrize("options", [PENNY, HALF_PENNY], ids=["penny", "half"])
 def test_savitzky_golay_takes_noise_of_single_nodes_off_the_new_front(options):
     """The paper's filter (section 2): kink angles that alternate from node to node leave a flat crack."""
-    crack = prescribed_crack(options, 0, BOX)
+    crack = prescribed_crack(BOX, options)
 
     def noisy(points):
         return np.stack([np.ones(len(points)), 0.1 * (-1.0) ** np.arange(len(points)), 0 * points[:, 0]], 1)
@@ -110,7 +110,7 @@ def test_savitzky_golay_takes_noise_of_single_nodes_off_the_new_front(options):
 
 
 def test_sliding_turns_the_crack_out_of_its_plane():
-    crack = prescribed_crack(EDGE, 0, BOX)
+    crack = prescribed_crack(BOX, EDGE)
 
     def sheared(points):
         return np.tile([1.0, 0.2, 0.0], (len(points), 1))
@@ -135,7 +135,7 @@ def swung(rows, amplitude, wave):
 @pytest.mark.parametrize("turning", ["kinks", "directions"])
 def test_what_turns_to_and_fro_within_a_step_does_not_fold_the_crack(turning):
     """A straight front goes by 8; each step's end would stand at 83 degrees to the next one's."""
-    crack = prescribed_crack(EDGE, 0, BOX)
+    crack = prescribed_crack(BOX, EDGE)
     rows = along(crack, GrowthOptions(extension=8.0))
     if turning == "kinks":
         kink = np.radians(50) * np.sin(2 * np.pi * rows.points[:, 1] / 4.8)
@@ -148,7 +148,7 @@ def test_what_turns_to_and_fro_within_a_step_does_not_fold_the_crack(turning):
 
 
 def test_five_increments_make_one_sheet():
-    crack = prescribed_crack(HALF_PENNY, 0, BOX)
+    crack = prescribed_crack(BOX, HALF_PENNY)
     for _ in range(5):
         crack = grown_by(crack, GrowthOptions(share=0.1))
     away = crack.points[crack.fronts[0]] - [20, 0, 20]
@@ -169,7 +169,7 @@ def test_a_crack_that_leaves_by_several_faces_ends_in_the_body_at_its_fronts_alo
 ):
     """Discs of radius 6 at faces, edges and corners of the box, at any angle, over three increments."""
     centre = tuple(1.0 if k in near else x for k, x in enumerate(middle))
-    crack = prescribed_crack(CrackOptions(shape="penny", centre=centre, normal=normal, radius=6.0), 0, BOX)
+    crack = prescribed_crack(BOX, CrackOptions(shape="penny", centre=centre, normal=normal, radius=6.0))
 
     def mixed(points):
         return np.stack(
@@ -198,7 +198,7 @@ def _edges(line):
 
 def test_the_normal_of_an_end_does_not_turn_the_front():
     """The last row of a half penny has the normal of one facet turned by 80 degrees."""
-    crack = prescribed_crack(HALF_PENNY, 0, BOX)
+    crack = prescribed_crack(BOX, HALF_PENNY)
     rows = along(crack, GrowthOptions(extension=1.5))
     normal, binormal = rows.normal.copy(), rows.binormal.copy()
     turn = np.radians(80)
@@ -213,11 +213,11 @@ def test_the_normal_of_an_end_does_not_turn_the_front():
 
 
 def test_a_front_beyond_the_box_leaves_no_crack():
-    assert grown_by(prescribed_crack(EDGE, 0, BOX), GrowthOptions(extension=50.0)) is None
+    assert grown_by(prescribed_crack(BOX, EDGE), GrowthOptions(extension=50.0)) is None
 
 
 def discs(*middles):
-    return one_crack([prescribed_crack(replace(PENNY, centre=(x, 20.0, 20.0)), 0, BOX) for x in middles])
+    return one_crack([prescribed_crack(BOX, replace(PENNY, centre=(x, 20.0, 20.0))) for x in middles])
 
 
 def rows_of(crack, kept):
@@ -250,9 +250,9 @@ def test_discs_that_have_grown_together_grow_on_where_their_fronts_are_left():
 
 
 def test_discs_that_grow_over_each_other_almost_in_one_plane_become_one_sheet():
-    first = prescribed_crack(replace(PENNY, centre=(13.0, 20.0, 20.0)), 0, BOX)
+    first = prescribed_crack(BOX, replace(PENNY, centre=(13.0, 20.0, 20.0)))
     tilted = replace(PENNY, centre=(26.0, 20.0, 20.3), normal=(-0.02, 0.0, 1.0), axis=(0.0, 1.0, 0.0))
-    both = one_crack([first, prescribed_crack(tilted, 0, BOX)])
+    both = one_crack([first, prescribed_crack(BOX, tilted)])
     grown = grow(both, rows_of(both, lambda p: np.ones(len(p), bool)), BOX, SmoothingOptions())
     assert len(sheets(both)) == 2 and len(sheets(grown)) == 1 and len(grown.fronts) == 1
     middles = np.array([tilted.centre, (13.0, 20.0, 20.0)])
@@ -268,7 +268,7 @@ def test_discs_that_grow_over_each_other_almost_in_one_plane_become_one_sheet():
 
 def test_a_front_that_has_vanished_in_another_crack_stays_and_is_read_again():
     crack = discs(20.0, 21.0)
-    small = prescribed_crack(replace(PENNY, centre=(20.5, 20.0, 20.0), radius=2.0), 0, BOX)
+    small = prescribed_crack(BOX, replace(PENNY, centre=(20.5, 20.0, 20.0), radius=2.0))
     both = one_crack([sheets(crack)[0], small])
     rows = rows_of(both, lambda p: np.linalg.norm(p - [20, 20, 20], axis=1) > 5.9)
     grown = grow(both, rows, BOX, SmoothingOptions())
@@ -282,8 +282,8 @@ def test_a_front_that_has_vanished_in_another_crack_stays_and_is_read_again():
 
 
 def test_a_sheet_that_has_left_the_box_ends_no_other():
-    far = prescribed_crack(replace(EDGE, radius=39.5, centre=(0.0, 20.0, 5.0)), 0, BOX)
-    both = one_crack([far, prescribed_crack(PENNY, 0, BOX)])
+    far = prescribed_crack(BOX, replace(EDGE, radius=39.5, centre=(0.0, 20.0, 5.0)))
+    both = one_crack([far, prescribed_crack(BOX, PENNY)])
     grown = grow(both, rows_of(both, lambda p: np.ones(len(p), bool)), BOX, SmoothingOptions())
     assert [len(sheet.fronts) for sheet in sheets(grown)] == [0, 1]
     again = cracks_from_triangles(
@@ -302,8 +302,8 @@ def test_nothing_goes_under_the_threshold():
 
 
 def test_rows_of_another_crack_are_refused():
-    crack = prescribed_crack(PENNY, 0, BOX)
-    other = along(prescribed_crack(ELLIPSE, 0, BOX), GrowthOptions())
+    crack = prescribed_crack(BOX, PENNY)
+    other = along(prescribed_crack(BOX, ELLIPSE), GrowthOptions())
     with pytest.raises(CraftmeshError, match="off the crack's fronts"):
         grow(crack, other, BOX, SmoothingOptions())
 

@@ -25,7 +25,7 @@ def grow(tmp_path):
     labels[9:, :, 4:8] = 0  # a notch in the face x = 12, ahead of the crack
     voxels = Voxels(labels, np.ones(3), np.zeros(3))
     write_labels(tmp_path / "labels.npz", voxels)
-    crack = prescribed_crack(EDGE, 0, voxels.box)
+    crack = prescribed_crack(voxels.box, EDGE)
     write_crack(tmp_path / "crack.vtp", crack)
 
     def run(extension, *flags, grown="", tip=6.0, rows=11, **columns):

@@ -76,7 +76,7 @@ def grown(crack, share, steps):
 
 def test_an_ellipse_grows_as_its_axes_do():
     ellipse = CrackOptions(shape="ellipse", centre=tuple(CENTRE), semi_axes=(8.0, 4.0))
-    found = np.array(list(grown(prescribed_crack(ellipse, 0, BOX), 0.25, 2)))
+    found = np.array(list(grown(prescribed_crack(BOX, ellipse), 0.25, 2)))
     path = solve_ivp(lambda b, a: (b / a) ** (POWER / 2), (4, 8), [8.0], dense_output=True, rtol=1e-9)
     for a, b in found:
         # found: 0.4 and 0.5 %; the front is no ellipse any more, as Irwin's K and the axes' path have it

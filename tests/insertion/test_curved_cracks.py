@@ -82,7 +82,7 @@ def test_facets_of_a_void_that_lie_on_the_crack_are_no_crack_facets():
 
     model, _ = structured_box((6, 6, 6), label)
     box = np.array([[0.0, 0, 0], [6, 6, 6]])
-    crack = prescribed_crack(CrackOptions(centre=(3, 3, 3), radius=2.2), 0, box)
+    crack = prescribed_crack(box, CrackOptions(centre=(3, 3, 3), radius=2.2))
     surface, report = insert_crack(model, crack, None)
     assert check_surface(surface) == []
     middle = crack_corners(surface).mean(axis=1)
@@ -205,7 +205,7 @@ def test_a_strip_grown_in_a_box_plane_reaches_it_all_along(polycrystal, kink):
     """The mouth of a tilted half penny has grown in y = 0, and the old crack reaches out beside it."""
     tilt = np.radians(35)
     options = CrackOptions(centre=(12.0, 0.0, 12.0), radius=5.0, normal=(0.0, np.sin(tilt), np.cos(tilt)))
-    crack = prescribed_crack(options, 0, BOX)
+    crack = prescribed_crack(BOX, options)
     line = polyline(crack.points[crack.fronts[0]])
     s = np.linspace(0, line.length, 31)
     tangent = np.stack([np.interp(s, line.arc, column) for column in line.tangents().T], axis=1)

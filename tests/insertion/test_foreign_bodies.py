@@ -25,7 +25,7 @@ def ball():
 
 
 def penny(surface, **options):
-    return prescribed_crack(CrackOptions(**options), 0, surface.box)
+    return prescribed_crack(surface.box, CrackOptions(**options))
 
 
 def area_of(surface):

@@ -78,7 +78,7 @@ def assert_on_front(surface: Surface, crack: Crack, l_min: float) -> None:
 @pytest.mark.parametrize("centre", [(8, 8, 8), (8, 0, 7), (0, 16, 8)], ids=["inner", "mouth", "corner"])
 def test_a_planar_front_across_grains_lies_on_its_curve(grains, centre, l_min):
     options = CrackOptions(shape="ellipse", centre=centre, normal=(0.3, 0.2, 1), semi_axes=(6.0, 4.0))
-    crack = prescribed_crack(options, 0, BOX)
+    crack = prescribed_crack(BOX, options)
     assert_on_front(inserted(grains, crack, l_min), crack, l_min)
 
 
@@ -95,7 +95,7 @@ def test_a_curved_front_across_grains_lies_on_its_curve(grains, height, l_min):
 def in_boundary(slope: float, off: float, mouth: bool) -> Crack:
     centre = (0.0 if mouth else 8.0, 8.0, 8.0 + off - (8 * slope if mouth else 0))
     options = CrackOptions(centre=centre, normal=(-slope, 0.0, 1.0), radius=5.0)
-    return prescribed_crack(options, 0, BOX)
+    return prescribed_crack(BOX, options)
 
 
 @pytest.mark.sampled(5)
@@ -151,7 +151,7 @@ def test_a_front_beside_a_boundary_that_crosses_the_crack_lies_on_its_curve(bloc
         options = CrackOptions(
             shape="through_edge", centre=(8, 8, 0), normal=(slope, 1, 0), axis=(0, 0, 1), radius=deep
         )
-    crack = prescribed_crack(options, 0, BOX)
+    crack = prescribed_crack(BOX, options)
     assert_on_front(inserted(surface, crack, l_min), crack, l_min)
 
 
@@ -161,5 +161,5 @@ def test_a_large_penny_in_a_boundary_has_its_front_on_the_circle():
     labels[:, :, 7:] = 2
     surface, _ = remesh(Voxels(labels, (1, 1, 1), (0, 0, 0)))
     box = np.array([[0.0] * 3, [28, 28, 14]])
-    crack = prescribed_crack(CrackOptions(centre=(14, 14, 7), radius=11.0), 0, box)
+    crack = prescribed_crack(box, CrackOptions(centre=(14, 14, 7), radius=11.0))
     assert_on_front(inserted(surface, crack, 0.7), crack, 0.7)

@@ -68,7 +68,7 @@ CRACKS = {
 
 @pytest.fixture(scope="module", params=CRACKS, ids=str)
 def cracked(request, polycrystal):
-    crack = prescribed_crack(CRACKS[request.param], 0, BOX)
+    crack = prescribed_crack(BOX, CRACKS[request.param])
     return polycrystal, crack, *insert_crack(polycrystal, crack, None)
 
 
@@ -92,7 +92,7 @@ def test_grains_keep_their_volumes(cracked):
 
 
 def test_without_snapping_volumes_are_kept_exactly(polycrystal):
-    crack = prescribed_crack(CRACKS["tilted_semi_ellipse"], 0, BOX)
+    crack = prescribed_crack(BOX, CRACKS["tilted_semi_ellipse"])
     after, _ = insert_crack(polycrystal, crack, None, InsertOptions(snap=0.0, snap_front=0.0))
     old = side_volumes(polycrystal.points, polycrystal.facets, polycrystal.sides)
     new = side_volumes(after.points, after.facets, after.sides)
@@ -146,7 +146,7 @@ def test_crack_facets_are_well_shaped(cracked):
 
 @pytest.mark.parametrize("name", ["penny", "small_penny", "quarter_circle", "through_edge"])
 def test_the_crack_has_the_area_of_its_part_in_the_material(polycrystal, name):
-    crack = prescribed_crack(CRACKS[name], 0, BOX)
+    crack = prescribed_crack(BOX, CRACKS[name])
     surface, report = insert_crack(polycrystal, crack, None)
     sheet = sheet_of(crack, BOX)
     low, high = sheet.nodes.min(axis=0), sheet.nodes.max(axis=0)
@@ -171,7 +171,7 @@ def test_a_penny_inside_one_grain_leaves_the_boundaries_alone(polycrystal):
     depth -= 100 * (cKDTree(polycrystal.points[polycrystal.facets[free, 0]]).query(inner)[0] < 6)
     centre = inner[np.argmax(depth)]
     options = CrackOptions(centre=tuple(centre), radius=depth.max() - 1.5, normal=(0.2, 1.0, 0.4))
-    surface, report = insert_crack(polycrystal, prescribed_crack(options, 0, BOX), None)
+    surface, report = insert_crack(polycrystal, prescribed_crack(BOX, options), None)
     crack = surface.kind == CRACK
     assert report["crack_grains"] == 1
     assert np.array_equal(surface.facets[~crack], polycrystal.facets)
@@ -206,7 +206,7 @@ def first_label(points, origin, direction, facets, sides) -> int:
 
 
 def test_sizes_follow_the_sizing(polycrystal):
-    crack = prescribed_crack(CRACKS["penny"], 0, BOX)
+    crack = prescribed_crack(BOX, CRACKS["penny"])
     sources = np.concatenate([crack.points[front] for front in crack.fronts])
     sizing = Sizing(l_min=0.5, l0=1.0, l_max=1.5, r0=3.0, r1=8.0, exponent=1.0, sources=sources)
     surface, _ = insert_crack(polycrystal, crack, sizing)
@@ -225,7 +225,7 @@ def test_sizes_follow_the_sizing(polycrystal):
 def test_a_crack_along_a_flat_grain_boundary_takes_its_facets():
     model, _ = structured_box((6, 6, 6), lambda c: 1 + (c[:, 2] > 3).astype(int))
     box = np.array([[0.0, 0, 0], [6, 6, 6]])
-    crack = prescribed_crack(CrackOptions(centre=(3, 0, 3), radius=2.2), 0, box)
+    crack = prescribed_crack(box, CrackOptions(centre=(3, 0, 3), radius=2.2))
     surface, report = insert_crack(model, crack, None)
     facets = surface.facets[surface.kind == CRACK]
     assert report["crack_facets_on_grain_boundaries"] == len(facets) > 0
@@ -250,7 +250,7 @@ def test_a_curved_crack_stays_on_its_surface(polycrystal, amplitude):
 
 
 def test_the_same_input_gives_the_same_bytes(polycrystal):
-    crack = prescribed_crack(CRACKS["semicircle"], 0, BOX)
+    crack = prescribed_crack(BOX, CRACKS["semicircle"])
     first, again = (insert_crack(polycrystal, crack, None)[0] for _ in range(2))
     assert first.points.tobytes() == again.points.tobytes()
     assert first.facets.tobytes() == again.facets.tobytes()
@@ -260,7 +260,7 @@ def test_the_same_input_gives_the_same_bytes(polycrystal):
 def test_a_crack_wholly_in_a_void_is_refused(polycrystal):
     facets = polycrystal.facets[(polycrystal.sides == -1).any(axis=1)]
     centre = polycrystal.points[np.unique(facets)].mean(axis=0)
-    crack = prescribed_crack(CrackOptions(centre=tuple(centre), radius=1.5), 0, BOX)
+    crack = prescribed_crack(BOX, CrackOptions(centre=tuple(centre), radius=1.5))
     with pytest.raises(CraftmeshError, match="no grain"):
         insert_crack(polycrystal, crack, None)
 
@@ -289,9 +289,9 @@ def test_a_triple_line_that_grazes_the_crack_leaves_no_slivers(slope):
     voxels = Voxels(labels, (1, 1, 1), (0, 0, 0))
     surface, _ = remesh(voxels)
     options = CrackOptions(shape="penny", centre=(12, 8, 8.01), normal=(0, 0.6 * slope, 1), radius=6.0)
-    crack = prescribed_crack(options, 0, voxels.box)
+    crack = prescribed_crack(voxels.box, options)
     sources = np.concatenate([densify(crack.points[front], 0.1) for front in crack.fronts])
-    sizing = sizing_for(surface, SizingOptions(l_min=0.5, l0=1.0, l_max=2.0, r0=6.0, r1=12.0), sources)
+    sizing = sizing_for(surface, sources, SizingOptions(l_min=0.5, l0=1.0, l_max=2.0, r0=6.0, r1=12.0))
     cut, _ = insert_crack(surface, crack, sizing)
     # Measured: 8.8 degrees at facets split along the front; 0.5 where the line's points stay off the crack.
     assert facet_angles(cut.points, cut.facets).min() > 8
@@ -311,7 +311,7 @@ def test_long_facets_with_a_corner_on_the_crack_are_cut(seed):
     radius = rng.uniform(0.8, 3)
     centre = corner + away / np.linalg.norm(away) * (radius - rng.uniform(0.05, 0.4))
     options = CrackOptions(centre=tuple(centre), normal=tuple(normal), radius=radius)
-    crack = prescribed_crack(options, 0, model.box)
+    crack = prescribed_crack(model.box, options)
     sources = np.concatenate([densify(crack.points[front], 0.3) for front in crack.fronts])
     surface, _ = insert_crack(model, crack, Sizing(0.6, 1.0, 2.0, 4.0, 8.0, 1.0, sources))
     assert check_surface(surface) == []

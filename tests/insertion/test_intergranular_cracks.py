@@ -68,8 +68,8 @@ def test_an_intergranular_crack_is_facets_of_its_boundaries_and_opens(name):
     crack, fronts = CASES[name]
     assert check_crack(crack) == []
     sizing = sizing_around(
-        Defects(crack),
         SURFACE,
+        Defects(crack),
         SizingOptions(l_min=L_MIN, l0=1.0, l_max=2.5, r0=2.0, r1=6.0),
     )
     inserted, report = insert_crack(SURFACE, crack, sizing)
@@ -92,7 +92,7 @@ def test_an_intergranular_crack_is_facets_of_its_boundaries_and_opens(name):
     )
     assert nearest_facet(places, crack.points, crack.triangles)[1].max() < 0.05 * L_MIN
     assert area(surface.points, facets) == pytest.approx(report["crack_area"], rel=5e-3)
-    tets, _ = tetrahedralize(surface, sizing, None, TetrahedralizeOptions(fallback="none"))
+    tets, _ = tetrahedralize(surface, sizing, TetrahedralizeOptions(fallback="none"))
     mesh, opened = assemble(surface, tets)
     assert check_tets(mesh) == [] and opened["crack_facets_not_opened"] == 0
     if fronts is not None:

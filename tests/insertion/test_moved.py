@@ -13,7 +13,7 @@ BOX = np.array([[0.0, 0, 0], [8, 8, 8]])
 
 def report(normal, centre) -> dict:
     model, _ = structured_box((8, 8, 8), lambda c: 1 + (c[:, 2] > 4).astype(int))
-    crack = prescribed_crack(CrackOptions(centre=centre, normal=normal, radius=2.4), 0, BOX)
+    crack = prescribed_crack(BOX, CrackOptions(centre=centre, normal=normal, radius=2.4))
     return insert_crack(model, crack, None)[1]
 
 

@@ -34,7 +34,7 @@ PAIRS = {
 
 
 def pair(name):
-    return [prescribed_crack(CrackOptions(**options), 0, SURFACE.box) for options in PAIRS[name]]
+    return [prescribed_crack(SURFACE.box, CrackOptions(**options)) for options in PAIRS[name]]
 
 
 def off_fronts(cracks, points):
@@ -66,7 +66,7 @@ def test_the_second_crack_moves_nothing_of_the_first_where_they_cross_obliquely(
         "normal": (-np.sin(tilt), 0, np.cos(tilt)),
         "axis": (0, 1, 0),
     }
-    cracks = [prescribed_crack(CrackOptions(**options), 0, SURFACE.box) for options in (DISC, other)]
+    cracks = [prescribed_crack(SURFACE.box, CrackOptions(**options)) for options in (DISC, other)]
     result, report = insert_crack(SURFACE, one_crack(cracks))
     assert check_surface(result) == []
     corners = result.points[result.facets[result.kind == CRACK]]
@@ -105,9 +105,9 @@ def test_a_given_surface_of_two_sheets_is_two_cracks_and_what_is_outside_is_left
 def test_a_crack_that_severs_a_corner_far_from_any_front_is_no_sliver_against_l_min():
     """Target lengths at it are 11 l_min; a fifth of that is more than the corner is deep."""
     severing = {"centre": SURFACE.box[1] - 0.9, "normal": (1.0, 1.0, 1.0), "radius": 60.0}
-    cracks = [prescribed_crack(CrackOptions(**options), 0, SURFACE.box) for options in (DISC, severing)]
+    cracks = [prescribed_crack(SURFACE.box, CrackOptions(**options)) for options in (DISC, severing)]
     sizes = SizingOptions(l_min=0.5, l0=0.6, l_max=5.5, r0=1.0, r1=3.0, gradation=2.0)
-    sizing = sizing_for(SURFACE, sizes, cracks[0].points[np.concatenate(cracks[0].fronts)])
+    sizing = sizing_for(SURFACE, cracks[0].points[np.concatenate(cracks[0].fronts)], sizes)
     result, report = insert_crack(SURFACE, one_crack(cracks), sizing)
     assert check_surface(result) == []
     severed = np.sqrt(3) / 2 * 2.7**2
@@ -121,7 +121,7 @@ def test_a_further_crack_leaves_the_one_before_in_its_place(degrees, centre):
     """Points of the first near the second go onto that and its front along the first, or not at all."""
     normal = np.array([0.1, np.sin(np.radians(degrees)), np.cos(np.radians(degrees))])
     turned = {**DISC, "centre": centre, "normal": tuple(normal / np.linalg.norm(normal))}
-    cracks = [prescribed_crack(CrackOptions(**options), 0, SURFACE.box) for options in (DISC, turned)]
+    cracks = [prescribed_crack(SURFACE.box, CrackOptions(**options)) for options in (DISC, turned)]
     result, _ = insert_crack(SURFACE, one_crack(cracks))
     corners = result.points[result.facets[result.kind == CRACK]]
     planes = (np.array(DISC["centre"]), np.array([0, 0, 1.0])), (np.array(centre), normal)

@@ -61,7 +61,7 @@ def test_neighbours_on_a_line_that_the_crack_crosses_at_a_small_angle_both_go_on
     surface, _ = structured_box((8, 8, 8), lambda places: 1 + (places[:, 0] > 4))
     normal = np.array([1.0, 0.04, 1.0]) / np.linalg.norm([1.0, 0.04, 1.0])
     options = CrackOptions(centre=(4.0, 3.5, 0.0), normal=tuple(normal), radius=2.6)
-    result, _ = insert_crack(surface, prescribed_crack(options, 0, surface.box))
+    result, _ = insert_crack(surface, prescribed_crack(surface.box, options))
     off = np.abs((result.points - options.centre) @ normal)
     near = np.linalg.norm(result.points - options.centre, axis=1) < 2.0
     assert near.sum() > 10 and not ((off[near] > 1e-9) & (off[near] < 0.1)).any()
@@ -72,10 +72,10 @@ def test_a_crack_that_parts_the_body_is_on_its_plane_however_long_the_lengths_ar
     surface, _ = structured_box((8, 8, 8), lambda places: 1 + (places[:, 0] > 4))
     normal = np.array([1.0, 1.0, 1.0]) / np.sqrt(3)
     crack = prescribed_crack(
-        CrackOptions(centre=(1.5, 2.0, 1.9), normal=tuple(normal), radius=90.0), 0, surface.box
+        surface.box, CrackOptions(centre=(1.5, 2.0, 1.9), normal=tuple(normal), radius=90.0)
     )
     options = SizingOptions(l_min=0.7, l0=1.0, l_max=60.0, r0=4.0, r1=8.0)
-    sizing = sizing_around(Defects(crack), surface, options)
+    sizing = sizing_around(surface, Defects(crack), options)
     result, _ = insert_crack(surface, crack, sizing)
     nodes = result.points[np.unique(result.facets[result.kind == CRACK])]
     assert len(nodes) > 10

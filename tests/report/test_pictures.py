@@ -25,7 +25,7 @@ TET = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]), np.array([[0, 1,
 
 def cracks(radii):
     options = CrackOptions(shape="penny", centre=(5.0, 5.0, 5.0), increments=tuple(radii))
-    return {f"{k:03d}": prescribed_crack(options, k, BOX) for k in range(len(radii))}
+    return {f"{k:03d}": prescribed_crack(BOX, options, k) for k in range(len(radii))}
 
 
 def intensities(k2):

@@ -27,7 +27,7 @@ APART = FREE_GROWTH * L_MIN  # places are up to l_min apart, and lengths grow by
 def penny(height: float, degrees: float = 0.0, centre: tuple = (20.0, 20.0), radius: float = 12.0) -> Crack:
     normal = (0.0, np.sin(np.radians(degrees)), np.cos(np.radians(degrees)))
     options = CrackOptions(centre=(*centre, height), normal=normal, radius=radius)
-    return prescribed_crack(options, 0, BOX)
+    return prescribed_crack(BOX, options)
 
 
 def plate(corners, rows: int = 20, columns: int = 40) -> Crack:
@@ -68,7 +68,7 @@ def test_a_wedge_at_a_mouth_keeps_its_lengths(degrees):
 
 def test_cracks_across_the_box_or_far_from_faces_or_into_its_edges_keep_their_lengths():
     across = CrackOptions(shape="through_edge", centre=(0, 20, 10), normal=(0, 0, 1), radius=15.0)
-    assert found(prescribed_crack(across, 0, BOX)) is None
+    assert found(prescribed_crack(BOX, across)) is None
     assert found(penny(10.0, radius=6.0)) is None
     assert found(plate([(-1, -1, 9), (14, -1, 9), (14, 14, 9), (-1, 14, 9)])) is None
     assert found(plate([(-1, -1, 9), (14, -1, 9), (14, 10, 14), (-1, 10, 14)])) is None

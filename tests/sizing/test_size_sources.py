@@ -30,7 +30,7 @@ def arguments_of(text: str, *paths) -> argparse.Namespace:
 def points_around(spheres: np.ndarray, step: float) -> np.ndarray:
     """Return the sources of a sizing function around spheres, at most `step` apart."""
     options = SizingOptions(l_min=2 * step, l0=2 * step, l_max=9 * step, r0=step, r1=2 * step)
-    return sizing_around(Defects(spheres=spheres), IN_BOX, options).sources
+    return sizing_around(IN_BOX, Defects(spheres=spheres), options).sources
 
 
 @pytest.mark.parametrize("header", ["", "id,x,y,z,r\n"])

@@ -45,9 +45,9 @@ def test_radii_may_be_equal_or_zero():
 
 
 def test_lengths_grow_no_faster_than_the_distance_where_nobody_asks_for_it():
-    step = sizing_for(None, SizingOptions(l0=1.0, r0=2.0, r1=2.0), ORIGIN)
+    step = sizing_for(None, ORIGIN, SizingOptions(l0=1.0, r0=2.0, r1=2.0))
     assert at_radius(step, 2.0) == 1.0 and at_radius(step, 2.1) == pytest.approx(1.1)
-    steep = sizing_for(None, SizingOptions(l0=1.0, r0=2.0, r1=2.0, gradation=21), ORIGIN)
+    steep = sizing_for(None, ORIGIN, SizingOptions(l0=1.0, r0=2.0, r1=2.0, gradation=21))
     assert at_radius(steep, 2.05) == pytest.approx(2.0) and at_radius(steep, 2.1) == pytest.approx(3.0)
 
 
@@ -97,10 +97,10 @@ def test_options_refuse_bad_numbers_at_once():
 def test_defaults_follow_the_median_edge():
     points = np.array([[0.0, 0, 0], [2.0, 0, 0], [0, 2.0, 0], [2.0, 2.0, 0]])
     surface = Surface(points, [[0, 1, 2], [1, 3, 2]], [[1, 0], [1, 0]], [0, 0])
-    sizing = sizing_for(surface, SizingOptions(), ORIGIN)
+    sizing = sizing_for(surface, ORIGIN, SizingOptions())
     assert (sizing.l_min, sizing.l0, sizing.l_max, sizing.r0, sizing.r1) == (1.0, 2.0, 6.0, 16.0, 32.0)
-    assert sizing_for(surface, SizingOptions(r0=3.0), ORIGIN).r1 == 6.0
-    assert sizing_for(surface, SizingOptions(l0=1.0), ORIGIN).l_max == 3.0
+    assert sizing_for(surface, ORIGIN, SizingOptions(r0=3.0)).r1 == 6.0
+    assert sizing_for(surface, ORIGIN, SizingOptions(l0=1.0)).l_max == 3.0
 
 
 def test_densify_keeps_points_and_bounds_steps():
@@ -143,7 +143,7 @@ def test_field_of_lengths_counts_where_it_is_least():
     field = LengthField(points, [0.5, 1.0, 1.5, 2.0, 2.5])
     assert np.allclose(field.at(points), field.lengths, rtol=1e-9)
     assert 0.5 < field.at([[0.5, 0, 0]])[0] < 1.2
-    sizing = sizing_for(None, SizingOptions(l0=0.5), np.zeros((0, 3)), (field,))
+    sizing = sizing_for(None, np.zeros((0, 3)), SizingOptions(l0=0.5), (field,))
     assert np.allclose(sizing.at(points), [0.5, 1.0, 1.5, 1.5, 1.5])
     with pytest.raises(CraftmeshError, match="lengths.1. is -1"):
         LengthField(points[:2], [1.0, -1.0])
@@ -169,7 +169,7 @@ def test_limited_field_grows_no_faster_between_neighbours():
     # The nearest samples change from place to place, so single steps are over the limit; measured 3%.
     assert np.percentile(change / np.linalg.norm(step, axis=1), 95) <= 0.25 * (1 + 1e-9)
     options = SizingOptions(l0=2.0, gradation=1.25)
-    sizing = sizing_for(None, options, np.zeros((0, 3)), (LengthField(points, lengths),))
+    sizing = sizing_for(None, np.zeros((0, 3)), options, (LengthField(points, lengths),))
     assert np.allclose(sizing.at(points), np.minimum(limited.lengths, 6.0))
 
 
@@ -189,7 +189,7 @@ def sphere(radius: float) -> Surface:
 
 @pytest.mark.parametrize("radius", [2.0, 5.0])
 def test_curvature_of_a_sphere_gives_one_turn_an_edge(radius):
-    sizing = sizing_for(sphere(radius), SizingOptions(l0=1.0, l_min=0.01, curvature=15.0), np.zeros((0, 3)))
+    sizing = sizing_for(sphere(radius), np.zeros((0, 3)), SizingOptions(l0=1.0, l_min=0.01, curvature=15.0))
     length = sizing.at(sphere(radius).points)
     # The larger of two equal principal curvatures comes out a few percent high.
     assert np.median(length) == pytest.approx(radius * np.radians(15), rel=0.12)

@@ -58,9 +58,9 @@ def stitch(folder):
 def test_a_bowl_is_meshed(folder):
     assert crack(folder) == stitch(folder) == 0
     given, surface = read_crack(folder / "crack.vtp"), read_surface(folder / "surface.vtp")
-    sizing = sizing_for(surface, SizingOptions(**LENGTHS), given.points[given.fronts[0]])
+    sizing = sizing_for(surface, given.points[given.fronts[0]], SizingOptions(**LENGTHS))
     surface, _ = gradate(surface, sizing, GradateOptions(), crack=given)
-    tets, _ = tetrahedralize(surface, sizing, None, TetrahedralizeOptions(fallback="none"))
+    tets, _ = tetrahedralize(surface, sizing, TetrahedralizeOptions(fallback="none"))
     mesh, report = assemble(surface, tets)
     assert check_tets(mesh) == check_tets(raise_order(mesh)) == []
     assert report["cracks"] == report["fronts"] == 1

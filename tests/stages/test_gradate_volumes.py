@@ -39,7 +39,7 @@ def surface_and_crack(name: str, data):
     config = yaml.safe_load((ROOT / "examples" / name / "config.yaml").read_text())
     voxels, _ = clean(read_voxels(data / IMAGES[name]), CleanOptions(**config.get("import", {})))
     (crack,) = config["cracks"].values()
-    return remesh(voxels)[0], prescribed_crack(CrackOptions(**crack), 0, voxels.box)
+    return remesh(voxels)[0], prescribed_crack(voxels.box, CrackOptions(**crack))
 
 
 def stitched(path):
@@ -51,7 +51,7 @@ def stitched(path):
         grains.append((grain, data["points"], np.concatenate(outward)))
     edge = data["labels"].shape[0]
     crack = CrackOptions(shape="penny", centre=(edge / 2, 0.0, edge / 2), radius=edge / 4)
-    return stitch_grains(grains)[0], prescribed_crack(crack, 0, np.array([[0.0] * 3, [edge] * 3]))
+    return stitch_grains(grains)[0], prescribed_crack(np.array([[0.0] * 3, [edge] * 3]), crack)
 
 
 def mean_edge(surface) -> float:

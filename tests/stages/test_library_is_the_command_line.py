@@ -60,9 +60,9 @@ def run(*words):
 
 def library(voxels, cracks):
     surface, _ = cm.remesh(voxels)
-    made = [cm.prescribed_crack(cm.CrackOptions(**one), 0, voxels.box) for one in cracks]
+    made = [cm.prescribed_crack(voxels.box, cm.CrackOptions(**one)) for one in cracks]
     crack = cm.prepare_crack(made, voxels.box, SIZES["l_min"]) if made else None
-    sizing = cm.sizing_around(cm.Defects(crack), surface, cm.SizingOptions(**SIZES))
+    sizing = cm.sizing_around(surface, cm.Defects(crack), cm.SizingOptions(**SIZES))
     if crack is not None:
         surface, _ = cm.insert_crack(surface, crack, sizing)
     surface, _ = cm.gradate(surface, sizing, crack=crack)

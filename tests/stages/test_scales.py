@@ -17,9 +17,9 @@ def meshed(exponent: int) -> list[cm.Surface]:
     plain, _ = cm.remesh(voxels)
     centre = (1.25 * factor, 3.875 * factor, 9.125 * factor)
     penny = cm.CrackOptions(centre=centre, normal=(0.25, 0.5, 1.0), radius=2.5 * factor)
-    crack = cm.prescribed_crack(penny, 0, voxels.box)
+    crack = cm.prescribed_crack(voxels.box, penny)
     lengths = cm.SizingOptions(l_min=0.75 * factor, l0=factor, l_max=2 * factor, r0=factor, r1=3 * factor)
-    sizing = cm.sizing_around(cm.Defects(crack), plain, lengths)
+    sizing = cm.sizing_around(plain, cm.Defects(crack), lengths)
     cut, _ = cm.insert_crack(plain, crack, sizing)
     fitted, _ = cm.gradate(cut, sizing, crack=crack)
     return [plain, cut, fitted]

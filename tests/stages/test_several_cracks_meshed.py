@@ -51,10 +51,10 @@ def made(folder, name):
 
 def meshed(crack):
     points = np.concatenate([crack.points[front] for front in crack.fronts])
-    sizing = sizing_for(SURFACE, SizingOptions(l_min=0.8, l0=1, l_max=2.5, r0=2, r1=5), points)
+    sizing = sizing_for(SURFACE, points, SizingOptions(l_min=0.8, l0=1, l_max=2.5, r0=2, r1=5))
     surface, _ = insert_crack(SURFACE, crack, sizing)
     surface, _ = gradate(surface, sizing, GradateOptions(), crack=crack)
-    tets, _ = tetrahedralize(surface, sizing, None, TetrahedralizeOptions(fallback="none"))
+    tets, _ = tetrahedralize(surface, sizing, TetrahedralizeOptions(fallback="none"))
     return assemble(surface, tets)
 
 

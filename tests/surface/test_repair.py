@@ -65,7 +65,7 @@ def test_a_pulled_vertex_goes_back_and_all_grains_mesh(sound, rank, seed):
     assert again.points.tobytes() == repaired.points.tobytes()
     if seed == 0:
         options = TetrahedralizeOptions(optimise=False, interior_points=False)
-        done, _ = tetrahedralize(repaired, None, None, options)
+        done, _ = tetrahedralize(repaired, None, options)
         assert len(done) == len(sound.grains)
 
 

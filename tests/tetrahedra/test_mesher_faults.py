@@ -26,7 +26,7 @@ def three_grains():
 def mesh_with(mesher, **options):
     given = {"interior_points": False, "optimise": False, "memory_limit": 4.0, "switches": "pYQ"} | options
     return tetrahedralize(
-        three_grains(), None, None, TetrahedralizeOptions(mesher=f"faulty_meshers:{mesher}", **given)
+        three_grains(), None, TetrahedralizeOptions(mesher=f"faulty_meshers:{mesher}", **given)
     )
 
 
@@ -67,7 +67,7 @@ def test_an_unknown_mesher_and_a_sizing_that_cannot_travel_are_refused():
         load_mesher("nothing_there:Mesher")
     with pytest.raises(CraftmeshError, match="cannot receive the sizing"):
         sizing = SimpleNamespace(at=lambda points: 1.0)
-        tetrahedralize(three_grains(), sizing, None, TetrahedralizeOptions())
+        tetrahedralize(three_grains(), sizing, TetrahedralizeOptions())
 
 
 def pierced_cube() -> GrainSurface:
@@ -105,7 +105,7 @@ def test_the_program_keeps_surface_holes_crack_and_points(interior_points):
         0
     ]
     options = TetrahedralizeOptions(mesher="tetgen-cli", interior_points=interior_points, optimise=False)
-    (grain,), report = tetrahedralize(surface, None, None, options)
+    (grain,), report = tetrahedralize(surface, None, options)
     assert report["tried_again"] == {} and report["holes"] == 1
     assert (report["interior_points"] > 0) == interior_points
     mesh, opened = assemble(surface, [grain])
@@ -116,7 +116,7 @@ def test_the_program_keeps_surface_holes_crack_and_points(interior_points):
 def test_a_missing_program_is_one_line_before_any_work(monkeypatch):
     monkeypatch.setenv("PATH", "/nowhere")
     with pytest.raises(CraftmeshError, match="tetgen-cli needs the program 'tetgen'.*install") as caught:
-        tetrahedralize(three_grains(), None, None, TetrahedralizeOptions(mesher="tetgen-cli"))
+        tetrahedralize(three_grains(), None, TetrahedralizeOptions(mesher="tetgen-cli"))
     assert not isinstance(caught.value, MeshingError)
 
 
@@ -134,7 +134,7 @@ def test_a_program_that_hangs_dies_with_its_attempt(tmp_path, monkeypatch):
 def mesh_with_program(**options):
     plain = {"switches": "pYAQ", "interior_points": False, "optimise": False}
     options = TetrahedralizeOptions(mesher="tetgen-cli", **plain, **options)
-    return tetrahedralize(three_grains(), None, None, options, [7])
+    return tetrahedralize(three_grains(), None, options, None, [7])
 
 
 def is_running(process: str) -> bool:

@@ -138,7 +138,7 @@ def test_crack_facets_stay_inside_and_open():
 
 def test_the_result_does_not_depend_on_workers():
     surface, _ = structured_box((4, 3, 3), lambda c: 1 + (c[:, 0].astype(int) + c[:, 1].astype(int)) % 4)
-    made = [tetrahedralize(surface, Constant(0.6), None, DEFAULT, workers=n) for n in (1, 2)]
+    made = [tetrahedralize(surface, Constant(0.6), DEFAULT, workers=n) for n in (1, 2)]
     for _, report in made:
         assert report["failed"] == {} and report["tried_again"] == {}
         assert all(re.fullmatch("[a-z0-9_]+", key) for key in keys_of(report))
@@ -156,17 +156,17 @@ def test_island_seeds_are_taken_where_they_lie_inside_and_found_elsewhere():
     surface, _ = structured_box(labels.shape, by_cell(labels))
     good = Island(1, (-1,), np.array([[1.5, 1.5, 1.5]]), (1,))
     bad = Island(1, (2,), np.array([[0.5, 3.5, 3.5]]), (1,))
-    result, report = tetrahedralize(surface, None, (good, bad), DEFAULT, grains=[1])
+    result, report = tetrahedralize(surface, None, DEFAULT, (good, bad), grains=[1])
     check_fill(surface, result)
     assert (report["holes"], report["island_seeds_off"]) == (2, 1)
 
 
 def test_only_the_grains_asked_for():
     surface, _ = structured_box((3, 1, 1), lambda c: 1 + c[:, 0].astype(int))
-    result, _ = tetrahedralize(surface, None, None, DEFAULT, grains=[3, 1])
+    result, _ = tetrahedralize(surface, None, DEFAULT, grains=[3, 1])
     assert [one.grain for one in result] == [1, 3]
     with pytest.raises(CraftmeshError, match="grain 8 has no facets"):
-        tetrahedralize(surface, None, None, DEFAULT, grains=[8])
+        tetrahedralize(surface, None, DEFAULT, grains=[8])
 
 
 def test_an_open_surface_fails_and_names_the_grain():
@@ -174,7 +174,7 @@ def test_an_open_surface_fails_and_names_the_grain():
     keep = np.arange(len(surface.facets)) != np.flatnonzero(surface.kind == 1)[0]
     broken = Surface(surface.points, surface.facets[keep], surface.sides[keep], surface.kind[keep])
     with pytest.raises(MeshingError, match="grain 5") as caught:
-        tetrahedralize(broken, None, None, DEFAULT)
+        tetrahedralize(broken, None, DEFAULT)
     assert [one.grain for one in caught.value.done] == [6]
 
 
@@ -186,7 +186,7 @@ def test_points_given_twice_count_once():
     facets[second] += count
     doubled = Surface(np.concatenate([surface.points] * 2), facets, surface.sides, surface.kind)
     assert (lowest_equal_point(doubled.points) == np.tile(np.arange(count), 2)).all()
-    for one in tetrahedralize(doubled, None, None, DEFAULT)[0]:
+    for one in tetrahedralize(doubled, None, DEFAULT)[0]:
         assert one.nodes.max() < count
 
 
@@ -213,6 +213,6 @@ def test_real_grains(shared_data):
     grains = [3, 8]
     own = np.isin(whole.sides, grains).any(1)
     surface = Surface(whole.points, whole.facets[own], whole.sides[own], whole.kind[own])
-    result, report = tetrahedralize(surface, Constant(2.0), None, DEFAULT, grains=grains)
+    result, report = tetrahedralize(surface, Constant(2.0), DEFAULT, grains=grains)
     check_fill(surface, result)
     assert report["tried_again"] == {} and report["interior_points"] > 0
