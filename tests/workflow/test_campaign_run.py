@@ -120,14 +120,15 @@ def test_changed_sizing_reruns_the_sizing_and_what_follows(finished, tmp_path, k
 def test_includes_and_exports_make_their_files_and_rerun_nothing_else(finished, tmp_path):
     folder = type(finished)(shutil.copytree(finished.path, tmp_path / "more"))
     with open(folder.path / "config.yaml", "a") as stream:
-        stream.write("exports: [msh, e]\ninp: {includes: true, quarter_points: true}\n")
+        stream.write("exports: [.msh, e]\ninp: {includes: true, quarter_points: true}\n")
     jobs = folder.snakemake("--dry-run").jobs
-    assert jobs == {"inp": 2, "export": 4, "report": 1, "all": 1, "total": 8}
+    assert jobs == {"inp": 2, "export": 6, "report": 1, "all": 1, "total": 10}  # .csv with .msh
     case = folder.path / "results" / "tiny" / "001"
     run = folder.snakemake(
-        "--cores", "2", *(f"results/tiny/001/model{end}" for end in ("_mesh.inp", ".msh"))
+        "--cores", "2", *(f"results/tiny/001/model{end}" for end in ("_mesh.inp", ".msh", ".csv"))
     )
-    assert run.status == 0 and run.jobs == {"inp": 1, "export": 1, "total": 2}, run.text
+    assert run.status == 0 and run.jobs == {"inp": 1, "export": 2, "total": 3}, run.text
+    assert (case / "model.csv").read_text().startswith("grain,phase,w,x,y,z,phi1,Phi,phi2\n1,")
     assert check_deck(case / "model.inp") == []
     corners = read_tets(case / "volume.vtu")
     assert len(meshio.read(case / "model.msh").cells_dict["tetra10"]) == len(corners.tets)
