@@ -77,10 +77,10 @@ class Campaign:
         last = {pattern.format(case=one.name, inc=one.increment_names[-1]) for one in self.cases.values()}
         return [path for path in made if path not in last]
 
-    def microstructure(self, case: str) -> str:
-        """Return the file that `craftmesh import` reads."""
-        path = self.cases[case].microstructure
-        return f"{self.results}/{case}/generated.npz" if path == SYNTHETIC else path
+    def generated(self, case: str) -> list[str]:
+        """Return the volume that `craftmesh import` reads of a synthetic case; none of others."""
+        is_synthetic = self.cases[case].microstructure == SYNTHETIC
+        return [f"{self.results}/{case}/generated.npz"] if is_synthetic else []
 
     def crack(self, case: str, inc: str) -> dict[str, str]:
         """Return the crack of an increment as the input `crack`; nothing for a case without a crack."""
@@ -93,8 +93,10 @@ class Campaign:
         return {"solution": f"{self.results}/{case}/{inc}/solution.npz"} if is_shown else {}
 
     def previous_crack(self, case: str, inc: str) -> dict[str, str]:
-        """Return the crack of the increment before as the input `previous`; nothing for the first."""
-        return {"previous": self.crack(case, f"{int(inc) - 1:03d}")["crack"]} if int(inc) else {}
+        """Return the crack of the increment before as `previous`, and as `grown` what it grew into."""
+        before = f"{self.results}/{case}/{int(inc) - 1:03d}"
+        grown = {"grown": f"{before}/grown.vtp"} if self.cases[case].grows else {}
+        return {"previous": f"{before}/crack.vtp", **grown} if int(inc) else {}
 
     def last_step(self, case: str, inc: str) -> dict[str, str]:
         """Return what the increment before grew from as the inputs `base` and `step`; else nothing."""
@@ -109,8 +111,7 @@ class Campaign:
     def crack_options(self, case: str, inc: str) -> list[dict[str, Any]]:
         """Return the keys of each crack of an increment; those that have grown are surfaces in one file."""
         if self.cases[case].grows and int(inc):
-            grown = f"{self.results}/{case}/{int(inc) - 1:03d}/grown.vtp"
-            return [{"shape": "surface", "file": grown}]
+            return [{"shape": "surface", "file": self.previous_crack(case, inc)["grown"]}]
         return [self.cases[case].settings["cracks"][name] for name in self.cases[case].cracks]
 
     def crack_surface(self, case: str, inc: str) -> dict[str, str]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure, as_in_deck, known_of_files
-from craftmesh.commands.run_deck import FIELD, run_deck, solved_history
+from craftmesh.commands.run_deck import run_deck, solved_history
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
 from craftmesh.deck.options import OF_THE_FILE, DeckOptions
 from craftmesh.errors import CraftmeshError
@@ -24,7 +24,7 @@ from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.user_materials import UserMaterials
 from craftmesh.progress import ProgressLine
-from craftmesh.solve.options import BUILTIN, CALCULIX, EXTERNAL, SolveOptions
+from craftmesh.solve.options import BUILTIN, CALCULIX, EXTERNAL, FIELD, SolveOptions, waited_for
 from craftmesh.solve.problem import foreign_solution
 from craftmesh.solve.solve import memory_of, solve, solve_combinations
 from craftmesh.solve.stress import grain_stress
@@ -136,7 +136,7 @@ def _solution(
         return _built_in(solve, model, options)
     if options.solver == EXTERNAL:
         given: Path = arguments.field or arguments.output.with_name(FIELD)
-        return given_solution(model, given.with_stem(f"{given.stem}_{case}") if case else given)
+        return given_solution(model, *waited_for(given, [case] if case else []))
     with _folder(options, arguments) as folder:
         return computed_solution(model, options, folder / case)
 

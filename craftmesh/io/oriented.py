@@ -10,12 +10,12 @@ from contextlib import contextmanager
 from io import BytesIO
 from itertools import permutations
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
 from craftmesh.errors import CraftmeshError, told
-from craftmesh.io.declared import DEFLATE, data_file, refuse_false_size, unpacked
+from craftmesh.io.declared import DEFLATE, HEAD, data_file, refuse_false_size, unpacked
 from craftmesh.io.file_volume import FileVolume
 
 ALIGNED = 1e-4  # of a step: headers have six digits, and over 1000 voxels this is a tenth of one
@@ -25,6 +25,7 @@ _TYPES |= {"UINT": "uint32", "LONG": "long", "ULONG": "ulong", "LONG_LONG": "int
 _TYPES |= {"FLOAT": "float", "DOUBLE": "double"}
 _LONG = {"long": ("int32", "int64"), "ulong": ("uint32", "uint64")}
 _LAST = "ElementDataFile"  # the key after which the data begin
+_NRRD_FILES = ("datafile", "data file")
 _METHODS = {"gzip": "deflate", "gz": "deflate", "bzip2": "bzip2", "bz2": "bzip2"}
 
 
@@ -72,7 +73,8 @@ def read_metaimage(path: str | os.PathLike) -> FileVolume:
     bytes where the data are that long, as some systems write it. Raises CraftmeshError.
     """
     path = Path(path)
-    header, rest = _header(path)
+    with open(path, "rb") as stream:
+        header, rest = _header(path, stream), stream.read()
     shape = _header_numbers(path, header, ("DimSize",), np.int64)
     if shape is None or len(shape) != 3 or (shape <= 0).any():
         raise CraftmeshError(f"{path}: DimSize is {header.get('DimSize')}; expected three counts of voxels")
@@ -84,8 +86,8 @@ def read_metaimage(path: str | os.PathLike) -> FileVolume:
             f"{path}: ElementType is {header.get('ElementType')}; "
             f"expected one of MET_{', MET_'.join(_TYPES)}"
         )
-    if header[_LAST].upper() != "LOCAL":
-        rest = data_file(path, _LAST, header[_LAST]).read_bytes()
+    for other in _metaimage_data(path, header):
+        rest = other.read_bytes()
     skip = _header_numbers(path, header, ("HeaderSize",), np.int64)  # -1: the data are the end of the file
     before = 0 if skip is None else int(skip[0])
     is_packed = header.get("CompressedData", "False").lower() == "true"
@@ -110,14 +112,21 @@ def _placed(path: Path, labels: np.ndarray, steps: np.ndarray, first: np.ndarray
     return FileVolume(turned, spacing, None if first is None else corner)
 
 
-def _header(path: Path) -> tuple[dict[str, str], bytes]:
-    """Return the header's values by their keys, and what follows it in the file."""
-    content = path.read_bytes()
+def metaimage_data(path: Path) -> list[Path]:
+    """Return the file in which the data of a .mhd lie, none for a .mha; raises CraftmeshError."""
+    with open(path, "rb") as stream:
+        return _metaimage_data(path, _header(path, stream))
+
+
+def _metaimage_data(path: Path, header: Mapping[str, str]) -> list[Path]:
+    return [] if header[_LAST].upper() == "LOCAL" else [data_file(path, _LAST, header[_LAST])]
+
+
+def _header(path: Path, stream: IO[bytes]) -> dict[str, str]:
+    """Return the header's values by their keys; the stream is then at what follows it in the file."""
     header: dict[str, str] = {}
-    start = 0
     while _LAST not in header:
-        end = content.find(b"\n", start)
-        line = content[start : end if end >= 0 else len(content)].decode("ascii", "replace")
+        line = stream.readline(HEAD).decode("ascii", "replace").removesuffix("\n")
         key, equals, value = line.partition("=")
         if not equals:
             raise CraftmeshError(
@@ -125,8 +134,7 @@ def _header(path: Path) -> tuple[dict[str, str], bytes]:
                 f"expected KEY = VALUE up to {_LAST}"
             )
         header[key.strip()] = value.strip()
-        start = end + 1 if end >= 0 else len(content)
-    return header, content[start:]
+    return header
 
 
 def _header_numbers(
@@ -174,6 +182,18 @@ def _told(path: Path) -> Iterator[None]:
         raise CraftmeshError(f"{path}: is not a whole file ({reason}); export it anew") from None
 
 
+def nrrd_data(path: Path) -> list[Path]:
+    """Return the files in which the data of a .nhdr lie, none for a .nrrd; raises CraftmeshError."""
+    import nrrd
+
+    with _told(path), open(path, "rb") as stream:
+        return _nrrd_data(path, nrrd.read_header(stream))
+
+
+def _nrrd_data(path: Path, header: Mapping[str, Any]) -> list[Path]:
+    return [data_file(path, key, header[key]) for key in _NRRD_FILES if key in header]
+
+
 def _labels(path: Path, header: dict[str, Any], rest: bytes) -> np.ndarray:
     """Return the labels that follow an NRRD header, or lie in the file that it names.
 
@@ -181,9 +201,10 @@ def _labels(path: Path, header: dict[str, Any], rest: bytes) -> np.ndarray:
     """
     import nrrd
 
-    for key in ("datafile", "data file"):
-        if key in header:
-            rest = data_file(path, key, header.pop(key)).read_bytes()
+    for other in _nrrd_data(path, header):
+        rest = other.read_bytes()
+    for key in _NRRD_FILES:
+        header.pop(key, None)
     lines = sum(header.pop(key, 0) for key in ("lineskip", "line skip"))
     rest = rest.split(b"\n", lines)[lines]
     method = _METHODS.get(header["encoding"])

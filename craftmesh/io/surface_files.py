@@ -5,6 +5,7 @@ Other formats that trimesh reads (glTF, COLLADA, those of meshio, ...) are read 
 trimesh is imported on first use. Its clean-up is off: points are neither joined nor moved.
 """
 
+import json
 import os
 import re
 import warnings
@@ -181,10 +182,28 @@ class _Beside:
     def __init__(self, path: Path):
         self.path = path
 
+    def path_of(self, name: str) -> Path:
+        return data_file(self.path, "its part", name)
+
     def get(self, name: str) -> bytes:
-        return data_file(self.path, "its part", name).read_bytes()
+        return self.path_of(name).read_bytes()
 
     __getitem__ = get
+
+
+def parts_beside(path: Path) -> list[Path]:
+    """Return the files in which a glTF has its numbers, none for other surfaces; raises CraftmeshError."""
+    suffix = path.suffix.lower()
+    if suffix not in (".gltf", ".glb"):
+        return []
+    content = path.read_bytes()
+    if suffix == ".glb":  # its head has 12 bytes; length and kind of the first chunk have 4 each
+        content = content[20 : 20 + int.from_bytes(content[12:16], "little")]
+    try:
+        names = [buffer.get("uri", "data:") for buffer in json.loads(content).get("buffers", [])]
+    except (ValueError, AttributeError, TypeError) as error:
+        raise CraftmeshError(f"{path}: is not a whole glTF file ({error}); write it anew") from None
+    return [_Beside(path).path_of(name) for name in names if not name.startswith("data:")]
 
 
 def _refuse_false_containers(path: Path) -> None:

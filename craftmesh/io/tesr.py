@@ -10,6 +10,7 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 
 import numpy as np
@@ -159,7 +160,20 @@ def _inline_or_beside(path: Path, rest: bytes) -> tuple[bytes, bytes | None]:
     if not rest.lstrip().startswith(b"*file"):
         return rest, None
     _, name, after = (*rest.split(maxsplit=2), b"", b"")[:3]
-    return data_file(path, "*file", name.decode("utf-8", "replace")).read_bytes(), after
+    return _beside(path, name).read_bytes(), after
+
+
+def _beside(path: Path, name: bytes) -> Path:
+    return data_file(path, "*file", name.decode("utf-8", "replace"))
+
+
+def tesr_data(path: Path) -> list[Path]:
+    """Return the files that a .tesr names for the numbers of its sections; raises CraftmeshError."""
+    if not path.stat().st_size:
+        return []
+    with open(path, "rb") as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as content:
+        names = re.findall(rb"\*file\s+(\S+)", content)
+    return [_beside(path, name) for name in dict.fromkeys(names)]
 
 
 def _binary(rest: bytes, dtype: np.dtype, count: int) -> tuple[np.ndarray, bytes]:

@@ -9,6 +9,11 @@ FOLDER = Path(__file__).with_name("user_materials")
 PRESETS = tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
 
 
+def template_file(name: str) -> Path:
+    """Return the file of a template: one of PRESETS, or the path of another."""
+    return FOLDER / f"{name}.yaml" if name in PRESETS else Path(name)
+
+
 def read_template(name: str) -> Any:
     """Return what a template holds: one of PRESETS, or a YAML file.
 
@@ -16,7 +21,7 @@ def read_template(name: str) -> Any:
     """
     import yaml
 
-    path = FOLDER / f"{name}.yaml" if name in PRESETS else Path(name)
+    path = template_file(name)
     if path.exists():
         existing_file(path, "expected a file .yaml")
     try:

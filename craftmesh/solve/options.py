@@ -1,12 +1,15 @@
 """How the field is found."""
 
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option
 
 BUILTIN, CALCULIX, ABAQUS, EXTERNAL = "builtin", "calculix", "abaqus", "external"
+FIELD = "field.csv"  # of other programs' displacements, beside the solution
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,11 @@ class SolveOptions(Options):
                 f"solver is {self.solver}, {reason}; expected {BUILTIN}, which takes the welded body, its "
                 "load at once, or run the deck of `craftmesh inp` in Abaqus"
             )
+
+
+def waited_for(field: Path, cases: Sequence[str]) -> list[Path]:
+    """Return the files that `external` reads: `field`, or one for each load case by its name."""
+    return [field.with_stem(f"{field.stem}_{case}") for case in cases] or [field]
 
 
 def words_of(call: str, job: str, script: str, field: str) -> list[str]:

@@ -36,7 +36,7 @@ def test_sound_campaign_has_defaults_cases_and_files(campaign):
     assert found.config["results"] == "results" and found.chunks == 2
     assert found.cases["one"].increment_names == ("000", "001", "002")
     assert found.increments("{case}/{inc}", no_growth) == ["one/000", "one/001", "one/002"]
-    assert found.microstructure("one") == "results/one/generated.npz"
+    assert found.generated("one") == ["results/one/generated.npz"]
     assert found.crack("one", "001") == {"crack": "results/one/001/crack.vtp"}
     assert found.previous_crack("one", "000") == {}
     assert found.previous_crack("one", "002") == {"previous": "results/one/001/crack.vtp"}
@@ -70,7 +70,10 @@ def test_a_growing_case_takes_the_crack_that_the_increment_before_left(campaign)
     assert found.crack_files("one", "000") == [] and "--radius 5.0" in found.crack_flags("one", "000")
     assert found.crack_files("one", "002") == ["results/one/001/grown.vtp"]
     assert "--shape surface --file results/one/001/grown.vtp" in found.crack_flags("one", "002")
-    assert found.previous_crack("one", "002") == {"previous": "results/one/001/crack.vtp"}
+    assert found.previous_crack("one", "002") == {
+        "previous": "results/one/001/crack.vtp",
+        "grown": "results/one/001/grown.vtp",
+    }
     assert found.last_step("one", "000") == found.last_front("one", "000") == {}
     assert found.last_front("one", "002") == {"last": "results/one/001/fracture.json"}
     assert set(found.last_step("one", "002").values()) == {
@@ -99,7 +102,9 @@ def test_a_case_until_its_crack_stops_has_the_increments_that_were_reached(campa
 
 def test_paths_of_microstructures_start_at_the_data_folder(campaign, tmp_path):
     (tmp_path / "volume.npz").touch()
-    assert campaign("one\tvolume.npz\tnone\t1\n").microstructure("one") == str(tmp_path / "volume.npz")
+    assert campaign("one\tvolume.npz\tnone\t1\n").cases["one"].microstructure == str(
+        tmp_path / "volume.npz"
+    )
 
 
 def test_files_that_options_name_are_inputs(campaign, tmp_path):

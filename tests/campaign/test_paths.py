@@ -47,7 +47,7 @@ def test_home_and_variables_are_expanded_everywhere_alike(campaign, tmp_path, st
     rows = f"one\tv.npz\tc\t1\ntwo\t{start}/v.npz\tnone\t1\n"
     found = campaign(rows, results=f"{start}/res", data=start, cracks=cracks, sizing=sizing)
     assert found.results == str(folder / "res")
-    assert found.microstructure("one") == found.microstructure("two") == str(folder / "v.npz")
+    assert found.cases["one"].microstructure == found.cases["two"].microstructure == str(folder / "v.npz")
     assert found.crack_files("one", "000") == [str(folder / "crack.stl"), str(folder / "front.csv")]
     assert found.section_files("sizing", "two") == [str(folder / "points.csv")]
     assert str(folder / "crack.stl") in found.crack_flags("one", "000")
@@ -84,7 +84,7 @@ def test_what_is_there_by_that_very_name_is_read(campaign, tmp_path):
         for k, name in enumerate(["a$UNSET.npz", "~b.npz", "-c.npz", "./synthetic"])
     )
     found = campaign(rows)
-    names = [found.microstructure(str(k)) for k in range(4)]
+    names = [found.cases[str(k)].microstructure for k in range(4)]
     assert names == ["a$UNSET.npz", "~b.npz", str(tmp_path / "-c.npz"), str(tmp_path / "synthetic")]
 
 

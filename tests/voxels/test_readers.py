@@ -1,6 +1,7 @@
 """Every format is written by the test itself and read back: shape, axes, spacing, ids, orientations."""
 
 import gzip
+import sys
 import zlib
 
 import h5py
@@ -9,6 +10,7 @@ import pytest
 import tifffile
 
 from craftmesh.io import vtk
+from craftmesh.io.behind import files_behind
 from craftmesh.io.file_volume import of_space_group
 from craftmesh.io.npz import read_labels, write_labels
 from craftmesh.mechanics.orientation import (
@@ -260,6 +262,29 @@ def test_volume_comes_back_with_its_axes_spacing_and_ids(tmp_path, write):
     shift = 1 if write is write_damask else 0
     assert raw.remap == {k - shift: k for k in (1, 2, 3)}
     assert any("+ 1" in note for note in raw.notes) == bool(shift)
+
+
+@pytest.fixture
+def opened(monkeypatch):
+    """The files that Python opens while a test runs; h5py's are not heard, and it may open no others."""
+    heard: list[str] = []
+    monkeypatch.setattr(f"{__name__}.LISTENERS", [heard.append])
+    return heard
+
+
+LISTENERS: list = []
+sys.addaudithook(lambda event, words: [one(str(words[0])) for one in LISTENERS if event == "open"])
+
+
+@pytest.mark.parametrize("write", WRITERS)
+def test_a_reader_opens_the_files_that_a_campaign_tracks(tmp_path, write, opened):
+    path, options = write(tmp_path)
+    tracked = {str(path), *map(str, files_behind(path))}
+    opened.clear()
+    read_voxels(path, options)
+    assert {name for name in opened if name.startswith(str(tmp_path))} <= tracked
+    beside = {str(file) for file in tmp_path.rglob("*") if file.is_file()}
+    assert beside <= tracked  # the writers leave nothing else there
 
 
 @pytest.mark.parametrize("write", WITH_ORIENTATIONS)

@@ -3,6 +3,16 @@ NODE = cluster_node(CAMPAIGN.config["node"])
 CHECKED = "deck" if NODE.cpus != 1 else "quality"
 
 
+def given(stage):
+    """Return the input function of the user's files that a stage reads; `content` says when they change."""
+    return lambda wildcards: [ancient(path) for path in given_files(CAMPAIGN, stage, **wildcards)]
+
+
+def content(stage):
+    """Return the function of what is in the files that a stage reads; jobs, whose rules are not compared, skip it."""
+    return lambda wildcards: content_of(CAMPAIGN, stage, **wildcards) if workflow.is_main_process else None
+
+
 def job_memory(stage, file):
     """Return the function of the memory of a stage's job by the size of a file of its case or increment."""
     return lambda wildcards, attempt: memory_mb(stage, sizes_of(file.format(**wildcards)), attempt, NODE)

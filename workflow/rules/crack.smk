@@ -3,7 +3,7 @@ rule crack:
         unpack(lambda wildcards: CAMPAIGN.previous_crack(wildcards.case, wildcards.inc)),
         unpack(lambda wildcards: CAMPAIGN.crack_surface(wildcards.case, wildcards.inc)),
         labels=f"{CASE}/labels.npz",
-        files=lambda wildcards: CAMPAIGN.crack_files(wildcards.case, wildcards.inc),
+        files=given("crack"),
     output:
         f"{INC}/crack.vtp",
     log:
@@ -19,6 +19,7 @@ rule crack:
         others=lambda wildcards, input: command_flags(
             {key: input.get(key) for key in ("previous", "surface")}
         ),
+        content=content("crack"),
         code=CAMPAIGN.code("crack"),
     shell:
         "craftmesh crack {input.labels:q} --increment {params.increment:q} {params.others} -o {output:q}"

@@ -2,7 +2,7 @@ rule inp:
     input:
         volume=f"{INC}/volume.vtu",
         labels=f"{CASE}/labels.npz",
-        files=lambda wildcards: CAMPAIGN.section_files("inp", wildcards.case),
+        files=given("inp"),
     output:
         model=f"{INC}/model.inp",
         mesh=CAMPAIGN.deck_files(f"{INC}/model.inp")[1:],
@@ -19,6 +19,7 @@ rule inp:
         runtime=job_minutes("inp", f"{INC}/gradated.vtp"),
     params:
         options=lambda wildcards: CAMPAIGN.deck_flags(wildcards.case),
+        content=content("inp"),
         code=CAMPAIGN.code("inp"),
     shell:
         "craftmesh inp {input.volume:q} --microstructure {input.labels:q} {params.options} -o {output.model:q}"

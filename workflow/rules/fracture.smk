@@ -4,10 +4,7 @@ rule fracture:
         crack=f"{INC}/crack.vtp",
         volume=f"{INC}/volume.vtu",
         labels=f"{CASE}/labels.npz",
-        files=lambda wildcards: [
-            *CAMPAIGN.section_files("inp", wildcards.case),
-            *CAMPAIGN.section_files("grow", wildcards.case),
-        ],
+        files=given("fracture"),
         solution=f"{INC}/solution.npz",
     output:
         sif=f"{INC}/sif.csv",
@@ -30,6 +27,7 @@ rule fracture:
         growth=lambda wildcards: CAMPAIGN.growth_flags(wildcards.case),
         units=lambda wildcards: CAMPAIGN.unit_flags(wildcards.case),
         last=lambda wildcards, input: command_flags({"last": input.get("last")}),
+        content=content("fracture"),
         code=CAMPAIGN.code("fracture"),
     shell:
         "craftmesh fracture {input.volume:q} {input.solution:q} --crack {input.crack:q}"

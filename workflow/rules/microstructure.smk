@@ -1,6 +1,6 @@
 rule generate:
     input:
-        lambda wildcards: CAMPAIGN.section_files("generate", wildcards.case),
+        given("generate"),
     output:
         f"{CASE}/generated.npz",
     log:
@@ -16,6 +16,7 @@ rule generate:
         runtime=job_minutes("generate", f"{CASE}/labels.npz"),
     params:
         options=lambda wildcards: CAMPAIGN.flags("generate", wildcards.case),
+        content=content("generate"),
         code=CAMPAIGN.code("generate"),
     shell:
         "craftmesh generate {params.options} -o {output:q} > {log:q} 2>&1"
@@ -23,7 +24,8 @@ rule generate:
 
 rule import_microstructure:
     input:
-        lambda wildcards: CAMPAIGN.microstructure(wildcards.case),
+        lambda wildcards: CAMPAIGN.generated(wildcards.case),
+        given("import_"),
     output:
         image=f"{CASE}/microstructure.vti",
         labels=f"{CASE}/labels.npz",
@@ -42,6 +44,7 @@ rule import_microstructure:
         runtime=job_minutes("import_microstructure", f"{CASE}/labels.npz"),
     params:
         options=lambda wildcards: CAMPAIGN.import_flags(wildcards.case),
+        content=content("import_"),
         code=CAMPAIGN.code("import_"),
     shell:
         "craftmesh import {input:q} {params.options} --image {output.image:q} --labels {output.labels:q}"

@@ -2,7 +2,7 @@ rule solve:
     input:
         volume=f"{INC}/volume.vtu",
         labels=f"{CASE}/labels.npz",
-        files=lambda wildcards: CAMPAIGN.section_files("inp", wildcards.case),
+        files=given("solve"),
     output:
         solution=f"{INC}/solution.npz",
         view=f"{INC}/solution.vtu",
@@ -21,6 +21,7 @@ rule solve:
     params:
         model=lambda wildcards: CAMPAIGN.solved_flags(wildcards.case),
         options=lambda wildcards: CAMPAIGN.flags("solve", wildcards.case),
+        content=content("solve"),
         code=CAMPAIGN.code("solve"),
     shell:
         "craftmesh solve {input.volume:q} --microstructure {input.labels:q} {params.model} {params.options}"

@@ -24,7 +24,7 @@ rule size:
         unpack(lambda wildcards: CAMPAIGN.crack(wildcards.case, wildcards.inc)),
         surface=f"{CASE}/remeshed.vtp",
         labels=f"{CASE}/labels.npz",
-        files=lambda wildcards: CAMPAIGN.section_files("sizing", wildcards.case),
+        files=given("size"),
     output:
         f"{INC}/sizing.npz",
     log:
@@ -41,6 +41,7 @@ rule size:
     params:
         options=lambda wildcards: CAMPAIGN.flags("sizing", wildcards.case),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
+        content=content("size"),
         code=CAMPAIGN.code("size"),
     shell:
         "craftmesh size {input.surface:q} {params.crack} --labels {input.labels:q} {params.options}"

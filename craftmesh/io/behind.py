@@ -1,0 +1,25 @@
+"""Which files readers open behind the one that is named: data of a header, slices, parts of a surface."""
+
+from pathlib import Path
+
+from craftmesh.io.oriented import metaimage_data, nrrd_data
+from craftmesh.io.surface_files import parts_beside
+from craftmesh.io.tesr import tesr_data
+from craftmesh.io.tiff import slice_files
+from craftmesh.io.volume_format import SUFFIXES
+
+_FINDERS = {"metaimage": metaimage_data, "nrrd": nrrd_data, "tesr": tesr_data}
+
+
+def files_behind(path: Path, kind: str = "auto") -> list[Path]:
+    """Return the files that a reader opens besides `path`, in their order; of a folder its slices.
+
+    kind: the file's format, a key of SUFFIXES; auto: by its name. Raises CraftmeshError as the reader does
+    for missing files and for folders that hold no stack.
+    """
+    if path.is_dir():
+        return slice_files(path)
+    suffix = path.suffix.lower()
+    if kind == "auto":
+        kind = next((name for name, suffixes in SUFFIXES.items() if suffix in suffixes), "")
+    return _FINDERS.get(kind, parts_beside)(path)
