@@ -15,9 +15,11 @@ from pathlib import Path
 from craftmesh.atomic import atomic_path
 from craftmesh.campaign.campaign import Campaign
 from craftmesh.campaign.cases import SYNTHETIC
+from craftmesh.campaign.configuration import fields_of
 from craftmesh.errors import CraftmeshError, listed
 from craftmesh.io.behind import files_behind
 from craftmesh.io.user_material import PRESETS, template_file
+from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.solve.options import BUILTIN, EXTERNAL, FIELD, waited_for
 
 KEPT = Path(".snakemake", "craftmesh", "content")  # digests that are known, in the folder of the run
@@ -46,7 +48,7 @@ def content(campaign: Campaign, stage: str, case: str, inc: str = "") -> str | N
     kind = settings["import"]["format"] if stage == "import_" else AUTO
     files = given_files(campaign, stage, case, inc)
     if stage == "solve":
-        files += _of_solver(settings["solve"], settings["inp"]["cases"], Path(campaign.results, case, inc))
+        files += _of_solver(settings, Path(campaign.results, case, inc))
     template = settings["inp"]["user_material"] if stage in ("inp", "solve") else ""
     read = [*files, str(template_file(template))] if template in PRESETS else files
     if not read:
@@ -56,9 +58,11 @@ def content(campaign: Campaign, stage: str, case: str, inc: str = "") -> str | N
     return f"content {total} of {listed(files or [template])}"
 
 
-def _of_solver(keys: Mapping, cases: list[str], folder: Path) -> list[str]:
+def _of_solver(settings: Mapping, folder: Path) -> list[str]:
     """Return the fields that a solver waits for, and the files that its calls name by absolute paths."""
+    keys = settings["solve"]
     if keys["solver"] == EXTERNAL:
+        cases = ModelOptions(**fields_of(ModelOptions, settings["inp"])).cases
         return list(map(str, waited_for(folder / FIELD, cases)))
     calls = () if keys["solver"] == BUILTIN else keys["command"]
     words = [word.rpartition("=")[2] for call in calls for word in shlex.split(call)]
