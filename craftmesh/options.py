@@ -112,12 +112,19 @@ def _is_one(value: Any, hint: Any, metadata: Mapping[str, Any]) -> bool:
         if isinstance(value, bool) or not isinstance(value, Real if hint is float else Integral):
             return False
         limits = metadata.get("bounds", {}).items()
-        return math.isfinite(value) and all(BOUNDS[name].holds(value, limit) for name, limit in limits)
+        return _is_finite(value) and all(BOUNDS[name].holds(value, limit) for name, limit in limits)
     if hint is bool:
         return isinstance(value, (bool, np.bool_))
     if value is None:
         return hint is types.NoneType
     return isinstance(value, hint) and (not metadata.get("choices") or value in metadata["choices"])
+
+
+def _is_finite(value: Any) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond those of floats
+        return False
 
 
 def expectation(hint: Any, metadata: Mapping[str, Any]) -> str:

@@ -1,8 +1,10 @@
 """Configurations held against their JSON schema: defaults filled in, the first fault told in one line."""
 
 import re
+import reprlib
 from collections.abc import Mapping
 from dataclasses import fields
+from datetime import date
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
@@ -24,6 +26,10 @@ def load_schema(path: Path) -> dict:
 
 def completed(config: Mapping[str, Any], schema: dict) -> dict:
     """Return a copy of `config` with the schema's defaults; raises CraftmeshError for its first fault."""
+    try:
+        _refuse_keys(config, "")
+    except RecursionError:
+        raise CraftmeshError("an anchor of the configuration holds itself; write it out") from None
     made = filled(config, schema)
     faults = list(_validator()(schema).iter_errors(made))
     if faults:
@@ -33,6 +39,32 @@ def completed(config: Mapping[str, Any], schema: dict) -> dict:
         )
         raise CraftmeshError(_explain(faults[0]))
     return made
+
+
+def _refuse_keys(value: Any, path: str) -> None:
+    """Raise CraftmeshError for a key that is no text, as YAML reads 12, 12:30, no and 2024-01-31."""
+    if isinstance(value, (list, tuple)):
+        for item in value:
+            _refuse_keys(item, path)
+    if not isinstance(value, Mapping):
+        return
+    last: Any = None
+    for key, inner in value.items():
+        if not isinstance(key, str):
+            advice = "put names that look like numbers, dates, yes or no in quotes"
+            if inner is None and type(key) is type(last) is int:
+                advice = f"a decimal comma? write {last}.{key}"
+            place = path or "the configuration"
+            raise CraftmeshError(f"{place} has the key {_shown(key)}, which is no text; {advice}")
+        _refuse_keys(inner, f"{path}.{key}" if path else key)
+        last = inner
+
+
+def _shown(value: Any) -> str:
+    """Return a value as messages have it; of a whole number of hundreds of digits both ends."""
+    if isinstance(value, int):
+        return reprlib.repr(value)
+    return str(value) if isinstance(value, date) else repr(value)
 
 
 def is_valid(value: Any, schema: Mapping[str, Any]) -> bool:
@@ -113,10 +145,14 @@ def _explain(fault: Any) -> str:
         key = next(key for key in fault.validator_value if key not in fault.instance)
         text = fault.schema["properties"][key].get("description", "")
         return f"key {f'{path}.{key}' if path else key} is missing; expected {text}"
-    is_text = isinstance(fault.instance, str) and "number" in kinds_of(fault.schema)
-    written = ", written as 0.5 or 5e-7" if is_text else ""
+    kinds, value, written = kinds_of(fault.schema), fault.instance, ""
+    if isinstance(value, str) and {"number", "integer"} & set(kinds):
+        is_comma = re.fullmatch(r"\s*[-+]?\d+,\d+\s*", value)
+        written = f"; write {value.strip().replace(',', '.')}" if is_comma else ", written as 0.5 or 5e-7"
+    elif "string" in kinds and isinstance(value, (bool, int, float, date)):
+        written = "; put a name that looks like a number, a date, yes or no in quotes"
     expected = _expectation(fault.schema) + written
-    return f"{path or 'the configuration'} is {fault.instance!r}; expected {expected}"
+    return f"{path or 'the configuration'} is {_shown(value)}; expected {expected}"
 
 
 def _expectation(schema: dict) -> str:

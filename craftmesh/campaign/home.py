@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from craftmesh.errors import CraftmeshError, existing_file
+from craftmesh.errors import CraftmeshError
+from craftmesh.io.yaml_file import read_yaml
 
 PACKAGE = Path(__file__).parents[1]
 NO_CONFIG = str(Path(__file__).with_name("no-config.yaml"))
@@ -62,15 +63,7 @@ def command_on_path() -> None:
 
 def read_config(path: Path) -> dict[str, Any]:
     """Return what a configuration file holds; raises CraftmeshError for what is not YAML with keys."""
-    import yaml
-
-    try:
-        found = yaml.safe_load(existing_file(path, "expected YAML").read_text(encoding="utf-8"))
-    except yaml.YAMLError as error:
-        line = " ".join(str(error).split())
-        raise CraftmeshError(f"{path}: {line}; expected YAML") from None
-    except UnicodeDecodeError as error:
-        raise CraftmeshError(f"{path}: {error}; expected YAML in UTF-8: save it anew") from None
+    found = read_yaml(path)
     if not isinstance(found, dict):
         raise CraftmeshError(f"{path}: found {type(found).__name__}; expected keys with values")
     return found

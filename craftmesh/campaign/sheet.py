@@ -1,6 +1,7 @@
 """The sheet of cases: rows, columns, lists of values, and the cases that come of them."""
 
 import itertools
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -12,6 +13,7 @@ from craftmesh.campaign.cases import Case, as_case_name, check_capitals, check_c
 from craftmesh.campaign.configuration import completed, filled, is_valid, kinds_of
 from craftmesh.errors import CraftmeshError, listed, named
 from craftmesh.io.text_table import read_rows
+from craftmesh.io.yaml_file import parse_yaml
 
 # which files a deck consists of is asked before the cases are known; all run on one cluster, and one page
 # shows all
@@ -46,14 +48,32 @@ def check_key(key: str, known: Mapping[str, Any], place: str) -> None:
     raise CraftmeshError(f"{place}: unknown key {key!r}; {hint}")
 
 
-def cell_value(text: str, place: str) -> Any:
-    """Return what a cell says, read as a value in the configuration is."""
+def cell_value(text: str, schema: Mapping[str, Any], place: str) -> Any:
+    """Return what a cell says, read as a value in the configuration is.
+
+    Where the key takes texts, words count that YAML has as numbers, dates, yes or no.
+    """
     import yaml
 
     try:
-        return yaml.safe_load(text)
+        words = yaml.load(text, yaml.BaseLoader)
     except yaml.YAMLError:
         raise CraftmeshError(f"{place} is {text!r}; expected a value as in the configuration") from None
+    try:
+        return _as_written(parse_yaml(text, place), words, schema)
+    except CraftmeshError:
+        if is_valid(filled(words, schema), schema):  # 0012, a name or 12
+            return words
+        raise
+
+
+def _as_written(value: Any, words: Any, schema: Mapping[str, Any]) -> Any:
+    """Return `value`, or `words`, the same with texts alone, where only these fit the schema."""
+    if value is None or is_valid(filled(value, schema), schema):
+        return value
+    if isinstance(value, list) and not is_valid(words, schema):
+        return [_as_written(*item, schema) for item in zip(value, words)]
+    return words if is_valid(words, schema) else value
 
 
 @dataclass(frozen=True)
@@ -146,7 +166,7 @@ def read_cases(path: Path, rules: Rules) -> dict[str, Case]:
     for _, cells in rows:
         while len(cells) > 1 and not cells[-1]:  # spreadsheets leave them
             cells.pop()
-    columns = rows[0][1] if rows else []
+    columns = _columns(rows[0][1], rules.keys) if rows else []
     _check_columns(columns, rules.keys, str(path))
     cases: dict[str, Case] = {}
     for number, row in rows[1:]:
@@ -180,6 +200,16 @@ def _sweep(rules: Rules) -> dict[str, Choice]:
     return swept
 
 
+def _columns(heads: Sequence[str], known: Mapping[str, Any]) -> list[str]:
+    """Return the columns that heads mean, whose capitals count only where two columns differ in them."""
+    meant = [*COLUMNS, *OPTIONAL, *known]
+    by_small: dict[str, list[str]] = {}
+    for name in meant:
+        by_small.setdefault(name.casefold(), []).append(name)
+    near = [by_small.get(re.sub(r"\s*\.\s*", ".", head).casefold(), []) for head in heads]
+    return [names[0] if head not in meant and len(names) == 1 else head for head, names in zip(heads, near)]
+
+
 def _check_columns(columns: Sequence[str], known: Mapping[str, Any], place: str) -> None:
     if not set(COLUMNS) <= set(columns) or len(set(columns)) < len(columns):
         raise CraftmeshError(
@@ -196,15 +226,11 @@ def _cases(
 ) -> Iterator[Case]:
     """Yield the cases of one row; a column's cell takes the place of a sweep of the same key."""
     row = cells["case"]
-    choices = {**swept, **_choices(cells, rules.keys, f"{place}, case {row!r}")}
+    choices = {**swept, **_choices(cells, rules.keys, rules.row["properties"], f"{place}, case {row!r}")}
     for name, values in variants(row, choices):
         at = f"{place}, case {name!r}"
         changes = {key: value for key, value in values.items() if key in rules.keys}
-        columns = {
-            key: int(value) if isinstance(value, str) and value.isdecimal() else value
-            for key, value in values.items()
-            if key not in rules.keys
-        }
+        columns = {key: value for key, value in values.items() if key not in rules.keys}
         with named(at):
             columns = completed({"case": name} | columns, rules.row)
         check_case_name(name, place)
@@ -227,14 +253,16 @@ def _settings(changes: Mapping[str, Any], rules: Rules, place: str) -> dict[str,
     return made
 
 
-def _choices(cells: Mapping[str, str], known: Mapping[str, dict], place: str) -> dict[str, Choice]:
+def _choices(
+    cells: Mapping[str, str], known: Mapping[str, dict], row: Mapping[str, dict], place: str
+) -> dict[str, Choice]:
     """Return what a row's cells say, but for its name and empty cells of keys."""
     found = {}
     for column, text in cells.items():
         at = f"{place}, column {column}"
         if column in known and text:
-            found[column] = choice(cell_value(text, at), known[column], at)
+            found[column] = choice(cell_value(text, known[column], at), known[column], at)
         elif column in COLUMNS[1:] or (column in OPTIONAL and text):
-            is_list = text.startswith("[")
-            found[column] = choice(cell_value(text, at), {}, at) if is_list else Choice([text])
+            own = row[column]
+            found[column] = choice(cell_value(text, own, at) if text[:1] == "[" else text, own, at)
     return found

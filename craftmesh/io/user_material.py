@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from craftmesh.errors import CraftmeshError, existing_file
+from craftmesh.errors import CraftmeshError, named
+from craftmesh.io.yaml_file import read_yaml
 
 FOLDER = Path(__file__).with_name("user_materials")
 PRESETS = tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
@@ -19,17 +20,10 @@ def read_template(name: str) -> Any:
 
     Raises CraftmeshError for a file that is missing or no YAML.
     """
-    import yaml
-
     path = template_file(name)
-    if path.exists():
-        existing_file(path, "expected a file .yaml")
-    try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError):
+    if not path.is_file():
         raise CraftmeshError(
             f"user_material: {name} cannot be read; expected {', '.join(PRESETS)}, or a file .yaml"
-        ) from None
-    except yaml.YAMLError as error:
-        line = " ".join(str(error).split())
-        raise CraftmeshError(f"user_material: {name} is no YAML ({line}); see docs/umat.md") from None
+        )
+    with named("user_material"):
+        return read_yaml(path)

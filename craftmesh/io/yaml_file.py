@@ -1,0 +1,92 @@
+"""YAML as users write it: faults in one line, and a key that is given twice is one of them."""
+
+import codecs
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from craftmesh.errors import CraftmeshError, existing_file
+
+_OTHERWISE = re.compile(r"[-+]?(0[0-9_]|[0-9_]+:)")  # 0012, which is 10, and 12:30, which is 750
+_WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def read_yaml(path: Path) -> Any:
+    """Return what a file in YAML or JSON holds; raises CraftmeshError that names the file and the lines."""
+    try:
+        content = existing_file(path, "expected YAML").read_bytes()
+        if content.startswith(_WIDE):
+            raise ValueError("is UTF-16")
+        return parse_yaml(content.decode("utf-8-sig"), str(path))
+    except OSError as error:
+        raise CraftmeshError(f"{path}: cannot be read ({error.strerror}); expected YAML") from None
+    except ValueError as error:
+        raise CraftmeshError(f"{path}: {error}; expected YAML in UTF-8: save it anew") from None
+
+
+def parse_yaml(text: str, place: str) -> Any:
+    """Return what a text in YAML or JSON holds; raises CraftmeshError, beginning with `place`."""
+    import yaml
+
+    if "\t" in text and _is_json(text):
+        text = text.replace("\t", " ")
+    loader = yaml.SafeLoader("")
+    try:
+        loader = yaml.SafeLoader(text)
+        root = loader.get_single_node()
+        for fault in _faults(root):
+            raise CraftmeshError(f"{place}: {fault}")
+        return None if root is None else loader.construct_document(root)
+    except (yaml.YAMLError, ValueError, OverflowError) as error:
+        line = " ".join(str(error).replace("<unicode string>", "it").split())
+        advice = "; indent with spaces, not with tabs" if "'\\t'" in line else ""
+        raise CraftmeshError(f"{place}: {line}; expected YAML{advice}") from None
+    except RecursionError:
+        raise CraftmeshError(f"{place}: an anchor holds itself; expected YAML that ends") from None
+    finally:
+        loader.dispose()
+
+
+def _is_json(text: str) -> bool:
+    try:
+        json.loads(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _faults(node: Any, path: str = "", above: frozenset = frozenset()) -> Iterator[str]:
+    """Yield what is wrong with a tree: keys given twice, and numbers that YAML 1.1 reads in other bases.
+
+    Raises RecursionError for a tree that holds itself.
+    """
+    import yaml
+
+    if id(node) in above:
+        raise RecursionError
+    above |= {id(node)}
+    if isinstance(node, yaml.ScalarNode):
+        is_number = not node.style and node.tag.endswith((":int", ":float"))
+        if is_number and _OTHERWISE.match(node.value):
+            yield (
+                f"line {_line(node)}: {node.value} is to YAML an octal or sexagesimal number; "
+                "write it as a decimal, or put a name in quotes"
+            )
+    elif isinstance(node, yaml.SequenceNode):
+        for number, item in enumerate(node.value):
+            yield from _faults(item, f"{path}[{number}]", above)
+    elif isinstance(node, yaml.MappingNode):
+        lines: dict[Any, int] = {}
+        for key, value in node.value:
+            inner = f"{path}.{key.value}" if path else str(key.value)
+            yield from _faults(key, inner, above)
+            if inner in lines:
+                yield f"key {inner} is there twice, on lines {lines[inner]} and {_line(key)}; keep one"
+            lines[inner] = _line(key)
+            yield from _faults(value, inner, above)
+
+
+def _line(node: Any) -> int:
+    return node.start_mark.line + 1
