@@ -19,6 +19,7 @@ DEFAULT = Path("config", "config.yaml")
 # keys that say where and how a campaign runs; the others say which campaign it is
 RUN_KEYS = frozenset({"results", "data", "chunks", "exports", "node"})
 _ERROR = "craftmesh: error: "
+NOTE = "craftmesh: note: "
 _MAIN = "from craftmesh.campaign.home import main; main()"
 
 
@@ -94,6 +95,9 @@ def refusal(said: str) -> str:
     """Return why Snakemake ended, from what it said: the workflow's error, else its last three lines."""
     lines = [line for line in said.splitlines() if line.strip()]
     told = [line.removeprefix(_ERROR) for line in lines if line.startswith(_ERROR)]
+    if any("cannot be locked" in line for line in lines):
+        notes = [line.removeprefix(NOTE) for line in lines if line.startswith(NOTE)]
+        told += [note for note in notes if note.startswith("the folder is locked")]
     return told[0] if told else f"snakemake fails: {' '.join(lines[-3:])}"
 
 

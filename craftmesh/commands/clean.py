@@ -9,10 +9,9 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+from craftmesh.campaign.runs import LOCKS
 from craftmesh.campaign.standing import SPARE, standings
 from craftmesh.errors import CraftmeshError, existing
-
-LOCKS = Path(".snakemake", "locks")  # of the campaigns that run in a folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -42,12 +42,18 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def write_records(results: Path, asked: Mapping[str, Any], campaign: str = "the campaign") -> None:
-    """Write into the folder of each case what a campaign asked for: its sheet, and its configuration."""
+    """Write into the folder of each case what a campaign asked for: its sheet, and its configuration.
+
+    Records of the campaign's cases that are no longer in its sheet are removed.
+    """
     if not {"campaign", "config", "cases"} <= asked.keys():
         raise CraftmeshError(
             f"{campaign}: keys {', '.join(asked) or 'none'}; expected campaign, config and cases, as the"
             " workflow says them; leave --campaign out for cases that have been reported before"
         )
+    for path in results.glob(f"*/{RECORD}"):  # of cases that the sheet no longer has
+        if path.parent.name not in asked["cases"] and read_json(path).get("campaign") == asked["campaign"]:
+            path.unlink()
     for name, case in asked["cases"].items():
         config = asked["config"] | case["settings"]
         config["cracks"] = {crack: config["cracks"][crack] for crack in case["cracks"]}

@@ -17,16 +17,16 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import IO
 
-from craftmesh.campaign.home import read_config, refusal, snakefile
+from craftmesh.campaign.home import NOTE, read_config, refusal, snakefile
 from craftmesh.campaign.standing import Standing, standings
 from craftmesh.commands.compile import compiling_ahead
 from craftmesh.commands.stage_io import add_config
 from craftmesh.errors import INTERRUPTED, CraftmeshError, existing
+from craftmesh.processes.guard import guarded, release
 from craftmesh.progress import LiveLines
 
 LOOK = 1.0  # s between two looks at the results, at least
 REST = 20  # times what a look took, in campaigns of many cases
-NOTE = "craftmesh: note: "
 _PLACE = re.compile("craftmesh: the cases of (.*), results in (.*)")
 
 
@@ -57,9 +57,11 @@ def add_cores(parser: argparse._ActionsContainer) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     profile = arguments.profile and _profile(arguments.profile)
-    words = ["--profile", profile] if profile else ["--cores", arguments.cores]
-    if arguments.config:
-        words += ["--configfile", str(existing(arguments.config))]
+    words = []
+    if arguments.config:  # before a flag of one value: what follows may be a target
+        read_config(existing(arguments.config))
+        words += ["--configfile", str(arguments.config)]
+    words += ["--profile", profile] if profile else ["--cores", arguments.cores]
     with nullcontext() if profile else compiling_ahead():
         return run_snakemake([*words, *arguments.snakemake])
 
@@ -113,17 +115,16 @@ def run_snakemake(words: Sequence[str]) -> int:
 @contextmanager
 def _child(command: Sequence[str], said: IO[str]) -> Iterator[subprocess.Popen]:
     """Yield a process whose words go to `said`, and which ends with this block, however that ends."""
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(INTERRUPTED))
-    child = subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:  # as nohup has it
+            signal.signal(number, lambda *_: sys.exit(INTERRUPTED))
+    child = guarded(command, said)
     try:
         yield child
-    except KeyboardInterrupt:  # the terminal tells both
-        child.wait()
+    except KeyboardInterrupt:
         raise CraftmeshError("stopped; the same command goes on from what is made") from None
     finally:
-        if child.poll() is None:
-            child.terminate()
-            child.wait()
+        release(child)
 
 
 def _text(said: IO[str]) -> str:

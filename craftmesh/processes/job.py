@@ -97,8 +97,18 @@ def run_program(words: Sequence[str], folder: Path, limits: Limits, log: Path) -
 
 def _prepare(limits: Limits) -> None:
     """Bind the program to its limit of memory and to the life of its parent."""
-    _LIBC.prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG of prctl(2)
+    die_with_parent(signal.SIGKILL)
     limit_memory(limits.memory)
+
+
+def die_with_parent(number: int) -> None:
+    """Let this process get a signal where its parent ends, however that ends."""
+    _LIBC.prctl(1, number)  # PR_SET_PDEATHSIG of prctl(2)
+
+
+def inherit_orphans() -> None:
+    """Let this process be the parent of what its children leave running."""
+    _LIBC.prctl(36, 1)  # PR_SET_CHILD_SUBREAPER
 
 
 def limit_memory(gigabytes: float) -> None:

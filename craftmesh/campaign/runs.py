@@ -1,0 +1,81 @@
+"""Which runs of Snakemake work in a folder, and the lock that a dead one left.
+
+Snakemake's locks do not say whose they are. Each run leaves a file with its process while it lives; a lock
+stays where the run was killed, and so does that file.
+"""
+
+import atexit
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import NamedTuple
+
+LOCKS = Path(".snakemake", "locks")
+RUNS = Path(".snakemake", "craftmesh", "runs")
+_BOOT = Path("/proc/sys/kernel/random/boot_id")
+
+
+class Run(NamedTuple):
+    """A process on a machine: the machine's name and start, the process's number and start."""
+
+    host: str
+    boot: str
+    pid: int
+    start: str
+
+    @property
+    def is_here(self) -> bool:
+        return self.host == os.uname().nodename
+
+    @property
+    def is_dead(self) -> bool:
+        """True where it is certain; a process on another machine cannot be seen."""
+        return self.is_here and self != run_of(self.pid)
+
+    def __str__(self) -> str:
+        return f"pid {self.pid} on {self.host}"
+
+
+def run_of(pid: int) -> Run | None:
+    """Return a process of this machine; None where there is none."""
+    try:
+        words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        boot = _BOOT.read_text().strip()
+    except OSError:
+        return None
+    return None if words[0] == "Z" else Run(os.uname().nodename, boot, pid, words[19])
+
+
+def enter() -> str:
+    """Leave this process's file in the folder, and return a note on other runs there, empty without one.
+
+    Where all other runs are dead, their lock and files are removed.
+    """
+    others = {path: Run(*json.loads(path.read_text())) for path in RUNS.glob("*.json")}
+    own = RUNS / f"{os.uname().nodename}-{os.getpid()}.json"
+    others.pop(own, None)
+    try:
+        RUNS.mkdir(parents=True, exist_ok=True)
+        own.write_text(json.dumps(run_of(os.getpid())))
+    except OSError:
+        return ""  # Snakemake says why it cannot write here
+    atexit.register(own.unlink, missing_ok=True)
+    living = [run for run in others.values() if not run.is_dead]
+    for path, run in others.items():
+        if run.is_dead:
+            path.unlink(missing_ok=True)
+    if not LOCKS.is_dir() or not any(LOCKS.iterdir()):
+        return ""
+    if others and not living:
+        shutil.rmtree(LOCKS)
+        return f"removed the lock that a killed run left, {', '.join(map(str, others.values()))}"
+    return f"the folder is locked by {_holders(living)}"
+
+
+def _holders(living: list[Run]) -> str:
+    if not living:
+        return "a run that is not known; if none runs on any machine, `snakemake --unlock` and start again"
+    here = all(run.is_here for run in living)
+    advice = "wait for its end, or kill it" if here else "if it is dead, run `snakemake --unlock`"
+    return f"another run, {', '.join(map(str, living))}; {advice}"
