@@ -16,6 +16,7 @@ from craftmesh.campaign.configuration import completed, fields_of, load_schema
 from craftmesh.campaign.digest import digest
 from craftmesh.campaign.meaning import check_meaning, small_cracks
 from craftmesh.campaign.paths import files_of, read_path, with_paths, written_path
+from craftmesh.campaign.phases import phase_notes
 from craftmesh.campaign.sheet import Rules, read_cases
 from craftmesh.cracks.options import IN_BOUNDARIES, CrackOptions, crack_files
 from craftmesh.deck.includes import mesh_file
@@ -50,7 +51,8 @@ class Campaign:
     @property
     def notes(self) -> list[str]:
         """What may be meant, but seldom is."""
-        return list(small_cracks(self.cases.values()))
+        cases = self.cases.values()
+        return [*small_cracks(cases), *phase_notes(cases)]
 
     def increments(
         self, pattern: str, growth: GrowthReport, growing: bool = False, others: Collection[str] = ()

@@ -62,7 +62,8 @@ def cell_value(text: str, schema: Mapping[str, Any], place: str) -> Any:
     try:
         return _as_written(parse_yaml(text, place), words, schema)
     except CraftmeshError:
-        if is_valid(filled(words, schema), schema):  # 0012, a name or 12
+        several = words if isinstance(words, list) and "array" not in kinds_of(schema) else [words]
+        if all(is_valid(filled(word, schema), schema) for word in several):  # 0012, a name or 12
             return words
         raise
 

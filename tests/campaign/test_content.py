@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import tifffile
 
-from craftmesh.campaign import content
-from craftmesh.campaign.content import KEPT, digest_of
+from craftmesh.campaign import file_digest
+from craftmesh.campaign.file_digest import KEPT, digest_of
 
 FUTURE = 4e9  # s, after any change that a test makes
 
@@ -183,7 +183,7 @@ def test_files_that_stay_are_read_once(monkeypatch):
     path, _ = mhd(Path("data"))
     before = anew(path)
     settle()
-    monkeypatch.setattr(content, "files_behind", None)
+    monkeypatch.setattr(file_digest, "files_behind", None)
     monkeypatch.setattr(hashlib, "file_digest", None)
     assert anew(path) == before
 

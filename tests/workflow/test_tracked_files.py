@@ -10,7 +10,8 @@ import tifffile
 import yaml
 
 from craftmesh.campaign.campaign import read_campaign
-from craftmesh.campaign.content import content, digest_of
+from craftmesh.campaign.content import content
+from craftmesh.campaign.file_digest import digest_of
 
 SHEET = """case\tmicrostructure\tcrack\tincrements\tsizing.points\tinp.lip_field\tinp.user_material
 header\tv.mhd\tcloud\t1\t\t\t
