@@ -34,6 +34,12 @@ def given_files(campaign: Campaign, stage: str, case: str, inc: str = "") -> lis
     return [path for section in _SECTIONS[stage] for path in campaign.section_files(section, case)]
 
 
+def is_made(campaign: Campaign, path: str) -> bool:
+    """Return whether a file lies in the folder of a case, as a crack that the workflow grew."""
+    folder, *rest = Path(os.path.relpath(path, campaign.results)).parts
+    return bool(rest) and folder in campaign.cases
+
+
 def content(campaign: Campaign, stage: str, case: str, inc: str = "") -> str | None:
     """Return what is in the files that a stage reads, as one text; None for a stage that reads none.
 
@@ -41,7 +47,8 @@ def content(campaign: Campaign, stage: str, case: str, inc: str = "") -> str | N
     """
     settings = campaign.cases[case].settings
     kind = settings["import"]["format"] if stage == "import_" else AUTO
-    files = given_files(campaign, stage, case, inc)
+    given = given_files(campaign, stage, case, inc)
+    files = [path for path in given if not is_made(campaign, path)]
     if stage == "solve":
         files += _of_solver(settings, Path(campaign.results, case, inc))
     template = settings["inp"]["user_material"] if stage in ("inp", "solve") else ""

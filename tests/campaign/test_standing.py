@@ -6,6 +6,7 @@ import os
 import pytest
 
 from craftmesh.campaign.standing import jobs, standings
+from craftmesh.commands.report import write_records
 from craftmesh.report.case_files import STAGES
 
 GROWS = {
@@ -141,3 +142,16 @@ def test_only_the_cases_of_the_campaign_are_told(tmp_path):
     begin(tmp_path, GROWS | {"campaign": "other.tsv"}, "two")
     assert [one.case for one in standings(tmp_path)] == ["one", "two"]
     assert [one.case for one in standings(tmp_path, "other.tsv")] == ["two"]
+
+
+def test_cases_that_left_the_sheet_do_not_count(tmp_path):
+    for case, campaign in (("kept", "s.tsv"), ("gone", "s.tsv"), ("others", "other.tsv")):
+        begin(tmp_path, PRESCRIBED | {"campaign": campaign}, case)
+    (tmp_path / "gone" / "labels.npz").touch()
+    case = {key: PRESCRIBED[key] for key in ("microstructure", "cracks", "growth")}
+    case |= {"increments": 1, "settings": {}}
+    asked = {"campaign": "s.tsv", "config": {"cracks": {"a": {}}}, "cases": {"kept": case, "new": case}}
+    write_records(tmp_path, asked)
+    counts = {one.case: one.increments for one in standings(tmp_path)}
+    assert counts == {"kept": 1, "new": 1, "others": 2}
+    assert (tmp_path / "gone" / "labels.npz").is_file()

@@ -5,7 +5,10 @@ CHECKED = "deck" if NODE.cpus != 1 else "quality"
 
 def given(stage):
     """Return the input function of the user's files that a stage reads; `content` says when they change."""
-    return lambda wildcards: [ancient(path) for path in given_files(CAMPAIGN, stage, **wildcards)]
+    return lambda wildcards: [
+        path if is_made(CAMPAIGN, path) else ancient(path)
+        for path in given_files(CAMPAIGN, stage, **wildcards)
+    ]
 
 
 def content(stage):
