@@ -36,7 +36,8 @@ class Standing:
     job: the one that runs or comes next, None where all is made; runs: whether it has begun. share: the
     work that is done, 0 to 1, None where a crack grows until it stops. left: seconds of the jobs that are
     left, one after another; None there too, and before the microstructure is imported. ended: why the crack
-    stopped before its last increment, else empty. failures: errors in which logs end.
+    stopped before its last increment, else empty. failures: errors in which logs end. doubted: increments
+    with a front on which no K is to be trusted.
     """
 
     case: str
@@ -48,14 +49,16 @@ class Standing:
     left: float | None
     ended: str
     failures: list[Failure]
+    doubted: list[str]
 
     def __str__(self) -> str:
         """Return one line for readers."""
         if self.failures:
             log, line = self.failures[0].log, self.failures[0].line
             return f"{self.case}: failed, {log}: {line}"
+        doubts = f"; no K to be trusted in {', '.join(self.doubted)}, see report.html" * bool(self.doubted)
         if self.job is None:
-            return f"{self.case}: " + (f"stopped, {self.ended}" if self.ended else "all is made")
+            return f"{self.case}: " + (f"stopped, {self.ended}" if self.ended else "all is made") + doubts
         words = [self.job.stage if self.runs else f"{self.job.stage} waits"]
         if self.job.increment:
             of = f"{'at most ' * self.at_most}{self.increments}"
@@ -63,7 +66,7 @@ class Standing:
         words += [] if self.share is None else [f"{100 * self.share:.0f} %"]
         if self.left is not None:
             words.append(f"{self.left:.0f} s left" if self.left < 100 else f"{self.left / 60:.0f} min left")
-        return f"{self.case}: {', '.join(words)}"
+        return f"{self.case}: {', '.join(words)}{doubts}"
 
 
 def standings(results: Path, campaign: str | None = None, since: float = 0.0) -> list[Standing]:
@@ -103,6 +106,15 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
         left=median_low([1.0, *paces]) * (sum(works) - done) if timed else None,
         ended=ended[1] if ended else "",
         failures=log_errors(results, case, since) if current else [],
+        doubted=[job.increment for job, share, _ in steps if share == 1 and _is_doubted(folder, job)],
+    )
+
+
+def _is_doubted(folder: Path, job: Job) -> bool:
+    """Return whether a job that is made found a front without a K to be trusted."""
+    path = folder / job.increment / "fracture.json"
+    return (
+        job.name == "fracture" and path.is_file() and bool(read_json(path).get("growth", {}).get("doubted"))
     )
 
 

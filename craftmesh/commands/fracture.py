@@ -14,7 +14,7 @@ import numpy as np
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.microstructure import add_microstructure, known_of_files
 from craftmesh.commands.solved_loads import by_load, solved_loads
-from craftmesh.commands.stage_io import add_file, add_output, add_units, tell
+from craftmesh.commands.stage_io import add_file, add_output, add_units, tell, warn
 from craftmesh.cracks.polyline import polyline
 from craftmesh.errors import CraftmeshError, existing
 from craftmesh.fracture.options import FractureOptions
@@ -22,7 +22,6 @@ from craftmesh.fracture.parameters import FrontParameters, fracture_parameters
 from craftmesh.growth.extension import (
     NEAR_FIELD,
     SLIP,
-    UNTRUSTED,
     CrackFronts,
     Evidence,
     KinksAndExtensions,
@@ -35,7 +34,8 @@ from craftmesh.growth.options import GrowthOptions
 from craftmesh.growth.rates import laws_of, local_rates
 from craftmesh.growth.relaxation import rows_along
 from craftmesh.growth.steps import Counted, counted, crack_size
-from craftmesh.io.front_csv import LOAD_CASE, has_word, write_front
+from craftmesh.growth.trust import Trust, doubted_sentence, trusted
+from craftmesh.io.front_csv import LOAD_CASE, write_front
 from craftmesh.io.json_file import read_json, write_json
 from craftmesh.io.model_tables import read_slip_table
 from craftmesh.io.vtk import read_crack, read_tets
@@ -141,13 +141,15 @@ def growth_of(
     """
     (model, solution, parameters), *least = ends
     crack, frames = read_crack(existing(arguments.crack)), front_frames(model.mesh)
-    fronts = crack_fronts(frames, parameters, crack, model.mesh.box)
+    trust = trusted(parameters.flags.tolist(), parameters.front, parameters.s)
+    fronts = crack_fronts(frames, parameters, crack, model.mesh.box, trust)
     stress = mean_stress(model, solution.displacement) + mean_traction(model.load, model.mesh)
     evidence = Evidence(
         parameters.points,
         doubts(parameters.error, stress, fronts.size),
-        ~has_word(parameters.flags, UNTRUSTED),
+        trust.steers,
         "contact_closed" in solution.record,
+        parameters.front,
     )
     of_grains, axes = model.stiffness()[np.searchsorted(model.grains, frames.grain)], frames.axes
     growth = kinks_and_extensions(
@@ -161,20 +163,23 @@ def growth_of(
         intensities(least[0].parameters) if least else None,
         slip_angles(model, frames, options) if options.criterion == SLIP else None,
     )
+    if trust.doubted:
+        said = doubted_sentence(trust.doubted)
+        warn(f"{arguments.output}: {said}; shorter edges there (sizing.l_min) make K surer")
     report = {"stress": stress} | counted_report(growth.counted, options)
-    return growth_columns(growth, report, bool(least)), report
+    return growth_columns(growth, report, bool(least)), report | {"doubted": trust.doubted}
 
 
 def crack_fronts(
-    frames: FrontFrames, parameters: FrontParameters, crack: Crack, box: np.ndarray
+    frames: FrontFrames, parameters: FrontParameters, crack: Crack, box: np.ndarray, trust: Trust
 ) -> CrackFronts:
-    """Return the fronts of a crack in a box (2, 3) as growth takes them."""
+    """Return the fronts of a crack in a box (2, 3) as growth takes them, with the error of what steers."""
     lines = [polyline(crack.points[front]) for front in crack.fronts]
     return CrackFronts(
         crack_size(crack, box),
         rows_along(lines, frames.points, frames.binormal),
         row_spacing(frames.points),
-        float(np.median(parameters.error)),
+        float(np.median(parameters.error[trust.steers])),
     )
 
 

@@ -13,11 +13,12 @@ from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError, existing
 from craftmesh.growth.correct import Step, corrected
-from craftmesh.growth.extension import CLOSED, NOISE, STAYS, UNTRUSTED
+from craftmesh.growth.extension import CLOSED, NOISE, STAYS
 from craftmesh.growth.grow import grow, row_spacing
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import CorrectionOptions, SmoothingOptions
-from craftmesh.io.front_csv import front_table, has_word, write_front
+from craftmesh.growth.trust import Trust, trusted
+from craftmesh.io.front_csv import front_table, write_front
 from craftmesh.io.text_table import Table
 from craftmesh.io.vtk import read_crack, write_crack
 from craftmesh.types import Crack, Voxels
@@ -143,7 +144,7 @@ def severed(voxels: Voxels | None, crack: Crack) -> str:
 def front_extensions(intensities: Table, front: Table) -> FrontExtensions:
     """Return where the points of a front go, by the nodes that sif.csv and front.csv both name.
 
-    Rows whose `flags` hold one of UNTRUSTED, or that stay for K says nothing, are not trusted.
+    Those are trusted that steer by their flags (`trusted`), but for those that stay as K says nothing.
     Raises CraftmeshError for missing columns, bad numbers, and files of different meshes.
     """
     goes = _columns(intensities, ("node", *GOES), "made by `craftmesh fracture --crack`")
@@ -153,10 +154,17 @@ def front_extensions(intensities: Table, front: Table) -> FrontExtensions:
             f"{intensities.path} and {front.path} name different nodes; expected the files of one mesh, "
             "row by row"
         )
-    trusted = np.ones(len(goes["node"]), bool)
-    for name, words in (("flags", UNTRUSTED), ("stays", (CLOSED, NOISE))):
-        trusted &= ~has_word(intensities.words(name) or [""] * len(trusted), words)
-    return FrontExtensions(*_frames(frames), np.radians(goes["kink_angle"]), goes["extension"], trusted)
+    steers = trust_of(intensities, len(goes["node"])).steers
+    says = ~np.isin(intensities.words("stays") or [""] * len(steers), (CLOSED, NOISE))
+    angle = np.radians(goes["kink_angle"])
+    return FrontExtensions(*_frames(frames), angle, goes["extension"], steers & says)
+
+
+def trust_of(intensities: Table, count: int) -> Trust:
+    """Return which of so many rows of a sif.csv steer; without flags all do."""
+    places = intensities.has(("front", "s")) and count
+    front, s = intensities.numbers(("front", "s")).T if places else (None, None)
+    return trusted(intensities.words("flags") or [""] * count, front, s)
 
 
 def last_step(arguments: argparse.Namespace) -> Step | None:

@@ -29,6 +29,7 @@ def flags_of(
     error: np.ndarray,
     material: np.ndarray,
     touch: np.ndarray,
+    mixed: np.ndarray,
 ) -> np.ndarray:
     """Return for each corner node of a front its words joined by +, empty where all is well.
 
@@ -38,7 +39,8 @@ def flags_of(
     lips touch at the node, touch (k,), or K_I is negative and more than 5 % of |K|: they would overlap.
     interface: elements of several materials (m,), numbers by element, lie round an edge of the front at the
     node, as where the crack runs in a grain boundary; K is then that of the fields of one of them, not of a
-    crack between two crystals.
+    crack between two crystals. mixed: the tube holds another stiffness or eigenstrain than the front has at
+    the node, mixed (k,), and J has no term for that.
     """
     count = len(line.s)
     size = np.sqrt((k * k).sum(axis=1))
@@ -60,6 +62,7 @@ def flags_of(
         "error": error > LARGE * np.abs(k).max(),
         "closed": touch | (k[:, 0] < -LARGE * size),
         "interface": _at_interface(mesh, front, material),
+        "mixed": mixed,
     }
     return np.array(
         ["+".join(word for word, at in words.items() if at[row]) for row in range(count)], object
@@ -83,10 +86,10 @@ class Signs(NamedTuple):
     with splines of pieces half as long: K that varies within them. crystal: the root of the universal index
     of anisotropy (Ranganathan & Ostoja-Starzewski 2008), 0 of isotropic materials: so much more the field
     varies round the front within an element. volume: the bulk over the shear modulus, for elements of
-    displacements alone lock. change: half the jump of K where the material changes, for K is none of both
-    limits there. end: 1 at the end of an open front, where the stress has another power. energy, tube,
-    pieces and change are shares of the front's largest; change and end fall by the factor e over each of
-    its edges.
+    displacements alone lock. change: half the jump of the lips' opening where the material changes, for
+    bodies that hold together have none. end: 1 at the end of an open front, where the stress has another
+    power. energy, tube, pieces and change are shares of the front's largest; over each of the front's edges
+    change halves, and end falls by the factor e.
     """
 
     mesh: np.ndarray | float
@@ -101,9 +104,10 @@ class Signs(NamedTuple):
 
 # Set on eight cases of benchmarks/fracture.py with five edges to the radius: the penny, that with a
 # Poisson's ratio of 0.49, the crystals and the lens against exact answers, lens, strip and polycrystal
-# against half the edges. docs/fracture.md has all cases.
+# against half the edges; the weight of a change on the polycrystals and bodies of two materials there.
+# docs/fracture.md has all cases.
 WEIGHTS = Signs(
-    mesh=0.0035, energy=1.5, tube=3.0, pieces=1.5, crystal=0.005, volume=0.0003, change=1.0, end=0.045
+    mesh=0.0035, energy=1.5, tube=3.0, pieces=1.5, crystal=0.005, volume=0.0003, change=1.5, end=0.045
 )
 
 
@@ -113,18 +117,17 @@ def errors(
     g: np.ndarray,
     spread: np.ndarray,
     by_pieces: np.ndarray,
-    radius: np.ndarray,
     line: FrontLine,
     segments: Segments,
     one_sided: list[np.ndarray],
-    strained: np.ndarray,
+    mixed: np.ndarray,
 ) -> np.ndarray:
     """Return the error (n,) of each of K_I, K_II and K_III (n, 3) of one front, in their unit.
 
     In 19 nodes of 20 all three are nearer to the exact ones. j, g (n,): J, and the energy release rate of
-    the K; spread, radius (n,): see FrontParameters; by_pieces (n,): the largest change of a K with splines
-    of pieces half as long; one_sided: K (2, 3) at both ends of each segment; strained (c,): the segments
-    whose tube holds another eigenstrain than theirs.
+    the K; spread (n,): see FrontParameters; by_pieces (n,): the largest change of a K with splines of
+    pieces half as long; one_sided: K and the lips' opening (2, 6) at both ends of each segment; mixed (n,):
+    nodes whose tube holds another material than theirs, see `Tube.others`.
     """
     largest = np.abs(k).max()
     if largest == 0:
@@ -132,43 +135,46 @@ def errors(
     jump, way = _changes(line, segments, one_sided)
     at, (index, ratio) = segments.at(line.s), elastic_ratios(segments.stiffness)
     even = np.array([is_isotropic(own) for own in segments.stiffness])[at]
-    is_whole = way.min(axis=0, initial=np.inf) * line.sizes > radius
     signs = Signs(
         mesh=1.0,
-        energy=_energy(j, g, is_whole & even, ~strained[at]),
+        energy=_energy(j, g, even, ~mixed),
         tube=spread / largest,
         pieces=by_pieces / largest,
         crystal=np.sqrt(index[at]),
         volume=np.minimum(ratio, LOCKING)[at],
-        change=(jump[:, None] * np.exp(-way)).max(axis=0, initial=0.0) / largest,
+        change=(jump[:, None] * 0.5**way).max(axis=0, initial=0.0) / largest,
         end=0.0 if line.closed else np.exp(-np.minimum(line.s, line.total - line.s) / line.sizes),
     )
     return largest * np.sqrt(sum((weight * sign) ** 2 for weight, sign in zip(WEIGHTS, signs)))
 
 
-def _energy(j: np.ndarray, g: np.ndarray, true: np.ndarray, has_j: np.ndarray) -> np.ndarray:
+def _energy(j: np.ndarray, g: np.ndarray, even: np.ndarray, has_j: np.ndarray) -> np.ndarray:
     """Return by how much the root of J differs from that of G, as a share of the front's largest (n,).
 
-    That of the front's median where J is not true node by node (n,): in crystals it varies as their axes
-    turn, more than its splines do, and where the tube is not of one material it errs itself. 0 where there
-    is no J at all, not has_j (n,): its integral has no term for the work of an eigenstrain that changes.
+    Its integral has no term for a change of material within the tube, so it tells nothing there, not
+    has_j (n,). The median of the nodes that have J stands for these, and for those of crystals, not even
+    (n,): there J varies as their axes turn, more than its splines do. 0 where no node has J.
     """
     root = np.sqrt(np.maximum(g, 0))
     off = (np.sqrt(np.maximum(j, 0)) - root) / max(root.max(), np.finfo(float).tiny)
     median = np.median(off[has_j]) if has_j.any() else 0.0
-    return np.where(has_j, np.abs(np.where(true, off, median)), 0.0)
+    return np.abs(np.where(even & has_j, off, median))
 
 
 def _changes(
     line: FrontLine, segments: Segments, one_sided: list[np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return half the largest jump (c,) of a K at each change of the material, and the way (c, n) to it.
+    """Return half the jump (c,) of the opening at each change of the material, and the way (c, n) to it.
 
-    The way from the front's nodes is along it, in local sizes.
+    The jump is in the unit of K: as a share of the opening, times the largest K there. K itself may jump as
+    the stiffness does. The way from the front's nodes is along it, in local sizes.
     """
     changes = range(len(segments.start)) if segments.closed else range(1, len(segments.start))
     kept = [] if segments.is_ring else list(changes)
-    jump = np.array([np.abs(one_sided[c][0] - one_sided[c - 1][1]).max() / 2 for c in kept])
+    sides = np.array([[one_sided[c - 1][1], one_sided[c][0]] for c in kept]).reshape(-1, 2, 6)
+    k, opening = (np.abs(part).max(axis=(1, 2)) for part in (sides[:, :, :3], sides[:, :, 3:]))
+    apart = np.abs(np.diff(sides[:, :, 3:], axis=1)).max(axis=(1, 2))
+    jump = k * apart / np.maximum(opening, np.finfo(float).tiny) / 2
     way = np.abs(line.s - segments.start[kept, None])
     way = np.minimum(way, line.total - way) if line.closed else way
     return jump, way / line.sizes

@@ -63,6 +63,12 @@ class FrontLine:
         """Return values (k,) of the nodes between them, at s (m,)."""
         return np.interp(s, self.s, values, period=self.total if self.closed else None)
 
+    def near(self, places: np.ndarray, radius: np.ndarray) -> np.ndarray:
+        """Return a mask (k,) of nodes nearer along the front than radius (k,) to one of places (m,), s."""
+        way = np.abs(self.s[:, None] - places)
+        way = np.minimum(way, np.abs(self.total - way)) if self.closed else way
+        return way.min(axis=1, initial=np.inf) < radius
+
 
 @dataclass(frozen=True, eq=False)
 class Tests:

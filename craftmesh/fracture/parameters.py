@@ -142,9 +142,9 @@ def _of_front(
     spread, by_pieces = (np.abs(k - other).max(axis=1) for other, *_ in values[1:])
     material = material_numbers(stiffness)[np.searchsorted(solved.grains, mesh.grain)]
     touch = solved.touch[front.corners]
-    strained = tube.strained(line.along(wide, tube.s))
-    error = errors(k, j, g, spread, by_pieces, wide, line, segments, one_sided, strained)
-    flags = flags_of(mesh, front, line, segments, wide, k, error, material, touch)
+    mixed = line.near(tube.others(segments, line.along(wide, tube.s)), wide)
+    error = errors(k, j, g, spread, by_pieces, line, segments, one_sided, mixed)
+    flags = flags_of(mesh, front, line, segments, wide, k, error, material, touch, mixed)
     count = len(front.corners)
     angle = stress = np.full(count, np.nan)
     if options.probe:
@@ -165,7 +165,7 @@ def _of_front(
         probe_angle=angle,
         probe_stress=stress,
     )
-    return parameters, _report(parameters, segments, tube, one_sided)
+    return parameters, _report(parameters, segments, tube, one_sided, mixed)
 
 
 def _line_and_segments(solved: SolvedMesh, front: Front) -> tuple[FrontLine, Segments]:
@@ -205,16 +205,16 @@ def _at_nodes(
     fitted: list[Fitted],
     moved: list[Fitted],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, list]:
-    """Return K (k, 3), T, J, G (k,) at the front's nodes, and per segment K at both of its ends."""
+    """Return K (k, 3), T, J, G (k,) at the front's nodes, and K and opening (2, 6) at segments' ends."""
     count = len(line.s)
     total, times, one_sided = np.zeros((count, 6)), np.zeros(count), []
     for segment, (fit, own) in enumerate(zip(fitted, moved)):
         rows, offset = segments.within(segment, line.s)
         places = np.append(offset, [0.0, segments.length[segment]])
         values = _values(stations, segment, curve, fit, own, places)
-        total[rows] += values[:-2]
+        total[rows] += values[:-2, :6]
         times[rows] += 1
-        one_sided.append(values[-2:, :3])
+        one_sided.append(values[-2:, [0, 1, 2, 6, 7, 8]])
     mean = total / times[:, None]
     return mean[:, :3], mean[:, 3], mean[:, 4], mean[:, 5], one_sided
 
@@ -222,7 +222,10 @@ def _at_nodes(
 def _values(
     stations: Stations, segment: int, curve: FrontCurve, fit: Fitted, moved: Fitted, offset: np.ndarray
 ) -> np.ndarray:
-    """Return K_I, K_II, K_III, T, J and G (k, 6) at offsets (k,) in a segment; moved: displacements."""
+    """Return K_I, K_II, K_III, T, J, G and the lips' opening (k, 9) at offsets (k,) in a segment.
+
+    moved: displacements; the opening is L^-1 K over binormal, normal and tangent.
+    """
     s = stations.start[segment] + offset
     opening, stiffness = stations.at(segment, s)
     found = fit.at(offset)
@@ -232,17 +235,20 @@ def _values(
     along = np.column_stack([(slope * axis).sum(axis=1) for axis in (tangent, binormal)])
     t = stress_along_binormal(stiffness, found[:, 3:5], along)
     g = 0.5 * (k * found[:, :3]).sum(axis=1)
-    return np.column_stack([k[:, _IN_ORDER], t, found[:, 5], g])
+    return np.column_stack([k[:, _IN_ORDER], t, found[:, 5], g, found[:, :3]])
 
 
-def _report(parameters: FrontParameters, segments: Segments, tube: Tube, one_sided: list) -> dict:
-    """Return what was integrated and how far it may be trusted."""
+def _report(
+    parameters: FrontParameters, segments: Segments, tube: Tube, one_sided: list, mixed: np.ndarray
+) -> dict:
+    """Return what was integrated and how far it may be trusted; J of nodes that are not mixed (n,)."""
     largest = np.abs([parameters.K_I, parameters.K_II, parameters.K_III]).max()
     words: dict[str, int] = {}
     for word in "+".join(parameters.flags.tolist()).split("+"):
         words[word] = words.get(word, 0) + 1
     words.pop("", None)
-    ratio = np.sqrt(np.maximum(parameters.J, 0) / np.maximum(parameters.G, np.finfo(float).tiny))
+    j, g = parameters.J[~mixed], parameters.G[~mixed]
+    ratio = np.sqrt(np.maximum(j, 0) / np.maximum(g, np.finfo(float).tiny))
     return {
         "front": int(parameters.front[0]),
         "nodes": len(parameters.node),
@@ -253,10 +259,10 @@ def _report(parameters: FrontParameters, segments: Segments, tube: Tube, one_sid
         "radius": [float(parameters.radius.min()), float(parameters.radius.max())],
         "largest_K": float(largest),
         "error": _least_middle_most(parameters.error / (largest or 1.0)),
-        "root_of_J_over_G": _least_middle_most(ratio),
+        "root_of_J_over_G": _least_middle_most(ratio) if len(ratio) else None,
         "flagged": words,
         "segments": [
-            {"start": float(start), "length": float(length), "K_at_ends": ends.tolist()}
+            {"start": float(start), "length": float(length), "K_at_ends": ends[:, :3].tolist()}
             for start, length, ends in zip(segments.start, segments.length, one_sided)
         ],
     }

@@ -1,6 +1,6 @@
 """The tube round a front: how wide it may be, its elements and free faces."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ from craftmesh.fracture.options import LEAST_RADIUS
 from craftmesh.fracture.segments import Segments, material_numbers
 from craftmesh.mesh.front_curve import FrontCurve, arc_lengths
 from craftmesh.mesh.front_frames import Front
-from craftmesh.mesh.mesh_sets import is_lip, lip_faces
+from craftmesh.mesh.mesh_sets import lip_faces, own_lips
 from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import TetMesh
@@ -104,15 +104,21 @@ class Tube:
     loaded: np.ndarray
     traction: np.ndarray
 
-    def strained(self, radius: np.ndarray) -> np.ndarray:
-        """Return whose tube, of radius (n,) at the nodes, holds another eigenstrain: segments (c,)."""
-        segment = self.segment[self.tets]
-        number = material_numbers(np.concatenate([self.eigenstrain, self.shift]))
+    def others(self, segments: Segments, radius: np.ndarray) -> np.ndarray:
+        """Return the s (k,) of nodes within radius (n,) in elements unlike the front's segment there.
+
+        These have another stiffness or eigenstrain.
+        """
+        number = material_numbers(np.concatenate([_constants(self), _constants(segments)]))
         of_grain, of_segment = np.split(number, [len(self.eigenstrain)])
-        is_other = of_grain[self.grain][:, None] != of_segment[segment]
-        result = np.zeros(len(self.shift), bool)
-        result[segment[is_other & (self.distance < radius)[self.tets]]] = True
-        return result
+        is_other = of_grain[self.grain][:, None] != of_segment[self.segment[self.tets]]
+        return self.s[np.unique(self.tets[is_other & (self.distance < radius)[self.tets]])]
+
+
+def _constants(of: Tube | Segments) -> np.ndarray:
+    """Return stiffness and eigenstrain (k, 45) of a tube's grains or of segments."""
+    count = len(of.stiffness)
+    return np.hstack([of.stiffness.reshape(count, -1), of.eigenstrain.reshape(count, -1)])
 
 
 def tube_of(solved: SolvedMesh, front: Front, segments: Segments, reach: float) -> Tube:
@@ -122,7 +128,8 @@ def tube_of(solved: SolvedMesh, front: Front, segments: Segments, reach: float) 
     nodes, tets = np.unique(mesh.tets[chosen], return_inverse=True)
     points = mesh.points[nodes]
     s, distance, binormal = _nearest(front.curve, points)
-    side = _sides(mesh, chosen)
+    lips = own_lips(mesh.face_sets, mesh.tets[:, :4], front.corners)
+    side = _sides(mesh, chosen, lips)
     return Tube(
         nodes,
         points,
@@ -137,7 +144,7 @@ def tube_of(solved: SolvedMesh, front: Front, segments: Segments, reach: float) 
         solved.stiffness,
         solved.eigenstrain,
         segments.eigenstrain,
-        *_faces(solved, chosen, front, side),
+        *_faces(solved, chosen, front, side, lips.keys()),
     )
 
 
@@ -174,14 +181,14 @@ def _nearest(curve: FrontCurve, points: np.ndarray) -> tuple[np.ndarray, np.ndar
     return s, np.linalg.norm(points - nearest, axis=1), binormal
 
 
-def _sides(mesh: TetMesh, chosen: np.ndarray) -> np.ndarray:
-    """Return 1 for elements (e,) on the side of lip A, -1 on that of lip B.
+def _sides(mesh: TetMesh, chosen: np.ndarray, own: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return 1 for elements (e,) on the side of lip A, -1 on that of lip B, of the front's own crack.
 
     Those that touch one lip alone lie on its side; others on that of the nearest facet of lip A that they
     are on.
     """
     on_lip = np.zeros((2, len(mesh.points)), bool)
-    lips = lip_faces(mesh.face_sets)
+    lips = lip_faces(own)
     for row, faces in zip(on_lip, lips):
         row[face_nodes(mesh.tets, faces)] = True
     a, b = ((on_lip[i] & ~on_lip[1 - i])[mesh.tets[chosen]].any(axis=1) for i in range(2))
@@ -194,9 +201,12 @@ def _sides(mesh: TetMesh, chosen: np.ndarray) -> np.ndarray:
 
 
 def _faces(
-    solved: SolvedMesh, chosen: np.ndarray, front: Front, side: np.ndarray
+    solved: SolvedMesh, chosen: np.ndarray, front: Front, side: np.ndarray, lips: Collection[str]
 ) -> tuple[np.ndarray, ...]:
-    """Return the outer faces (f, 2) of chosen elements, by their rows, and what `Tube` says of them."""
+    """Return the outer faces (f, 2) of chosen elements, by their rows, and what `Tube` says of them.
+
+    lips: names of those of the front's own crack.
+    """
     mesh = solved.mesh
     row = np.full(len(mesh.tets), -1)
     row[chosen] = np.arange(len(chosen))
@@ -205,7 +215,7 @@ def _faces(
     parts = []
     for name, faces in mesh.face_sets.items():
         faces = faces[row[faces[:, 0]] >= 0]
-        lip, traction = is_lip(name), solved.tractions.on(faces)
+        lip, traction = name in lips, solved.tractions.on(faces)
         touches = is_front[face_nodes(mesh.tets[:, :4], faces)] & lip
         own = np.full(len(faces), 1.0 if name.endswith("A") else -1.0) if lip else side[row[faces[:, 0]]]
         part = faces, own, touches, np.full(len(faces), name in solved.loaded), traction

@@ -13,6 +13,7 @@ from craftmesh.growth.grow import grow, nearest_feet
 from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.growth.relaxation import over_step_again, rows_along
+from craftmesh.growth.trust import or_all
 from craftmesh.types import Crack
 
 # Of the kink at a step's end by which the step itself is turned: the chord of a path that turns evenly
@@ -50,7 +51,7 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
     before, after = last.along, reached.along
     ends = before.points + before.moves
     kink, extension = before.kink_angle + SHARE * _found_at(after, ends, after.kink_angle), before.extension
-    if last.rate is not None and reached.rate is not None and after.trusted.any():
+    if last.rate is not None and reached.rate is not None:
         lines = [polyline(last.crack.points[front]) for front in last.crack.fronts]
         fronts = rows_along(lines, before.points, before.binormal)
         rate = _found_at(after, ends, reached.rate)
@@ -65,10 +66,9 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
 
 
 def _found_at(along: FrontExtensions, places: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the values (n,) of trusted rows next to places (k, 3): (k,), 0 where none is trusted."""
-    points, values = along.points[along.trusted], values[along.trusted]
-    if not len(points):
-        return np.zeros(len(places))
+    """Return the values (n,) of trusted rows, of all where none is, next to places (k, 3): (k,)."""
+    rows = or_all(along.trusted, np.ones(len(values), bool))
+    points, values = along.points[rows], values[rows]
     off, row = cKDTree(points).query(places, range(1, min(NEAREST, len(points)) + 1))
     weight = 1 / np.maximum(off, np.finfo(float).tiny ** 0.5)
     return (weight * values[row]).sum(axis=1) / weight.sum(axis=1)

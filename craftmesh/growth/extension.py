@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.kink_angle import (
@@ -18,6 +17,7 @@ from craftmesh.growth.options import LEAST_RATIO, GrowthOptions
 from craftmesh.growth.rates import LocalRates, laws_of, local_rates, open_share
 from craftmesh.growth.relaxation import FrontRows, over_step
 from craftmesh.growth.steps import ROOT, Counted, counted, growth_to, step_length
+from craftmesh.growth.trust import sources
 
 CLOSED, ARRESTED, NOISE = "closed", "arrested", "noise"
 STAYS = {
@@ -29,24 +29,22 @@ STAYS = {
 # 0.43 % of it (the lens and the crystal of docs/fracture.md), and K_II of a penny under compression, which
 # is 0, by 0.54 %.
 NOISE_SHARE = 0.01
-# Flags of points that say nothing: K is the mean of two grains' limits, or of too short a segment, or its
-# error is large.
-UNTRUSTED = frozenset(("limit", "short", "error"))
 NEAR_FIELD, SLIP = "near_field", "slip"
 
 
 class Evidence(NamedTuple):
     """How far K of front points says something: what a driving force is held against.
 
-    points (n, 3); doubt (n,): of K, in its unit. trusted (n,) bool: points that are not stay as the trusted
-    ones next to them do. contact: whether the field is one in which
-    lips do not overlap, so that K_II of closed lips is true.
+    points (n, 3); doubt (n,): of K, in its unit. trusted (n,) bool: points that are not take K of the
+    trusted ones next to them on their front (n,), see `growth.trust`. contact: whether the field is one in
+    which lips do not overlap, so that K_II of closed lips is true.
     """
 
     points: np.ndarray
     doubt: np.ndarray
     trusted: np.ndarray
     contact: bool = False
+    front: np.ndarray | None = None
 
 
 def doubts(error: np.ndarray, stress: float, radius: float) -> np.ndarray:
@@ -62,23 +60,20 @@ def reasons(
     driving: np.ndarray,
     span: np.ndarray,
     threshold: float | np.ndarray,
-    known: Evidence | None,
+    doubt: np.ndarray,
+    contact: bool = False,
 ) -> np.ndarray:
     """Return why each point stays, a word of STAYS, or "" where it goes on: (n,) texts.
 
     k (n, 3); driving (n,): the intensity that drives a point; span (n,): its Delta K over a cycle, which
-    has to be over the threshold. What is known: of None K is exact.
+    has to be over the threshold; doubt (n,): of K. contact: see Evidence.
     """
     words = np.full(len(k), "", object)
-    known = known or Evidence(np.zeros((len(k), 3)), np.zeros(len(k)), np.ones(len(k), bool))
     words[span <= threshold] = ARRESTED
-    if not known.contact:
-        words[k[:, 0] <= known.doubt] = CLOSED
-    words[driving <= known.doubt] = NOISE
-    words[k[:, 0] < -known.doubt] = CLOSED
-    if known.trusted.any() and not known.trusted.all():
-        _, nearest = cKDTree(known.points[known.trusted]).query(known.points)
-        words = np.where(known.trusted, words, words[known.trusted][nearest])
+    if not contact:
+        words[k[:, 0] <= doubt] = CLOSED
+    words[driving <= doubt] = NOISE
+    words[k[:, 0] < -doubt] = CLOSED
     return words
 
 
@@ -124,18 +119,22 @@ def kinks_and_extensions(
 ) -> KinksAndExtensions:
     """Return which way and how far points with K_I, K_II, K_III (n, 3) of a crack's fronts go.
 
-    The way is that of the criterion (Erdogan & Sih 1963 by default). Points stay as `reasons` says; without
-    what is known of K it counts as exact. last: the front before; laws: of the points, those of the options
-    by default; stiffness (n, 6, 6): as in `largest_near_stress`, which the criterion near_field asks for;
-    least (n, 3): K at the other end of the cycle, in place of the options' stress ratio; ways (n,): kink
-    angles of criterion slip, by `slip_ways`. Raises
-    CraftmeshError as kink_angles does.
+    The way is that of the criterion (Erdogan & Sih 1963 by default). Points that are not trusted take K of
+    those next to them. Points stay as `reasons` says; without what is known of K it counts as exact.
+    last: the front before; laws: of the points, those of the options by default; stiffness (n, 6, 6): as in
+    `largest_near_stress`, which the criterion near_field asks for; least (n, 3): K at the other end of the
+    cycle, in place of the options' stress ratio; ways (n,): kink angles of criterion slip, by `slip_ways`.
+    Raises CraftmeshError as kink_angles does.
     """
+    doubt = np.zeros(len(k)) if known is None else known.doubt
+    if known is not None:
+        source = sources(known.points, known.trusted, known.front)
+        k, doubt, least = k[source], doubt[source], None if least is None else least[source]
     angle, driving, ratio, k = _of_cycle(k, least, options, stiffness, ways)
     laws = laws or local_rates(laws_of(options), np.zeros(len(k), int), {})
     opened = open_share(options.closure, ratio)
     span = opened * np.maximum(driving, 0.0)
-    stays = reasons(k, driving, span, laws.threshold, known)
+    stays = reasons(k, driving, span, laws.threshold, doubt, known is not None and known.contact)
     goes = stays == ""
     angle = np.where(goes | (stays == ARRESTED), angle, 0.0)
     rate, power, count = _rates(

@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 
 from craftmesh.cracks.polyline import Polyline
 from craftmesh.growth.options import SmoothingOptions
+from craftmesh.growth.trust import END, or_all
 from craftmesh.mesh.cubic_basis import even_basis
 from craftmesh.mesh.front_curve import square_to, unit
 
@@ -23,10 +24,6 @@ KNOTS = 4.0
 OF_STEP = 0.57
 # Mean square of a cubic B-spline over a spacing of its knots.
 MEAN_SQUARE = 151 / 315
-# Rows this near to an end of a front, in front spacings, are left out of the fit, which goes on straight
-# there. K_II and K_III have no bound where a front meets a free surface, and the integrals reach over it:
-# with those rows the ends of a tilted half penny kinked by 35 degrees, to and fro at each increment.
-END = 2.0
 # Rows farther apart than so many spacings have an end between them, as at a void.
 GAP = 3.0
 
@@ -112,7 +109,7 @@ def moves_along(
     over 1 the moves themselves are made smooth, over so many times the length.
     """
     goes = along.extension > 0
-    trusted = along.trusted & goes if (along.trusted & goes).any() else goes
+    trusted = or_all(along.trusted, goes)
     step = float(np.median(along.extension[goes]))
 
     def fitted(values: np.ndarray, trusted: np.ndarray | None) -> np.ndarray:
@@ -152,7 +149,8 @@ def smoothed(
     `_fitted`, smooth over a row spacing or OF_STEP of the extension `step`, `coarser` times that;
     savitzky_golay: a parabola in a window of rows (the paper, section 2); none: straight between the rows.
     """
-    counts = np.ones(len(s), bool) if trusted is None or not trusted.any() else trusted
+    counts = np.ones(len(s), bool)
+    counts = counts if trusted is None else or_all(trusted, counts)
     if options.smoothing == "fit":
         spacing = np.median(np.diff(s)) if len(s) > 1 else length
         inside = counts & _off_ends(s, length, closed, spacing)
@@ -206,7 +204,7 @@ def interpolated(
 def _off_ends(s: np.ndarray, length: float, closed: bool, spacing: float) -> np.ndarray:
     """Tell which rows at ascending arc lengths s (n,) are no nearer than END spacings to an end.
 
-    Of a front too short for any, those in its middle.
+    The fit goes on straight there. Of a front too short for any, those in its middle.
     """
     ahead = np.append(s[1:], s[0] + length) - s
     wide = ahead > GAP * spacing

@@ -2,7 +2,7 @@
 
 import csv
 import os
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -92,8 +92,3 @@ def read_fronts(path: str | os.PathLike) -> list[np.ndarray]:
         ring = closed[own].any() and (points[own][0] != points[own][-1]).any()
         fronts.append(np.concatenate([points[own], points[own][:1]]) if ring else points[own])
     return fronts
-
-
-def has_word(cells: Iterable[str], words: Collection[str]) -> np.ndarray:
-    """Return which cells (k,), words joined by + as in the column `flags`, hold one of `words`."""
-    return np.array([not set(words).isdisjoint(str(cell).split("+")) for cell in cells], bool)

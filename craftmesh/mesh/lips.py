@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front_curve import square_to, unit
 from craftmesh.mesh.integration import smallest_jacobians
-from craftmesh.mesh.mesh_sets import lip_faces
+from craftmesh.mesh.mesh_sets import lip_faces, own_lips
 from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.surface.measure import area_vectors
 from craftmesh.types import BOX_PLANES, TetMesh
@@ -119,7 +119,8 @@ def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes:
     the front node, along its tangent, is fitted to the lip's nodes behind it; its slope at the front
     corrects that mean.
     """
-    facets = face_nodes(mesh.tets[:, :4], lip_faces(mesh.face_sets)[0])
+    tets = mesh.tets[:, :4]
+    facets = face_nodes(tets, lip_faces(own_lips(mesh.face_sets, tets, nodes))[0])
     normals = np.zeros(mesh.points.shape)
     np.add.at(normals, facets, area_vectors(mesh.points, facets)[:, None, :])
     lip = np.unique(facets)

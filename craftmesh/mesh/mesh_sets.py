@@ -35,6 +35,17 @@ def lip_faces(face_sets: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarr
     return a, b
 
 
+def own_lips(face_sets: Mapping[str, np.ndarray], tets: np.ndarray, front: np.ndarray) -> dict:
+    """Return the lips, by name, of the crack whose lip A holds the most nodes of a front (k,)."""
+    held = {
+        name[:-1]: np.isin(front, face_nodes(tets, faces)).sum()
+        for name, faces in face_sets.items()
+        if is_lip(name) and name.endswith("A")
+    }
+    crack = max(held, key=lambda name: held[name])
+    return {name: faces for name, faces in face_sets.items() if is_lip(name) and name[:-1] == crack}
+
+
 def crack_sets(lips: Sequence[tuple[np.ndarray, np.ndarray]]) -> dict[str, np.ndarray]:
     """Return the face sets of cracks' lips A and B (k, 2): plain names of one crack, numbers of several."""
     if len(lips) == 1:

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from craftmesh.report.case_files import Case, Increment
-from craftmesh.report.measures import of_sure
+from craftmesh.report.measures import of_trusted
 from craftmesh.report.pictures import COLOURS, new_figure, plain, with_unit
 from craftmesh.report.sweeps import FEWEST, QUANTITIES, SOLVED, Sweep
 
@@ -86,7 +86,7 @@ def _mean(column: str, size: bool = False) -> Callable[[Increment], float | None
 def _largest(increment: Increment) -> float | None:
     if increment.front is None:
         return None
-    values = of_sure(increment.front, "K_I")
+    values = of_trusted(increment.front, "K_I")
     return float(np.nanmax(values)) if np.isfinite(values).any() else None
 
 
@@ -190,7 +190,7 @@ def against_crack(increments: Sequence[Increment], units: Mapping[str, str]) -> 
     figure = new_figure(11.0, 2.9)
     places = figure.subplots(1, len(panels) + (len(cycles) == len(known)), squeeze=False)[0]
     for axes, key in zip(places, panels):
-        values = [of_sure(one.front, key) for one in known if one.front is not None]
+        values = [of_trusted(one.front, key) for one in known if one.front is not None]
         axes.fill_between(
             size, [np.nanmin(v) for v in values], [np.nanmax(v) for v in values], color=BAR, alpha=0.2, lw=0
         )

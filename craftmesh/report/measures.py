@@ -5,17 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from craftmesh.io.front_csv import has_word
+from craftmesh.growth.trust import Trust, doubted_sentence, trusted
 from craftmesh.report.case_files import Case, Increment
 
 # Tetrahedra of a uniform mesh in a cube of its edge length. Measured on the demo's volume, meshed uniformly
 # with edges of 1.5, 1.2 and 0.9: 11.6, 10.9 and 10.4, fewer the less the surface counts. The least, so
 # that reductions are rather told too small. (Of gradated meshes `campaign/effort` has the count.)
 UNIFORM_TETS = 10.4
-
-
-# Flags of nodes at which K is less sure than elsewhere.
-UNSURE = ("end", "short", "narrow", "error")
 
 
 class Row(NamedTuple):
@@ -38,7 +34,7 @@ class Row(NamedTuple):
 class GrownRow(NamedTuple):
     """What drives the crack of an increment, and how far it grows: least and largest along the fronts.
 
-    K and kink angle are those of the nodes that are sure (`of_sure`).
+    K and kink angle are those of the nodes that steer (`of_trusted`).
     cycles: the load cycles to there and their doubt, None without a law that gives them.
     """
 
@@ -85,23 +81,34 @@ def _grown(name: str, front: Mapping[str, np.ndarray], growth: Mapping[str, Any]
     goes_on = bool(growth) and not growth["ended"]
     return GrownRow(
         increment=name,
-        k_1=_range(of_sure(front, "K_I")),
-        k_2=_range(of_sure(front, "K_II")),
-        k_3=_range(of_sure(front, "K_III")),
-        kink_angle=_range(of_sure(front, "kink_angle")) if "kink_angle" in front else None,
+        k_1=_range(of_trusted(front, "K_I")),
+        k_2=_range(of_trusted(front, "K_II")),
+        k_3=_range(of_trusted(front, "K_III")),
+        kink_angle=_range(of_trusted(front, "kink_angle")) if "kink_angle" in front else None,
         extension=tuple(growth["extension"]) if goes_on else None,
         cycles=(float(front["cycles"][0]), float(front["cycles_doubt"][0])) if "cycles" in front else None,
     )
 
 
-def of_sure(front: Mapping[str, np.ndarray], column: str) -> np.ndarray:
-    """Return a column of sif.csv at the nodes without a flag of UNSURE; at all where each has one."""
-    sure = ~has_word(front["flags"], UNSURE)
-    return front[column][sure] if np.isfinite(front[column][sure]).any() else front[column]
+def trust_of(front: Mapping[str, np.ndarray]) -> Trust:
+    """Return which nodes of a sif.csv steer the growth."""
+    return trusted(front["flags"].tolist(), front.get("front"), front.get("s"))
+
+
+def of_trusted(front: Mapping[str, np.ndarray], column: str) -> np.ndarray:
+    """Return a column of sif.csv at the nodes that steer; at all where it is known at none of them."""
+    own = front[column][trust_of(front).steers]
+    return own if np.isfinite(own).any() else front[column]
 
 
 def outcome(case: Case) -> str:
-    """Return in a sentence how far a case came."""
+    """Return in sentences how far a case came, and by which K that are not to be trusted."""
+    found = [(one.name, trust_of(one.front).doubted) for one in case.increments if one.front is not None]
+    doubts = [f"Increment {name}: {doubted_sentence(fronts)}." for name, fronts in found if fronts]
+    return " ".join([_outcome(case), *doubts])
+
+
+def _outcome(case: Case) -> str:
     done, asked = len(case.increments), case.record["increments"]
     for increment in case.increments:
         if increment.growth and increment.growth["ended"]:

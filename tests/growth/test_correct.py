@@ -96,8 +96,10 @@ def test_rows_that_are_not_trusted_turn_no_strip():
     doubtful = replace(along, kink_angle=np.where(wild, 1.2, 0.1), trusted=~wild)
     steps = [corrected(last, Step(reached, rows), BOX, FIT) for rows in (along, doubtful)]
     assert steps[0].crack.points == pytest.approx(steps[1].crack.points, abs=1e-9)
-    nothing = replace(doubtful, trusted=np.zeros(len(wild), bool))
-    assert corrected(last, Step(reached, nothing), BOX, FIT).crack.points == pytest.approx(reached.points)
+    nothing = replace(along, trusted=np.zeros(len(wild), bool))
+    assert corrected(last, Step(reached, nothing), BOX, FIT).crack.points == pytest.approx(
+        steps[0].crack.points
+    ), "where none is trusted all are used"
 
 
 def test_a_front_of_another_crack_is_refused():
