@@ -112,10 +112,8 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
 
 def _is_doubted(folder: Path, job: Job) -> bool:
     """Return whether a job that is made found a front without a K to be trusted."""
-    path = folder / job.increment / "fracture.json"
-    return (
-        job.name == "fracture" and path.is_file() and bool(read_json(path).get("growth", {}).get("doubted"))
-    )
+    path = folder / job.increment / STAGES["fracture"].made
+    return job.name == "fracture" and bool(read_json(path).get("growth", {}).get("doubted"))
 
 
 def _expected(stage: str, sizes: Sizes, chunks: int = 2) -> float:

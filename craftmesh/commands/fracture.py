@@ -185,7 +185,7 @@ def crack_fronts(
 
 def counted_report(count: Counted, options: GrowthOptions) -> dict[str, float | None]:
     """Return a front's cycles as `read_counted` reads them; null without a law that gives them."""
-    known = options.coefficient is not None or bool(options.rates)
+    known = options.has_rates
     return {key: value if known or key not in CYCLES else None for key, value in count._asdict().items()}
 
 
@@ -223,7 +223,8 @@ def growth_columns(
 ) -> dict[str, np.ndarray]:
     """Return the columns of sif.csv that say how a front goes on; kink angles in degrees.
 
-    Load cycles to the front and their doubt stand in every row, where a law gives them; Delta K and R where
+    Load cycles to the front and their doubt stand in every row, where a law gives them; so do da/dN and the
+    cycles in which each node goes its extension at that rate, NaN where it stays. Delta K and R stand where
     they are those of two loads.
     """
     angle = np.degrees(growth.kink_angle)
@@ -233,6 +234,9 @@ def growth_columns(
     if counted["cycles"] is not None:
         way |= {"cycles": np.full(len(angle), counted["cycles"])}
         way |= {"cycles_doubt": np.full(len(angle), counted["doubt"])}
+        goes = growth.da_dn > 0
+        ahead = growth.extension / np.where(goes, growth.da_dn, 1.0)
+        way |= {"da_dN": growth.da_dn, "cycles_ahead": np.where(goes, ahead, np.nan)}
     return way | {"stays": growth.stays}
 
 

@@ -92,7 +92,7 @@ class KinksAndExtensions(NamedTuple):
     rate (n,): da/dN over its median, what the extensions of law power go with, and power: d ln(rate) / d
     ln(K) of it; 1 and 0 of law uniform. stays (n,): why a point does not extend, see `reasons`; the kink
     angle is 0 where K says none. counted: the load cycles. delta_k (n,): what the rate goes with; ratio
-    (n,): R of the cycle.
+    (n,): R of the cycle. da_dn (n,): by the laws, 0 where a point stays.
     """
 
     kink_angle: np.ndarray
@@ -104,6 +104,7 @@ class KinksAndExtensions(NamedTuple):
     counted: Counted
     delta_k: np.ndarray
     ratio: np.ndarray
+    da_dn: np.ndarray
 
 
 def kinks_and_extensions(
@@ -137,16 +138,17 @@ def kinks_and_extensions(
     stays = reasons(k, driving, span, laws.threshold, doubt, known is not None and known.contact)
     goes = stays == ""
     angle = np.where(goes | (stays == ARRESTED), angle, 0.0)
+    da_dn = np.where(goes, laws.rate(span), 0.0)
     rate, power, count = _rates(
-        span, goes, float(np.median(opened)) * fronts.error, fronts, options, laws, last
+        span, da_dn, float(np.median(opened)) * fronts.error, fronts, options, laws, last
     )
     extension = over_step(rate, power, count.step, fronts.rows)
-    return KinksAndExtensions(angle, extension, driving, rate, power, stays, count, span, ratio)
+    return KinksAndExtensions(angle, extension, driving, rate, power, stays, count, span, ratio, da_dn)
 
 
 def _rates(
     span: np.ndarray,
-    goes: np.ndarray,
+    rate: np.ndarray,
     error: float,
     fronts: CrackFronts,
     options: GrowthOptions,
@@ -155,21 +157,24 @@ def _rates(
 ) -> tuple[np.ndarray, float, Counted]:
     """Return rates (n,) over their median, their power of K, and the step with its cycles.
 
-    span (n,): Delta K; goes (n,) bool: the points that go on; the others' rate is 0. error: of Delta K.
+    span (n,): Delta K; rate (n,): da/dN, 0 of points that stay; error: of Delta K.
     """
-    rate = np.where(goes, laws.rate(span), 0.0)
     goes = rate > 0
     if not goes.any():
         return rate, 0.0, counted(last, fronts.size, 0.0, 0.0, 0.0, 0.0)
     middle, power = float(np.median(rate[goes])), float(np.median(laws.power(span)[goes]))
     growth = growth_to(last, middle, power)
     front = min((one.length for one in fronts.rows), default=np.inf)
-    step = step_length(options, fronts.size, front, fronts.edge, growth / power if power else ROOT)
+    farthest = float(rate.max()) / middle if options.law != "uniform" else 1.0
+    step = step_length(
+        options, fronts.size, front, fronts.edge, growth / power if power else ROOT, farthest
+    )
     count = counted(last, fronts.size, step, middle, power, error / float(np.median(span[goes])))
     if options.law == "uniform":
         return goes.astype(float), 0.0, count
-    least = np.where(laws.threshold > 0, 0.0, options.least)
-    return np.where(goes, np.clip(rate / middle, least, options.most), 0.0), power, count
+    least, most = options.limits
+    floor = np.where(laws.threshold > 0, 0.0, least)
+    return np.where(goes, np.clip(rate / middle, floor, most), 0.0), power, count
 
 
 def _of_cycle(

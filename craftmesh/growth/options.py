@@ -1,5 +1,6 @@
 """Options of the growth: which way and how far each point of a front goes."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ from craftmesh.options import Options, option, own_code
 CRITERIA = ("tangential_stress", "energy_release", "near_field", "slip")
 LAWS = ("uniform", "power")
 LEAST_RATIO = -2.0  # of Newman's opening function
+LEAST, MOST = 0.2, 2.0  # extensions over the median, of rates that are not known in their unit
 SMOOTHING = ("fit", "savitzky_golay", "none")
 
 
@@ -48,10 +50,15 @@ class GrowthOptions(Options):
     closure: str = option(
         "none", "share of a cycle in which the crack is open: none, open:U, or newman:ALPHA,SMAX"
     )
-    least: float = option(
-        0.2, "smallest extension, over the median, of a law without a threshold", above=0, at_most=1
+    least: float | None = option(
+        None,
+        "smallest extension over the median, of law power without da/dN and threshold; none: 0.2",
+        above=0,
+        at_most=1,
     )
-    most: float = option(2.0, "largest extension, over the median", at_least=1)
+    most: float | None = option(
+        None, "largest extension over the median, of law power without da/dN; none: 2", at_least=1
+    )
     coefficient: float | None = option(
         None, "C of Paris' law da/dN = C Delta K^m: load cycles are then counted", above=0
     )
@@ -82,11 +89,30 @@ class GrowthOptions(Options):
                 f"criterion is {self.criterion} and slip_table {self.slip_table!r}; expected slip and "
                 "a table, or neither"
             )
+        limits = [name for name in ("least", "most") if getattr(self, name) is not None]
+        if self.has_rates and limits:
+            given = "rates" if self.rates else "coefficient"
+            raise CraftmeshError(
+                f"{limits[0]} is {getattr(self, limits[0]):g}, and {given} gives da/dN, which goes without "
+                f"limits; remove {' and '.join(limits)}"
+            )
         if len(self.cycle) == 2 and self.stress_ratio:
             raise CraftmeshError(
                 f"cycle names {self.cycle[1]!r} as the least load, and stress_ratio is "
                 f"{self.stress_ratio:g}; keep one"
             )
+
+    @property
+    def has_rates(self) -> bool:
+        """Whether da/dN is known in its unit, and cycles are counted."""
+        return self.coefficient is not None or bool(self.rates)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """The smallest and the largest rate over the median that a point may have; da/dN is as it is."""
+        if self.has_rates:
+            return 0.0, math.inf
+        return LEAST if self.least is None else self.least, MOST if self.most is None else self.most
 
 
 @dataclass(frozen=True)

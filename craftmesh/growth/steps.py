@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.cracks.polyline import polyline
-from craftmesh.growth.options import GrowthOptions
+from craftmesh.growth.options import MOST, GrowthOptions
 from craftmesh.surface.measure import meets_box
 from craftmesh.types import Crack
 
@@ -121,16 +121,20 @@ def share_of_size(change: float, growth: float = ROOT) -> float:
     return float((1 + change) ** (1 / max(abs(growth), ROOT)) - 1)
 
 
-def step_length(options: GrowthOptions, size: float, front: float, edge: float, growth: float) -> float:
+def step_length(
+    options: GrowthOptions, size: float, front: float, edge: float, growth: float, farthest: float = 1.0
+) -> float:
     """Return how far the front of a crack goes in one step: as the options say, else as K lets it.
 
     front: length of the shortest front; edge: of its mesh; growth: d ln(K) / d ln(size). A step of its own
     is no longer than OF_FRONT, and no shorter than an edge: that were a kink within one element of the next
     mesh, and K there says little. Steps of 0.8 edges kinked by 53 degrees, and by 58 the same way again,
-    where one kink was due.
+    where one kink was due. farthest: the largest extension over the median. A step of its own is so short
+    that no point goes farther than MOST times what K lets the median go.
     """
     if options.extension is not None:
         return options.extension
     if options.share is not None:
         return options.share * size
-    return max(min(share_of_size(options.change, growth) * size, OF_FRONT * front), edge)
+    own = min(share_of_size(options.change, growth) * size, OF_FRONT * front)
+    return max(own * min(1.0, MOST / farthest), edge)

@@ -11,6 +11,7 @@ _MEASURED = (
     | dict.fromkeys(("K_I", "K_II", "K_III", "spread", "error", "driving", "delta_K"), "K")
     | {"J": "J", "G": "J", "T": "stress", "probe_stress": "stress"}
     | dict.fromkeys(("kink_angle", "probe_angle"), "angle")
+    | {"da_dN": "rate"}
 )
 
 
@@ -36,5 +37,5 @@ class UnitsOptions(Options):
     def of_columns(self, names: Iterable[str]) -> dict[str, str]:
         """Return the units of columns of sif.csv; a unit without a name goes by its quantity's."""
         units = UnitsOptions(self.length or "length", self.stress or "stress").by_quantity()
-        units |= {"angle": "degrees"}
+        units |= {"angle": "degrees", "rate": f"{units['length']} per cycle"}
         return {name: units[_MEASURED[name]] for name in names if name in _MEASURED}
