@@ -1,5 +1,6 @@
 """K and T from exact displacements at the nodes: straight fronts, crystals, a penny."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,7 +16,9 @@ from craftmesh.fracture.parameters import fracture_parameters
 from craftmesh.mechanics.materials import Material, turned
 from craftmesh.mechanics.near_field import as_tensor
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
+from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.second_order import as_elements
+from craftmesh.mesh.tet_connectivity import face_nodes
 
 ISOTROPIC = Material("isotropic", (YOUNG, POISSON)).stiffness()
 LOADED = ("YMIN", "YMAX")  # plane strain needs tractions there
@@ -164,6 +167,36 @@ def test_a_front_between_two_materials_is_flagged():
     across = straight(lambda c: np.where(c[:, 1] < 7, 2, 1))
     crossed, _ = parameters(across, displacement, np.stack([ISOTROPIC, 2 * ISOTROPIC]))
     assert not any("interface" in flag for flag in crossed.flags)
+
+
+def cut_above(mesh):
+    """The mesh with the lips of a second crack all over the plane z = 1, which is shut."""
+    rows = np.array([[tet, face] for tet in range(len(mesh.tets)) for face in range(4)])
+    flat = (mesh.points[face_nodes(mesh.tets[:, :4], rows), 2] == 1).all(axis=1)
+    above = mesh.points[mesh.tets[rows[:, 0], :4], 2].mean(axis=1) > 1
+    first = {f"CRACK_1_LIP_{lip}": mesh.face_sets[f"CRACK_LIP_{lip}"] for lip in "AB"}
+    other = {name: faces for name, faces in mesh.face_sets.items() if not is_lip(name)}
+    second = {"CRACK_2_LIP_A": rows[flat & above], "CRACK_2_LIP_B": rows[flat & ~above]}
+    return replace(mesh, face_sets=first | second | other)
+
+
+@pytest.mark.parametrize("mode", [1, 2, 3])
+def test_lips_of_another_crack_in_the_tube_are_not_taken_for_its_own(mode):
+    mesh = straight()
+    displacement = unit_k(mesh, mode)
+    alone, beside = (k_of(parameters(one, displacement)[0]) for one in (mesh, cut_above(mesh)))
+    # 23 to 33 % off where elements at the other's lip B, over the crack, are taken for those under it
+    assert np.abs(beside - alone).max() < 0.003
+
+
+def test_where_the_tube_holds_another_material_j_is_flagged_not_the_rest():
+    half = straight(lambda c: np.where(c[:, 1] < 7, 2, 1))
+    found, report = parameters(half, unit_k(half, 1), np.stack([ISOTROPIC, 1.1 * ISOTROPIC]))
+    mixed = np.array(["mixed" in flag for flag in found.flags])
+    # the tube is four edges wide, and elements there reach an edge farther
+    assert mixed[np.abs(found.points[:, 1] - 7) < 3.9].all() and not mixed[[0, -1]].any()
+    alone, _ = parameters(straight(), unit_k(half, 1))
+    assert not any("mixed" in flag for flag in alone.flags)
 
 
 def test_fronts_with_no_room_are_flagged():

@@ -99,6 +99,11 @@ def test_cycles_are_counted_on_from_the_front_before(folder, capsys):
     # the field is the same: K stays as it is from front to front
     assert second["cycles"] == pytest.approx(first["step"] / first["rate"])
     assert read_front(folder / "sif.csv")["cycles"] == pytest.approx(second["cycles"])
+    columns = read_front(folder / "sif.csv")
+    assert columns["da_dN"] == pytest.approx(
+        1e-6 * columns["delta_K" if "delta_K" in columns else "driving"] ** 3
+    )
+    assert columns["cycles_ahead"] == pytest.approx(columns["extension"] / columns["da_dN"])
     (folder / "first.json").write_text('{"fronts": []}')
     capsys.readouterr()
     assert run(folder, *law, "--last", str(folder / "first.json")) == 1

@@ -78,6 +78,39 @@ def test_a_step_is_as_long_as_k_lets_it_and_the_front_and_its_edges():
     assert step_length(GrowthOptions(share=0.25, extension=2.0), 6.0, 4.0, 1.0, 0.5) == 2.0
 
 
+def test_a_step_of_its_own_takes_no_point_too_far_and_one_that_is_given_does():
+    lengths = [step_length(GrowthOptions(), 6.0, np.inf, 0.1, 0.5, far) for far in (1.0, 2.0, 8.0)]
+    assert lengths == pytest.approx([6 * 0.21, 6 * 0.21, 6 * 0.21 / 4])
+    assert step_length(GrowthOptions(extension=1.0), 6.0, np.inf, 0.1, 0.5, 8.0) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("options", "ratios"),
+    [
+        ({}, [0.2, 1.0, 2.0]),
+        ({"least": 0.1, "most": 3.0}, [0.125, 1.0, 3.0]),
+        ({"threshold": 0.1}, [0.125, 1.0, 2.0]),
+        ({"coefficient": C}, [0.125, 1.0, 8.0]),
+        ({"rates": ("paris:1e-9,3",)}, [0.125, 1.0, 8.0]),
+    ],
+)
+def test_a_law_of_rates_is_not_clipped(options, ratios):
+    k = np.outer([0.5, 1.0, 2.0], [1.0, 0, 0])
+    found = kinks_and_extensions(k, CrackFronts(6.0), GrowthOptions(law="power", extension=1.0, **options))
+    assert found.rate == pytest.approx(ratios) and found.extension == pytest.approx(ratios)
+    scale = {"coefficient": C, "rates": 1e-9}.get(next(iter(options), ""), 1.0)
+    assert found.da_dn == pytest.approx(scale * np.array([0.125, 1.0, 8.0]))
+
+
+@pytest.mark.parametrize("law", [{"coefficient": C}, {"rates": ("paris:1,3",)}])
+@pytest.mark.parametrize("limit", ["least", "most"])
+def test_limits_beside_a_law_of_rates_are_refused(law, limit):
+    with pytest.raises(
+        CraftmeshError, match=f"^{limit} is 1, and {next(iter(law))} gives .*; remove {limit}"
+    ):
+        GrowthOptions(**law, **{limit: 1.0})
+
+
 def test_a_table_goes_through_its_points_and_stands_up_to_the_first():
     laws = parse_rates(["table:5,1e-9,10,1e-7,40,1e-5"])
     here = local_rates(laws, np.arange(7), {})
@@ -129,6 +162,30 @@ def test_newmans_crack_opens_between_the_least_load_and_the_largest(alpha, large
     ratios = np.linspace(-1, 0.999, 50)
     levels = np.array([opening_level(ratio, alpha, largest) for ratio in ratios])
     assert (levels >= ratios).all() and (levels < 1).all() and (np.diff(levels) > -1e-9).all()
+
+
+@pytest.mark.parametrize("alpha", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("largest", [0.2, 0.4, 0.8])
+def test_newmans_opening_level_is_that_of_his_paper(alpha, largest):
+    """Newman (1984): f goes into R at R = 1 with its slope, and from R = 0 with slope A_1."""
+    a0 = (0.825 - 0.34 * alpha + 0.05 * alpha**2) * np.cos(np.pi * largest / 2) ** (1 / alpha)
+    a1 = (0.415 - 0.071 * alpha) * largest
+    a3 = 2 * a0 + a1 - 1
+    a2 = 1 - a0 - a1 - a3
+    ratios = np.array([-2.0, -1.0, -0.5, 0.0, 0.3, 0.5, 0.7, 0.9])
+    cubic = a0 + a1 * ratios + a2 * ratios**2 + a3 * ratios**3
+    expected = np.where(ratios < 0, a0 + a1 * ratios, np.maximum(cubic, ratios))
+    assert opening_level(ratios, alpha, largest) == pytest.approx(expected, abs=1e-14)
+    near_one = np.array([1 - 1e-4, 1.0])
+    assert opening_level(near_one, alpha, largest) == pytest.approx(near_one, abs=1e-7)
+
+
+def test_newmans_opening_level_has_the_values_of_his_formulas_by_hand():
+    """Plane stress and plane strain, S_max a fifth of the flow stress, by his formulas."""
+    found = [opening_level(np.array([0.0, 0.5]), alpha, 0.2) for alpha in (1.0, 3.0)]
+    # A_0 = .535 cos(18 deg) and .255 cos(18 deg)^(1/3); at R = .5 A_0 + A_1 / 2 + A_2 / 4 + A_3 / 8
+    assert found[0] == pytest.approx([0.50882, 0.63801], abs=1e-5)
+    assert found[1] == pytest.approx([0.25077, 0.50543], abs=1e-5)
 
 
 def test_the_share_of_a_cycle_in_which_the_crack_is_open():

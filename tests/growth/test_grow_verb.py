@@ -66,14 +66,15 @@ def test_a_crack_goes_on(grow, tmp_path):
 def second(grow, tmp_path):
     """Return a function that takes a step of 1 straight on and another with the kinks found there."""
 
-    def run(kink, *flags, extension=1.0):
+    def run(kink, *words, extension=1.0, **columns):
         ends = ["--base", str(tmp_path / "base.vtp"), "--step", str(tmp_path / "step.csv")]
         grow(1.0, *ends)
         (tmp_path / "grown.vtp").rename(tmp_path / "first.vtp")
         last = [f"--last-{ends[0][2:]}", ends[1], f"--last-{ends[2][2:]}", ends[3]]
         again = [ends[0], str(tmp_path / "base2.vtp"), ends[2], str(tmp_path / "step2.csv")]
         kinks = np.full(11, kink)
-        return grow(extension, *last, *again, *flags, grown="first.vtp", tip=7.0, kink_angle=kinks)
+        columns |= {"kink_angle": kinks}
+        return grow(extension, *last, *again, *words, grown="first.vtp", tip=7.0, **columns)
 
     return run
 
@@ -147,6 +148,17 @@ def test_rows_of_doubtful_intensities_do_not_turn_the_front(grow, tmp_path, word
     grow(2.0, kink_angle=np.where(np.arange(11) == 5, 70.0, 0.0), flags=flags)
     height = np.abs(read_crack(tmp_path / "grown.vtp").points[:, 2] - 6).max()
     assert height > 0.1 if word in ("pierce", "closed") else height < 1e-9
+
+
+def test_rows_that_are_all_doubtful_turn_the_front_and_the_strip_behind(second, tmp_path, grow):
+    words = np.full(11, "error", object)
+    kinks = np.full(11, 20.0)
+    words[4], kinks[4] = "error+pierce+limit", -70.0  # a pierce point steers neither
+    grow(2.0, kink_angle=kinks, flags=words)
+    grown = read_crack(tmp_path / "grown.vtp")
+    ahead = np.abs(grown.points[grown.fronts[0]][:, 2] - 6)
+    assert ahead == pytest.approx(2 * np.sin(np.radians(20)), abs=1e-6)
+    assert second(20.0, flags=np.full(11, "error", object))["corrected"] == pytest.approx([10.0, 10.0])
 
 
 def test_the_end_says_why_points_stay(grow, capsys):
