@@ -155,3 +155,13 @@ def test_cases_that_left_the_sheet_do_not_count(tmp_path):
     counts = {one.case: one.increments for one in standings(tmp_path)}
     assert counts == {"kept": 1, "new": 1, "others": 2}
     assert (tmp_path / "gone" / "labels.npz").is_file()
+
+
+def test_the_line_of_a_case_says_where_no_k_is_to_be_trusted(tmp_path):
+    begin(tmp_path, GROWS)
+    for job in jobs(GROWS, 2):
+        make(tmp_path, job)
+    found = tmp_path / "one" / "001" / STAGES["fracture"].made
+    found.write_text(json.dumps({"growth": {"doubted": [1]}}))
+    (one,) = standings(tmp_path)
+    assert str(one) == "one: all is made; no K to be trusted in 001, see report.html"

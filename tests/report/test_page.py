@@ -114,6 +114,17 @@ def test_k_is_shown_against_the_crack_without_uncertain_nodes_and_linked(results
     assert "Against the crack" in page([case], ReportOptions())
 
 
+def test_a_front_without_a_k_to_be_trusted_is_told(results):
+    (case,) = read_cases(results)
+    flags = np.array(["end+error", "error", "short"])
+    case.increments[0] = replace(case.increments[0], front=case.increments[0].front | {"flags": flags})
+    said = "Increment 000: no node of front 1 has a K to be trusted"
+    assert said in page([case], ReportOptions())
+    assert grown_rows(case)[0].k_1 == pytest.approx(
+        (case.increments[0].front["K_I"][1:].min(), case.increments[0].front["K_I"][1:].max())
+    )
+
+
 def test_no_folder_of_the_machine_is_on_the_page(results):
     (case,) = read_cases(results)
     config = case.record["config"] | {
