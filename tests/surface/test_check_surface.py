@@ -163,3 +163,22 @@ def test_an_empty_surface_is_a_breach():
     assert check_surface(Surface(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2)), np.zeros(0))) == [
         "the surface has no facets"
     ]
+
+
+@pytest.mark.parametrize(
+    ("count", "named"),
+    [
+        (2, "between void 1, outside, grain 1, grain 2; first"),
+        (3, "between void 1, outside, grain 1, grain 2, grain 3; first"),
+        (8, "between void 1, outside, grain 1, grain 2, grain 3 and 5 more; first"),
+    ],
+)
+def test_five_of_the_labels_at_a_breach_are_named_as_what_they_are(count, named):
+    labels = np.repeat(np.arange(1, count + 1, dtype=np.int32), 3)[:, None, None] * np.ones(
+        (1, 3, 3), np.int32
+    )
+    labels[1, 1, 1] = -1
+    surface = Surface(*march(labels))
+    kinds = replace(surface, kind=np.full(len(surface.kind), CRACK + 1))
+    (told,) = (one for one in check_surface(kinds) if "have a kind past" in one)
+    assert named in told
