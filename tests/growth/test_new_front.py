@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.growth.correct import LEFT, SHARE
-from craftmesh.growth.moves import beside_rest, points_at_rest, smoothed
+from craftmesh.growth.moves import FrontExtensions, beside_rest, points_at_rest, smoothed
 from craftmesh.growth.new_front import new_front
 from craftmesh.growth.options import SmoothingOptions
 
@@ -210,3 +211,14 @@ def test_the_seam_of_a_closed_front_rests_on_both_its_ends(row):
     moves = beside_rest(line, rest, outward(line, 5.0))
     way = np.minimum(np.arange(13), 12 - np.arange(13)) * line.length / 12
     assert np.linalg.norm(moves, axis=1) == pytest.approx(np.minimum(way, 5.0))
+
+
+@pytest.mark.parametrize("degrees", [-70.0, 0.0, 35.0])
+def test_moves_turn_from_the_binormal_towards_the_normal(degrees):
+    rng = np.random.default_rng(3)
+    normal, binormal, _ = np.linalg.qr(rng.normal(size=(20, 3, 3)))[0].transpose(1, 0, 2)
+    extension, angle = rng.uniform(1, 2, 20), np.full(20, np.radians(degrees))
+    moves = FrontExtensions(0 * normal, normal, binormal, angle, extension, extension > 0).moves
+    about = np.cross(binormal, normal)  # a right-handed turn about it goes from the binormal to the normal
+    turned = Rotation.from_rotvec(angle[:, None] * about).apply(binormal)
+    assert moves == pytest.approx(extension[:, None] * turned, abs=1e-12)
