@@ -146,7 +146,10 @@ def tried(room: str, faults: Sequence[Fault], is_wide: bool) -> Iterator[str]:
         for fault in faults:
             shutil.rmtree(copy, ignore_errors=True)
             shutil.copytree(sound, copy)
-            (copy / fault.module).write_text(fault.source, encoding="utf-8")
+            module = copy / fault.module
+            module.write_text(fault.source, encoding="utf-8")
+            for stale in module.parent.glob(f"__pycache__/{module.stem}.*.pyc"):
+                stale.unlink()  # Python tells sources apart by whole seconds and sizes
             own, elsewhere = tests_of(room, fault.module)
             outcome = outcome_of(copy, own, limit)
             if outcome == "lives" and is_wide and elsewhere:

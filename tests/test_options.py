@@ -18,7 +18,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.user_materials import UserMaterial
 from craftmesh.options import BOUNDS, Options, alternatives, hints_of, items_of
 
-UNITS = {"", "model units", "degrees", "voxels", "s", "GB", "MB"}
+UNITS = {"", "model units", "l_min", "degrees", "voxels", "s", "GB", "MB"}
 PATHS = [*(path for _, classes in SECTIONS.values() for path in classes), CRACK]
 CLASSES = {path: option_class(path) for path in PATHS}
 SCHEMA = config_schema()

@@ -17,6 +17,8 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.gradate import gradate
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.io.vtk import write_crack, write_surface, write_tets
+from craftmesh.mesh.shape_measures import flat_sentence, flat_tets
+from craftmesh.mesh.tet_connectivity import severed_sentence
 from craftmesh.remeshing.remesh import remesh
 from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.tetrahedra.volume import mesh_volume
@@ -96,7 +98,9 @@ def _meshed(case: Drawn, made: Made, crack: Crack):
     """Return the assembled mesh and the report, with the whole model meshed anew where a grain fails."""
     volume, report = mesh_volume(made.gradated, made.sizing, islands=find_islands(case.voxels))
     made.warnings += volume.warnings
+    made.warnings += tuple(f"meshing: {one.sentence()}" for one in volume.failures)
     mesh, assembled = assemble(volume.surface, volume.grain_tets, crack)
+    made.warnings += tuple(filter(None, [flat_sentence(flat_tets(mesh)), severed_sentence(mesh)]))
     return mesh, report | assembled | {"meshing": volume.record}
 
 

@@ -21,7 +21,7 @@ def read_template(name: str) -> Any:
     Raises CraftmeshError for a file that is missing or no YAML.
     """
     path = template_file(name)
-    if not path.is_file():
+    if not path.exists():
         raise CraftmeshError(
             f"user_material: {name} cannot be read; expected {', '.join(PRESETS)}, or a file .yaml"
         )

@@ -150,7 +150,7 @@ def test_grains_without_orientation_need_a_material_without_axes(mesh, tmp_path)
         ("{constants: 1, values: [1], depvar: -3}", "depvar is -3; expected"),
         ("{constants: 1, phases: {a: {values: [1]}}}", "has phase 'a'"),
         ("{constants: 1, phases: 3}", "phases is 3"),
-        ("{a", "is no YAML"),
+        ("{a", "expected YAML"),
     ],
 )
 def test_templates_that_are_none_are_refused_in_one_line(tmp_path, text, said):

@@ -84,7 +84,7 @@ def test_a_table_by_grain_says_what_texts_by_phase_do(tmp_path):
     by_phase = model_of(SHEARED, orientations=turns)
     assert np.abs(by_table.eigenstrain() - by_phase.eigenstrain()).max() < 1e-15
     assert by_table.load.heat == 1 and by_table.eigenstrain().any()
-    with pytest.raises(CraftmeshError, match="no row for grain 2"):
+    with pytest.raises(CraftmeshError, match="no row for 1 of 2 grains: 2"):
         elastic_model(block(), options, grain_strains={1: table[1]})
     (tmp_path / "strains.csv").write_text("grain,e\n1,1e-3\n1,2e-3")
     with pytest.raises(CraftmeshError, match="line 3: grain is 1; .*each once"):

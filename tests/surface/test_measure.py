@@ -3,15 +3,8 @@
 import numpy as np
 import pytest
 
-from craftmesh.surface.measure import (
-    UNITS,
-    are_apart,
-    facet_angles,
-    meets_box,
-    side_volumes,
-    unit_hint,
-    volume_drift,
-)
+from craftmesh.surface.measure import facet_angles, meets_box, side_volumes, volume_drift
+from craftmesh.surface.side_data import UNITS, are_apart, unit_hint
 
 METRES = {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 

@@ -160,6 +160,7 @@ NOT_RUN = {
     "craftmesh solve volume.vtu --microstructure labels.npz --user-material single_crystal": "as that",
     "python benchmarks/growth.py": "15 increments of a solved campaign: an hour",
     "python benchmarks/ablate.py": "25 CPU minutes; test_ablate.py holds its rows and what it compares",
+    "python benchmarks/mutate.py": "minutes to hours; test_mutate.py holds what becomes of its faults",
     "python benchmarks/paper.py": "minutes to hours; test_paper.py holds its arithmetic",
     "pip install": "it would change the environment; test_wheel.py installs into one of its own",
     "pip wheel": "test_wheel.py builds the wheel",
