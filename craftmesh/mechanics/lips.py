@@ -104,11 +104,17 @@ def on_lips(load: Load | None) -> tuple[Traction, ...]:
 
 
 def mean_traction(load: Load | None, mesh: TetMesh) -> float:
-    """Return the mean size of the tractions on lips, 0 without: the stress that they stand for."""
-    found = on_lips(load)
-    if not found:
+    """Return the mean size of the tractions on lips, 0 without: the stress that they stand for.
+
+    What acts on one lip is added up first: its pressure, and what acts along each axis.
+    """
+    pull: dict[str, np.ndarray] = {}
+    area: dict[str, np.ndarray] = {}
+    for part in on_lips(load):
+        pull[part.name] = pull.get(part.name, 0.0) + point_vectors(part, mesh)
+        at = face_points(mesh.points[face_nodes(mesh.tets, part.faces)])
+        area[part.name] = np.linalg.norm(at.area, axis=2)
+    if not pull:
         return 0.0
-    pull = np.concatenate([point_vectors(part, mesh) for part in found])
-    nodes = np.concatenate([face_nodes(mesh.tets, part.faces) for part in found])
-    area = np.linalg.norm(face_points(mesh.points[nodes]).area, axis=2)
-    return float(np.average(np.linalg.norm(pull, axis=2), weights=area))
+    size = np.linalg.norm(np.concatenate(list(pull.values())), axis=2)
+    return float(np.average(size, weights=np.concatenate(list(area.values()))))

@@ -7,7 +7,7 @@ from structured_box import hexagon, plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.faces import parse_faces, rows_of
-from craftmesh.mechanics.load import nodal_forces
+from craftmesh.mechanics.load import Fixed, Load, Traction, combined, nodal_forces
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 
@@ -73,6 +73,27 @@ def test_a_sum_has_the_supports_of_its_cases_and_the_sum_of_what_they_bear():
     assert all(both[key] == pytest.approx(2 * a[key] - 3 * b[key]) for key in both)
     forces, of_a, of_b = (nodal_forces(load.pulled, model.mesh) for load in loads)
     assert np.allclose(forces, 2 * of_a - 3 * of_b, atol=1e-12) and np.abs(forces).max() > 1
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0, -0.5, 0.0])
+def test_one_load_times_a_factor_is_each_part_of_it_times_the_factor(factor):
+    nodes = np.arange(3)
+    load = Load(
+        (Fixed(nodes, 0, name="XMIN"), Fixed(nodes[:1], 1, 0.2)),
+        (Fixed(nodes, 2, np.array([0.1, 0.3, -0.2]), "ZMAX"),),
+        (Traction(np.zeros((1, 2), int), 4.0, "YMAX"), Traction(np.zeros((1, 2), int), -3.0, "YMAX", 0)),
+        heat=2.0,
+    )
+    found = combined([(factor, load)])
+    for one, other in zip((*found.held, *found.moved), (*load.held, *load.moved), strict=True):
+        assert (one.name, one.axis) == (other.name, other.axis)
+        assert one.displacement == pytest.approx(factor * other.displacement)
+    for one, other in zip(found.pulled, load.pulled, strict=True):
+        assert (one.name, one.axis, one.stress) == (other.name, other.axis, factor * other.stress)
+    assert found.heat == factor * load.heat
+    twice = combined([(factor, load), (factor, load)])
+    assert [one.stress for one in twice.pulled] == [2 * one.stress for one in found.pulled]
+    assert twice.heat == 2 * found.heat
 
 
 def test_a_pressure_on_lips_is_a_load_case_beside_others():

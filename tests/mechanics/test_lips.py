@@ -15,7 +15,14 @@ def cracked_box():
 
 
 @pytest.mark.parametrize(
-    ("pressure", "traction", "size"), [(3.0, (), 3.0), (0.0, (0.0, -4.0, 0.0), 4.0), (-2.0, (), 2.0)]
+    ("pressure", "traction", "size"),
+    [
+        (3.0, (), 3.0),
+        (0.0, (0.0, -4.0, 0.0), 4.0),
+        (-2.0, (), 2.0),
+        (0.0, (2.0, 6.0, -3.0), 7.0),
+        (3.0, (0.0, -4.0, 0.0), 5.0),  # the crack lies across z, along which the pressure acts
+    ],
 )
 def test_the_mean_traction_is_the_size_of_an_even_one(pressure, traction, size):
     mesh = cracked_box()
