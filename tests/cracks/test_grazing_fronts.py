@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from given_cracks import over_grid
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -11,7 +12,9 @@ from craftmesh.cracks.prepare import prepare_crack
 from craftmesh.cracks.promises import FRONT_MOVED
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import sheets
+from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.surface.kernels.distances import nearest_on_edges
+from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.rounding import ON_PLANE
 from craftmesh.types import Crack
 
@@ -52,10 +55,35 @@ def test_a_front_that_grazes_a_face_ends_on_it(gap, degrees, axis, top):
     assert ((line >= BOX[0] - on_plane) & (line <= BOX[1] + on_plane)).all()
     # FRONT_MOVED, and the chord of an edge that was parted: 1e-4 of the radius
     assert off_the_front(sheet, line).max() <= FRONT_MOVED * L_MIN * 1.001
-    # the crack stays in its plane
+    # the crack stays in its plane, where no triangle turns over, and its front runs on without turning back
     normal = np.roll([np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0.0], axis)
     height = (ended.points - ended.points.mean(axis=0)) @ normal
     assert np.ptp(height) <= 1e-9
+    assert_not_folded(ended, sheet)
+
+
+def assert_not_folded(ended, sheet):
+    """The triangles of an ended sheet look as those of the given one, and its fronts never turn back."""
+    normal = area_vectors(sheet.points, sheet.triangles).sum(axis=0)
+    # the corner of a front may go on along its other side, which leaves a triangle without area
+    assert (area_vectors(ended.points, ended.triangles) @ normal > -1e-9).all()
+    for front in ended.fronts:
+        steps = np.diff(ended.points[front], axis=0)
+        assert (np.einsum("ij,ij->i", steps[1:], steps[:-1]) > 0).all()
+
+
+@pytest.mark.parametrize("edge", [0.5, 2.0, 7.0])
+def test_a_straight_front_that_grazes_a_face_ends_on_it_however_long_its_edges_are(edge):
+    """A front that rises from 0.005 of l_min over the face to one l_min: a stretch is within reach."""
+    x = np.linspace(0.0, 10.0, round(10.0 / edge) + 1)
+    z = np.stack([0 * x + 25.0, 0.005 * L_MIN + 0.05 * x])
+    points, triangles = over_grid(np.stack([x, x]) + 8.0, 0 * z + 10.0, z)
+    sheet = crack_from_triangles(points, triangles, None, BOX)
+    ended = ending_on_faces(sheet, BOX, L_MIN)
+    assert_not_folded(ended, sheet)
+    lines = np.concatenate([ended.points[front] for front in ended.fronts])
+    assert off_the_front(sheet, lines).max() <= FRONT_MOVED * L_MIN * 1.001
+    assert len(ended.points) > len(sheet.points)
 
 
 @pytest.mark.parametrize("gap", [0.04, 0.5, -0.5, -3.0])

@@ -156,11 +156,13 @@ def test_a_crack_that_cuts_next_to_nothing_off_a_corner_of_the_box_lies_outside(
     assert len(crack_from_triangles(points + 0.1, np.array([[0, 1, 2]]), None, BOX).triangles)
 
 
-@pytest.mark.parametrize("depth", [0.05, 0.15, 0.25])
-def test_a_crack_that_cuts_off_less_than_a_fifth_of_l_min_along_an_edge_is_refused(depth):
-    # across the edge x = z = 0: its middle is deepest, at the same distance from both faces
-    place = depth * L_MIN
-    options = CrackOptions(centre=(place, 10.0, place), normal=(1.0, 0.0, 1.0), radius=5.0)
+@pytest.mark.parametrize("depth", [0.05, 0.15, 0.19, 0.21, 0.25])
+@pytest.mark.parametrize("at_x, at_z", [(0, 0), (0, 1), (1, 0), (1, 1)])
+def test_a_crack_that_cuts_off_less_than_a_fifth_of_l_min_along_an_edge_is_refused(depth, at_x, at_z):
+    # across an edge along y: its middle is deepest, at the same distance from both faces
+    place, inward = depth * L_MIN, np.array([1.0 - 2 * at_x, 0.0, 1.0 - 2 * at_z])
+    centre = np.array([20.0 * at_x, 10.0, 20.0 * at_z]) + place * inward
+    options = CrackOptions(centre=tuple(centre), normal=tuple(inward), axis=(0, 1, 0), radius=5.0)
     crack = prescribed_crack(BOX, options)
     if depth < 0.2:
         with pytest.raises(CraftmeshError, match="cuts only a sliver off the box.*nearer than 0.2 l_min"):

@@ -1,5 +1,8 @@
 """Given sheets: the plane over which they are a height, orientation, slivers, pieces, parts outside."""
 
+import json
+import re
+
 import numpy as np
 import pytest
 from given_cracks import wavy_disc
@@ -85,8 +88,14 @@ def test_slivers_with_normals_of_their_own_are_flipped_away_or_dropped():
 def test_two_sheets_in_the_box_are_refused_and_one_outside_is_left_out():
     points, triangles = wavy_disc(2.0, 0.2)
     both = np.concatenate([triangles, triangles + len(points)])
-    with pytest.raises(CraftmeshError, match="2 pieces in the box"):
-        crack_from_triangles(np.concatenate([points + 3, points + 7]), both, None, BOX)
+    # a piece is named by the middle of its triangles
+    shifts = np.array([[3.0, 4.0, 2.0], [7.0, 6.0, 8.0]])
+    middle = points[triangles].mean(axis=(0, 1))
+    with pytest.raises(CraftmeshError, match="2 pieces in the box") as caught:
+        crack_from_triangles(np.concatenate([points + shift for shift in shifts]), both, None, BOX)
+    places = [json.loads(text) for text in re.findall(r"\[[^][]*\]", str(caught.value))]
+    # six digits are told
+    assert np.allclose(places, middle + shifts, atol=1e-5)
     crack = crack_from_triangles(np.concatenate([points + 3, points + 70]), both, None, BOX)
     assert len(crack.triangles) == len(triangles)
 

@@ -10,11 +10,12 @@ from craftmesh.cracks.within_box import (
     area_within,
     clipped,
     is_in,
+    is_in_material,
     polygon_area,
     segments_of,
     tilts,
 )
-from craftmesh.types import Crack
+from craftmesh.types import Crack, Voxels
 
 BOX = np.array([[0.0, -1.0, 2.0], [3.0, 1.0, 4.0]])
 INSIDE = box(0, -1, 3, 1)
@@ -94,3 +95,26 @@ def test_areas_between_a_circle_and_its_chords_count_for_nothing():
     assert between == pytest.approx(25 * np.pi - polygon, rel=2e-3)
     assert area_off(polygon, 25 * np.pi, between, 1.0) < 0.02 < 1 < area_off(polygon, 25 * np.pi, 0.0, 0.1)
     assert segments_of(chords[:0], off[:0]) == 0.0
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("below", [False, True])
+def test_a_crack_lies_in_material_where_any_of_its_part_in_the_box_lies_in_a_grain(axis, below):
+    """A volume that is empty from its middle on, or below, and a square across x, y or z."""
+    origin, spacing = np.array([3.0, -5.0, 20.0]), np.array([0.5, 1.0, 2.0])
+    labels = np.ones((8, 8, 8), int)
+    labels[(slice(None),) * axis + (slice(4) if below else slice(4, None),)] = 0
+    voxels = Voxels(labels, tuple(spacing), tuple(origin))
+    plane = np.delete(np.arange(3), axis)
+    square = np.full((4, 3), 4.0)
+    square[:, plane] = np.array([[2.0, 2], [4, 2], [4, 4], [2, 4]])
+    for height, known in ((3.9, True), (4.1, False), (7.9, False), (0.1, True), (-0.1, True), (8.1, True)):
+        # in voxels; a crack outside the box is another's to refuse
+        square[:, axis] = 8 - height if below else height
+        crack = Crack(origin + spacing * square, np.array([[0, 1, 2], [0, 2, 3]]), ())
+        assert is_in_material(crack, voxels) == known
+    across = np.delete(np.arange(3), axis)[0]
+    square = np.full((4, 3), 1.0)
+    # an eighth of its area lies on one side of the middle
+    square[:, [axis, across]] = np.array([[3.5, 2.0], [7.5, 2], [7.5, 4], [3.5, 4]])
+    assert is_in_material(Crack(origin + spacing * square, np.array([[0, 1, 2], [0, 2, 3]]), ()), voxels)

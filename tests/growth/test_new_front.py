@@ -171,6 +171,33 @@ def test_rows_beside_an_end_do_not_turn_the_front(wrong):
     assert np.abs(smooth - 1).max() < 1e-6
 
 
+@pytest.mark.parametrize("rows", range(2, 11))
+def test_rows_two_spacings_from_the_ends_count_and_of_few_those_in_the_middle(rows):
+    s = 0.25 * np.arange(rows)
+    off = np.minimum(s, s[::-1])
+    known = smoothed(s, np.ones((rows, 3)), s[-1], False, s, SmoothingOptions())
+    for row in range(rows):
+        changed = np.ones((rows, 3)) + 3.0 * (s == s[row])[:, None]
+        counts = np.abs(smoothed(s, changed, s[-1], False, s, SmoothingOptions()) - known).max() > 1e-6
+        assert counts == (off[row] >= min(0.5, off.max()))
+
+
+@pytest.mark.parametrize("missing", [2, 3, 10])
+@pytest.mark.parametrize("seam", ["in the gap", "in the rows", "past the gap", "before it"])
+def test_rows_beside_a_gap_of_a_closed_front_do_not_count_wherever_its_seam_is(missing, seam):
+    """Rows at a spacing of 1; those that are farther than three from the next have an end between them."""
+    length = 50.0 + missing
+    start = {"in the gap": 0, "in the rows": 30, "past the gap": length - 1, "before it": length - 49}[seam]
+    s = np.sort((np.arange(50.0) + start + 0.5) % length)
+    moves, place = np.random.default_rng(missing).normal(size=(50, 3)), (s - start) % length
+    at = np.arange(length + 1)
+    known = smoothed(s, moves, length, True, at, SmoothingOptions())
+    for row in np.flatnonzero((place < 4) | (place > 46)):
+        changed = moves + 7.0 * (s == s[row])[:, None]
+        counts = not np.array_equal(smoothed(s, changed, length, True, at, SmoothingOptions()), known)
+        assert counts == (missing < 3 or 2 < place[row] < 48)
+
+
 def test_the_fit_bridges_a_gap_between_rows():
     s = np.concatenate([np.arange(0, 15.0), np.arange(30, 60.0)])
     smooth = smoothed(s, np.ones((len(s), 3)), 60.0, False, np.linspace(0, 60, 61), SmoothingOptions())
