@@ -8,6 +8,7 @@ from skimage.measure import marching_cubes
 from surface_writer import write_triangles
 
 from craftmesh.cli import main
+from craftmesh.cracks.fit_bounds import notes_on_size, refuse_other_place
 from craftmesh.cracks.measured import crack_through_points
 from craftmesh.cracks.one_sheet import sides_apart
 from craftmesh.cracks.triangulated import crack_from_triangles
@@ -317,3 +318,34 @@ def test_units_are_named_where_a_power_of_ten_parts_them(power):
         abs(power) in (1, 2, 3, 6, 9)
     )
     assert unit_hint(span_of(FRONT + 50), span_of(FRONT)) == ""
+
+
+@pytest.mark.parametrize(
+    "size, is_right", [(0.29, False), (0.31, True), (1.0, True), (29.0, True), (31.0, False)]
+)
+def test_a_cloud_from_three_tenths_to_thirty_times_as_wide_as_its_front_is_taken(size, is_right):
+    front = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]])
+    if is_right:
+        refuse_other_place(size * front, [front])
+    else:
+        with pytest.raises(CraftmeshError, match="the cloud is of another size: it goes from"):
+            refuse_other_place(size * front, [front])
+
+
+@pytest.mark.parametrize("off, is_right", [(2.49, True), (2.51, False)])
+def test_a_cloud_may_lie_beside_its_front_by_a_quarter_of_its_diagonal(off, is_right):
+    front = np.array([[0.0, 0, 0], [8, 0, 0], [8, 6, 0], [0, 6, 0], [0, 0, 0]])
+    cloud = front + [8 + off, 0, 0]
+    if is_right:
+        refuse_other_place(cloud, [front])
+    else:
+        with pytest.raises(CraftmeshError, match="no point of the cloud is within the front"):
+            refuse_other_place(cloud, [front])
+
+
+@pytest.mark.parametrize("size, notes", [(1.01, 0), (29.0, 0), (31.0, 1)])
+def test_a_crack_is_longer_than_l_min_and_noted_from_thirty_boxes_on(size, notes):
+    crack, box = np.array([[0.0, 0, 0], [0.6, 0.8, 0]]), np.array([[0.0, 0, 0], [1, 0, 0]])
+    assert len(notes_on_size(size * crack, box, 1.0)) == notes
+    with pytest.raises(CraftmeshError, match="expected a crack larger than l_min"):
+        notes_on_size(0.99 * crack, box, 1.0)

@@ -86,6 +86,21 @@ def test_a_straight_front_that_grazes_a_face_ends_on_it_however_long_its_edges_a
     assert len(ended.points) > len(sheet.points)
 
 
+def test_a_closed_front_ends_on_a_face_alike_wherever_its_seam_is():
+    sheet = penny(0.006)
+    (front,) = sheet.fronts
+    ring, known = front[:-1], None
+    # the seam beside and within the stretch that grazes the face
+    for k in np.flatnonzero(sheet.points[ring, 2] < 0.1 * L_MIN):
+        turned = np.roll(ring, -k)
+        ended = ending_on_faces(
+            Crack(sheet.points, sheet.triangles, (np.append(turned, turned[0]),)), BOX, L_MIN
+        )
+        line = np.concatenate([ended.points[one] for one in ended.fronts])
+        known = line if known is None else known
+        assert line.shape == known.shape and np.abs(line - known).max() < 1e-9
+
+
 @pytest.mark.parametrize("gap", [0.04, 0.5, -0.5, -3.0])
 def test_a_front_that_stays_away_or_crosses_the_face_is_as_it_was(gap):
     sheet = penny(gap)
