@@ -28,7 +28,7 @@ def guarded(words: Sequence[str], said: IO[str]) -> subprocess.Popen:
 
 
 def release(child: subprocess.Popen) -> None:
-    """End a guarded program and all that it runs, and wait for that."""
+    """End a guarded program, kill all that it runs, and wait for the program."""
     if child.stdin:
         child.stdin.close()
     child.wait()

@@ -121,7 +121,7 @@ def test_a_program_that_ends_leaves_nothing_but_its_status():
         child = guarded([sys.executable, "-c", program], said)
         assert child.wait() == 3
         release(child)
-    assert not is_running(pids()[0])
+    assert wait_for(lambda: not is_running(pids()[0]))  # killed processes take a moment to end
 
 
 def test_a_released_program_is_interrupted_as_by_hand():
