@@ -49,9 +49,9 @@ def check_key(key: str, known: Mapping[str, Any], place: str) -> None:
 
 
 def cell_value(text: str, schema: Mapping[str, Any], place: str) -> Any:
-    """Return what a cell says, read as a value in the configuration is.
+    """Return the value of a cell, which is read as YAML, like a value in the configuration.
 
-    Where the key takes texts, words count that YAML has as numbers, dates, yes or no.
+    schema: of the cell's key. A key of texts gets the words as written, numbers, dates, yes and no too.
     """
     import yaml
 

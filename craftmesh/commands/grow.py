@@ -161,7 +161,7 @@ def front_extensions(intensities: Table, front: Table) -> FrontExtensions:
 
 
 def trust_of(intensities: Table, count: int) -> Trust:
-    """Return which of so many rows of a sif.csv steer; without flags all do."""
+    """Return which of the `count` rows of a sif.csv steer; all rows do where it has no flags."""
     places = intensities.has(("front", "s")) and count
     front, s = intensities.numbers(("front", "s")).T if places else (None, None)
     return trusted(intensities.words("flags") or [""] * count, front, s)

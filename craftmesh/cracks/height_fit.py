@@ -8,8 +8,8 @@ from scipy.sparse.linalg import spsolve
 from craftmesh.cracks.in_plane import doubled_areas
 from craftmesh.surface.connectivity import edge_sides, unique_edges
 
-# Of the spacing. Waves of 2 pi 3^(1/4) times this, 2.1 spacings, are halved: the hinge energy is three
-# times a thin plate's.
+# Length in spacings by which hinges resist bending. The fit halves waves of 2 pi 3^(1/4) times this length,
+# 2.1 spacings, because the hinges' energy is three times a thin plate's.
 STIFFNESS = 0.25
 
 

@@ -151,9 +151,9 @@ def errors(
 def _energy(j: np.ndarray, g: np.ndarray, even: np.ndarray, has_j: np.ndarray) -> np.ndarray:
     """Return by how much the root of J differs from that of G, as a share of the front's largest (n,).
 
-    Its integral has no term for a change of material within the tube, so it tells nothing there, not
-    has_j (n,). The median of the nodes that have J stands for these, and for those of crystals, not even
-    (n,): there J varies as their axes turn, more than its splines do. 0 where no node has J.
+    has_j (n,): mask of nodes whose tube holds one material; J has no term for a change of material. even
+    (n,): mask of nodes in isotropic grains; in crystals J varies with their axes more than its splines do.
+    Nodes outside either mask get the median of those with has_j; all get 0 where no node has J.
     """
     root = np.sqrt(np.maximum(g, 0))
     off = (np.sqrt(np.maximum(j, 0)) - root) / max(root.max(), np.finfo(float).tiny)

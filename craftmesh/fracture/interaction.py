@@ -197,10 +197,10 @@ def _times(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 def _changes(
     tube: Tube, row: np.ndarray, start: np.ndarray, end: np.ndarray, traction: np.ndarray
 ) -> np.ndarray:
-    """Return how tractions (p, 3) at all points of faces, row (p,), change from places to others (p, 3).
+    """Return changes (p, 3) of tractions (p, 3) at points of faces, row (p,), that go from start to end.
 
-    By the linear function next to those of the face. With five edges to the radius the front's chords are
-    so far off that K under a traction with the fourth power of r was 0.6 % less.
+    start, end (p, 3): places. A linear function is fitted to each face's tractions. With five edges to the
+    radius the front's chords lie so far off that K under a traction with r to the fourth was 0.6 % less.
     """
     count = (len(row) // tube.traction.shape[1], tube.traction.shape[1])
     corners = tube.points[face_nodes(tube.tets[:, :4], tube.faces[row[:: count[1]]])]

@@ -241,7 +241,7 @@ def _values(
 def _report(
     parameters: FrontParameters, segments: Segments, tube: Tube, one_sided: list, mixed: np.ndarray
 ) -> dict:
-    """Return what was integrated and how far it may be trusted; J of nodes that are not mixed (n,)."""
+    """Return the report of a front; its ratio of J to G leaves out nodes that are mixed, (n,) bool."""
     largest = np.abs([parameters.K_I, parameters.K_II, parameters.K_III]).max()
     words: dict[str, int] = {}
     for word in "+".join(parameters.flags.tolist()).split("+"):

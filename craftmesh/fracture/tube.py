@@ -205,7 +205,7 @@ def _faces(
 ) -> tuple[np.ndarray, ...]:
     """Return the outer faces (f, 2) of chosen elements, by their rows, and what `Tube` says of them.
 
-    lips: names of those of the front's own crack.
+    lips: names of the face sets that are lips of the front's own crack.
     """
     mesh = solved.mesh
     row = np.full(len(mesh.tets), -1)
