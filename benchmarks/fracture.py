@@ -147,6 +147,12 @@ def _halved(case: Case, centre=CENTRE, radius: float = RADIUS, **other) -> Case:
     return replace(case, crack=crack, size=radius, exact=None, pulled=True, halved=True, **other)
 
 
+def _sixty_grains(constants: tuple[float, float, float] = COPPER) -> Case:
+    penny = _penny(22, {"tension": TENSION})
+    body = {"material": "polycrystal", "grains": 60, "voxels": (40, 40, 40), "constants": constants}
+    return _halved(penny, (20.2, 19.8, 20.1), 8.0, **body)
+
+
 def _crystal(constants: tuple[float, float, float] = COPPER) -> Case:
     flat = _penny(0, {"tension": TENSION, "mixed": MIXED})
     normal = np.array([0.0, 0, 1])
@@ -226,23 +232,8 @@ CASES = {
     "polycrystal, halved": replace(
         _penny(45, {"tension": TENSION}), exact=None, material="polycrystal", pulled=True, halved=True
     ),
-    "60 grains, halved": _halved(
-        _penny(22, {"tension": TENSION}),
-        (20.2, 19.8, 20.1),
-        8.0,
-        material="polycrystal",
-        grains=60,
-        voxels=(40, 40, 40),
-    ),
-    "60 grains of aluminium, halved": _halved(
-        _penny(22, {"tension": TENSION}),
-        (20.2, 19.8, 20.1),
-        8.0,
-        material="polycrystal",
-        grains=60,
-        voxels=(40, 40, 40),
-        constants=ALUMINIUM,
-    ),
+    "60 grains, halved": _sixty_grains(),
+    "60 grains of aluminium, halved": _sixty_grains(constants=ALUMINIUM),
     "two materials, halved": _halved(
         _penny(0, {"tension": TENSION}), CENTRE - [0, 0, 2.1], layered=2, stiffer=3.0
     ),

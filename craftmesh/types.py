@@ -321,9 +321,6 @@ class Solution(Frozen):
         object.__setattr__(self, "history", MappingProxyType(history))
 
     def __repr__(self) -> str:
-        parts = [
-            f"{len(self.displacement)} nodes",
-            *(f"{name} {value}" for name, value in self.record.items()),
-        ]
+        parts = [f"{len(self.displacement)} nodes", *(f"{key} {one}" for key, one in self.record.items())]
         parts += ["contact"] * (self.contact is not None) + [f"history of {name}" for name in self.history]
         return f"Solution({', '.join(parts)})"

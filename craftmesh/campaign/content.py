@@ -13,9 +13,10 @@ from pathlib import Path
 from craftmesh.campaign.campaign import Campaign
 from craftmesh.campaign.cases import SYNTHETIC
 from craftmesh.campaign.configuration import fields_of
-from craftmesh.campaign.file_digest import AUTO, digest_of
+from craftmesh.campaign.file_digest import digest_of
 from craftmesh.errors import listed
 from craftmesh.io.user_material import PRESETS, template_file
+from craftmesh.io.volume_format import AUTO
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.solve.options import BUILTIN, EXTERNAL, FIELD, waited_for
 
@@ -41,9 +42,9 @@ def is_made(campaign: Campaign, path: str) -> bool:
 
 
 def content(campaign: Campaign, stage: str, case: str, inc: str = "") -> str | None:
-    """Return what is in the files that a stage reads, as one text; None for a stage that reads none.
+    """Return a text with one digest of all files that a stage reads; None where a stage reads no file.
 
-    These are the user's files, templates of the package, and the fields and programs of other solvers.
+    The files are the user's, templates of the package, and the fields and programs of other solvers.
     """
     settings = campaign.cases[case].settings
     kind = settings["import"]["format"] if stage == "import_" else AUTO

@@ -2,16 +2,16 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.behind import files_behind
+from craftmesh.io.volume_format import AUTO
 
 KEPT = Path(".snakemake", "craftmesh", "content")  # digests that are known, in the folder of the run
-AUTO = "auto"
 
 
 @cache
@@ -40,12 +40,12 @@ def digest_of(path: str, kind: str = AUTO) -> str:
             total.update(b"missing")
     found = total.hexdigest()
     if not fault and before == {str(file): _stamp(file) for file in files}:
-        _keep(entry, {"files": before, "digest": found})
+        keep(entry, {"files": before, "digest": found})
     return found
 
 
 def _stamp(path: Path) -> list[int]:
-    """Return what differs after any change of a file, whatever time it is given; empty without the file."""
+    """Return size, times and inode of a file, of which each change of it changes one; empty without it."""
     if not path.exists():
         return []
     found = path.stat()
@@ -64,10 +64,11 @@ def _known(entry: Path) -> str:
         return ""
 
 
-def _keep(entry: Path, known: Mapping) -> None:
+def keep(entry: Path, known: Any) -> None:
+    """Write what is known as JSON; nothing where the folder cannot be written to, for it is found again."""
     try:
         entry.parent.mkdir(parents=True, exist_ok=True)
         with atomic_path(entry) as temporary:
             temporary.write_text(json.dumps(known), encoding="utf-8")
     except (OSError, CraftmeshError):
-        return  # a folder that cannot be written to: the digest is found anew each time
+        return

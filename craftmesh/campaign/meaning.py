@@ -17,7 +17,7 @@ from craftmesh.deck.options import DeckOptions
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.options import GrowthOptions, check_criterion, check_cycle
 from craftmesh.io.user_material import read_template
-from craftmesh.io.volume_format import format_by_name
+from craftmesh.io.volume_format import AUTO, format_by_name
 from craftmesh.mechanics.faces import parse_faces, rows_of
 from craftmesh.mechanics.load import check_faces
 from craftmesh.mechanics.materials import parse_materials, phases_of_grains
@@ -71,7 +71,7 @@ def _check_generate(keys: Mapping[str, Any], case: Case) -> None:
 
 
 def _check_import(keys: Mapping[str, Any], case: Case) -> None:
-    if case.microstructure != SYNTHETIC and keys["format"] == "auto":
+    if case.microstructure != SYNTHETIC and keys["format"] == AUTO:
         format_by_name(Path(case.microstructure))
 
 

@@ -1,4 +1,4 @@
-"""Phases that materials name, held against those of the grains before a stage runs."""
+"""Notes before a stage runs: materials of phases that no grain has, and phases without a material."""
 
 import hashlib
 import json
@@ -7,10 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
-from craftmesh.atomic import atomic_path
 from craftmesh.campaign.cases import SYNTHETIC, Case
 from craftmesh.campaign.configuration import fields_of
-from craftmesh.campaign.file_digest import KEPT, digest_of
+from craftmesh.campaign.file_digest import KEPT, digest_of, keep
 from craftmesh.errors import CraftmeshError, listed
 from craftmesh.io.user_material import read_template
 from craftmesh.mechanics.materials import parse_materials
@@ -63,10 +62,8 @@ def _phases(case: Case) -> list[int]:
         pass
     try:
         phases = read_voxels(case.microstructure, ReadOptions(**keys)).voxels.phases
-        found = [] if phases is None else np.unique(phases[phases > 0]).tolist()
-        entry.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_path(entry) as temporary:
-            temporary.write_text(json.dumps(found), encoding="utf-8")
     except (CraftmeshError, OSError):  # its stage says what is wrong with it
         return []
+    found = [] if phases is None else np.unique(phases[phases > 0]).tolist()
+    keep(entry, found)
     return found

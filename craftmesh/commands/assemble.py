@@ -42,6 +42,5 @@ def run(arguments: argparse.Namespace) -> None:
     sizing = partial(given_sizing, arguments, surface)
     with ProgressLine("whole model") as progress:
         volume = complete_volume(Volume(surface, grain_tets, record), sizing, options, progress)
-    for line in volume.warnings:
-        warn(line)
+    warn(*volume.warnings)
     write_assembled(arguments, volume, {})

@@ -40,8 +40,7 @@ def run(arguments: argparse.Namespace) -> None:
         report |= {"cohesive_elements": sum(map(len, layers.elements.values()))}
     units = UnitsOptions(*arguments.units)
     write_model(arguments.output, model, options, materials, units, layers=layers)
-    for warning in (*report.get("notes", ()), deck_warning(model)):
-        warn(warning)
+    warn(*report.get("notes", ()), deck_warning(model))
     tell(report, arguments.report)
 
 

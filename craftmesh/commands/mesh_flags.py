@@ -1,6 +1,7 @@
 """Flags of the verbs that mesh: the sizing, from a file or from numbers; the given crack; fronts."""
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 
@@ -49,8 +50,7 @@ def add_mesh_flags(parser: argparse.ArgumentParser) -> None:
 def write_assembled(arguments: argparse.Namespace, volume: Volume, report: dict) -> None:
     """Write the mesh of a volume, its report and, where --front-csv names a file, the ordered fronts."""
     mesh, assembled = assemble(volume.surface, volume.grain_tets, given_crack(arguments))
-    warn(flat_sentence(flat_tets(mesh)))
-    warn(severed_sentence(mesh))
+    warn(flat_sentence(flat_tets(mesh)), severed_sentence(mesh))
     if arguments.front_csv is not None:
         from craftmesh.mesh.front_frames import front_frames
         from craftmesh.mesh.second_order import raise_order
@@ -94,8 +94,7 @@ def sizing_from(arguments: argparse.Namespace, surface: Surface, front: Path | N
     if arguments.sizing:
         return stored_sizing(arguments.sizing)
     sizing, notes = sizing_by(options_from(arguments, SizingOptions), surface, front)
-    for note in notes:
-        warn(note)
+    warn(*notes)
     return sizing
 
 
@@ -118,15 +117,24 @@ def sizing_by(options: SizingOptions, surface: Surface, front: Path | None) -> t
     given = given_defects(options, box)
     every = np.concatenate([*points.values(), given.points])
     if options.points:
-        points[Path(options.points)] = np.concatenate([given.points, given.spheres[:, :3]])
+        points[Path(options.points)] = given.centres
     sizing = sizing_around(surface, Defects(crack, every, given.spheres), options, lengths)
     if front is not None and crack is not None and crack.fronts:
         points[front] = crack.points[np.concatenate(crack.fronts)]
     notes = [] if lengths is None else coverage_notes(str(options.field), lengths, surface.points)
-    for path, own in points.items():
-        reach = sizing.r1 + given.spheres[:, 3].max(initial=0.0)
-        notes += notes_on_place(str(path), own, box, reach, sizing.l_min) if len(own) else []
-    return sizing, notes
+    return sizing, notes + notes_on_sources(points, given, sizing, box)
+
+
+def notes_on_sources(
+    points: Mapping[Path, np.ndarray], given: Defects, sizing: Sizing, box: np.ndarray
+) -> list[str]:
+    """Return a sentence on each file whose points (n, 3) lie outside the box (2, 3) in part.
+
+    given: what options name, whose pores reach farther. Raises CraftmeshError as `notes_on_place`.
+    """
+    reach = sizing.r1 + given.spheres[:, 3].max(initial=0.0)
+    placed = [(str(path), own) for path, own in points.items() if len(own)]
+    return [note for path, own in placed for note in notes_on_place(path, own, box, reach, sizing.l_min)]
 
 
 def coverage_notes(source: str, lengths: LengthField, points: np.ndarray) -> list[str]:

@@ -18,7 +18,7 @@ from craftmesh.campaign.configuration import fields_of
 from craftmesh.campaign.effort import RULES, Effort, Sizes, effort, expected_elements, expected_facets
 from craftmesh.campaign.home import Job, or_default, planned_jobs, read_config
 from craftmesh.commands.crack import given_surface
-from craftmesh.commands.mesh_flags import given_defects
+from craftmesh.commands.mesh_flags import given_defects, notes_on_sources
 from craftmesh.commands.stage_io import add_config, add_report, warn
 from craftmesh.cracks.near_faces import refuse_near_faces
 from craftmesh.cracks.options import BY_NUMBERS, IN_BOUNDARIES, CrackOptions
@@ -32,7 +32,6 @@ from craftmesh.io.json_file import write_json
 from craftmesh.io.npz import read_labels
 from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, voxel_edge
 from craftmesh.sizing.sources import sizing_around
-from craftmesh.surface.side_data import notes_on_place
 from craftmesh.types import Crack, Voxels
 from craftmesh.voxels.clean import clean
 from craftmesh.voxels.generate import GenerateOptions, generate
@@ -158,8 +157,8 @@ def cracks_of_increment(case: Case, voxels: Voxels, increment: int) -> dict[str,
             share = case.settings["grow"]["share"] or share_of_size(case.settings["grow"]["change"])
             crack_options = _grown(crack_options, (1 + share) ** increment)
         surface, report = given_surface(crack_options, which, voxels.box, voxels)
-        for note in report.get("notes", ()):
-            warn(f"{case.name}, increment {increment}, crack {name}: {note}")
+        place = f"{case.name}, increment {increment}, crack {name}"
+        warn(*(f"{place}: {note}" for note in report.get("notes", ())))
         cracks[name] = crack_of_increment(crack_options, which, voxels.box, surface)
     return cracks
 
@@ -181,11 +180,10 @@ def fault_of(cracks: Mapping[str, Crack], voxels: Voxels, l_min: float) -> str:
 
 def warn_of_points(case: Case, voxels: Voxels, sizing: Sizing) -> None:
     """Warn of refinement points that lie outside the body; raises CraftmeshError where all of them do."""
-    file = case.settings["sizing"]["points"]
-    given = given_defects(SizingOptions(points=file), voxels.box).points
-    if len(given):
-        for note in notes_on_place(file, given, voxels.box, sizing.r1, sizing.l_min):
-            warn(f"{case.name}: {note}")
+    options = SizingOptions(points=case.settings["sizing"]["points"])
+    given = given_defects(options, voxels.box)
+    points = {Path(options.points): given.centres} if options.points else {}
+    warn(*(f"{case.name}: {note}" for note in notes_on_sources(points, given, sizing, voxels.box)))
 
 
 def sizing_of_increment(case: Case, voxels: Voxels, cracks: Mapping[str, Crack]) -> Sizing:

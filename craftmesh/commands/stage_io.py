@@ -53,9 +53,9 @@ def tell(report: dict, path: Path | None) -> None:
         write_json(path, report)
 
 
-def warn(message: str | None) -> None:
-    """Print a warning, one line on stderr; nothing where there is none."""
-    if message:
+def warn(*messages: str | None) -> None:
+    """Print each warning as one line on stderr; nothing for None and empty ones."""
+    for message in filter(None, messages):
         print("craftmesh: warning:", " ".join(message.split()), file=sys.stderr, flush=True)
 
 

@@ -56,8 +56,7 @@ def run(arguments: argparse.Namespace) -> None:
         shown = write_faults(arguments.output, surface, error.report.get("repair"), error.failures)
         raise CraftmeshError("; see ".join(filter(None, [str(error), shown]))) from None
     shown = write_faults(arguments.output, surface, volume.record["repair"], volume.failures)
-    for line in (*volume.warnings, f"facets at fault are shown by {shown}" if shown else None):
-        warn(line)
+    warn(*volume.warnings, f"facets at fault are shown by {shown}" if shown else None)
     if arguments.chunk is None:
         write_assembled(arguments, volume, report)
         return

@@ -11,8 +11,8 @@ from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 # Of its longest edge: the height below which a triangle has no normal of its own (float32 files).
 SLIVER = 1e-4
 ROUNDS = 20  # of flips at slivers; chosen by hand, far more than a row of points should need
-# Of its smaller width: a surface whose sides are nearer to each other is a thin shell. Measured: 0.37 of
-# ten voxels by three, 0.53 of an ellipsoid 2.5 times as wide as thick, 1.2 of a cube.
+# Distance of a surface's two sides, in its smaller width, under which it is a thin shell. Measured:
+# 0.37 in ten voxels by three, 0.53 in an ellipsoid 2.5 times as wide as thick, 1.2 in a cube.
 THIN = 0.4
 REACH = 0.25  # of the box's diagonal: triangles farther from the box than this may be left out
 
@@ -92,7 +92,7 @@ def turned_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def sides_apart(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> float | None:
-    """Return how far the two sides of a thin shell are apart, in the median; None for other surfaces.
+    """Return the median distance between the two sides of a thin shell; None for other surfaces.
 
     points (n, 3) without coincident ones; triangles (m, 3), turned in any way. In a thin shell most lines
     meet the next side near. It is closed, or open past faces of the box (2, 3) or beside them: a sheet that
@@ -124,12 +124,11 @@ def lines_across(points: np.ndarray, triangles: np.ndarray, lines: int) -> tuple
         way, off = vectors[own] / area[own], middle - middle[own]
         # triangles about which the line passes within their reach
         some = np.flatnonzero((off**2).sum(axis=1) - (off @ way) ** 2 <= reach**2)
-        some = some[(some != own) & (vectors[some] @ way != 0)]
-        far = ((corner[some, 0] - middle[own]) * vectors[some]).sum(axis=1) / (vectors[some] @ way)
+        lean = vectors[some] @ way
+        some, lean = (part[(some != own) & (lean != 0)] for part in (some, lean))
+        far = ((corner[some, 0] - middle[own]) * vectors[some]).sum(axis=1) / lean
         spokes = corner[some] - (middle[own] + far[:, None] * way)[:, None]
-        parts = (np.cross(spokes, np.roll(spokes, -1, axis=1)) @ way) * np.sign(vectors[some] @ way)[
-            :, None
-        ]
+        parts = (np.cross(spokes, np.roll(spokes, -1, axis=1)) @ way) * np.sign(lean)[:, None]
         far = far[(parts >= -ROUNDING * area[some, None]).all(axis=1)]
         if len(far):
             nearest = far[np.abs(far).argmin()]

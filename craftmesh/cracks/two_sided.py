@@ -53,7 +53,6 @@ def _without_strays(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarr
     is_large = area >= SPECK * area.max()
     if is_large.all():
         return triangles, []
-    note = (
-        f"left out {(~is_large).sum()} stray pieces, {area[~is_large].sum() / area.sum():.1%} of the area"
-    )
+    share = area[~is_large].sum() / area.sum()
+    note = f"left out {(~is_large).sum()} stray pieces, {share:.1%} of the area"
     return triangles[is_large[piece]], [note]

@@ -41,14 +41,8 @@ def crack_through_voxels(
     box = np.asarray(box, float)
     outline, gaps = outline_of(plane, centres, edge, box, 0.5)
     notes += notes_on_holes(outline, gaps, edge)
-    surface, numbers = height_surface(
-        smoothed(outline, edge),
-        plane,
-        (),
-        centres,
-        SPACING * edge if edge_length is None else edge_length,
-        box,
-    )
+    length = SPACING * edge if edge_length is None else edge_length
+    surface, numbers = height_surface(smoothed(outline, edge), plane, (), centres, length, box)
     bound = VOXELS * edge
     numbers = within_bound(
         numbers,

@@ -49,7 +49,9 @@ NO_TRACTIONS = FaceTractions(np.zeros((0, 2), np.int64), np.zeros((0, len(triang
 def lip_tractions(mesh: TetMesh, given: Sequence[Traction], contact: np.ndarray | None) -> FaceTractions:
     """Return all tractions on the lips of a 10-node mesh: given ones, and those of `contact_tractions`."""
     parts = [contact_tractions(mesh, contact)]
-    parts += [FaceTractions(part.faces, point_vectors(part, mesh)) for part in given]
+    for part in given:
+        area = face_points(mesh.points[face_nodes(mesh.tets, part.faces)]).area
+        parts.append(FaceTractions(part.faces, point_vectors(part, area)))
     faces, traction = ([getattr(part, name) for part in parts] for name in ("faces", "traction"))
     return FaceTractions(np.concatenate(faces), np.concatenate(traction))
 

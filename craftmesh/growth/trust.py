@@ -68,9 +68,7 @@ def sources(points: np.ndarray, steers: np.ndarray, front: np.ndarray | None = N
 
 
 def doubted_sentence(fronts: Collection[int]) -> str:
-    """Return in words that no node of the fronts is trusted, and which count instead, "" for none."""
-    if not fronts:
-        return ""
+    """Return in words that no node of the fronts is trusted, and which nodes count instead."""
     which = f"front{'s' * (len(fronts) > 1)} {', '.join(map(str, fronts))}"
     there = "all count but those where it leaves the body or a grain"
     return f"no node of {which} has a K to be trusted, so {there}"

@@ -6,12 +6,12 @@ from craftmesh.io.oriented import metaimage_data, nrrd_data
 from craftmesh.io.surface_files import parts_beside
 from craftmesh.io.tesr import tesr_data
 from craftmesh.io.tiff import slice_files
-from craftmesh.io.volume_format import SUFFIXES
+from craftmesh.io.volume_format import AUTO, format_of_suffix
 
 _FINDERS = {"metaimage": metaimage_data, "nrrd": nrrd_data, "tesr": tesr_data}
 
 
-def files_behind(path: Path, kind: str = "auto") -> list[Path]:
+def files_behind(path: Path, kind: str = AUTO) -> list[Path]:
     """Return the files that a reader opens besides `path`, in their order; of a folder its slices.
 
     kind: the file's format, a key of SUFFIXES; auto: by its name. Raises CraftmeshError as the reader does
@@ -19,7 +19,4 @@ def files_behind(path: Path, kind: str = "auto") -> list[Path]:
     """
     if path.is_dir():
         return slice_files(path)
-    suffix = path.suffix.lower()
-    if kind == "auto":
-        kind = next((name for name, suffixes in SUFFIXES.items() if suffix in suffixes), "")
-    return _FINDERS.get(kind, parts_beside)(path)
+    return _FINDERS.get(format_of_suffix(path) if kind == AUTO else kind, parts_beside)(path)

@@ -262,11 +262,7 @@ def write_vtu(path: str | os.PathLike, mesh: TetMesh, quaternions: np.ndarray | 
 
 
 # What writes a mesh to a path, by the suffix without its dot.
-MESH_FORMATS: dict[str, Callable[..., None]] = {
-    "vtu": write_vtu,
-    "msh": write_msh,
-    "e": write_exodus,
-    "exo": write_exodus,
-}
+MESH_FORMATS: dict[str, Callable[..., None]]
+MESH_FORMATS = {"vtu": write_vtu, "msh": write_msh, "e": write_exodus, "exo": write_exodus}
 GRAIN_TABLE = "csv"  # what the mesh's grains are, beside formats that have no place for it
 EXPORTS = (*MESH_FORMATS, GRAIN_TABLE)

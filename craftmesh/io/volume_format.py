@@ -4,6 +4,7 @@ from pathlib import Path
 
 from craftmesh.errors import CraftmeshError, listed
 
+AUTO = "auto"  # the option that leaves the format to the file's name and contents
 SUFFIXES: dict[str, tuple[str, ...]] = {
     "npz": (".npz",),
     "npy": (".npy",),
@@ -63,8 +64,7 @@ def format_by_name(path: Path) -> str:
 
     Raises CraftmeshError for files that hold no grains, with the way from there, and for unknown ones.
     """
-    suffix = path.suffix.lower()
-    kind = next((kind for kind, suffixes in SUFFIXES.items() if suffix in suffixes), "")
+    suffix, kind = path.suffix.lower(), format_of_suffix(path)
     if path.is_dir():
         if kind not in ("", "tiff"):
             raise CraftmeshError(
@@ -81,6 +81,12 @@ def format_by_name(path: Path) -> str:
     raise CraftmeshError(
         f"{path}: format not known by its name; give format as one of {', '.join(SUFFIXES)}"
     )
+
+
+def format_of_suffix(path: Path) -> str:
+    """Return the format, a key of SUFFIXES, that the suffix of a path belongs to; "" for other suffixes."""
+    suffix = path.suffix.lower()
+    return next((kind for kind, suffixes in SUFFIXES.items() if suffix in suffixes), "")
 
 
 def _of_hdf5(path: Path) -> str:

@@ -11,6 +11,7 @@ from craftmesh.mechanics.load import Load, Traction, point_vectors
 from craftmesh.mesh.integration import AT_ONCE, face_points
 from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.tet_connectivity import face_nodes
+from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.side_data import covered, notes_on_place
 from craftmesh.types import TetMesh
 
@@ -89,9 +90,7 @@ def _refuse_uncovered(mesh: TetMesh, faces: np.ndarray, field: LipField) -> None
     near, where = covered(corners.reshape(-1, 3), field.points, _NEAREST, np.repeat(edge, 3))
     is_covered = near.reshape(-1, 3).any(axis=1)
     if not is_covered.all():
-        area = np.linalg.norm(
-            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-        )
+        area = np.linalg.norm(area_vectors(mesh.points, face_nodes(mesh.tets[:, :4], faces)), axis=1)
         raise CraftmeshError(
             f"lip_field: its points cover {area[is_covered].sum() / area.sum():.1%} of the lips, {where}; "
             "expected values all over the lips, 0 where nothing acts"
@@ -111,8 +110,8 @@ def mean_traction(load: Load | None, mesh: TetMesh) -> float:
     pull: dict[str, np.ndarray] = {}
     area: dict[str, np.ndarray] = {}
     for part in on_lips(load):
-        pull[part.name] = pull.get(part.name, 0.0) + point_vectors(part, mesh)
         at = face_points(mesh.points[face_nodes(mesh.tets, part.faces)])
+        pull[part.name] = pull.get(part.name, 0.0) + point_vectors(part, at.area)
         area[part.name] = np.linalg.norm(at.area, axis=2)
     if not pull:
         return 0.0

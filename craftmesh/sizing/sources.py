@@ -31,6 +31,11 @@ class Defects(Frozen):
         self._convert("points", float, (None, 3))
         self._convert("spheres", float, (None, 4))
 
+    @property
+    def centres(self) -> np.ndarray:
+        """The points and the centres of the spheres (n, 3)."""
+        return np.concatenate([self.points, self.spheres[:, :3]])
+
     def __repr__(self) -> str:
         return f"Defects({self.crack}, {len(self.points)} points, {len(self.spheres)} spheres)"
 

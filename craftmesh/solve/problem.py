@@ -176,12 +176,13 @@ def foreign_solution(
     """
     problem = problem_of(model)
     field = in_order(numbers, displacement, len(model.mesh.points), source)
-    if fault := _fault(problem, field, contact):
-        powers = (sign * power for power in UNITS for sign in (1, -1))
-        unit = next((power for power in powers if not _fault(problem, field / 10.0**power, contact)), 0)
+    fault, reactions, residual = _checked(problem, field, contact)
+    if fault:
+        powers = [sign * power for power in UNITS for sign in (1, -1)]
+        fits = (power for power in powers if not _checked(problem, field / 10.0**power, contact)[0])
+        unit = next(fits, 0)
         said = f"; its values are those of the deck{power_told(unit)}" if unit else ""
         raise CraftmeshError(f"{source}: {fault}{said}")
-    _, reactions, residual = problem.balance(field, contact)
     record: dict[str, str | int | float] = {"solver": solver, "residual": residual}
     return Solution(field, reactions, record, contact), {"unknowns": field.size} | record
 
@@ -205,21 +206,28 @@ def in_order(numbers: np.ndarray, values: np.ndarray, count: int, source: str) -
     return field
 
 
-def _fault(problem: Problem, field: np.ndarray, contact: np.ndarray | None) -> str:
-    """Return in words which support a field (n, 3) leaves, or how far it is from balance, "" if neither."""
+def _checked(
+    problem: Problem, field: np.ndarray, contact: np.ndarray | None
+) -> tuple[str, np.ndarray, float]:
+    """Return the fault of a field (n, 3) in words, "" for none, the reactions (n, 3) and the residual.
+
+    The fault is a support that the field does not keep, whose balance is not computed, or its residual.
+    """
     supports = problem.supports
     off = np.where(supports.fixed, np.abs(field - supports.displacement), 0.0)
     if off.max(initial=0.0) > _SUPPORT * np.abs(field).max(initial=0.0):
         node, axis = np.unravel_index(off.argmax(), off.shape)
-        return (
+        fault = (
             f"node {node + 1} moves along {'xyz'[axis]} by {field[node, axis]:.6g}, the load "
             f"prescribes {supports.displacement[node, axis]:.6g}; take the field of this deck"
         )
-    residual = problem.balance(field, contact)[2]
+        return fault, np.zeros_like(field), np.inf
+    _, reactions, residual = problem.balance(field, contact)
     if residual <= _LARGEST_RESIDUAL:
-        return ""
-    return (
+        return "", reactions, residual
+    fault = (
         f"the field leaves {residual:.2g} of the forces out of balance, expected at most "
         f"{_LARGEST_RESIDUAL:g}; take the field of this deck, with the same mesh, materials and load, "
         "or a direct solver"
     )
+    return fault, reactions, residual

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError, MeshingError
@@ -77,18 +76,16 @@ def fill_grains(
     """
     found = mended(surface) if options.repair else Mended(surface)
     wanted = surface.grains.tolist() if grains is None else list(grains)
-    tets: list[GrainTets] = []
-    report: dict = {}
+    if options.mesher == TETWILD:
+        record = record_of(options.mesher, {}, wanted, found.report)
+        return Volume(found.surface, (), record).warned(found.warning), {}
     failures: tuple[GrainFailure, ...] = ()
-    warning, left = None, wanted
-    if options.mesher != TETWILD:
-        fill = partial(tetrahedralize, islands=islands, options=options, grains=wanted)
-        try:
-            tets, report = fill(found.surface, sizing, workers=workers, progress=progress)
-        except MeshingError as error:
-            tets, report, failures, warning = list(error.done), error.report, error.failures, str(error)
-        left = [failure.grain for failure in failures]
-    record = record_of(options.mesher, report, left, found.report)
+    warning = None
+    try:
+        tets, report = tetrahedralize(found.surface, sizing, options, islands, wanted, workers, progress)
+    except MeshingError as error:
+        tets, report, failures, warning = list(error.done), error.report, error.failures, str(error)
+    record = record_of(options.mesher, report, [failure.grain for failure in failures], found.report)
     return Volume(found.surface, tets, record, failures=failures).warned(found.warning, warning), report
 
 

@@ -15,7 +15,7 @@ from craftmesh.io.npz import read_npy, read_npz
 from craftmesh.io.oriented import read_metaimage, read_nrrd
 from craftmesh.io.tesr import read_tesr
 from craftmesh.io.tiff import read_tiff
-from craftmesh.io.volume_format import SUFFIXES, format_of
+from craftmesh.io.volume_format import AUTO, SUFFIXES, format_of
 from craftmesh.io.vti import read_vti
 from craftmesh.options import Options, option
 from craftmesh.surface.side_data import place_beside
@@ -33,7 +33,6 @@ from craftmesh.voxels.remapping import (
     rename,
 )
 
-AUTO = "auto"
 FORMATS = (AUTO, *SUFFIXES)
 
 
