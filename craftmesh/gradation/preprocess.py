@@ -2,14 +2,12 @@
 
 import numpy as np
 
-from craftmesh.gradation.kernels.rings import classify
-from craftmesh.gradation.state import ON_CRACK, vertex_flags
+from craftmesh.surface.classification import ON_LINE, Classification
 from craftmesh.surface.connectivity import compact
-from craftmesh.surface.kernels.corner_lists import link_all
 from craftmesh.surface.kernels.hinges import SHARP_COSINE, corner_lists, sharpest_cosines
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
-from craftmesh.surface.patches import feature_edges, oriented, patches
+from craftmesh.surface.patches import oriented, patches
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.surface.wedges import wedge_guard
 from craftmesh.types import CRACK, Surface
@@ -159,20 +157,12 @@ def smooth_junctions(surface: Surface, iterations: int) -> tuple[Surface, int]:
 
 def _line_neighbours(surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the free junction-line vertices and their two neighbours on the line."""
-    facets = surface.facets.astype(np.int64)
-    patch = patches(surface).of_facet
-    n, m = len(surface.points), len(facets)
-    first, after = np.full(n, -1, np.int64), np.full(3 * m, -1, np.int64)
-    rank, stamp, clock = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(2, np.int64)
-    link_all(facets, np.ones(m, bool), m, first, after)
-    classify(facets, patch, first, after, n, rank, stamp, clock)
-    lines = feature_edges(surface, patch).lines
+    classes = Classification(surface)
+    lines, planes = classes.features.lines, classes.planes
     both = np.concatenate([lines, lines[:, ::-1]])
     both = both[np.lexsort((both[:, 1], both[:, 0]))]
-    flags = vertex_flags(surface)
-    planes = sum((flags >> k) & 1 for k in range(6))
-    free = (rank == 1) & ((flags & ON_CRACK) == 0) & (planes < 2)
+    free = (classes.rank == ON_LINE) & ~classes.on_crack & (classes.held.sum(axis=1) < 2)
     rows = both[free[both[:, 0]]].reshape(-1, 2, 2)
     node, ends = rows[:, 0, 0], rows[:, :, 1]
-    same_plane = ((flags[ends] & flags[node][:, None]) == flags[node][:, None]).all(1)
+    same_plane = ((planes[ends] & planes[node][:, None]) == planes[node][:, None]).all(1)
     return node[same_plane], ends[same_plane, 0], ends[same_plane, 1]

@@ -12,9 +12,8 @@ from craftmesh.gradation.crack_reference import crack_triangles, front_segments
 from craftmesh.gradation.folds import folded_patches
 from craftmesh.gradation.kernels.codes import ON_CRACK, ON_FRONT, REFUSALS
 from craftmesh.gradation.kernels.reference_normals import reference_normals
-from craftmesh.gradation.kernels.rings import classify
+from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import compact
-from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.corner_lists import link_all
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import oriented
@@ -113,16 +112,6 @@ PER_VERTEX |= {"witness_front": 0, "is_witness": 0}
 PER_FACET = {"facets": 0, "alive": 0, "patch": 0, "reference": 0, "witness_first": -1, "facet_stamp": 0}
 
 
-def vertex_flags(surface: Surface) -> np.ndarray:
-    """Return per point the bits of the box planes it lies on, of the crack and of the crack front."""
-    flags = np.zeros(len(surface.points), np.int64)
-    for kind in np.unique(surface.kind):
-        bit = ON_CRACK if kind == CRACK else (1 << (int(kind) - 1) if kind else 0)
-        flags[surface.facets[surface.kind == kind]] |= bit
-    flags[front_edges(surface)] |= ON_FRONT
-    return flags
-
-
 def make_state(surface: Surface, size: np.ndarray, crack: Crack | None = None) -> State:
     """Return the working arrays for `surface` with target edge lengths `size` (n,) at its points.
 
@@ -138,7 +127,8 @@ def _mesh(surface: Surface, size: np.ndarray) -> Mesh:
     n, m = len(surface.points), len(surface.facets)
     facets, sides = oriented(surface)
     facets = facets.astype(np.int64)
-    patch, patch_facet = folded_patches(surface)
+    patch, patch_facet = parted = folded_patches(surface)
+    classes = Classification(surface, parted)
     labels = np.unique(sides[sides != 0])
     slot = np.where(sides == 0, -1, np.searchsorted(labels, sides))
     mesh = Mesh(
@@ -148,8 +138,8 @@ def _mesh(surface: Surface, size: np.ndarray) -> Mesh:
         patch=patch,
         first=np.full(n + 1, -1, np.int64),
         after=np.full(3 * m, -1, np.int64),
-        rank=np.zeros(n + 1, np.int64),
-        flags=_with_spare_row(vertex_flags(surface)),
+        rank=_with_spare_row(classes.rank),
+        flags=_with_spare_row(classes.planes + ON_CRACK * classes.on_crack + ON_FRONT * classes.on_front),
         size=_with_spare_row(np.asarray(size, float)),
         used=np.array([n, m], np.int64),
         patch_sides=slot[patch_facet].reshape(-1, 2),
@@ -160,7 +150,6 @@ def _mesh(surface: Surface, size: np.ndarray) -> Mesh:
         clock=np.zeros(2, np.int64),
     )
     link_all(facets, mesh.alive, m, mesh.first, mesh.after)
-    classify(facets, patch, mesh.first, mesh.after, n, mesh.rank, mesh.stamp, mesh.clock)
     return mesh
 
 

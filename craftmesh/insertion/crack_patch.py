@@ -15,7 +15,8 @@ from craftmesh.insertion.patch import (
     wall_chords,
 )
 from craftmesh.insertion.sheet import Sheet
-from craftmesh.surface.patches import held_by_box, patches
+from craftmesh.surface.classification import Classification
+from craftmesh.surface.patches import patches
 from craftmesh.types import Surface
 
 PARTINGS = 8  # rounds of smaller facets where the crack would meet a grain boundary beside its trace
@@ -75,5 +76,5 @@ def _walls(cut: CutSurface, nodes: np.ndarray, count: int) -> np.ndarray:
     patch = patches(near)
     on = np.zeros((count, len(patch.first_facet) + 3), bool)
     on[near.facets, patch.of_facet[:, None]] = True
-    on[: len(cut.points), -3:] = held_by_box(near)
+    on[: len(cut.points), -3:] = Classification(near).held
     return on[nodes]

@@ -9,7 +9,8 @@ from craftmesh.insertion.guarded_move import guarded_move, settled
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import with_front_points
 from craftmesh.insertion.sheet import Sheet
-from craftmesh.insertion.snap import box_planes, classes, leaves_crack
+from craftmesh.insertion.snap import classified, leaves_crack
+from craftmesh.surface.classification import AT_JUNCTION, ON_LINE
 from craftmesh.surface.rounding import SAME_PLACE
 
 LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
@@ -26,14 +27,14 @@ def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: In
         )
     if not len(rows) or not sheet.rim.curves:
         return surface
-    junctions, planes = classes(surface)
+    classes = classified(surface)
     reach = options.snap_front * np.minimum(surface.size[rows], target(surface.points[rows]))
-    reach[junctions.degree[rows] == 2] *= LINE_SHARE
-    reach[junctions.degree[rows] > 2] = 0.0
+    reach[classes.rank[rows] == ON_LINE] *= LINE_SHARE
+    reach[classes.rank[rows] == AT_JUNCTION] = 0.0
     foot, _, _ = sheet.rim.nearest_front(sheet.uv(surface.points[rows]))
     targets = sheet.lift(foot)
-    on_box = np.flatnonzero(planes[rows].any(axis=1))
-    targets[on_box] = _front_ends(surface.points[rows[on_box]], planes[rows[on_box]], sheet)
+    on_box = np.flatnonzero(classes.held[rows].any(axis=1))
+    targets[on_box] = _front_ends(surface.points[rows[on_box]], classes.held[rows[on_box]], sheet)
     reach[on_box] *= 2
     with np.errstate(invalid="ignore"):
         chosen = np.linalg.norm(targets - surface.points[rows], axis=1) < reach
@@ -47,7 +48,7 @@ def settle_front(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> C
 
     A trace on a curved crack is a chord, so that where it crosses the front in (u, v) it is off the crack.
     """
-    planes = box_planes(surface)
+    planes = classified(surface).held
     rows = np.flatnonzero(surface.front >= 0)
     targets = sheet.lift(sheet.rim.nearest_front(sheet.uv(surface.points[rows]))[0])
     on_box = planes[rows].any(axis=1)

@@ -1,7 +1,6 @@
 """Points near the crack move onto it before it is cut; those on it from the first have no offset."""
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -10,10 +9,10 @@ from craftmesh.insertion.cut import CutSurface, feet_on_edges, uncut
 from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
+from craftmesh.surface.classification import AT_JUNCTION, IN_PATCH, ON_LINE, Classification
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.measure import area_vectors, edge_lengths, mean_edges, point_normals
-from craftmesh.surface.patches import feature_edges, held_by_box
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 from craftmesh.types import CRACK, Surface
 
@@ -70,19 +69,20 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
     if not len(rows):
         return surface
     reach = FARTHEST * surface.size
-    junctions, planes = classes(surface)
+    classes = classified(surface)
+    rank, planes = classes.rank, classes.held
     targets = np.full((len(surface.points), 3), np.nan)
     normals = _crack_normals(surface)
-    free = rows[junctions.degree[rows] == 0]
+    free = rows[rank[rows] == IN_PATCH]
     targets[free] = onto_crack(surface.points[free], planes[free], sheet, reach[free], normals[free])
     on_line = np.zeros(len(surface.points), bool)
-    on_line[rows[junctions.degree[rows] == 2]] = True
-    _along_lines(surface, sheet, junctions.edges, on_line, targets)
+    on_line[rows[rank[rows] == ON_LINE]] = True
+    _along_lines(surface, sheet, classes.features.lines, on_line, targets)
     movable = np.isin(np.arange(len(distance)), rows) & ~normals.any(axis=1) & ~planes.all(axis=1)
     with np.errstate(invalid="ignore"):
         grazes = on_line & movable & (distance < GRAZING * options.snap * surface.size)
         straight = grazes & ~(np.linalg.norm(targets - surface.points, axis=1) < reach)
-        straight |= (junctions.degree > 2) & movable & (distance < KNOTS * options.snap * surface.size)
+        straight |= (rank == AT_JUNCTION) & movable & (distance < KNOTS * options.snap * surface.size)
     targets[straight] = onto_crack(surface.points[straight], planes[straight], sheet, reach[straight])
     surface = _moved(surface, targets, reach, options)
     # of two neighbours on a line that the crack crosses between them only one can go to the crossing
@@ -100,7 +100,7 @@ def taken_at_box_edges(
     Such a point finds no place on the crack along its edge, and a ribbon of the face would stay beside it.
     least: the least target length.
     """
-    planes = box_planes(surface)
+    planes = classified(surface).held
     with np.errstate(invalid="ignore"):
         near = (_distances(surface, sheet) <= AT_BOX_EDGE * options.snap * least) & (surface.psi != 0)
     rows = np.flatnonzero(near & (planes.sum(axis=1) == 2))
@@ -130,30 +130,12 @@ def _distances(surface: CutSurface, sheet: Sheet) -> np.ndarray:
     return distance
 
 
-class _Junctions(NamedTuple):
-    """Edges where patches meet (k, 2) and how many of them end at each point (n,)."""
-
-    edges: np.ndarray
-    degree: np.ndarray
-
-
-def classes(surface: CutSurface) -> tuple[_Junctions, np.ndarray]:
-    """Return the junction edges near the crack and which points are on x, y, z box planes (n, 3)."""
-    near = _near_crack(surface)
-    lines = feature_edges(near).lines
-    degree = np.bincount(lines.ravel(), minlength=len(near.points))
-    return _Junctions(lines, degree), held_by_box(near)
-
-
-def box_planes(surface: CutSurface) -> np.ndarray:
-    """Return which points near the crack are on x, y, z box planes (n, 3), as `classes` does."""
-    return held_by_box(_near_crack(surface))
-
-
-def _near_crack(surface: CutSurface) -> Surface:
-    """Return the facets near the crack."""
+def classified(surface: CutSurface) -> Classification:
+    """Return the classification of the points on the facets near the crack."""
     rows = np.flatnonzero(np.isfinite(surface.psi[surface.facets]).any(axis=1))
-    return Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
+    return Classification(
+        Surface(surface.points, surface.facets[rows], surface.sides[rows], surface.kind[rows])
+    )
 
 
 def _crack_normals(surface: CutSurface) -> np.ndarray:

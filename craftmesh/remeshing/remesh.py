@@ -12,16 +12,11 @@ from craftmesh.errors import CraftmeshError, told
 from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.remeshing.kernels.marching import march
+from craftmesh.surface.classification import Classification
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import facet_angles, side_volumes, spoiled_facets
-from craftmesh.surface.patches import (
-    PLANES,
-    facets_beyond_box,
-    smoothing_neighbours,
-    to_neighbours,
-    vertex_classes,
-    vertices_around,
-)
+from craftmesh.surface.patches import PLANES, facets_beyond_box, vertices_around
+from craftmesh.surface.smoothing import smoothing_neighbours, to_neighbours
 from craftmesh.surface.volumes import RestoringLimits, restore_volumes
 from craftmesh.types import Surface, Voxels
 
@@ -152,9 +147,9 @@ def smooth(
     intersections; so is the result: facets that intersect, become slivers or bound a grain that
     vanishes go back to the last checkpoint with a growing neighbourhood and stay there.
     """
-    classes = vertex_classes(raw)
+    classes = Classification(raw)
     drawn = smoothing_neighbours(classes)
-    points, fixed = raw.points.copy(), classes.fixed.copy()
+    points, fixed = raw.points.copy(), classes.held.copy()
     volumes = side_volumes(points, raw.facets.astype(np.int64), raw.sides)
     least = {label: options.least_volume * volume for label, volume in volumes.items() if volume > 0}
     spoiled = partial(_spoiled, raw, least, options)
@@ -162,7 +157,7 @@ def smooth(
     for number, weights in enumerate(stages):
         points = _lapped(raw.facets, points, weights, drawn, fixed, spoiled)
         progress(0.3 + 0.4 * (number + 1) / len(stages), "smoothing")
-    return points, int(fixed.all(axis=1).sum() - classes.fixed.all(axis=1).sum())
+    return points, int(fixed.all(axis=1).sum() - classes.held.all(axis=1).sum())
 
 
 def _lapped(

@@ -1,10 +1,8 @@
-"""The patches of a surface, the feature edges where they meet, box planes, and what vertices may do."""
+"""The patches of a surface, the feature edges where they meet, and box planes."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import numbered
@@ -22,22 +20,6 @@ def is_on_box(kind: np.ndarray) -> np.ndarray:
 def box_axis(kind: np.ndarray) -> np.ndarray:
     """Return (m,) int64 the axis to which the plane of the box of each facet is normal; -1 off the box."""
     return np.where(is_on_box(kind), (kind.astype(np.int64) - 1) // 2, -1)
-
-
-def held_by_box(surface: Surface) -> np.ndarray:
-    """Return (n, 3) bool: coordinates of the points that planes of the box hold; three at a corner."""
-    held = np.zeros((len(surface.points), 3), bool)
-    axis = box_axis(surface.kind)
-    for k in range(3):
-        held[surface.facets[axis == k], k] = True
-    return held
-
-
-def free_directions(surface: Surface) -> np.ndarray:
-    """Return (n, 3) bool: coordinates that neither planes of the box nor the crack hold."""
-    free = ~held_by_box(surface)
-    free[surface.facets[surface.kind == CRACK]] = False
-    return free
 
 
 def oriented(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
@@ -103,60 +85,6 @@ def feature_edges(surface: Surface, of_facet: np.ndarray | None = None) -> Featu
     is_feature = count != 2
     is_feature[of_corner[any_patch[of_corner] != patch[:, None]]] = True
     return FeatureEdges(edges, of_corner, count, is_feature)
-
-
-ON_INTERFACE, ON_LINE, AT_JUNCTION = 0, 1, 2
-
-
-@dataclass(frozen=True)
-class VertexClasses:
-    """Classes of the vertices of a conformal surface with n points.
-
-    rank (n,) uint8: ON_INTERFACE, ON_LINE (triple line, or line on or along the box) or AT_JUNCTION
-    (quadruple point, or where lines meet the box). fixed (n, 3) bool: coordinates held by the box's
-    planes; three at a corner. edges (e, 2) int64 and is_line (e,) bool: edges where other than two
-    facets of one patch meet.
-    """
-
-    rank: np.ndarray
-    fixed: np.ndarray
-    edges: np.ndarray
-    is_line: np.ndarray
-
-
-def vertex_classes(surface: Surface) -> VertexClasses:
-    """Classify the vertices of the surface."""
-    features = feature_edges(surface)
-    lines = np.bincount(features.lines.ravel(), minlength=len(surface.points))
-    rank = np.where(lines == 0, ON_INTERFACE, np.where(lines == 2, ON_LINE, AT_JUNCTION)).astype(np.uint8)
-    return VertexClasses(rank, held_by_box(surface), features.edges, features.is_feature)
-
-
-def smoothing_neighbours(classes: VertexClasses) -> csr_array:
-    """Return (n, n) 1.0 where the vertex of the row is drawn to that of the column.
-
-    Interface vertices have all their neighbours; vertices on lines and at junctions those along
-    lines. On an edge of the box a vertex follows the edge, but where a grain boundary reaches the edge
-    it follows the boundary's lines, so that the boundary may slide along.
-    """
-    tail, head = np.concatenate([classes.edges, classes.edges[:, ::-1]]).T
-    is_line = np.tile(classes.is_line, 2)
-    on_box_edge = classes.fixed.sum(axis=1) >= 2
-    along_box_edge = is_line & ((classes.fixed[tail] & classes.fixed[head]).sum(axis=1) >= 2)
-    meets_boundary = on_box_edge & (classes.rank == AT_JUNCTION)
-    drawn = is_line | (classes.rank[tail] == ON_INTERFACE)
-    drawn &= ~(along_box_edge & meets_boundary[tail])
-    tail, head = tail[drawn], head[drawn]
-    return csr_array((np.ones(len(tail)), (tail, head)), (len(classes.rank),) * 2)
-
-
-def to_neighbours(points: np.ndarray, drawn: csr_array) -> np.ndarray:
-    """Return the ways (n, 3) from points to the means of those that they are drawn to, 0 without any.
-
-    drawn: by `smoothing_neighbours`.
-    """
-    count = np.diff(drawn.indptr)[:, None]
-    return np.where(count > 0, drawn @ points / np.maximum(count, 1) - points, 0.0)
 
 
 def facets_beyond_box(

@@ -2,17 +2,12 @@
 
 import numpy as np
 
+from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import is_degenerate, mean_edges, side_volumes, volume_drift
-from craftmesh.surface.patches import (
-    facets_beyond_box,
-    free_directions,
-    smoothing_neighbours,
-    to_neighbours,
-    vertex_classes,
-    vertices_around,
-)
+from craftmesh.surface.patches import facets_beyond_box, vertices_around
+from craftmesh.surface.smoothing import smoothing_neighbours, to_neighbours
 from craftmesh.types import Surface
 
 ROUNDS = 24
@@ -36,7 +31,8 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
     faulty = faulty_facets(surface.points, facets)
     first, best = faulty, (surface.points, faulty)
     if faulty.any():
-        mobile, drawn = free_directions(surface), smoothing_neighbours(vertex_classes(surface))
+        classes = Classification(surface)
+        mobile, drawn = classes.free, smoothing_neighbours(classes)
         points = surface.points
         for done in range(ROUNDS):
             around = vertices_around(facets, faulty, done // PATIENCE, len(points))

@@ -10,10 +10,11 @@ from scipy.sparse.linalg import spsolve
 from craftmesh.arguments import LARGEST, as_array
 from craftmesh.errors import CraftmeshError
 from craftmesh.progress import silent
+from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import facet_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, mean_edges, spoiled_facets, swept_volumes
-from craftmesh.surface.patches import facets_beyond_box, free_directions, vertices_around
+from craftmesh.surface.patches import facets_beyond_box, vertices_around
 from craftmesh.surface.wedges import wedge_guard
 from craftmesh.types import Surface
 
@@ -64,7 +65,7 @@ def restore_volumes(
     facets = surface.facets.astype(np.int64)
     grains, target = checked_targets(targets, surface)
     signs = _signs(surface.sides, grains)
-    free = free_directions(surface)
+    free = Classification(surface).free
     points, done = surface.points.copy(), 0
     first = drift = signs @ swept_volumes(points, facets) / target - 1
     held = np.zeros(len(points), bool)

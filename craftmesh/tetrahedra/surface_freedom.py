@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.surface.measure import area_vectors, edge_lengths, point_normals
-from craftmesh.surface.patches import held_by_box
 from craftmesh.types import CRACK, Surface
 
 # Of `crack_length`: how far the crack may go from where it was. Ten times that gains nothing.
@@ -48,7 +48,7 @@ def freedom(surface: Surface) -> Freedom:
     count = len(surface.points)
     free = np.zeros((count, 3, 3))
     free[:, range(3), range(3)] = 1.0
-    held = held_by_box(surface)
+    held = Classification(surface).held
     free[np.repeat(held[:, :, None], 3, axis=2)] = 0.0
     crack = np.flatnonzero(surface.kind == CRACK)
     reach = np.full(count, np.inf)

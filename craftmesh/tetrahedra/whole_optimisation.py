@@ -7,9 +7,9 @@ import numpy as np
 
 from craftmesh.mesh.shape_measures import shape_measures
 from craftmesh.sizing.sizing import Lengths
+from craftmesh.surface.classification import IN_PATCH, ON_LINE, Classification
 from craftmesh.surface.connectivity import lowest_equal_point, unique_edges
 from craftmesh.surface.measure import area_vectors, mean_edges
-from craftmesh.surface.patches import ON_INTERFACE, ON_LINE, VertexClasses, vertex_classes
 from craftmesh.tetrahedra.kernels.tet_cavity import EDGES, POINTS, TETS, TetState, new_scratch
 from craftmesh.tetrahedra.kernels.tet_objective import RATIOS, Aim
 from craftmesh.tetrahedra.kernels.tet_passes import aspect_pass
@@ -20,7 +20,7 @@ from craftmesh.tetrahedra.optimise_tets import resumed_tets
 from craftmesh.tetrahedra.record import poor_by_grain
 from craftmesh.tetrahedra.tet_state import new_state
 from craftmesh.tetrahedra.whole_mesh import Model, changed_inside
-from craftmesh.types import CRACK, GrainTets, Surface
+from craftmesh.types import GrainTets, Surface
 
 # Of sliding, before the grains are optimised and after. A third lowers the mean aspect ratio by .0005.
 ROUNDS = 2
@@ -111,27 +111,26 @@ def _sliding(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     These have unit length; the second is zero on a line. A point of the box's faces slides within its face,
     exactly.
     """
-    classes = vertex_classes(surface)
-    may = classes.rank <= ON_LINE
-    may[surface.facets[surface.kind == CRACK]] = False
+    classes = Classification(surface)
+    may = (classes.rank <= ON_LINE) & ~classes.on_crack
     lowest = lowest_equal_point(surface.points)
     may &= np.bincount(lowest, minlength=len(lowest))[lowest] == 1
     may &= np.bincount(surface.facets.ravel(), minlength=len(may)) > 0
-    in_patch, on_line = (np.flatnonzero(may & (classes.rank == rank)) for rank in (ON_INTERFACE, ON_LINE))
+    in_patch, on_line = (np.flatnonzero(may & (classes.rank == rank)) for rank in (IN_PATCH, ON_LINE))
     parts, ways = np.linalg.eigh(_normal_products(surface)[in_patch])
     flat = parts[:, 2] > np.cos(np.radians(BEND)) ** 2 * parts.sum(axis=1)
     straight, along = _line_directions(surface.points, classes, on_line)
     nodes = np.concatenate([in_patch[flat], on_line[straight]])
     ways = np.concatenate([np.swapaxes(ways[flat][:, :, :2], 1, 2), along[straight]])
-    ways[np.repeat(classes.fixed[nodes][:, None], 2, axis=1)] = 0.0
+    ways[np.repeat(classes.held[nodes][:, None], 2, axis=1)] = 0.0
     return nodes, np.ascontiguousarray(ways)
 
 
 def _line_directions(
-    points: np.ndarray, classes: VertexClasses, nodes: np.ndarray
+    points: np.ndarray, classes: Classification, nodes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return at which points (k,) their lines are all but straight, and ways (k, 2, 3) along these."""
-    lines = classes.edges[classes.is_line]
+    lines = classes.features.lines
     tail, head = np.concatenate([lines, lines[:, ::-1]]).T
     order = np.argsort(tail, kind="stable")
     first = np.searchsorted(tail[order], nodes)

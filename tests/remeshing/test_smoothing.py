@@ -11,15 +11,9 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.remeshing.kernels.marching import march
 from craftmesh.remeshing.remesh import RemeshOptions, remesh, smooth
 from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.classification import AT_JUNCTION, IN_PATCH, ON_LINE, Classification
 from craftmesh.surface.measure import area_vectors, facet_angles, spoiled_facets
-from craftmesh.surface.patches import (
-    AT_JUNCTION,
-    ON_INTERFACE,
-    ON_LINE,
-    smoothing_neighbours,
-    to_neighbours,
-    vertex_classes,
-)
+from craftmesh.surface.smoothing import smoothing_neighbours, to_neighbours
 from craftmesh.types import INTERFACE, Surface, Voxels
 
 
@@ -32,8 +26,8 @@ def test_classes_of_four_columns():
     labels = np.ones((4, 4, 4), np.int32)
     labels[2:, :2], labels[:2, 2:], labels[2:, 2:] = 2, 3, 4
     surface = Surface(*march(labels))
-    points, classes = surface.points, vertex_classes(surface)
-    corners = classes.fixed.all(axis=1)
+    points, classes = surface.points, Classification(surface)
+    corners = classes.held.all(axis=1)
     assert np.array_equal(
         np.sort(points[corners], axis=0),
         np.sort(np.array(np.meshgrid(*[[0, 4]] * 3)).reshape(3, 8).T, axis=0),
@@ -41,9 +35,9 @@ def test_classes_of_four_columns():
     inside = (points > 0).all(axis=1) & (points < 4).all(axis=1)
     middle = inside & (np.abs(points[:, :2] - 2).max(axis=1) < 1e-9)
     assert (classes.rank[middle] == ON_LINE).all() and middle.sum() >= 3
-    assert (classes.rank[inside & ~middle] == ON_INTERFACE).all()
+    assert (classes.rank[inside & ~middle] == IN_PATCH).all()
     end = (np.abs(points - (2, 2, 0)) < 1e-9).all(axis=1)
-    assert classes.rank[end] == [AT_JUNCTION] and classes.fixed[end].tolist() == [[False, False, True]]
+    assert classes.rank[end] == [AT_JUNCTION] and classes.held[end].tolist() == [[False, False, True]]
 
 
 def test_points_are_drawn_to_the_mean_of_their_neighbours():
@@ -68,9 +62,9 @@ def test_spoiled_facets_are_those_that_got_worse():
 
 def test_lines_are_drawn_along_lines_only():
     voxels = polycrystal()
-    classes = vertex_classes(Surface(*march(voxels.labels)))
+    classes = Classification(Surface(*march(voxels.labels)))
     drawn = smoothing_neighbours(classes)
-    line_edges = {tuple(e) for e in classes.edges[classes.is_line].tolist()}
+    line_edges = {tuple(e) for e in classes.features.lines.tolist()}
     for v in np.flatnonzero(classes.rank == ON_LINE):
         ends = drawn[[v]].nonzero()[1].tolist()
         assert len(ends) == 2

@@ -9,7 +9,6 @@ from craftmesh.surface.patches import (
     PLANES,
     box_axis,
     feature_edges,
-    held_by_box,
     is_on_box,
     oriented,
     patches,
@@ -95,21 +94,7 @@ def test_the_planes_of_the_box_by_kind():
         assert name == "XYZ"[axis] + ("MAX" if upper else "MIN")
 
 
-def test_planes_hold_the_coordinates_of_their_points():
-    facets = [[0, 1, 2], [0, 1, 3], [2, 3, 4], [1, 2, 4]]
-    surface = Surface(np.zeros((5, 3)), facets, [[1, 0]] * 4, [1, 4, INTERFACE, CRACK])
-    assert held_by_box(surface).tolist() == [
-        [True, True, False],
-        [True, True, False],
-        [True, False, False],
-        [False, True, False],
-        [False, False, False],
-    ]
-
-
-@pytest.mark.parametrize("ask", [patches, feature_edges, held_by_box, oriented])
+@pytest.mark.parametrize("ask", [patches, feature_edges, oriented])
 def test_a_surface_without_facets_has_none(ask):
     nothing = Surface(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2)), np.zeros(0))
-    assert (
-        all(len(part) == 0 for part in ask(nothing)) if ask is not held_by_box else len(ask(nothing)) == 0
-    )
+    assert all(len(part) == 0 for part in ask(nothing))

@@ -6,7 +6,7 @@ from structured_box import structured_box
 
 from craftmesh.remeshing.remesh import RemeshOptions, remesh
 from craftmesh.surface.check_surface import check_surface
-from craftmesh.surface.patches import AT_JUNCTION, vertex_classes
+from craftmesh.surface.classification import AT_JUNCTION, Classification
 from craftmesh.surface.repair import faulty_facets, repair_surface
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
@@ -28,8 +28,8 @@ def with_points(surface, points):
 def pulled(surface, rank, seed, by=1.5):
     """The surface with a vertex of the rank, off the box, pulled so far that facets intersect."""
     rng = np.random.default_rng(seed)
-    classes = vertex_classes(surface)
-    candidates = np.flatnonzero((classes.rank == rank) & ~classes.fixed.any(axis=1))
+    classes = Classification(surface)
+    candidates = np.flatnonzero((classes.rank == rank) & ~classes.held.any(axis=1))
     for _ in range(200):
         points = surface.points.copy()
         vertex, way = rng.choice(candidates), rng.normal(size=3)
@@ -58,8 +58,8 @@ def test_a_pulled_vertex_goes_back_and_all_grains_mesh(sound, rank, seed):
     assert vertex in moved and len(moved) == report["points_moved"] < 60
     near = np.linalg.norm(sound.points[moved] - sound.points[vertex], axis=1)
     assert near.max() < 6
-    classes = vertex_classes(sound)
-    assert np.array_equal(repaired.points[classes.fixed], broken.points[classes.fixed])
+    classes = Classification(sound)
+    assert np.array_equal(repaired.points[classes.held], broken.points[classes.held])
     assert not (classes.rank[vertex] == AT_JUNCTION)
     again, _ = repair_surface(broken)
     assert again.points.tobytes() == repaired.points.tobytes()

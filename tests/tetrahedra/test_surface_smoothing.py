@@ -9,9 +9,9 @@ from structured_box import plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
+from craftmesh.surface.classification import AT_JUNCTION, IN_PATCH, ON_LINE, Classification
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import mean_edges, side_volumes
-from craftmesh.surface.patches import AT_JUNCTION, ON_INTERFACE, ON_LINE, vertex_classes
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
 from craftmesh.tetrahedra.kernels.tet_smoothing import FREE_FROM
@@ -29,12 +29,12 @@ CELLS = 5
 def shaken_box(seed, crack_at=None, out_of_plane=0.0):
     """Two grains with all points inside patches shaken within their plane, or off the boundary's too."""
     surface, tets = structured_box((CELLS,) * 3, lambda c: np.where(c[:, 0] < 2, 1, 2), crack_at)
-    classes = vertex_classes(surface)
+    classes = Classification(surface)
     step = np.random.default_rng(seed).uniform(-0.25, 0.25, surface.points.shape)
-    step[classes.fixed] = 0.0
-    boundary = ~classes.fixed.any(axis=1)
+    step[classes.held] = 0.0
+    boundary = ~classes.held.any(axis=1)
     step[boundary, 0] *= out_of_plane / 0.25
-    step[classes.rank != ON_INTERFACE] = 0.0
+    step[classes.rank != IN_PATCH] = 0.0
     return replace(surface, points=surface.points + step), tets
 
 
@@ -75,9 +75,9 @@ def test_points_stay_in_their_plane_and_lines_and_volumes_stay():
     for plane in (0.0, float(CELLS)):
         assert (after[before == plane] == plane).all()
     assert (after[before[:, 0] == 2.0, 0] == 2.0).all()
-    rank = vertex_classes(surface).rank
+    rank = Classification(surface).rank
     moved = (after != before).any(axis=1)
-    assert moved[rank == ON_INTERFACE].mean() > 0.5 and moved[rank == ON_LINE].mean() > 0.5
+    assert moved[rank == IN_PATCH].mean() > 0.5 and moved[rank == ON_LINE].mean() > 0.5
     assert not moved[rank == AT_JUNCTION].any()
     assert found.report["surface_points_moved"] == moved.sum()
     moves = np.linalg.norm(after - before, axis=1)
@@ -91,7 +91,7 @@ def test_points_stay_in_their_plane_and_lines_and_volumes_stay():
 def test_points_where_a_line_is_bent_stay_and_interior_points_beside_the_surface_move():
     surface, tets = shaken_box(3)
     bent = int(np.flatnonzero((surface.points == [2.0, 2.0, 0.0]).all(axis=1))[0])
-    assert vertex_classes(surface).rank[bent] == ON_LINE
+    assert Classification(surface).rank[bent] == ON_LINE
     points = surface.points.copy()
     points[bent, 0] += 0.4
     found = smoothed_surface(replace(surface, points=points), tets)
@@ -122,7 +122,7 @@ def test_the_crack_and_bent_places_stay():
 
 def test_points_with_equal_places_stay_together():
     surface, tets = shaken_box(2)
-    twin = int(np.flatnonzero((surface.points[:, 0] == 2.0) & (vertex_classes(surface).rank == 0))[0])
+    twin = int(np.flatnonzero((surface.points[:, 0] == 2.0) & (Classification(surface).rank == 0))[0])
     alone = smoothed_surface(surface, tets).surface.points[twin]
     assert (alone != surface.points[twin]).any()
     doubled = replace(surface, points=np.vstack([surface.points, surface.points[twin]]))

@@ -1,0 +1,94 @@
+"""What a vertex of a surface is free to do: its classification on patches, lines, box planes and crack."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from craftmesh.surface.front import front_edges
+from craftmesh.surface.kernels.tied import tied_vertices
+from craftmesh.surface.patches import FeatureEdges, Patches, feature_edges, patches
+from craftmesh.types import CRACK, Surface
+
+# Ranks of vertices: a patch leaves two directions free, a line of feature edges one, a junction none.
+IN_PATCH, ON_LINE, AT_JUNCTION = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Classification:
+    """What the n vertices of a surface are free to do; each answer is computed when it is first asked for.
+
+    of: the patches of the surface, where they are not `patches` alone, as along folds.
+    """
+
+    surface: Surface
+    of: Patches | None = None
+
+    @cached_property
+    def features(self) -> FeatureEdges:
+        """The edges of the surface, and which of them bound patches."""
+        return feature_edges(self.surface, self._patch)
+
+    @cached_property
+    def degree(self) -> np.ndarray:
+        """(n,) int64: the number of feature edges at each vertex."""
+        return np.bincount(self.features.lines.ravel(), minlength=len(self.surface.points))
+
+    @cached_property
+    def rank(self) -> np.ndarray:
+        """(n,) int64: IN_PATCH, ON_LINE or AT_JUNCTION.
+
+        A vertex on a line has two feature edges with the same patches at both. A vertex in which sheets
+        meet without a common edge is a junction.
+        """
+        features, count = self.features, len(self.surface.points)
+        # equal for equal sets of patches
+        mixed = (self._patch.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+        mixed = (mixed ^ (mixed >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
+        at_edge = np.zeros(len(features.edges), np.uint64)
+        np.add.at(at_edge, features.of_corner.ravel(), np.repeat(mixed, 3))
+        least, most = np.full(count, np.iinfo(np.uint64).max), np.zeros(count, np.uint64)
+        for ends in features.lines.T:
+            np.minimum.at(least, ends, at_edge[features.is_feature])
+            np.maximum.at(most, ends, at_edge[features.is_feature])
+        rank = np.where((self.degree == 2) & (least == most), ON_LINE, AT_JUNCTION)
+        rank[self.degree == 0] = IN_PATCH
+        rank[tied_vertices(self.surface.facets.astype(np.int64), count)] = AT_JUNCTION
+        return rank
+
+    @cached_property
+    def planes(self) -> np.ndarray:
+        """(n,) int64: the box planes that hold each vertex, bit 1 << (k - 1) for the plane of kind k."""
+        planes = np.zeros(len(self.surface.points), np.int64)
+        for k in range(1, CRACK):
+            planes[self.surface.facets[self.surface.kind == k]] |= 1 << (k - 1)
+        return planes
+
+    @cached_property
+    def held(self) -> np.ndarray:
+        """(n, 3) bool: coordinates that box planes hold; three at a corner of the box."""
+        return (self.planes[:, None] >> np.array([0, 2, 4])) & 3 != 0
+
+    @cached_property
+    def on_crack(self) -> np.ndarray:
+        """(n,) bool: vertices of crack facets."""
+        return self._among(self.surface.facets[self.surface.kind == CRACK])
+
+    @cached_property
+    def on_front(self) -> np.ndarray:
+        """(n,) bool: vertices of the crack's front."""
+        return self._among(front_edges(self.surface))
+
+    @property
+    def free(self) -> np.ndarray:
+        """(n, 3) bool: coordinates that neither box planes nor the crack hold."""
+        return ~(self.held | self.on_crack[:, None])
+
+    @cached_property
+    def _patch(self) -> np.ndarray:
+        return (self.of or patches(self.surface)).of_facet
+
+    def _among(self, corners: np.ndarray) -> np.ndarray:
+        among = np.zeros(len(self.surface.points), bool)
+        among[corners] = True
+        return among

@@ -1,0 +1,37 @@
+"""Tied vertices: those at which sheets of facets meet in the vertex alone."""
+
+import numpy as np
+
+from craftmesh.jit import kernel
+from craftmesh.surface.kernels.corner_lists import link_all
+
+
+@kernel
+def tied_vertices(facets, count):
+    """Return (count,) bool: vertices whose facets (m, 3) fall into groups that share no edge there."""
+    first = np.empty(count, np.int64)
+    after = np.empty(3 * len(facets), np.int64)
+    link_all(facets, np.ones(len(facets), np.bool_), len(facets), first, after)
+    tied = np.zeros(count, np.bool_)
+    reached = np.full(count, -1)  # the last vertex from whose first facet each one was reached
+    for v in range(count):
+        reached[v] = v
+        grown = first[v] >= 0
+        if grown:
+            for i in range(1, 3):
+                reached[facets[first[v] // 3, (first[v] + i) % 3]] = v
+        while grown:
+            grown = False
+            tied[v] = False
+            c = first[v]
+            while c >= 0:
+                p = facets[c // 3, (c + 1) % 3]
+                q = facets[c // 3, (c + 2) % 3]
+                if (reached[p] == v) != (reached[q] == v):
+                    reached[p] = v
+                    reached[q] = v
+                    grown = True
+                elif reached[p] != v:
+                    tied[v] = True
+                c = after[c]
+    return tied
