@@ -6,7 +6,7 @@ from pathlib import Path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.mesh_flags import add_sizing, check_sizing, sizing_from
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
-from craftmesh.cracks.promises import FACETS_OFF, FRONT_OFF
+from craftmesh.cracks.promises import PROMISED
 from craftmesh.errors import existing, listed, named
 from craftmesh.insertion.insert import insert_crack
 from craftmesh.insertion.options import InsertOptions
@@ -43,8 +43,8 @@ def run(arguments: argparse.Namespace) -> None:
         if (times := inserted.get("crack_off_times", 0.0)) > 1:
             warn(
                 f"the crack in the mesh is up to {times:.2g} times farther off the given one than it "
-                f"should be (facets {FACETS_OFF} l_min, front {FRONT_OFF} l_min, area 0.5 %): move it a "
-                "little, or give a shorter l_min"
+                f"should be (facets {PROMISED.facets} l_min, front {PROMISED.front} l_min, area 0.5 %): "
+                "move it a little, or give a shorter l_min"
             )
         report = report | inserted
     write_surface(arguments.output, surface)

@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.cracks.near_faces import ALONG
-from craftmesh.cracks.promises import FRONT_MOVED
+from craftmesh.cracks.promises import PREPARATION
 from craftmesh.cracks.triangulated import boundary_loops, split_boundary_edge, with_fronts
 from craftmesh.surface.measure import unit_normals
 from craftmesh.types import BOX_FACES, Crack
 
-# Of l_min: a stretch of front within twice FRONT_MOVED of a face grazes it from this length on, that is at
+# Of l_min: a stretch of front within twice its share of a face grazes it from this length on, that is at
 # under 7 degrees; others cross it, or come near at a point.
 GRAZING = 0.3
 STEP = 0.1  # of l_min: the length of edges along a stretch that is moved
@@ -26,9 +26,9 @@ class _Face(NamedTuple):
 def ending_on_faces(sheet: Crack, box: np.ndarray, l_min: float) -> Crack:
     """Return a sheet whose fronts end on the faces of the box (2, 3) that they graze; l_min in model units.
 
-    Points of a front within FRONT_MOVED of a face, along the crack, go past it, those within twice that
-    give way, so that the front comes down to the face twice as steeply. A front stays where the crack lies
-    between it and the face.
+    Points of a front within PREPARATION.front of a face, along the crack, go past it, those within twice
+    that give way, so that the front comes down to the face twice as steeply. A front stays where the crack
+    lies between it and the face.
     """
     for axis, upper in BOX_FACES:
         outward = (2.0 * upper - 1.0) * np.eye(3)[axis]
@@ -38,7 +38,7 @@ def ending_on_faces(sheet: Crack, box: np.ndarray, l_min: float) -> Crack:
 
 
 def _ending_on_face(sheet: Crack, face: _Face, box: np.ndarray, l_min: float) -> Crack:
-    reach = 2 * FRONT_MOVED * l_min
+    reach = 2 * PREPARATION.front * l_min
     near = [face.out - sheet.points[front] @ face.outward < reach for front in sheet.fronts]
     if not any(one.any() for one in near):
         return sheet
@@ -87,7 +87,7 @@ def _grazing(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> n
     share = (np.arange(len(edge)) - (np.cumsum(times) - times)[edge] + 0.5) / times[edge]
     middle = line[edge] + share[:, None] * (line[edge + 1] - line[edge])
     far = (face.out - middle @ face.outward) * np.linalg.norm(ways, axis=1)[edge]
-    near = (far < 2 * FRONT_MOVED * l_min) & (ways != 0).any(axis=1)[edge]
+    near = (far < 2 * PREPARATION.front * l_min) & (ways != 0).any(axis=1)[edge]
     run = np.concatenate([[0], np.cumsum(near[1:] != near[:-1])])
     if (line[0] == line[-1]).all() and near[0] and near[-1]:
         run[run == run[-1]] = 0

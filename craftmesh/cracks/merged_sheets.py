@@ -10,7 +10,7 @@ from craftmesh.cracks.behind_front import Plane
 from craftmesh.cracks.height_fit import interpolation
 from craftmesh.cracks.in_plane import filled
 from craftmesh.cracks.prescription import frame_along
-from craftmesh.cracks.promises import FRONT_MOVED, FRONT_OFF, LEAST_AREA
+from craftmesh.cracks.promises import LEAST_AREA_PROMISED, PREPARATION, PROMISED
 from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.surface.measure import area_vectors
@@ -88,10 +88,10 @@ def places_in(region: shapely.Geometry, spacing: float) -> np.ndarray:
 # Of l_min, two coplanar pennies of 7 l_min: 0.02 of overlap left 4 flat tets, the bare touch 2; 0.05 of
 # overlap and 0.02 of a gap none. Where fronts are farther apart than the first, or overlap by more than
 # the second, they stay as they are.
-GAP = FRONT_OFF
+GAP = PROMISED.front
 OVERLAP = 0.04
 # Of l_min: as far as it is narrower than this a strip is filled, and each front moves by half of it.
-WIDTH = 2 * FRONT_MOVED
+WIDTH = 2 * PREPARATION.front
 # Of l_min: so far on from there the front is straight. Where it kept its points, as near to the corner as
 # they stood, its nodes stood as near.
 STRAIGHT = 0.5
@@ -187,7 +187,7 @@ def _merged(first: Crack, second: Crack, box: np.ndarray, l_min: float, reach: f
     if whole is not None:
         return _joined_at_neck(pair, whole, box, l_min, reach)
     common = pair.common
-    if common.area < LEAST_AREA * l_min**2:
+    if common.area < LEAST_AREA_PROMISED * l_min**2:
         return None
     at = np.concatenate([places_in(common, SPACING * l_min), shapely.get_coordinates(common)])
     most = float(np.nanmax(np.abs(pair.heights(1, at)[0] - pair.heights(0, at)[0]), initial=0.0))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.cracks.features import cuts, kink_edges
-from craftmesh.cracks.promises import FRONT_MOVED
+from craftmesh.cracks.promises import PREPARATION
 from craftmesh.cracks.within_box import area_within, clipped, is_in, polygon_area, tilts
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import meets_box
@@ -101,7 +101,7 @@ def _refuse_lines(crack: Crack, box: np.ndarray, l_min: float) -> None:
     for axis, upper in BOX_FACES:
         slab = box.copy()
         inward = (1 - 2 * upper) * l_min
-        slab[[upper, 1 - upper], axis] = box[upper, axis] + inward * np.array([FRONT_MOVED, LIGAMENT])
+        slab[[upper, 1 - upper], axis] = box[upper, axis] + inward * np.array([PREPARATION.front, LIGAMENT])
         on_others = [mouth for face, mouth in mouths.items() if face[0] != axis]
         for name, ends in (lines | {"mouth": np.concatenate(on_others)}).items():
             share = _shares(ends, slab)

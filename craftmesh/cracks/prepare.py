@@ -14,7 +14,7 @@ from craftmesh.cracks.merged_sheets import (
     sheet_pair,
 )
 from craftmesh.cracks.near_faces import FLATTEST, LEAST_AREA, NEAR, refuse_near_faces
-from craftmesh.cracks.promises import FRONT_OFF
+from craftmesh.cracks.promises import PREPARATION
 from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.measure import unit_normals
@@ -68,7 +68,7 @@ def prepare_crack(
 ) -> Crack:
     """Return the cracks as one that `insert_crack` can mesh in the box (2, 3) at front edges of l_min.
 
-    Fronts that graze a face of the box end there; sheets that overlap within FRONT_OFF l_min, or touch,
+    Fronts that graze a face of the box end there; sheets that overlap within PREPARATION.facets, or touch,
     become one. of_facets: numbers of the cracks made of a surface's facets, which stay as they are.
     is_guess: l_min is a guess; fronts near a face are then left to the insertion. Raises CraftmeshError
     for sheets along a face of the box or along each other, between which there is no room for tetrahedra.
@@ -80,6 +80,6 @@ def prepare_crack(
                 sheet = ending_on_faces(sheet, box, l_min)
             refuse_near_faces(sheet, box, l_min, lines_too=not is_guess)
             parts.append(sheet)
-    merged = merged_sheets(one_crack(parts), box, l_min, FRONT_OFF * l_min)
+    merged = merged_sheets(one_crack(parts), box, l_min, PREPARATION.facets * l_min)
     refuse_along_sheets(merged, box, l_min)
     return merged

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from craftmesh.cracks.promises import AREA_OFF, LEAST_AREA
+from craftmesh.cracks.promises import AREA_KEPT, AREA_PROMISED, LEAST_AREA_PROMISED
 from craftmesh.surface.measure import area_vectors, meets_box, total_area
 from craftmesh.surface.rounding import EXACT
 from craftmesh.types import Crack, Voxels
@@ -75,7 +75,7 @@ def area_off(area: float, given: float, segments: float, unit: float) -> float:
     length.
     """
     off = min(abs(area - given), abs(area - given + segments))
-    return off / max(AREA_OFF * given, LEAST_AREA * unit**2)
+    return off / (AREA_KEPT * max(AREA_PROMISED * given, LEAST_AREA_PROMISED * unit**2))
 
 
 def segments_of(chords: np.ndarray, off: np.ndarray) -> float:

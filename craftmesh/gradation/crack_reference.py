@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.cracks.polyline import Polyline, feet, polyline
+from craftmesh.cracks.promises import GRADATION
 from craftmesh.cracks.within_box import area_off, area_within, segments_of
 from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
@@ -72,10 +73,9 @@ def _binned(points: np.ndarray, triangles: np.ndarray) -> dict[str, np.ndarray]:
 # way along that may be (an arc of 90 degrees is 1.11 times as long as its chord).
 NEAR = 0.15
 LONGER = 1.15
-# A bent edge comes in so many even pieces at most, in no more than keep to the curve by this part of its
-# length, parted again at the given front's own points.
+# A bent edge comes in so many even pieces at most, in no more than keep to the curve by GRADATION.front of
+# its length, parted again at the given front's own points.
 MOST_PIECES = 8
-SAGITTA = 5e-4
 
 
 def front_segments(surface: Surface, crack: Crack | None) -> np.ndarray:
@@ -111,7 +111,7 @@ def _bent(curve: Polyline, ends: np.ndarray, part: tuple[float, float]) -> np.nd
     share = np.arange(MOST_PIECES + 1) / MOST_PIECES
     bulge = _shaped(curve, ends, part, share) - (ends[0] + share[:, None] * (ends[1] - ends[0]))
     height = np.linalg.norm(bulge, axis=1).max() / np.linalg.norm(ends[1] - ends[0])
-    count = int(np.clip(np.ceil(np.sqrt(height / SAGITTA)), 1, MOST_PIECES))
+    count = int(np.clip(np.ceil(np.sqrt(height / GRADATION.front)), 1, MOST_PIECES))
     share = np.arange(count + 1) / count
     arc, way = part
     ahead = (curve.arc - arc) * np.sign(way)

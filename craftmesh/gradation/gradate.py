@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from craftmesh.arguments import typed
-from craftmesh.cracks.promises import FRONT_OFF
+from craftmesh.cracks.promises import GRADATED, PROMISED
 from craftmesh.errors import CraftmeshError
 from craftmesh.gradation.cleaning import clean_facets, split_ears
 from craftmesh.gradation.crack_reference import HeldArea
@@ -31,8 +31,9 @@ from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.check_surface import refuse_open
-from craftmesh.surface.kernels.facet_shape import score_of_angle
-from craftmesh.surface.volumes import RestoringLimits, checked_targets, restore_volumes
+from craftmesh.surface.guarded_move import MoveBounds
+from craftmesh.surface.kernels.facet_shape import LEAST_ANGLE, score_of_angle
+from craftmesh.surface.volumes import checked_targets, restore_volumes
 from craftmesh.types import Crack, Surface
 
 # What the restoring of volumes may move a vertex, as a part of the distance tolerance.
@@ -45,19 +46,10 @@ RESTORED_QUALITY = 0.45
 # facets under 25 or over 120 degrees where grains are small against the lengths; 20 leaves a third of them,
 # for a tenth more facets there.
 SOUND_ANGLE = 20.0
-# The same where edges of junction lines and fronts are evened out: the cleaning raises what is left. With
-# 20 one front edge in ten is over a tenth off l_min.
-EVEN_ANGLE = 15.0
-# Of l_min: how far places of crack facets may be from the given crack, or as far as they are in the input.
-# With 0.045 facets were up to 0.053 off between these places.
-CRACK_FACETS = 0.04
 # Of the tolerances of the crack and its front, one after another while its area is off. Rounded off at a
 # crease of 49 degrees, and at a mouth that grazes a face, cracks of 4 and 7 l_min^2 lost 1.4 % and 1.6 %;
 # 0.1 with a quarter, 0.8 with an eighth. Facets get poorer, so the first that does is taken.
-CRACK_SHARES = (1.0, 0.5, 0.25, 0.125)
-BETTER = 0.7  # an attempt that is off as well is taken from this share of what the one before is off
-# The progress at the start of the rounds, of the cleaning and of the restoring of volumes.
-ROUNDS_AT, CLEANING_AT, VOLUMES_AT = 0.05, 0.75, 0.95
+CRACK_SHARES = tuple(1 / times for times in (1, 2, 4, 8))
 
 
 @dataclass(frozen=True)
@@ -70,7 +62,7 @@ class GradateOptions(Options):
     distance_tolerance: float = option(
         0.15, "largest distance of input vertices over the target length", at_least=0
     )
-    crack_tolerance: float = option(0.04, "the same on the crack, over l_min", at_least=0)
+    crack_tolerance: float = option(GRADATED, "the same on the crack, over l_min", at_least=0)
     volume_tolerance: float = option(0.02, "largest relative change of a grain's volume", at_least=0)
     collapse_ratio: float = option(
         0.75, "edges under this ratio to their target are collapsed", at_least=0, below=1
@@ -130,12 +122,12 @@ def gradate(
         attempt = _gradated(begun, sizing, _limits(options, sizing, crack, share), options, progress)
         found = surface_of(attempt.state, surface)
         times = held.times_off(found)
-        if times <= 1 or times < BETTER * least:
+        if times <= 1 or times < least:
             gradation, result, least = attempt, found, times
         if times <= 1:
             break
     if options.restore_volumes:
-        progress(VOLUMES_AT, "volumes")
+        progress((options.passes + 1) / (options.passes + 2), "volumes")
         result = _restored(result, before.volumes | dict(volumes or {}), sizing, options)
     progress(1.0, "done")
     return result, gradation_report(gradation, before, result, sizing)
@@ -165,10 +157,9 @@ def _gradated(
         swap_all(gradation, limits)
         gradation.set_sizes(sizing)
     for n in range(options.passes):
-        share = ROUNDS_AT + (CLEANING_AT - ROUNDS_AT) * n / options.passes
-        progress(share, f"gradate, round {n + 1} of {options.passes}")
+        progress(n / (options.passes + 2), f"gradate, round {n + 1} of {options.passes}")
         _round(gradation, sizing, limits, relaxing=n >= options.passes // 2)
-    progress(CLEANING_AT, "clean")
+    progress(options.passes / (options.passes + 2), "clean")
     clean_facets(gradation, sizing, limits, options.cleaning_passes, options.cleaning_angle)
     split_ears(gradation, limits)
     return gradation
@@ -183,25 +174,24 @@ def _restored(
     if not targets:
         return result
     reach = RESTORING_SHARE * options.distance_tolerance * sizing.at(result.points)
-    return restore_volumes(
-        result, targets, RestoringLimits(min_quality=RESTORED_QUALITY, reach=reach, keep_wedges=True)
-    )[0]
+    return restore_volumes(result, targets, MoveBounds(quality=RESTORED_QUALITY), reach=reach)[0]
 
 
 def _limits(options: GradateOptions, sizing: Sizing, crack: Crack | None, share: float) -> Limits:
-    facets = np.inf if crack is None else max(options.crack_tolerance, CRACK_FACETS)
+    facets = np.inf if crack is None else max(options.crack_tolerance, GRADATED)
     unit = share * sizing.l_min
     return Limits(
         collapse=float(options.collapse_ratio),
         split=float(options.split_ratio),
         longest=float(options.split_ratio),
         floor=score_of_angle(SOUND_ANGLE),
-        even_floor=score_of_angle(EVEN_ANGLE),
+        # with SOUND_ANGLE one front edge in ten is over a tenth off l_min; the cleaning raises what is left
+        even_floor=score_of_angle(LEAST_ANGLE),
         gain=0.0,
         cosine=float(np.cos(np.radians(options.normal_tolerance))),
         distance=float(options.distance_tolerance),
         crack_distance=float(options.crack_tolerance * unit),
-        front_distance=min(options.crack_tolerance, FRONT_OFF) * unit,
+        front_distance=min(options.crack_tolerance, PROMISED.front) * unit,
         crack_facets=facets * unit,
         drift=float(options.volume_tolerance),
         merge_points=False,

@@ -1,15 +1,16 @@
 """Preprocessing of the input surface (paper, section 2.2): unnecessary nodes and sawtooth junctions."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from craftmesh.surface.classification import ON_LINE, Classification
 from craftmesh.surface.connectivity import compact
+from craftmesh.surface.guarded_move import MoveBounds, guarded_move
 from craftmesh.surface.kernels.hinges import SHARP_COSINE, corner_lists, sharpest_cosines
-from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import oriented, patches
 from craftmesh.surface.rounding import ROUNDING
-from craftmesh.surface.wedges import wedge_guard
 from craftmesh.types import CRACK, Surface
 
 # Cosine of the turn under which crack facets lie in one plane. Where they do not, a lid over a node is off
@@ -130,29 +131,16 @@ def smooth_junctions(surface: Surface, iterations: int) -> tuple[Surface, int]:
     """Smooth junction lines by Eq. 1, `iterations` times; return how many nodes moved for good.
 
     Nodes inside the material lines, on the box's faces along these, none on the crack or at junction
-    points. Nodes of facets that come to intersect or to sharpen a sharp wedge go back to where they were.
+    points, and no facet out of its `MoveBounds`.
     """
     if not iterations:
         return surface, 0
     nodes, before, after = _line_neighbours(surface)
-    points = surface.points.copy()
-    known = {tuple(p) for p in intersecting_pairs(points, surface.facets)}
-    sharpened = wedge_guard(surface.points, surface.facets.astype(np.int64))
+    wished = surface.points.copy()
     for _ in range(int(iterations)):
-        points[nodes] = 0.25 * (points[before] + points[after]) + 0.5 * points[nodes]
-    moved = np.zeros(len(points), bool)
-    moved[nodes] = True
-    while True:
-        pairs = [p for p in intersecting_pairs(points, surface.facets) if tuple(p) not in known]
-        back = np.zeros(len(points), bool)
-        back[surface.facets[np.array(pairs, np.int64).reshape(-1)]] = True
-        back[surface.facets[sharpened(points)]] = True
-        back &= moved
-        if not back.any():
-            break
-        points[back] = surface.points[back]
-        moved &= ~back
-    return Surface(points, surface.facets, surface.sides, surface.kind), int(moved.sum())
+        wished[nodes] = 0.25 * (wished[before] + wished[after]) + 0.5 * wished[nodes]
+    points, _ = guarded_move(surface, wished, MoveBounds())
+    return replace(surface, points=points), int((points != surface.points).any(axis=1).sum())
 
 
 def _line_neighbours(surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -15,7 +15,7 @@ from craftmesh.gradation.kernels.reference_normals import reference_normals
 from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.kernels.corner_lists import link_all
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import side_volumes
 from craftmesh.surface.patches import oriented
 from craftmesh.types import CRACK, Crack, Surface
 
@@ -159,7 +159,7 @@ def _with_spare_row(array: np.ndarray) -> np.ndarray:
 
 def _guards(surface: Surface, mesh: Mesh, given: Crack | None) -> Guards:
     n, m = len(mesh.points), len(mesh.facets)
-    volume = _volumes(surface, mesh)
+    volume = np.abs([*side_volumes(surface.points, surface.facets, surface.sides).values()])
     return Guards(
         reference=np.zeros((m, 3)),
         home=mesh.points.copy(),
@@ -194,18 +194,6 @@ def _scratch() -> Scratch:
     )
 
 
-def _volumes(surface: Surface, mesh: Mesh) -> np.ndarray:
-    """Return the volume (s,) of each slot."""
-    points = surface.points
-    start = points[mesh.facets[:, 0]] - points.mean(axis=0)
-    swept = np.einsum("ij,ij->i", start, area_vectors(points, mesh.facets))
-    count = int(mesh.patch_sides.max(initial=-1)) + 1
-    behind, ahead = (
-        np.bincount(side[mesh.patch] + 1, swept, minlength=count + 1) for side in mesh.patch_sides.T
-    )
-    return np.abs(behind / 3 - ahead / 3)[1:]
-
-
 def surface_of(state: State, surface: Surface) -> Surface:
     """Return the state's living facets as a surface; sides and kinds come from the input's patches."""
     mesh = state.mesh
@@ -218,9 +206,8 @@ def surface_of(state: State, surface: Surface) -> Surface:
     return Surface(points, facets, sides[source], surface.kind[source])
 
 
-# The room for more: at least so many vertices and facets, and this part of the living facets.
-LEAST_VERTICES, VERTEX_SHARE = 1000, 1 / 4
-LEAST_FACETS, FACET_SHARE = 4000, 1 / 2
+# The room for more: at least so many facets, or half of the living ones, and half as many vertices.
+LEAST_ROOM = 4000
 # Corners renumbered at a time, so that no second copy of them all is needed.
 BATCH = 1 << 16
 
@@ -235,8 +222,8 @@ def make_room(arrays: dict[str, np.ndarray]) -> None:
     living = np.flatnonzero(arrays["alive"][:facets])
     row = np.full(facets, -1, np.int64)
     row[living] = np.arange(len(living))
-    vertices += max(LEAST_VERTICES, int(len(living) * VERTEX_SHARE))
-    facets = len(living) + max(LEAST_FACETS, int(len(living) * FACET_SHARE))
+    room = max(LEAST_ROOM, len(living) // 2)
+    vertices, facets = vertices + room // 2, len(living) + room
     for name, fill in PER_VERTEX.items():
         arrays[name] = _lengthened(arrays.pop(name), vertices, fill)
     for name, fill in PER_FACET.items():

@@ -3,7 +3,8 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.surface.connectivity import joined
+from craftmesh.surface.connectivity import compact, joined
+from craftmesh.surface.guarded_move import MoveBounds, guarded_move
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.patches import FeatureEdges, box_axis, feature_edges
 from craftmesh.types import CRACK, Surface
@@ -18,25 +19,38 @@ def release_tied_nodes(surface: Surface) -> tuple[Surface, int, int]:
     would make facets intersect or pass over another vertex. Facets keep their order.
     """
     facets = surface.facets.astype(np.int64)
-    corners, copies, node = fans = _fans(surface, facets)
+    corners, copies, node = _fans(surface, facets)
     tied = np.unique(node)
     if not len(tied):
         return surface, 0, 0
     centroid = _centroids(surface, facets, corners, copies, len(node))
-    ours = np.arange(len(facets))[_near(surface.points, facets, tied)]
-    known = {tuple(pair) for pair in intersecting_pairs(surface.points, facets[ours])}
-    passing = node[np.unique(copies[_passes_points(surface.points, facets, corners, centroid[copies])])]
-    released = ~np.isin(tied, passing)
-    while True:
-        points, connected = _split(surface, fans, centroid, released[np.searchsorted(tied, node)])
-        pairs = [p for p in intersecting_pairs(points, connected[ours]) if tuple(p) not in known]
-        hit = ours[np.array(pairs, np.int64).reshape(-1)]
-        back = np.isin(tied, facets[hit]) & released
-        if not back.any():
-            break
-        released &= ~back
-    result = Surface(points, connected, surface.sides, surface.kind) if released.any() else surface
-    return result, int(released.sum()), int((~released).sum())
+    passing = np.isin(node, node[copies[_passes_points(surface.points, facets, corners, centroid[copies])]])
+    fresh = np.diff(node, prepend=-1) == 0
+    ids = np.where(fresh, len(surface.points) + np.cumsum(fresh) - 1, node)
+    doubled = np.concatenate([surface.points, surface.points[node[fresh]]])
+    parted = _parted(surface, doubled, corners, ids[copies])
+    wished = parted.points.copy()
+    wished[ids[~passing]] = centroid[~passing]
+    known = intersecting_pairs(surface.points, facets)
+    points, held = guarded_move(parted, wished, MoveBounds(turn=180.0, quality=0.0), known=known)
+    # fans that stay at a node share one point again
+    stays = passing | held[ids]
+    first = np.full(len(points), len(points))
+    np.minimum.at(first, node[stays], ids[stays])
+    refused = np.bincount(node[stays], minlength=len(points))[tied] > 1
+    if refused.all():
+        return surface, 0, len(tied)
+    ids = np.where(stays, first[node], ids)
+    points, facets, _ = compact(points, _parted(surface, points, corners, ids[copies]).facets)
+    result = Surface(points, facets, surface.sides, surface.kind)
+    return result, int((~refused).sum()), int(refused.sum())
+
+
+def _parted(surface: Surface, points: np.ndarray, corners: np.ndarray, ids: np.ndarray) -> Surface:
+    """Return the surface on other points, its corners (k,) at the points `ids` (k,)."""
+    facets = surface.facets.astype(np.int64).ravel()
+    facets[corners] = ids
+    return Surface(points, facets.reshape(-1, 3), surface.sides, surface.kind)
 
 
 def _fans(surface: Surface, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -115,33 +129,3 @@ def _passes_points(
 def _spanned(o: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Return six times the signed volumes (k,) of tetrahedra o, a, b, c."""
     return np.einsum("ij,ij->i", np.cross(a - o, b - o), c - o)
-
-
-def _near(points: np.ndarray, facets: np.ndarray, tied: np.ndarray) -> np.ndarray:
-    """Return (m,) bool: the facets that may come to meet the facets at the tied nodes."""
-    centre = points[facets].mean(axis=1)
-    radius = np.linalg.norm(points[facets] - centre[:, None], axis=2).max(axis=1)
-    star = np.isin(facets, tied).any(axis=1)
-    reach = 2 * radius[star].max()
-    distance, _ = cKDTree(points[tied]).query(centre, distance_upper_bound=reach + radius.max() + 1e-300)
-    return distance <= reach + radius
-
-
-def _split(
-    surface: Surface,
-    fans: tuple[np.ndarray, np.ndarray, np.ndarray],
-    centroid: np.ndarray,
-    goes: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and facets where `fans` that go (k,) have copies of their nodes at their centroids."""
-    corners, copies, node = fans
-    points, facets = surface.points, surface.facets.astype(np.int64)
-    first = np.concatenate([[True], node[1:] != node[:-1]])
-    fresh = goes & ~first
-    place = node.copy()
-    place[fresh] = len(points) + np.arange(fresh.sum())
-    moved = np.concatenate([points, np.zeros((int(fresh.sum()), 3))])
-    moved[place[goes]] = centroid[goes]
-    connected = facets.ravel().copy()
-    connected[corners] = place[copies]
-    return moved, connected.reshape(facets.shape)

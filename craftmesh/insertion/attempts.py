@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.cut import SHORTEST, CutSurface, split_edges
-from craftmesh.insertion.misfit import Given, Inserted
+from craftmesh.insertion.misfit import Given, Inserted, Misfit
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
@@ -40,20 +40,16 @@ def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: flo
 # Each later one has smaller facets where the one before is unsound; where they are as small as they get, or
 # no crack came in, it has half of snap and snap_front. Wavy cracks along a boundary need six.
 ATTEMPTS = 8
-# Times farther off the given crack than it may be, from which one is refused: a part of it is lost.
+# Times farther off the given crack than is promised, from which one is refused: a part of it is lost.
 GROSS = 10.0
 
 
 class Attempt(NamedTuple):
-    """What an attempt made, of which surface, and how many times farther off it is than it may be.
-
-    places (k, 3): where it is at fault.
-    """
+    """What an attempt made, of which surface, and how it is off the given crack."""
 
     made: Inserted
     cut: CutSurface
-    times: float
-    places: np.ndarray
+    off: Misfit
 
 
 def soundest(
@@ -75,28 +71,28 @@ def soundest(
         except CraftmeshError as error:
             refusal = error
         else:
-            best = attempt if best is None else min(best, attempt, key=lambda one: one.times)
-            if best.times <= 1:
+            best = attempt if best is None else min(best, attempt, key=lambda one: one.off.promised)
+            if best.off.times <= 1:
                 return best
-            finer = split_near(cut, sheet, attempt.places, given.least)
+            finer = split_near(cut, sheet, attempt.off.places, given.least)
             if len(finer.points) > len(cut.points):
                 cut = finer
                 continue
         options = replace(options, snap=options.snap / 2, snap_front=options.snap_front / 2)
     if best is None:
         raise refusal
-    if np.isinf(best.times):
+    if np.isinf(best.off.times):
         refuse_intersections(best.made.surface)
-    refuse_gross(best.places, best.times)
+    refuse_gross(best.off)
     return best
 
 
-def refuse_gross(places: np.ndarray, times: float) -> None:
-    """Raise where a crack is off by GROSS times what it may be; places (k, 3): where it is off."""
-    if times > GROSS:
+def refuse_gross(off: Misfit) -> None:
+    """Raise where a crack is off by GROSS times what is promised."""
+    if off.promised > GROSS:
         raise CraftmeshError(
-            f"the crack cannot be inserted as it is given: near {told(places[0])} what is in the mesh "
-            f"would be {times:.0f} times farther off it than it may be; move the crack a little, or "
+            f"the crack cannot be inserted as it is given: near {told(off.places[0])} what is in the mesh "
+            f"would be {off.promised:.0f} times farther off it than it may be; move the crack a little, or "
             "give a shorter l_min"
         )
 
@@ -106,9 +102,8 @@ def _judged(made: Inserted, cut: CutSurface, given: Given) -> Attempt:
     pairs = crack_intersections(made.surface)
     if len(pairs):
         places = made.surface.points[made.surface.facets[pairs]].mean(axis=(1, 2))
-        return Attempt(made, cut, np.inf, places)
-    places, times = given.misfit(made)
-    return Attempt(made, cut, times, places)
+        return Attempt(made, cut, Misfit(places, np.inf, np.inf))
+    return Attempt(made, cut, given.misfit(made))
 
 
 def refuse_intersections(surface: Surface) -> None:

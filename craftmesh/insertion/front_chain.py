@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from craftmesh.cracks.promises import FRONT_OFF
+from craftmesh.cracks.promises import FRONT_EDGES
 from craftmesh.insertion.cut import CutSurface, SizeAt, trace_edges
 from craftmesh.insertion.pierce import END, TOUCHING
 from craftmesh.insertion.sheet import Sheet
@@ -14,12 +14,9 @@ from craftmesh.surface.measure import along_segments
 SHARPEST = np.radians(60.0)  # a front edge spans at most this much of the front's turning
 INTERVALS = 256  # even steps in which the target size is summed up between two pierce points
 CHORDS = 16  # over those steps, by which the front's turning is measured
-# Of the target size: front edges, and so what slides along them, stay this near the front at the SHARES,
-# and within FRONT_OFF between these.
-FIDELITY = 0.98 * FRONT_OFF
 # Of the target size: front edges are not made shorter for that; enough for 0.8 of it as radius.
 FINEST = 0.35
-# Of an edge, at which its distance from the front is measured.
+# Of an edge, where it has to be within FRONT_EDGES of the front; between these it is as promised.
 SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 ROUND_DOWN = 0.01  # of an edge: a turning just past a multiple of SHARPEST takes no further edge
 
@@ -155,14 +152,14 @@ def _bending(sheet: Sheet, front: int, samples: np.ndarray, size: np.ndarray) ->
     low = np.maximum(samples - size / 2, samples[0])
     high = np.minimum(samples + size / 2, samples[-1])
     off = sagitta(sheet, front, low, high)
-    return np.clip(np.sqrt(off / (FIDELITY * size)), 1.0, 1 / FINEST)
+    return np.clip(np.sqrt(off / (FRONT_EDGES * size)), 1.0, 1 / FINEST)
 
 
 def _is_true(sheet: Sheet, front: int, arcs: np.ndarray, target: SizeAt) -> bool:
-    """Tell whether the edges between the arc lengths stay within FIDELITY of the front."""
+    """Tell whether the edges between the arc lengths stay within FRONT_EDGES of the front."""
     off = sagitta(sheet, front, arcs[:-1], arcs[1:])
     middle = sheet.lift(sheet.rim.on_front(front, (arcs[:-1] + arcs[1:]) / 2))
-    return bool((off <= FIDELITY * target(middle)).all())
+    return bool((off <= FRONT_EDGES * target(middle)).all())
 
 
 def sagitta(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from craftmesh.cracks.promises import FRONT_EDGES
 from craftmesh.insertion.cut import (
     CutSurface,
     SizeAt,
@@ -10,7 +11,7 @@ from craftmesh.insertion.cut import (
     trace_edges,
     with_phi,
 )
-from craftmesh.insertion.front_chain import FIDELITY, sagitta, stretches
+from craftmesh.insertion.front_chain import sagitta, stretches
 from craftmesh.insertion.guarded_move import settled
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import with_front_points
@@ -42,8 +43,8 @@ def settle_chords(
     """Split trace edges that join two front points but are not the front's; return those that are (k, 2).
 
     A trace edge between neighbouring front points, close to the front, is the front's edge. Where it leaves
-    that by more than FIDELITY, or is longer than LONGEST, it is split, its middle moved onto the front, and
-    the boundary with it.
+    that by more than FRONT_EDGES, or is longer than LONGEST, it is split, its middle moved onto the front,
+    and the boundary with it.
     """
     for _ in range(ROUNDS):
         _, chords = inside_traces(surface)
@@ -73,7 +74,9 @@ def _is_coarse(surface: CutSurface, sheet: Sheet, chords: np.ndarray, target: Si
         size = target(surface.points[chords[mine]].mean(axis=1))
         stretch = start[mine], end[mine]
         most = np.maximum(sagitta(sheet, number, *stretch), _corners_off(sheet, number, *stretch))
-        off[mine] = (most > FIDELITY * size) | (edge_lengths(surface.points, chords[mine]) > LONGEST * size)
+        off[mine] = (most > FRONT_EDGES * size) | (
+            edge_lengths(surface.points, chords[mine]) > LONGEST * size
+        )
     return off
 
 

@@ -103,10 +103,10 @@ def _as_one(
 
     Raises CraftmeshError where its front is far off the given ones.
     """
-    places, times = misfit_of_fronts(surface, fronts, least)
-    refuse_gross(places, times)
+    off = misfit_of_fronts(surface, fronts, least)
+    refuse_gross(off)
     numbers = numbers_of(surface, int(last["crack_facets_outside_material"]))
-    return last | numbers | {"crack_off_times": max(times, last["crack_off_times"])}
+    return last | numbers | {"crack_off_times": max(off.promised, last["crack_off_times"])}
 
 
 def _with_part(
@@ -126,7 +126,7 @@ def _with_part(
         lambda cut, chosen: _inserted(cut, sheet, target, least, chosen, progress),
     )
     numbers = best.made.numbers | moved(best.cut, best.made.surface, sheet, least)
-    numbers["crack_off_times"] = best.times
+    numbers["crack_off_times"] = best.off.promised
     return best.made.surface, numbers
 
 

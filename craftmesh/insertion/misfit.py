@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.cracks.near_sheet import NearSheet
-from craftmesh.cracks.promises import FACETS_OFF, FRONT_OFF
+from craftmesh.cracks.promises import AREA_KEPT, INSERTION, PROMISED
 from craftmesh.cracks.within_box import area_off, area_within, segments_of
 from craftmesh.insertion.cut import CutSurface
 from craftmesh.insertion.sheet import Sheet
@@ -16,8 +16,6 @@ from craftmesh.surface.measure import nearest_facet, total_area
 from craftmesh.surface.patches import is_on_box
 from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.types import CRACK, Crack, Surface
-
-MARGIN = 0.95  # of FACETS_OFF and FRONT_OFF: what a cut has to keep, for gradation moves points too
 
 
 class Inserted(NamedTuple):
@@ -34,10 +32,14 @@ class Inserted(NamedTuple):
 
 
 class Misfit(NamedTuple):
-    """Places (k, 3) where a crack is farther off the given one than it may be, and by how many times."""
+    """Places (k, 3) where a crack is farther off the given one than it may be, and by how many times.
+
+    times: over the insertion's share; promised: over what is promised of the mesh.
+    """
 
     places: np.ndarray
     times: float
+    promised: float
 
 
 class Given:
@@ -63,18 +65,21 @@ class Given:
         free = surface.facets[ends]
         front = front_of(own, free.astype(np.int64))
         nodes = points[np.unique(front)]
-        times = np.concatenate([off / FACETS_OFF, self._off_front(nodes) / FRONT_OFF]) / (
-            MARGIN * self.least
+        off_front = self._off_front(nodes)
+        times, promised = (
+            np.concatenate([off / share.facets, off_front / share.front]) / self.least
+            for share in (INSERTION, PROMISED)
         )
         bad, most = np.concatenate([places, nodes])[times > 1], float(times.max(initial=0.0))
+        farthest = float(promised.max(initial=0.0))
         if fills_box(surface):
             area = inserted.hidden + total_area(points, own)
             segments = segments_of(points[front], self._off_front(points[front].mean(axis=1)))
             by = area_off(area, self.area, segments, self.least)
             if by > 1 and not len(bad):
                 bad = middles[count == 1]
-            most = max(most, by)
-        return Misfit(bad, most)
+            most, farthest = max(most, by), max(farthest, by * AREA_KEPT)
+        return Misfit(bad, most, farthest)
 
     def _off_front(self, places: np.ndarray) -> np.ndarray:
         return np.linalg.norm(self.look.nearest_on_front(places) - places, axis=1)
@@ -98,12 +103,12 @@ def misfit_of_fronts(surface: Surface, fronts: Fronts, least: float) -> Misfit:
     """Return where nodes of all fronts in a surface are off the given ones; least as in Given."""
     nodes = surface.points[np.unique(front_edges(surface))]
     if not len(nodes):
-        return Misfit(nodes, 0.0)
+        return Misfit(nodes, 0.0, 0.0)
     off = np.full(len(nodes), np.inf)
     if len(fronts.edges):
         off = np.linalg.norm(nearest_on_edges(nodes, fronts.points, fronts.edges) - nodes, axis=1)
-    times = off / (MARGIN * FRONT_OFF * least)
-    return Misfit(nodes[times > 1], float(times.max()))
+    times, promised = (off / (share.front * least) for share in (INSERTION, PROMISED))
+    return Misfit(nodes[times > 1], float(times.max()), float(promised.max()))
 
 
 def fills_box(surface: Surface) -> bool:

@@ -1,7 +1,5 @@
 """Move points of a surface onto the front of a crack where that leaves the surface sound."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from craftmesh.insertion.cut import CutSurface, SizeAt
@@ -9,11 +7,10 @@ from craftmesh.insertion.guarded_move import guarded_move, settled
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.pierce import with_front_points
 from craftmesh.insertion.sheet import Sheet
-from craftmesh.insertion.snap import classified, leaves_crack
+from craftmesh.insertion.snap import LINE_SHARE, classified, leaves_crack
 from craftmesh.surface.classification import AT_JUNCTION, ON_LINE
+from craftmesh.surface.guarded_move import MoveBounds
 from craftmesh.surface.rounding import SAME_PLACE
-
-LINE_SHARE = 0.5  # points on junction lines move to the front from this share of the distance others do
 
 
 def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: InsertOptions) -> CutSurface:
@@ -39,8 +36,9 @@ def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: In
     with np.errstate(invalid="ignore"):
         chosen = np.linalg.norm(targets - surface.points[rows], axis=1) < reach
         chosen &= ~leaves_crack(surface, rows, targets)
-    points, moved = guarded_move(surface, rows[chosen], targets[chosen], options)
-    return with_front_points(replace(surface, points=points), sheet, moved) if len(moved) else surface
+    bounds = MoveBounds(turn=options.max_turn)
+    surface, moved = guarded_move(surface, rows[chosen], targets[chosen], bounds)
+    return with_front_points(surface, sheet, moved) if len(moved) else surface
 
 
 def settle_front(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from craftmesh.cracks.near_faces import ALONG
+from craftmesh.cracks.promises import LATER_CRACKS
 from craftmesh.insertion.cut import CutSurface, feet_on_edges, uncut
 from craftmesh.insertion.guarded_move import guarded_move
 from craftmesh.insertion.options import InsertOptions
@@ -12,6 +13,7 @@ from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.classification import AT_JUNCTION, IN_PATCH, ON_LINE, Classification
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges
+from craftmesh.surface.guarded_move import MoveBounds
 from craftmesh.surface.measure import area_vectors, edge_lengths, mean_edges, point_normals
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 from craftmesh.types import CRACK, Surface
@@ -41,12 +43,10 @@ def local_sizes(surface: Surface) -> tuple[np.ndarray, float]:
     return mean_edges(surface.points, edges), float(edge_lengths(surface.points, edges).max())
 
 
-NEAR = 10.0  # of the local size: an offset from the steepest crack that may be a distance worth a look
 FARTHEST = 0.5  # of the local size: points slide along their line by at most this much
-GRAZING = 0.5  # points on lines that graze the crack move straight from this share of the distance
+LINE_SHARE = 0.5  # points on lines move straight, or to the front, from this share of the distance
 # The same for points where more than two lines end: a crack just beside one leaves needles.
 KNOTS = 0.1
-OFF_CRACK = 0.005  # of the local size: points of a crack there is may go this far off it
 # Least squared sine of the crack's angle to a box plane for moves in that plane: 6 degrees.
 STEEP = ALONG**2
 # Of options.snap times the least length: ribbons of the face narrower than that leave flat tetrahedra.
@@ -80,7 +80,7 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
     _along_lines(surface, sheet, classes.features.lines, on_line, targets)
     movable = np.isin(np.arange(len(distance)), rows) & ~normals.any(axis=1) & ~planes.all(axis=1)
     with np.errstate(invalid="ignore"):
-        grazes = on_line & movable & (distance < GRAZING * options.snap * surface.size)
+        grazes = on_line & movable & (distance < LINE_SHARE * options.snap * surface.size)
         straight = grazes & ~(np.linalg.norm(targets - surface.points, axis=1) < reach)
         straight |= (rank == AT_JUNCTION) & movable & (distance < KNOTS * options.snap * surface.size)
     targets[straight] = onto_crack(surface.points[straight], planes[straight], sheet, reach[straight])
@@ -115,17 +115,16 @@ def _moved(
     """Return the surface with the points at their targets (n, 3) on the crack, nearer than reach (n,)."""
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero(np.linalg.norm(targets - surface.points, axis=1) < reach)
-    points, moved = guarded_move(surface, rows, targets[rows], options)
+    surface, moved = guarded_move(surface, rows, targets[rows], MoveBounds(turn=options.max_turn))
     psi = surface.psi.copy()
     psi[moved] = 0.0
-    return replace(surface, points=points, psi=psi)
+    return replace(surface, psi=psi)
 
 
 def _distances(surface: CutSurface, sheet: Sheet) -> np.ndarray:
     """Return how far the points (n,) are from the crack to first order, NaN far from it."""
     distance = np.abs(surface.psi)
-    with np.errstate(invalid="ignore"):
-        rows = np.flatnonzero(distance < NEAR * surface.size)
+    rows = np.flatnonzero(np.isfinite(distance))
     distance[rows] /= np.linalg.norm(sheet.gradient(surface.points[rows]), axis=1)
     return distance
 
@@ -147,8 +146,9 @@ def _crack_normals(surface: CutSurface) -> np.ndarray:
 def leaves_crack(surface: CutSurface, rows: np.ndarray, targets: np.ndarray) -> np.ndarray:
     """Tell which points `rows` (k,) would leave the crack there is, or its front, at targets (k, 3)."""
     step = targets - surface.points[rows]
-    off = np.abs(np.einsum("ij,ij->i", step, _crack_normals(surface)[rows]))
-    return np.maximum(off, _off_front(surface, rows, targets)) > OFF_CRACK * surface.size[rows]
+    off = np.abs(np.einsum("ij,ij->i", step, _crack_normals(surface)[rows])) / LATER_CRACKS.facets
+    times = np.maximum(off, _off_front(surface, rows, targets) / LATER_CRACKS.front)
+    return times > surface.size[rows]
 
 
 def _off_front(surface: CutSurface, rows: np.ndarray, targets: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Remeshing: from labelled voxels to a smooth, conformal surface without self-intersections."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -13,11 +13,11 @@ from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.remeshing.kernels.marching import march
 from craftmesh.surface.classification import Classification
-from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import facet_angles, side_volumes, spoiled_facets
-from craftmesh.surface.patches import PLANES, facets_beyond_box, vertices_around
+from craftmesh.surface.guarded_move import MoveBounds, guarded_move
+from craftmesh.surface.measure import facet_angles, side_volumes
+from craftmesh.surface.patches import PLANES
 from craftmesh.surface.smoothing import smoothing_neighbours, to_neighbours
-from craftmesh.surface.volumes import RestoringLimits, restore_volumes
+from craftmesh.surface.volumes import restore_volumes
 from craftmesh.types import Surface, Voxels
 
 # A voxel's diagonal, in voxels: taking the steps away moves points by 0.7 to 0.8 with the default laps.
@@ -75,11 +75,8 @@ def remesh(
     surface, volumes = restore_volumes(
         surface,
         voxel_volumes(voxels),
-        RestoringLimits(
-            rounds=options.volume_rounds,
-            min_quality=options.sliver_quality,
-            min_edge=options.sliver_edge * float(voxels.spacing.min()),
-        ),
+        MoveBounds(quality=options.sliver_quality, edge=options.sliver_edge * float(voxels.spacing.min())),
+        options.volume_rounds,
         progress=lambda fraction, text: progress(0.7 + 0.3 * fraction, text),
     )
     moves = np.linalg.norm((surface.points - voxels.origin) / voxels.spacing - raw.points, axis=1)
@@ -149,58 +146,40 @@ def smooth(
     """
     classes = Classification(raw)
     drawn = smoothing_neighbours(classes)
-    points, fixed = raw.points.copy(), classes.held.copy()
+    points, fixed = raw.points, classes.held.copy()
     volumes = side_volumes(points, raw.facets.astype(np.int64), raw.sides)
     least = {label: options.least_volume * volume for label, volume in volumes.items() if volume > 0}
-    spoiled = partial(_spoiled, raw, least, options)
+    # the facets of voxel steps turn until they lie in the boundary
+    bounds = MoveBounds(180.0, options.sliver_quality, edge=options.sliver_edge)
     stages = _smoothing_stages(options)
     for number, weights in enumerate(stages):
-        points = _lapped(raw.facets, points, weights, drawn, fixed, spoiled)
+        lapped = partial(_lapped, points, weights, drawn, fixed)
+        points, held = guarded_move(
+            replace(raw, points=points), lapped, bounds, partial(_vanished, raw, least)
+        )
+        fixed[held] = True
         progress(0.3 + 0.4 * (number + 1) / len(stages), "smoothing")
     return points, int(fixed.all(axis=1).sum() - classes.held.all(axis=1).sum())
 
 
 def _lapped(
-    facets: np.ndarray,
-    points: np.ndarray,
-    weights: list[float],
-    drawn: csr_array,
-    fixed: np.ndarray,
-    spoiled: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    points: np.ndarray, weights: list[float], drawn: csr_array, fixed: np.ndarray, held: np.ndarray
 ) -> np.ndarray:
-    """Return points (n, 3) after a lap per weight that spoil no facet; who had to stay becomes `fixed`.
+    """Return points (n, 3) after a lap per weight, drawn by `smoothing_neighbours`.
 
-    drawn: by `smoothing_neighbours`; fixed (n, 3) bool: coordinates that stay; rows round spoiled facets
-    are set; spoiled: tells which facets (m,) moved points spoil, from the points before.
+    fixed (n, 3): coordinates that stay; held (n,): points that stay.
     """
-    reach = 1
-    while True:
-        moved = points
-        for weight in weights:
-            moved = moved + weight * np.where(fixed, 0.0, to_neighbours(moved, drawn))
-        bad = spoiled(points, moved)
-        if not bad.any():
-            return moved
-        around = vertices_around(facets, bad, reach, len(points))
-        if fixed[around].all():
-            return points
-        fixed[around] = True
-        reach += 1
+    stay = fixed | held[:, None]
+    for weight in weights:
+        points = points + weight * np.where(stay, 0.0, to_neighbours(points, drawn))
+    return points
 
 
-def _spoiled(
-    raw: Surface, least: dict[int, float], options: RemeshOptions, points: np.ndarray, moved: np.ndarray
-) -> np.ndarray:
-    """(m,) bool: facets that `moved` (n, 3) spoils: they intersect, are poor, leave the box, vanish.
+def _vanished(raw: Surface, least: dict[int, float], points: np.ndarray) -> np.ndarray:
+    """Return (m,) bool: facets of grains and voids that have less than their `least` volume at the points.
 
-    Those of grains and voids vanish that have less than their `least` volume. Voids open to the outside
-    have no volume of their own: a negative one is not looked at, and has no least one.
+    Voids open to the outside have no volume of their own: a negative one is not looked at.
     """
-    facets, sides = raw.facets.astype(np.int64), raw.sides
-    bad = spoiled_facets(moved, points, facets, options.sliver_quality, options.sliver_edge)
-    bad |= facets_beyond_box(moved, points, facets, raw.kind)
-    volume = side_volumes(moved, facets, sides)
+    volume = side_volumes(points, raw.facets.astype(np.int64), raw.sides)
     gone = [label for label, bound in least.items() if volume[label] < bound]
-    bad |= np.isin(sides, gone).any(axis=1)
-    bad[intersecting_pairs(moved, facets).ravel()] = True
-    return bad
+    return np.isin(raw.sides[:, 0], gone) | np.isin(raw.sides[:, 1], gone)

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from craftmesh.cracks.features import Face, cuts, in_plane, kink_edges
 from craftmesh.cracks.near_sheet import NearSheet
-from craftmesh.cracks.promises import FRONT_OFF
+from craftmesh.cracks.promises import PROMISED
 from craftmesh.cracks.sheets import sheets
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import PER_WIDTH, Sizing, densify, where_short
@@ -113,7 +113,7 @@ def _to_sheet(own: Crack, other: Crack, box: np.ndarray, l_min: float) -> Length
     near = NearSheet(other, box).look(at)
     width, side = np.linalg.norm(near.foot - at, axis=1), np.sign(near.psi)
     crosses = np.append((side[1:] != side[:-1]) & (width[1:] < l_min) & (near.phi[1:] > 0), False)
-    clear, met = width < l_min, at[crosses | (width <= FRONT_OFF * l_min)]
+    clear, met = width < l_min, at[crosses | (width <= PROMISED.front * l_min)]
     if len(met):
         clear &= width < IN_CORNER * cKDTree(met).query(at)[0]
     return at[clear], np.maximum(PER_WIDTH_IN_WEDGE * width, SHORTEST_IN_GAPS * l_min)[clear]

@@ -101,12 +101,3 @@ def facets_beyond_box(
             level = points[on_plane[0, 0], axis]
             beyond |= moved[:, axis] > level if upper else moved[:, axis] < level
     return beyond[facets].any(axis=1)
-
-
-def vertices_around(facets: np.ndarray, chosen: np.ndarray, rings: int, n_points: int) -> np.ndarray:
-    """Return (n_points,) bool: vertices of the chosen facets and of `rings` rings of facets around them."""
-    around = np.zeros(n_points, bool)
-    around[facets[chosen].ravel()] = True
-    for _ in range(rings):
-        around[facets[around[facets].any(axis=1)].ravel()] = True
-    return around

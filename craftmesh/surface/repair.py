@@ -4,17 +4,15 @@ import numpy as np
 
 from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.guarded_move import PATIENCE, vertices_around
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import is_degenerate, mean_edges, side_volumes, volume_drift
-from craftmesh.surface.patches import facets_beyond_box, vertices_around
 from craftmesh.surface.smoothing import smoothing_neighbours, to_neighbours
 from craftmesh.types import Surface
 
+# The neighbourhood that moves grows by a ring of facets after each PATIENCE + 1 of these.
 ROUNDS = 24
-# Rounds after which the neighbourhood that moves grows by a ring of facets.
-PATIENCE = 4
 WEIGHT = 0.7
-HOLDS = 6
 # Facets that a report names at most.
 MAX_NAMED = 1000
 
@@ -35,9 +33,10 @@ def repair_surface(surface: Surface) -> tuple[Surface, dict]:
         mobile, drawn = classes.free, smoothing_neighbours(classes)
         points = surface.points
         for done in range(ROUNDS):
-            around = vertices_around(facets, faulty, done // PATIENCE, len(points))
+            around = vertices_around(facets, faulty, done // (PATIENCE + 1), len(points))
             displacement = WEIGHT * to_neighbours(points, drawn) * (mobile & around[:, None])
-            points, faulty = _guarded(points, displacement, facets, surface.kind, faulty)
+            points = points + displacement
+            faulty = faulty_facets(points, facets)
             if faulty.sum() < best[1].sum():
                 best = points, faulty
             if not faulty.any():
@@ -51,32 +50,6 @@ def faulty_facets(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     faulty = is_degenerate(points, facets)
     faulty[intersecting_pairs(points, facets).ravel()] = True
     return faulty
-
-
-def _guarded(
-    points: np.ndarray, displacement: np.ndarray, facets: np.ndarray, kind: np.ndarray, faulty: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return points after the displacement, less where it would spoil sound facets, and what is faulty.
-
-    Where every try leaves more facets faulty than before, the one with the fewest is taken: the way back
-    may lead through them.
-    """
-    held = np.zeros(len(points), bool)
-    outside = facets_beyond_box(points, points, facets, kind)
-    fewest = None
-    for _ in range(HOLDS):
-        moved = np.where(held[:, None], points, points + displacement)
-        if np.array_equal(moved, points):
-            break
-        now = faulty_facets(moved, facets)
-        beyond = facets_beyond_box(moved, points, facets, kind) & ~outside
-        if not beyond.any():
-            if now.sum() <= faulty.sum():
-                return moved, now
-            if fewest is None or now.sum() < fewest[1].sum():
-                fewest = moved, now
-        held |= vertices_around(facets, (now & ~faulty) | beyond, 0, len(points))
-    return fewest or (points, faulty)
 
 
 def _report(before: Surface, after: Surface, first: np.ndarray, left: np.ndarray) -> dict:

@@ -1,6 +1,5 @@
 """Wedges: the angles that grains have between neighbouring facets round an edge."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -9,9 +8,7 @@ from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.kernels.hinges import (
     SHARP_COSINE,
     SHARP_WEDGE,
-    corner_lists,
     sharp_edges,
-    sharpest_cosines,
 )
 from craftmesh.types import Surface
 
@@ -73,10 +70,3 @@ def sharp_wedges(surface: Surface) -> Wedges:
     found = wedges(surface.points, facets[near], surface.sides[near], edges)
     found = found.where((found.label != 0) & (found.angle < SHARP_WEDGE))
     return found.where(np.argsort(found.angle, kind="stable"))
-
-
-def wedge_guard(points: np.ndarray, facets: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Return what tells of each facet (m,) whether moved points (n, 3) make a sharp wedge on it sharper."""
-    first, after = corner_lists(facets, len(points))
-    before = np.maximum(SHARP_COSINE, sharpest_cosines(points, facets, first, after))
-    return lambda moved: sharpest_cosines(moved, facets, first, after) > before

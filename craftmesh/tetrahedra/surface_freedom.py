@@ -4,14 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from craftmesh.cracks.promises import TETRAHEDRA
 from craftmesh.surface.classification import Classification
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.surface.measure import area_vectors, edge_lengths, point_normals
 from craftmesh.types import CRACK, Surface
 
-# Of `crack_length`: how far the crack may go from where it was. Ten times that gains nothing.
-CRACK_REACH = 0.005
 # Of the edges of a crack without a front: those shorter than the one that stands for the front's. On random
 # cracks it is 0.5 to 1.3 of the least length asked for.
 SHORT_EDGES = 0.05
@@ -42,7 +41,7 @@ def crack_length(surface: Surface) -> float:
 def freedom(surface: Surface) -> Freedom:
     """Return how the points may move: within box planes, and along the crack.
 
-    Points of a crack go along their facets' mean plane, as far as that is within CRACK_REACH of each
+    Points of a crack go along their facets' mean plane, as far as that is within TETRAHEDRA.facets of each
     facet's own; points of its front stay where they are.
     """
     count = len(surface.points)
@@ -57,7 +56,7 @@ def freedom(surface: Surface) -> Freedom:
     normal, turn = _crack_normals(surface, crack)
     points = np.unique(surface.facets[crack])
     bent = points[turn[points] > 0]
-    reach[bent] = CRACK_REACH * crack_length(surface) / turn[bent]
+    reach[bent] = TETRAHEDRA.facets * crack_length(surface) / turn[bent]
     free[points] -= normal[points, :, None] * normal[points, None, :]
     for point in points[held[points].any(axis=1)].tolist():
         free[point] = _beside(np.vstack([np.eye(3)[held[point]], normal[point]]))

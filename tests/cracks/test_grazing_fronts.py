@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from craftmesh.cracks.grazing_fronts import ending_on_faces
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.prepare import prepare_crack
-from craftmesh.cracks.promises import FRONT_MOVED
+from craftmesh.cracks.promises import PREPARATION
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.sheets import sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
@@ -40,7 +40,7 @@ def off_the_front(sheet, places: np.ndarray) -> np.ndarray:
 
 @settings(max_examples=12, deadline=None)
 @given(
-    gap=st.floats(0.0005, 0.95 * FRONT_MOVED),
+    gap=st.floats(0.0005, 0.95 * PREPARATION.front),
     degrees=st.floats(20.0, 160.0),
     axis=st.integers(0, 2),
     top=st.booleans(),
@@ -53,8 +53,8 @@ def test_a_front_that_grazes_a_face_ends_on_it(gap, degrees, axis, top):
     on_plane = ON_PLANE * np.linalg.norm(BOX[1] - BOX[0])
     assert np.abs(line[[0, -1], axis] - (20.0 if top else 0.0)).max() <= on_plane
     assert ((line >= BOX[0] - on_plane) & (line <= BOX[1] + on_plane)).all()
-    # FRONT_MOVED, and the chord of an edge that was parted: 1e-4 of the radius
-    assert off_the_front(sheet, line).max() <= FRONT_MOVED * L_MIN * 1.001
+    # PREPARATION.front, and the chord of an edge that was parted: 1e-4 of the radius
+    assert off_the_front(sheet, line).max() <= PREPARATION.front * L_MIN * 1.001
     # the crack stays in its plane, where no triangle turns over, and its front runs on without turning back
     normal = np.roll([np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0.0], axis)
     height = (ended.points - ended.points.mean(axis=0)) @ normal
@@ -82,7 +82,7 @@ def test_a_straight_front_that_grazes_a_face_ends_on_it_however_long_its_edges_a
     ended = ending_on_faces(sheet, BOX, L_MIN)
     assert_not_folded(ended, sheet)
     lines = np.concatenate([ended.points[front] for front in ended.fronts])
-    assert off_the_front(sheet, lines).max() <= FRONT_MOVED * L_MIN * 1.001
+    assert off_the_front(sheet, lines).max() <= PREPARATION.front * L_MIN * 1.001
     assert len(ended.points) > len(sheet.points)
 
 

@@ -10,8 +10,8 @@ from structured_box import structured_box
 from unchanged import OPEN
 
 from craftmesh import Sizing, gradate
+from craftmesh.cracks.promises import GRADATED
 from craftmesh.cracks.triangulated import crack_from_triangles
-from craftmesh.gradation.gradate import CRACK_FACETS
 from craftmesh.gradation.kernels.codes import DISTANCE, DONE
 from craftmesh.gradation.kernels.collapse import collapse
 from craftmesh.gradation.kernels.crack_guard import leaves_crack, leaves_front
@@ -107,5 +107,5 @@ def test_gradation_keeps_to_the_given_crack_where_the_inserted_one_is_off_it():
         # Where the crack meets the box, vertices go to and fro between the two.
         assert from_facets(nodes, crack.points, crack.triangles)[0].max() < 0.005 * l_min
     # The guard measures seven places a facet, these are more.
-    assert off[1] <= 1.1 * max(off[0], CRACK_FACETS * l_min)
+    assert off[1] <= 1.1 * max(off[0], GRADATED * l_min)
     assert len(front_edges(after))

@@ -10,9 +10,10 @@ from structured_box import structured_box
 from unchanged import OPEN
 
 from craftmesh.cracks.options import CrackOptions
+from craftmesh.cracks.promises import GRADATED
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
-from craftmesh.gradation.gradate import CRACK_FACETS, SOUND_ANGLE, GradateOptions, gradate
+from craftmesh.gradation.gradate import SOUND_ANGLE, GradateOptions, gradate
 from craftmesh.gradation.passes import FAR, Gradation, filled_grid, split_all
 from craftmesh.gradation.state import make_state
 from craftmesh.insertion.insert import insert_crack
@@ -99,7 +100,7 @@ def test_a_mouth_that_hardly_leaves_an_edge_of_the_box_goes_onto_it():
     assert sliver_widths(gradated).min(initial=1.0) > 0.04
     points = gradated.points[np.unique(gradated.facets[gradated.kind == CRACK])]
     off = (points[:, 0] - points[:, 1] + 0.02 * (points[:, 2] - 4)) / np.sqrt(2)
-    assert np.abs(off).max() <= CRACK_FACETS
+    assert np.abs(off).max() <= GRADATED
 
 
 def test_a_front_beside_a_face_is_split_onto_its_arc_that_is_nearer_to_the_face_than_its_chords():

@@ -7,7 +7,7 @@ import pytest
 from given_cracks import wavy_disc
 from structured_box import structured_box
 
-from craftmesh.cracks.promises import AREA_OFF, FACETS_OFF, FRONT_OFF
+from craftmesh.cracks.promises import AREA_KEPT, AREA_PROMISED, INSERTION
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
 from craftmesh.insertion.attempts import ATTEMPTS, soundest
@@ -55,7 +55,7 @@ def with_point_moved(made: Inserted, point: int, way: np.ndarray) -> Inserted:
 
 
 def test_a_crack_that_came_in_well_is_nowhere_off(made, given):
-    places, times = given.misfit(made)
+    places, times, _ = given.misfit(made)
     assert len(places) == 0
     assert times <= 1
 
@@ -67,8 +67,8 @@ def test_a_node_off_the_given_surface_is_found_and_told_in_shares_of_what_is_all
     normal = area_vectors(
         made.surface.points, made.surface.facets[made.own & (made.surface.facets == deep).any(axis=1)]
     ).sum(axis=0)
-    way = 2 * FACETS_OFF * L_MIN * normal / np.linalg.norm(normal)
-    places, times = given.misfit(with_point_moved(made, deep, way))
+    way = 2 * INSERTION.facets * L_MIN * normal / np.linalg.norm(normal)
+    places, times, _ = given.misfit(with_point_moved(made, deep, way))
     assert times == pytest.approx(2, rel=0.1)
     assert (np.linalg.norm(places - made.surface.points[deep] - way, axis=1) < 2 * L_MIN).all()
 
@@ -76,15 +76,15 @@ def test_a_node_off_the_given_surface_is_found_and_told_in_shares_of_what_is_all
 def test_a_node_along_the_surface_off_the_front_is_found(made, given):
     node = front_edges(made.surface)[3, 0]
     inwards = np.array([4.0, 6.0, made.surface.points[node, 2]]) - made.surface.points[node]
-    way = 3 * FRONT_OFF * L_MIN * inwards / np.linalg.norm(inwards)
-    places, times = given.misfit(with_point_moved(made, node, way))
+    way = 3 * INSERTION.front * L_MIN * inwards / np.linalg.norm(inwards)
+    places, times, _ = given.misfit(with_point_moved(made, node, way))
     assert times > 2
     assert np.linalg.norm(places - made.surface.points[node] - way, axis=1).min() < 1e-12
 
 
 def test_area_that_is_not_there_is_missed_and_what_is_hidden_counts(made, given, crack):
-    share = 3 * AREA_OFF * given.area
-    _, times = given.misfit(made._replace(hidden=share))
+    share = 3 * AREA_KEPT * AREA_PROMISED * given.area
+    _, times, _ = given.misfit(made._replace(hidden=share))
     assert times == pytest.approx(3, abs=1.1)
     facets = np.flatnonzero(made.own)
     area = np.linalg.norm(area_vectors(made.surface.points, made.surface.facets[facets]), axis=1)
@@ -117,7 +117,7 @@ def test_a_sound_crack_takes_one_attempt(model, crack, given, made):
 def test_a_crack_that_is_off_is_tried_with_smaller_facets_and_the_first_sound_one_taken(
     model, crack, given, made
 ):
-    off = made._replace(hidden=5 * AREA_OFF * given.area)
+    off = made._replace(hidden=5 * AREA_KEPT * AREA_PROMISED * given.area)
     best, asked = attempts_at(model, crack, given, [off, off, made])
     assert best.made is made
     assert len(asked) == 3
@@ -145,7 +145,7 @@ def test_what_comes_in_by_no_choice_is_refused_with_what_the_last_said(model, cr
 
 
 def test_a_crack_that_is_far_off_in_every_attempt_is_refused_with_the_place(model, crack, given, made):
-    far = made._replace(hidden=40 * AREA_OFF * given.area)
+    far = made._replace(hidden=40 * AREA_KEPT * AREA_PROMISED * given.area)
     with pytest.raises(
         CraftmeshError, match=r"near \[.*\] what is in the mesh would be \d+ times farther off"
     ):
@@ -153,6 +153,6 @@ def test_a_crack_that_is_far_off_in_every_attempt_is_refused_with_the_place(mode
 
 
 def test_of_attempts_that_are_all_off_the_nearest_is_taken(model, crack, given, made):
-    far, nearer = (made._replace(hidden=n * AREA_OFF * given.area) for n in (9.0, 4.0))
+    far, nearer = (made._replace(hidden=n * AREA_KEPT * AREA_PROMISED * given.area) for n in (9.0, 4.0))
     best, asked = attempts_at(model, crack, given, [far, nearer, far])
     assert best.made is nearer and len(asked) == ATTEMPTS

@@ -60,7 +60,7 @@ def off_front(surface: Surface, crack: Crack) -> tuple[float, float]:
 
 def assert_on_front(surface: Surface, crack: Crack, l_min: float) -> None:
     nodes, edges = off_front(surface, crack)
-    # nodes: 1e-3 of an edge where a trace nearly touches the front, else rounding. Edges: FIDELITY, 0.0196,
+    # nodes: 1e-3 of an edge where a trace nearly touches the front, else rounding. Edges: 0.0196,
     # seen at eight places along each; they left the front by up to 0.15 l_min before
     assert nodes < 2e-3 * max(l_min, 1.0)
     assert edges < 0.0201 * l_min
@@ -128,7 +128,7 @@ def test_a_polygon_along_a_boundary_keeps_its_corners(blocks, corners, tilt, l_m
     result = inserted(surface, crack, l_min)
     assert_on_front(result, crack, l_min)
     off, _ = from_edges(crack.points[crack.fronts[0]], result.points, front_edges(result))
-    assert off.max() < 0.0201 * l_min  # an edge along the boundary may cut one off by FIDELITY
+    assert off.max() < 0.0201 * l_min  # an edge along the boundary may cut one off by FRONT_EDGES
 
 
 @pytest.mark.sampled(5)

@@ -7,6 +7,7 @@ import pytest
 from structured_box import plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
+from craftmesh.cracks.promises import TETRAHEDRA
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.shape_measures import flat_tets
 from craftmesh.mesh.tet_connectivity import tet_volumes
@@ -15,7 +16,7 @@ from craftmesh.surface.measure import nearest_facet
 from craftmesh.tetrahedra import flat_places, opening_model
 from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.opening_model import STAGES, Opening, begun, is_at_fault, is_narrow
-from craftmesh.tetrahedra.surface_freedom import CRACK_REACH, freedom
+from craftmesh.tetrahedra.surface_freedom import freedom
 from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
 
@@ -100,7 +101,7 @@ def test_points_of_the_crack_stay_on_it():
     assert (on_crack == np.flatnonzero((surface.points == PUSHED + PUSH).all(axis=1))).any()
     assert (points[front] == surface.points[front]).all()
     _, off, _ = nearest_facet(points[on_crack], surface.points, crack)
-    assert off.max() <= CRACK_REACH * median_front_edge(surface)
+    assert off.max() <= TETRAHEDRA.facets * median_front_edge(surface)
 
 
 def test_poor_tets_are_opened_by_less_than_flat_ones():

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from structured_box import hexagon, plane_crack, structured_box
 
+from craftmesh.cracks.promises import TETRAHEDRA
 from craftmesh.surface.front import front_edges, median_front_edge
 from craftmesh.surface.measure import unit_normals
-from craftmesh.tetrahedra.surface_freedom import CRACK_REACH, crack_length, freedom
+from craftmesh.tetrahedra.surface_freedom import crack_length, freedom
 from craftmesh.types import CRACK
 
 STEPS = np.random.default_rng(3).normal(size=(20, 3))
@@ -58,7 +59,7 @@ def test_a_point_of_a_bent_crack_goes_no_farther_off_its_facets_than_the_crack_m
     ends = reach * way / np.linalg.norm(way, axis=1, keepdims=True)
     around = (surface.kind == CRACK) & (surface.facets == inner[0]).any(axis=1)
     off = abs(ends @ unit_normals(points, surface.facets[around]).T)
-    limit = CRACK_REACH * median_front_edge(surface)
+    limit = TETRAHEDRA.facets * median_front_edge(surface)
     assert off.max() <= limit * (1 + 1e-9)
     # 20 ways at random: one goes nearly straight up a facet that is off the mean by most
     assert off.max() > 0.8 * limit
@@ -78,4 +79,4 @@ def test_points_of_a_crack_without_a_front_go_as_far_as_those_of_others():
     surface = replace(surface, points=points)
     assert median_front_edge(surface) == 0 and 0.9 < crack_length(surface) <= 1
     reach = freedom(surface).reach[inner[0]]
-    assert CRACK_REACH < reach < np.inf
+    assert TETRAHEDRA.facets < reach < np.inf

@@ -3,17 +3,13 @@
 import numpy as np
 
 from craftmesh.gradation.kernels.codes import LINK, NO_NEED
-from craftmesh.gradation.kernels.slide import slide_towards
+from craftmesh.gradation.kernels.slide import EVEN, SLIDE_TRIES, slide_towards
 from craftmesh.gradation.kernels.star import star_at, worst_score
 from craftmesh.jit import kernel
 from craftmesh.surface.kernels.facet_shape import area_vector, score_of_angle
 
 # No facet falls under its star's least angle or under this score (30 degrees), whichever is less.
 SOUND = score_of_angle(30.0)
-# Vertices nearer to their centroid, in target lengths, stay where they are.
-CLOSE = 0.03
-# Times a vertex is tried, each time half as far.
-TRIES = 2
 
 
 @kernel
@@ -46,7 +42,7 @@ def relax_vertex(state, grid, limits, v):
     way2 = 0.0
     for k in range(3):
         way2 += (goal[k] - state.points[v, k]) ** 2
-    if way2 < (CLOSE * state.size[v]) ** 2:
+    if way2 < (EVEN * state.size[v]) ** 2:
         return NO_NEED
     floor = min(SOUND, worst_score(state, star))
-    return slide_towards(state, grid, limits, star, goal, TRIES, floor)
+    return slide_towards(state, grid, limits, star, goal, SLIDE_TRIES, floor)

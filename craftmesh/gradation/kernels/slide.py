@@ -25,7 +25,7 @@ LEAST_RISE = 1e-3
 SLIDE_TRIES = 3
 # How far a vertex may be moved to keep the volumes, over its target length.
 VOLUME_REACH = 0.2
-# Line vertices nearer than this part of the target to where their edges are even stay where they are.
+# Vertices nearer than this part of the target to where edges or facets around are even stay where they are.
 EVEN = 0.05
 
 
