@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from craftmesh.cracks.frame import best_fit_frame
-from craftmesh.cracks.height_parts import SHARPEST, height_parts
+from craftmesh.cracks.height_parts import SHARPEST, best_fit_frame, height_parts
 from craftmesh.cracks.sheets import sheets
 from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.measure import area_vectors, unit_normals

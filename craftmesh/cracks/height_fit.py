@@ -6,6 +6,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.linalg import spsolve
 
 from craftmesh.cracks.in_plane import doubled_areas
+from craftmesh.cracks.near_sheet import weights_in_triangles
 from craftmesh.surface.connectivity import edge_sides, unique_edges
 
 # Length in spacings by which hinges resist bending. The fit halves waves of 2 pi 3^(1/4) times this length,
@@ -52,11 +53,7 @@ def interpolation(
     row, first = np.unique(row, return_index=True)
     triangle = triangle[first]
     corners = triangles[triangle]
-    a, b, c = (points[corners[:, i]] for i in range(3))
-    u, v, w = b - a, c - a, places[row] - a
-    twice = _cross(u, v)
-    s, t = _cross(w, v) / twice, _cross(u, w) / twice
-    weights = np.stack([1 - s - t, s, t], axis=1)
+    weights = weights_in_triangles(places[row], points[corners])
     ends = np.repeat(np.arange(len(row)), 3), corners.ravel()
     return row, triangle, csr_array(coo_array((weights.ravel(), ends), shape=(len(row), len(points))))
 
@@ -86,7 +83,3 @@ def _bends(points: np.ndarray, triangles: np.ndarray) -> tuple[csr_array, np.nda
     shape = (len(sides[0]), len(points))
     entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
     return csr_array(coo_array(entries, shape=shape)), twice
-
-
-def _cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]

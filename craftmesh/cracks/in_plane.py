@@ -1,45 +1,50 @@
-"""A polygon in the plane of a crack filled with triangles, through points that it is given."""
+"""Plane triangulations of a crack: between lines that are kept, and of a polygon to a spacing."""
+
+from collections.abc import Callable
 
 import numpy as np
 import shapely
-from scipy.spatial import Delaunay, KDTree
+from scipy.spatial import KDTree
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, facet_edges
+from craftmesh.surface.kernels import planar
+from craftmesh.surface.kernels.planar import Planar
 from craftmesh.surface.rounding import ROUNDING
 
 APART = 0.6  # of the spacing: free points keep this far from given ones and from the boundary
-ROUNDS = 12  # of halvings of boundary edges that the triangulation leaves out; two are usual
 
 
 def filled(polygon: shapely.Polygon, given: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     """Return points (n, 2) and triangles (m, 3), counter-clockwise, that fill the polygon.
 
     Every point of the polygon's boundary and every given one (k, 2) inside it is a point; between them lie
-    points of a hexagonal grid of that spacing. Boundary edges may be halved. Raises CraftmeshError where
-    the boundary cannot be kept, as where it touches itself.
+    points of a hexagonal grid of that spacing. Raises CraftmeshError where the boundary touches or crosses
+    itself.
     """
     rings = [_spaced(np.asarray(ring.coords), spacing) for ring in (polygon.exterior, *polygon.interiors)]
-    inside = given[shapely.contains_xy(polygon, given[:, 0], given[:, 1])] if len(given) else given
-    for _ in range(ROUNDS):
-        boundary = np.concatenate([ring[:-1] for ring in rings])
-        fixed = _distinct(np.concatenate([boundary, inside]), polygon)
-        free = _grid(polygon, spacing)
-        if len(free):
-            free = free[KDTree(fixed).query(free)[0] > APART * spacing]
-        points = np.concatenate([fixed, free])
-        triangles = Delaunay(points).simplices.astype(np.int64)
-        centre = points[triangles].mean(axis=1)
-        twice = doubled_areas(points, triangles)
-        kept = shapely.contains_xy(polygon, centre[:, 0], centre[:, 1]) & (
-            np.abs(twice) > ROUNDING * spacing**2
+    rounding = ROUNDING * np.ptp(rings[0], axis=0).max()
+    off = shapely.distance(polygon.boundary, shapely.points(given))
+    inside = given[shapely.contains_xy(polygon, *given.T) & (off > rounding)]
+    free = _grid(polygon, spacing)
+    fixed = np.concatenate([*rings, inside])
+    if len(free):
+        free = free[KDTree(fixed).query(free)[0] > APART * spacing]
+    uv = np.concatenate([fixed, free])
+    _, first, same = np.unique(np.round(uv / rounding), axis=0, return_index=True, return_inverse=True)
+    ids, count = first[same.ravel()], sum(map(len, rings))
+    ends = np.delete(np.arange(count), np.cumsum([len(ring) for ring in rings]) - 1)
+    segments = np.column_stack([ids[ends], ids[ends + 1]])
+    segments = segments[segments[:, 0] != segments[:, 1]]
+    if not polygon.is_valid:
+        raise CraftmeshError(
+            "the crack's outline touches or crosses itself; expected one without crossings"
         )
-        triangles = np.where((twice < 0)[:, None], triangles[:, ::-1], triangles)[kept]
-        rings, complete = _with_halves(rings, points, triangles)
-        if complete:
-            points, triangles, _ = compact(points, triangles)
-            return points, triangles
-    raise CraftmeshError("the crack's outline touches or crosses itself; expected one without crossings")
+    loose = np.setdiff1d(ids[count:], segments)
+    patch = triangulate(uv, segments, loose, lambda at: shapely.contains_xy(polygon, *at.T) - 0.5)
+    planar.legalise_all(patch)
+    points, triangles, _ = compact(uv, patch.triangles)
+    return points, triangles
 
 
 def _spaced(ring: np.ndarray, spacing: float) -> np.ndarray:
@@ -50,14 +55,6 @@ def _spaced(ring: np.ndarray, spacing: float) -> np.ndarray:
         share = np.arange(1, count + 1)[:, None] / count
         parts.append(np.where(share == 1, b, a + share * (b - a)))
     return np.concatenate(parts)
-
-
-def _distinct(points: np.ndarray, polygon: shapely.Polygon) -> np.ndarray:
-    """Return the points (k, 2) in order, of those within ROUNDING of each other the first."""
-    x0, y0, x1, y1 = polygon.bounds
-    step = ROUNDING * max(x1 - x0, y1 - y0)
-    _, first = np.unique(np.round(points / step), axis=0, return_index=True)
-    return points[np.sort(first)]
 
 
 def _grid(polygon: shapely.Polygon, spacing: float) -> np.ndarray:
@@ -79,19 +76,124 @@ def doubled_areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
 
 
-def _with_halves(
-    rings: list[np.ndarray], points: np.ndarray, triangles: np.ndarray
-) -> tuple[list[np.ndarray], bool]:
-    """Return the rings with the edges halved that no triangle has, and whether there was none."""
-    edges = set(map(tuple, np.sort(facet_edges(triangles), axis=1).tolist()))
-    tree, complete, result = KDTree(points), True, []
-    for ring in rings:
-        ids = tree.query(ring)[1].tolist()
-        parts = [ring[:1]]
-        for k, (a, b) in enumerate(zip(ids[:-1], ids[1:])):
-            if a != b and (min(a, b), max(a, b)) not in edges:
-                parts.append((ring[k] + ring[k + 1])[None] / 2)
-                complete = False
-            parts.append(ring[k + 1 : k + 2])
-        result.append(np.concatenate(parts))
-    return result, complete
+def triangulate(
+    uv: np.ndarray, segments: np.ndarray, loose: np.ndarray, is_inside: Callable[[np.ndarray], np.ndarray]
+) -> Planar:
+    """Return the constrained Delaunay triangulation of the polygons that segments (k, 2) bound.
+
+    uv (n, 2); loose: points that lie on no segment. Those and segments off the polygons are left out, as a
+    corner of the box that the crack touches, or a bit of a mouth between two crossings of a front that
+    grazes it. Only polygons with is_inside(uv) > 0 count. Every segment inside is an edge, also one that
+    bounds no polygon. Raises CraftmeshError if one is lost.
+    """
+    lines = shapely.linestrings(uv[segments])
+    polygons = shapely.get_parts(shapely.polygonize(lines))
+    if len(polygons):
+        witness = shapely.get_coordinates(shapely.point_on_surface(polygons))
+        polygons = polygons[is_inside(witness) > 0]
+    if not len(polygons):
+        raise CraftmeshError(
+            "no material there: the crack lies in no grain, or only touches one; expected a crack within "
+            "the material: move it"
+        )
+    loose = loose[_are_near(uv[loose], polygons)]
+    segments = segments[_are_near(uv[segments].mean(axis=1), polygons)]
+    parts = shapely.get_parts(shapely.get_parts(shapely.constrained_delaunay_triangles(polygons)))
+    corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
+    known = np.unique(np.concatenate([segments.ravel(), loose]))
+    triangles = _ids_of(uv, known, corners.reshape(-1, 2)).reshape(-1, 3)
+    turned = doubled_areas(uv, triangles) < 0
+    triangles[turned] = triangles[turned][:, ::-1]
+    patch = _linked(uv, triangles, segments)
+    _add_missing(patch, segments, loose)
+    return patch
+
+
+def _are_near(places: np.ndarray, polygons: np.ndarray) -> np.ndarray:
+    """Tell which places (n, 2) lie in one of the polygons, or off them by rounding alone."""
+    tree = shapely.STRtree(polygons)
+    low, high = shapely.total_bounds(polygons).reshape(2, 2)
+    near = np.zeros(len(places), bool)
+    near[tree.query(shapely.points(places), "dwithin", ROUNDING * np.linalg.norm(high - low))[0]] = True
+    return near
+
+
+def _ids_of(uv: np.ndarray, candidates: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
+    """Return the point id of each row of coordinates, found by equality."""
+    known = {tuple(row): i for i, row in zip(candidates.tolist(), uv[candidates].tolist())}
+    return np.array([known[tuple(row)] for row in coordinates.tolist()], np.int64)
+
+
+def with_room(patch: Planar, points: int) -> Planar:
+    """Return a copy of the patch with room for `points` more points, each of which brings two triangles."""
+    used_points, used_triangles = patch.used
+    return Planar(
+        _padded(patch.uv[:used_points], points, 0.0),
+        _padded(patch.corners[:used_triangles], 2 * points, -1),
+        _padded(patch.across[:used_triangles], 2 * points, -1),
+        _padded(patch.fixed[:used_triangles], 2 * points, False),
+        patch.used.copy(),
+    )
+
+
+def _padded(array: np.ndarray, rows: int, fill: float) -> np.ndarray:
+    return np.concatenate([array, np.full((rows, *array.shape[1:]), fill, array.dtype)])
+
+
+def _linked(uv: np.ndarray, triangles: np.ndarray, segments: np.ndarray) -> Planar:
+    """Return the patch of triangles with their neighbours; segments and the rim are fixed.
+
+    There is room to insert every point of uv that is in no triangle yet.
+    """
+    directed = facet_edges(triangles)
+    stride = len(uv) + 1
+    key = directed[:, 0] * stride + directed[:, 1]
+    back = directed[:, 1] * stride + directed[:, 0]
+    order = np.argsort(key)
+    if (np.diff(key[order]) == 0).any():
+        raise CraftmeshError("the crack's triangulation folds over itself; move the crack a little")
+    slot = np.minimum(np.searchsorted(key, back, sorter=order), len(key) - 1)
+    across = np.where(key[order[slot]] == back, order[slot] // 3, -1).reshape(-1, 3)
+    wanted = np.sort(segments, axis=1) @ np.array([stride, 1])
+    fixed = np.isin(np.sort(directed, axis=1) @ np.array([stride, 1]), wanted).reshape(-1, 3) | (across < 0)
+    used = np.array([len(uv), len(triangles)])
+    return with_room(Planar(np.asarray(uv, float), triangles, across, fixed, used), len(uv))
+
+
+def _add_missing(patch: Planar, segments: np.ndarray, loose: np.ndarray) -> None:
+    """Insert the points and recover the segments that bound no polygon."""
+    present = set(map(tuple, np.sort(facet_edges(patch.triangles), axis=1).tolist()))
+    missing = [pair for pair in np.sort(segments, axis=1).tolist() if tuple(pair) not in present]
+    absent = np.setdiff1d(np.concatenate([np.array(missing, np.int64).ravel(), loose]), patch.triangles)
+    t = 0
+    for point in absent.tolist():
+        t = planar.locate(patch, max(t, 0), point, True)
+        if t < 0:
+            t = _holding(patch, patch.uv[point])
+        if t < 0 or planar.insert_point(patch, t, point) == planar.BLOCKED:
+            raise CraftmeshError(
+                f"a trace point at (u, v) = {told(patch.uv[point])} lies outside the crack; move the "
+                "crack a little"
+            )
+    for a, b in missing:
+        if not planar.recover_edge(patch, a, b):
+            raise CraftmeshError(
+                f"a trace edge at (u, v) = {told(patch.uv[a])} crosses another; move the crack a little"
+            )
+        _fix_edge(patch, a, b)
+
+
+def _fix_edge(patch: Planar, a: int, b: int) -> None:
+    following = np.roll(patch.triangles, -1, axis=1)
+    along = (patch.triangles == a) & (following == b) | (patch.triangles == b) & (following == a)
+    patch.fixed[: patch.used[1]] |= along
+
+
+def _holding(patch: Planar, position: np.ndarray) -> int:
+    """Return a triangle that holds the position (2,), -1 for none."""
+    corner = patch.uv[patch.triangles]
+    edge = np.roll(corner, -1, axis=1) - corner
+    step = position - corner
+    side = edge[..., 0] * step[..., 1] - edge[..., 1] * step[..., 0]
+    inside = np.flatnonzero((side >= 0).all(axis=1))
+    return int(inside[0]) if len(inside) else -1

@@ -79,15 +79,18 @@ class NearSheet:
         return nearest_on_edges(np.ascontiguousarray(places), self.points, self.fronts)
 
 
-def feet_in_triangles(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the point (n, 3) of each triangle (n, 3, 3) nearest to its place, and its weights (n, 3)."""
-    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    w = places - a
-    uu, uv, vv = (np.einsum("ij,ij->i", x, y) for x, y in ((u, u), (u, v), (v, v)))
-    wu, wv = np.einsum("ij,ij->i", w, u), np.einsum("ij,ij->i", w, v)
+def weights_in_triangles(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return the weights (n, 3) of triangles' corners (n, 3, d) at places (n, d), over their planes."""
+    u, v, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], places - corners[:, 0]
+    uu, uv, vv, wu, wv = (np.einsum("ij,ij->i", x, y) for x, y in ((u, u), (u, v), (v, v), (w, u), (w, v)))
     area = np.maximum(uu * vv - uv**2, 1e-300)
     s, t = (vv * wu - uv * wv) / area, (uu * wv - uv * wu) / area
-    weight = np.stack([1 - s - t, s, t], axis=1)
+    return np.stack([1 - s - t, s, t], axis=1)
+
+
+def feet_in_triangles(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the point (n, d) of each triangle (n, 3, d) nearest to its place, and its weights (n, 3)."""
+    weight = weights_in_triangles(places, corners)
     least = np.full(len(places), np.inf)
     outside = (weight < 0).any(axis=1)
     for k in range(3):

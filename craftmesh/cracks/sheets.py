@@ -6,7 +6,7 @@ import numpy as np
 
 from craftmesh.cracks.height_parts import height_parts
 from craftmesh.cracks.one_sheet import clean_triangles
-from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.cracks.triangulated import boundary_loops, crack_from_triangles, with_fronts
 from craftmesh.cracks.within_box import is_in
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import compact, joined, pieces, unique_edges
@@ -73,7 +73,7 @@ def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
     if len(parts) == 1:
         return [sheet]
     return [
-        crack_from_triangles(points, triangles, None, box)
+        with_fronts(points, triangles, boundary_loops(triangles), None, box)
         for points, triangles in sorted(parts, key=lambda part: -total_area(*part))
         if is_in(points[triangles], box)
     ]

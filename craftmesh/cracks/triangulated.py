@@ -6,12 +6,10 @@ import numpy as np
 import shapely
 
 from craftmesh.arguments import as_array, typed
-from craftmesh.cracks.frame import best_fit_frame
-from craftmesh.cracks.height_parts import height_parts
+from craftmesh.cracks.height_parts import best_fit_frame, height_parts
 from craftmesh.cracks.one_sheet import (
     clean_triangles,
     near_box,
-    refuse_shared_edges,
     sides_apart,
     without_slivers,
 )
@@ -89,7 +87,6 @@ def with_fronts(
 
 def boundary_loops(triangles: np.ndarray) -> list[np.ndarray]:
     """Return closed loops of point ids (first id repeated) along the boundary, surface on the left."""
-    refuse_shared_edges(triangles)
     _, of_corner, count = unique_edges(triangles)
     corner, side = np.nonzero(count[of_corner] == 1)
     start, end = triangles[corner, side], triangles[corner, (side + 1) % 3]

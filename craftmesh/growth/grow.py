@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.height_parts import best_fit_frame
 from craftmesh.cracks.merged_sheets import merged_sheets
 from craftmesh.cracks.polyline import Polyline, feet, polyline
 from craftmesh.cracks.sheets import one_crack, sheets

@@ -1,4 +1,4 @@
-"""Attempts at a crack, with smaller facets or other choices where one is unsound, until one is sound."""
+"""Attempts at a crack until one is sound: how far each is off the given one, and what it moved."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,15 +7,169 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from craftmesh.cracks.near_sheet import NearSheet
+from craftmesh.cracks.promises import AREA_KEPT, INSERTION, PROMISED
+from craftmesh.cracks.within_box import area_off, area_within, segments_of
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.cut import SHORTEST, CutSurface, split_edges
-from craftmesh.insertion.misfit import Given, Inserted, Misfit
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.front import front_edges, front_of
+from craftmesh.surface.kernels.distances import nearest_on_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import meets_box, span_of
-from craftmesh.types import CRACK, Surface
+from craftmesh.surface.measure import meets_box, nearest_facet, span_of, total_area
+from craftmesh.surface.patches import is_on_box
+from craftmesh.surface.rounding import SAME_PLACE
+from craftmesh.types import CRACK, Crack, Surface
+
+
+class Inserted(NamedTuple):
+    """A surface with a crack in it, and the report's numbers.
+
+    own (m,): which facets are this crack's; hidden: the area of what of it lies in voids, on their facets
+    or in another crack.
+    """
+
+    surface: Surface
+    own: np.ndarray
+    hidden: float
+    numbers: dict[str, int | float]
+
+
+class Misfit(NamedTuple):
+    """Places (k, 3) where a crack is farther off the given one than it may be, and by how many times.
+
+    times: over the insertion's share; promised: over what is promised of the mesh.
+    """
+
+    places: np.ndarray
+    times: float
+    promised: float
+
+
+class Given:
+    """A crack in a box (2, 3) as it is given; what is inserted is held to it.
+
+    least: the length of which it may be off in shares; held: as in rim_of.
+    """
+
+    def __init__(self, crack: Crack, box: np.ndarray, least: float, held: np.ndarray | None = None) -> None:
+        self.crack, self.least, self.held = crack, least, held
+        self.look = NearSheet(crack, box)
+        self.area = area_within(crack, box)
+
+    def misfit(self, inserted: Inserted) -> Misfit:
+        """Return where a crack is off: at the middles of its rim's edges, where its area alone is."""
+        surface, own = inserted.surface, inserted.surface.facets[inserted.own].astype(np.int64)
+        points = surface.points
+        edges, _, count = unique_edges(own)
+        middles = points[edges].mean(axis=1)
+        places = np.concatenate([points[np.unique(own)], middles, points[own].mean(axis=1)])
+        off = np.linalg.norm(self.look.look(places).foot - places, axis=1)
+        ends = (surface.sides <= 0).any(axis=1) | ((surface.kind == CRACK) & ~inserted.own)
+        free = surface.facets[ends]
+        front = front_of(own, free.astype(np.int64))
+        nodes = points[np.unique(front)]
+        off_front = self._off_front(nodes)
+        times, promised = (
+            np.concatenate([off / share.facets, off_front / share.front]) / self.least
+            for share in (INSERTION, PROMISED)
+        )
+        bad, most = np.concatenate([places, nodes])[times > 1], float(times.max(initial=0.0))
+        farthest = float(promised.max(initial=0.0))
+        if fills_box(surface):
+            area = inserted.hidden + total_area(points, own)
+            segments = segments_of(points[front], self._off_front(points[front].mean(axis=1)))
+            by = area_off(area, self.area, segments, self.least)
+            if by > 1 and not len(bad):
+                bad = middles[count == 1]
+            most, farthest = max(most, by), max(farthest, by * AREA_KEPT)
+        return Misfit(bad, most, farthest)
+
+    def _off_front(self, places: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(self.look.nearest_on_front(places) - places, axis=1)
+
+
+class Fronts(NamedTuple):
+    """All that is front of a surface once a crack is in it: edges (k, 2) between points (n, 3)."""
+
+    points: np.ndarray
+    edges: np.ndarray
+
+
+def fronts_of(surface: Surface, crack: Crack) -> Fronts:
+    """Return the fronts of a crack, and of those that are in the surface before it comes in."""
+    there = front_edges(surface) + len(crack.points)
+    points = np.concatenate([crack.points, surface.points])
+    return Fronts(points, np.concatenate([crack.front_edges, there]))
+
+
+def misfit_of_fronts(surface: Surface, fronts: Fronts, least: float) -> Misfit:
+    """Return where nodes of all fronts in a surface are off the given ones; least as in Given."""
+    nodes = surface.points[np.unique(front_edges(surface))]
+    if not len(nodes):
+        return Misfit(nodes, 0.0, 0.0)
+    off = np.full(len(nodes), np.inf)
+    if len(fronts.edges):
+        off = np.linalg.norm(nearest_on_edges(nodes, fronts.points, fronts.edges) - nodes, axis=1)
+    times, promised = (off / (share.front * least) for share in (INSERTION, PROMISED))
+    return Misfit(nodes[times > 1], float(times.max()), float(promised.max()))
+
+
+def fills_box(surface: Surface) -> bool:
+    """Tell whether the body ends at the planes of its box and in voids alone."""
+    ends = (surface.sides == 0).any(axis=1)
+    return bool(is_on_box(surface.kind[ends]).all())
+
+
+def moved(before: CutSurface, after: Surface, sheet: Sheet, least: float) -> dict[str, int | float]:
+    """Return numbers for the report: what is off its given place, and by how much at most in model units.
+
+    Points of boundaries that moved within the given boundary are not counted. least: the least length.
+    """
+    on_crack = after.kind == CRACK
+    shared = on_crack & (after.sides[:, 0] != after.sides[:, 1]) & ~_among(before, after, least)
+    boundary = after.facets[~on_crack | shared]
+    rows = np.unique(boundary)
+    given = {tuple(row) for row in before.points.tolist()}
+    rows = rows[[tuple(row) not in given for row in after.points[rows].tolist()]]
+    near = before.facets[np.isfinite(before.psi[before.facets]).any(axis=1)]
+    off = np.zeros(len(after.points))
+    if len(rows):
+        off[rows] = nearest_facet(after.points[rows], before.points, near)[1]
+    is_moved = off > SAME_PLACE * least
+    corners = after.points[after.facets[shared]]
+    middles = (corners + np.roll(corners, 1, axis=1)) / 2
+    places = np.concatenate([corners.mean(axis=1), middles.reshape(-1, 3)])
+    height = np.abs(sheet.offset(places)) / np.linalg.norm(sheet.gradient(places), axis=1)
+    return {
+        "boundary_points_moved": int(is_moved.sum()),
+        "boundary_facets_moved": int(is_moved[boundary].any(axis=1).sum()),
+        "boundary_moved_most": float(off.max(initial=0.0)),
+        "crack_facets_on_grain_boundaries": int(shared.sum()),
+        "crack_moved_most": float(height.max(initial=0.0)),
+    }
+
+
+def unmoved(facets: int) -> dict[str, int | float]:
+    """Return the same numbers of a crack of so many facets that are those of grain boundaries as given."""
+    return {
+        "boundary_points_moved": 0,
+        "boundary_facets_moved": 0,
+        "boundary_moved_most": 0.0,
+        "crack_facets_on_grain_boundaries": facets,
+        "crack_moved_most": 0.0,
+    }
+
+
+def _among(before: CutSurface, after: Surface, least: float) -> np.ndarray:
+    """Tell which facets (m,) of `after` lie on crack facets that were there before."""
+    known = before.facets[before.kind == CRACK]
+    if not len(known):
+        return np.zeros(len(after.facets), bool)
+    centres = after.points[after.facets].mean(axis=1)
+    return nearest_facet(centres, before.points, known)[1] <= SAME_PLACE * least
 
 
 def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: float) -> CutSurface:

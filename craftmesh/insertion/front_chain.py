@@ -11,14 +11,14 @@ from craftmesh.insertion.pierce import END, TOUCHING
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.measure import along_segments
 
-SHARPEST = np.radians(60.0)  # a front edge spans at most this much of the front's turning
+# A front edge spans at most this much of the front's turning: six edges go round a circle.
+SHARPEST = np.radians(61.0)
 INTERVALS = 256  # even steps in which the target size is summed up between two pierce points
 CHORDS = 16  # over those steps, by which the front's turning is measured
 # Of the target size: front edges are not made shorter for that; enough for 0.8 of it as radius.
 FINEST = 0.35
 # Of an edge, where it has to be within FRONT_EDGES of the front; between these it is as promised.
-SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
-ROUND_DOWN = 0.01  # of an edge: a turning just past a multiple of SHARPEST takes no further edge
+SHARES = np.arange(1, 8) / 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ def chain(
                 halvings = int(crowd[interval]) if interval < len(crowd) else 0
                 inner = _spread(sheet, front, (start, end), target, halvings)
             first = len(surface.points) + len(uv)
-            uv.extend(sheet.rim.on_front(front, inner))
+            uv.extend(sheet.rim.curves[front].at(inner))
             line = [a, *range(first, first + len(inner)), b]
             edges.extend((p, q, interval) for p, q in zip(line[:-1], line[1:]))
             interval += 1
@@ -90,7 +90,7 @@ def _forced_nodes(
         wanted = [0.0]
     uv = sheet.uv(surface.points[ids])
     items = list(zip(ids.tolist(), known.tolist(), uv.tolist()))
-    items += [(-1, w, sheet.rim.on_front(front, np.array([w]))[0].tolist()) for w in wanted]
+    items += [(-1, w, sheet.rim.curves[front].at(np.array([w]))[0].tolist()) for w in wanted]
     return sorted(items, key=lambda item: item[1])
 
 
@@ -126,14 +126,14 @@ def _spread(
     Edges turn by at most SHARPEST. Turning is seen between chords; half a chord at each end shows none.
     """
     samples = np.linspace(ends[0], ends[1], INTERVALS + 1)
-    places = sheet.lift(sheet.rim.on_front(front, samples))
+    places = sheet.lift(sheet.rim.curves[front].at(samples))
     size = target(places)
     bend = _bending(sheet, front, samples, size)
     plain, total = (_summed(density, samples) for density in (1 / size, bend / size))
     uv = sheet.uv(places[:: INTERVALS // CHORDS])
     heading = np.unwrap(np.arctan2(*np.diff(uv, axis=0).T[::-1]))
     turning = np.abs(np.diff(heading)).sum() * CHORDS / (CHORDS - 1)
-    bends = int(np.ceil(turning / SHARPEST - ROUND_DOWN))
+    bends = int(np.ceil(turning / SHARPEST))
     count = max(1, int(round(plain[-1])), bends)
     while True:
         arcs = np.interp(np.linspace(0, total[-1], count * 2**halvings + 1), total, samples)
@@ -158,16 +158,16 @@ def _bending(sheet: Sheet, front: int, samples: np.ndarray, size: np.ndarray) ->
 def _is_true(sheet: Sheet, front: int, arcs: np.ndarray, target: SizeAt) -> bool:
     """Tell whether the edges between the arc lengths stay within FRONT_EDGES of the front."""
     off = sagitta(sheet, front, arcs[:-1], arcs[1:])
-    middle = sheet.lift(sheet.rim.on_front(front, (arcs[:-1] + arcs[1:]) / 2))
+    middle = sheet.lift(sheet.rim.curves[front].at((arcs[:-1] + arcs[1:]) / 2))
     return bool((off <= FRONT_EDGES * target(middle)).all())
 
 
 def sagitta(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return how far (n,) the front is from its chords between the arc lengths start and end (n,)."""
-    a, b = (sheet.lift(sheet.rim.on_front(front, arc)) for arc in (start, end))
+    a, b = (sheet.lift(sheet.rim.curves[front].at(arc)) for arc in (start, end))
     most = np.zeros(len(start))
     for share in SHARES:
-        place = sheet.lift(sheet.rim.on_front(front, start + share * (end - start)))
+        place = sheet.lift(sheet.rim.curves[front].at(start + share * (end - start)))
         along = along_segments(place, a, b - a)
         most = np.maximum(most, np.linalg.norm(a + along[:, None] * (b - a) - place, axis=1))
     return most

@@ -8,20 +8,26 @@ from craftmesh.arguments import typed
 from craftmesh.cracks.near_faces import refuse_near_faces
 from craftmesh.cracks.sheets import by_place, heights_of, seam_ends
 from craftmesh.errors import CraftmeshError, told
-from craftmesh.insertion.attempts import refuse_gross, soundest
-from craftmesh.insertion.crack_patch import with_patch
+from craftmesh.insertion.attempts import (
+    Fronts,
+    Given,
+    Inserted,
+    fronts_of,
+    misfit_of_fronts,
+    moved,
+    refuse_gross,
+    soundest,
+    unmoved,
+)
+from craftmesh.insertion.crack_patch import labels_of_patch, with_patch
 from craftmesh.insertion.cut import CutSurface, SizeAt, cut_along, flat_facets, with_phi
 from craftmesh.insertion.front_chain import FrontChain, chain, conflicts, without_loose_ends
-from craftmesh.insertion.front_chords import inside_traces, settle_chords
 from craftmesh.insertion.inlay import inlaid
-from craftmesh.insertion.misfit import Fronts, Given, Inserted, fronts_of, misfit_of_fronts, moved, unmoved
-from craftmesh.insertion.onto_front import settle_front, snap_to_front
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.insertion.pierce import at_corners, pierce
-from craftmesh.insertion.regions import labels_of_patch
+from craftmesh.insertion.pierce import at_corners, pierce, settle_front, snap_to_front
 from craftmesh.insertion.sheet import Sheet, sheet_of
 from craftmesh.insertion.snap import local_sizes, prepared, snap_to_crack, taken_at_box_edges
-from craftmesh.insertion.traces import follow_traces
+from craftmesh.insertion.traces import follow_traces, inside_traces, settle_chords
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Lengths, Sizing
 from craftmesh.surface.check_surface import refuse_open
@@ -53,8 +59,9 @@ def insert_crack(
     surface: any that `check_surface` finds nothing in, ours or made by `Surface.of_facets`; the body need
     not fill its box. crack: of any maker, in that box (`crack_from_triangles`); what lies outside the body
     is left out, and several sheets go in one after another. sizing.at(points) gives the lengths of front
-    edges and crack facets; None: the surface's median edge length. Grain boundaries keep their shape but
-    for points snapped onto the crack (options.snap).
+    edges; None: the surface's median edge length. Crack facets are as large as the crack allows, the
+    gradation sizes them. Grain boundaries keep their shape but for points snapped onto the crack
+    (options.snap).
     Raises CraftmeshError for grains that are open or inside out, and where the crack meets no grain, its
     traces cannot be triangulated, or its facets would meet others, as where a curved crack runs along a
     plane of the box.
@@ -155,7 +162,7 @@ def _inserted(
     cut, along = settle_chords(cut, sheet, target, options)
     front, traces = _front_and_traces(cut, sheet, along, target)
     progress(0.5, "crack facets")
-    cut, triangles, fixed = with_patch(cut, sheet, front, traces, target, least)
+    cut, triangles, fixed = with_patch(cut, sheet, front, traces, least)
     progress(0.8, "grains")
     return _assembled(cut, sheet, triangles, fixed)
 

@@ -56,12 +56,11 @@ class Rim:
         """
         if not self.curves:
             return np.full(uv.shape, np.inf), np.full(len(uv), -1), np.full(len(uv), np.nan)
-        segment, foot, along = feet_on_segments(self.segments, self.front_tree, uv)
-        return foot, self.front_number[segment], self.front_start[segment] + along
-
-    def on_front(self, front: int, arc: np.ndarray) -> np.ndarray:
-        """Return the parameters (n, 2) at arc lengths (n,) along a front."""
-        return self.curves[front].at(arc)
+        nearest = self.front_tree.query_nearest(shapely.points(uv), all_matches=False)[1]
+        start, step = self.segments[nearest, 0], np.diff(self.segments[nearest], axis=1)[:, 0]
+        share = along_segments(uv, start, step)
+        arc = self.front_start[nearest] + share * np.linalg.norm(step, axis=1)
+        return start + share[:, None] * step, self.front_number[nearest], arc
 
     def corners(self, front: int) -> np.ndarray:
         """Return the arc lengths (k,) of a front's corners, between its ends where it is open."""
@@ -88,19 +87,6 @@ class Rim:
         """Return how far along a front, the shorter way, arc lengths (n,) are from others (k,): (n, k)."""
         gap = np.abs(arcs[:, None] - others)
         return np.minimum(gap, self.period(front) - gap)
-
-
-def feet_on_segments(
-    segments: np.ndarray, tree: shapely.STRtree, uv: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the nearest segment (n,), the foot (n, 2) on it, and how far along it that is (n,).
-
-    segments (k, 2, 2): none without length; tree: of the first of them, at least one.
-    """
-    nearest = tree.query_nearest(shapely.points(uv), all_matches=False)[1]
-    start, step = segments[nearest, 0], segments[nearest, 1] - segments[nearest, 0]
-    t = along_segments(uv, start, step)
-    return nearest, start + t[:, None] * step, t * np.sqrt(np.einsum("ij,ij->i", step, step))
 
 
 def rim_of(

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.height_parts import best_fit_frame
 from craftmesh.cracks.in_plane import doubled_areas
-from craftmesh.insertion.kernels.holding import bins_of, holding
+from craftmesh.cracks.near_sheet import feet_in_triangles, weights_in_triangles
 from craftmesh.insertion.rim import Rim, rim_of
 from craftmesh.surface.kernels.bins import Bins
+from craftmesh.surface.kernels.holding import bins_of, holding
 from craftmesh.surface.rounding import EXACT, ROUNDING, SAME_PLACE
 from craftmesh.types import Crack
 
@@ -21,17 +22,18 @@ STRETCHES = 8  # of each way along a point's direction, in which a change of psi
 class Sheet:
     """A crack as a height over a plane; lengths in model units.
 
-    origin (3,), frame (3, 3) rows u, v, normal. nodes (n, 2), height (n,) and its slope (n, 2) there,
-    triangles (m, 3), cells: the triangles as polygons, bins: in a grid. rim: where the crack ends, in the
-    same parameters.
+    origin (3,), frame (3, 3) rows u, v, normal. nodes (n, 2), height (n,) and its mean slope (n, 2) there,
+    triangles (m, 3) and the slope (m, 2) of each, cells: the triangles as polygons, bins: in a grid. rim:
+    where the crack ends, in the same parameters.
     """
 
     origin: np.ndarray
     frame: np.ndarray
     nodes: np.ndarray
     height: np.ndarray
-    slope: np.ndarray
+    node_slope: np.ndarray
     triangles: np.ndarray
+    slope: np.ndarray
     planar: bool
     cells: shapely.STRtree
     bins: Bins
@@ -53,22 +55,15 @@ class Sheet:
 
     def height_at(self, uv: np.ndarray) -> np.ndarray:
         """Return the height (n,) at parameters (n, 2), continued past the rim with its slope."""
-        foot, cell, past = self._feet(uv)
-        height = _interpolate(self.nodes, self.height, self.triangles[cell], foot)
-        if len(past):
-            slope = self._slope_past_rim(foot[past], cell[past])
-            height[past] += np.einsum("ij,ij->i", slope, uv[past] - foot[past])
-        return height
+        cell, weight, step = self._feet(uv)
+        height = np.einsum("ij,ij->i", weight, self.height[self.triangles[cell]])
+        return height + np.einsum("ij,ij->i", self._slope_at(cell, weight, step), step)
 
     def gradient(self, points: np.ndarray) -> np.ndarray:
         """Return the gradient (n, 3) of psi at points (n, 3); its length is 1 on a planar crack."""
         if self.planar:
             return np.tile(self.frame[2], (len(points), 1))
-        foot, cell, past = self._feet(self.uv(points))
-        slope = _cell_slopes(self.nodes, self.height, self.triangles[cell])
-        if len(past):
-            slope[past] = self._slope_past_rim(foot[past], cell[past])
-        return self.frame[2] - slope @ self.frame[:2]
+        return self.frame[2] - self._slope_at(*self._feet(self.uv(points))) @ self.frame[:2]
 
     def crossings(self, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the fraction (n,) from start to end (n, 3) at which psi changes sign, and psi there (n,).
@@ -117,25 +112,28 @@ class Sheet:
         return result
 
     def _feet(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the nearest places (n, 2) on the crack, their triangles (n,) and the rows past the rim."""
-        of_row = holding(np.ascontiguousarray(uv), self.nodes, self.triangles, self.bins)
-        past = np.flatnonzero(of_row < 0)
-        foot = uv.copy()
-        if len(past):
-            foot[past], of_row[past] = self._nearest_on_surface(shapely.points(uv[past]))
-        return foot, of_row, past
+        """Return the triangles (n,) nearest to parameters (n, 2), and the nearest points in these.
 
-    def _slope_past_rim(self, foot: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        corners = self.triangles[cell]
-        return np.stack(
-            [_interpolate(self.nodes, self.slope[:, i], corners, foot) for i in range(2)], axis=1
+        These by their weights (n, 3), and by the steps (n, 2) from them, 0 on the crack.
+        """
+        cell, step = (
+            holding(np.ascontiguousarray(uv), self.nodes, self.triangles, self.bins),
+            np.zeros_like(uv),
         )
+        past = np.flatnonzero(cell < 0)
+        if len(past):
+            cell[past] = self.cells.query_nearest(shapely.points(uv[past]), all_matches=False)[1]
+        corners = self.nodes[self.triangles[cell]]
+        weight = weights_in_triangles(uv, corners)
+        foot, weight[past] = feet_in_triangles(uv[past], corners[past])
+        step[past] = uv[past] - foot
+        return cell, weight, step
 
-    def _nearest_on_surface(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return foot (n, 2) and triangle (n,) nearest to shapely points (n,) off the surface."""
-        cell = self.cells.query_nearest(points, all_matches=False)[1]
-        lines = shapely.shortest_line(self.cells.geometries[cell], points)
-        return shapely.get_coordinates(lines).reshape(-1, 2, 2)[:, 0], cell
+    def _slope_at(self, cell: np.ndarray, weight: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Return the slope (n, 2) where `_feet` found: past the rim the mean one at the nodes."""
+        slope, past = self.slope[cell], step.any(axis=1)
+        slope[past] = np.einsum("nk,nkd->nd", weight[past], self.node_slope[self.triangles[cell[past]]])
+        return slope
 
 
 def sheet_of(crack: Crack, box: np.ndarray, held: np.ndarray | None = None) -> Sheet:
@@ -146,14 +144,16 @@ def sheet_of(crack: Crack, box: np.ndarray, held: np.ndarray | None = None) -> S
     origin = points[np.unique(triangles)].mean(axis=0)
     nodes = (points - origin) @ frame[:2].T
     height = (points - origin) @ frame[2]
+    slope, node_slope = _slopes(nodes, height, triangles)
     planar = bool(np.abs(height).max() <= ROUNDING * np.ptp(nodes, axis=0).max())
     return Sheet(
         origin=origin,
         frame=frame,
         nodes=nodes,
         height=height,
-        slope=_slopes(nodes, height, triangles),
+        node_slope=node_slope,
         triangles=triangles,
+        slope=slope,
         planar=planar,
         cells=shapely.STRtree(shapely.polygons(nodes[triangles])),
         bins=bins_of(nodes, triangles),
@@ -161,41 +161,14 @@ def sheet_of(crack: Crack, box: np.ndarray, held: np.ndarray | None = None) -> S
     )
 
 
-def _slopes(nodes: np.ndarray, height: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return the area-weighted mean gradient (n, 2) of the height at the nodes."""
-    times_area, twice = _sloped_areas(nodes, height, triangles)
-    slope, weight = np.zeros((len(nodes), 2)), np.full(len(nodes), 1e-300)
-    for i in range(3):
-        np.add.at(slope, triangles[:, i], times_area)
-        np.add.at(weight, triangles[:, i], twice)
-    return slope / weight[:, None]
-
-
-def _cell_slopes(nodes: np.ndarray, height: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return the gradient (k, 2) of the height in the given triangles."""
-    times_area, twice = _sloped_areas(nodes, height, triangles)
-    return times_area / np.maximum(twice, 1e-300)[:, None]
-
-
-def _sloped_areas(
-    nodes: np.ndarray, height: np.ndarray, triangles: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles' gradients times twice their areas (k, 2), and twice their areas (k,)."""
+def _slopes(nodes: np.ndarray, height: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the height's slope in the triangles (m, 2), and its mean by area at the nodes (n, 2)."""
     a, b, c = (nodes[triangles[:, i]] for i in range(3))
     u, v = b - a, c - a
     hu, hv = (height[triangles[:, i]] - height[triangles[:, 0]] for i in (1, 2))
     times_area = np.stack([hu * v[:, 1] - hv * u[:, 1], hv * u[:, 0] - hu * v[:, 0]], axis=1)
-    return times_area, doubled_areas(nodes, triangles)
-
-
-def _interpolate(
-    nodes: np.ndarray, values: np.ndarray, triangles: np.ndarray, uv: np.ndarray
-) -> np.ndarray:
-    """Return `values` interpolated in the given triangle of each row of uv (n, 2)."""
-    a, b, c = (nodes[triangles[:, i]] for i in range(3))
-    u, v, w = b - a, c - a, uv - a
-    twice = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    s = (w[:, 0] * v[:, 1] - w[:, 1] * v[:, 0]) / twice
-    t = (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]) / twice
-    va, vb, vc = (values[triangles[:, i]] for i in range(3))
-    return va + s * (vb - va) + t * (vc - va)
+    twice = doubled_areas(nodes, triangles)
+    slope, weight = np.zeros((len(nodes), 2)), np.full(len(nodes), 1e-300)
+    np.add.at(slope, triangles, times_area[:, None])
+    np.add.at(weight, triangles, twice[:, None])
+    return times_area / np.maximum(twice, 1e-300)[:, None], slope / weight[:, None]

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.height_parts import best_fit_frame
 from craftmesh.cracks.meetings import Oblique, Traces
 from craftmesh.cracks.prescription import frame_along
 from craftmesh.report.pictures import GRAINS, as_png, box_edges, frame_box, new_figure

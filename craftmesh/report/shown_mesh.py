@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.height_parts import best_fit_frame
 from craftmesh.cracks.prescription import frame_along
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.mesh_sets import is_lip, lip_faces

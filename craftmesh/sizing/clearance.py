@@ -6,7 +6,7 @@ Tetrahedra in such a place are as flat as their edges are long against its width
 import numpy as np
 from scipy.spatial import cKDTree
 
-from craftmesh.cracks.features import Face, cuts, in_plane, kink_edges
+from craftmesh.cracks.near_faces import Face, cuts, in_plane, kink_edges
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.cracks.promises import PROMISED
 from craftmesh.cracks.sheets import sheets

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from craftmesh.cracks.frame import best_fit_frame
+from craftmesh.cracks.height_parts import best_fit_frame
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.prescription import boundary_pairs, changing, frame_along, frame_of, semi_axes
 from craftmesh.errors import CraftmeshError

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from given_cracks import wavy_disc
 
-from craftmesh.cracks.frame import best_fit_frame, least_steep
+from craftmesh.cracks.height_parts import best_fit_frame, least_steep
 from craftmesh.cracks.one_sheet import without_slivers
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shapely import MultiPoint, Polygon, box
 
-from craftmesh.cracks.features import cuts, in_plane
+from craftmesh.cracks.near_faces import cuts, in_plane
 from craftmesh.cracks.within_box import (
     area_off,
     area_within,

@@ -10,9 +10,8 @@ from structured_box import structured_box
 from craftmesh.cracks.promises import AREA_KEPT, AREA_PROMISED, INSERTION
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
-from craftmesh.insertion.attempts import ATTEMPTS, soundest
+from craftmesh.insertion.attempts import ATTEMPTS, Given, Inserted, soundest
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.misfit import Given, Inserted
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import sheet_of
 from craftmesh.insertion.snap import prepared

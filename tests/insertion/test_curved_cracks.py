@@ -17,8 +17,8 @@ from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.insertion.cut import uncut
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.onto_front import snap_to_front
 from craftmesh.insertion.options import InsertOptions
+from craftmesh.insertion.pierce import snap_to_front
 from craftmesh.insertion.sheet import sheet_of
 from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.surface.check_surface import check_surface

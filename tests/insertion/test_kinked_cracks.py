@@ -8,10 +8,10 @@ from structured_box import structured_box
 from craftmesh.cracks.sheets import heights_of, seam_ends
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.insertion.insert import insert_crack
-from craftmesh.insertion.kernels.holding import bins_of, holding
 from craftmesh.insertion.sheet import sheet_of
 from craftmesh.sizing.sizing import Sizing, densify
 from craftmesh.surface.check_surface import check_surface
+from craftmesh.surface.kernels.holding import bins_of, holding
 from craftmesh.surface.measure import facet_angles
 from craftmesh.types import CRACK, Crack, Surface
 

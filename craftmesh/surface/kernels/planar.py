@@ -233,6 +233,40 @@ def split_inner_edge(mesh, t, i, point):
     return v, w
 
 
+@lean_kernel
+def _meets_on_wall(mesh, t, i, walls, corners):
+    """Whether one wall holds edge i of t, or with `corners` 3 all of t."""
+    for w in range(walls.shape[1]):
+        held = True
+        for k in range(corners):
+            point = mesh.corners[t, (i + k) % 3]
+            held = held and point < len(walls) and walls[point, w]
+        if held:
+            return True
+    return False
+
+
+@lean_kernel
+def split_within_walls(mesh, walls, corners):
+    """Split at their middles the free edges between two points of one wall; return how many.
+
+    walls (n, w): which of the first n points lie on each wall. corners: 2, or 3 for the edges of triangles
+    with all corners on one wall alone. There has to be room for the middle of every edge.
+    """
+    first = mesh.used[0]
+    t = 0
+    while t < mesh.used[1]:
+        for i in range(3):
+            if not mesh.fixed[t, i] and _meets_on_wall(mesh, t, i, walls, corners):
+                a, b, point = mesh.corners[t, i], mesh.corners[t, (i + 1) % 3], mesh.used[0]
+                for k in range(2):
+                    mesh.uv[point, k] = (mesh.uv[a, k] + mesh.uv[b, k]) / 2
+                mesh.used[0] += 1
+                split_inner_edge(mesh, t, i, point)
+        t += 1
+    return mesh.used[0] - first
+
+
 @kernel
 def insert_point(mesh, t, point):
     """Insert `point`, which lies in triangle t, and legalise around it; BLOCKED on a fixed or rim edge.
@@ -256,22 +290,14 @@ def insert_point(mesh, t, point):
     return DONE
 
 
-@lean_kernel
-def has_room(mesh):
-    """Whether one more point and the two triangles that it brings find spare rows."""
-    return mesh.used[0] < len(mesh.uv) and mesh.used[1] + 2 <= len(mesh.corners)
-
-
 @kernel
 def insert_spaced(mesh, candidates, frozen):
-    """Insert the candidates that keep their distances, in order, and return how many; stop without room.
+    """Insert the candidates that keep their distances, in order, and return how many.
 
-    frozen (t,): triangles in which nothing is inserted.
+    frozen (t,): triangles in which nothing is inserted. There has to be room for all candidates.
     """
     inserted = 0
     for k in range(len(candidates.uv)):
-        if not has_room(mesh):
-            break
         point = mesh.used[0]
         mesh.uv[point] = candidates.uv[k]
         t = locate(mesh, candidates.start[k], point, False)

@@ -5,10 +5,10 @@ import pytest
 import shapely
 from scipy.spatial import Delaunay
 
+from craftmesh.cracks.in_plane import triangulate, with_room
 from craftmesh.errors import CraftmeshError
-from craftmesh.insertion.kernels import planar
-from craftmesh.insertion.kernels.planar import Candidates, Planar
-from craftmesh.insertion.patch import front_chords, refine, split_chords, triangulate
+from craftmesh.surface.kernels import planar
+from craftmesh.surface.kernels.planar import Candidates, Planar
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
@@ -172,14 +172,14 @@ def test_splitting_an_edge_keeps_what_is_fixed():
     assert fixed == {(0, 4), (2, 4)}
 
 
-def test_spaced_candidates_keep_their_distances_and_the_room():
+def test_spaced_candidates_keep_their_distances():
     k = 500
-    mesh = square_with_room(np.zeros((40, 2)))
+    mesh = square_with_room(np.zeros((k, 2)))
     mesh.used[0] = 4
     uv = np.random.default_rng(2).uniform(0, 1, (k, 2))
     wanted = Candidates(uv, np.zeros(k, int), np.full(k, 0.12), np.full(k, 0.05))
     inserted = planar.insert_spaced(mesh, wanted, np.zeros(len(mesh.corners), bool))
-    assert 20 < inserted == mesh.used[0] - 4 <= 40
+    assert 20 < inserted == mesh.used[0] - 4 <= 100
     used = mesh._replace(uv=mesh.uv[: mesh.used[0]])
     assert_sound(used)
     assert as_set(used.triangles) == as_set(Delaunay(used.uv).simplices)
@@ -204,7 +204,7 @@ def everywhere(uv: np.ndarray) -> np.ndarray:
     return np.ones(len(uv))
 
 
-def annulus(size: float | None = None) -> tuple[Planar, np.ndarray, shapely.Polygon]:
+def annulus() -> tuple[Planar, np.ndarray, shapely.Polygon]:
     """The patch between two rings, with a trace and a loose point inside; its segments; its polygon."""
     uv = np.concatenate([ring(60, 3.0), ring(20, 1.0), [[2.0, 0.1], [2.4, 0.3], [0.0, -2.0]]])
     segments = np.concatenate([closed(0, 60), closed(60, 20), [[80, 81]]])
@@ -226,34 +226,28 @@ def test_a_patch_has_every_segment_and_point_and_covers_the_polygon():
         assert found and all(patch.fixed[side] for side in found)
 
 
-def test_a_refined_patch_has_edges_of_the_size_asked_for():
-    patch, segments, polygon = annulus()
-    patch = refine(patch, lambda at: np.full(len(at), 0.3), np.zeros((0, 3)))
-    assert_sound(in_use(patch), polygon.area)
-    assert unsettled(patch) == 0
-    length = [np.linalg.norm(patch.uv[a] - patch.uv[b]) for a, b in edges_of(patch)]
-    assert np.median(length) == pytest.approx(0.3, rel=0.15)
-    assert max(length) < 0.6
-    assert all((a, b) in edges_of(patch) or (b, a) in edges_of(patch) for a, b in segments.tolist())
-
-
-def test_kept_triangles_stay():
-    patch, _, _ = annulus()
-    kept = patch.triangles[:1].copy()
-    patch.fixed[0] = True
-    for u in patch.across[0][patch.across[0] >= 0]:
-        patch.fixed[u, np.flatnonzero(patch.across[u] == 0)] = True
-    refined = refine(patch, lambda at: np.full(len(at), 0.1), kept)
-    assert as_set(kept) <= as_set(refined.triangles)
-
-
-def test_chords_between_front_nodes_are_split():
+def test_edges_within_a_wall_are_split():
     patch = triangulate(ring(12, 1.0), closed(0, 12), np.zeros(0, int), everywhere)
-    patch = refine(patch, lambda at: np.full(len(at), 10.0), np.zeros((0, 3)))
     area = shapely.Polygon(ring(12, 1.0)).area
-    assert split_chords(patch, front_chords(np.ones(12, bool))) == 9  # all inner edges of a dodecagon
+    patch = with_room(patch, 40)
+    wall = np.ones((12, 1), bool)
+    assert planar.split_within_walls(patch, wall, 2) == 9  # all inner edges of a dodecagon
     assert_sound(in_use(patch), area)
     assert all(max(row) >= 12 for row in patch.triangles.tolist())
+    assert planar.split_within_walls(patch, wall, 2) == 0
+
+
+@pytest.mark.parametrize("walls", [[range(6), range(5, 13)], [range(13)]])
+def test_triangles_within_a_wall_are_split(walls):
+    patch = triangulate(ring(12, 1.0), closed(0, 12), np.zeros(0, int), everywhere)
+    on = np.zeros((12, len(walls)), bool)
+    for w, points in enumerate(walls):
+        on[[point % 12 for point in points], w] = True
+    patch = with_room(patch, 40)
+    planar.split_within_walls(patch, on, 3)
+    assert_sound(in_use(patch), shapely.Polygon(ring(12, 1.0)).area)
+    rows = [row for row in patch.triangles.tolist() if max(row) < 12]
+    assert not any(on[row].all(axis=0).any() for row in rows)
 
 
 def test_crossing_traces_are_refused():
@@ -261,10 +255,3 @@ def test_crossing_traces_are_refused():
     segments = np.concatenate([closed(0, 12), [[12, 13], [14, 15]]])
     with pytest.raises(CraftmeshError, match="crosses another"):
         triangulate(uv, segments, np.zeros(0, int), everywhere)
-
-
-def test_a_full_patch_is_refused():
-    patch = triangulate(ring(12, 1.0), closed(0, 12), np.zeros(0, int), everywhere)
-    full = Planar(patch.uv[:12], patch.corners[:10], patch.across[:10], patch.fixed[:10], patch.used)
-    with pytest.raises(CraftmeshError, match="full with 10 triangles; use larger sizes"):
-        split_chords(full, front_chords(np.ones(12, bool)))
