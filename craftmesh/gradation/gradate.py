@@ -31,16 +31,13 @@ from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.check_surface import refuse_open
-from craftmesh.surface.guarded_move import MoveBounds
+from craftmesh.surface.guarded_move import RESTORING
 from craftmesh.surface.kernels.facet_shape import LEAST_ANGLE, score_of_angle
 from craftmesh.surface.volumes import checked_targets, restore_volumes
 from craftmesh.types import Crack, Surface
 
 # What the restoring of volumes may move a vertex, as a part of the distance tolerance.
 RESTORING_SHARE = 0.5
-# 4 sqrt(3) area / sum of squared edges under which restoring volumes makes no facet worse: a needle of 15.7
-# degrees has it, a cap of 135. With 0.2 it left facets of 10 degrees where the tolerances are wide.
-RESTORED_QUALITY = 0.45
 # Degrees: no facet comes under this, nor over 119 degrees, which scores as little, unless one it replaces
 # was worse. With 15 degrees, and 135, three in four of the tetrahedra of an aspect ratio over 5 stood at
 # facets under 25 or over 120 degrees where grains are small against the lengths; 20 leaves a third of them,
@@ -174,7 +171,7 @@ def _restored(
     if not targets:
         return result
     reach = RESTORING_SHARE * options.distance_tolerance * sizing.at(result.points)
-    return restore_volumes(result, targets, MoveBounds(quality=RESTORED_QUALITY), reach=reach)[0]
+    return restore_volumes(result, targets, RESTORING, reach=reach)[0]
 
 
 def _limits(options: GradateOptions, sizing: Sizing, crack: Crack | None, share: float) -> Limits:

@@ -11,17 +11,13 @@ from craftmesh.surface.front import front_edges
 from craftmesh.surface.kernels.facet_shape import LARGEST_ANGLE
 from craftmesh.surface.measure import edge_lengths, facet_angles, side_volumes, volume_drift
 from craftmesh.surface.patches import feature_edges
-from craftmesh.surface.wedges import Wedges, sharp_wedges
+from craftmesh.surface.wedges import sharp_wedges
 from craftmesh.types import Surface
 
-# Degrees under which a facet has next to no area.
-FLAT_ANGLE = 3.0
 # Degrees under which a facet makes an aspect ratio over 5 of any tetrahedron on it.
 POOR_ANGLE = 12.0
 # Edges count as far from the front where their target is over this part of l_max.
 FAR = 0.95
-# The report names the sharpest wedges and no more than so many.
-MOST_NAMED = 50
 
 
 class Before(NamedTuple):
@@ -41,7 +37,6 @@ def figures_before(surface: Surface) -> Before:
 def gradation_report(gradation: Gradation, before: Before, result: Surface, sizing: Sizing) -> dict:
     """Return counts, refusals, size adherence, angles, wedges and drift as JSON-able numbers."""
     angles, refused = facet_angles(result.points, result.facets), gradation.state.scratch.refused
-    sharp = sharp_wedges(result)
     return {
         "facets": [before.facets, len(result.facets)],
         "operations": {k: int(v) for k, v in gradation.done.items()},
@@ -50,11 +45,8 @@ def gradation_report(gradation: Gradation, before: Before, result: Surface, sizi
         "smallest_angle": float(angles.min()),
         "largest_angle": float(angles.max()),
         "facets_under_12_degrees": int((angles.min(1) < POOR_ANGLE).sum()),
-        "facets_under_3_degrees": int((angles.min(1) < FLAT_ANGLE).sum()),
         "facets_over_135_degrees": int((angles.max(1) > LARGEST_ANGLE).sum()),
-        "left": _left_over(result, angles),
-        "wedges_under_12_degrees": [before.sharp_wedges, len(sharp.angle)],
-        "wedges_left": _wedges_left(result, sharp),
+        "wedges_under_12_degrees": [before.sharp_wedges, len(sharp_wedges(result).angle)],
         "drift": _drift_of_volumes(before.volumes, result),
     }
 
@@ -90,29 +82,3 @@ def _drift_of_volumes(before: dict[int, float], result: Surface) -> dict:
         return {"mean": 0.0, "max": 0.0, "grain": 0}
     worst = max(drift, key=lambda grain: drift[grain])
     return {"mean": float(np.mean(list(drift.values()))), "max": drift[worst], "grain": worst}
-
-
-def _left_over(result: Surface, angles: np.ndarray) -> list[dict]:
-    """Return the facets under 12 degrees with their grains, the worst first."""
-    smallest = angles.min(1)
-    poor = np.flatnonzero(smallest < POOR_ANGLE)
-    poor = poor[np.argsort(smallest[poor], kind="stable")]
-    return [
-        {
-            "facet": int(f),
-            "angle": round(float(smallest[f]), 2),
-            "sides": result.sides[f].tolist(),
-            "centre": [round(float(x), 6) for x in result.points[result.facets[f]].mean(0)],
-        }
-        for f in poor
-    ]
-
-
-def _wedges_left(result: Surface, sharp: Wedges) -> list[dict]:
-    """Return the sharpest wedges with the grain k or void -k inside and the middle of their edge."""
-    sharp = sharp.where(np.arange(len(sharp.angle)) < MOST_NAMED)
-    middle = result.points[sharp.edge].mean(axis=1)
-    return [
-        {"angle": round(angle, 3), "side": side, "at": [round(x, 6) for x in place]}
-        for angle, side, place in zip(sharp.angle.tolist(), sharp.label.tolist(), middle.tolist())
-    ]

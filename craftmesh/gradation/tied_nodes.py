@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.surface.connectivity import compact, joined
-from craftmesh.surface.guarded_move import MoveBounds, guarded_move
+from craftmesh.surface.guarded_move import RELEASING, guarded_move
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.patches import FeatureEdges, box_axis, feature_edges
 from craftmesh.types import CRACK, Surface
@@ -32,7 +32,7 @@ def release_tied_nodes(surface: Surface) -> tuple[Surface, int, int]:
     wished = parted.points.copy()
     wished[ids[~passing]] = centroid[~passing]
     known = intersecting_pairs(surface.points, facets)
-    points, held = guarded_move(parted, wished, MoveBounds(turn=180.0, quality=0.0), known=known)
+    points, held = guarded_move(parted, wished, RELEASING, known=known)
     # fans that stay at a node share one point again
     stays = passing | held[ids]
     first = np.full(len(points), len(points))

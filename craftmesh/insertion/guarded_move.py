@@ -6,12 +6,11 @@ import numpy as np
 
 from craftmesh.insertion.cut import CutSurface
 from craftmesh.insertion.options import InsertOptions
-from craftmesh.surface import guarded_move as surface_moves
-from craftmesh.surface.guarded_move import SETTLING, MoveBounds
+from craftmesh.surface.guarded_move import SETTLING, MoveBounds, guarded_move
 from craftmesh.types import Surface
 
 
-def guarded_move(
+def move_onto(
     surface: CutSurface, rows: np.ndarray, targets: np.ndarray, bounds: MoveBounds
 ) -> tuple[CutSurface, np.ndarray]:
     """Return the surface with points `rows` (k,) moved to `targets` (k, 3), and the rows that could."""
@@ -22,7 +21,7 @@ def guarded_move(
     part = Surface(surface.points, surface.facets[band], surface.sides[band], surface.kind[band])
     wished = surface.points.copy()
     wished[rows] = targets
-    points, held = surface_moves.guarded_move(part, wished, bounds)
+    points, held = guarded_move(part, wished, bounds)
     return replace(surface, points=points), rows[~held[rows]]
 
 
@@ -34,7 +33,7 @@ def settled(
     Where the usual bounds refuse that, flat facets may become flatter and turn farther.
     """
     for bounds in (MoveBounds(turn=options.max_turn), SETTLING):
-        surface, moved = guarded_move(surface, rows, targets, bounds)
+        surface, moved = move_onto(surface, rows, targets, bounds)
         left = ~np.isin(rows, moved)
         rows, targets = rows[left], targets[left]
         if not len(rows):

@@ -147,7 +147,7 @@ def _inserted(
 ) -> Inserted:
     """Return the surface with the crack in it; its facets may meet others."""
     progress(0.0, "cut")
-    cut = taken_at_box_edges(snap_to_crack(cut, sheet, options), sheet, least, options)
+    cut = taken_at_box_edges(snap_to_crack(cut, sheet, options), sheet, least)
     cut = with_phi(cut_along(cut, sheet), sheet)
     if sheet.planar:
         cut = at_corners(cut, sheet)

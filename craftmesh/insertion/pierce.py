@@ -16,7 +16,7 @@ from craftmesh.insertion.cut import (
     trace_edges,
     with_phi,
 )
-from craftmesh.insertion.guarded_move import guarded_move, settled
+from craftmesh.insertion.guarded_move import move_onto, settled
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.insertion.snap import LINE_SHARE, classified, leaves_crack
@@ -242,7 +242,7 @@ def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: In
         chosen = np.linalg.norm(targets - surface.points[rows], axis=1) < reach
         chosen &= ~leaves_crack(surface, rows, targets)
     bounds = MoveBounds(turn=options.max_turn)
-    surface, moved = guarded_move(surface, rows[chosen], targets[chosen], bounds)
+    surface, moved = move_onto(surface, rows[chosen], targets[chosen], bounds)
     return with_front_points(surface, sheet, moved) if len(moved) else surface
 
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from craftmesh.cracks.near_faces import ALONG
 from craftmesh.cracks.promises import LATER_CRACKS
-from craftmesh.insertion.cut import CutSurface, feet_on_edges, uncut
-from craftmesh.insertion.guarded_move import guarded_move
+from craftmesh.insertion.cut import OFF, CutSurface, feet_on_edges, uncut
+from craftmesh.insertion.guarded_move import move_onto
 from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.classification import AT_JUNCTION, IN_PATCH, ON_LINE, Classification
@@ -49,8 +49,6 @@ LINE_SHARE = 0.5  # points on lines move straight, or to the front, from this sh
 KNOTS = 0.1
 # Least squared sine of the crack's angle to a box plane for moves in that plane: 6 degrees.
 STEEP = ALONG**2
-# Of options.snap times the least length: ribbons of the face narrower than that leave flat tetrahedra.
-AT_BOX_EDGE = 0.15
 
 
 def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> CutSurface:
@@ -92,17 +90,15 @@ def snap_to_crack(surface: CutSurface, sheet: Sheet, options: InsertOptions) -> 
     return _moved(surface, targets, reach, options) if len(left) else surface
 
 
-def taken_at_box_edges(
-    surface: CutSurface, sheet: Sheet, least: float, options: InsertOptions
-) -> CutSurface:
-    """Return the surface with points of the box's edges that the crack passes barely beside as on it.
+def taken_at_box_edges(surface: CutSurface, sheet: Sheet, least: float) -> CutSurface:
+    """Return the surface with points of the box's edges within OFF of the crack as on it.
 
-    Such a point finds no place on the crack along its edge, and a ribbon of the face would stay beside it.
-    least: the least target length.
+    Such a point finds no place on the crack along its edge, and a ribbon of the face would stay beside it
+    that leaves flat tetrahedra. least: the least target length.
     """
     planes = classified(surface).held
     with np.errstate(invalid="ignore"):
-        near = (_distances(surface, sheet) <= AT_BOX_EDGE * options.snap * least) & (surface.psi != 0)
+        near = (_distances(surface, sheet) <= OFF * least) & (surface.psi != 0)
     rows = np.flatnonzero(near & (planes.sum(axis=1) == 2))
     psi = surface.psi.copy()
     psi[rows[sheet.rim.inside(sheet.uv(surface.points[rows])) > 0]] = 0.0
@@ -115,7 +111,7 @@ def _moved(
     """Return the surface with the points at their targets (n, 3) on the crack, nearer than reach (n,)."""
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero(np.linalg.norm(targets - surface.points, axis=1) < reach)
-    surface, moved = guarded_move(surface, rows, targets[rows], MoveBounds(turn=options.max_turn))
+    surface, moved = move_onto(surface, rows, targets[rows], MoveBounds(turn=options.max_turn))
     psi = surface.psi.copy()
     psi[moved] = 0.0
     return replace(surface, psi=psi)

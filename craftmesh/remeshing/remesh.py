@@ -13,7 +13,7 @@ from craftmesh.options import Options, option
 from craftmesh.progress import silent
 from craftmesh.remeshing.kernels.marching import march
 from craftmesh.surface.classification import Classification
-from craftmesh.surface.guarded_move import MoveBounds, guarded_move
+from craftmesh.surface.guarded_move import SMOOTHING, MoveBounds, guarded_move
 from craftmesh.surface.measure import facet_angles, side_volumes
 from craftmesh.surface.patches import PLANES
 from craftmesh.surface.smoothing import smoothing_neighbours, to_neighbours
@@ -39,10 +39,14 @@ class RemeshOptions(Options):
         -0.53, "the same in an outward lap of Taubin's pairs, negative", at_least=-1, at_most=0
     )
     sliver_quality: float = option(
-        0.25, "facets that smoothing brings below this quality go back", at_least=0, below=1
+        SMOOTHING.quality, "facets that smoothing brings below this quality go back", at_least=0, below=1
     )
     sliver_edge: float = option(
-        0.05, "facets that smoothing leaves with a shorter edge go back", "voxels", at_least=0, below=1
+        SMOOTHING.edge,
+        "facets that smoothing leaves with a shorter edge go back",
+        "voxels",
+        at_least=0,
+        below=1,
     )
     least_volume: float = option(
         0.5,
@@ -149,8 +153,7 @@ def smooth(
     points, fixed = raw.points, classes.held.copy()
     volumes = side_volumes(points, raw.facets.astype(np.int64), raw.sides)
     least = {label: options.least_volume * volume for label, volume in volumes.items() if volume > 0}
-    # the facets of voxel steps turn until they lie in the boundary
-    bounds = MoveBounds(180.0, options.sliver_quality, edge=options.sliver_edge)
+    bounds = replace(SMOOTHING, quality=options.sliver_quality, edge=options.sliver_edge)
     stages = _smoothing_stages(options)
     for number, weights in enumerate(stages):
         lapped = partial(_lapped, points, weights, drawn, fixed)

@@ -18,11 +18,11 @@ IN_PATCH, ON_LINE, AT_JUNCTION = 0, 1, 2
 class Classification:
     """What the n vertices of a surface are free to do; each answer is computed when it is first asked for.
 
-    of: the patches of the surface, where they are not `patches` alone, as along folds.
+    given_patches: the patches of the surface, where they are not `patches` alone, as along folds.
     """
 
     surface: Surface
-    of: Patches | None = None
+    given_patches: Patches | None = None
 
     @cached_property
     def features(self) -> FeatureEdges:
@@ -86,7 +86,7 @@ class Classification:
 
     @cached_property
     def _patch(self) -> np.ndarray:
-        return (self.of or patches(self.surface)).of_facet
+        return (self.given_patches or patches(self.surface)).of_facet
 
     def _among(self, corners: np.ndarray) -> np.ndarray:
         among = np.zeros(len(self.surface.points), bool)

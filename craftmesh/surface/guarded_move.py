@@ -27,8 +27,15 @@ class MoveBounds:
     edge: float = 0.0
 
 
+# Voxel steps are smoothed away: their facets turn until they lie in the boundary.
+SMOOTHING = MoveBounds(turn=180.0, quality=0.25, edge=0.05)
+# A tied node's copies go to the middles of their fans, whatever comes of the facets: cleaning follows.
+RELEASING = MoveBounds(turn=180.0, quality=0.0)
 # Where a point has to settle on a crack, a chord of which it leaves otherwise.
 SETTLING = MoveBounds(turn=80.0, quality=0.02)
+# No facet of a gradated surface gets worse that is under 15.7 degrees as a needle, or over 135 as a cap.
+# With 0.2 facets of 10 degrees were left where the tolerances are wide.
+RESTORING = MoveBounds(quality=0.45)
 # Tries that hold the farthest point of each bad facet alone; then all its points are, then rings around.
 PATIENCE = 3
 

@@ -46,7 +46,7 @@ def test_no_needles_and_no_caps(gradated):
     assert (angles.min(axis=1) < 12).mean() <= 0.0005
     # Measured: none over 135 degrees; on large volumes up to 0.04% of the facets.
     assert (angles.max(axis=1) > 135).mean() <= 0.0005
-    assert len(report["left"]) == (angles.min(axis=1) < 12).sum()
+    assert report["facets_under_12_degrees"] == (angles.min(axis=1) < 12).sum()
 
 
 def test_nothing_intersects_and_nothing_is_open(gradated):

@@ -147,4 +147,3 @@ def test_no_wedge_of_a_gradated_surface_is_sharp_without_one_in_the_input(seed):
     found = sharp_wedges(after)
     assert report["wedges_under_12_degrees"] == [len(before), len(found.angle)]
     assert found.angle.min(initial=SHARP_WEDGE) >= before.min(initial=SHARP_WEDGE) - 1e-6
-    assert [wedge["angle"] for wedge in report["wedges_left"]] == np.round(found.angle[:50], 3).tolist()
