@@ -42,7 +42,7 @@ def chain(
     uv: list[np.ndarray] = []
     interval = 0
     for front, curve in enumerate(sheet.rim.curves):
-        nodes = _numbered_nodes(surface, sheet, front, along, uv)
+        nodes = _forced_nodes(surface, sheet, front, along, uv)
         if curve.closed:
             nodes.append((nodes[0][0], nodes[0][1] + sheet.rim.period(front)))
         for (a, start), (b, end) in zip(nodes[:-1], nodes[1:]):
@@ -58,25 +58,13 @@ def chain(
     return FrontChain(np.array(edges, np.int64).reshape(-1, 3), np.array(uv).reshape(-1, 2))
 
 
-def _numbered_nodes(
+def _forced_nodes(
     surface: CutSurface, sheet: Sheet, front: int, along: np.ndarray, uv: list[np.ndarray]
 ) -> list[tuple[int, float]]:
-    """Return (id, arc length) of the nodes a front must have; those that are new are added to `uv`."""
-    nodes: list[tuple[int, float]] = []
-    for node, arc, position in _forced_nodes(surface, sheet, front, along):
-        if node < 0:
-            node = len(surface.points) + len(uv)
-            uv.append(np.array(position))
-        nodes.append((node, arc))
-    return nodes
+    """Return (id, arc length) of the nodes a front must have: pierce points, ends, corners.
 
-
-def _forced_nodes(
-    surface: CutSurface, sheet: Sheet, front: int, along: np.ndarray
-) -> list[tuple[int, float, list[float]]]:
-    """Return id (-1: new), arc and uv of the nodes a front must have: pierce points, ends, corners.
-
-    A corner that an edge of the front, along (k, 2), cuts off by no more than it may is none.
+    New ones are added to `uv`. A corner that an edge of the front, along (k, 2), cuts off by no more than
+    it may is none.
     """
     curve = sheet.rim.curves[front]
     ids = surface.on_front(front)
@@ -88,10 +76,11 @@ def _forced_nodes(
         wanted += _apart(sheet, front, curve.arc[[0, -1]], known, END * size)
     elif not len(wanted) and not len(ids):
         wanted = [0.0]
-    uv = sheet.uv(surface.points[ids])
-    items = list(zip(ids.tolist(), known.tolist(), uv.tolist()))
-    items += [(-1, w, sheet.rim.curves[front].at(np.array([w]))[0].tolist()) for w in wanted]
-    return sorted(items, key=lambda item: item[1])
+    new = np.sort(np.array(wanted))
+    first = len(surface.points) + len(uv)
+    uv.extend(curve.at(new))
+    nodes = [*zip(ids.tolist(), known.tolist()), *zip(range(first, first + len(new)), new.tolist())]
+    return sorted(nodes, key=lambda node: node[1])
 
 
 def _not_cut_off(sheet: Sheet, front: int, cut: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:

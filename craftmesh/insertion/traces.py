@@ -238,15 +238,9 @@ def _inner_arcs(sheet: Sheet, front: int, start: np.ndarray, end: np.ndarray) ->
 
 def _neighbours(surface: CutSurface, sheet: Sheet, chords: np.ndarray) -> np.ndarray:
     """Tell which chords join front points that follow each other along one front."""
-    on = np.flatnonzero(surface.front >= 0)
-    on = on[np.lexsort([surface.arc[on], surface.front[on]])]
-    following = np.roll(on, -1)
-    front = surface.front[on]
-    last = np.flatnonzero(front != np.roll(front, -1))
-    for i in last.tolist():
-        following[i] = on[np.flatnonzero(front == front[i])[0]] if sheet.rim.curves[front[i]].closed else -1
-    if len(on) and not len(last) and not sheet.rim.curves[front[0]].closed:
-        following[-1] = -1
-    stride = len(surface.points) + 1
-    known = np.minimum(on, following) * stride + np.maximum(on, following)
-    return np.isin(chords[:, 0] * stride + chords[:, 1], known)
+    pairs = [np.zeros((0, 2), np.int64)]
+    for front, curve in enumerate(sheet.rim.curves):
+        ids = surface.on_front(front)
+        pairs.append(np.column_stack([ids, np.roll(ids, -1)])[: len(ids) - (not curve.closed)])
+    key = np.array([len(surface.points), 1])
+    return np.isin(chords @ key, np.sort(np.concatenate(pairs), axis=1) @ key)
