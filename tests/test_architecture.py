@@ -1,12 +1,13 @@
 """Who imports whom: no stage knows another stage, formats know types alone, no circle of rooms.
 
-Imports inside functions count too.
+Imports inside functions count too. The lists of docs/architecture.md are those of the tree.
 """
 
+import re
 from graphlib import TopologicalSorter
 
 import pytest
-from package_sources import imports_of, modules, source
+from package_sources import ROOT, imports_of, modules, source
 
 GROUND = {
     "types",
@@ -23,7 +24,6 @@ GROUND = {
 }
 THINGS = {"voxels", "cracks", "surface", "mesh"}
 WISHES = {"sizing", "mechanics"}
-# The last three are to come.
 STAGES = {"remeshing", "stitching", "insertion", "gradation", "tetrahedra", "assembly", "deck"}
 STAGES |= {"solve", "fracture", "growth"}
 RIM = {"io", "processes", "campaign", "report", "commands"}
@@ -35,7 +35,7 @@ MAY_IMPORT = (
     | {"voxels": THINGS | {"mechanics"}}  # they carry orientations
     | dict.fromkeys(WISHES, THINGS | WISHES)
     | dict.fromkeys(STAGES, THINGS | WISHES)
-    | dict.fromkeys(("tetrahedra", "solve"), THINGS | WISHES | {"processes"})
+    | {"tetrahedra": THINGS | WISHES | {"processes"}}
     | dict.fromkeys(("campaign", "report"), THINGS | WISHES | STAGES | RIM - {"commands"})
     | {"commands": THINGS | WISHES | STAGES | RIM}
 )
@@ -87,6 +87,58 @@ def test_no_circle_of_rooms():
 def test_compiled_functions_lie_in_folders_named_kernels():
     assert {name for name in modules() if "njit" in source(name)} == {"craftmesh.jit"}, "take its @kernel"
     assert all(".kernels." in name for name in modules() if "\n@kernel" in source(name))
+
+
+def test_the_library_and_the_benchmarks_import_no_command():
+    assert "craftmesh.commands" not in (ROOT / "__init__.pyi").read_text()
+    files = sorted(ROOT.parent.glob("benchmarks/**/*.py"))
+    assert len(files) > 20
+    assert [file.name for file in files if "craftmesh.commands" in file.read_text()] == []
+
+
+PAGE = (ROOT.parent / "docs" / "architecture.md").read_text()
+
+
+def table(head: str) -> dict[str, set[str]]:
+    """Return of a table of the page, by the names in its first column, the names in its second."""
+    rows = PAGE.split(f"| {head} |")[1].split("\n\n")[0].splitlines()[2:]
+    names = (re.findall(r"`([\w/]+)`", row) for row in rows)
+    return {first: set(others) for first, *others in names}
+
+
+def test_the_page_lists_the_rooms_and_the_ground():
+    plan = PAGE.split("```")[1]
+    listed = re.findall(r"^  (\w+)/ ", plan, re.M)
+    ground = re.search(r"craftmesh/\n(.*?)\n\n", plan, re.S)
+    assert ground and len(listed) == len(set(listed))
+    words = [line[2:46].split() for line in ground[1].splitlines()]
+    assert {word for own in words for word in own} == {room(name) for name in modules()} & GROUND
+    assert set(listed) == {room(name) for name in modules()} - GROUND
+
+
+def test_the_page_names_all_who_import_the_rim():
+    found: dict[str, set[str]] = {}
+    for importer, imported in imports():
+        if room(imported) in RIM and room(importer) not in RIM | {"cli"}:
+            found.setdefault(room(imported), set()).add("/".join(importer.split(".")[1:]))
+    assert table("room of the rim | imported by") == found
+
+
+def test_the_page_names_the_commands_that_know_several_stages():
+    known = {}
+    for name in (name for name in modules() if room(name) == "commands"):
+        targets = {target for target in imports_of(name) if not target.endswith(".options")}
+        stages = {room(target) for target in targets if "." in target} & STAGES
+        known |= {name.rpartition(".")[2]: stages} if len(stages) > 1 else {}
+    assert {name: own & STAGES for name, own in table("module | stages, and what for").items()} == known
+
+
+def test_words_of_the_page_are_names_in_the_package():
+    """Single words, as `snap` and `FRONT_MOVED`; test_docs looks for paths."""
+    sources = "\n".join(source(name) for name in modules())
+    names = set(re.findall(r"\w+", sources)) | {part for name in modules() for part in name.split(".")}
+    text = re.sub(r"```.*?```", "", PAGE, flags=re.S)
+    assert {word for word in re.findall(r"`(\w+)`", text) if word not in names} == set()
 
 
 @pytest.mark.parametrize(

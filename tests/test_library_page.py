@@ -32,8 +32,12 @@ def part():
     )
 
 
+def snippets(page):
+    return re.findall(r"```python\n(.*?)```", page.read_text(), flags=re.S)
+
+
 def run_snippets(page, names):
-    for snippet in re.findall(r"```python\n(.*?)```", page.read_text(), flags=re.S):
+    for snippet in snippets(page):
         exec(compile(snippet, str(page), "exec"), names)
 
 
@@ -41,6 +45,11 @@ def test_the_mesh_of_the_first_hour_is_a_sound_surface():
     names: dict = {}
     run_snippets(DOCS / "first_hours.md", names)
     assert check_surface(names["surface"]) == []
+
+
+def test_from_labels_to_the_grown_crack_are_25_lines_at_most():
+    lines = [line for snippet in snippets(PAGE)[:2] for line in snippet.splitlines() if line.strip()]
+    assert "grow_crack" in lines[-3] and len(lines) <= 25
 
 
 def test_every_snippet_runs_and_does_what_the_page_says(tmp_path, monkeypatch):
@@ -52,6 +61,11 @@ def test_every_snippet_runs_and_does_what_the_page_says(tmp_path, monkeypatch):
     assert "CRACK_LIP_B" in meshio.read("opened.msh").field_data
     assert (tmp_path / "model.inp").stat().st_size > 1e5 and "CRACK_LIP_A" in names["body"].face_sets
     assert names["counts"]["crack_area"] == pytest.approx(np.pi * 3.5**2 / 2, rel=0.01)  # chords
+    grown, flat_crack = names["grown"], names["given"]
+    assert grown.ended == "" and len(grown.crack.triangles) > len(flat_crack.triangles)
+    before, after = names["growth"]["area"]
+    # the half front goes on by 1; at its ends it kinks, and is cut by the face
+    assert after - before == pytest.approx(np.pi * (4.5**2 - 3.5**2) / 2, rel=0.05)
     assert names["solid"].cells_dict["tetra"].shape[0] == len(names["body"].grain)
     assert len(names["flat"].faces) == names["shown"].n_cells == len(names["fitted"].facets)
     assert names["cracked"].kind.max() == CRACK and names["gradated"].kind.max() == CRACK

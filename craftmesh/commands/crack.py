@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import Parser, add_options, options_from
-from craftmesh.commands.stage_io import add_file, add_output, add_report, tell
+from craftmesh.commands.stage_io import add_file, add_output, add_report, read_body, tell
 from craftmesh.cracks.fit_bounds import Numbers, notes_on_size
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
 from craftmesh.cracks.measured import crack_along_path, crack_through_fronts, crack_through_points
@@ -19,10 +19,9 @@ from craftmesh.cracks.two_sided import middle_sheet
 from craftmesh.cracks.voxel_crack import crack_through_voxels
 from craftmesh.errors import CraftmeshError, existing, existing_file, named
 from craftmesh.io.front_csv import front_table, read_fronts
-from craftmesh.io.npz import read_labels
 from craftmesh.io.point_files import read_points
 from craftmesh.io.surface_files import LISTED, read_triangles
-from craftmesh.io.vtk import read_crack, read_surface, read_voxels, write_crack
+from craftmesh.io.vtk import read_crack, read_surface, write_crack
 from craftmesh.sizing.sizing import SizingOptions, median_edge, sizing_for, voxel_edge
 from craftmesh.types import Voxels
 from craftmesh.voxels.reading import read_marked
@@ -58,7 +57,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     increment = arguments.increment
-    box, edge, grid = body_of(arguments.volume)
+    body = read_body(arguments.volume)
+    box = body.box
+    grid, edge = (body, voxel_edge(body)) if isinstance(body, Voxels) else (None, median_edge(body))
     lengths, cracks, reports = options_from(arguments, SizingOptions), [], {}
     known = lengths if lengths.l0 is not None else replace(lengths, l0=edge)
     l_min = sizing_for(None, np.zeros((0, 3)), known).l_min
@@ -158,12 +159,3 @@ def options_of(arguments: argparse.Namespace) -> list[CrackOptions]:
     add_options(parser, CrackOptions)
     first = options_from(arguments, CrackOptions)
     return [first, *(options_from(parser.parse_args(words), CrackOptions) for words in parts)]
-
-
-def body_of(path: Path) -> tuple[np.ndarray, float, Voxels | None]:
-    """Return the box (2, 3) of the volume or surface in a file, its voxel's or median edge, its voxels."""
-    if existing(path).suffix in (".npz", ".vti"):
-        voxels = read_labels(path) if path.suffix == ".npz" else read_voxels(path)
-        return voxels.box, voxel_edge(voxels), voxels
-    surface = read_surface(path)
-    return surface.box, median_edge(surface), None

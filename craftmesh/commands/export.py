@@ -21,7 +21,6 @@ from craftmesh.mechanics.orientation import normalized, quaternion_to_bunge
 from craftmesh.mesh.lips import lips_apart
 from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.second_order import as_elements
-from craftmesh.types import TetMesh
 
 SUFFIXES = [f".{kind}" for kind in EXPORTS]
 OF_THE_MESH = ("element", "quarter_points")
@@ -70,20 +69,14 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         turned = known[row] if np.isfinite(known).any() else None
         beside: dict[str, dict] = {"vtu": {"quaternions": turned}, "msh": {"ascii": written.ascii}}
-        mesh = lips_as_asked(mesh, written, arguments)
+        if written.opening:
+            mesh = lips_apart(mesh, written.opening * stored_sizing(arguments.sizing).l_min)
+        elif any(map(is_lip, mesh.face_sets)):
+            print(HEALED)
         MESH_FORMATS[kind](arguments.output, mesh, **beside.get(kind, {}))
     if angles is not None:
         with atomic_path(arguments.angles) as path:
             np.savetxt(path, angles, "%.12g", ",")
-
-
-def lips_as_asked(mesh: TetMesh, written: ExportOptions, arguments: argparse.Namespace) -> TetMesh:
-    """Return the mesh with its lips apart by the opening; without one say that programs may heal them."""
-    if written.opening:
-        return lips_apart(mesh, written.opening * stored_sizing(arguments.sizing).l_min)
-    if any(map(is_lip, mesh.face_sets)):
-        print(HEALED)
-    return mesh
 
 
 def known_of_grains(grains: np.ndarray, labels: Path | None) -> tuple[np.ndarray, np.ndarray]:

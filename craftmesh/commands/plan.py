@@ -24,14 +24,14 @@ from craftmesh.cracks.near_faces import refuse_near_faces
 from craftmesh.cracks.options import BY_NUMBERS, IN_BOUNDARIES, CrackOptions
 from craftmesh.cracks.prescription import is_sized, semi_axes
 from craftmesh.cracks.series import crack_of_increment
-from craftmesh.cracks.sheets import sheets
+from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.cracks.within_box import is_in_material
 from craftmesh.errors import CraftmeshError, existing
 from craftmesh.growth.steps import share_of_size
 from craftmesh.io.json_file import write_json
 from craftmesh.io.npz import read_labels
-from craftmesh.sizing.sizing import Sizing, SizingOptions, densify, voxel_edge
-from craftmesh.sizing.sources import sizing_around
+from craftmesh.sizing.sizing import Sizing, SizingOptions, voxel_edge
+from craftmesh.sizing.sources import Defects, sizing_around
 from craftmesh.types import Crack, Voxels
 from craftmesh.voxels.clean import clean
 from craftmesh.voxels.generate import GenerateOptions, generate
@@ -191,14 +191,12 @@ def sizing_of_increment(case: Case, voxels: Voxels, cracks: Mapping[str, Crack])
     options = SizingOptions(**{**case.settings["sizing"], "field": None, "curvature": None})
     if options.l0 is None:
         options = replace(options, l0=voxel_edge(voxels))
-    sizing = sizing_around(None, given_defects(options, voxels.box), options)
-    sources = [sizing.sources]
-    if options.around_voids:  # the centres of the enclosed voids' voxels beside the grains
-        beside = (voxels.labels < 0) & ndimage.binary_dilation(voxels.labels > 0)
-        sources.append(voxels.origin + (np.argwhere(beside) + 0.5) * voxels.spacing)
-    for crack in cracks.values():
-        sources += [densify(crack.points[front], sizing.l_min / 2) for front in crack.fronts]
-    return replace(sizing, sources=np.concatenate(sources))
+    given = given_defects(options, voxels.box)
+    # with options.around_voids the centres of the enclosed voids' voxels beside the grains
+    beside = (voxels.labels < 0) & ndimage.binary_dilation(voxels.labels > 0) & options.around_voids
+    points = [given.points, voxels.origin + (np.argwhere(beside) + 0.5) * voxels.spacing]
+    crack = one_crack(list(cracks.values())) if cracks else None
+    return sizing_around(None, Defects(crack, np.concatenate(points), given.spheres), options)
 
 
 def _grown(options: CrackOptions, factor: float) -> CrackOptions:

@@ -16,8 +16,8 @@ from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mechanics.user_materials import UserMaterials
 from craftmesh.processes import job
 from craftmesh.processes.job import run_program
+from craftmesh.solve.foreign import in_order
 from craftmesh.solve.options import ABAQUS, CALCULIX, FIELD, SolveOptions, words_of
-from craftmesh.solve.problem import in_order
 from craftmesh.types import Solution
 
 JOB = "model"

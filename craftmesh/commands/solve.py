@@ -3,11 +3,8 @@
 import argparse
 import shutil
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,13 +19,11 @@ from craftmesh.io.model_tables import FORM, read_displacement_table, read_displa
 from craftmesh.io.stage_npz import write_solution_vtu, write_solutions
 from craftmesh.io.vtk import read_tets
 from craftmesh.mechanics.model import ElasticModel, elastic_model
+from craftmesh.mechanics.stress import grain_stress
 from craftmesh.mechanics.user_materials import UserMaterials
 from craftmesh.progress import ProgressLine
-from craftmesh.solve.options import BUILTIN, CALCULIX, EXTERNAL, FIELD, SolveOptions, waited_for
-from craftmesh.solve.problem import foreign_solution
-from craftmesh.solve.solve import memory_of, solve, solve_combinations
-from craftmesh.solve.stress import grain_stress
-from craftmesh.types import Solution
+from craftmesh.solve.options import ABAQUS, BUILTIN, CALCULIX, EXTERNAL, FIELD, SolveOptions, waited_for
+from craftmesh.solve.solve import solve_model
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,121 +53,55 @@ def run(arguments: argparse.Namespace) -> None:
     if deck.cohesive:
         warn("cohesive layers are in the deck alone; this field, and K by it, are those of the welded body")
     known = known_of_files(arguments)
-    mesh = read_tets(arguments.volume)
-    model, counts = elastic_model(mesh, deck, **known)
+    model, counts = elastic_model(read_tets(arguments.volume), deck, **known)
     start = time.monotonic()
-    stress = slip = materials = None
+    output, stress, slip, materials = arguments.output, None, None, None
+    folder = arguments.work or output.with_name(f"{output.stem}_{options.solver}")
     if deck.history and options.solver != BUILTIN:
         model, materials = as_in_deck(model, deck, arguments, known)
-        with _folder(options, arguments) as folder:
-            (solution, stress, slip), report = solved_history(model, options, deck, materials, folder)
+        (solution, stress, slip), report = solved_history(model, options, deck, materials, folder)
         solutions = {"": solution}
-    elif model.combinations:
-        solutions, report = _combinations(model, options, arguments)
     else:
-        solution, report = _solution(model, options, arguments)
-        solutions = {"": solution}
-    write_solutions(arguments.output, solutions)
+        field_of = partial(_field_of, options, arguments.field or output.with_name(FIELD), folder)
+        with ProgressLine("solve") as progress:
+            solutions, report = solve_model(model, options, progress, field_of)
+    if options.solver in (CALCULIX, ABAQUS) and not arguments.work:
+        shutil.rmtree(folder)
+    write_solutions(output, solutions)
     if arguments.slip_table:
         _write_slip(arguments.slip_table, model.mesh.points, slip, materials)
     if arguments.vtu:
-        _write_vtu(arguments.vtu, model, next(iter(solutions.values())), stress, slip)
+        displacement = next(iter(solutions.values())).displacement
+        found, mesh = grain_stress(model, displacement), model.mesh
+        node, values = found.node, found.stress if stress is None else stress[found.node]
+        slipped = None if slip is None else slip[node].sum(axis=1)
+        fields = mesh.grain, node + 1, displacement[node], values, slipped
+        write_solution_vtu(arguments.vtu, mesh.points[node], found.tets, *fields)
     seconds = round(time.monotonic() - start, 1)
     tell(counts | {"solver": options.solver} | report | {"seconds": seconds}, arguments.report)
 
 
-def computed_solution(model: ElasticModel, options: SolveOptions, folder: Path) -> tuple[Solution, dict]:
-    """Return what CalculiX or Abaqus finds for the model's deck, which it runs in `folder`, and a report.
+def _field_of(
+    options: SolveOptions, given: Path, folder: Path, model: ElasticModel, case: str
+) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return numbers of nodes (k,), displacements (k, 3) and their file.
 
-    Raises CraftmeshError as `run_deck`, and for results that cannot be read.
+    A program finds them in `folder`; of external they are `given`. Raises CraftmeshError as `run_deck`, for
+    results that cannot be read, and for a file that is waited for.
     """
-    results = run_deck(model, options, folder)
     read = read_displacements if options.solver == CALCULIX else read_displacement_table
-    return _of_table(model, read(results), options.solver, results)
-
-
-def given_solution(model: ElasticModel, path: Path) -> tuple[Solution, dict]:
-    """Read the field that the user brings; raises CraftmeshError that says what is waited for."""
-    if not path.exists():
-        count = len(model.mesh.points)
-        raise CraftmeshError(
-            f"solver external: waits for {path}: {FORM}, a row for each node 1 to {count} of the deck that "
-            "`craftmesh inp` writes with the same options; put it there and start again"
-        )
-    return _of_table(model, read_displacement_table(path), EXTERNAL, path)
-
-
-def _of_table(
-    model: ElasticModel, rows: tuple[np.ndarray, np.ndarray], solver: str, path: Path
-) -> tuple[Solution, dict]:
-    """Return the solution of the deck's nodes by number (k,), which move by (k, 3) in its unit."""
-    numbers, displacement = rows
-    return foreign_solution(model, numbers, displacement / model.scale, solver, str(path))
-
-
-@contextmanager
-def _folder(options: SolveOptions, arguments: argparse.Namespace) -> Iterator[Path]:
-    """Yield the folder of a program, which is removed where it went well, unless --work names it."""
-    output: Path = arguments.output
-    folder = arguments.work or output.with_name(f"{output.stem}_{options.solver}")
-    yield folder
-    if not arguments.work:
-        shutil.rmtree(folder)
-
-
-def _built_in(
-    solver: Callable[..., tuple[Any, dict]], model: ElasticModel, options: SolveOptions
-) -> tuple[Any, dict]:
-    print(f"{model.mesh.points.size} unknowns, about {memory_of(model.mesh):.1f} GB", flush=True)
-    with ProgressLine("solve") as progress:
-        return solver(model, options, progress)
-
-
-def _solution(
-    model: ElasticModel, options: SolveOptions, arguments: argparse.Namespace, case: str = ""
-) -> tuple[Solution, dict]:
-    """Return the solution of a model's load, and a report; case: its name among several."""
-    if options.solver == BUILTIN:
-        return _built_in(solve, model, options)
-    if options.solver == EXTERNAL:
-        given: Path = arguments.field or arguments.output.with_name(FIELD)
-        return given_solution(model, *waited_for(given, [case] if case else []))
-    with _folder(options, arguments) as folder:
-        return computed_solution(model, options, folder / case)
-
-
-def _combinations(
-    model: ElasticModel, options: SolveOptions, arguments: argparse.Namespace
-) -> tuple[dict[str, Solution], dict]:
-    """Return the solutions of a model's combinations by name; other programs solve the load cases."""
-    if options.solver == BUILTIN:
-        return _built_in(solve_combinations, model, options)
-    fields = {
-        case: _solution(replace(model, load=load, cases={}), options, arguments, case)[0].displacement
-        for case, load in model.cases.items()
-    }
-    numbers = np.arange(1, len(model.mesh.points) + 1)
-    solutions, figures = {}, {}
-    for one in model.combinations:
-        solutions[one.name], figures[one.name] = foreign_solution(
-            model.under(one), numbers, one.sum_of(fields), options.solver, one.name
-        )
-    return solutions, {"load_cases": figures}
-
-
-def _write_vtu(
-    path: Path,
-    model: ElasticModel,
-    solution: Solution,
-    stress: np.ndarray | None,
-    slip: np.ndarray | None,
-) -> None:
-    """Write the fields; stress (n, 6), slip (n, s): of nodes where they are known, else by elasticity."""
-    found = grain_stress(model, solution.displacement)
-    node, mesh = found.node, model.mesh
-    moved, values = solution.displacement[node], found.stress if stress is None else stress[node]
-    slipped = None if slip is None else slip[node].sum(axis=1)
-    write_solution_vtu(path, mesh.points[node], found.tets, mesh.grain, node + 1, moved, values, slipped)
+    if options.solver != EXTERNAL:
+        path = run_deck(model, options, folder / case)
+    else:
+        (path,) = waited_for(given, [case] if case else [])
+        if not path.exists():
+            raise CraftmeshError(
+                f"solver external: waits for {path}: {FORM}, a row for each node 1 to "
+                f"{len(model.mesh.points)} of the deck that `craftmesh inp` writes with the same options; "
+                "put it there and start again"
+            )
+    numbers, displacement = read(path)
+    return numbers, displacement / model.scale, str(path)
 
 
 def _write_slip(

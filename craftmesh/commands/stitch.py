@@ -14,7 +14,6 @@ from craftmesh.io.surface_files import LISTED, read_grain_folder, unnumbered
 from craftmesh.io.vtk import read_crack, read_surface, write_surface
 from craftmesh.progress import ProgressLine
 from craftmesh.stitching.stitch import StitchOptions, stitch_grains
-from craftmesh.types import Surface
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,7 +31,11 @@ def run(arguments: argparse.Namespace) -> None:
     check_sizing(arguments)
     report: dict = {}
     if existing(arguments.surface).is_dir():
-        surface, report = _of_folder(arguments.surface, options_from(arguments, StitchOptions))
+        grains, others = read_grain_folder(arguments.surface), unnumbered(arguments.surface)
+        with named(arguments.surface):
+            surface, report = stitch_grains(grains, options_from(arguments, StitchOptions))
+        if others:
+            report["notes"] = [*report["notes"], f"{listed(others)} left out: no grain id ends the name"]
     else:
         surface = read_surface(arguments.surface)
     if arguments.crack:
@@ -49,12 +52,3 @@ def run(arguments: argparse.Namespace) -> None:
         report = report | inserted
     write_surface(arguments.output, surface)
     tell(report, arguments.report)
-
-
-def _of_folder(folder: Path, options: StitchOptions) -> tuple[Surface, dict]:
-    """Return the surface of the grains in a folder, and the report; errors name the folder."""
-    grains, others = read_grain_folder(folder), unnumbered(folder)
-    with named(folder):
-        surface, report = stitch_grains(grains, options)
-    left_out = [f"{listed(others)} left out: no grain id ends the name"] if others else []
-    return surface, report | {"notes": report["notes"] + left_out}

@@ -11,6 +11,7 @@ from craftmesh.commands.stage_io import of_suffix
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.volume_format import SUFFIXES
 from craftmesh.mesh.mesh_sets import is_lip
+from craftmesh.types import Surface
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,12 +68,11 @@ def view_labels(file: Path) -> bytes:
 
 def view_polygons(file: Path) -> bytes:
     """Show a surface or, where the file has no `sides`, a crack."""
-    from craftmesh.io import vtk, vtk_xml
+    from craftmesh.io.vtk import read_polygons
     from craftmesh.report.views import crack_picture, surface_picture
 
-    if "sides" in vtk_xml.read_dataset(file, "PolyData").at_cells:
-        return surface_picture(vtk.read_surface(file))
-    return crack_picture(vtk.read_crack(file))
+    found = read_polygons(file)
+    return surface_picture(found) if isinstance(found, Surface) else crack_picture(found)
 
 
 def view_mesh(file: Path) -> bytes:

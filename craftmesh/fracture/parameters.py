@@ -1,10 +1,11 @@
 """J, K_I, K_II, K_III and T at every node of a crack's front, from displacements alone."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import fields
 
 import numpy as np
 
+from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.fracture.error import errors, flags_of
 from craftmesh.fracture.fit import (
@@ -21,10 +22,13 @@ from craftmesh.fracture.options import LEAST_PIECES, LEAST_RADIUS, FractureOptio
 from craftmesh.fracture.segments import Segments, Stations, material_numbers, segments_of, stations_of
 from craftmesh.fracture.stress_probe import probed
 from craftmesh.fracture.tube import SolvedMesh, Tube, radii, tube_of
-from craftmesh.mechanics.load import Traction
+from craftmesh.mechanics.front_parameters import FrontParameters
+from craftmesh.mechanics.lips import on_lips
+from craftmesh.mechanics.load import Load, Traction
+from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.front_curve import FrontCurve, arc_lengths, local_sizes
 from craftmesh.mesh.front_frames import Front, fronts_of, grain_of_edges
-from craftmesh.types import TetMesh
+from craftmesh.types import Solution, TetMesh
 
 # The second, smaller tube, whose K tells how far the first one's may be trusted.
 SMALLER = 0.75
@@ -32,47 +36,41 @@ SMALLER = 0.75
 _IN_ORDER = [1, 0, 2]
 
 
-@dataclass(frozen=True, eq=False)
-class FrontParameters:
-    """One row per front node at a corner, in the order of FrontFrames.
+@typed
+def stress_intensities(
+    model: ElasticModel,
+    solutions: Mapping[str, Solution],
+    options: FractureOptions = FractureOptions(),  # noqa: B008 (frozen)
+) -> tuple[dict[str, FrontParameters], dict]:
+    """Return J, K and T along all fronts under each load of `solutions`, and a report of the fronts.
 
-    front (k,) from 1; node (k,) id from 0; s (k,); points (k, 3); J (k,) by its own integral; G (k,) the
-    energy release rate of the K; K_I, K_II, K_III (k,): with K_II > 0 lip A goes along the binormal, with
-    K_III > 0 along the tangent; T (k,) the stress along the binormal that stays finite, NaN where the lips
-    touch or are loaded, for it is found for lips free of traction; radius (k,) of the tube; spread (k,):
-    the largest change of a K with a smaller tube; error (k,): of each K, see `errors`; flags (k,) words
-    joined by +, see `flags_of`. Where the material changes values are the mean of both limits.
-    probe_angle, probe_stress (k,): see `probed`, NaN where it was not asked for.
+    solutions: by name, as `solve_model` returns them for the model. Planes that a load holds, moves or
+    pulls count as loaded where a front ends on them. Errors are those of `fracture_parameters`.
     """
+    models, found, fronts = model.by_load(), {}, []
+    for name, solution in solutions.items():
+        load = models[name].load
+        found[name], report = fracture_parameters(
+            model.mesh,
+            solution.displacement,
+            model.grains,
+            model.stiffness(),
+            options,
+            _loaded_planes(load),
+            solution.contact,
+            on_lips(load),
+            models[name].eigenstrain(),
+        )
+        fronts += [({"load_case": name} if name else {}) | front for front in report["fronts"]]
+    return found, {"fronts": fronts}
 
-    front: np.ndarray
-    node: np.ndarray
-    s: np.ndarray
-    points: np.ndarray
-    J: np.ndarray
-    G: np.ndarray
-    K_I: np.ndarray
-    K_II: np.ndarray
-    K_III: np.ndarray
-    T: np.ndarray
-    radius: np.ndarray
-    spread: np.ndarray
-    error: np.ndarray
-    flags: np.ndarray
-    probe_angle: np.ndarray
-    probe_stress: np.ndarray
 
-    def columns(self) -> dict[str, np.ndarray]:
-        """Return the columns of sif.csv in order; nodes are numbered from 1 as in the deck.
-
-        Those of the probe are there where it was asked for.
-        """
-        columns = {field.name: getattr(self, field.name) for field in fields(self)} | {
-            "node": self.node + 1
-        }
-        if np.isnan(self.probe_angle).all():
-            del columns["probe_angle"], columns["probe_stress"]
-        return columns
+def _loaded_planes(load: Load | None) -> set[str]:
+    """Return the names of the planes that a load holds, moves or pulls; the load of lips is known."""
+    if load is None:
+        return set()
+    names = {part.name for part in (*load.held, *load.moved)} | {part.name for part in load.pulled}
+    return names - {part.name for part in on_lips(load)} - {""}
 
 
 def fracture_parameters(

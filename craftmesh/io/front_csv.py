@@ -2,7 +2,7 @@
 
 import csv
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -36,6 +36,21 @@ def write_front(path: str | os.PathLike, columns: Mapping[str, np.ndarray]) -> N
         writer.writerows(zip(*(values.tolist() for values in flat.values())))
 
 
+def rows_by_load(columns: Mapping[str, Mapping[str, np.ndarray]]) -> Mapping[str, np.ndarray]:
+    """Return the rows of loads one after the other, named in the column LOAD_CASE; those of "" as they are.
+
+    What only the first has is NaN in the others' rows, or empty text.
+    """
+    first, *others = columns.values()
+    if not others and "" in columns:
+        return first
+    joined = {LOAD_CASE: np.repeat(np.array(list(columns), object), len(first["node"]))}
+    for key, own in first.items():
+        none = np.full(own.shape, "", object) if own.dtype == object else np.full(own.shape, np.nan)
+        joined[key] = np.concatenate([part.get(key, none) for part in columns.values()])
+    return joined
+
+
 def read_front(path: str | os.PathLike) -> dict[str, np.ndarray]:
     """Return the columns (k,) of numbers of a front by their names, at least x, y and z.
 
@@ -47,6 +62,34 @@ def read_front(path: str | os.PathLike) -> dict[str, np.ndarray]:
     found = {name: table.column(name) for name in table.names if name}
     known = {name: name.casefold() for name in found if name.casefold() in _KNOWN}
     return {known.get(name, name): values for name, values in found.items() if values is not None}
+
+
+def front_columns(
+    path: str | os.PathLike,
+    needed: Sequence[str],
+    made: str,
+    *known: Sequence[str],
+    words: Sequence[str] = (),
+) -> dict[str, np.ndarray]:
+    """Return the columns of a front as `write_front` took them: `points`, and `needed` ones of numbers.
+
+    known: groups of columns of numbers that are read where the whole group is there; words: columns of text
+    that are read where they are there. Raises CraftmeshError that says how the file is `made`.
+    """
+    table = front_table(path)
+    wanted = [*"xyz", *needed]
+    try:
+        rows = table.numbers(wanted) if table.rows or not table.has(wanted) else np.zeros((0, len(wanted)))
+    except CraftmeshError as error:
+        raise CraftmeshError(f"{error}; expected a file {made}") from None
+    found = dict(zip(wanted, rows.T))
+    for name in ["", *(name[:-1] for name in needed if name.endswith("_x"))]:
+        parts = [found.pop(f"{name}{axis}") for axis in "xyz"]
+        found[name.rstrip("_") or "points"] = np.stack(parts, axis=1)
+    for names in known:
+        if table.rows and table.has(names):
+            found |= dict(zip(names, table.numbers(names).T))
+    return found | {name: np.array(table.words(name), object) for name in words if table.has([name])}
 
 
 def front_table(path: str | os.PathLike, axes: str = "xyz") -> Table:

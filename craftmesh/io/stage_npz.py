@@ -66,11 +66,8 @@ def read_record(path: str | os.PathLike) -> dict:
 
 
 def _arrays(path: str | os.PathLike, names: Sequence[str]) -> dict[str, np.ndarray]:
-    arrays = load(existing_file(path, "run tetrahedralize for this chunk"), names)
-    missing = [name for name in names if name not in arrays]
-    if missing:
-        raise CraftmeshError(f"{path}: not a chunk of grains, no {missing[0]}; run tetrahedralize again")
-    return arrays
+    file = existing_file(path, "run tetrahedralize for this chunk")
+    return load(file, names, names, "a chunk of grains; run tetrahedralize again")
 
 
 def write_sizing(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> None:
@@ -85,10 +82,7 @@ def is_sizing(path: str | os.PathLike) -> bool:
 
 def read_sizing(path: str | os.PathLike) -> dict[str, np.ndarray]:
     """Read the arrays that `write_sizing` wrote; raises CraftmeshError, naming the entry that is not so."""
-    arrays = _loaded(path, FORMAT, "size")
-    missing = [name for name in _ENTRIES if name not in arrays]
-    if missing:
-        raise CraftmeshError(f"{path}: no entry {missing[0]}; run `craftmesh size` again")
+    arrays = _loaded(path, FORMAT, "size", tuple(_ENTRIES))
     arrays = {
         name: as_array(f"{path}: {name}", arrays[name], *entry, finite=False)
         for name, entry in _ENTRIES.items()
@@ -103,11 +97,15 @@ def read_sizing(path: str | os.PathLike) -> dict[str, np.ndarray]:
     return arrays
 
 
-def _loaded(path: str | os.PathLike, form: str, verb: str) -> dict[str, np.ndarray]:
+def _loaded(
+    path: str | os.PathLike, form: str, verb: str, needed: Sequence[str] = ()
+) -> dict[str, np.ndarray]:
     """Return the entries of an .npz of that format, which a verb makes."""
-    arrays, (_, what, _) = load(path), form.split()
+    what = form.split()[1]
+    made = f"a {what}.npz made by `craftmesh {verb}`"
+    arrays = load(path, None, needed, made)
     if str(arrays.get("format")) != form:
-        raise CraftmeshError(f"{path}: is no {what}; expected a {what}.npz made by `craftmesh {verb}`")
+        raise CraftmeshError(f"{path}: is no {what}; expected {made}")
     return arrays
 
 

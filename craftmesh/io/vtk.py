@@ -74,6 +74,12 @@ def read_crack(path: str | os.PathLike) -> Crack:
     return Crack(poly.points, triangles, fronts)
 
 
+def read_polygons(path: str | os.PathLike) -> Surface | Crack:
+    """Read a surface or, where the file has no `sides`, a crack."""
+    is_surface = "sides" in read_dataset(path, "PolyData").at_cells
+    return read_surface(path) if is_surface else read_crack(path)
+
+
 def write_voxels(path: str | os.PathLike, voxels: Voxels) -> None:
     """Write a .vti with cell data `labels` int32; orientations and phases go into the field data."""
     place = {"spacing": voxels.spacing, "origin": voxels.origin}

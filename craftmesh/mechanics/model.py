@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.crystals import misfits
 from craftmesh.mechanics.eigenstrains import axes_of, eigenstrains_of_grains, given_strains, is_even
@@ -53,9 +54,13 @@ class ElasticModel:
         load = combined([(factor, self.cases[case]) for case, factor in one.factors.items()])
         return replace(self, load=load)
 
+    def by_load(self) -> dict[str, "ElasticModel"]:
+        """Return the model under each of its combinations by name, or itself as ""."""
+        return {one.name: self.under(one) for one in self.combinations} or {"": self}
+
     def loads(self, names: Iterable[str]) -> dict[str, Load]:
         """Return load cases and sums by their names, "" the only load."""
-        sums = {one.name: self.under(one).load for one in self.combinations}
+        sums = {name: one.load for name, one in self.by_load().items()}
         known = {"": self.load, **self.cases, **sums}
         return {name: load for name in names if (load := known[name]) is not None}
 
@@ -101,6 +106,7 @@ class ElasticModel:
         return heat * np.array(found).reshape(-1, 3, 3)
 
 
+@typed
 def elastic_model(
     mesh: TetMesh,
     options: ModelOptions,

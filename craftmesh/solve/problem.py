@@ -1,4 +1,4 @@
-"""A model's elements, supports and load, how far a field is from balance, and fields of other programs."""
+"""A model's elements, supports and load, and how far a field is from balance."""
 
 from dataclasses import dataclass
 
@@ -11,14 +11,7 @@ from craftmesh.mechanics.load import Load, nodal_forces
 from craftmesh.mechanics.model import ElasticModel
 from craftmesh.mesh.integration import DECK_RULE, shape_slopes, smallest_jacobians, tet_rule
 from craftmesh.solve.kernels.elements import internal_forces
-from craftmesh.surface.side_data import UNITS, power_told
-from craftmesh.types import Solution, TetMesh
-
-# Six digits, as in .frd, leave 3e-4 with 43 thousand unknowns, and more with finer meshes; a field of
-# another load or material leaves 0.3 and more.
-_LARGEST_RESIDUAL = 0.1
-# A support's displacement comes back to six digits of the largest one.
-_SUPPORT = 1e-4
+from craftmesh.types import TetMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,77 +150,3 @@ def problem_of(model: ElasticModel, rule: int = DECK_RULE, elements: Elements | 
     if strain.any():
         forces -= elements.forces(np.zeros_like(forces), components(strain))
     return Problem(elements, supports, forces)
-
-
-def foreign_solution(
-    model: ElasticModel,
-    numbers: np.ndarray,
-    displacement: np.ndarray,
-    solver: str,
-    source: str,
-    contact: np.ndarray | None = None,
-) -> tuple[Solution, dict]:
-    """Return the solution that a program found, and a report.
-
-    numbers (k,): the deck's numbers of nodes; displacement (k, 3) in the same order; source: what they
-    come from, for errors; contact (n, 3): as in `Solution`, by the mesh's nodes. Raises CraftmeshError for
-    nodes that are missing, there twice or unknown, values that are not finite, and a field that does not
-    keep the supports or is far from balance: one of another mesh, load or material.
-    """
-    problem = problem_of(model)
-    field = in_order(numbers, displacement, len(model.mesh.points), source)
-    fault, reactions, residual = _checked(problem, field, contact)
-    if fault:
-        powers = [sign * power for power in UNITS for sign in (1, -1)]
-        fits = (power for power in powers if not _checked(problem, field / 10.0**power, contact)[0])
-        unit = next(fits, 0)
-        said = f"; its values are those of the deck{power_told(unit)}" if unit else ""
-        raise CraftmeshError(f"{source}: {fault}{said}")
-    record: dict[str, str | int | float] = {"solver": solver, "residual": residual}
-    return Solution(field, reactions, record, contact), {"unknowns": field.size} | record
-
-
-def in_order(numbers: np.ndarray, values: np.ndarray, count: int, source: str) -> np.ndarray:
-    """Return the values (count, c) by node; raises CraftmeshError as `foreign_solution`."""
-    seen = np.bincount(numbers[(numbers > 0) & (numbers <= count)], minlength=count + 1)[1:]
-    for wrong, what in (
-        (numbers[(numbers < 1) | (numbers > count)], "is no node of the deck"),
-        (np.flatnonzero(seen > 1) + 1, "is there twice"),
-        (np.flatnonzero(seen == 0) + 1, "is missing"),
-        (numbers[~np.isfinite(values).all(axis=1)], "has a value that is not finite"),
-    ):
-        if len(wrong):
-            raise CraftmeshError(
-                f"{source}: node {wrong[0]} {what} ({len(wrong)} such); expected the nodes 1 to {count}, "
-                "each once"
-            )
-    field = np.empty((count, values.shape[1]))
-    field[numbers - 1] = values
-    return field
-
-
-def _checked(
-    problem: Problem, field: np.ndarray, contact: np.ndarray | None
-) -> tuple[str, np.ndarray, float]:
-    """Return the fault of a field (n, 3) in words, "" for none, the reactions (n, 3) and the residual.
-
-    The fault is a support that the field does not keep, whose balance is not computed, or its residual.
-    """
-    supports = problem.supports
-    off = np.where(supports.fixed, np.abs(field - supports.displacement), 0.0)
-    if off.max(initial=0.0) > _SUPPORT * np.abs(field).max(initial=0.0):
-        node, axis = np.unravel_index(off.argmax(), off.shape)
-        fault = (
-            f"node {node + 1} moves along {'xyz'[axis]} by {field[node, axis]:.6g}, the load "
-            f"prescribes {supports.displacement[node, axis]:.6g}; take the field of this deck"
-        )
-        return fault, np.zeros_like(field), np.inf
-    _, reactions, residual = problem.balance(field, contact)
-    if residual <= _LARGEST_RESIDUAL:
-        return "", reactions, residual
-    fault = (
-        f"the field leaves {residual:.2g} of the forces out of balance, expected at most "
-        f"{_LARGEST_RESIDUAL:g}; take the field of this deck, with the same mesh, materials and load, "
-        "or a direct solver"
-    )
-    return fault, reactions, residual

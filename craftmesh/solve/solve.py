@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.materials import mean_moduli
 from craftmesh.mechanics.model import ElasticModel
@@ -13,6 +14,7 @@ from craftmesh.mesh.integration import DECK_RULE, FULL_RULE
 from craftmesh.mesh.lips import lip_pairs
 from craftmesh.progress import silent
 from craftmesh.solve.contact import least_overlap, overlap_of, with_contact
+from craftmesh.solve.foreign import FieldOf, foreign_solutions
 from craftmesh.solve.iteration import Iteration, refused
 from craftmesh.solve.options import BUILTIN, SolveOptions
 from craftmesh.solve.problem import Supports, problem_of
@@ -59,6 +61,46 @@ def poisson_ratios(stiffness: np.ndarray) -> np.ndarray:
     return (3 * bulk - 2 * shear) / (6 * bulk + 2 * shear)
 
 
+@typed
+def solve_model(
+    model: ElasticModel,
+    options: SolveOptions = SolveOptions(),  # noqa: B008 (frozen)
+    progress: Callable[[float, str], None] = silent,
+    field_of: FieldOf | None = None,
+) -> tuple[dict[str, Solution], dict]:
+    """Return the solutions of a model's combinations by name, of its load alone as "", and a report.
+
+    Load cases are solved one by one, with one matrix where they hold the same, and combinations are sums of
+    their fields; where lips would overlap in a sum it is solved by itself. Errors are those of `solve`.
+    field_of: asked for the field of each load case where options.solver is not builtin: `field_of(model,
+    name)` gives numbers of nodes (k,), displacements (k, 3) and where they come from; errors are those of
+    `foreign_solution` then.
+    """
+    if options.solver != BUILTIN:
+        if field_of is None:
+            raise CraftmeshError(
+                f"solver is {options.solver}, which commands run; give its fields, or take builtin"
+            )
+        return foreign_solutions(model, options.solver, field_of)
+    if not model.combinations:
+        solution, report = solve(model, options, progress)
+        return {"": solution}, report
+    report = _checked(model, options, progress)
+    last: Iteration | None = None
+    fields, solutions, figures = {}, {}, {}
+    for one in model.combinations:
+        for case in one.factors:
+            if case not in fields:
+                last = _after(
+                    last, replace(model, load=model.cases[case]), options, partial(_of, progress, case)
+                )
+                start = _start(model.mesh.points, last.problem.supports)
+                fields[case] = last.solved(start, None, options.tolerance).displacement
+        last = _after(last, model.under(one), options, partial(_of, progress, one.name))
+        solutions[one.name], figures[one.name] = _solution(model.mesh, last, one.sum_of(fields))
+    return solutions, report | {"load_cases": figures}
+
+
 def solve(
     model: ElasticModel,
     options: SolveOptions = SolveOptions(),  # noqa: B008 (frozen)
@@ -77,32 +119,6 @@ def solve(
     start = _start(model.mesh.points, iteration.problem.supports)
     solution, figures = _solution(model.mesh, iteration, start)
     return solution, report | figures
-
-
-def solve_combinations(
-    model: ElasticModel,
-    options: SolveOptions = SolveOptions(),  # noqa: B008 (frozen)
-    progress: Callable[[float, str], None] = silent,
-) -> tuple[dict[str, Solution], dict]:
-    """Return the solutions of a model's combinations of load cases by name, and a report of each.
-
-    Load cases are solved one by one, with one matrix where they hold the same, and combinations are sums of
-    their fields; where lips would overlap in a sum it is solved by itself. Errors are those of `solve`.
-    """
-    report = _checked(model, options, progress)
-    last: Iteration | None = None
-    fields, solutions, figures = {}, {}, {}
-    for one in model.combinations:
-        for case in one.factors:
-            if case not in fields:
-                last = _after(
-                    last, replace(model, load=model.cases[case]), options, partial(_of, progress, case)
-                )
-                start = _start(model.mesh.points, last.problem.supports)
-                fields[case] = last.solved(start, None, options.tolerance).displacement
-        last = _after(last, model.under(one), options, partial(_of, progress, one.name))
-        solutions[one.name], figures[one.name] = _solution(model.mesh, last, one.sum_of(fields))
-    return solutions, report | {"load_cases": figures}
 
 
 def _of(progress: Callable[[float, str], None], name: str, share: float, text: str) -> None:

@@ -121,7 +121,7 @@ def test_a_strip_that_cannot_be_laid_again_stays_and_a_warning_says_so(
     def folds(*_):
         raise CraftmeshError("the crack surface folds")
 
-    monkeypatch.setattr("craftmesh.commands.grow.corrected", folds)
+    monkeypatch.setattr("craftmesh.growth.grow_crack.corrected", folds)
     assert second(20.0)["corrected"] == [0.0, 0.0]
     said = [line for line in capsys.readouterr().err.splitlines() if "its last strip stays" in line]
     assert len(said) == 1 and "first.vtp" in said[0] and "surface folds" in said[0]

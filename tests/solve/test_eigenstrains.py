@@ -11,9 +11,9 @@ from craftmesh.mechanics.eigenstrains import as_strain, parse_eigenstrains
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import quaternion_to_matrix, random_orientations
+from craftmesh.mechanics.stress import grain_stress
 from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.solve import solve
-from craftmesh.solve.stress import grain_stress
 
 EXACT = SolveOptions(tolerance=1e-12)
 COPPER = ("cubic:168400,121400,75400",)

@@ -8,9 +8,9 @@ from craftmesh.assembly.assemble import assemble
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations
+from craftmesh.mechanics.stress import grain_stress
 from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.solve import solve
-from craftmesh.solve.stress import grain_stress
 
 COPPER = ("cubic:168.4e3,121.4e3,75.4e3",)
 STRESS = np.array([[50.0, 20.0, -15.0], [20.0, -30.0, 40.0], [-15.0, 40.0, 80.0]])

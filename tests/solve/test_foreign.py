@@ -18,8 +18,8 @@ from craftmesh.io.vtk import write_tets
 from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations
+from craftmesh.solve.foreign import foreign_solution
 from craftmesh.solve.options import SolveOptions
-from craftmesh.solve.problem import foreign_solution
 from craftmesh.solve.solve import solve
 from craftmesh.types import Voxels
 

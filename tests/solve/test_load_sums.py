@@ -13,7 +13,7 @@ from craftmesh.mechanics.model import ElasticModel, elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations
 from craftmesh.solve.options import SolveOptions
-from craftmesh.solve.solve import solve, solve_combinations
+from craftmesh.solve.solve import solve, solve_model
 
 COPPER = ("cubic:168.4e3,121.4e3,75.4e3",)
 SOLVE = SolveOptions(tolerance=1e-10)
@@ -40,7 +40,7 @@ def off(found: np.ndarray, exact: np.ndarray) -> float:
 
 def test_a_sum_of_cases_is_the_field_of_the_sum_of_loads():
     combine = ("peak=tension:1,shear:0.3", "valley=tension:0.4,shear:-0.2")
-    found, report = solve_combinations(model_of(combine=combine), SOLVE)
+    found, report = solve_model(model_of(combine=combine), SOLVE)
     assert list(found) == ["peak", "valley"]
     for name, pull, shear in (("peak", 100, 18), ("valley", 40, -12)):
         faces = (*FACES[:3], f"ZMAX.z=stress:{pull}", f"ZMAX.x=stress:{shear}")
@@ -56,9 +56,7 @@ def test_pressed_lips_and_eigenstrains_are_added_as_load_cases():
     strain = 1e-3 * np.array([1.0, 0.4, -0.3])
     texts = [f"orthotropic:{','.join(map(str, values))}" for values in (strain, -2 * strain)]
     combine = ("sum=tension:1,lip_pressure:0.5,eigenstrain:-2",)
-    found, _ = solve_combinations(
-        model_of(combine=combine, lip_pressure=90.0, eigenstrain=texts[:1]), SOLVE
-    )
+    found, _ = solve_model(model_of(combine=combine, lip_pressure=90.0, eigenstrain=texts[:1]), SOLVE)
     alone, _ = solve(
         model_of(FACES[:3] + ("ZMAX.z=stress:100",), lip_pressure=45.0, eigenstrain=texts[1:]), SOLVE
     )
@@ -67,7 +65,7 @@ def test_pressed_lips_and_eigenstrains_are_added_as_load_cases():
 
 def test_without_sums_each_load_case_is_solved_as_by_itself():
     model = model_of(FACES)
-    found, _ = solve_combinations(model, SOLVE)
+    found, _ = solve_model(model, SOLVE)
     for name, load in model.cases.items():
         alone, _ = solve(replace(model, load=load, cases={}), SOLVE)
         assert np.array_equal(found[name].displacement, alone.displacement)
@@ -76,14 +74,14 @@ def test_without_sums_each_load_case_is_solved_as_by_itself():
 def test_cases_that_hold_different_faces_are_solved_each_with_its_own():
     faces = (*FACES[:3], "moved/ZMAX.x=strain:0.001", "pulled/ZMAX.x=stress:60")
     model = model_of(faces)
-    found, _ = solve_combinations(model, SOLVE)
+    found, _ = solve_model(model, SOLVE)
     for name, load in model.cases.items():
         assert off(found[name].displacement, solve(replace(model, load=load), SOLVE)[0].displacement) == 0
 
 
 def test_where_lips_would_overlap_in_a_sum_it_is_solved_with_contact():
     model = model_of(combine=("open=tension:1", "shut=tension:-1,shear:0.5"))
-    found, report = solve_combinations(model, SOLVE)
+    found, report = solve_model(model, SOLVE)
     assert found["open"].contact is None and "contact_closed" not in report["load_cases"]["open"]
     faces = (*FACES[:3], "ZMAX.z=stress:-100", "ZMAX.x=stress:30")
     alone, figures = solve(model_of(faces), SOLVE)
@@ -92,7 +90,7 @@ def test_where_lips_would_overlap_in_a_sum_it_is_solved_with_contact():
 
 
 def test_solutions_of_several_loads_are_read_back_and_the_first_as_one(tmp_path):
-    found, _ = solve_combinations(model_of(combine=("open=tension:1", "shut=tension:-1")), SOLVE)
+    found, _ = solve_model(model_of(combine=("open=tension:1", "shut=tension:-1")), SOLVE)
     write_solutions(tmp_path / "s.npz", found)
     again = read_solutions(tmp_path / "s.npz")
     assert list(again) == ["open", "shut"] and again["open"].contact is None

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from edge_crack import write_edge_crack
 
 import craftmesh as cm
 from craftmesh import cli
+from craftmesh.io.front_csv import rows_by_load
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_tets
 from craftmesh.voxels.generate import generate
@@ -79,3 +81,54 @@ def test_the_library_gives_the_command_lines_bytes(case, tmp_path, monkeypatch):
     voxels = generate(GenerateOptions(**grains))
     assert np.any(voxels.labels < 0) == ("voids" in grains)
     assert command_line(voxels, cracks) == library(voxels, cracks)
+
+
+FACES = ("ZMIN.z=fixed", "ZMIN.x=fixed", "ZMIN.y=fixed", "up/ZMAX.z=stress:50", "aside/ZMAX.x=stress:9")
+LOADS = {
+    "one load": ({"magnitude": 1e-3, "quarter_points": True}, {"extension": 1.0}),
+    "a cycle": (
+        {"faces": FACES, "combine": ("peak=up:1,aside:1", "valley=up:0.2")},
+        {"cycle": ("peak", "valley"), "extension": 1.0, "law": "power", "coefficient": 1e-9},
+    ),
+}
+
+
+@pytest.mark.parametrize("load", LOADS)
+def test_solution_intensities_and_the_next_crack_have_the_command_lines_bytes(load, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_edge_crack(tmp_path, (8, 3, 8))
+    body, crack = cm.read_tets("volume.vtu"), cm.read_crack("crack.vtp")
+    voxels = cm.Voxels(np.ones((8, 3, 8), int), np.ones(3), np.zeros(3))
+    write_labels("labels.npz", voxels)
+    frames = cm.front_frames(body).columns()
+    cm.write_front("front.csv", frames)
+    loaded, growth = LOADS[load]
+    loaded |= {"material": ("isotropic:70000,0.33",)}
+    given = list(flags({k: v for k, v in loaded.items() if v is not True}))
+    given += ["--quarter-points"] * ("quarter_points" in loaded)
+    run("solve", "volume.vtu", "-o", "solution.npz", *given)
+    goes = ["--crack", "crack.vtp", "--json", "fracture.json", *flags(growth)]
+    run("fracture", "volume.vtu", "solution.npz", "-o", "sif.csv", *goes, *given)
+    crack_files = ["crack.vtp", "sif.csv", "front.csv", "--volume", "labels.npz"]
+    run("grow", *crack_files, "-o", "grown.vtp", "--step", "step.csv", "--report", "grow.json")
+
+    model, _ = cm.elastic_model(body, cm.ModelOptions(**loaded))
+    solutions, _ = cm.solve_model(model)
+    found, _ = cm.stress_intensities(model, solutions)
+    ways, _ = cm.front_extensions(crack, model, solutions, found, cm.GrowthOptions(**growth))
+    grown, _ = cm.grow_crack(crack, voxels, ways, frames)
+    cm.write_solutions("own.npz", solutions)
+    columns = {name: one.columns() for name, one in found.items()}
+    columns[next(iter(columns))] = ways
+    cm.write_front("own.csv", rows_by_load(columns))
+    cm.write_crack("own.vtp", grown.crack)
+    cm.write_front("own_step.csv", cm.step_columns(grown.step))
+    assert len(grown.crack.points) > len(crack.points) and np.ptp(ways["K_I"]) > 0
+    files = {
+        "solution.npz": "own.npz",
+        "sif.csv": "own.csv",
+        "grown.vtp": "own.vtp",
+        "step.csv": "own_step.csv",
+    }
+    for made, own in files.items():
+        assert (tmp_path / made).read_bytes() == (tmp_path / own).read_bytes(), made

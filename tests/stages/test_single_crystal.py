@@ -11,13 +11,12 @@ from structured_box import hexagon, plane_crack, structured_box
 
 from craftmesh.assembly.assemble import assemble
 from craftmesh.cli import main
-from craftmesh.commands.solved_loads import solved_loads
 from craftmesh.deck.options import DeckOptions
 from craftmesh.deck.write_deck import write_deck
 from craftmesh.errors import CraftmeshError
 from craftmesh.io.model_tables import read_displacements, read_frd, read_slip_table
 from craftmesh.io.npz import write_labels
-from craftmesh.io.stage_npz import read_solution, read_solution_vtu
+from craftmesh.io.stage_npz import read_solution, read_solution_vtu, read_solutions
 from craftmesh.io.user_material import read_template
 from craftmesh.io.vtk import write_tets
 from craftmesh.mechanics.model import elastic_model
@@ -26,6 +25,7 @@ from craftmesh.mechanics.user_materials import parse_templates
 from craftmesh.mesh.second_order import raise_order
 from craftmesh.mesh.tet_connectivity import tet_volumes
 from craftmesh.report.charts import loops
+from craftmesh.solve.foreign import check_solutions
 from craftmesh.solve.options import SolveOptions
 from craftmesh.solve.solve import solve
 from craftmesh.types import Voxels
@@ -230,6 +230,7 @@ def test_solve_gives_the_fields_at_the_end_and_the_loop_of_the_face(tmp_path):
     assert np.array_equal(places[: len(mesh.points)], mesh.points) and len(normals) == 7
     assert of_planes.sum(axis=1).max() == pytest.approx(slip.max())
     with pytest.raises(CraftmeshError, match="end of a load in steps, and K is of elastic fields"):
-        solved_loads(elastic_model(mesh, DeckOptions())[0], tmp_path / "solution.npz", ())
+        model, _ = elastic_model(mesh, DeckOptions())
+        check_solutions(model, read_solutions(tmp_path / "solution.npz"), "solution.npz")
     assert loops(solution.history, "MPa").axes[0].get_ylabel() == "nominal stress [MPa]"
     assert main(f"solve {files} {options} --solver external {ends}".split()) == 1

@@ -12,7 +12,7 @@ from craftmesh.io.stage_npz import read_solution, write_solution_vtu, write_solu
 from craftmesh.mechanics.model import elastic_model
 from craftmesh.mechanics.model_options import ModelOptions
 from craftmesh.mechanics.orientation import random_orientations
-from craftmesh.solve.stress import grain_stress, mean_stress
+from craftmesh.mechanics.stress import grain_stress, mean_stress
 from craftmesh.types import Solution
 
 

@@ -7,9 +7,8 @@ import numpy as np
 from craftmesh.mechanics.eigenstrains import components
 from craftmesh.mechanics.materials import COMPONENT
 from craftmesh.mechanics.model import ElasticModel
-from craftmesh.mesh.integration import DECK_RULE, determinants, jacobians, parts_of, tet_rule
+from craftmesh.mesh.integration import DECK_RULE, determinants, jacobians, parts_of, shape_slopes, tet_rule
 from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, tet_volumes
-from craftmesh.solve.problem import Elements, elements_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,32 +29,26 @@ def grain_stress(model: ElasticModel, displacement: np.ndarray) -> GrainStress:
     They go linearly from the integration points to the nodes of each element, and a node takes the mean of
     its grain's elements, weighted by their volumes.
     """
-    mesh = model.mesh
-    elements = elements_of(model, DECK_RULE)
-    key = elements.part[:, None] * len(mesh.points) + mesh.tets
-    found, point = np.unique(key, return_inverse=True)
-    tets = point.reshape(mesh.tets.shape)
+    mesh, tets, stiffness = model.mesh, model.mesh.tets, model.stiffness()
+    part = np.searchsorted(model.grains, mesh.grain)
+    found, point = np.unique(part[:, None] * len(mesh.points) + tets, return_inverse=True)
+    point = point.reshape(tets.shape)
     stress, volume = np.zeros((len(found), 6)), np.zeros(len(found))
-    spread = _to_nodes(mesh.tets.shape[1], elements.rule)
+    places, weights = tet_rule(1 if tets.shape[1] == 4 else DECK_RULE)
+    slopes, spread = shape_slopes(places, tets.shape[1]), _to_nodes(tets.shape[1], len(weights))
     for rows in parts_of(np.arange(len(tets))):
-        own, size = _at_points(elements, displacement, rows)
-        np.add.at(stress, tets[rows], size[:, None, None] * (spread @ own))
-        np.add.at(volume, tets[rows], size[:, None])
+        jacobian = jacobians(mesh.points, tets[rows], slopes)
+        moved = displacement[tets[rows]][:, None].swapaxes(2, 3) @ slopes @ np.linalg.inv(jacobian)
+        strain = components((0.5 * (moved + moved.swapaxes(2, 3))).reshape(-1, 3, 3))
+        own, size = (
+            strain.reshape(len(rows), -1, 6) @ stiffness[part[rows]],
+            determinants(jacobian) @ weights,
+        )
+        np.add.at(stress, point[rows], size[:, None, None] * (spread @ own))
+        np.add.at(volume, point[rows], size[:, None])
     part, node = np.divmod(found, len(mesh.points))
-    free = np.einsum("gij,gj->gi", elements.stiffness, components(model.eigenstrain()))
-    return GrainStress(node, tets, stress / volume[:, None] - free[part])
-
-
-def _at_points(
-    elements: Elements, displacement: np.ndarray, rows: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return stresses (e, q, 6) at the integration points of elements `rows`, and their volumes (e,)."""
-    points, tets, part, stiffness, slopes, weights = elements.tables
-    jacobian = jacobians(points, tets[rows], slopes)
-    moved = displacement[tets[rows]][:, None].swapaxes(2, 3) @ slopes @ np.linalg.inv(jacobian)
-    strain = components((0.5 * (moved + moved.swapaxes(2, 3))).reshape(-1, 3, 3))
-    stress = strain.reshape(len(rows), -1, 6) @ stiffness[part[rows]]
-    return stress, determinants(jacobian) @ weights
+    free = np.einsum("gij,gj->gi", stiffness, components(model.eigenstrain()))
+    return GrainStress(node, point, stress / volume[:, None] - free[part])
 
 
 def mean_stress(model: ElasticModel, displacement: np.ndarray) -> float:

@@ -1,0 +1,159 @@
+"""A crack after one increment: where its fronts go by the columns of sif.csv, and why it stops."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from craftmesh.arguments import typed
+from craftmesh.cracks.severed import piece_cut_off
+from craftmesh.cracks.within_box import area_within
+from craftmesh.errors import CraftmeshError
+from craftmesh.growth.correct import Step, corrected
+from craftmesh.growth.extension import CLOSED, NOISE, STAYS
+from craftmesh.growth.grow import grow, row_spacing
+from craftmesh.growth.moves import FrontExtensions
+from craftmesh.growth.options import SmoothingOptions
+from craftmesh.growth.trust import trusted
+from craftmesh.types import Crack, Surface, Voxels
+
+LEFT = "every front has left the body"
+STANDS = "no point of the front extends"
+
+
+class Grown(NamedTuple):
+    """crack: after the increment, the given one where it stops; step: what its strip was laid from.
+
+    ended: why it stops, "" where it goes on; warnings: a line for each doubt about the step.
+    """
+
+    crack: Crack
+    step: Step
+    ended: str
+    warnings: tuple[str, ...]
+
+
+@typed
+def grow_crack(
+    crack: Crack,
+    body: Voxels | Surface,
+    ways: Mapping[str, np.ndarray],
+    frames: Mapping[str, np.ndarray],
+    options: SmoothingOptions = SmoothingOptions(),  # noqa: B008 (frozen)
+    last: Step | None = None,
+) -> tuple[Grown, dict]:
+    """Return the crack grown by one increment in a body, and a report.
+
+    ways: the columns of sif.csv, as `front_extensions` returns them; frames: the columns of front.csv, as
+    `front_frames(mesh).columns()` has them. last: the step before, laid again by the kinks found at its end
+    where that can be. Only a body of voxels can be severed. Raises CraftmeshError for columns of different
+    meshes, and as `grow`.
+    """
+    step = _step_of(crack, ways, frames)
+    along, box, warnings = step.along, body.box, _short_step(step.along)
+    grown: Crack | None = crack
+    if (along.extension > 0).any():
+        try:
+            better = step if last is None else corrected(last, step, box, options)
+            grown, step = grow(better.crack, better.along, box, options), better
+        except CraftmeshError as error:
+            if last is None:
+                raise
+            warnings += [f"its last strip stays as it is, not turned by the kinks at its end: {error}"]
+            grown = grow(crack, along, box, options)
+    words = list(ways.get("stays", ()))
+    stays = {word: words.count(word) for word in STAYS if word in words}
+    if grown is None or not len(along.points):
+        ended = LEFT
+    elif grown is crack:
+        why = ", ".join(f"{count} {word} ({STAYS[word]})" for word, count in stays.items())
+        ended = f"{STANDS}: {why}" if why else STANDS
+    else:
+        ended = _severed(body, grown)
+    left = crack if grown is None or ended else grown
+    now, goes = step.along.binormal, along.extension > 0
+    turn = np.arctan2((now * along.normal).sum(axis=1), (now * along.binormal).sum(axis=1))
+    report = {
+        "area": [area_within(one, box) for one in (crack, left)],
+        "kink_angle": _range(np.degrees(along.kink_angle[goes] if goes.any() else along.kink_angle)),
+        "extension": _range(along.extension),
+        "fronts": len(left.fronts),
+        "ended": ended,
+        "stays": stays,
+        "corrected": _range(np.degrees(turn)),
+    }
+    return Grown(left, step, ended, tuple(warnings)), report
+
+
+def step_columns(step: Step) -> dict[str, np.ndarray]:
+    """Return the columns of step.csv, from which `last_step` makes the step again."""
+    along = step.along
+    columns = {"points": along.points, "normal": along.normal, "binormal": along.binormal}
+    columns |= {"kink_angle": np.degrees(along.kink_angle), "extension": along.extension}
+    if step.rate is not None:
+        columns |= {"rate": step.rate, "power": np.full(len(step.rate), step.power)}
+    return columns | {"trusted": along.trusted.astype(np.int64)}
+
+
+def last_step(crack: Crack, columns: Mapping[str, np.ndarray]) -> Step:
+    """Return the step of a crack from the columns of step.csv."""
+    return _step(crack, columns, columns, np.asarray(columns["trusted"]) > 0)
+
+
+def _step_of(crack: Crack, ways: Mapping[str, np.ndarray], frames: Mapping[str, np.ndarray]) -> Step:
+    """Return where the points of a front go, by the nodes that sif.csv and front.csv both name.
+
+    Those are trusted that steer by their flags (`trusted`), but for those that stay as K says nothing.
+    """
+    if not np.array_equal(ways["node"], frames["node"]):
+        raise CraftmeshError("sif.csv and front.csv name different nodes; give both of one mesh")
+    none = np.full(len(frames["node"]), "", object)
+    places = {"front", "s"} <= ways.keys() and len(none)
+    front, s = (ways["front"], ways["s"]) if places else (None, None)
+    steers = trusted(ways.get("flags", none).tolist(), front, s).steers
+    says = ~np.isin(ways.get("stays", none), (CLOSED, NOISE))
+    return _step(crack, ways, frames, steers & says)
+
+
+def _step(
+    crack: Crack, ways: Mapping[str, np.ndarray], frames: Mapping[str, np.ndarray], steers: np.ndarray
+) -> Step:
+    along = FrontExtensions(
+        frames["points"],
+        frames["normal"],
+        frames["binormal"],
+        np.radians(ways["kink_angle"]),
+        ways["extension"],
+        steers,
+    )
+    if not {"rate", "power"} <= ways.keys() or not len(steers):
+        return Step(crack, along)
+    return Step(crack, along, ways["rate"], float(np.median(ways["power"])))
+
+
+def _short_step(along: FrontExtensions) -> list[str]:
+    """Return a warning where points go on by less than the front's edges, in the median."""
+    goes = along.extension > 0
+    if not goes.any():
+        return []
+    step, edge = float(np.median(along.extension[goes])), row_spacing(along.points)
+    if step >= edge:
+        return []
+    return [
+        f"the front goes on by {step:.4g}, and its edges are {edge:.4g} long; the next mesh cannot tell "
+        "how it kinked: give a longer step (grow.extension, grow.change) or shorter edges (sizing.l_min)"
+    ]
+
+
+def _severed(body: Voxels | Surface, crack: Crack) -> str:
+    """Return in words which piece of a body of voxels the crack cuts off, "" where it holds together."""
+    # of a body given by its surface the solver finds what is not held
+    piece = piece_cut_off(body, crack) if isinstance(body, Voxels) else None
+    if piece is None:
+        return ""
+    place = ", ".join(f"{x:.4g}" for x in piece.middle)
+    return f"the crack severs the body: a piece of volume {piece.volume:.4g} round ({place}) comes off"
+
+
+def _range(values: np.ndarray) -> list[float]:
+    return [float(values.min()), float(values.max())] if len(values) else [0.0, 0.0]
