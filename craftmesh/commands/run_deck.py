@@ -1,7 +1,6 @@
 """Solvers run on a deck; of a load in steps the fields at its end, and the faces' loops."""
 
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -34,14 +33,6 @@ _ITERATIVE = "iterative solver"
 _FIELDS = {"DISP": 3, "FORC": 3, "STRESS": 6}
 # .frd has xx, yy, zz, xy, yz, zx.
 _ORDER = [0, 1, 2, 3, 5, 4]
-
-
-class Ended(NamedTuple):
-    """The end of a history: stress (n, 6) as 11, 22, 33, 12, 13, 23; slip (n, s) of systems if known."""
-
-    solution: Solution
-    stress: np.ndarray
-    slip: np.ndarray | None
 
 
 def run_deck(
@@ -83,11 +74,12 @@ def solved_history(
     deck: DeckOptions,
     materials: UserMaterials | None,
     folder: Path,
-) -> tuple[Ended, dict]:
-    """Return the end of a deck's history and a report; CalculiX runs it in `folder`.
+) -> tuple[Solution, np.ndarray, np.ndarray | None, dict]:
+    """Return the solution at the end of a deck's history, stress, slip and a report.
 
-    Values of nodes are means over their elements, as CalculiX has them. Raises CraftmeshError for a program
-    that fails or does not get to the end, and for results that cannot be read.
+    CalculiX runs it in `folder`. Stress (n, 6) is 11, 22, 33, 12, 13, 23; slip (n, s) of systems is None
+    where it is not known. Values of nodes are means over their elements, as CalculiX has them. Raises
+    CraftmeshError for a program that fails or does not get to the end, and for results that cannot be read.
     """
     results = run_deck(model, options, folder, deck, materials)
     users = list(materials.by_phase.values()) if materials else []
@@ -110,7 +102,7 @@ def solved_history(
         for number, front in enumerate(found, 1):
             record |= {f"front {number}: {name}": value for name, value in front.figures().items()}
     solution = Solution(moved, forces, record, None, history)
-    return Ended(solution, stress, slip), {"unknowns": moved.size} | record
+    return solution, stress, slip, {"unknowns": moved.size} | record
 
 
 def _history(model: ElasticModel, deck: DeckOptions, path: Path) -> dict[str, np.ndarray]:

@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace) -> None:
     folder = arguments.work or output.with_name(f"{output.stem}_{options.solver}")
     if deck.history and options.solver != BUILTIN:
         model, materials = as_in_deck(model, deck, arguments, known)
-        (solution, stress, slip), report = solved_history(model, options, deck, materials, folder)
+        solution, stress, slip, report = solved_history(model, options, deck, materials, folder)
         solutions = {"": solution}
     else:
         field_of = partial(_field_of, options, arguments.field or output.with_name(FIELD), folder)

@@ -4,7 +4,6 @@ import os
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,27 +34,12 @@ _DREAM3D = (
     *("tetragonal", "tetragonal", "trigonal", "trigonal"),
 )
 # The last space group of each structure (International Tables for Crystallography A).
-_LAST_GROUP = MappingProxyType(
-    {
-        **{2: "triclinic", 15: "monoclinic", 74: "orthorhombic", 142: "tetragonal", 167: "trigonal"},
-        **{194: "hexagonal", 230: "cubic"},
-    }
-)
+_LAST_GROUP = {2: "triclinic", 15: "monoclinic", 74: "orthorhombic", 142: "tetragonal", 167: "trigonal"}
+_LAST_GROUP |= {194: "hexagonal", 230: "cubic"}
 # Laue groups, as Neper names symmetries beside the words themselves.
-_LAUE = MappingProxyType(
-    {
-        **{
-            "-1": "triclinic",
-            "2/m": "monoclinic",
-            "mmm": "orthorhombic",
-            "-3": "trigonal",
-            "-3m": "trigonal",
-        },
-        **dict.fromkeys(("4/m", "4/mmm"), "tetragonal"),
-        **dict.fromkeys(("6/m", "6/mmm"), "hexagonal"),
-        **dict.fromkeys(("m-3", "m-3m"), "cubic"),
-    }
-)
+_LAUE = {"-1": "triclinic", "2/m": "monoclinic", "mmm": "orthorhombic"}
+_LAUE |= dict.fromkeys(("-3", "-3m"), "trigonal") | dict.fromkeys(("4/m", "4/mmm"), "tetragonal")
+_LAUE |= dict.fromkeys(("6/m", "6/mmm"), "hexagonal") | dict.fromkeys(("m-3", "m-3m"), "cubic")
 
 
 @dataclass(frozen=True)
