@@ -4,7 +4,7 @@ import lzma
 import os
 import zipfile
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from io import BytesIO
 from pathlib import Path
 from tokenize import TokenError
@@ -72,7 +72,8 @@ def write_arrays(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> N
 
 def read_labels(path: str | os.PathLike) -> Voxels:
     """Read an .npz written by `write_labels`; raises CraftmeshError for a missing file or entry."""
-    arrays = load(path, needed=("labels", "spacing", "origin"), made="a labels.npz made by craftmesh")
+    arrays = load(path)
+    refuse_missing(path, arrays, ("labels", "spacing", "origin"), "a labels.npz made by craftmesh")
     place = arrays["labels"], arrays["spacing"], arrays["origin"]
     orientations, phases, of_voxels = (arrays.get(name) for name in _OPTIONAL)
     return Voxels(*place, orientations, phases, _crystals(path, arrays), of_voxels)
@@ -141,13 +142,10 @@ def _crystals(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> dict
         ) from None
 
 
-def load(
-    path: str | os.PathLike, names: Sequence[str] | None = None, needed: Sequence[str] = (), made: str = ""
-) -> dict[str, np.ndarray]:
+def load(path: str | os.PathLike, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
     """Return the entries of an .npz, all or those of `names` that it has.
 
-    Raises CraftmeshError when it is not one, holds Python objects, declares more than it holds or lacks one
-    of `needed`, which an .npz as it is `made` has.
+    Raises CraftmeshError when it is not one, holds Python objects or declares more than it holds.
     """
     try:
         refuse_false_zip(existing(Path(path)))
@@ -155,14 +153,19 @@ def load(
             for entry in archive.zip.infolist():
                 with archive.zip.open(entry) as stream:
                     refuse_false_head(path, entry.filename, stream, entry.file_size)
-            arrays = {name: archive[name] for name in archive.files if names is None or name in names}
+            return {name: archive[name] for name in archive.files if names is None or name in names}
     except BROKEN as error:
         raise CraftmeshError(
             f"{path}: is not an .npz of plain arrays ({_fault(path, error)}); write it anew"
         ) from None
+
+
+def refuse_missing(
+    path: str | os.PathLike, arrays: Mapping[str, np.ndarray], needed: Iterable[str], made: str
+) -> None:
+    """Raise CraftmeshError unless the entries of an .npz have those of a file that is `made` so."""
     if missing := [name for name in needed if name not in arrays]:
         raise CraftmeshError(f"{path}: no entry {missing[0]}; expected {made}")
-    return arrays
 
 
 def refuse_false_head(path: str | os.PathLike, name: str, stream: IO[bytes], there: int) -> None:

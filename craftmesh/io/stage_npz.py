@@ -10,7 +10,7 @@ from craftmesh.arguments import as_array
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError, existing_file
 from craftmesh.io import vtk_xml
-from craftmesh.io.npz import load, write_arrays
+from craftmesh.io.npz import load, refuse_missing, write_arrays
 from craftmesh.io.vtk import tets_alone
 from craftmesh.types import GrainTets, Solution
 
@@ -66,8 +66,9 @@ def read_record(path: str | os.PathLike) -> dict:
 
 
 def _arrays(path: str | os.PathLike, names: Sequence[str]) -> dict[str, np.ndarray]:
-    file = existing_file(path, "run tetrahedralize for this chunk")
-    return load(file, names, names, "a chunk of grains; run tetrahedralize again")
+    arrays = load(existing_file(path, "run tetrahedralize for this chunk"), names)
+    refuse_missing(path, arrays, names, "a chunk of grains; run tetrahedralize again")
+    return arrays
 
 
 def write_sizing(path: str | os.PathLike, arrays: Mapping[str, np.ndarray]) -> None:
@@ -103,9 +104,10 @@ def _loaded(
     """Return the entries of an .npz of that format, which a verb makes."""
     what = form.split()[1]
     made = f"a {what}.npz made by `craftmesh {verb}`"
-    arrays = load(path, None, needed, made)
+    arrays = load(path)
     if str(arrays.get("format")) != form:
         raise CraftmeshError(f"{path}: is no {what}; expected {made}")
+    refuse_missing(path, arrays, needed, made)
     return arrays
 
 
