@@ -105,6 +105,12 @@ def _step_of(crack: Crack, ways: Mapping[str, np.ndarray], frames: Mapping[str, 
 
     Those are trusted that steer by their flags (`trusted`), but for those that stay as K says nothing.
     """
+    missing = {"node", "kink_angle", "extension"} - ways.keys()
+    missing |= {"node", "points", "normal", "binormal"} - frames.keys()
+    if missing:
+        raise CraftmeshError(
+            f"no column {min(missing)}; give the columns of front_extensions and of front_frames"
+        )
     if not np.array_equal(ways["node"], frames["node"]):
         raise CraftmeshError("sif.csv and front.csv name different nodes; give both of one mesh")
     none = np.full(len(frames["node"]), "", object)

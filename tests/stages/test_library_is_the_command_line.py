@@ -83,6 +83,14 @@ def test_the_library_gives_the_command_lines_bytes(case, tmp_path, monkeypatch):
     assert command_line(voxels, cracks) == library(voxels, cracks)
 
 
+def edge_crack(folder):
+    """Return the mesh of a box with an edge crack, its crack, its voxels and the columns of its fronts."""
+    write_edge_crack(folder, (8, 3, 8))
+    body, crack = cm.read_tets(folder / "volume.vtu"), cm.read_crack(folder / "crack.vtp")
+    voxels = cm.Voxels(np.ones((8, 3, 8), int), np.ones(3), np.zeros(3))
+    return body, crack, voxels, cm.front_frames(body).columns()
+
+
 FACES = ("ZMIN.z=fixed", "ZMIN.x=fixed", "ZMIN.y=fixed", "up/ZMAX.z=stress:50", "aside/ZMAX.x=stress:9")
 LOADS = {
     "one load": ({"magnitude": 1e-3, "quarter_points": True}, {"extension": 1.0}),
@@ -96,11 +104,8 @@ LOADS = {
 @pytest.mark.parametrize("load", LOADS)
 def test_solution_intensities_and_the_next_crack_have_the_command_lines_bytes(load, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    write_edge_crack(tmp_path, (8, 3, 8))
-    body, crack = cm.read_tets("volume.vtu"), cm.read_crack("crack.vtp")
-    voxels = cm.Voxels(np.ones((8, 3, 8), int), np.ones(3), np.zeros(3))
+    body, crack, voxels, frames = edge_crack(tmp_path)
     write_labels("labels.npz", voxels)
-    frames = cm.front_frames(body).columns()
     cm.write_front("front.csv", frames)
     loaded, growth = LOADS[load]
     loaded |= {"material": ("isotropic:70000,0.33",)}
@@ -132,3 +137,17 @@ def test_solution_intensities_and_the_next_crack_have_the_command_lines_bytes(lo
     }
     for made, own in files.items():
         assert (tmp_path / made).read_bytes() == (tmp_path / own).read_bytes(), made
+
+
+def test_what_does_not_fit_is_refused_in_one_line(tmp_path):
+    body, crack, voxels, frames = edge_crack(tmp_path)
+    model, _ = cm.elastic_model(body, cm.ModelOptions(material=("isotropic:70000,0.33",)))
+    with pytest.raises(cm.CraftmeshError, match="solver is calculix, which commands run"):
+        cm.solve_model(model, cm.SolveOptions(solver="calculix"))
+    with pytest.raises(cm.CraftmeshError, match="no column extension; give the columns of"):
+        cm.grow_crack(crack, voxels, frames, frames)
+    ways = {"node": frames["node"] + 1, "kink_angle": 0 * frames["s"], "extension": 0 * frames["s"]}
+    with pytest.raises(cm.CraftmeshError, match="name different nodes"):
+        cm.grow_crack(crack, voxels, ways, frames)
+    with pytest.raises(cm.CraftmeshError, match="no growth to count on from"):
+        cm.counted_front({"cycles": 1.0})
