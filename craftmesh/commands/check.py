@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from craftmesh.commands.stage_io import add_file, of_suffix, read_body, warn
+from craftmesh.commands.stage_io import add_file, of_suffix, warn
 from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.json_file import read_json, write_json
 
@@ -53,7 +53,7 @@ def _mesh(file: Path, arguments: argparse.Namespace) -> list[str]:
 def _volume_or_surface(file: Path, _: argparse.Namespace) -> list[str]:
     """Check labels, a surface or a crack; a sizing by reading it."""
     from craftmesh.io.stage_npz import is_sizing
-    from craftmesh.io.vtk import read_polygons
+    from craftmesh.io.vtk import read_body, read_polygons
     from craftmesh.mesh.check import check
 
     if file.suffix == ".vtp":

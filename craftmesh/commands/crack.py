@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.commands.flags import Parser, add_options, options_from
-from craftmesh.commands.stage_io import add_file, add_output, add_report, read_body, tell
+from craftmesh.commands.stage_io import add_file, add_output, add_report, tell
 from craftmesh.cracks.fit_bounds import Numbers, notes_on_size
 from craftmesh.cracks.in_boundaries import crack_in_boundaries
 from craftmesh.cracks.measured import crack_along_path, crack_through_fronts, crack_through_points
@@ -21,7 +21,7 @@ from craftmesh.errors import CraftmeshError, existing, existing_file, named
 from craftmesh.io.front_csv import front_table, read_fronts
 from craftmesh.io.point_files import read_points
 from craftmesh.io.surface_files import LISTED, read_triangles
-from craftmesh.io.vtk import read_crack, read_surface, write_crack
+from craftmesh.io.vtk import read_body, read_crack, read_surface, write_crack
 from craftmesh.sizing.sizing import SizingOptions, median_edge, sizing_for, voxel_edge
 from craftmesh.types import Voxels
 from craftmesh.voxels.reading import read_marked

@@ -4,13 +4,13 @@ import argparse
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_file, add_output, add_report, read_body, tell, warn
+from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
 from craftmesh.errors import CraftmeshError, existing
 from craftmesh.growth.correct import Step
 from craftmesh.growth.grow_crack import grow_crack, last_step, step_columns
 from craftmesh.growth.options import CorrectionOptions, SmoothingOptions
 from craftmesh.io.front_csv import front_columns, write_front
-from craftmesh.io.vtk import read_crack, write_crack
+from craftmesh.io.vtk import read_body, read_crack, write_crack
 
 WAYS = ("node", "kink_angle", "extension")
 FRAMES = tuple(f"{name}_{axis}" for name in ("normal", "binormal") for axis in "xyz")

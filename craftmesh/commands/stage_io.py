@@ -8,9 +8,6 @@ from typing import Any
 
 from craftmesh.errors import CraftmeshError, existing
 from craftmesh.io.json_file import write_json
-from craftmesh.io.npz import read_labels
-from craftmesh.io.vtk import read_surface, read_voxels
-from craftmesh.types import Surface, Voxels
 
 SHORT = 12
 SENTENCES = ("changes", "notes")  # lists of a report that are printed whole
@@ -76,13 +73,6 @@ def _lines(report: dict, prefix: str = "") -> Iterator[str]:
             yield f"{name}: {value:.6g}"
         else:
             yield f"{name}: {value}"
-
-
-def read_body(path: Path) -> Voxels | Surface:
-    """Read the body in a file: labels .npz, a volume .vti or a surface."""
-    if existing(path).suffix == ".npz":
-        return read_labels(path)
-    return read_voxels(path) if path.suffix == ".vti" else read_surface(path)
 
 
 def of_suffix(path: Path, table: Mapping[str, Any]) -> Any:

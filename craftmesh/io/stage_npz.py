@@ -121,17 +121,14 @@ def write_solutions(path: str | os.PathLike, solutions: Mapping[str, Solution]) 
     names = list(solutions)
     arrays = {"format": np.array(SOLUTION_FORMAT)} | ({"load_cases": np.array(names)} if names[0] else {})
     for name, solution in solutions.items():
+        text = json.dumps(dict(solution.record), sort_keys=True)
+        own = {"record": np.array(text), "displacement": solution.displacement}
+        own |= {"reactions": solution.reactions}
+        own |= {f"{_HISTORY}{key}": values for key, values in solution.history.items()}
+        own |= {} if solution.contact is None else {"contact": solution.contact}
         before = "" if name == names[0] else f"{name}."
-        arrays |= {before + key: values for key, values in _solution_arrays(solution).items()}
+        arrays |= {before + key: values for key, values in own.items()}
     write_arrays(path, arrays)
-
-
-def _solution_arrays(solution: Solution) -> dict[str, np.ndarray]:
-    text = json.dumps(dict(solution.record), sort_keys=True)
-    arrays = {"record": np.array(text), "displacement": solution.displacement}
-    arrays |= {"reactions": solution.reactions}
-    arrays |= {f"{_HISTORY}{name}": values for name, values in solution.history.items()}
-    return arrays if solution.contact is None else arrays | {"contact": solution.contact}
 
 
 def read_solution(path: str | os.PathLike) -> Solution:

@@ -5,10 +5,12 @@ Coordinates are float64 bit for bit, and the same input gives the same bytes.
 
 import os
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
+from craftmesh.errors import CraftmeshError, existing
+from craftmesh.io.npz import read_labels
 from craftmesh.io.vtk_xml import Arrays, Dataset, in_rows, named_array, read_dataset, write_dataset
 from craftmesh.types import CRACK, Crack, Surface, TetMesh, Voxels
 
@@ -78,6 +80,13 @@ def read_polygons(path: str | os.PathLike) -> Surface | Crack:
     """Read a surface or, where the file has no `sides`, a crack."""
     is_surface = "sides" in read_dataset(path, "PolyData").at_cells
     return read_surface(path) if is_surface else read_crack(path)
+
+
+def read_body(path: Path) -> Voxels | Surface:
+    """Read the body in a file: labels .npz, a volume .vti or a surface."""
+    if existing(path).suffix == ".npz":
+        return read_labels(path)
+    return read_voxels(path) if path.suffix == ".vti" else read_surface(path)
 
 
 def write_voxels(path: str | os.PathLike, voxels: Voxels) -> None:
