@@ -11,13 +11,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import front_polylines
 from craftmesh.mesh.front_curve import arc_lengths
 from craftmesh.mesh.mesh_sets import crack_sets, is_lip, lip_faces, node_sets_of
-from craftmesh.mesh.tet_connectivity import (
-    RowGroups,
-    face_nodes,
-    group_triples,
-    half_face_corners,
-    half_faces,
-)
+from craftmesh.mesh.tet_connectivity import RowGroups, face_nodes, facet_groups, half_face_corners
 from craftmesh.surface.connectivity import compact, same_turn
 from craftmesh.surface.measure import total_area
 from craftmesh.surface.patches import is_on_box
@@ -120,10 +114,8 @@ def _merge(surface: Surface, grain_tets: Sequence[GrainTets]) -> tuple[np.ndarra
 def _match(surface: Surface, tets: np.ndarray, grain: np.ndarray) -> tuple[RowGroups, np.ndarray]:
     """Group half faces that coincide; return the groups and each one's surface facet (4m,), -1 inside."""
     n_half = 4 * len(tets)
-    groups = group_triples(np.concatenate([half_faces(tets), surface.facets]))
-    row_facet = groups.order[groups.first[1:] - 1] - n_half  # facets have the highest rows
+    groups, row_facet, count = facet_groups(tets, surface.facets)
     has_facet = row_facet >= 0
-    count = groups.count - has_facet
     twice = has_facet & (groups.order[np.maximum(groups.first[1:] - 2, 0)] >= n_half) & (count > 0)
     if twice.any():
         raise CraftmeshError(

@@ -12,16 +12,9 @@ from craftmesh.cracks.one_sheet import lip_a_ahead, turned_alike
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.mesh_sets import crack_sets, is_lip, lip_faces, node_sets_of
-from craftmesh.mesh.tet_connectivity import (
-    RowGroups,
-    face_nodes,
-    group_triples,
-    half_face_corners,
-    half_faces,
-    tet_volumes,
-)
+from craftmesh.mesh.tet_connectivity import face_nodes, facet_groups, half_face_corners, tet_volumes
 from craftmesh.surface.connectivity import pieces, same_turn
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.measure import total_area
 from craftmesh.types import TetMesh
 
 if TYPE_CHECKING:
@@ -122,13 +115,12 @@ def _faces(rows: np.ndarray) -> np.ndarray:
 
 
 def _report(opened: Opened, points: np.ndarray, fronts: list) -> dict[str, int | float]:
-    vectors = area_vectors(points, half_face_corners(opened.tets, opened.ahead))
     return {
         "cracks": len(np.unique(opened.crack)),
         "crack_facets": len(opened.ahead) + opened.shut,
         "crack_facets_not_opened": opened.shut,
         "crack_facets_on_boundary": opened.on_boundary,
-        "crack_area": float(np.linalg.norm(vectors, axis=1).sum()),
+        "crack_area": total_area(points, half_face_corners(opened.tets, opened.ahead)),
         "nodes_opened_by_crack": int((opened.parent != np.arange(len(points))).sum()),
         "fronts": len(fronts),
         "front_nodes": sum(len(nodes) for nodes, _ in fronts),
@@ -138,11 +130,8 @@ def _report(opened: Opened, points: np.ndarray, fronts: list) -> dict[str, int |
 def opened_along(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> Opened:
     """Return the tetrahedra (m, 4) or (m, 10) opened along faces with the corners facets (k, 3)."""
     facets = lip_a_ahead(points, turned_alike(points, _checked(points, tets, facets)))
-    groups = group_triples(np.concatenate([half_faces(tets[:, :4]), facets]))
-    n_half = 4 * len(tets)
-    row = groups.order[groups.first[1:] - 1] - n_half  # facets have the highest rows
-    count = groups.count - (row >= 0)
-    _refuse(points, facets, groups, count)
+    groups, row, count = facet_groups(tets, facets)
+    _refuse(points, facets, row, count)
     second = groups.order[np.minimum(groups.first[:-1] + 1, len(groups.order) - 1)]
     pairs = np.stack([groups.lead, second], axis=1)
     free = groups.lead[count == 1]
@@ -186,9 +175,8 @@ def _checked(points: np.ndarray, tets: np.ndarray, facets: np.ndarray) -> np.nda
     return found
 
 
-def _refuse(points: np.ndarray, facets: np.ndarray, groups: RowGroups, count: np.ndarray) -> None:
+def _refuse(points: np.ndarray, facets: np.ndarray, rows: np.ndarray, count: np.ndarray) -> None:
     """Raise CraftmeshError for facets that are no faces, and for faces of more than two elements."""
-    rows = groups.order[groups.first[1:] - 1] - (len(groups.order) - len(facets))
     lost = rows[count == 0]
     if len(lost):
         corners = facets[lost.min()]

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from craftmesh.mesh.mesh_sets import is_front, is_lip
-from craftmesh.mesh.tet_connectivity import FACE_NODES, half_face_corners, half_face_nodes
+from craftmesh.mesh.tet_connectivity import FACE_NODES, half_face_corners, half_face_nodes, told_apart
 from craftmesh.surface.connectivity import joined
 
 
@@ -30,7 +30,12 @@ def opened_tets(
         ends = [width * (rows // 4) + local[rows % 4, j] for rows, j in zip(linked.T, (i, same))]
         links.append(np.stack(ends, axis=1)[at_boundary[here[:, i]]])
     movable = np.flatnonzero(at_boundary[tets.ravel()])  # flat (tet, node) ids
-    return _renumber(tets, movable, np.concatenate(links), n_points)
+    place = np.full(tets.size, -1, np.int64)
+    place[movable] = np.arange(len(movable))
+    component = joined(len(movable), *place[np.concatenate(links)].T)
+    opened = tets.copy()
+    opened.ravel()[movable], old = told_apart(tets.ravel()[movable], component, n_points)
+    return opened, np.concatenate([np.arange(n_points), old])
 
 
 def opened_across(
@@ -64,27 +69,6 @@ def copies_of(nodes: np.ndarray, parent: np.ndarray, count: int) -> np.ndarray:
     """Return the nodes (k,) that came apart from `nodes`; parent and count as in `with_copies`."""
     copies: np.ndarray = count + np.flatnonzero(np.isin(parent[count:], nodes))
     return copies
-
-
-def _renumber(
-    tets: np.ndarray, movable: np.ndarray, links: np.ndarray, n_points: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Give each component of the movable (tet, node) places a node; each old node's first keeps its id."""
-    place = np.full(tets.size, -1, np.int64)
-    place[movable] = np.arange(len(movable))
-    component = joined(len(movable), place[links[:, 0]], place[links[:, 1]])
-    first = np.unique(component, return_index=True)[1]
-    count = len(first)
-    old = tets.ravel()[movable[first]]
-    order = np.lexsort((first, old))
-    repeated = np.zeros(count, bool)
-    repeated[order[1:]] = old[order[1:]] == old[order[:-1]]
-    extra = order[repeated[order]]
-    new_id = old.copy()
-    new_id[extra] = n_points + np.arange(len(extra))
-    opened = tets.copy()
-    opened.ravel()[movable] = new_id[component]
-    return opened, np.concatenate([np.arange(n_points), old[extra]])
 
 
 def is_closed(opened: np.ndarray, crack_pairs: np.ndarray) -> np.ndarray:

@@ -7,7 +7,8 @@ import numpy as np
 from craftmesh.surface.classification import ON_LINE, Classification
 from craftmesh.surface.connectivity import compact
 from craftmesh.surface.guarded_move import MoveBounds, guarded_move
-from craftmesh.surface.kernels.hinges import SHARP_COSINE, corner_lists, sharpest_cosines
+from craftmesh.surface.kernels.corner_lists import corner_lists
+from craftmesh.surface.kernels.hinges import SHARP_COSINE, sharpest_cosines
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.patches import oriented, patches
 from craftmesh.surface.rounding import ROUNDING

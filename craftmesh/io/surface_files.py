@@ -28,6 +28,8 @@ _FACE_COUNT = {
     ".ply": re.compile(rb"^element\s+face\s+(\d+)", re.M),
     ".off": re.compile(rb"OFF(?:\s|#.*)*\d+\s+(\d+)"),
 }
+_STL_HEAD = np.dtype([("title", "S80"), ("count", "<u4")])
+_STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("colour", "<u2")])
 _NO_SURFACES = {"bz2", "zip", "xdmf", "xmf"}  # archives, and heads of data in other files
 
 
@@ -40,7 +42,8 @@ def read_triangles(path: str | os.PathLike) -> tuple[np.ndarray, np.ndarray]:
     for a missing, broken or unknown file, one cut short or without triangles, and numbers not finite.
     """
     path = Path(path)
-    return _joined(path, _parts(path))
+    points, triangles = _joined(path, _parts(path))
+    return points.astype(float), triangles
 
 
 def _joined(path: Path, parts: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
@@ -58,6 +61,7 @@ def _joined(path: Path, parts: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.
 def read_grain_folder(folder: str | os.PathLike) -> list[tuple[int, np.ndarray, np.ndarray]]:
     """Return (grain id, points (n, 3), triangles (m, 3)) of every surface file `*<id>` in a folder, by id.
 
+    Points of binary STL files are float32, as in the files.
     Hidden files, those of other suffixes, and those whose names do not end with a number (`unnumbered`)
     are passed over. Raises CraftmeshError for a folder without surface files or with several formats, an
     id met twice, several solids in a file, or a broken file.
@@ -129,9 +133,12 @@ def vertices_of(path: str | os.PathLike) -> np.ndarray:
 
 def _parts(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return (points, triangles) of every body of the file with triangles, moved to its place."""
+    existing_file(path, f"give a triangulated surface ({LISTED})")
+    if path.suffix.lower() == ".stl" and len(corners := _binary_stl(path)):
+        return [(corners, np.arange(len(corners)).reshape(-1, 3))]
     import trimesh
 
-    scene = _scene(existing_file(path, f"give a triangulated surface ({LISTED})"))
+    scene = _scene(path)
     flat = path.suffix.lower() in SUFFIXES[:-1]  # the others may place a body in several ways
     bodies = list(scene.geometry.values()) if flat else scene.dump()
     meshes = [body for body in bodies if isinstance(body, trimesh.Trimesh) and len(body.faces)]
@@ -142,6 +149,15 @@ def _parts(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
                 f"{path}: triangles name points up to {triangles.max()} of {len(points)}; write it anew"
             )
     return [_used(*part) for part in parts]
+
+
+def _binary_stl(path: Path) -> np.ndarray:
+    """Return the corners (3m, 3) float32 of a binary STL's triangles; none where its head does not fit."""
+    head = np.fromfile(path, _STL_HEAD, 1)
+    due = head["count"].astype(np.int64) * _STL_TRIANGLE.itemsize + _STL_HEAD.itemsize
+    if path.stat().st_size not in due:
+        return np.zeros((0, 3), np.float32)
+    return np.fromfile(path, _STL_TRIANGLE, offset=_STL_HEAD.itemsize)["corners"].reshape(-1, 3)
 
 
 def _scene(path: Path) -> Any:

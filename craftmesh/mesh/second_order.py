@@ -6,7 +6,7 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front import mesh_fronts
 from craftmesh.mesh.integration import smallest_jacobians
 from craftmesh.mesh.mesh_sets import node_sets_of
-from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, OFF_EDGE, group_edges, tet_edges
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, OFF_EDGE, group_edges, tet_edges, told_apart
 from craftmesh.surface.connectivity import joined
 from craftmesh.types import TetMesh
 
@@ -70,13 +70,8 @@ def _open_chords(mesh: TetMesh, edge: np.ndarray, count: int) -> np.ndarray:
     _, face = np.unique(number[:, None] * len(mesh.points) + third, return_inverse=True)
     rows = np.repeat(np.arange(len(tet)), 2)
     which = joined(len(tet) + face.max() + 1, rows, len(tet) + face.ravel())[: len(tet)]
-    first = np.unique(which, return_index=True)[1]
-    order = np.lexsort((first, number[first]))
-    repeated = order[1:][number[first[order[1:]]] == number[first[order[:-1]]]]
-    new_number = number[first]
-    new_number[repeated] = count + np.arange(len(repeated))
     edge = edge.copy()
-    edge[tet, local] = new_number[which]
+    edge[tet, local], _ = told_apart(number, which, count)
     return edge
 
 

@@ -50,14 +50,6 @@ class RowGroups:
         return np.stack([self.order[start], self.order[start + 1]], axis=1)
 
 
-def touching(tets: np.ndarray, marked: np.ndarray) -> np.ndarray:
-    """Return (m,) bool: the tets (m, 4) with a corner that is marked (n,)."""
-    result = marked[tets[:, 0]]
-    for corner in (1, 2, 3):
-        result |= marked[tets[:, corner]]
-    return result
-
-
 def half_faces(tets: np.ndarray) -> np.ndarray:
     """Return the corners (4m, 3) of all faces: row 4 * tet + face."""
     return np.take(tets, FACE_CORNERS.ravel(), axis=1).reshape(-1, 3)
@@ -92,6 +84,30 @@ def group_triples(triples: np.ndarray) -> RowGroups:
     stride = int(high.max()) + 1 if len(high) else 0
     middle = a + b + c - low - high
     return RowGroups(*group_rows(low, middle * stride + high, stride))
+
+
+def facet_groups(tets: np.ndarray, facets: np.ndarray) -> tuple[RowGroups, np.ndarray, np.ndarray]:
+    """Group the half faces of tets and the facets (k, 3), whose rows follow, by their corners.
+
+    Return the groups, the last facet in each (g,), below 0 for none, and the rows but for that (g,).
+    """
+    groups = group_triples(np.concatenate([half_faces(tets[:, :4]), facets]))
+    facet = groups.order[groups.first[1:] - 1] - 4 * len(tets)
+    return groups, facet, groups.count - (facet >= 0)
+
+
+def told_apart(number: np.ndarray, part: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the number (k,) of each place, new ones from `count` on in parts beyond its number's first.
+
+    part (k,): of each place, from 0 in the order of first places. Also what the new ones were before.
+    """
+    first = np.unique(part, return_index=True)[1]
+    old = number[first]
+    order = np.lexsort((first, old))
+    extra = order[1:][old[order[1:]] == old[order[:-1]]]
+    new = old.copy()
+    new[extra] = count + np.arange(len(extra))
+    return new[part], old[extra]
 
 
 def group_edges(edges: np.ndarray) -> RowGroups:

@@ -51,16 +51,15 @@ def refuse_misfits(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) ->
     """
     lone = _lone(sides)
     of_lone = np.asarray(np.isin(sides, lone).any(axis=1))
-    corners = points[facets]
-    said = _alone(corners, sides, lone, of_lone) if len(lone) else None
+    said = _alone(points[facets], sides, lone, of_lone) if len(lone) else None
     if said and said.is_elsewhere:
         raise CraftmeshError(said.words)
     pairs = intersecting_pairs(points, facets, limit=MOST_PAIRS)
     if len(pairs):
-        labels = sides[pairs[0]]
+        labels, place = sides[pairs[0]], told(points[facets[pairs[0]]].mean(axis=(0, 1)))
         names = grain_names(labels[labels > 0])
         raise CraftmeshError(
-            f"the surfaces of grains {names} intersect near {told(corners[pairs[0]].mean(axis=(0, 1)))}, "
+            f"the surfaces of grains {names} intersect near {place}, "
             f"{len(pairs)} pairs of facets{' or more' * (len(pairs) == MOST_PAIRS)} of grains "
             f"{grain_names(sides[pairs][sides[pairs] > 0])}; expected grains that only touch"
         )

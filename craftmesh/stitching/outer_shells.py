@@ -1,13 +1,12 @@
 """The shells of stitched grains: gaps between grains, voids, the exterior, grains in pieces."""
 
-from itertools import pairwise
-
 import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.connectivity import facet_edges, joined, pieces
+from craftmesh.surface.connectivity import facet_edges, pieces
 from craftmesh.surface.front import among_edges
+from craftmesh.surface.kernels.boundaries import outer_shells
 from craftmesh.surface.measure import area_vectors, swept_volumes, unit_normals
 from craftmesh.types import INTERFACE
 
@@ -94,23 +93,19 @@ def _refuse_flat(points: np.ndarray, facets: np.ndarray, grains: np.ndarray, vol
         )
 
 
-def in_pieces(points: np.ndarray, facets: np.ndarray, grain: np.ndarray) -> list[int]:
+def starts_of(grain: np.ndarray) -> np.ndarray:
+    """Return where the rows (m,) of each grain start, those of one together, and the number of rows."""
+    return np.append(np.flatnonzero(np.diff(grain, prepend=0)), len(grain))
+
+
+def in_pieces(points: np.ndarray, facets: np.ndarray, grain: np.ndarray) -> np.ndarray:
     """Return the ids of grains that several closed surfaces bound from outside.
 
     points (n, 3), facets (m, 3) with outward normals, grain (m,): their grains' ids, ascending.
     """
-    found, node = [], np.empty(len(points), np.int64)
-    starts = np.flatnonzero(np.diff(grain, prepend=0))
-    for start, end in pairwise([*starts.tolist(), len(grain)]):
-        own = facets[start:end]
-        node[own.ravel()] = np.arange(own.size)
-        rows, columns = node[own[:, [0, 0]]].ravel(), node[own[:, 1:]].ravel()
-        shell = joined(own.size, rows, columns)[node[own[:, 0]]]
-        if (shell == shell[0]).all():
-            continue
-        if (np.bincount(shell, swept_volumes(points, own)) > 0).sum() > 1:
-            found.append(int(grain[start]))
-    return found
+    start = starts_of(grain)
+    shells = outer_shells(facets, start, swept_volumes(points, facets), len(points))
+    return grain[start[:-1][shells > 1]]
 
 
 def grain_names(grains: np.ndarray | list[int]) -> str:

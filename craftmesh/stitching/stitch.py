@@ -1,6 +1,7 @@
 """Stitch the closed surfaces of grains to one conformal surface."""
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,12 +9,11 @@ from scipy.spatial import cKDTree
 
 from craftmesh.arguments import as_array, check_indices, typed
 from craftmesh.errors import CraftmeshError
-from craftmesh.mesh.kernels.row_groups import group_rows
 from craftmesh.mesh.tet_connectivity import group_triples
 from craftmesh.options import Options, option
 from craftmesh.stitching.misfits import refuse_lost, refuse_misfits
-from craftmesh.stitching.outer_shells import grain_names, in_pieces, refuse_gaps, with_voids
-from craftmesh.surface.connectivity import compact, facet_edges, joined, lowest_equal_point, same_turn
+from craftmesh.stitching.outer_shells import grain_names, in_pieces, refuse_gaps, starts_of, with_voids
+from craftmesh.surface.connectivity import compact, joined, lowest_equal_point, open_edges, same_turn
 from craftmesh.surface.measure import swept_volumes, unit_normals
 from craftmesh.types import INTERFACE, Surface
 
@@ -54,7 +54,10 @@ def stitch_grains(grains: Sequence[Grain], options: StitchOptions | None = None)
     options = options or StitchOptions()
     soup, figures = _joined(grains, options)
     facets, sides = _paired(soup)
-    points, kind = _on_box(soup.points, facets, sides, options)
+    ids, pieces = np.unique(soup.grain), in_pieces(soup.points, soup.facets, soup.grain)
+    points = soup.points
+    del soup  # of twice as many facets
+    points, kind = _on_box(points, facets, sides, options)
     alone = np.flatnonzero((sides[:, 1] == 0) & (kind == INTERFACE))
     refuse_gaps(points, facets, sides, alone)
     sides, voids = with_voids(points, facets, sides, kind, alone)
@@ -66,7 +69,7 @@ def stitch_grains(grains: Sequence[Grain], options: StitchOptions | None = None)
         "box_facets": int((kind != INTERFACE).sum()),
         "voids": voids,
         "exterior_facets": exterior,
-        "notes": _notes(soup, voids, exterior, figures["grains_turned"]),
+        "notes": _notes(ids, pieces, voids, exterior, figures["grains_turned"]),
     }
     return Surface(points, facets, sides, kind), report
 
@@ -76,16 +79,13 @@ def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dic
 
     Return the soup and the report's numbers.
     """
-    known = _by_id(grains)
-    sizes = [len(points) for _, points, _ in known]
-    shift = np.concatenate([[0], np.cumsum(sizes)])[:-1]
-    points = np.concatenate([points for _, points, _ in known])
-    points += 0.0  # makes 0.0 of -0.0: equal points have equal bytes, whichever grain comes first
-    facets = np.concatenate([triangles + s for (_, _, triangles), s in zip(known, shift)])
-    grain = np.repeat([g for g, _, _ in known], [len(t) for _, _, t in known])
-    lowest = lowest_equal_point(points)
-    is_first = lowest == np.arange(len(points))
-    first, inverse = np.flatnonzero(is_first), (np.cumsum(is_first) - 1)[lowest]
+    ids, parts = np.array(sorted(_ids(grains)), np.int32), list(_distinct(grains))
+    shift = np.cumsum([0, *(len(points) for points, _ in parts)])
+    points = np.concatenate([points for points, _ in parts])
+    facets = np.concatenate([triangles + s for (_, triangles), s in zip(parts, shift)])
+    grain = np.repeat(ids, [len(triangles) for _, triangles in parts])
+    del parts
+    first, inverse = _first_equal(points)
     inverse = _cluster(points[first], options.tolerance)[inverse]
     merged = inverse[facets]
     distinct = (merged != np.roll(merged, 1, axis=1)).all(axis=1)
@@ -93,59 +93,73 @@ def _joined(grains: Sequence[Grain], options: StitchOptions) -> tuple[_Soup, dic
     kept[distinct] = ~_folded(merged[distinct], grain[distinct])
     if not kept.all():
         refuse_lost(points, facets, grain, kept)
-    soup, turned = _outward(points[first], merged[kept], grain[kept])
+        merged, grain = merged[kept], grain[kept]
+    del facets
+    soup, turned = _outward(points[first], merged, grain)
+    used = np.zeros(len(soup.points), bool)
+    used[soup.facets] = True
     return soup, {
-        "points_joined": sum(sizes) - len(np.unique(soup.facets)),
+        "points_joined": sum(len(points) for _, points, _ in grains) - int(used.sum()),
         "degenerate_facets_dropped": int((~distinct).sum()),
         "folded_facets_dropped": int((distinct & ~kept).sum()),
         "grains_turned": turned,
     }
 
 
+def _ids(grains: Sequence[Grain]) -> list[int]:
+    """Return the grains' ids; raise for none, and for ids that are not positive or given twice."""
+    if not grains:
+        raise CraftmeshError("no grains to stitch; expected one closed surface per grain")
+    ids = [int(as_array("grain id", given, np.int32, ())) for given, _, _ in grains]
+    for grain, times in Counter(ids).items():
+        if grain <= 0 or times > 1:
+            raise CraftmeshError(f"grain id {grain} is not above 0, or given twice; expected distinct ids")
+    return ids
+
+
+def _distinct(grains: Sequence[Grain]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield points and triangles of each grain, by id, equal points once; raise for bad arrays."""
+    for grain, points, triangles in sorted(grains, key=lambda given: int(given[0])):
+        points = as_array(f"grain {grain}: points", points, float, (None, 3))
+        triangles = as_array(f"grain {grain}: triangles", triangles, np.int64, (None, 3))
+        if not len(triangles):
+            raise CraftmeshError(f"grain {grain}: no triangles; expected a closed surface")
+        check_indices(f"grain {grain}: triangles", triangles, len(points))
+        first, inverse = _first_equal(points)
+        yield points[first] + 0.0, inverse[triangles]  # 0.0 of -0.0, whichever grain comes first
+
+
+def _first_equal(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ids of the first points of all places, and for each point (n,) its place among these."""
+    lowest = lowest_equal_point(points)
+    is_first = lowest == np.arange(len(points))
+    return np.flatnonzero(is_first), (np.cumsum(is_first) - 1)[lowest]
+
+
 def _outward(points: np.ndarray, facets: np.ndarray, grain: np.ndarray) -> tuple[_Soup, list[int]]:
     """Return the soup with the facets of grains that are inside out turned, and the ids of those."""
-    ids, row = np.unique(grain, return_inverse=True)
-    swept = np.bincount(row, swept_volumes(points, facets))
-    inverted = swept[row] < 0
-    facets[inverted] = facets[inverted][:, ::-1]
-    return _Soup(points, facets, grain), ids[swept < 0].tolist()
+    start = starts_of(grain)
+    swept = np.add.reduceat(swept_volumes(points, facets), start[:-1])
+    for n in np.flatnonzero(swept < 0):
+        facets[start[n] : start[n + 1]] = facets[start[n] : start[n + 1], ::-1]
+    return _Soup(points, facets, grain), grain[start[:-1][swept < 0]].tolist()
 
 
-def _notes(soup: _Soup, voids: int, exterior: int, turned: list[int]) -> list[str]:
+def _notes(ids: np.ndarray, pieces: np.ndarray, voids: int, exterior: int, turned: list[int]) -> list[str]:
     """Return what was guessed of the grains, a sentence each."""
     notes = []
     if turned:
         notes.append(f"the facets of grains {grain_names(turned)} looked inwards and were turned")
     if voids or exterior:
-        ids = np.unique(soup.grain)
         absent = np.setdiff1d(np.arange(1, min(ids[-1], 2 * len(ids))), ids)
         notes.append(
             f"{voids} voids within grains and {exterior} facets to the outside off the box: no grain is "
             "there; where one should be, add its file"
             + (f" (ids without one: {grain_names(absent)})" if len(absent) else "")
         )
-    pieces = in_pieces(soup.points, soup.facets, soup.grain)
-    if pieces:
+    if len(pieces):
         notes.append(f"grains {grain_names(pieces)} consist of pieces that do not touch")
     return notes
-
-
-def _by_id(grains: Sequence[Grain]) -> list[Grain]:
-    """Return the grains by ascending id; raise for ids that are not positive or twice, and bad arrays."""
-    if not grains:
-        raise CraftmeshError("no grains to stitch; expected one closed surface per grain")
-    known: dict[int, Grain] = {}
-    for given, points, triangles in grains:
-        grain = int(as_array("grain id", given, np.int32, ()))
-        if grain <= 0 or grain in known:
-            raise CraftmeshError(f"grain id {grain} is not above 0, or given twice; expected distinct ids")
-        points = as_array(f"grain {grain}: points", points, float, (None, 3))
-        triangles = as_array(f"grain {grain}: triangles", triangles, np.int64, (None, 3))
-        if not len(triangles):
-            raise CraftmeshError(f"grain {grain}: no triangles; expected a closed surface")
-        check_indices(f"grain {grain}: triangles", triangles, len(points))
-        known[grain] = grain, points, triangles
-    return [known[grain] for grain in sorted(known)]
 
 
 def _cluster(points: np.ndarray, tolerance: float) -> np.ndarray:
@@ -172,38 +186,33 @@ def _paired(soup: _Soup) -> tuple[np.ndarray, np.ndarray]:
     """Return each facet once, seen from its grain of lower id, with sides; the outside is 0."""
     _refuse_open(soup)
     groups = group_triples(soup.facets)
-    first, crowded = groups.lead, np.flatnonzero(groups.count > 2)
+    lead, pairs, crowded = groups.lead, groups.pairs, np.flatnonzero(groups.count > 2)
     if len(crowded):
         rows = groups.order[slice(*groups.first[crowded[0] : crowded[0] + 2])]
         raise CraftmeshError(
             f"grains {grain_names(soup.grain[rows])} share one facet near {_place(soup, rows[0])}; "
             "expected two at most"
         )
-    same_way = groups.pairs[same_turn(*soup.facets[groups.pairs.T])]
+    same_way = pairs[same_turn(*soup.facets[pairs.T])]
     if len(same_way):
         raise CraftmeshError(
             f"grains {grain_names(soup.grain[same_way[0]])} overlap near {_place(soup, same_way[0, 0])}: "
             f"{len(same_way)} facets are on the same side of both; expected grains that only touch"
         )
-    ahead = np.zeros(len(first), soup.grain.dtype)
-    ahead[groups.count == 2] = soup.grain[groups.pairs[:, 1]]
-    rank = np.argsort(first)
-    return soup.facets[first][rank], np.stack([soup.grain[first], ahead], axis=1)[rank]
+    sides = np.stack([soup.grain, np.zeros_like(soup.grain)], axis=1)
+    sides[pairs[:, 0], 1] = soup.grain[pairs[:, 1]]
+    lead.sort()
+    return soup.facets[lead], sides[lead]
 
 
 def _refuse_open(soup: _Soup) -> None:
     """Raise where the facets of a grain do not close, naming the grains and a place."""
-    edges = facet_edges(soup.facets)
-    owner = np.repeat(np.unique(soup.grain, return_inverse=True)[1], 3)
-    key = np.maximum(*edges.T) * (owner[-1] + 1) + owner
-    order, start = group_rows(np.minimum(*edges.T), key, len(soup.points))
-    balance = np.add.reduceat(np.where(edges[:, 0] < edges[:, 1], 1, -1)[order], start[:-1])
-    rows = order[start[:-1][balance != 0]]
-    if len(rows):
-        grains = np.unique(soup.grain[rows // 3])
-        middle = soup.points[edges[rows[0]]].mean(axis=0)
+    sides = np.stack([soup.grain, np.zeros_like(soup.grain)], axis=1)
+    found = open_edges(soup.facets, sides, len(soup.points))
+    if len(found):
+        middle = soup.points[found[0, 1:]].mean(axis=0)
         raise CraftmeshError(
-            f"grains {grain_names(grains)} are not closed: {len(rows)} open edges, the first near "
+            f"grains {grain_names(found[:, 0])} are not closed: {len(found)} open edges, the first near "
             f"{np.round(middle, 4).tolist()}; expected closed surfaces: repair the files or raise tolerance"
         )
 

@@ -4,9 +4,9 @@ import numpy as np
 
 from craftmesh.arguments import typed
 from craftmesh.errors import CraftmeshError
-from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.connectivity import open_edges
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
-from craftmesh.surface.measure import area_vectors, is_degenerate, numbered, side_volumes
+from craftmesh.surface.measure import area_vectors, is_degenerate, side_volumes
 from craftmesh.surface.patches import PLANES, is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Surface
 
@@ -103,23 +103,15 @@ def _planes(surface: Surface) -> list[str]:
 
 def _closedness(surface: Surface) -> list[str]:
     """Round each grain and void every directed edge has as many partners as there are edges."""
-    bounds = surface.sides[:, 0] != surface.sides[:, 1]
-    facets, (labels, place) = surface.facets[bounds], numbered(surface.sides[bounds])
-    if not labels.any():
+    if not surface.sides[surface.sides[:, 0] != surface.sides[:, 1]].any():
         return ["no facet bounds a grain"]
-    edges, of_corner, _ = unique_edges(facets)
-    way = np.where(np.roll(facets, -1, axis=1) > facets, 1, -1)
-    keys = place[:, :, None] * len(edges) + of_corner[:, None, :]
-    found, at = np.unique(keys, return_inverse=True)
-    balance = np.bincount(at.ravel(), np.stack([way, -way], axis=1).ravel())
-    label, edge = labels[found // len(edges)], found % len(edges)
-    is_open = (balance != 0) & (label != 0)
-    if not is_open.any():
+    found = open_edges(surface.facets, surface.sides, len(surface.points))
+    if not len(found):
         return []
-    first = _at(surface.points[edges[edge[is_open.argmax()]]].mean(axis=0))
+    first = _at(surface.points[found[0, 1:]].mean(axis=0))
     return [
-        f"{is_open.sum()} edges have no partner, so the boundary is open or turned round: "
-        f"{_some(label[is_open])}; first {first}"
+        f"{len(found)} edges have no partner, so the boundary is open or turned round: "
+        f"{_some(found[:, 0])}; first {first}"
     ]
 
 

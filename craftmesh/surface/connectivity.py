@@ -4,10 +4,32 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from craftmesh.surface.kernels.boundaries import lowest_equal_rows, unbalanced_edges
+from craftmesh.surface.kernels.corner_lists import corner_lists
+
 
 def facet_edges(facets: np.ndarray) -> np.ndarray:
     """Return the directed edges (3m, 2) of `facets` (m, 3): row 3 * f + i goes from corner i to i + 1."""
     return np.asarray(facets, np.int64)[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+
+
+def touching(cells: np.ndarray, marked: np.ndarray) -> np.ndarray:
+    """Return (m,) bool: the cells (m, k) with a corner that is marked (n,)."""
+    result = marked[cells[:, 0]]
+    for corners in cells.T[1:]:
+        result |= marked[corners]
+    return result
+
+
+def open_edges(facets: np.ndarray, sides: np.ndarray, count: int) -> np.ndarray:
+    """Return rows (k, 3), sorted: label, lower and higher of `count` points where its boundary is open.
+
+    sides (m, 2): labels behind and ahead of facets (m, 3); those with one label on both sides bound none,
+    and 0 has no boundary. A boundary is closed where as many facets have an edge one way as the other.
+    """
+    facets, sides = np.require(facets, np.int64, ["C", "W"]), np.require(sides, np.int32, ["C", "W"])
+    found = unbalanced_edges(facets, sides, *corner_lists(facets, count))
+    return found[np.lexsort(found.T[::-1])]
 
 
 def rows_among(triangles: np.ndarray, facets: np.ndarray) -> np.ndarray:
@@ -90,10 +112,4 @@ def compact(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 def lowest_equal_point(points: np.ndarray) -> np.ndarray:
     """Return for each point (n, 3) the lowest id among the points with the same coordinates."""
-    key = points[:, 0] + np.e * points[:, 1] + np.pi * points[:, 2]
-    _, first, place = np.unique(key, return_index=True, return_inverse=True)
-    lowest = first[place]
-    others = np.flatnonzero((points[lowest] != points).any(axis=1))
-    if len(others):  # other points with the key of the first one
-        lowest[others] = others[lowest_equal_point(points[others])]
-    return lowest
+    return lowest_equal_rows((np.ascontiguousarray(points, float) + 0.0).view(np.uint64))  # no -0.0

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.surface.kernels.hinges import SHARP_COSINE, corner_lists, sharpest_cosines
+from craftmesh.surface.connectivity import touching
+from craftmesh.surface.kernels.corner_lists import corner_lists
+from craftmesh.surface.kernels.hinges import SHARP_COSINE, sharpest_cosines
 from craftmesh.surface.kernels.triangle_pairs import intersecting_pairs
 from craftmesh.surface.measure import area_vectors, spoiled_facets
 from craftmesh.surface.patches import facets_beyond_box
@@ -59,7 +61,7 @@ def guarded_move(
     rings = -PATIENCE if isinstance(wished, np.ndarray) else 1
     while True:
         moved = wished(held) if callable(wished) else np.where(held[:, None], points, wished)
-        changed = (moved != last).any(axis=1)[facets].any(axis=1)
+        changed = touching(facets, (moved != last).any(axis=1))
         bad = np.zeros(len(facets), bool) if spoils is None else spoils(moved)
         rows = np.flatnonzero(changed)
         bad[rows] |= _spoiled(surface, facets, moved, bounds, rows)
@@ -67,7 +69,7 @@ def guarded_move(
         if len(pairs):
             known = intersecting_pairs(points, facets) if known is None else known
             stride = np.array([len(facets), 1])
-            is_moved = (moved != points).any(axis=1)[facets].any(axis=1)
+            is_moved = touching(facets, (moved != points).any(axis=1))
             bad[pairs[~np.isin(pairs @ stride, known @ stride) & is_moved[pairs].any(axis=1)]] = True
         newly = _to_hold(facets, bad, rings, np.linalg.norm(moved - points, axis=1)) & ~held
         if not newly.any():
@@ -115,5 +117,5 @@ def vertices_around(facets: np.ndarray, chosen: np.ndarray, rings: int, n_points
     around = np.zeros(n_points, bool)
     around[facets[chosen]] = True
     for _ in range(rings):
-        around[facets[around[facets].any(axis=1)]] = True
+        around[facets[touching(facets, around)]] = True
     return around

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from craftmesh.surface.kernels.distances import nearest_facets
+from craftmesh.surface.kernels.facet_measures import area_vectors_of, shapes_of, volumes_from
 from craftmesh.surface.rounding import ROUNDING
 
 FLAT = 1e-10
@@ -13,12 +14,12 @@ FLAT = 1e-10
 
 def area_vectors(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     """Return (m, 3) vectors along the normals of facets (m, 3) on points (n, 3), as long as the areas."""
-    a = points[facets[:, 0]]
-    u, v = points[facets[:, 1]] - a, points[facets[:, 2]] - a
-    vectors = np.empty((len(facets), 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        vectors[:, i] = 0.5 * (u[:, j] * v[:, k] - u[:, k] * v[:, j])
-    return vectors
+    return area_vectors_of(*_for_kernels(points, facets))
+
+
+def _for_kernels(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and facets of the types that kernels are compiled for."""
+    return np.ascontiguousarray(points, float), np.ascontiguousarray(facets, np.int64)
 
 
 def total_area(points: np.ndarray, facets: np.ndarray) -> float:
@@ -70,11 +71,7 @@ def facet_shapes(points: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np
 
     Quality is 4 sqrt(3) area / sum of squared edges.
     """
-    corners = points[facets]
-    squares = ((np.roll(corners, -1, axis=1) - corners) ** 2).sum(axis=2)
-    area = np.linalg.norm(area_vectors(points, facets), axis=1)
-    total = np.maximum(squares.sum(axis=1), np.finfo(float).tiny)
-    return 4 * np.sqrt(3) * area / total, np.sqrt(squares.min(axis=1, initial=np.inf))
+    return shapes_of(*_for_kernels(points, facets))
 
 
 def is_degenerate(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
@@ -134,7 +131,7 @@ def numbered(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def swept_volumes(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
     """Return the signed volumes (m,) between the points' mean and facets (m, 3): those behind are > 0."""
     centre = points.mean(axis=0) if len(points) else np.zeros(3)
-    return np.einsum("ij,ij->i", points[facets[:, 0]] - centre, area_vectors(points, facets)) / 3
+    return volumes_from(centre, *_for_kernels(points, facets))
 
 
 def side_volumes(points: np.ndarray, facets: np.ndarray, sides: np.ndarray) -> dict[int, float]:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.connectivity import touching, unique_edges
 from craftmesh.surface.measure import numbered
 from craftmesh.types import BOX_PLANES, CRACK, INTERFACE, Surface
 
@@ -100,4 +100,4 @@ def facets_beyond_box(
         if len(on_plane):
             level = points[on_plane[0, 0], axis]
             beyond |= moved[:, axis] > level if upper else moved[:, axis] < level
-    return beyond[facets].any(axis=1)
+    return touching(facets, beyond)

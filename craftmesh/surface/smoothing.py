@@ -4,6 +4,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from craftmesh.surface.classification import Classification
+from craftmesh.surface.kernels.facet_measures import ways_to_means
 
 
 def smoothing_neighbours(classes: Classification) -> csr_array:
@@ -29,5 +30,4 @@ def to_neighbours(points: np.ndarray, drawn: csr_array) -> np.ndarray:
 
     drawn: by `smoothing_neighbours`.
     """
-    count = np.diff(drawn.indptr)[:, None]
-    return np.where(count > 0, drawn @ points / np.maximum(count, 1) - points, 0.0)
+    return ways_to_means(points, drawn.indptr, drawn.indices)

@@ -5,11 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from craftmesh.surface.connectivity import unique_edges
-from craftmesh.surface.kernels.hinges import (
-    SHARP_COSINE,
-    SHARP_WEDGE,
-    sharp_edges,
-)
+from craftmesh.surface.kernels.hinges import SHARP_COSINE, SHARP_WEDGE, sharp_edges
 from craftmesh.types import Surface
 
 

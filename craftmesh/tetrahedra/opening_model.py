@@ -7,7 +7,8 @@ from functools import cached_property, partial
 import numpy as np
 
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
-from craftmesh.mesh.tet_connectivity import tet_edges, touching
+from craftmesh.mesh.tet_connectivity import tet_edges
+from craftmesh.surface.connectivity import touching
 from craftmesh.surface.measure import mean_edges, side_volumes, volume_drift
 from craftmesh.tetrahedra.kernels.tet_cavity import TETS, new_scratch
 from craftmesh.tetrahedra.kernels.tet_objective import (

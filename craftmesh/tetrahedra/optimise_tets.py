@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.mesh.tet_connectivity import touching
 from craftmesh.sizing.sizing import Lengths
+from craftmesh.surface.connectivity import touching
 from craftmesh.tetrahedra.kernels.tet_cavity import KINDS, POINTS, TETS, Scratch, TetState, new_scratch
 from craftmesh.tetrahedra.kernels.tet_objective import FALL, FAULTS, GAIN, RATIOS, SOUND_FROM, WORST, Aim
 from craftmesh.tetrahedra.kernels.tet_passes import (

@@ -5,10 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from craftmesh.mesh.tet_connectivity import touching
 from craftmesh.sizing.length_field import LocalSizing
 from craftmesh.sizing.sizing import Lengths
-from craftmesh.surface.connectivity import lowest_equal_point
+from craftmesh.surface.connectivity import lowest_equal_point, touching
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
 from craftmesh.types import GrainTets, Surface
 

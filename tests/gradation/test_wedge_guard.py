@@ -14,7 +14,8 @@ from craftmesh.gradation.kernels.guards import refusal
 from craftmesh.gradation.kernels.one_pass import COLLAPSE, SWAP, one_pass
 from craftmesh.gradation.kernels.star import star_at
 from craftmesh.gradation.kernels.wedge_guard import sharpens_wedge
-from craftmesh.surface.kernels.hinges import SHARP_COSINE, SHARP_WEDGE, corner_lists, sharpest_cosines
+from craftmesh.surface.kernels.corner_lists import corner_lists
+from craftmesh.surface.kernels.hinges import SHARP_COSINE, SHARP_WEDGE, sharpest_cosines
 from craftmesh.surface.wedges import sharp_wedges
 
 GUARDED = OPEN._replace(wedge=SHARP_COSINE)

@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from craftmesh.surface.measure import facet_angles, meets_box, side_volumes, volume_drift
+from craftmesh.surface.measure import (
+    area_vectors,
+    facet_angles,
+    facet_shapes,
+    meets_box,
+    side_volumes,
+    swept_volumes,
+    volume_drift,
+)
 from craftmesh.surface.side_data import UNITS, are_apart, unit_hint
 
 METRES = {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
@@ -56,3 +64,22 @@ def test_angles_volumes_and_drifts_of_a_known_body():
     turned = np.degrees(np.arctan2([4, 3], [3, 4]))
     assert facet_angles(points, facets[:1])[0] == pytest.approx([90, turned[1], turned[0]])
     assert volume_drift({1: 2.0, 2: 4.0, 3: 0.0}, {1: 3.0, 3: 1.0}) == {1: 0.5, 2: -1, 3: 0}
+
+
+def test_measures_of_all_facets_are_those_by_their_definitions():
+    rng = np.random.default_rng(7)
+    points, facets = rng.normal(size=(30, 3)), rng.integers(0, 30, (200, 3))
+    facets[0] = 4  # all corners in one point
+    a, b, c = np.moveaxis(points[facets], 1, 0)
+    normals = np.cross(b - a, c - a) / 2
+    squares = np.stack([((u - v) ** 2).sum(axis=1) for u, v in ((a, b), (b, c), (c, a))])
+    # what rounding makes of sums of a few products of numbers of about 1
+    assert np.allclose(area_vectors(points, facets), normals, atol=1e-14)
+    quality, shortest = facet_shapes(points, facets.astype(np.int32))
+    area = np.linalg.norm(normals, axis=1)
+    expected = 4 * np.sqrt(3) * area / np.where(squares.sum(axis=0) > 0, squares.sum(axis=0), 1)
+    assert np.allclose(quality, expected, atol=1e-14)
+    assert np.allclose(shortest, np.sqrt(squares.min(axis=0)), atol=1e-14)
+    middle = points.mean(axis=0)
+    swept = [np.linalg.det(np.stack(corners) - middle) / 6 for corners in zip(a, b, c)]
+    assert np.allclose(swept_volumes(points, facets), swept, atol=1e-13)

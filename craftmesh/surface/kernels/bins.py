@@ -43,17 +43,17 @@ def fill_bins(first, last, grid):
             for j in range(first[f, 1], last[f, 1] + 1):
                 row = (i * shape[1] + j) * shape[2]
                 for k in range(first[f, 2], last[f, 2] + 1):
-                    start[row + k + 1] += 1
-    start = np.cumsum(start)
-    free = start[:-1].copy()
+                    start[row + k] += 1
+    for cell in range(1, len(start)):
+        start[cell] += start[cell - 1]
     items = np.empty(start[-1], np.int64)
-    for f in range(len(first)):
+    for f in range(len(first) - 1, -1, -1):  # so that the ends of the cells come to be their starts
         for i in range(first[f, 0], last[f, 0] + 1):
             for j in range(first[f, 1], last[f, 1] + 1):
                 row = (i * shape[1] + j) * shape[2]
                 for k in range(first[f, 2], last[f, 2] + 1):
-                    items[free[row + k]] = f
-                    free[row + k] += 1
+                    start[row + k] -= 1
+                    items[start[row + k]] = f
     return Bins(start, items, grid)
 
 

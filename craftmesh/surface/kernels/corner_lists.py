@@ -4,6 +4,8 @@ Corner c belongs to facet c // 3 and to the vertex facets[c // 3, c % 3]. `first
 corner at v and `after[c]` the next one, -1 at the end. Non-manifold edges need nothing special.
 """
 
+import numpy as np
+
 from craftmesh.jit import kernel, lean_kernel
 
 
@@ -34,3 +36,12 @@ def link_all(facets, alive, facet_count, first, after):
         if alive[f]:
             for i in range(3):
                 link_corner(first, after, facets[f, i], 3 * f + i)
+
+
+@kernel
+def corner_lists(facets, vertices):
+    """Return the corner lists `first` (vertices,) and `after` (3 m,) of facets (m, 3)."""
+    first = np.empty(vertices, np.int64)
+    after = np.empty(3 * len(facets), np.int64)
+    link_all(facets, np.ones(len(facets), np.bool_), len(facets), first, after)
+    return first, after

@@ -7,7 +7,7 @@ least angle round an edge is always between two facets that follow each other.
 import numpy as np
 
 from craftmesh.jit import kernel, lean_kernel
-from craftmesh.surface.kernels.corner_lists import link_all
+from craftmesh.surface.kernels.corner_lists import corner_lists
 from craftmesh.surface.kernels.facet_shape import area_vector
 
 # Degrees: wedges under this count as sharp, for tetrahedra in them are as flat as they are.
@@ -49,15 +49,6 @@ def sharpest_on_facet(points, facets, first, after, f):
         a, b = facets[f, k], facets[f, (k + 1) % 3]
         largest = max(largest, _sharpest_along(points, facets, after, 3 * f + k, b, first[a]))
     return largest
-
-
-@kernel
-def corner_lists(facets, vertices):
-    """Return the corner lists `first` (vertices,) and `after` (3 m,) of facets (m, 3)."""
-    first = np.empty(vertices, np.int64)
-    after = np.empty(3 * len(facets), np.int64)
-    link_all(facets, np.ones(len(facets), np.bool_), len(facets), first, after)
-    return first, after
 
 
 @kernel

@@ -19,13 +19,18 @@ WIDER = 1.25
 
 @kernel
 def _bounds(points, facets):
+    """Return the bounds (m, 3) of facets, their largest extents (m,), and the bounds (3,) of all."""
     low, high = np.empty((len(facets), 3)), np.empty((len(facets), 3))
+    extent, least, most = np.zeros(len(facets)), np.full(3, np.inf), np.full(3, -np.inf)
     for f in range(len(facets)):
         for k in range(3):
             a, b, c = points[facets[f, 0], k], points[facets[f, 1], k], points[facets[f, 2], k]
             low[f, k] = min(a, b, c)
             high[f, k] = max(a, b, c)
-    return low, high
+            extent[f] = max(extent[f], high[f, k] - low[f, k])
+            least[k] = min(least[k], low[f, k])
+            most[k] = max(most[k], high[f, k])
+    return low, high, extent, least, most
 
 
 @lean_kernel
@@ -96,13 +101,11 @@ def intersecting_pairs(
     points = np.array(points, np.float64, order="C")  # read-only arrays would be compiled for anew
     if len(facets) < 2:
         return np.zeros((0, 2), np.int64)
-    low, high = _bounds(points, facets)
-    extent = (high - low).max(axis=1)
-    span = high.max(axis=0) - low.min(axis=0)
+    low, high, extent, least, most = _bounds(points, facets)
     width = max(float(np.median(extent)), float(extent.mean()) / 2, 1e-300)
-    while np.prod(np.floor(span / width) + 1) > CELLS_PER_FACET * len(facets) + MORE_CELLS:
+    while np.prod(np.floor((most - least) / width) + 1) > CELLS_PER_FACET * len(facets) + MORE_CELLS:
         width *= WIDER
-    grid = grid_over(low.min(axis=0), high.max(axis=0), width)
+    grid = grid_over(least, most, width)
     first = cells_of(low, grid)
     bins = fill_bins(first, cells_of(high, grid), grid)
     chosen = np.ones(len(facets), bool) if chosen is None else chosen

@@ -48,6 +48,18 @@ def _height(points, origin, normal, length, contact, x):
 
 
 @lean_kernel
+def _clear(size, normal):
+    """Return the square of what a point's `_height` times the normal's length has clearly beyond contact.
+
+    Infinite where the triangle of this normal may be flat; size: as `_squared_size`.
+    """
+    square = _dot(normal, normal)
+    if square <= (2.0 * FLAT * size) ** 2:
+        return np.inf
+    return 4.0 * CONTACT * CONTACT * size * square
+
+
+@lean_kernel
 def _dominant_axes(normal):
     """The two axes of the coordinate plane that sees a triangle with this normal best."""
     x, y, z = abs(normal[0]), abs(normal[1]), abs(normal[2])
@@ -117,19 +129,26 @@ def _folded(points, a, b, c, d):
     """Whether triangles a-b-c and a-b-d lie on each other (or one of them is flat)."""
     edge = _between(points, a, b)
     n, m = _cross(edge, _between(points, a, c)), _cross(edge, _between(points, a, d))
-    length = np.sqrt(_dot(n, n) * _dot(m, m))
-    if length == 0.0:
+    square, along = _dot(n, n) * _dot(m, m), _dot(n, m)
+    if square == 0.0:
         return True
+    if along <= 0.0:
+        return False
+    length = np.sqrt(square)
     turn = _cross(n, m)
-    return _dot(n, m) > 0.0 and np.sqrt(_dot(turn, turn)) <= FOLD * length
+    return np.sqrt(_dot(turn, turn)) <= FOLD * length
 
 
 @lean_kernel
 def _meet_beyond_vertex(points, s, p, q, r, t):
     """Whether triangles s-p-q and s-r-t meet in more than their common vertex s."""
-    n, m = _normal(points, s, p, q), _normal(points, s, r, t)
-    ln, lm = np.sqrt(_dot(n, n)), np.sqrt(_dot(m, m))
+    m = _normal(points, s, r, t)
     size = max(_squared_size(points, s, p, q), _squared_size(points, s, r, t))
+    over_p, over_q = _dot(m, _between(points, s, p)), _dot(m, _between(points, s, q))
+    if over_p * over_q > 0.0 and min(over_p * over_p, over_q * over_q) > _clear(size, m):
+        return False  # the usual case, without a root
+    n = _normal(points, s, p, q)
+    ln, lm = np.sqrt(_dot(n, n)), np.sqrt(_dot(m, m))
     contact = CONTACT * np.sqrt(size)
     flat = FLAT * size
     if ln <= flat and lm <= flat:
@@ -165,9 +184,16 @@ def _sectors_meet(points, s, p, q, r, t, i, j):
 @lean_kernel
 def _disjoint_triangles_meet(points, a0, a1, a2, b0, b1, b2):
     """Whether two triangles without a common vertex touch, cross or overlap."""
-    n, m = _normal(points, a0, a1, a2), _normal(points, b0, b1, b2)
-    ln, lm = np.sqrt(_dot(n, n)), np.sqrt(_dot(m, m))
+    n = _normal(points, a0, a1, a2)
     size = max(_squared_size(points, a0, a1, a2), _squared_size(points, b0, b1, b2))
+    first = _dot(n, _between(points, a0, b0))
+    second = _dot(n, _between(points, a0, b1))
+    third = _dot(n, _between(points, a0, b2))
+    least = min(first * first, second * second, third * third)
+    if first * second > 0.0 and first * third > 0.0 and least > _clear(size, n):
+        return False  # the usual case, without a root
+    m = _normal(points, b0, b1, b2)
+    ln, lm = np.sqrt(_dot(n, n)), np.sqrt(_dot(m, m))
     contact = CONTACT * np.sqrt(size)
     has_n, has_m = ln > FLAT * size, lm > FLAT * size
     ha0 = ha1 = ha2 = hb0 = hb1 = hb2 = 0.0

@@ -1,0 +1,121 @@
+"""What bounds grains: equal points, edges at which a boundary is open, and its shells."""
+
+import numpy as np
+
+from craftmesh.jit import kernel, lean_kernel
+
+
+@lean_kernel
+def _slot(bits, row, mask):
+    key = bits[row, 0] * np.uint64(0x9E3779B97F4A7C15)
+    key ^= (bits[row, 1] * np.uint64(0xC2B2AE3D27D4EB4F)) >> np.uint64(7)
+    key ^= bits[row, 2] * np.uint64(0x165667B19E3779F9)
+    key ^= key >> np.uint64(29)
+    return np.int64((key * np.uint64(0xBF58476D1CE4E5B9)) >> np.uint64(32)) & mask
+
+
+@kernel
+def lowest_equal_rows(bits):
+    """Return for each row of bits (n, 3) uint64 the lowest row that is the same."""
+    size = 16
+    while size < 2 * len(bits):
+        size *= 2
+    table = np.full(size, -1, np.int64)
+    lowest = np.empty(len(bits), np.int64)
+    for row in range(len(bits)):
+        slot = _slot(bits, row, size - 1)
+        other = table[slot]
+        while other >= 0 and not (
+            bits[other, 0] == bits[row, 0]
+            and bits[other, 1] == bits[row, 1]
+            and bits[other, 2] == bits[row, 2]
+        ):
+            slot = (slot + 1) & (size - 1)
+            other = table[slot]
+        if other < 0:
+            table[slot] = other = row
+        lowest[row] = other
+    return lowest
+
+
+@kernel
+def unbalanced_edges(facets, sides, first, after):
+    """Return rows (k, 3): label, lower and higher point of edges where a label's boundary is not closed.
+
+    sides (m, 2) int32: labels behind and ahead of each facet; as `open_edges` takes them;
+    first, after: the facets' corner lists.
+    """
+    found, n = np.empty((64, 3), np.int64), 0
+    tally = np.empty((64, 3), np.int64)  # label, higher point, balance
+    for low in range(len(first)):
+        count = 0
+        corner = first[low]
+        while corner >= 0:
+            f, k = corner // 3, corner % 3
+            ahead, behind = facets[f, (k + 1) % 3], facets[f, (k + 2) % 3]
+            if sides[f, 0] != sides[f, 1]:
+                if count + 4 > len(tally):
+                    tally = np.concatenate((tally, np.empty_like(tally)))
+                for side in range(2):
+                    way = 1 - 2 * side
+                    if sides[f, side] != 0 and ahead >= low:
+                        count = _tallied(tally, count, sides[f, side], ahead, way)
+                    if sides[f, side] != 0 and behind > low:
+                        count = _tallied(tally, count, sides[f, side], behind, -way)
+            corner = after[corner]
+        for row in range(count):
+            if tally[row, 2] != 0:
+                if n == len(found):
+                    found = np.concatenate((found, np.empty_like(found)))
+                found[n, 0] = tally[row, 0]
+                found[n, 1] = low
+                found[n, 2] = tally[row, 1]
+                n += 1
+    return found[:n].copy()
+
+
+@lean_kernel
+def _tallied(tally, count, label, high, way):
+    """Add an edge's way to its balance, which may be new; return how many there are."""
+    for row in range(count):
+        if tally[row, 0] == label and tally[row, 1] == high:
+            tally[row, 2] += way
+            return count
+    tally[count, 0] = label
+    tally[count, 1] = high
+    tally[count, 2] = way
+    return count + 1
+
+
+@lean_kernel
+def _root(parent, point):
+    while parent[point] != point:
+        parent[point] = parent[parent[point]]
+        point = parent[point]
+    return point
+
+
+@kernel
+def outer_shells(facets, start, swept, points):
+    """Return how many shells of each grain enclose a volume above 0.
+
+    start (g + 1,): the facets of grain i are start[i] to start[i + 1]; swept (m,): their volumes;
+    points: how many there are. A shell is what hangs together at points.
+    """
+    count = np.zeros(len(start) - 1, np.int64)
+    parent, volume = np.empty(points, np.int64), np.zeros(points)
+    for grain in range(len(count)):
+        rows = range(start[grain], start[grain + 1])
+        for f in rows:
+            for k in range(3):
+                parent[facets[f, k]] = facets[f, k]
+        for f in rows:
+            for k in range(1, 3):
+                parent[_root(parent, facets[f, k])] = _root(parent, facets[f, 0])
+        for f in rows:
+            volume[_root(parent, facets[f, 0])] += swept[f]
+        for f in rows:
+            root = _root(parent, facets[f, 0])
+            count[grain] += volume[root] > 0
+            volume[root] = 0.0
+    return count

@@ -1,0 +1,72 @@
+"""Measures of all facets (m, 3) on points (n, 3) at once, and ways of points to their neighbours."""
+
+import numpy as np
+
+from craftmesh.jit import kernel
+from craftmesh.surface.kernels.facet_shape import area_vector, squared_distance
+
+TINY = np.finfo(np.float64).tiny
+IDEAL = 4 * np.sqrt(3)
+
+
+@kernel
+def area_vectors_of(points, facets):
+    """Return the area vectors (m, 3) of the facets."""
+    vectors = np.empty((len(facets), 3))
+    for f in range(len(facets)):
+        x, y, z = area_vector(points, facets[f, 0], facets[f, 1], facets[f, 2])
+        vectors[f, 0] = 0.5 * x
+        vectors[f, 1] = 0.5 * y
+        vectors[f, 2] = 0.5 * z
+    return vectors
+
+
+@kernel
+def shapes_of(points, facets):
+    """Return the quality (m,), 4 sqrt(3) area / sum of squared edges, and the shortest edges (m,)."""
+    quality, shortest = np.empty(len(facets)), np.empty(len(facets))
+    for f in range(len(facets)):
+        a, b, c = facets[f, 0], facets[f, 1], facets[f, 2]
+        x, y, z = area_vector(points, a, b, c)
+        area = np.sqrt((0.5 * x) * (0.5 * x) + (0.5 * y) * (0.5 * y) + (0.5 * z) * (0.5 * z))
+        first, second, third = (
+            squared_distance(points, a, b),
+            squared_distance(points, b, c),
+            squared_distance(points, c, a),
+        )
+        quality[f] = IDEAL * area / max(first + second + third, TINY)
+        shortest[f] = np.sqrt(min(first, second, third))
+    return quality, shortest
+
+
+@kernel
+def volumes_from(centre, points, facets):
+    """Return the signed volumes (m,) between a place (3,) and the facets: those behind are > 0."""
+    volumes = np.empty(len(facets))
+    for f in range(len(facets)):
+        a = facets[f, 0]
+        x, y, z = area_vector(points, a, facets[f, 1], facets[f, 2])
+        along = (points[a, 0] - centre[0]) * (0.5 * x) + (points[a, 2] - centre[2]) * (0.5 * z)
+        volumes[f] = (along + (points[a, 1] - centre[1]) * (0.5 * y)) / 3.0
+    return volumes
+
+
+@kernel
+def ways_to_means(points, start, neighbours):
+    """Return the ways (n, 3) from points to the means of their neighbours, 0 without any.
+
+    The neighbours of point v are neighbours[start[v] : start[v + 1]].
+    """
+    ways = np.zeros(points.shape)
+    for v in range(len(points)):
+        count = start[v + 1] - start[v]
+        if count > 0:
+            x = y = z = 0.0
+            for n in range(start[v], start[v + 1]):
+                x += points[neighbours[n], 0]
+                y += points[neighbours[n], 1]
+                z += points[neighbours[n], 2]
+            ways[v, 0] = x / count - points[v, 0]
+            ways[v, 1] = y / count - points[v, 1]
+            ways[v, 2] = z / count - points[v, 2]
+    return ways
