@@ -36,7 +36,8 @@ def clean_facets(gradation: Gradation, sizing: Sizing, limits: Limits, rounds: i
     """
     for n in range(rounds):
         slide_goal = goal if n == 0 else min(goal, LATE_GOAL)
-        if n > rounds // 2 + 1 and _least_angle(gradation) >= LEAST_ANGLE:
+        mesh = gradation.mesh
+        if n > rounds // 2 + 1 and facet_angles(mesh.points, mesh.facets[mesh.alive]).min() >= LEAST_ANGLE:
             break
         gradation.set_sizes(sizing)
         loose = loosened(limits, n, rounds)
@@ -46,11 +47,6 @@ def clean_facets(gradation: Gradation, sizing: Sizing, limits: Limits, rounds: i
         done += slide_all(gradation, loose, score_of_angle(slide_goal))
         if not done:
             break
-
-
-def _least_angle(gradation: Gradation) -> float:
-    mesh = gradation.mesh
-    return float(facet_angles(mesh.points, mesh.facets[np.flatnonzero(mesh.alive)]).min())
 
 
 def loosened(limits: Limits, n: int, rounds: int) -> Limits:
@@ -82,6 +78,6 @@ def collapse_poor(gradation: Gradation, limits: Limits, goal: float) -> int:
 def split_ears(gradation: Gradation, limits: Limits) -> int:
     """Split the crack's ears, so that every crack facet can open."""
     mesh = gradation.mesh
-    edges = ears(mesh.facets[gradation.living(on_crack=True)], mesh.flags & ON_FRONT > 0)
+    edges = ears(mesh.facets[mesh.alive & mesh.patch_crack[mesh.patch]], mesh.flags & ON_FRONT > 0)
     any_angle = limits._replace(split=0.0, floor=0.0)
     return split_all(gradation, "split_ears", any_angle, edges, 0.0)

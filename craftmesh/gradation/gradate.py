@@ -155,7 +155,15 @@ def _gradated(
         gradation.set_sizes(sizing)
     for n in range(options.passes):
         progress(n / (options.passes + 2), f"gradate, round {n + 1} of {options.passes}")
-        _round(gradation, sizing, limits, relaxing=n >= options.passes // 2)
+        gradation.set_sizes(sizing)
+        collapse_short(gradation, limits)
+        gradation.set_sizes(sizing)
+        split_long(gradation, limits)
+        swap_all(gradation, limits)
+        even_lines(gradation, limits)
+        if n >= options.passes // 2:
+            relax_all(gradation, limits)
+            swap_all(gradation, limits)
     progress(options.passes / (options.passes + 2), "clean")
     clean_facets(gradation, sizing, limits, options.cleaning_passes, options.cleaning_angle)
     split_ears(gradation, limits)
@@ -193,15 +201,3 @@ def _limits(options: GradateOptions, sizing: Sizing, crack: Crack | None, share:
         drift=float(options.volume_tolerance),
         merge_points=False,
     )
-
-
-def _round(gradation: Gradation, sizing: Sizing, limits: Limits, relaxing: bool) -> None:
-    gradation.set_sizes(sizing)
-    collapse_short(gradation, limits)
-    gradation.set_sizes(sizing)
-    split_long(gradation, limits)
-    swap_all(gradation, limits)
-    even_lines(gradation, limits)
-    if relaxing:
-        relax_all(gradation, limits)
-        swap_all(gradation, limits)

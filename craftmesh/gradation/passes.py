@@ -21,9 +21,10 @@ from craftmesh.gradation.kernels.rings import list_edges
 from craftmesh.gradation.locality import block_order
 from craftmesh.gradation.state import Guards, Mesh, State, make_room
 from craftmesh.sizing.sizing import Sizing
-from craftmesh.surface.connectivity import unique_edges
+from craftmesh.surface.connectivity import touching, unique_edges
 from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets, relative_lengths
 from craftmesh.surface.kernels.hinges import SHARP_COSINE
+from craftmesh.surface.measure import span_of
 
 # Of limits.split: before all rounds, edges over this are split whatever their halves. With 1.3 to 1.6
 # strips 20 targets long end with edges of up to 1.7 targets; with 2 and 3 they stay at 2.5.
@@ -82,16 +83,6 @@ class Gradation:
         m = self.mesh
         count = int(m.alive[: m.used[1]].sum())
         return list_edges(m.facets, m.patch, m.first, m.after, m.rank, m.used[0], count, m.stamp, m.clock)
-
-    def edges_inside_patches(self) -> np.ndarray:
-        """Return the edges (e, 2) that are no features."""
-        edges, feature = self.edges()
-        return edges[~feature]
-
-    def living(self, on_crack: bool) -> np.ndarray:
-        """Return the rows of the living facets that are crack, or of those that are not."""
-        mesh, count = self.mesh, self.mesh.used[1]
-        return np.flatnonzero(mesh.alive[:count] & (mesh.patch_crack[mesh.patch[:count]] == on_crack))
 
     def poor_facets(self, score: float) -> np.ndarray:
         """Return the corners (k, 3) of the living facets whose angle score is under `score`."""
@@ -152,7 +143,7 @@ def filled_grid(mesh: Mesh) -> FacetGrid:
     if not living:
         raise CraftmeshError("the surface has no facets; expected at least one to gradate")
     cell = max(CELL * mean_edge(mesh.points, mesh.facets, mesh.alive, m), 1e-300)
-    low, high = _bounds(mesh)
+    low, high = span_of(mesh.points[mesh.first >= 0])
     items = 6 * living + 2 * ROOM_PER_STEP
     grid = make_grid(low, high, cell, items, len(mesh.facets))
     while not fill_grid(grid, mesh.points, mesh.facets, mesh.alive, m) or (
@@ -161,12 +152,6 @@ def filled_grid(mesh: Mesh) -> FacetGrid:
         items *= 2
         grid = make_grid(low, high, cell, items, len(mesh.facets))
     return grid
-
-
-def _bounds(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and the highest coordinates (3,) of the living vertices."""
-    living = mesh.points[mesh.first >= 0]
-    return living.min(axis=0), living.max(axis=0)
 
 
 def collapse_short(gradation: Gradation, limits: Limits) -> int:
@@ -230,16 +215,15 @@ def edges_to_swap(gradation: Gradation, limits: Limits) -> np.ndarray:
     """Return the edges (e, 2) inside patches that a pass of swaps has not seen as they are now."""
     last, mesh = gradation.swapped, gradation.mesh
     if last is None or last.limits != limits:
-        return gradation.edges_inside_patches()
+        edges, feature = gradation.edges()
+        return edges[~feature]
     n, m = min(len(last.points), len(mesh.points)), min(len(last.facets), len(mesh.facets))
     moved = np.ones(len(mesh.points), bool)
     moved[:n] = ~_are_equal(mesh.points[:n], last.points[:n])
     changed = np.ones(len(mesh.facets), bool)
     changed[:m] = ~_are_equal(mesh.facets[:m], last.facets[:m])
-    a, b, c = mesh.facets.T
-    changed |= moved[a] | moved[b] | moved[c]
-    facets = mesh.facets[changed & mesh.alive]
-    return unique_edges(facets)[0].astype(np.int64)
+    changed |= touching(mesh.facets, moved)
+    return unique_edges(mesh.facets[changed & mesh.alive])[0]
 
 
 def _are_equal(rows: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -67,11 +67,8 @@ def size_adherence(surface: Surface, sizing: Sizing) -> dict:
         "junction_far": feature & far & ~front,
         "front": front,
     }
-    return {k: _percentiles(ratio[chosen]) for k, chosen in groups.items()}
-
-
-def _percentiles(values: np.ndarray) -> list[float]:
-    return [round(float(v), 4) for v in np.percentile(values, (5, 50, 95))] if len(values) else []
+    parts = {k: np.percentile(ratio[own], (5, 50, 95)) if own.any() else [] for k, own in groups.items()}
+    return {k: [round(float(v), 4) for v in part] for k, part in parts.items()}
 
 
 def _drift_of_volumes(before: dict[int, float], result: Surface) -> dict:

@@ -129,13 +129,6 @@ def _in_model_units(points: np.ndarray, raw: Surface, voxels: Voxels) -> np.ndar
     return placed
 
 
-def _smoothing_stages(options: RemeshOptions) -> list[list[float]]:
-    """Weights of the laps between checkpoints: one Laplace lap, the other ones, the Taubin pairs."""
-    laplace = [options.laplace_weight] * options.laplace_laps
-    taubin = [options.laplace_weight, options.taubin_weight] * options.taubin_laps
-    return [stage for stage in (laplace[:1], laplace[1:], taubin) if stage]
-
-
 def smooth(
     raw: Surface,
     options: RemeshOptions,
@@ -154,7 +147,9 @@ def smooth(
     volumes = side_volumes(points, raw.facets.astype(np.int64), raw.sides)
     least = {label: options.least_volume * volume for label, volume in volumes.items() if volume > 0}
     bounds = replace(SMOOTHING, quality=options.sliver_quality, edge=options.sliver_edge)
-    stages = _smoothing_stages(options)
+    laplace = [options.laplace_weight] * options.laplace_laps
+    taubin = [options.laplace_weight, options.taubin_weight] * options.taubin_laps
+    stages = [stage for stage in (laplace[:1], laplace[1:], taubin) if stage]  # between checkpoints
     for number, weights in enumerate(stages):
         lapped = partial(_lapped, points, weights, drawn, fixed)
         points, held = guarded_move(
