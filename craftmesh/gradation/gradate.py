@@ -15,9 +15,9 @@ from craftmesh.gradation.locality import spatially_sorted
 from craftmesh.gradation.passes import (
     Gradation,
     Limits,
+    begun,
     collapse_short,
     even_lines,
-    filled_grid,
     halve_longest,
     relax_all,
     split_long,
@@ -25,7 +25,7 @@ from craftmesh.gradation.passes import (
 )
 from craftmesh.gradation.preprocess import remove_unnecessary_nodes, smooth_junctions
 from craftmesh.gradation.report import figures_before, gradation_report
-from craftmesh.gradation.state import make_state, surface_of
+from craftmesh.gradation.state import surface_of
 from craftmesh.gradation.tied_nodes import release_tied_nodes
 from craftmesh.options import Options, option
 from craftmesh.progress import silent
@@ -114,9 +114,8 @@ def gradate(
     sizing = short_beside_folds(surface, sizing)
     least = np.inf
     for share in CRACK_SHARES:
-        state = make_state(surface, sizing.at(surface.points), crack)
-        begun = Gradation(state, filled_grid(state.mesh), dict(done), sized=surface.points)
-        attempt = _gradated(begun, sizing, _limits(options, sizing, crack, share), options, progress)
+        limits = _limits(options, sizing, crack, share)
+        attempt = _gradated(begun(surface, sizing, crack, done), sizing, limits, options, progress)
         found = surface_of(attempt.state, surface)
         times = held.times_off(found)
         if times <= 1 or times < least:

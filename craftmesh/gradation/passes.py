@@ -1,5 +1,6 @@
 """Passes of the gradation over all edges or vertices, with arrays that grow as they need to."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -19,12 +20,13 @@ from craftmesh.gradation.kernels.one_pass import (
 )
 from craftmesh.gradation.kernels.rings import list_edges
 from craftmesh.gradation.locality import block_order
-from craftmesh.gradation.state import Guards, Mesh, State, make_room
+from craftmesh.gradation.state import Guards, Mesh, State, make_room, make_state
 from craftmesh.sizing.sizing import Sizing
 from craftmesh.surface.connectivity import touching, unique_edges
 from craftmesh.surface.kernels.facet_shape import mean_edge, poor_facets, relative_lengths
 from craftmesh.surface.kernels.hinges import SHARP_COSINE
 from craftmesh.surface.measure import span_of
+from craftmesh.types import Crack, Surface
 
 # Of limits.split: before all rounds, edges over this are split whatever their halves. With 1.3 to 1.6
 # strips 20 targets long end with edges of up to 1.7 targets; with 2 and 3 they stay at 2.5.
@@ -134,6 +136,12 @@ class Gradation:
         guards = Guards(**{name: arrays[name] for name in Guards._fields})
         self.state = State(mesh, guards, scratch)
         self.grid = filled_grid(mesh)
+
+
+def begun(surface: Surface, sizing: Sizing, crack: Crack | None, done: Mapping[str, int]) -> Gradation:
+    """Return the gradation of a surface before its passes, which alone holds its arrays."""
+    state = make_state(surface, sizing.at(surface.points), crack)
+    return Gradation(state, filled_grid(state.mesh), dict(done), sized=surface.points)
 
 
 def filled_grid(mesh: Mesh) -> FacetGrid:

@@ -206,8 +206,9 @@ def surface_of(state: State, surface: Surface) -> Surface:
     return Surface(points, facets, sides[source], surface.kind[source])
 
 
-# The room for more: at least so many facets, or half of the living ones, and half as many vertices.
-LEAST_ROOM = 4000
+# The room for more: at least so many vertices and facets, and this part of the living facets.
+LEAST_VERTICES, VERTEX_SHARE = 1000, 1 / 16
+LEAST_FACETS, FACET_SHARE = 4000, 1 / 8
 # Corners renumbered at a time, so that no second copy of them all is needed.
 BATCH = 1 << 16
 
@@ -222,8 +223,8 @@ def make_room(arrays: dict[str, np.ndarray]) -> None:
     living = np.flatnonzero(arrays["alive"][:facets])
     row = np.full(facets, -1, np.int64)
     row[living] = np.arange(len(living))
-    room = max(LEAST_ROOM, len(living) // 2)
-    vertices, facets = vertices + room // 2, len(living) + room
+    vertices += max(LEAST_VERTICES, int(len(living) * VERTEX_SHARE))
+    facets = len(living) + max(LEAST_FACETS, int(len(living) * FACET_SHARE))
     for name, fill in PER_VERTEX.items():
         arrays[name] = _lengthened(arrays.pop(name), vertices, fill)
     for name, fill in PER_FACET.items():
