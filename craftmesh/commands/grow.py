@@ -6,7 +6,7 @@ from pathlib import Path
 from craftmesh.commands.flags import add_options, options_from
 from craftmesh.commands.stage_io import add_file, add_output, add_report, tell, warn
 from craftmesh.errors import CraftmeshError, existing
-from craftmesh.growth.correct import Step
+from craftmesh.growth.front_step import Step
 from craftmesh.growth.grow_crack import grow_crack, last_step, step_columns
 from craftmesh.growth.options import CorrectionOptions, SmoothingOptions
 from craftmesh.io.front_csv import front_columns, write_front

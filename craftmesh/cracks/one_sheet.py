@@ -14,6 +14,9 @@ ROUNDS = 20  # of flips at slivers; chosen by hand, far more than a row of point
 # Distance of a surface's two sides, in its smaller width, under which it is a thin shell. Measured:
 # 0.37 in ten voxels by three, 0.53 in an ellipsoid 2.5 times as wide as thick, 1.2 in a cube.
 THIN = 0.4
+# Lines across a surface that tell a thin shell by what most of them meet: a share of 0.5 is then known to
+# within 0.04.
+LINES = 200
 REACH = 0.25  # of the box's diagonal: triangles farther from the box than this may be left out
 
 
@@ -98,9 +101,8 @@ def sides_apart(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> f
     meet the next side near. It is closed, or open past faces of the box (2, 3) or beside them: a sheet that
     folds back on itself has its rim within.
     """
-    lines = 200
-    apart = lines_across(points, triangles, lines)[1]
-    if len(apart) <= lines / 2:
+    apart = lines_across(points, triangles, LINES)[1]
+    if len(apart) <= LINES / 2:
         return None
     edges, _, count = unique_edges(triangles)
     rim = points[edges[count == 1]].reshape(-1, 3)

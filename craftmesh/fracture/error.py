@@ -8,6 +8,7 @@ from craftmesh.fracture.fit import HALF_WIDTH, FrontLine
 from craftmesh.fracture.options import LEAST_RADIUS
 from craftmesh.fracture.segments import Segments, is_isotropic
 from craftmesh.mechanics.materials import mean_moduli
+from craftmesh.mesh.front_curve import ways_along
 from craftmesh.mesh.front_frames import Front, edges_between_materials, meets_boundary
 from craftmesh.types import TetMesh
 
@@ -133,15 +134,15 @@ def errors(
     if largest == 0:
         return np.zeros(len(k))
     jump, way = _changes(line, segments, one_sided)
-    at, (index, ratio) = segments.at(line.s), elastic_ratios(segments.stiffness)
+    at, moduli = segments.at(line.s), mean_moduli(segments.stiffness)
     even = np.array([is_isotropic(own) for own in segments.stiffness])[at]
     signs = Signs(
         mesh=1.0,
         energy=_energy(j, g, even, ~mixed),
         tube=spread / largest,
         pieces=by_pieces / largest,
-        crystal=np.sqrt(index[at]),
-        volume=np.minimum(ratio, LOCKING)[at],
+        crystal=np.sqrt(moduli.anisotropy[at]),
+        volume=np.minimum(moduli.voigt_bulk / moduli.voigt_shear, LOCKING)[at],
         change=(jump[:, None] * 0.5**way).max(axis=0, initial=0.0) / largest,
         end=0.0 if line.closed else np.exp(-np.minimum(line.s, line.total - line.s) / line.sizes),
     )
@@ -175,12 +176,5 @@ def _changes(
     k, opening = (np.abs(part).max(axis=(1, 2)) for part in (sides[:, :, :3], sides[:, :, 3:]))
     apart = np.abs(np.diff(sides[:, :, 3:], axis=1)).max(axis=(1, 2))
     jump = k * apart / np.maximum(opening, np.finfo(float).tiny) / 2
-    way = np.abs(line.s - segments.start[kept, None])
-    way = np.minimum(way, line.total - way) if line.closed else way
+    way = ways_along(segments.start[kept], line.s, line.total, line.closed)
     return jump, way / line.sizes
-
-
-def elastic_ratios(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the index of anisotropy and the bulk over the shear modulus (g,) of stiffnesses (g, 6, 6)."""
-    mean = mean_moduli(stiffness)
-    return mean.anisotropy, mean.voigt_bulk / mean.voigt_shear

@@ -6,11 +6,11 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from craftmesh.fracture.segments import Stations
-from craftmesh.mechanics.near_field import MODES
+from craftmesh.mechanics.near_field import AXES_OF_FORCES, MODES
 from craftmesh.mesh.front_curve import MovingFrames
 
 # Powers of 1 / r of the gradients: three fields of unit K, two of unit forces.
-POWERS = np.array([0.5, 0.5, 0.5, 1.0, 1.0])[:, None]
+POWERS = np.repeat([0.5, 1.0], [3, len(AXES_OF_FORCES)])[:, None]
 # The least stretch of the tube round a bent front, outside its centre of curvature.
 LEAST_STRETCH = 0.05
 

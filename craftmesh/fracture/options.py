@@ -18,17 +18,17 @@ class FractureOptions(Options):
         4.0,
         "radius of the integrals where there is room, in edges of the front; 2.5 where there is none",
         at_least=LEAST_RADIUS,
-        at_most=12.0,
+        at_most=12,
     )
     knots: float = option(
         4.0,
         "pieces of the splines fitted to K, in edges of the front; in crystals half as long again",
         at_least=LEAST_PIECES,
-        at_most=100.0,
+        at_most=100,
     )
     probe: float | None = option(
         None,
         "radius at which the tangential stress round the front is probed, in edges of the front; none: not",
-        above=0.0,
-        at_most=12.0,
+        above=0,
+        at_most=12,
     )

@@ -1,5 +1,6 @@
 """J, K_I, K_II, K_III and T at every node of a crack's front, from displacements alone."""
 
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields
 
@@ -241,10 +242,7 @@ def _report(
 ) -> dict:
     """Return the report of a front; its ratio of J to G leaves out nodes that are mixed, (n,) bool."""
     largest = np.abs([parameters.K_I, parameters.K_II, parameters.K_III]).max()
-    words: dict[str, int] = {}
-    for word in "+".join(parameters.flags.tolist()).split("+"):
-        words[word] = words.get(word, 0) + 1
-    words.pop("", None)
+    words = Counter(word for flags in parameters.flags.tolist() for word in flags.split("+") if word)
     j, g = parameters.J[~mixed], parameters.G[~mixed]
     ratio = np.sqrt(np.maximum(j, 0) / np.maximum(g, np.finfo(float).tiny))
     return {
@@ -258,7 +256,7 @@ def _report(
         "largest_K": float(largest),
         "error": _least_middle_most(parameters.error / (largest or 1.0)),
         "root_of_J_over_G": _least_middle_most(ratio) if len(ratio) else None,
-        "flagged": words,
+        "flagged": dict(words),
         "segments": [
             {"start": float(start), "length": float(length), "K_at_ends": ends[:, :3].tolist()}
             for start, length, ends in zip(segments.start, segments.length, one_sided)

@@ -17,7 +17,7 @@ from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.types import BOX_PLANES, TetMesh
 
 # Inner and outer radius in edges of the front. In the first, elements at the front count: the worst ones.
-RINGS = ((1.0, 2.0), (2.0, 3.0), (3.0, 4.0))
+RINGS = ((1, 2), (2, 3), (3, 4))
 
 
 class NodalField(NamedTuple):

@@ -12,7 +12,7 @@ from craftmesh.surface.rounding import EXACT, ROUNDING
 # The axes turn by so much, in radians, from one station to the next; in copper fields between them, which
 # are interpolated, err by 0.02 %.
 TURN = 0.02
-_SAMPLES = 16  # of the axes in each piece of the curve, to find how much they turn
+SAMPLES = 16  # points in each piece of the curve, where its axes and nearest points are sought
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +158,7 @@ def _station_count(curve: FrontCurve, start: float, length: float, stiffness: np
     if is_isotropic(stiffness):
         return 2
     pieces = max(curve.pieces * length / curve.length, 1)
-    axes = curve.moving_frames(start + np.linspace(0, length, int(_SAMPLES * pieces) + 2)).axes
+    axes = curve.moving_frames(start + np.linspace(0, length, int(SAMPLES * pieces) + 2)).axes
     steps = np.linalg.norm(np.diff(axes[:, 1:], axis=0), axis=(1, 2))
     return 2 + int(steps.sum() / TURN)
 

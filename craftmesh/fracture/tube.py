@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 
 from craftmesh.fracture.lip_pressure import FaceTractions
 from craftmesh.fracture.options import LEAST_RADIUS
-from craftmesh.fracture.segments import Segments, material_numbers
-from craftmesh.mesh.front_curve import FrontCurve, arc_lengths
+from craftmesh.fracture.segments import SAMPLES, Segments, material_numbers
+from craftmesh.mesh.front_curve import FrontCurve, arc_lengths, ways_along
 from craftmesh.mesh.front_frames import Front
 from craftmesh.mesh.mesh_sets import lip_faces, own_lips
 from craftmesh.mesh.tet_connectivity import face_nodes
@@ -22,8 +23,6 @@ OF_CURVATURE = 0.8
 # Parts of one front are strangers where the way along it is so many times the distance: half round a circle
 # it is 1.6 times.
 STRANGERS = 2.5
-# Points of the curve from which the nearest is sought, to a piece of it.
-_SAMPLES = 6
 
 
 def radii(
@@ -37,22 +36,14 @@ def radii(
     points = fronts[number]
     s, total = arc_lengths(points, closed)
     others = [own for k, own in enumerate(fronts) if k != number]
-    room = _to_itself(points, s, total, closed)
+    distance = cdist(points, points)
+    is_stranger = ways_along(s, s, total, closed) > STRANGERS * distance
+    room = np.where(is_stranger, distance, np.inf).min(axis=1)
     if others:
         room = np.minimum(KDTree(np.concatenate(others)).query(points)[0], room)
     room = room - sizes
     room = np.minimum(room, OF_CURVATURE * curve.bend_radius(s))
     return np.clip(room, LEAST_RADIUS * sizes, radius * sizes)
-
-
-def _to_itself(points: np.ndarray, s: np.ndarray, total: float, closed: bool) -> np.ndarray:
-    result = np.full(len(points), np.inf)
-    for k, point in enumerate(points):
-        way = np.abs(s - s[k])
-        way = np.minimum(way, total - way) if closed else way
-        distance = np.linalg.norm(points - point, axis=1)
-        result[k] = distance[way > STRANGERS * distance].min(initial=np.inf)
-    return result
 
 
 class SolvedMesh(NamedTuple):
@@ -170,7 +161,7 @@ def _elements_near(mesh: TetMesh, curve: FrontCurve, reach: float) -> np.ndarray
 
 
 def _samples(curve: FrontCurve) -> np.ndarray:
-    return np.linspace(0, curve.length, _SAMPLES * curve.pieces + 1)
+    return np.linspace(0, curve.length, SAMPLES * curve.pieces + 1)
 
 
 def _nearest(curve: FrontCurve, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

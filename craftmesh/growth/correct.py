@@ -1,7 +1,6 @@
 """The last strip of a grown crack laid again, by the kinks and the rates found at its end."""
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -9,8 +8,8 @@ from scipy.spatial import cKDTree
 from craftmesh.cracks.polyline import polyline
 from craftmesh.cracks.sheets import sheets
 from craftmesh.errors import CraftmeshError
+from craftmesh.growth.front_step import FrontStep, Step
 from craftmesh.growth.grow import grow, nearest_feet
-from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.growth.relaxation import over_step_again, rows_along
 from craftmesh.growth.trust import or_all
@@ -27,19 +26,6 @@ LEFT = 0.25
 NEAREST = 2  # trusted points of a front between which a kink is taken
 
 
-class Step(NamedTuple):
-    """A crack and where the points of its fronts go: what a strip is laid from.
-
-    rate (n,): what their extensions go with, da/dN over its median; power: d ln(rate) / d ln(K). Without
-    them all points go equally far.
-    """
-
-    crack: Crack
-    along: FrontExtensions
-    rate: np.ndarray | None = None
-    power: float = 0.0
-
-
 def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOptions) -> Step:
     """Return the step `reached` by `last` from where it had begun if that one were a path's chord.
 
@@ -49,43 +35,40 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
     crack has other sheets or fronts then, or a front farther off than it goes.
     """
     before, after = last.along, reached.along
-    ends = before.points + before.moves
-    kink, extension = before.kink_angle + SHARE * _found_at(after, ends, after.kink_angle), before.extension
-    if last.rate is not None and reached.rate is not None:
-        lines = [polyline(last.crack.points[front]) for front in last.crack.fronts]
-        fronts = rows_along(lines, before.points, before.binormal)
-        rate = _found_at(after, ends, reached.rate)
-        extension = over_step_again(last.rate, extension, rate, last.power, fronts)
-    laid = replace(before, kink_angle=kink, extension=extension)
+    found = np.column_stack([after.kink_angle, after.rate])
+    kink, rate = _found_at(after, before.points + before.moves, found).T
+    lines = [polyline(last.crack.points[front]) for front in last.crack.fronts]
+    fronts = rows_along(lines, before.points, before.binormal)
+    power = float(np.median(before.power))
+    extension = over_step_again(before.rate, before.extension, rate, power, fronts)
+    laid = replace(before, kink_angle=before.kink_angle + SHARE * kink, extension=extension)
     crack = grow(last.crack, laid, box, options)
     parts = [len(sheets(each)) for each in (crack, reached.crack) if each is not None]
     if crack is None or parts[0] != parts[1] or len(crack.fronts) != len(reached.crack.fronts):
         raise CraftmeshError("its sheets and fronts would be others; expected those of the crack as it is")
-    along = _turned(after, _found_at(after, after.points, after.kink_angle))
-    return reached._replace(crack=crack, along=replace(along, points=_onto_fronts(crack, along)))
+    kink = _found_at(after, after.points, after.kink_angle[:, None])
+    sine, cosine = np.sin(SHARE * kink), np.cos(SHARE * kink)
+    turned = replace(
+        after,
+        points=_onto_fronts(crack, after),
+        normal=cosine * after.normal - sine * after.binormal,
+        binormal=cosine * after.binormal + sine * after.normal,
+        kink_angle=LEFT * kink[:, 0],
+    )
+    return Step(crack, turned)
 
 
-def _found_at(along: FrontExtensions, places: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the values (n,) of trusted rows, of all where none is, next to places (k, 3): (k,)."""
+def _found_at(along: FrontStep, places: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the values (k, m) of trusted rows, of all where none is, next to places (k, 3)."""
     rows = or_all(along.trusted, np.ones(len(values), bool))
     points, values = along.points[rows], values[rows]
     off, row = cKDTree(points).query(places, range(1, min(NEAREST, len(points)) + 1))
     weight = 1 / np.maximum(off, np.finfo(float).tiny ** 0.5)
-    return (weight * values[row]).sum(axis=1) / weight.sum(axis=1)
+    weight /= weight.sum(axis=1, keepdims=True)
+    return (weight[:, None] @ values[row])[:, 0]
 
 
-def _turned(along: FrontExtensions, kink: np.ndarray) -> FrontExtensions:
-    """Return rows whose frames are turned by SHARE of kinks (n,), of which LEFT is left."""
-    sine, cosine = np.sin(SHARE * kink)[:, None], np.cos(SHARE * kink)[:, None]
-    return replace(
-        along,
-        normal=cosine * along.normal - sine * along.binormal,
-        binormal=cosine * along.binormal + sine * along.normal,
-        kink_angle=LEFT * kink,
-    )
-
-
-def _onto_fronts(crack: Crack, along: FrontExtensions) -> np.ndarray:
+def _onto_fronts(crack: Crack, along: FrontStep) -> np.ndarray:
     """Return the points (n, 3) of the crack's fronts next to the rows' points."""
     lines = [polyline(crack.points[front]) for front in crack.fronts]
     nearest, arc, off = nearest_feet(lines, along.points)

@@ -5,14 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from craftmesh.errors import CraftmeshError
-from craftmesh.growth.kink_angle import (
-    driving_intensity,
-    kink_angles,
-    largest_near_stress,
-    near_stress,
-    tangential_intensity,
-)
+from craftmesh.growth.front_step import FrontStep
+from craftmesh.growth.kink_angle import Criterion, criterion_of, opened
 from craftmesh.growth.options import LEAST_RATIO, GrowthOptions
 from craftmesh.growth.rates import LocalRates, laws_of, local_rates, open_share
 from craftmesh.growth.relaxation import FrontRows, over_step
@@ -29,7 +23,6 @@ STAYS = {
 # 0.43 % of it (the lens and the crystal of docs/fracture.md), and K_II of a penny under compression, which
 # is 0, by 0.54 %.
 NOISE_SHARE = 0.01
-NEAR_FIELD, SLIP = "near_field", "slip"
 
 
 class Evidence(NamedTuple):
@@ -86,27 +79,6 @@ class CrackFronts(NamedTuple):
     error: float = 0.0
 
 
-class KinksAndExtensions(NamedTuple):
-    """Kink angle (n,) in radians, extension (n,) and driving intensity (n,) of each point of a front.
-
-    rate (n,): da/dN over its median, what the extensions of law power go with, and power: d ln(rate) / d
-    ln(K) of it; 1 and 0 of law uniform. stays (n,): why a point does not extend, see `reasons`; the kink
-    angle is 0 where K says none. counted: the load cycles. delta_k (n,): what the rate goes with; ratio
-    (n,): R of the cycle. da_dn (n,): by the laws, 0 where a point stays.
-    """
-
-    kink_angle: np.ndarray
-    extension: np.ndarray
-    driving: np.ndarray
-    rate: np.ndarray
-    power: float
-    stays: np.ndarray
-    counted: Counted
-    delta_k: np.ndarray
-    ratio: np.ndarray
-    da_dn: np.ndarray
-
-
 def kinks_and_extensions(
     k: np.ndarray,
     fronts: CrackFronts,
@@ -117,33 +89,55 @@ def kinks_and_extensions(
     stiffness: np.ndarray | None = None,
     least: np.ndarray | None = None,
     ways: np.ndarray | None = None,
-) -> KinksAndExtensions:
-    """Return which way and how far points with K_I, K_II, K_III (n, 3) of a crack's fronts go.
+) -> tuple[FrontStep, Counted]:
+    """Return which way and how far points with K_I, K_II, K_III (n, 3) of a crack's fronts go, and cycles.
 
-    The way is that of the criterion (Erdogan & Sih 1963 by default). Points that are not trusted take K of
-    those next to them. Points stay as `reasons` says; without what is known of K it counts as exact.
-    last: the front before; laws: of the points, those of the options by default; stiffness (n, 6, 6): as in
-    `largest_near_stress`, which the criterion near_field asks for; least (n, 3): K at the other end of the
-    cycle, in place of the options' stress ratio; ways (n,): kink angles of criterion slip, by `slip_ways`.
-    Raises CraftmeshError as kink_angles does.
+    The record lacks the frames of the points, which `replace` sets from those of the mesh.
+    Way and driving force are those of `criterion_of`. Points that are not trusted take K of those next to
+    them. Points stay as `reasons` says, with a kink angle of 0 where K says none; without what is known of
+    K it counts as exact. last: the front before; laws: of the points, those of the options by default;
+    stiffness (n, 6, 6) and ways (n,): as in `criterion_of`; least (n, 3): K at the other end of the cycle,
+    in place of the options' stress ratio. Raises CraftmeshError as `criterion_of` and its functions do.
     """
-    doubt = np.zeros(len(k)) if known is None else known.doubt
-    if known is not None:
-        source = sources(known.points, known.trusted, known.front)
-        k, doubt, least = k[source], doubt[source], None if least is None else least[source]
-    angle, driving, ratio, k = _of_cycle(k, least, options, stiffness, ways)
-    laws = laws or local_rates(laws_of(options), np.zeros(len(k), int), {})
-    opened = open_share(options.closure, ratio)
-    span = opened * np.maximum(driving, 0.0)
-    stays = reasons(k, driving, span, laws.threshold, doubt, known is not None and known.contact)
+    count = len(k)
+    known = known or Evidence(np.zeros((count, 3)), np.zeros(count), np.ones(count, bool))
+    source = sources(known.points, known.trusted, known.front)
+    k, doubt = k[source], known.doubt[source]
+    criterion = criterion_of(options, stiffness, ways)
+    angle = criterion.angles(k)
+    driving = criterion.driving(opened(k), angle)
+    ratio = np.full(count, options.stress_ratio)
+    if least is not None:
+        angle, driving, ratio, k = _cycle_peak(criterion, angle, driving, k, least[source])
+    laws = laws or local_rates(laws_of(options), np.zeros(count, int), {})
+    share = open_share(options.closure, ratio)
+    span = share * np.maximum(driving, 0.0)
+    stays = reasons(k, driving, span, laws.threshold, doubt, known.contact)
     goes = stays == ""
     angle = np.where(goes | (stays == ARRESTED), angle, 0.0)
     da_dn = np.where(goes, laws.rate(span), 0.0)
-    rate, power, count = _rates(
-        span, da_dn, float(np.median(opened)) * fronts.error, fronts, options, laws, last
+    rate, power, cycles = _rates(
+        span, da_dn, float(np.median(share)) * fronts.error, fronts, options, laws, last
     )
-    extension = over_step(rate, power, count.step, fronts.rows)
-    return KinksAndExtensions(angle, extension, driving, rate, power, stays, count, span, ratio, da_dn)
+    step = FrontStep.of(
+        known.points,
+        kink_angle=angle,
+        extension=over_step(rate, power, cycles.step, fronts.rows),
+        trusted=known.trusted & has_way(stays),
+        stays=stays,
+        rate=rate,
+        power=np.full(count, power),
+        da_dn=da_dn,
+        delta_k=span,
+        ratio=ratio,
+        driving=driving,
+    )
+    return step, cycles
+
+
+def has_way(stays: np.ndarray) -> np.ndarray:
+    """Return a mask of points whose K says which way they would go, by the words (n,) why they stay."""
+    return ~np.isin(stays, (CLOSED, NOISE))
 
 
 def _rates(
@@ -177,47 +171,19 @@ def _rates(
     return np.where(goes, np.clip(rate / middle, floor, most), 0.0), power, count
 
 
-def _of_cycle(
-    k: np.ndarray,
-    least: np.ndarray | None,
-    options: GrowthOptions,
-    stiffness: np.ndarray | None,
-    ways: np.ndarray | None,
+def _cycle_peak(
+    criterion: Criterion, angle: np.ndarray, driving: np.ndarray, k: np.ndarray, other: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return kink angle, driving intensity, ratio R (n,) and K (n, 3) of the load that drives each point.
+    """Return kink angle, driving force, R (n,) and K (n, 3) at the end of a cycle that drives each point.
 
-    Of both ends of a cycle that is the one with the larger intensity, which has the kink angle; R is the
-    other's intensity that way over it. K_I < 0 of the other, as without contact, counts in R as it is.
+    That is the end with the larger driving force, which sets the kink angle. R is the force of the other
+    end in that direction divided by it. K_I < 0 of the other, as without contact, counts in R as it is.
     """
-    angle, driving = _largest(k, options, stiffness, ways)
-    if least is None:
-        return angle, driving, np.full(len(k), options.stress_ratio), k
-    other_angle, other = _largest(least, options, stiffness, ways)
-    turned = other > driving
-    angle, driving = np.where(turned, other_angle, angle), np.where(turned, other, driving)
-    k, least = np.where(turned[:, None], least, k), np.where(turned[:, None], k, least)
-    if options.criterion == NEAR_FIELD and stiffness is not None:
-        low = near_stress(least, angle, stiffness)
-    else:
-        low = tangential_intensity(least, angle)
+    angle_there = criterion.angles(other)
+    there = criterion.driving(opened(other), angle_there)
+    turned = there > driving
+    angle, driving = np.where(turned, angle_there, angle), np.where(turned, there, driving)
+    k, other = np.where(turned[:, None], other, k), np.where(turned[:, None], k, other)
     drives = driving > 0
-    ratio = np.where(drives, low / np.where(drives, driving, 1.0), 0.0)
+    ratio = np.where(drives, criterion.driving(other, angle) / np.where(drives, driving, 1.0), 0.0)
     return angle, driving, np.clip(ratio, LEAST_RATIO, 1.0), k
-
-
-def _largest(
-    k: np.ndarray, options: GrowthOptions, stiffness: np.ndarray | None, ways: np.ndarray | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return kink angles and driving intensities (n,) of the criterion; K_I < 0 counts as K_I = 0."""
-    if options.criterion == SLIP:
-        if ways is None:
-            raise CraftmeshError("grow.criterion is slip, and its angles are not given; see slip_ways")
-        return ways, driving_intensity(k, ways)
-    if options.criterion != NEAR_FIELD:
-        angle = kink_angles(k, options.criterion, options.poisson)
-        return angle, driving_intensity(k, angle)
-    if stiffness is None:
-        raise CraftmeshError(
-            "grow.criterion is near_field, and the crystals are not known; expected their stiffness"
-        )
-    return largest_near_stress(np.column_stack([np.maximum(k[:, 0], 0.0), k[:, 1:]]), stiffness)

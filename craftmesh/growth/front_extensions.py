@@ -7,18 +7,11 @@ import numpy as np
 from craftmesh.arguments import typed
 from craftmesh.cracks.polyline import polyline
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.extension import (
-    NEAR_FIELD,
-    SLIP,
-    CrackFronts,
-    Evidence,
-    KinksAndExtensions,
-    doubts,
-    kinks_and_extensions,
-)
+from craftmesh.growth.extension import CrackFronts, Evidence, doubts, kinks_and_extensions
+from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.grow import row_spacing
 from craftmesh.growth.kink_angle import SlipField, slip_ways
-from craftmesh.growth.options import GrowthOptions, check_cycle
+from craftmesh.growth.options import NEAR_FIELD, SLIP, GrowthOptions, check_cycle
 from craftmesh.growth.rates import laws_of, local_rates
 from craftmesh.growth.relaxation import rows_along
 from craftmesh.growth.steps import Counted, counted, crack_size
@@ -55,8 +48,8 @@ def front_extensions(
     size = crack_size(crack, model.mesh.box)
     if not found:
         none = dict.fromkeys(("node", "kink_angle", "extension", "stays"), np.zeros(0))
-        cycles = _cycles(counted(last, size, 0.0, 0.0, 0.0, 0.0), options)
-        return {"points": np.zeros((0, 3))} | none, cycles
+        stands = counted(last, size, 0.0, 0.0, 0.0, 0.0)
+        return {"points": np.zeros((0, 3))} | none, _cycles(stands, options)
     name, *others = options.cycle or list(found)[:1]
     solution, parameters, frames = solutions[name], found[name], front_frames(model.mesh)
     trust = trusted(parameters.flags.tolist(), parameters.front, parameters.s)
@@ -64,7 +57,7 @@ def front_extensions(
     stress += mean_traction(model.by_load()[name].load, model.mesh)
     of_grains, axes = model.stiffness()[np.searchsorted(model.grains, frames.grain)], frames.axes
     lines = [polyline(crack.points[front]) for front in crack.fronts]
-    growth = kinks_and_extensions(
+    growth, cycles = kinks_and_extensions(
         parameters.k,
         CrackFronts(
             size,
@@ -86,7 +79,7 @@ def front_extensions(
         found[others[0]].k if others else None,
         _slip_angles(model, frames, options, slip) if options.criterion == SLIP else None,
     )
-    report: dict = {"stress": stress} | _cycles(growth.counted, options) | {"doubted": trust.doubted}
+    report: dict = {"stress": stress} | _cycles(cycles, options) | {"doubted": trust.doubted}
     columns = parameters.columns()
     ways = _columns(growth, report, bool(others))
     return columns | ways | {"flags": columns.pop("flags")}, report
@@ -130,7 +123,7 @@ def _slip_angles(
 
 
 def _columns(
-    growth: KinksAndExtensions, counted: Mapping[str, float | None], by_pair: bool
+    growth: FrontStep, counted: Mapping[str, float | None], by_pair: bool
 ) -> dict[str, np.ndarray]:
     """Return the columns of sif.csv that say how a front goes on; kink angles in degrees.
 
@@ -141,7 +134,7 @@ def _columns(
     angle = np.degrees(growth.kink_angle)
     way = {"kink_angle": angle, "extension": growth.extension, "driving": growth.driving}
     way |= {"delta_K": growth.delta_k, "R": growth.ratio} if by_pair else {}
-    way |= {"rate": growth.rate, "power": np.full(len(angle), growth.power)}
+    way |= {"rate": growth.rate, "power": growth.power}
     if counted["cycles"] is not None:
         way |= {"cycles": np.full(len(angle), counted["cycles"])}
         way |= {"cycles_doubt": np.full(len(angle), counted["doubt"])}

@@ -1,5 +1,7 @@
 """Growth of a crack by one increment: every front moved, and the strip of new surface up to it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -9,7 +11,8 @@ from craftmesh.cracks.polyline import Polyline, feet, polyline
 from craftmesh.cracks.sheets import one_crack, sheets
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.moves import FrontExtensions, beside_rest, moves_along, points_at_rest
+from craftmesh.growth.front_step import FrontStep
+from craftmesh.growth.moves import beside_rest, moves_along, points_at_rest
 from craftmesh.growth.new_front import new_front, strip_triangles, with_front_points
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.types import Crack
@@ -26,11 +29,11 @@ CORNER = 3.0
 # left flat tetrahedra and facets 0.1 l_min off, 0.3 l_min apart none.
 MERGED = 0.3
 # Times the usual spacing of the fit's knots, one after the other, until the grown surface is a crack.
-COARSER = (1.0, 2.0, 4.0, 8.0)
+COARSER = (1, 2, 4, 8)
 LEAST_ROWS = 3  # of a sheet or a front among several: fewer give no spacing, and it is about to vanish
 
 
-def grow(crack: Crack, along: FrontExtensions, box: np.ndarray, options: SmoothingOptions) -> Crack | None:
+def grow(crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOptions) -> Crack | None:
     """Return the crack with its fronts moved, None where none of them is left in the box (2, 3).
 
     The moves are made smooth along each front (the paper, section 2), its ends stay in the box's planes,
@@ -75,7 +78,7 @@ def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
     return cKDTree(corners).query(places)[0] > CORNER * spacing
 
 
-def _grown(crack: Crack, along: FrontExtensions, box: np.ndarray, options: SmoothingOptions) -> Crack:
+def _grown(crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOptions) -> Crack:
     """Return one sheet with its fronts moved; without fronts where none of them is left in the box.
 
     Where the strip folds, its moves are made smoother (COARSER) until it does not.
@@ -97,7 +100,7 @@ def _grown(crack: Crack, along: FrontExtensions, box: np.ndarray, options: Smoot
 
 def _with_strips(
     crack: Crack,
-    along: FrontExtensions,
+    along: FrontStep,
     rows: list[tuple[np.ndarray, np.ndarray]],
     box: np.ndarray,
     options: SmoothingOptions,
@@ -161,7 +164,9 @@ def in_order(nearest: np.ndarray, arc: np.ndarray, count: int) -> list[tuple[np.
     return [(row, arc[row]) for row in rows]
 
 
-def nearest_feet(lines: list[Polyline], places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def nearest_feet(
+    lines: Sequence[Polyline], places: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return which of the fronts is nearest to places (n, 3), and arc length and distance (n,) on it."""
     arcs, distances = map(np.array, zip(*(feet(line, places) for line in lines)))
     nearest = distances.argmin(axis=0)

@@ -9,10 +9,10 @@ from craftmesh.arguments import typed
 from craftmesh.cracks.severed import piece_cut_off
 from craftmesh.cracks.within_box import area_within
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.correct import Step, corrected
-from craftmesh.growth.extension import CLOSED, NOISE, STAYS
+from craftmesh.growth.correct import corrected
+from craftmesh.growth.extension import STAYS, has_way
+from craftmesh.growth.front_step import FrontStep, Step
 from craftmesh.growth.grow import grow, row_spacing
-from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.growth.trust import trusted
 from craftmesh.types import Crack, Surface, Voxels
@@ -90,14 +90,13 @@ def step_columns(step: Step) -> dict[str, np.ndarray]:
     along = step.along
     columns = {"points": along.points, "normal": along.normal, "binormal": along.binormal}
     columns |= {"kink_angle": np.degrees(along.kink_angle), "extension": along.extension}
-    if step.rate is not None:
-        columns |= {"rate": step.rate, "power": np.full(len(step.rate), step.power)}
+    columns |= {"rate": along.rate, "power": along.power}
     return columns | {"trusted": along.trusted.astype(np.int64)}
 
 
 def last_step(crack: Crack, columns: Mapping[str, np.ndarray]) -> Step:
     """Return the step of a crack from the columns of step.csv."""
-    return _step(crack, columns, columns, np.asarray(columns["trusted"]) > 0)
+    return _step(crack, columns, columns, trusted=np.asarray(columns["trusted"]) > 0)
 
 
 def _step_of(crack: Crack, ways: Mapping[str, np.ndarray], frames: Mapping[str, np.ndarray]) -> Step:
@@ -117,27 +116,25 @@ def _step_of(crack: Crack, ways: Mapping[str, np.ndarray], frames: Mapping[str, 
     places = {"front", "s"} <= ways.keys() and len(none)
     front, s = (ways["front"], ways["s"]) if places else (None, None)
     steers = trusted(ways.get("flags", none).tolist(), front, s).steers
-    says = ~np.isin(ways.get("stays", none), (CLOSED, NOISE))
-    return _step(crack, ways, frames, steers & says)
+    stays = np.asarray(ways.get("stays", none), object)
+    return _step(crack, ways, frames, trusted=steers & has_way(stays), stays=stays)
 
 
 def _step(
-    crack: Crack, ways: Mapping[str, np.ndarray], frames: Mapping[str, np.ndarray], steers: np.ndarray
+    crack: Crack,
+    ways: Mapping[str, np.ndarray],
+    frames: Mapping[str, np.ndarray],
+    **known: np.ndarray,
 ) -> Step:
-    along = FrontExtensions(
-        frames["points"],
-        frames["normal"],
-        frames["binormal"],
-        np.radians(ways["kink_angle"]),
-        ways["extension"],
-        steers,
-    )
-    if not {"rate", "power"} <= ways.keys() or not len(steers):
-        return Step(crack, along)
-    return Step(crack, along, ways["rate"], float(np.median(ways["power"])))
+    """Return the step of columns and known fields of FrontStep; one rate for all without a column of it."""
+    if {"rate", "power"} <= ways.keys():
+        known |= {name: ways[name] for name in ("rate", "power")}
+    places = (frames[name] for name in ("points", "normal", "binormal"))
+    kink, extension = np.radians(ways["kink_angle"]), ways["extension"]
+    return Step(crack, FrontStep.of(*places, kink, extension, **known))
 
 
-def _short_step(along: FrontExtensions) -> list[str]:
+def _short_step(along: FrontStep) -> list[str]:
     """Return a warning where points go on by less than the front's edges, in the median."""
     goes = along.extension > 0
     if not goes.any():

@@ -1,13 +1,15 @@
-"""Kink angles of a crack front, from K or along slip planes, and the intensity that drives the growth."""
+"""Kink angles of a crack front, from K or along slip planes, and the force that drives the growth."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.options import CRITERIA
+from craftmesh.growth.options import CRITERIA, NEAR_FIELD, SLIP, GrowthOptions
 from craftmesh.mechanics.near_field import as_tensor, near_field
 from craftmesh.mesh.front_frames import FrontFrames
 from craftmesh.options import own_code
@@ -29,7 +31,48 @@ NEAR = 0.5
 LEEWAY = np.radians(5)
 
 
-def kink_angles(k: np.ndarray, criterion: str, poisson: float = 0.3) -> np.ndarray:
+class Criterion(NamedTuple):
+    """Which way a point of a front goes, and what drives it.
+
+    angles: from K_I, K_II, K_III (n, 3) to kink angles (n,) in radians, positive towards the normal, where
+    K_I < 0 counts as 0; driving: from K and angles to the driving force (n,), in the unit of K.
+    """
+
+    angles: Callable[[np.ndarray], np.ndarray]
+    driving: Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def criterion_of(
+    options: GrowthOptions, stiffness: np.ndarray | None = None, ways: np.ndarray | None = None
+) -> Criterion:
+    """Return the criterion of the options.
+
+    stiffness (n, 6, 6): as in `largest_near_stress`, for criterion near_field; ways (n,): kink angles of
+    criterion slip, by `slip_ways`. The driving force of all but near_field is `tangential_intensity`.
+    Raises CraftmeshError where one of them is asked for and not given.
+    """
+    if options.criterion == SLIP:
+        if ways is None:
+            raise CraftmeshError("grow.criterion is slip, and its angles are not given; see slip_ways")
+        return Criterion(lambda _: ways, tangential_intensity)
+    if options.criterion != NEAR_FIELD:
+        return Criterion(lambda k: kink_angles(k, options.criterion, options.poisson), tangential_intensity)
+    if stiffness is None:
+        raise CraftmeshError(
+            "grow.criterion is near_field, and the crystals are not known; expected their stiffness"
+        )
+    return Criterion(
+        lambda k: largest_near_stress(opened(k), stiffness)[0],
+        lambda k, angle: near_stress(k, angle, stiffness),
+    )
+
+
+def opened(k: np.ndarray) -> np.ndarray:
+    """Return K (n, 3) with K_I < 0, of a closed crack, as 0."""
+    return np.column_stack([np.maximum(k[:, 0], 0.0), k[:, 1:]])
+
+
+def kink_angles(k: np.ndarray, criterion: str, poisson: float) -> np.ndarray:
     """Return the kink angle (n,) in radians for K_I, K_II, K_III (n, 3), positive towards the normal.
 
     criterion: tangential_stress (Erdogan & Sih 1963), which solves K_I sin(t) + K_II (3 cos(t) - 1) = 0;
@@ -38,30 +81,24 @@ def kink_angles(k: np.ndarray, criterion: str, poisson: float = 0.3) -> np.ndarr
     crack (K_I < 0) counts as K_I = 0. Raises CraftmeshError for a criterion that is not there or returns
     anything else.
     """
-    k = np.asarray(k, float).reshape(-1, 3)
-    opened = np.column_stack([np.maximum(k[:, 0], 0.0), k[:, 1:]])
-    size = np.abs(opened[:, :2]).max(axis=1, keepdims=True, initial=0.0)
-    opened = np.where(size > 0, opened / np.where(size > 0, size, 1.0), 0.0)  # the angle knows no scale
+    k = opened(np.asarray(k, float).reshape(-1, 3))
+    size = np.abs(k[:, :2]).max(axis=1, keepdims=True, initial=0.0)
+    k = np.where(size > 0, k / np.where(size > 0, size, 1.0), 0.0)  # the angle knows no scale
     if criterion == "tangential_stress":
-        k1, k2, _ = opened.T
+        k1, k2, _ = k.T
         below = k1 + np.sqrt(k1**2 + 8 * k2**2)
         return -2 * np.arctan2(2 * k2, np.where(below > 0, below, 1.0))
     if criterion == "energy_release":
         tried = _angles_within(WIDEST)
-        best, _ = _peak(tried, energy_release(opened, tried[None], poisson))
+        best, _ = _peak(tried, energy_release(k, tried[None], poisson))
         return np.where(size[:, 0] > 0, best, 0.0)
-    angles = np.asarray(own_code("criterion", criterion, CRITERIA)(opened), float)
+    angles = np.asarray(own_code("criterion", criterion, CRITERIA)(k), float)
     if angles.shape != (len(k),) or not np.isfinite(angles).all():
         raise CraftmeshError(
             f"criterion {criterion} returned an array of shape {angles.shape}; expected {len(k)} "
             "finite angles in radians"
         )
     return angles
-
-
-def driving_intensity(k: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Return the `tangential_intensity` (n,); a closed crack (K_I < 0) counts as K_I = 0."""
-    return tangential_intensity(np.column_stack([np.maximum(k[:, 0], 0.0), k[:, 1:]]), angle)
 
 
 def tangential_intensity(k: np.ndarray, angle: np.ndarray) -> np.ndarray:

@@ -1,16 +1,14 @@
 """Where each point of a front goes, made smooth along it, and which stay where they are."""
 
-from dataclasses import dataclass, fields
-
 import numpy as np
 from scipy.sparse import vstack
-from scipy.spatial import cKDTree
 
 from craftmesh.cracks.polyline import Polyline
+from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.growth.trust import END, or_all
 from craftmesh.mesh.cubic_basis import even_basis
-from craftmesh.mesh.front_curve import square_to, unit
+from craftmesh.mesh.front_curve import square_to, unit, ways_along
 
 # Spacing of the knots of the fit in front spacings. 4 follow a kink angle along an inclined penny of ten
 # spacings' radius within its noise, as they do for the intensities themselves.
@@ -29,13 +27,13 @@ GAP = 3.0
 
 
 def points_at_rest(line: Polyline, s: np.ndarray, goes: np.ndarray) -> np.ndarray:
-    """Tell which points (k,) of a front stay, whose rows at arc lengths s (n,) go on where `goes` (n,).
+    """Return a mask (k,) of a front's points that stay; its rows at arc lengths s (n,) go on where `goes`.
 
     A point does as the row next to it, and the point next to a row that stays does so too.
     """
-    rows, arc = _places(line, s), _places(line, line.arc)
-    rest = ~goes[_tree(line, rows).query(arc)[1]]
-    rest[_tree(line, arc).query(rows[~goes])[1]] = True
+    way = ways_along(line.arc, s, line.length, line.closed)
+    rest = ~goes[way.argmin(axis=1)]
+    rest[way[:, ~goes].argmin(axis=0)] = True
     if line.closed:
         rest[[0, -1]] = rest[0] | rest[-1]
     return rest
@@ -47,89 +45,30 @@ def beside_rest(line: Polyline, rest: np.ndarray, moves: np.ndarray) -> np.ndarr
     So the new front leaves the old one at 45 degrees at most: K has no jump along a front, nor has its
     extension, and elements beside a sharper corner would be flat.
     """
-    if not rest.any():
-        return moves
-    arc = _places(line, line.arc)
-    room, _ = _tree(line, arc[rest]).query(arc)
+    room = ways_along(line.arc, line.arc[rest], line.length, line.closed).min(axis=1, initial=np.inf)
     size = np.linalg.norm(moves, axis=1)
-    share = np.minimum(1.0, room / np.maximum(size, np.finfo(float).tiny))
-    return np.where(rest[:, None], 0.0, share[:, None] * moves)
-
-
-def _places(line: Polyline, s: np.ndarray) -> np.ndarray:
-    return np.mod(s, line.length)[:, None] if line.closed else s[:, None]
-
-
-def _tree(line: Polyline, places: np.ndarray) -> cKDTree:
-    return cKDTree(places, boxsize=line.length if line.closed else None)
-
-
-@dataclass(frozen=True)
-class FrontExtensions:
-    """Where the points of a crack's fronts go: a row for each, in any order.
-
-    points, normal, binormal (n, 3): the crack plane's normal, and the direction out of the crack, square to
-    it and to the front. kink_angle (n,) radians from the binormal towards the normal; extension (n,).
-    trusted (n,) bool: whether its way says something; others go as the trusted ones beside them. What has
-    no extension stays.
-    """
-
-    points: np.ndarray
-    normal: np.ndarray
-    binormal: np.ndarray
-    kink_angle: np.ndarray
-    extension: np.ndarray
-    trusted: np.ndarray
-
-    @property
-    def parts(self) -> np.ndarray:
-        """(n, 2) how far each row goes along its binormal and its normal."""
-        turned = np.column_stack([np.cos(self.kink_angle), np.sin(self.kink_angle)])
-        return self.extension[:, None] * turned
-
-    @property
-    def moves(self) -> np.ndarray:
-        """(n, 3) where each row goes, not made smooth."""
-        parts = self.parts
-        return parts[:, :1] * self.binormal + parts[:, 1:] * self.normal
-
-    def rows(self, chosen: np.ndarray) -> "FrontExtensions":
-        """Return the chosen rows, in their order."""
-        return FrontExtensions(*(getattr(self, field.name)[chosen] for field in fields(self)))
+    return np.minimum(1.0, room / np.maximum(size, np.finfo(float).tiny))[:, None] * moves
 
 
 def moves_along(
-    line: Polyline, s: np.ndarray, along: FrontExtensions, options: SmoothingOptions, coarser: float = 1.0
+    line: Polyline, s: np.ndarray, step: FrontStep, options: SmoothingOptions, coarser: float
 ) -> np.ndarray:
-    """Return the moves (k, 3) of the points of a front `line` from its rows `along` at ascending s (n,).
+    """Return the moves (k, 3) of the points of a front `line` from its rows `step` at ascending s (n,).
 
-    Of rows that go on, one at least, the parts ahead and aside are made smooth, and laid along the
-    directions of all, which are made smooth too: at an end the crack's normal may be that of one facet,
-    turned by 40 degrees. Of a front whose own directions turn to and fro that is not enough: with coarser
-    over 1 the moves themselves are made smooth, over so many times the length.
+    Rows that are not trusted or stay take kink and extension straight between those that are trusted and go
+    on. Both are `smoothed`, over `coarser` times the length, as are the directions of all rows, along which
+    they are laid: at an end the crack's normal may be that of one facet, turned by 40 degrees.
     """
-    goes = along.extension > 0
-    trusted = or_all(along.trusted, goes)
-    step = float(np.median(along.extension[goes]))
-
-    def fitted(values: np.ndarray, trusted: np.ndarray | None) -> np.ndarray:
-        return smoothed(s, values, line.length, line.closed, line.arc, options, trusted, step, coarser)
-
-    lengths = fitted(along.extension[:, None], trusted)
-    if coarser > 1:
-        moves = fitted(along.moves, trusted)
-        return _as_long(moves, lengths)
-    ahead, aside = fitted(along.parts, trusted).T
-    tangent = line.tangents()
-    normal, binormal = (fitted(directions, None) for directions in (along.normal, along.binormal))
-    binormal = square_to(binormal, tangent)
-    return _as_long(ahead[:, None] * unit(binormal) + aside[:, None] * unit(normal), lengths)
-
-
-def _as_long(moves: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Return moves (k, 3) with the lengths (k, 1)."""
-    size = np.linalg.norm(moves, axis=1, keepdims=True)
-    return moves * lengths / np.maximum(size, np.finfo(float).tiny)
+    goes = step.extension > 0
+    known = or_all(step.trusted, goes)
+    values = np.column_stack([step.kink_angle, step.extension])[known]
+    kink, extension = _straight_between(s[known], values, line.length, line.closed, s).T
+    length = coarser * float(np.median(step.extension[goes]))
+    rows = np.column_stack([kink, extension, step.normal, step.binormal])
+    found = smoothed(s, rows, line.length, line.closed, line.arc, options, length)
+    kink, extension = found[:, :2].T[:, :, None]
+    normal, binormal = unit(found[:, 2:5]), unit(square_to(found[:, 5:], line.tangents()))
+    return extension * unit(np.cos(kink) * binormal + np.sin(kink) * normal)
 
 
 def smoothed(
@@ -139,31 +78,25 @@ def smoothed(
     closed: bool,
     at: np.ndarray,
     options: SmoothingOptions,
-    trusted: np.ndarray | None = None,
     step: float = 0.0,
-    coarser: float = 1.0,
 ) -> np.ndarray:
     """Return values (k, m) at arc lengths (k,) of a front, from those (n, m) of its rows at s (n,).
 
-    `length` is the front's; trusted (n,) bool: the rows that count, all where there are none. fit: see
-    `_fitted`, smooth over a row spacing or OF_STEP of the extension `step`, `coarser` times that;
-    savitzky_golay: a parabola in a window of rows (the paper, section 2); none: straight between the rows.
+    `length` is the front's. fit: see `_fitted`, smooth over a row spacing or OF_STEP of the extension
+    `step`; savitzky_golay: a parabola in a window of rows (the paper, section 2); none: straight between
+    the rows.
     """
-    counts = np.ones(len(s), bool)
-    counts = counts if trusted is None else or_all(trusted, counts)
     if options.smoothing == "fit":
-        spacing = np.median(np.diff(s)) if len(s) > 1 else length
-        inside = counts & _off_ends(s, length, closed, spacing)
-        rows = inside if inside.any() else counts
-        reach = coarser * max(spacing, OF_STEP * step)
+        spacing = float(np.median(np.diff(s))) if len(s) > 1 else length
+        rows = _off_ends(s, length, closed, spacing)
+        reach = max(spacing, OF_STEP * step)
         return _fitted(s[rows], values[rows], length, closed, at, KNOTS * spacing, reach)
-    values = interpolated(s[counts], values[counts], length, closed, s)
     if options.smoothing == "savitzky_golay" and len(s) >= options.window:
         from scipy.signal import savgol_filter  # half a second, for the paper's filter alone
 
         width = options.window // 2 * 2 + 1
         values = savgol_filter(values, width, 2, axis=0, mode="wrap" if closed else "interp")
-    return interpolated(s, values, length, closed, at)
+    return _straight_between(s, values, length, closed, at)
 
 
 def _fitted(
@@ -193,7 +126,7 @@ def _fitted(
     return basis.design(at) @ basis.solve(rows, values, weights, stiffness)
 
 
-def interpolated(
+def _straight_between(
     s: np.ndarray, values: np.ndarray, length: float, closed: bool, at: np.ndarray
 ) -> np.ndarray:
     """Return values (k, m) at arc lengths (k,), straight between those (n, m) at s (n,)."""
@@ -202,15 +135,12 @@ def interpolated(
 
 
 def _off_ends(s: np.ndarray, length: float, closed: bool, spacing: float) -> np.ndarray:
-    """Tell which rows at ascending arc lengths s (n,) are no nearer than END spacings to an end.
+    """Return a mask of rows at ascending arc lengths s (n,), no nearer than END spacings to an end.
 
     The fit goes on straight there. Of a front too short for any, those in its middle.
     """
-    ahead = np.append(s[1:], s[0] + length) - s
-    wide = ahead > GAP * spacing
-    if not closed:
-        wide[-1] = True
-    tails, heads = s[wide], np.roll(s, -1)[wide]
-    ends = np.concatenate([tails, heads, tails - length, heads - length, tails + length, heads + length])
-    off = np.abs(s[:, None] - ends).min(axis=1, initial=np.inf)
+    wide = np.append(s[1:], s[0] + length) - s > GAP * spacing
+    wide[-1] |= not closed
+    ends = np.concatenate([s[wide], np.roll(s, -1)[wide]])
+    off = ways_along(s, ends, length, closed).min(axis=1, initial=np.inf)
     return off >= min(END * spacing, off.max(initial=0.0))

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from craftmesh.errors import CraftmeshError
 from craftmesh.options import Options, option, own_code
 
-CRITERIA = ("tangential_stress", "energy_release", "near_field", "slip")
+NEAR_FIELD, SLIP = "near_field", "slip"
+CRITERIA = ("tangential_stress", "energy_release", NEAR_FIELD, SLIP)
 LAWS = ("uniform", "power")
 LEAST_RATIO = -2.0  # of Newman's opening function
 LEAST, MOST = 0.2, 2.0  # extensions over the median, of rates that are not known in their unit
@@ -50,15 +51,6 @@ class GrowthOptions(Options):
     closure: str = option(
         "none", "share of a cycle in which the crack is open: none, open:U, or newman:ALPHA,SMAX"
     )
-    least: float | None = option(
-        None,
-        "smallest extension over the median, of law power without da/dN and threshold; none: 0.2",
-        above=0,
-        at_most=1,
-    )
-    most: float | None = option(
-        None, "largest extension over the median, of law power without da/dN; none: 2", at_least=1
-    )
     coefficient: float | None = option(
         None, "C of Paris' law da/dN = C Delta K^m: load cycles are then counted", above=0
     )
@@ -84,17 +76,10 @@ class GrowthOptions(Options):
             raise CraftmeshError(
                 f"cycle is {', '.join(self.cycle)}; expected the largest load, or it and the least"
             )
-        if (self.criterion == "slip") != bool(self.slip_table):
+        if (self.criterion == SLIP) != bool(self.slip_table):
             raise CraftmeshError(
                 f"criterion is {self.criterion} and slip_table {self.slip_table!r}; expected slip and "
                 "a table, or neither"
-            )
-        limits = [name for name in ("least", "most") if getattr(self, name) is not None]
-        if self.has_rates and limits:
-            given = "rates" if self.rates else "coefficient"
-            raise CraftmeshError(
-                f"{limits[0]} is {getattr(self, limits[0]):g}, and {given} gives da/dN, which goes without "
-                f"limits; remove {' and '.join(limits)}"
             )
         if len(self.cycle) == 2 and self.stress_ratio:
             raise CraftmeshError(
@@ -110,9 +95,7 @@ class GrowthOptions(Options):
     @property
     def limits(self) -> tuple[float, float]:
         """The smallest and the largest rate over the median that a point may have; da/dN is as it is."""
-        if self.has_rates:
-            return 0.0, math.inf
-        return LEAST if self.least is None else self.least, MOST if self.most is None else self.most
+        return (0.0, math.inf) if self.has_rates else (LEAST, MOST)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import dct, idct, irfft, rfft
+from scipy.fft import irfft, rfft
 
 from craftmesh.cracks.polyline import Polyline
 from craftmesh.growth.grow import FINENESS, LEAST_ROWS, in_order, nearest_feet
@@ -82,27 +82,16 @@ def _with_gain(values: np.ndarray, fronts: Sequence[FrontRows], gain: Gain) -> n
     """
     result = np.full(len(values), np.nan)
     for front in fronts:
-        count = FINENESS * len(front.row)
-        own = values[front.row]
-        if front.closed:
-            at = np.arange(count) / count * front.length
-            wave = 2 * np.pi / front.length * np.arange(count // 2 + 1)
-            even = np.interp(at, front.s, own, period=front.length)
-            even = irfft(rfft(even) * (gain(_decay(wave, front.curvature)) - 1), count)
-            less = np.interp(front.s, at, even, period=front.length)
-        else:
-            at = np.linspace(0, front.length, count)
-            wave = np.pi / front.length * np.arange(count)
-            even = np.interp(at, front.s, own)
-            even = idct(dct(even, 1) * (gain(_decay(wave, front.curvature)) - 1), 1)
-            less = np.interp(front.s, at, even)
-        result[front.row] = own + less
+        period, s, own = front.length, front.s, values[front.row]
+        if not front.closed:  # free faces mirror the waves
+            period, s, own = 2 * period, np.append(s, 2 * period - s[::-1]), np.append(own, own[::-1])
+        at = np.arange(FINENESS * len(s)) / (FINENESS * len(s)) * period
+        decay = np.maximum(2 * np.pi / period * np.arange(len(at) // 2 + 1) - front.curvature, 0.0) / 2
+        waves = rfft(np.interp(at, s, own, period=period)) * (gain(decay) - 1)
+        change = np.interp(front.s, at, irfft(waves, len(at)), period=period)
+        result[front.row] = values[front.row] + change
     mean = gain(np.zeros(1))[0]
     return np.where(np.isnan(result), mean * values, result)
-
-
-def _decay(wave: np.ndarray, curvature: float) -> np.ndarray:
-    return np.maximum(wave - curvature, 0.0) / 2
 
 
 def _phi1(z: np.ndarray) -> np.ndarray:

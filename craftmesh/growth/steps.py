@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from craftmesh.cracks.polyline import polyline
 from craftmesh.growth.options import MOST, GrowthOptions
-from craftmesh.surface.measure import meets_box
+from craftmesh.surface.dividing import halved
 from craftmesh.types import Crack
 
 ROOT = 0.5  # K of a crack under a load that stays goes with the root of its size
@@ -106,10 +106,7 @@ def crack_size(crack: Crack, box: np.ndarray) -> float:
         farthest = max(farthest, off[within].max(initial=0.0))
         reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
         further = (off + reach > farthest * (1 + TOLERANCE)) & (reach > TOLERANCE * step)
-        corners = corners[meets_box(corners, box) & further]
-        middles = (corners + np.roll(corners, -1, axis=1)) / 2
-        parts = [np.stack([corners[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)]
-        corners = np.concatenate([*parts, middles])
+        corners = halved(corners[further], box, reach[further].max(initial=0.0))
     return farthest
 
 
@@ -122,7 +119,7 @@ def share_of_size(change: float, growth: float = ROOT) -> float:
 
 
 def step_length(
-    options: GrowthOptions, size: float, front: float, edge: float, growth: float, farthest: float = 1.0
+    options: GrowthOptions, size: float, front: float, edge: float, growth: float, farthest: float
 ) -> float:
     """Return how far the front of a crack goes in one step: as the options say, else as K lets it.
 

@@ -93,7 +93,8 @@ def _refuse_uncovered(mesh: TetMesh, faces: np.ndarray, field: LipField) -> None
         area = np.linalg.norm(area_vectors(mesh.points, face_nodes(mesh.tets[:, :4], faces)), axis=1)
         raise CraftmeshError(
             f"lip_field: its points cover {area[is_covered].sum() / area.sum():.1%} of the lips, {where}; "
-            "expected values all over the lips, 0 where nothing acts"
+            "expected values all over the lips, 0 where nothing acts: extend the table, for a crack that "
+            "grows as far as its lips may come, or give lip_pressure in its place"
         )
 
 

@@ -159,6 +159,12 @@ def edge_lengths(points: np.ndarray, closed: bool) -> np.ndarray:
     return np.linalg.norm(ahead - points[: len(ahead)], axis=1)
 
 
+def ways_along(s: np.ndarray, others: np.ndarray, total: float, closed: bool) -> np.ndarray:
+    """Return the ways (k, m) along a front of that length from s (k,) to others (m,), the shorter round."""
+    way = np.abs(s[:, None] - others)
+    return np.minimum(way, np.abs(total - way)) if closed else way
+
+
 def local_sizes(points: np.ndarray, closed: bool) -> np.ndarray:
     """Return at each node (k,) of a front the mean length of the WINDOW edges on either side of it."""
     steps = edge_lengths(points, closed)

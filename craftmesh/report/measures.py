@@ -91,8 +91,8 @@ def _grown(name: str, front: Mapping[str, np.ndarray], growth: Mapping[str, Any]
 
 
 def trust_of(front: Mapping[str, np.ndarray]) -> Trust:
-    """Return which nodes of a sif.csv can be trusted, by their flags alone."""
-    return trusted(front["flags"].tolist(), front.get("front"))
+    """Return which nodes of a sif.csv steer, as growth takes them."""
+    return trusted(front["flags"].tolist(), front.get("front"), front.get("s"))
 
 
 def of_trusted(front: Mapping[str, np.ndarray], column: str) -> np.ndarray:

@@ -12,7 +12,8 @@ from craftmesh.cracks.promises import PROMISED
 from craftmesh.cracks.sheets import sheets
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import PER_WIDTH, Sizing, densify, where_short
-from craftmesh.surface.measure import meets_box, unit_normals
+from craftmesh.surface.dividing import halved
+from craftmesh.surface.measure import unit_normals
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_FACES, Crack
 
@@ -59,7 +60,7 @@ def _to_face(
     axis, upper = face
     slab = box.copy()
     slab[1 - upper, axis] = box[upper, axis] + (1 - 2 * upper) * sizing.l_max / PER_WIDTH
-    corners = _divided(crack.points[crack.triangles], slab, sizing.l_min)
+    corners = halved(crack.points[crack.triangles], slab, sizing.l_min)
     if not len(corners):
         return np.zeros((0, 3)), np.zeros(0)
     centres, steep = corners.mean(axis=1), _steepness(corners, axis)
@@ -74,11 +75,11 @@ def _to_face(
     found = (
         (_apart(centres, steep, met, box, face, sizing.l_min), PER_WIDTH, SHORTEST),
         (
-            _apart(at_kinks, upright, _crossings(kinks, box, face), box, face),
+            _apart(at_kinks, upright, _crossings(kinks, box, face), box, face, 0.0),
             PER_WIDTH,
             SHORTEST_BESIDE_LINES,
         ),
-        (_apart(at_lines, beside, met, box, face), per, SHORTEST_BESIDE_LINES),
+        (_apart(at_lines, beside, met, box, face, 0.0), per, SHORTEST_BESIDE_LINES),
     )
     places = np.concatenate([centres, at_kinks, at_lines])
     lengths = [np.maximum(per * width, least * sizing.l_min) for width, per, least in found]
@@ -87,7 +88,7 @@ def _to_face(
 
 
 def _apart(
-    places: np.ndarray, tilt: np.ndarray, met: np.ndarray, box: np.ndarray, face: Face, slack: float = 0.0
+    places: np.ndarray, tilt: np.ndarray, met: np.ndarray, box: np.ndarray, face: Face, slack: float
 ) -> np.ndarray:
     """Return the ways (k,) from places (k, 3) in the box to a face; infinite where the crack leads there.
 
@@ -122,22 +123,6 @@ def _to_sheet(own: Crack, other: Crack, box: np.ndarray, l_min: float) -> Length
 def _along(lines: list[np.ndarray], l_min: float) -> np.ndarray:
     """Return places (k, 3) along lines (n, 3), STEP apart."""
     return np.concatenate([np.zeros((0, 3)), *(densify(line, STEP * l_min) for line in lines)])
-
-
-def _divided(corners: np.ndarray, slab: np.ndarray, longest: float) -> np.ndarray:
-    """Return triangles (k, 3, 3) halved until no edge is over `longest`, but those off the slab."""
-    done = [np.zeros((0, 3, 3))]
-    while True:
-        corners = corners[meets_box(corners, slab)]
-        length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-        is_long = length.max(axis=1, initial=0.0) > longest
-        done.append(corners[~is_long])
-        if not is_long.any():
-            return np.concatenate(done)
-        turned = (length[is_long].argmax(axis=1)[:, None] + np.arange(3)) % 3
-        a, b, c = np.take_along_axis(corners[is_long], turned[:, :, None], axis=1).transpose(1, 0, 2)
-        middle = (a + b) / 2
-        corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
 
 
 def _crossings(lines: list[np.ndarray], box: np.ndarray, face: Face) -> np.ndarray:

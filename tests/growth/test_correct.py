@@ -9,9 +9,9 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.polyline import polyline
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.correct import LEFT, SHARE, Step, corrected
+from craftmesh.growth.correct import LEFT, SHARE, corrected
+from craftmesh.growth.front_step import FrontStep, Step
 from craftmesh.growth.grow import grow
-from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
 
 BOX = np.array([[0.0, 0.0, 0.0], [40.0, 40.0, 40.0]])
@@ -34,8 +34,7 @@ def rows_of(crack, kink, ahead, extension=STEP):
     kinks = kink(points) if callable(kink) else np.full(len(s), kink)
     normal = np.cross(binormal, tangent)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    trusted = np.ones(len(s), bool)
-    return FrontExtensions(points, normal, binormal, kinks, np.full(len(s), extension), trusted)
+    return FrontStep.of(points, normal, binormal, kinks, np.full(len(s), extension))
 
 
 def straight_ahead(angle):

@@ -14,8 +14,8 @@ from craftmesh.cracks.sheets import cracks_from_triangles, one_crack, sheets
 from craftmesh.cracks.triangulated import boundary_loops
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.extension import CrackFronts, kinks_and_extensions
+from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.grow import grow
-from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import GrowthOptions, SmoothingOptions
 from craftmesh.growth.steps import crack_size
 from craftmesh.surface.measure import area_vectors
@@ -41,11 +41,8 @@ def along(crack, options, k=opened):
     faces = area_vectors(crack.points, crack.triangles).sum(axis=0)
     normal = np.tile(faces / np.linalg.norm(faces), (len(s), 1))
     points = line.at(s)
-    growth = kinks_and_extensions(k(points), CrackFronts(crack_size(crack, BOX)), options)
-    trusted = np.ones(len(s), bool)
-    return FrontExtensions(
-        points, normal, np.cross(tangent, normal), growth.kink_angle, growth.extension, trusted
-    )
+    growth, _ = kinks_and_extensions(k(points), CrackFronts(crack_size(crack, BOX)), options)
+    return replace(growth, points=points, normal=normal, binormal=np.cross(tangent, normal))
 
 
 def grown_by(crack, options, k=opened, smoothing="fit"):
@@ -223,8 +220,8 @@ def discs(*middles):
 def rows_of(crack, kept):
     """Rows along all fronts of cracks in a plane, of which the mesh has those at points for which kept."""
     parts = [along(part, GrowthOptions(extension=1.5)) for part in sheets(crack)]
-    rows = FrontExtensions(
-        *(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(FrontExtensions))
+    rows = FrontStep(
+        *(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(FrontStep))
     )
     return rows.rows(kept(rows.points))
 
@@ -295,7 +292,9 @@ def test_a_sheet_that_has_left_the_box_ends_no_other():
 def test_nothing_goes_under_the_threshold():
     k = np.tile([1.0, 0.2, 0.1], (5, 1))
     found = [
-        kinks_and_extensions(k, CrackFronts(3.0), GrowthOptions(threshold=threshold, share=0.25)).extension
+        kinks_and_extensions(k, CrackFronts(3.0), GrowthOptions(threshold=threshold, share=0.25))[
+            0
+        ].extension
         for threshold in (2.0, 0.9)
     ]
     assert (found[0] == 0).all() and (found[1] == 0.75).all()
@@ -314,8 +313,10 @@ def test_extensions_stay_within_their_caps(driving):
     driving = np.array([1.0, 1.0, *driving])
     options = GrowthOptions(law="power", exponent=2.5, extension=3.0)
     k = np.outer(driving, [1.0, 0.0, 0.0])
-    size = kinks_and_extensions(k, CrackFronts(3.0), options).extension
+    size = kinks_and_extensions(k, CrackFronts(3.0), options)[0].extension
     assert size.min() >= 0.6 and size.max() <= 6.0
     assert (np.diff(size[np.argsort(driving)]) >= 0).all()
-    with_threshold = kinks_and_extensions(k, CrackFronts(3.0), replace(options, threshold=1e-4)).extension
+    with_threshold = kinks_and_extensions(k, CrackFronts(3.0), replace(options, threshold=1e-4))[
+        0
+    ].extension
     assert with_threshold.min() == pytest.approx(3.0 * driving.min() ** 2.5 / np.median(driving**2.5))

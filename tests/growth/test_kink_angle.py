@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from craftmesh.errors import CraftmeshError
-from craftmesh.growth.kink_angle import driving_intensity, energy_release, kink_angles, kink_factors
+from craftmesh.growth.kink_angle import energy_release, kink_angles, kink_factors, tangential_intensity
 
 BOTH = pytest.mark.parametrize("criterion", ["tangential_stress", "energy_release"])
 
 
 def angle(k, criterion="tangential_stress"):
-    return float(np.degrees(kink_angles(np.array([k]), criterion)[0]))
+    return float(np.degrees(kink_angles(np.array([k]), criterion, 0.3)[0]))
 
 
 @BOTH
@@ -63,16 +63,16 @@ def test_the_energy_of_all_modes_is_irwins_straight_ahead_and_sihs_of_a_kink_und
 @given(st.floats(0.1, 5), st.floats(-5, 5), st.floats(-2, 2))
 def test_the_tangential_stress_has_its_maximum_there(k1, k2, k3):
     k = np.array([[k1, k2, k3]])
-    best = kink_angles(k, "tangential_stress")
+    best = kink_angles(k, "tangential_stress", 0.3)
     around = best + np.radians(np.linspace(-40, 40, 81))
-    here = driving_intensity(k, best)
-    assert (driving_intensity(np.repeat(k, 81, axis=0), around) <= here * (1 + 1e-12)).all()
+    here = tangential_intensity(k, best)
+    assert (tangential_intensity(np.repeat(k, 81, axis=0), around) <= here * (1 + 1e-12)).all()
 
 
 @given(st.floats(0.1, 5), st.floats(-5, 5), st.floats(-2, 2))
 def test_the_energy_release_has_its_maximum_there(k1, k2, k3):
     k = np.array([[k1, k2, k3]])
-    best = kink_angles(k, "energy_release")
+    best = kink_angles(k, "energy_release", 0.3)
     around = np.radians(np.linspace(-85, 85, 1701))[None]
     assert energy_release(k, around, 0.3).max() <= energy_release(k, best[:, None], 0.3)[0, 0] * (1 + 1e-6)
 
@@ -96,15 +96,15 @@ def test_a_closed_crack_counts_as_one_without_opening(criterion):
 
 def test_a_criterion_of_ones_own_is_taken(monkeypatch):
     monkeypatch.setitem(sys.modules, "own_rule", SimpleNamespace(straight=lambda k: np.zeros(len(k))))
-    assert (kink_angles(np.ones((4, 3)), "own_rule:straight") == 0).all()
+    assert (kink_angles(np.ones((4, 3)), "own_rule:straight", 0.3) == 0).all()
 
 
 @pytest.mark.parametrize("name", ["steepest", "no_such_module:rule", "math:no_such_function"])
 def test_a_criterion_that_is_not_there_is_refused(name):
     with pytest.raises(CraftmeshError, match=f"^criterion .*{name}"):
-        kink_angles(np.ones((1, 3)), name)
+        kink_angles(np.ones((1, 3)), name, 0.3)
 
 
 def test_a_criterion_that_returns_something_else_is_refused():
     with pytest.raises(CraftmeshError, match="expected 2 finite angles"):
-        kink_angles(np.ones((2, 3)), "numpy:ravel")
+        kink_angles(np.ones((2, 3)), "numpy:ravel", 0.3)

@@ -1,12 +1,15 @@
 """Fronts after an extension: parallel curves, loops cut off, ends beyond their planes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.growth.correct import LEFT, SHARE
-from craftmesh.growth.moves import FrontExtensions, beside_rest, points_at_rest, smoothed
+from craftmesh.growth.front_step import FrontStep
+from craftmesh.growth.moves import beside_rest, moves_along, points_at_rest, smoothed
 from craftmesh.growth.new_front import new_front
 from craftmesh.growth.options import SmoothingOptions
 
@@ -207,15 +210,20 @@ def test_the_fit_bridges_a_gap_between_rows():
 @pytest.mark.parametrize("smoothing", ["fit", "savitzky_golay", "none"])
 @pytest.mark.parametrize("closed", [True, False])
 def test_rows_that_are_not_trusted_go_as_their_neighbours(smoothing, closed):
-    s, options = np.arange(40.0), SmoothingOptions(smoothing=smoothing)
-    moves, trusted = np.ones((40, 3)), np.ones(40, bool)
+    options, line = SmoothingOptions(smoothing=smoothing), circle(6.0, end=2 * np.pi if closed else 5.0)
+    s = np.arange(40) * line.length / (40 if closed else 39)
+    trusted = np.ones(40, bool)
     trusted[[10, 21, 22, 23, 24]] = False
-    moves[~trusted] = -5.0
-    length, at = (40.0 if closed else 39.0), np.linspace(0, 39, 79)
-    assert np.abs(smoothed(s, moves, length, closed, at, options, trusted) - 1).max() < 1e-6
-    # where none is, all count
-    none = smoothed(s, moves, length, closed, at, options, 0 * s > 0)
-    assert (none == smoothed(s, moves, length, closed, at, options)).all()
+    points, normal = line.at(s), np.tile([0.0, 0.0, 1.0], (40, 1))
+    out = (points - CENTRE) / np.linalg.norm(points - CENTRE, axis=1)[:, None]
+    kink, extension = np.where(trusted, 0.3, -1.0), np.where(trusted, 2.0, 5.0)
+    rows = FrontStep.of(points, normal, out, kink, extension, trusted=trusted)
+    moves = moves_along(line, s, rows, options, 1.0)
+    assert np.linalg.norm(moves, axis=1) == pytest.approx(2.0)
+    assert moves[:, 2] == pytest.approx(2 * np.sin(0.3))
+    nothing = moves_along(line, s, replace(rows, trusted=0 * trusted), options, 1.0)
+    every = moves_along(line, s, replace(rows, trusted=trusted | True), options, 1.0)
+    assert (nothing == every).all(), "where none is trusted, all count"
 
 
 @pytest.mark.parametrize("count", [3, 4, 6, 8])
@@ -245,7 +253,7 @@ def test_moves_turn_from_the_binormal_towards_the_normal(degrees):
     rng = np.random.default_rng(3)
     normal, binormal, _ = np.linalg.qr(rng.normal(size=(20, 3, 3)))[0].transpose(1, 0, 2)
     extension, angle = rng.uniform(1, 2, 20), np.full(20, np.radians(degrees))
-    moves = FrontExtensions(0 * normal, normal, binormal, angle, extension, extension > 0).moves
+    moves = FrontStep.of(0 * normal, normal, binormal, angle, extension).moves
     about = np.cross(binormal, normal)  # a right-handed turn about it goes from the binormal to the normal
     turned = Rotation.from_rotvec(angle[:, None] * about).apply(binormal)
     assert moves == pytest.approx(extension[:, None] * turned, abs=1e-12)

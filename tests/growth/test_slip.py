@@ -80,7 +80,7 @@ def test_where_two_planes_slip_alike_the_side_of_the_ring_that_slips_more_decide
 def test_growth_takes_the_angles_and_a_ring_without_points_is_refused():
     options = GrowthOptions(criterion="slip", slip_table="slip.csv", share=0.25)
     k, ways = np.tile([1.0, 0.1, 0], (2, 1)), np.radians([50.0, -50.0])
-    found = kinks_and_extensions(k, CrackFronts(4.0), options, ways=ways)
+    found, _ = kinks_and_extensions(k, CrackFronts(4.0), options, ways=ways)
     assert np.array_equal(found.kink_angle, ways) and (found.extension == 1.0).all()
     with pytest.raises(CraftmeshError, match="grow.criterion is slip"):
         kinks_and_extensions(k, CrackFronts(4.0), options)

@@ -1,5 +1,7 @@
 """Steps of a front by a power of K, against how it would go in many small ones."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -8,9 +10,9 @@ from scipy.special import ellipe
 from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.polyline import polyline
 from craftmesh.cracks.series import prescribed_crack
-from craftmesh.growth.correct import Step, corrected
+from craftmesh.growth.correct import corrected
+from craftmesh.growth.front_step import FrontStep, Step
 from craftmesh.growth.grow import grow
-from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.growth.relaxation import FrontRows, over_step, rows_along
 
@@ -37,7 +39,7 @@ def irwin(points):
 
 
 def rows_of(crack):
-    """Return where the front of a crack in its plane goes, with the rate of its points."""
+    """Return where the front of a crack in its plane goes, its points with their rates."""
     line = polyline(crack.points[crack.fronts[0]])
     s = np.arange(0, line.length - SPACING / 2, SPACING)
     points = line.at(s)
@@ -47,22 +49,20 @@ def rows_of(crack):
     binormal *= np.sign((binormal * (points - CENTRE)).sum(axis=1))[:, None]
     normal = np.cross(binormal, tangent)
     rate = irwin(points) ** POWER
-    return FrontExtensions(points, normal, binormal, 0 * s, 0 * s, np.ones(len(s), bool)), rate / np.median(
-        rate
-    )
+    known = {"rate": rate / np.median(rate), "power": np.full(len(s), POWER)}
+    return FrontStep.of(points, normal, binormal, 0 * s, 0 * s, **known)
 
 
 def step_of(crack, share):
-    along, rate = rows_of(crack)
+    along = rows_of(crack)
     lines = [polyline(crack.points[front]) for front in crack.fronts]
     extension = over_step(
-        rate, POWER, share * axes_of(along.points).min(), rows_along(lines, along.points, along.binormal)
+        along.rate,
+        POWER,
+        share * axes_of(along.points).min(),
+        rows_along(lines, along.points, along.binormal),
     )
-    return Step(crack, FrontExtensions(*_parts(along, extension)), rate, POWER)
-
-
-def _parts(along, extension):
-    return along.points, along.normal, along.binormal, along.kink_angle, extension, along.trusted
+    return Step(crack, replace(along, extension=extension))
 
 
 def grown(crack, share, steps):

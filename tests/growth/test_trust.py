@@ -57,7 +57,7 @@ PLACES = 6 * np.stack([np.cos(TURN), np.sin(TURN), 0 * TURN], axis=1)
 def grown(k, flags):
     trust = trusted(flags, np.ones(24), 6 * TURN)
     known = Evidence(PLACES, np.full(24, 0.01), trust.steers, False, np.ones(24))
-    return kinks_and_extensions(k, CrackFronts(6.0), GrowthOptions(extension=1.0), known), trust
+    return kinks_and_extensions(k, CrackFronts(6.0), GrowthOptions(extension=1.0), known)[0], trust
 
 
 def test_a_front_whose_nodes_are_all_doubtful_turns_as_its_k_says():
@@ -70,7 +70,7 @@ def test_a_front_whose_nodes_are_all_doubtful_turns_as_its_k_says():
     found, trust = grown(wild, flags.tolist())
     own = trust.steers
     assert trust.doubted and own.sum() == 22
-    expected = kink_angles(k, "tangential_stress")
+    expected = kink_angles(k, "tangential_stress", 0.3)
     assert found.kink_angle[own] == pytest.approx(expected[own]) and np.abs(expected).max() > 0.5
     # pierce points go as the node beside them: 15 degrees on, where K_II is 0.21 less at most
     assert np.abs(found.kink_angle - expected).max() < 0.25

@@ -12,8 +12,8 @@ from craftmesh.cracks.options import CrackOptions
 from craftmesh.cracks.polyline import polyline
 from craftmesh.cracks.series import prescribed_crack
 from craftmesh.cracks.triangulated import crack_from_triangles
+from craftmesh.growth.front_step import FrontStep
 from craftmesh.growth.grow import grow
-from craftmesh.growth.moves import FrontExtensions
 from craftmesh.growth.options import SmoothingOptions
 from craftmesh.insertion.cut import uncut
 from craftmesh.insertion.insert import insert_crack
@@ -213,9 +213,7 @@ def test_a_strip_grown_in_a_box_plane_reaches_it_all_along(polycrystal, kink):
     if area_vectors(crack.points, crack.triangles).sum(axis=0) @ normal[0] < 0:
         normal = -normal
     turned = np.full(31, np.radians(kink))
-    along = FrontExtensions(
-        line.at(s), normal, np.cross(tangent, normal), turned, np.full(31, 2.0), np.ones(31, bool)
-    )
+    along = FrontStep.of(line.at(s), normal, np.cross(tangent, normal), turned, np.full(31, 2.0))
     grown = grow(crack, along, BOX, SmoothingOptions())
     surface, report = insert_crack(polycrystal, grown, sizing_about(grown, 0.6))
     assert check_surface(surface) == []
