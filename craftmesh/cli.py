@@ -1,18 +1,31 @@
 """The command line: `craftmesh VERB ...`, one verb a stage."""
 
+import gc
 import importlib
-import importlib.metadata
 import sys
+import time
+from types import ModuleType
 
 from craftmesh.commands.verbs import COMMANDS, VERBS, module_name, summary
 from craftmesh.errors import INTERRUPTED, CraftmeshError
+from craftmesh.processes.costs import asked_costs, write_costs
+from craftmesh.processes.warm import serve, status_of
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run one verb and return the exit status; errors are one line on stderr, without a traceback."""
-    argv = sys.argv[1:] if argv is None else argv
+    """Run one verb and return the exit status; errors are one line on stderr, without a traceback.
+
+    The words of the command line go to a server of verbs where one runs.
+    """
+    began = time.monotonic()
     try:
-        return run(argv)
+        status = status_of(sys.argv[1:]) if argv is None else None
+        if status is None:
+            costs = asked_costs()
+            status = run(sys.argv[1:] if argv is None else argv)
+            if costs and not status:
+                write_costs(costs, began)
+        return status
     except CraftmeshError as error:
         return fail(str(error))
     except KeyboardInterrupt:
@@ -32,17 +45,32 @@ def run(argv: list[str]) -> int:
         print(overview())
         return 0
     if argv[0] == "--version":
-        print("craftmesh", importlib.metadata.version("craftmesh"))
+        print("craftmesh", importlib.import_module("importlib.metadata").version("craftmesh"))
         return 0
     verb, *rest = argv
     if verb not in VERBS:
         raise CraftmeshError(f"{verb!r} is not a verb; expected one of {', '.join(VERBS)}")
     from craftmesh.commands.flags import Parser
 
-    module = importlib.import_module(f"{COMMANDS}.{module_name(verb)}")
+    module = load(verb)
     parser = Parser(prog=f"craftmesh {verb}", description=module.__doc__)
     module.add_arguments(parser)
     return module.run(parser.parse_args(rest)) or 0
+
+
+def load(verb: str) -> ModuleType:
+    """Import the module of a verb; garbage is not looked for meanwhile, as modules make none."""
+    gc.disable()
+    try:
+        return importlib.import_module(f"{COMMANDS}.{module_name(verb)}")
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+def serve_verbs(number: int) -> None:
+    """Run the verbs that other processes ask for at the socket of that file number."""
+    serve(number, main, load)
 
 
 def overview() -> str:

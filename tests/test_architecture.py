@@ -44,7 +44,7 @@ MODULES_MAY_IMPORT = {
     "craftmesh.voxels.reading": {"io"},
     "craftmesh.voxels.remapping": {"io"},
     "craftmesh.voxels.file_orientations": {"io"},
-    "craftmesh.cli": {"commands"},
+    "craftmesh.cli": {"commands", "processes"},
 }
 
 

@@ -72,6 +72,11 @@ def config_schema() -> dict:
             "default": 2,
             "description": "jobs that share the tetrahedra of an increment",
         },
+        "warm": {
+            "type": "boolean",
+            "default": True,
+            "description": "run stages here in children of one process that has all loaded",
+        },
         "exports": {
             "type": "array",
             "items": {"enum": [*EXPORTS, *(f".{kind}" for kind in EXPORTS)]},

@@ -17,7 +17,7 @@ PACKAGE = Path(__file__).parents[1]
 NO_CONFIG = str(Path(__file__).with_name("no-config.yaml"))
 DEFAULT = Path("config", "config.yaml")
 # keys that say where and how a campaign runs; the others say which campaign it is
-RUN_KEYS = frozenset({"results", "data", "chunks", "exports", "node"})
+RUN_KEYS = frozenset({"results", "data", "chunks", "warm", "exports", "node"})
 _ERROR = "craftmesh: error: "
 NOTE = "craftmesh: note: "
 _MAIN = "from craftmesh.campaign.home import main; main()"
@@ -36,9 +36,9 @@ def snakefile() -> Path:
 def or_default(config: Mapping[str, Any]) -> dict[str, Any]:
     """Return `config` where it names a campaign, else the default campaign with `config` laid over it.
 
-    A campaign is named by any key but results, data, chunks, exports and node; it never takes over values
-    of the default one. The default is config/config.yaml in the folder in which Snakemake runs, or else
-    the demo, whose sheet of cases lies beside it.
+    A campaign is named by any key but results, data, chunks, warm, exports and node; it never takes over
+    values of the default one. The default is config/config.yaml in the folder in which Snakemake runs, or
+    else the demo, whose sheet of cases lies beside it.
     """
     if not RUN_KEYS.issuperset(config):
         return dict(config)

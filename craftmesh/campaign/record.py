@@ -7,7 +7,7 @@ from craftmesh.campaign.campaign import Campaign
 from craftmesh.report.sweeps import SOLVED, sweeps
 
 # Keys of the configuration that say where files are and how jobs are shared, not what is made.
-PLACES = ("cases", "results", "data", "chunks", "exports", "sweep", "node", "report")
+PLACES = ("cases", "results", "data", "chunks", "warm", "exports", "sweep", "node", "report")
 
 
 def campaign_record(campaign: Campaign) -> str:

@@ -11,7 +11,8 @@ from pathlib import Path
 
 from craftmesh.assembly.assemble import refuse_other_surface
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.mesh_flags import add_mesh_flags, check_sizing, given_sizing, write_assembled
+from craftmesh.commands.mesh_flags import check_sizing, given_sizing
+from craftmesh.commands.mesh_output import add_mesh_flags, write_assembled
 from craftmesh.commands.stage_io import add_output, warn
 from craftmesh.io.stage_npz import read_grain_tets, read_record
 from craftmesh.io.vtk import read_surface

@@ -1,7 +1,8 @@
-"""Compile the kernels ahead of use: by running the stages on a small cracked cube, in a folder of its own.
+"""Compile the kernels ahead of use: by running the stages on small cracked models, in a folder of its own.
 
-Kernels are compiled by their first use, and kept on disk. Do it once before many jobs start, each of which
-would compile them. `craftmesh run` does it beside the first stages, half of the kernels in a process each.
+Kernels are compiled by their first use, and kept on disk. So are Python's modules, whatever the variable
+PYTHONDONTWRITEBYTECODE says. Do it once before many jobs start, each of which would compile them.
+`craftmesh run` does it beside the first stages, half of the kernels in a process each.
 """
 
 import argparse
@@ -17,6 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.insertion.patch import front_chords, split_chords, triangulate
+from craftmesh.io.front_csv import write_front
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_surface
 from craftmesh.jit import is_kept
@@ -28,15 +31,15 @@ CELLS = 6  # along the cube's edges
 ALL, GRADATE, VOLUME = "all", "gradate", "volume"
 SIZES = "--l-min 0.8 --l0 1 --l-max 2 --r0 2 --r1 4"
 MODEL = "--microstructure labels.npz --quarter-points --material cubic:168400,121400,75400"
-# The command lines from voxels up to a gradated surface; ...
+# The command lines from voxels, noisy ones, up to a gradated surface: its tetrahedra are poor, ...
 VOXELS = (
-    "generate --shape 14 14 14 --grains 3 -o generated.npz",
-    "import generated.npz --labels grains.npz --image volume.vti --islands islands.json",
-    "remesh grains.npz -o remeshed.vtp",
-    "crack grains.npz --centre 7 7 7.2 --normal 0 0.4 1 --radius 2.6 -o crack.vtp",
-    f"size remeshed.vtp --crack crack.vtp --labels grains.npz {SIZES} -o sizing.npz",
+    "generate --shape 14 14 14 --grains 3 --shuffled 0.3 -o generated.npz",
+    "import generated.npz --labels labels.npz --image volume.vti --islands islands.json",
+    "remesh labels.npz -o remeshed.vtp",
+    "crack labels.npz --shape fronts --file front.csv -o crack.vtp",
+    f"size remeshed.vtp --crack crack.vtp --labels labels.npz {SIZES} -o sizing.npz",
     "stitch remeshed.vtp --crack crack.vtp --sizing sizing.npz -o surface.vtp",
-    "gradate surface.vtp --crack crack.vtp --sizing sizing.npz -o finer.vtp",
+    "gradate surface.vtp --crack crack.vtp --sizing sizing.npz -o gradated.vtp",
 )
 # ... the crack and the lengths of the cube, a surface that no kernel has made, of few tetrahedra; ...
 CUBE = (
@@ -44,7 +47,7 @@ CUBE = (
     f"size gradated.vtp --crack crack.vtp {SIZES} -o sizing.npz",
 )
 GRADATED = ("gradate gradated.vtp --crack crack.vtp --sizing sizing.npz -o finer.vtp",)
-# ... and from the cube's surface to the growth of its crack.
+# ... and from either surface to the growth of its crack.
 SURFACE = (
     "tetrahedralize gradated.vtp --sizing sizing.npz --chunk 1/1 -o part.npz",
     "assemble gradated.vtp part.npz --sizing sizing.npz -o volume.vtu --front-csv front.csv",
@@ -55,7 +58,7 @@ SURFACE = (
     "depict volume.vtu -o pictures",
     "grow crack.vtp sif.csv front.csv --volume labels.npz --until -o grown.vtp",
 )
-LINES = {ALL: (*VOXELS, *CUBE, *SURFACE), GRADATE: (*CUBE, *GRADATED), VOLUME: (*CUBE, *SURFACE)}
+LINES = {ALL: (*VOXELS, *SURFACE), GRADATE: (*CUBE, *GRADATED), VOLUME: (*CUBE, *SURFACE)}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -74,11 +77,14 @@ def run(arguments: argparse.Namespace) -> None:
         labels, turns = np.ones((CELLS,) * 3, np.int32), np.tile([1.0, 0.0, 0.0, 0.0], (2, 1))
         write_labels(folder / "labels.npz", Voxels(labels, np.ones(3), np.zeros(3), turns))
         write_surface(folder / "gradated.vtp", cracked_cube())
+        write_front(folder / "front.csv", {"points": saddle()})
+        compile_patch()
+        environment = {key: os.environ[key] for key in os.environ if key != "PYTHONDONTWRITEBYTECODE"}
         for line in LINES[arguments.part]:
             verb, *_ = words = line.split()
             print(verb, flush=True)
             command = [sys.executable, "-m", "craftmesh.cli", *words]
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+            done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
             if done.returncode:
                 said = done.stderr.strip().splitlines() or [f"status {done.returncode}"]
                 raise CraftmeshError(f"compile: craftmesh {verb} fails on the small model: {said[-1]}")
@@ -103,6 +109,20 @@ def compiling_ahead() -> Iterator[None]:
             for child in children:
                 os.killpg(child.pid, signal.SIGTERM)  # with the verb that it runs
                 child.wait()
+
+
+def saddle() -> np.ndarray:
+    """Return points (k, 3), the last one the first, of a front whose crack is curved, for the voxels."""
+    angle = np.append(np.linspace(0, 2 * np.pi, 4 * CELLS, endpoint=False), 0.0)
+    return np.column_stack([7 + 4 * np.cos(angle), 7 + 4 * np.sin(angle), 7.2 + 1.2 * np.sin(2 * angle)])
+
+
+def compile_patch() -> None:
+    """Compile what takes in points and edges within a crack's polygons, which the small models have not."""
+    square = np.array([[0, 0], [4, 0], [4, 4], [0, 4], [1, 0.8], [3, 2.2], [2, 1]])
+    segments = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5]])
+    patch = triangulate(square, segments, np.array([6]), lambda uv: np.ones(len(uv)))
+    split_chords(patch, front_chords(np.isin(np.arange(len(square)), (0, 4))))
 
 
 def cracked_cube() -> Surface:

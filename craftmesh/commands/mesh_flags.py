@@ -7,23 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from craftmesh.assembly.assemble import assemble
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.stage_io import add_file, add_report, tell, warn
+from craftmesh.commands.stage_io import add_file, warn
 from craftmesh.errors import CraftmeshError, existing, named
-from craftmesh.io.front_csv import front_table, write_front
+from craftmesh.io.front_csv import front_table
 from craftmesh.io.point_files import SourcePoints, read_length_field, read_source_points
 from craftmesh.io.stage_npz import read_sizing
-from craftmesh.io.vtk import read_crack, write_tets
-from craftmesh.mesh.shape_measures import flat_sentence, flat_tets
-from craftmesh.mesh.tet_connectivity import severed_sentence
+from craftmesh.io.vtk import read_crack
 from craftmesh.sizing.length_field import LINKED, LengthField
 from craftmesh.sizing.sizing import Sizing, SizingOptions
 from craftmesh.sizing.sources import Defects, sizing_around, touches_box
 from craftmesh.sizing.stored import sizing_of
 from craftmesh.surface.measure import span_of
 from craftmesh.surface.side_data import coordinates_hint, covered, notes_on_place, spans_told
-from craftmesh.tetrahedra.volume import Volume
 from craftmesh.types import Crack, Surface
 
 
@@ -36,28 +32,6 @@ def given_crack(arguments: argparse.Namespace) -> Crack | None:
     """Return the crack of --crack, or else that of --front where it is one."""
     file = arguments.crack or arguments.front
     return read_crack(file) if file is not None and (arguments.crack or file.suffix == ".vtp") else None
-
-
-def add_mesh_flags(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of the verbs that end in the mesh, which `write_mesh` and `given_sizing` read."""
-    add_file(parser, "--front-csv", "ordered front nodes with their frames")
-    add_report(parser)
-    add_front(parser)
-    add_crack(parser, "that was inserted: what is one crack there has plain sets, in however many pieces")
-    add_sizing(parser)
-
-
-def write_assembled(arguments: argparse.Namespace, volume: Volume, report: dict) -> None:
-    """Write the mesh of a volume, its report and, where --front-csv names a file, the ordered fronts."""
-    mesh, assembled = assemble(volume.surface, volume.grain_tets, given_crack(arguments))
-    warn(flat_sentence(flat_tets(mesh)), severed_sentence(mesh))
-    if arguments.front_csv is not None:
-        from craftmesh.mesh.front_frames import front_frames
-        from craftmesh.mesh.second_order import raise_order
-
-        write_front(arguments.front_csv, front_frames(raise_order(mesh)).columns())
-    write_tets(arguments.output, mesh)
-    tell(report | assembled | {"meshing": volume.record}, arguments.report)
 
 
 def add_front(parser: argparse.ArgumentParser) -> None:

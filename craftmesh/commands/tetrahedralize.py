@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from craftmesh.commands.flags import add_options, options_from
-from craftmesh.commands.mesh_flags import add_mesh_flags, check_sizing, given_sizing, write_assembled
+from craftmesh.commands.mesh_flags import check_sizing, given_sizing
+from craftmesh.commands.mesh_output import add_mesh_flags, write_assembled
 from craftmesh.commands.stage_io import add_file, add_output, tell, warn
 from craftmesh.errors import CraftmeshError, MeshingError
 from craftmesh.io.json_file import read_json

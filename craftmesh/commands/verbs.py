@@ -1,8 +1,6 @@
 """The verbs of the command line: their order, their modules, and what each does."""
 
-import ast
 import keyword
-import re
 from pathlib import Path
 
 # In the order of the way. The first words of the docstring of a verb's module are its help.
@@ -47,6 +45,9 @@ def module_name(verb: str) -> str:
 
 def summary(verb: str) -> str:
     """Return what a verb does: its module's docstring to the first colon or semicolon, not imported."""
+    import ast
+    import re
+
     source = Path(__file__).with_name(f"{module_name(verb)}.py")
     first, *_ = (ast.get_docstring(ast.parse(source.read_bytes())) or "").splitlines()
     text = re.split("[:;]", first)[0].rstrip(".")

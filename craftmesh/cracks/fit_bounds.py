@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import span_of
@@ -52,6 +51,8 @@ def refuse_step(cloud: np.ndarray, fronts: Sequence[np.ndarray], length: float) 
     cloud (n, 3), fronts (k, 3): u, v and height. The middle one of the steps to the nearest points counts;
     points of the front without any within twice the length do not.
     """
+    from scipy.spatial import cKDTree
+
     front = np.concatenate(fronts)
     distance, nearest = cKDTree(cloud[:, :2]).query(front[:, :2])
     step = (front[:, 2] - cloud[nearest, 2])[distance < 2 * length]
@@ -65,6 +66,8 @@ def refuse_step(cloud: np.ndarray, fronts: Sequence[np.ndarray], length: float) 
 
 def scatter_of(cloud: np.ndarray) -> float:
     """Return the usual scatter of points (n, 3) about planes through their nearest neighbours."""
+    from scipy.spatial import cKDTree
+
     count = min(NEIGHBOURS, len(cloud))
     if count < 5:
         return 0.0

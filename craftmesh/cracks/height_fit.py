@@ -3,7 +3,6 @@
 import numpy as np
 import shapely
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.linalg import spsolve
 
 from craftmesh.cracks.in_plane import doubled_areas
 from craftmesh.cracks.near_sheet import weights_in_triangles
@@ -24,6 +23,8 @@ def fitted_heights(
     bends across edges (the hinge energy of a flat sheet, whose least is a thin plate's); where nothing is
     measured the sheet is the straightest one. At least three points not on a line have to be given.
     """
+    from scipy.sparse.linalg import spsolve
+
     bends, twice = _bends(points, triangles)
     matrix, values = bends.T @ bends, np.zeros(len(points))
     row, _, at = interpolation(points, triangles, measured[:, :2])

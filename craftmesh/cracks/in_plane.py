@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 import shapely
-from scipy.spatial import KDTree
 
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.connectivity import compact, facet_edges
@@ -22,6 +21,9 @@ def filled(polygon: shapely.Polygon, given: np.ndarray, spacing: float) -> tuple
     points of a hexagonal grid of that spacing. Raises CraftmeshError where the boundary touches or crosses
     itself.
     """
+
+    from scipy.spatial import KDTree
+
     rings = [_spaced(np.asarray(ring.coords), spacing) for ring in (polygon.exterior, *polygon.interiors)]
     rounding = ROUNDING * np.ptp(rings[0], axis=0).max()
     off = shapely.distance(polygon.boundary, shapely.points(given))

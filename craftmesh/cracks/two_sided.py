@@ -1,7 +1,6 @@
 """Cracks given by both of their sides, as surfaces of segmentations are: the sheet through their middle."""
 
 import numpy as np
-from trimesh.remesh import subdivide_to_size
 
 from craftmesh.cracks.fit_bounds import Numbers, within_bound
 from craftmesh.cracks.measured import ACROSS_FRONT, height_surface, plane_of
@@ -22,6 +21,8 @@ def middle_sheet(
     past it; the report has notes. Raises CraftmeshError for shells that are no height over a plane and for
     several regions.
     """
+    from trimesh.remesh import subdivide_to_size
+
     whole = GivenSurface(points, triangles)
     points, triangles = merged_points(points, triangles)
     triangles, notes = _without_strays(points, triangles)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import shapely
-from scipy import ndimage
 
 from craftmesh.cracks.behind_front import MARGIN, Plane
 from craftmesh.cracks.fit_bounds import VOXELS, Numbers, within_bound
@@ -59,6 +58,8 @@ def _without_strays(is_crack: np.ndarray) -> tuple[np.ndarray, list[str]]:
 
     Voxels that touch at faces, edges or corners are one piece; it is large from SPECK of the largest on.
     """
+    from scipy import ndimage
+
     of, _ = ndimage.label(is_crack, np.ones((3, 3, 3)))
     voxels = np.bincount(of.ravel())
     voxels[0] = 0
@@ -142,6 +143,8 @@ def smoothed(polygon: shapely.Polygon, edge: float) -> shapely.Polygon:
 
 def _smoothed_ring(ring: np.ndarray, edge: float) -> np.ndarray:
     """Return the closed ring (k, 2) evenly spaced and filtered: twice the filter less its square."""
+    from scipy import ndimage
+
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(ring, axis=0), axis=1)))
     count = max(int(np.ceil(arc[-1] / (STEP * edge))), 8)
     at = np.linspace(0, arc[-1], count, endpoint=False)

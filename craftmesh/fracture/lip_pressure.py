@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array
-from scipy.sparse.linalg import spsolve
 
 from craftmesh.mechanics.load import Traction, point_vectors
 from craftmesh.mesh.front_curve import unit
@@ -93,6 +92,8 @@ def lips_touch(mesh: TetMesh, contact: np.ndarray | None) -> np.ndarray:
 
 def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
     """Return the pressures (f, 3) at the corners of facets; at the nodes they push by `push` (p,)."""
+    from scipy.sparse.linalg import spsolve
+
     corners = face_nodes(mesh.tets[:, :4], pairs.faces[0])
     # a corner is a pair, or a node of the front: where cracks cross a node lies on several lips
     key = np.where(pairs.facets[:, :3] < 0, len(push) + corners, pairs.facets[:, :3])

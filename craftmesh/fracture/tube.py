@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
 from craftmesh.fracture.lip_pressure import FaceTractions
@@ -33,6 +32,9 @@ def radii(
     sizes (k,): local sizes; radius: the wish, in them. It is less where the front bends or another one, or
     another part of this one, is near, but LEAST_RADIUS at least.
     """
+
+    from scipy.spatial import KDTree
+
     points = fronts[number]
     s, total = arc_lengths(points, closed)
     others = [own for k, own in enumerate(fronts) if k != number]
@@ -166,6 +168,9 @@ def _samples(curve: FrontCurve) -> np.ndarray:
 
 def _nearest(curve: FrontCurve, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return s (k,), distances (k,) and binormals (k, 3) of the points' nearest ones on the curve."""
+
+    from scipy.spatial import KDTree
+
     at = _samples(curve)
     s = curve.nearest(points, at[KDTree(curve.frames(at)[0]).query(points)[1]])
     nearest, _, _, binormal = curve.frames(s)
@@ -178,6 +183,9 @@ def _sides(mesh: TetMesh, chosen: np.ndarray, own: Mapping[str, np.ndarray]) -> 
     Those that touch one lip alone lie on its side; others on that of the nearest facet of lip A that they
     are on.
     """
+
+    from scipy.spatial import KDTree
+
     on_lip = np.zeros((2, len(mesh.points)), bool)
     lips = lip_faces(own)
     for row, faces in zip(on_lip, lips):

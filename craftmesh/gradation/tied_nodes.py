@@ -1,7 +1,6 @@
 """Release of tied nodes (paper, section 2.2, Fig. 2): vertices in which sheets meet in a single point."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.surface.connectivity import compact, joined
 from craftmesh.surface.guarded_move import RELEASING, guarded_move
@@ -108,6 +107,9 @@ def _passes_points(
     points: np.ndarray, facets: np.ndarray, corners: np.ndarray, target: np.ndarray
 ) -> np.ndarray:
     """Return (k,) bool: corners whose facet passes over a vertex when the corner moves to `target`."""
+
+    from scipy.spatial import cKDTree
+
     row, column = corners // 3, corners % 3
     start, a, b = (points[facets[row, (column + i) % 3]] for i in range(3))
     reach = np.linalg.norm(np.stack([a, b]) - start, axis=2).max(axis=0)

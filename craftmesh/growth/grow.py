@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.cracks.height_parts import best_fit_frame
 from craftmesh.cracks.merged_sheets import merged_sheets
@@ -65,6 +64,9 @@ def grow(crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOpti
 
 def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
     """Tell which places (n, 3) are farther than CORNER spacings from where fronts of two parts meet."""
+
+    from scipy.spatial import cKDTree
+
     spacing = row_spacing(places)
     lines = [[polyline(part.points[front]) for front in part.fronts] for part in parts]
     met = [np.zeros((0, 3))]

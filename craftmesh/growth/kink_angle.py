@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.options import CRITERIA, NEAR_FIELD, SLIP, GrowthOptions
@@ -159,6 +157,8 @@ def largest_near_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarra
     K_I, K_II, K_III; stiffness (n, 6, 6) over 11, 22, 33, 12, 13, 23 in the axes binormal, normal, tangent.
     The intensity is that stress times root(2 pi r), K_I in pure opening straight ahead. Angle 0 without K.
     """
+    from scipy.interpolate import CubicSpline
+
     angles, stress = tangential_stress(np.asarray(k, float), stiffness)
     fine = _angles_within(WIDEST_IN_CRYSTALS)
     angle, pull = _peak(fine, CubicSpline(angles, stress, axis=1)(fine))
@@ -167,6 +167,8 @@ def largest_near_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarra
 
 def near_stress(k: np.ndarray, angle: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
     """Return the intensity (n,) at `angle` (n,) of the stress that `largest_near_stress` seeks."""
+    from scipy.interpolate import CubicSpline
+
     angles, stress = tangential_stress(np.asarray(k, float), stiffness)
     return np.array([CubicSpline(angles, own)(at) for own, at in zip(stress, angle)])
 
@@ -204,6 +206,8 @@ def slip_ways(frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: fl
     (n, 3, 3): active rotations from crystal to sample axes at the nodes. 0 where nothing slips. Raises
     CraftmeshError where the field has no point near such a place.
     """
+    from scipy.spatial import cKDTree
+
     normals = np.einsum("nij,pj->npi", turns, field.normals / _length(field.normals))
     lines = np.cross(normals, frames.tangent[:, None])
     ahead, up = (np.einsum("npi,ni->np", lines, axis) for axis in (frames.binormal, frames.normal))

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from craftmesh.cracks.polyline import Polyline, polyline
 from craftmesh.surface.rounding import ON_PLANE
@@ -210,6 +209,8 @@ def _sampled(
 
     With them comes their origin; of an open one there are three at least, but of two points.
     """
+    from scipy.interpolate import CubicSpline
+
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     keep, least = [0], CLOSE * spacing
     for row in range(1, len(arc) - 1):

@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import irfft, rfft
 
 from craftmesh.cracks.polyline import Polyline
 from craftmesh.growth.grow import FINENESS, LEAST_ROWS, in_order, nearest_feet
@@ -80,6 +79,8 @@ def _with_gain(values: np.ndarray, fronts: Sequence[FrontRows], gain: Gain) -> n
 
     gain: of (m,) the loss of ln K to an extension of 1.
     """
+    from scipy.fft import irfft, rfft
+
     result = np.full(len(values), np.nan)
     for front in fronts:
         period, s, own = front.length, front.s, values[front.row]

@@ -4,7 +4,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.cracks.polyline import polyline
 from craftmesh.growth.options import MOST, GrowthOptions
@@ -93,6 +92,8 @@ def crack_size(crack: Crack, box: np.ndarray) -> float:
     crack, the half width of a through crack. Triangles that may hold a farther point than the farthest
     centre known are split, and again.
     """
+    from scipy.spatial import cKDTree
+
     fronts = [polyline(crack.points[front]) for front in crack.fronts]
     step = TOLERANCE * max(line.length for line in fronts)
     places = [line.at(np.linspace(0, line.length, int(line.length / step) + 2)) for line in fronts]

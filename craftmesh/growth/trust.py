@@ -4,7 +4,6 @@ from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 # Flags of nodes whose K is not that of the front beside them: it has no meaning at the very surface, at the
 # end of a material and along a boundary of two, and errs by much elsewhere.
@@ -58,6 +57,8 @@ def sources(points: np.ndarray, steers: np.ndarray, front: np.ndarray | None = N
 
     points (n, 3). That is one of its own front (n,); a front without any keeps its K.
     """
+    from scipy.spatial import cKDTree
+
     number = np.zeros(len(points), int) if front is None else front
     source = np.arange(len(points))
     for one in np.unique(number):

@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.cracks.promises import AREA_KEPT, INSERTION, PROMISED
@@ -177,6 +176,9 @@ def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: flo
 
     Smaller facets tell better on which side of a curved crack they are. least: the least target length.
     """
+
+    from scipy.spatial import cKDTree
+
     corners = surface.points[surface.facets]
     centre = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)

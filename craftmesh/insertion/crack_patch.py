@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.cracks.in_plane import triangulate, with_room
 from craftmesh.insertion.cut import OFF, CutSurface, flat_facets
@@ -114,6 +113,9 @@ class _Patch:
 
         A point goes where its facet is farthest off, or onto a corner of the given crack next to that.
         """
+
+        from scipy.spatial import cKDTree
+
         corners = cKDTree(self.sheet.nodes)
         while True:
             self._look()

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from craftmesh.mechanics.materials import Material, turned
 from craftmesh.types import Crystal
@@ -41,6 +40,8 @@ def misfits(
     phase_of: the key in `materials` by grain; phases (n,): row = grain id, None: all are phase 0; crystals:
     by phase. A material that any turn leaves as it is, an isotropic one, fits every crystal.
     """
+    from scipy.spatial.transform import Rotation
+
     pairs = {(0 if phases is None else int(phases[grain]), key) for grain, key in phase_of.items()}
     found = []
     for phase, key in sorted(pairs, key=lambda pair: pair[0]):

@@ -9,8 +9,6 @@ otherwise in their decks. The tests hold both to within 1e-12.
 """
 
 import numpy as np
-from scipy import ndimage
-from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.side_data import spans_told, unit_hint
@@ -136,6 +134,9 @@ def element_axes(mesh: TetMesh, voxels: Voxels) -> np.ndarray:
     They are those of the voxel of its grain that is nearest to its middle. Raises CraftmeshError for voxels
     whose orientations are not kept, and for a mesh that reaches past them or is in another unit.
     """
+    from scipy import ndimage
+    from scipy.spatial import cKDTree
+
     if voxels.voxel_orientations is None:
         raise CraftmeshError(
             "orientations: element, and the microstructure has those of grains alone; import it with "

@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 from math import factorial
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import BSpline, PPoly
 from scipy.sparse import csr_array, diags_array, eye_array, sparray
-from scipy.sparse.linalg import splu
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 DEGREE = 3
 # The coefficients' own weight against that of the data, for unique solutions where data are too few.
@@ -34,6 +36,8 @@ class CubicBasis:
 
     def design(self, s: np.ndarray) -> csr_array:
         """Return the values (k, size) of all B-splines at s (k,); beyond an open curve those at its end."""
+        from scipy.interpolate import BSpline
+
         s = np.mod(s, self.length) if self.closed else np.clip(s, 0.0, self.length)
         rows = csr_array(BSpline.design_matrix(s, self._knots(), DEGREE))
         folded = csr_array((rows.data, rows.indices % self.size, rows.indptr), (len(s), self.size))
@@ -46,6 +50,8 @@ class CubicBasis:
         weights (k,); stiffness: weight of the coefficients' changes of slope against that of the data. It
         smooths, and it decides alone where there are no data.
         """
+        from scipy.sparse.linalg import splu
+
         rows = csr_array(rows)
         weighted = rows.T @ diags_array(weights)
         normal = weighted @ rows
@@ -55,8 +61,10 @@ class CubicBasis:
         system = normal + scale * (stiffness * (bend.T @ bend) + SMALLEST * eye_array(self.size))
         return splu(system.tocsc()).solve(np.ascontiguousarray(weighted @ values))
 
-    def pieces(self, coefficients: np.ndarray) -> PPoly:
+    def pieces(self, coefficients: np.ndarray) -> "PPoly":
         """Return the polynomials between the breaks of the spline of coefficients (size, c)."""
+        from scipy.interpolate import BSpline, PPoly
+
         if self.closed:
             coefficients = coefficients[np.arange(self.size + DEGREE) % self.size]
         spline, at = BSpline(self._knots(), coefficients, DEGREE), self.breaks[:-1]

@@ -1,12 +1,14 @@
 """A front as a smooth curve with the crack's normal along it."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.interpolate import PPoly
 
 from craftmesh.mesh.cubic_basis import graded_basis
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 # Edges on each side over which the front's edge lengths are averaged: neighbours differ by up to 3 : 1.
 WINDOW = 4
@@ -48,8 +50,8 @@ class FrontCurve:
     goes on straight beyond its ends, with the frames there.
     """
 
-    point: PPoly
-    normal: PPoly
+    point: "PPoly"
+    normal: "PPoly"
     closed: bool
 
     @property

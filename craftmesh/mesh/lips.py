@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front_curve import square_to, unit
@@ -119,6 +118,8 @@ def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes:
     the front node, along its tangent, is fitted to the lip's nodes behind it; its slope at the front
     corrects that mean.
     """
+    from scipy.spatial import KDTree
+
     tets = mesh.tets[:, :4]
     facets = face_nodes(tets, lip_faces(own_lips(mesh.face_sets, tets, nodes))[0])
     normals = np.zeros(mesh.points.shape)

@@ -4,7 +4,6 @@ Tetrahedra in such a place are as flat as their edges are long against its width
 """
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.cracks.near_faces import Face, cuts, in_plane, kink_edges
 from craftmesh.cracks.near_sheet import NearSheet
@@ -57,6 +56,8 @@ def _to_face(
     sizing: Sizing,
 ) -> Lengths:
     """Return the lengths by the way to a face: over the crack's triangles, and along its lines."""
+    from scipy.spatial import cKDTree
+
     axis, upper = face
     slab = box.copy()
     slab[1 - upper, axis] = box[upper, axis] + (1 - 2 * upper) * sizing.l_max / PER_WIDTH
@@ -95,6 +96,8 @@ def _apart(
     tilt: the sines of its angles to the face; met (n, 3): places where it is on that. slack: how much
     longer a way may be than it is at a place.
     """
+    from scipy.spatial import cKDTree
+
     axis, upper = face
     width, rounding = np.abs(places[:, axis] - box[upper, axis]), ROUNDING * np.ptp(box)
     apart = ((places >= box[0] - rounding) & (places <= box[1] + rounding)).all(axis=1) & (width > rounding)
@@ -107,6 +110,8 @@ def _apart(
 
 def _to_sheet(own: Crack, other: Crack, box: np.ndarray, l_min: float) -> Lengths:
     """Return the lengths along the fronts of a sheet by the way to another one; where they meet none."""
+    from scipy.spatial import cKDTree
+
     at = _along([own.points[front] for front in own.fronts], l_min)
     at = at[((at >= box[0]) & (at <= box[1])).all(axis=1)]
     if not len(at):

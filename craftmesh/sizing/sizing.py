@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.arguments import Frozen, as_array, refuse_unlike, typed
 from craftmesh.errors import CraftmeshError
@@ -14,6 +13,9 @@ from craftmesh.sizing.length_field import LengthField, curvature_lengths
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import edge_lengths
 from craftmesh.types import Surface, Voxels
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 
 @runtime_checkable
@@ -125,7 +127,9 @@ class Sizing(Frozen):
         return f"Sizing({numbers}, {len(self.sources)} sources{others})"
 
     @cached_property
-    def _tree(self) -> cKDTree:
+    def _tree(self) -> "cKDTree":
+        from scipy.spatial import cKDTree
+
         return cKDTree(self.sources)
 
     @property

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array
-from scipy.sparse.linalg import splu
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.lips import LipPairs
@@ -68,6 +67,8 @@ class ClosedPairs:
     """
 
     def __init__(self, pairs: LipPairs, which: np.ndarray, fixed: np.ndarray, text: str):
+        from scipy.sparse.linalg import splu
+
         nodes, normal = pairs.nodes[which], pairs.normal[which]
         self.pairs, self.which, self.text = pairs, which, text
         column = (3 * nodes[:, :, None] + np.arange(3)).ravel()

@@ -1,7 +1,6 @@
 """The shells of stitched grains: gaps between grains, voids, the exterior, grains in pieces."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import facet_edges, pieces
@@ -24,6 +23,8 @@ def refuse_gaps(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, alone
 
     points (n, 3), facets (m, 3), sides (m, 2); alone (k,): the facets that no other grain shares.
     """
+    from scipy.spatial import cKDTree
+
     if not len(alone):
         return
     corner = points[facets[alone]]

@@ -2,7 +2,6 @@
 
 import numpy as np
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from craftmesh.surface.kernels.boundaries import lowest_equal_rows, unbalanced_edges
 from craftmesh.surface.kernels.corner_lists import corner_lists
@@ -87,6 +86,8 @@ def joined(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
     Pieces are numbered from 0 in the order of their first things.
     """
+    from scipy.sparse.csgraph import connected_components
+
     graph = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(count, count))
     return in_order(connected_components(graph, directed=False)[1])
 

@@ -1,13 +1,14 @@
 """Which label a place has, by the facets round it."""
 
+from functools import cache
+
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.surface.kernels.label_lookup import winding_labels
 
-# Looks along no direction in which meshes of voxels have edges or facets.
-VIEW = Rotation.from_rotvec([0.3711, 0.6183, 0.2047]).as_matrix()
+# Rotation vector of a view along no direction in which meshes of voxels have edges or facets.
+VIEW = (0.3711, 0.6183, 0.2047)
 # Bins along the longer axis at most.
 MAX_CELLS = 1000
 
@@ -19,12 +20,21 @@ def labels_at(places: np.ndarray, points: np.ndarray, facets: np.ndarray, sides:
     facets that lie straight above a place, so facets that intersect only leave doubt between them, where
     the largest number decides.
     """
-    points, facets = points @ VIEW.T, facets.astype(np.int64)
+    view = _view()
+    points, facets = points @ view.T, facets.astype(np.int64)
     flat = points * [1.0, 1.0, 0.0]
     low, high = flat.min(axis=0), flat.max(axis=0)
     corners = flat[facets]
     width = max(np.ptp(corners[:, :, :2], axis=1).mean(), (high - low).max() / MAX_CELLS)
     grid = grid_over(low, high, float(width))
     bins = fill_bins(cells_of(corners.min(axis=1), grid), cells_of(corners.max(axis=1), grid), grid)
-    labels: np.ndarray = winding_labels(places @ VIEW.T, bins, points, facets, sides.astype(np.int64))
+    labels: np.ndarray = winding_labels(places @ view.T, bins, points, facets, sides.astype(np.int64))
     return labels
+
+
+@cache
+def _view() -> np.ndarray:
+    """Return the matrix of VIEW."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_rotvec(VIEW).as_matrix()

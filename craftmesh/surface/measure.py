@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.surface.kernels.distances import nearest_facets
 from craftmesh.surface.kernels.facet_measures import area_vectors_of, shapes_of, volumes_from
@@ -168,6 +167,8 @@ def nearest_facet(
 
     Also the distances (q,) to them, and sides (q,): 1 ahead of the facet's plane and -1 behind or on it.
     """
+    from scipy.spatial import cKDTree
+
     corners = points[facets]
     centres = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1) * (1 + ROUNDING)

@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from craftmesh.errors import CraftmeshError, listed, told
 from craftmesh.surface.measure import span_of
@@ -98,6 +97,8 @@ def covered(
     A place is covered where its nearest point is within `reach`, or no farther than the farthest of the
     `count` points nearest to that point, itself one of them. One point alone covers all places.
     """
+    from scipy.spatial import cKDTree
+
     tree = cKDTree(points)
     distance, nearest = tree.query(places)
     spread = tree.query(points[nearest], k=[min(count, len(points))])[0][:, 0]

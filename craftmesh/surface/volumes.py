@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array
-from scipy.sparse.linalg import spsolve
 
 from craftmesh.arguments import LARGEST, as_array
 from craftmesh.errors import CraftmeshError
@@ -98,6 +97,8 @@ def _displacement(
     with a vertex by a third of the area vectors of its facets there. Weighted by the inverse areas of
     vertices, a patch moves by one distance along its normal, whatever its facets' sizes.
     """
+    from scipy.sparse.linalg import spsolve
+
     area = np.repeat(np.linalg.norm(area_vectors(points, facets), axis=1) / 3, 3)
     area = np.bincount(facets.ravel(), area, len(points))
     reach, weight = mean_edges(points, facet_edges(facets)), 1 / np.maximum(area, 1e-9 * area.mean())

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import ndimage
 
 from craftmesh.errors import CraftmeshError, counted
 from craftmesh.types import GRAIN, UNINDEXED, VOID
@@ -90,6 +89,8 @@ def _straightness(labels: np.ndarray) -> float:
     Its edges are the cubes of 2 x 2 x 2 voxels with two other labels, its faces those with one; the space
     is the 4 x 4 x 4 voxels around them. NaN without edges or faces.
     """
+    from scipy import ndimage
+
     is_zero, cubes = labels == 0, (slice(1, None),) * 3
     least = ndimage.minimum_filter(np.where(is_zero, labels.max() + 1, labels), 2)[cubes]
     most = ndimage.maximum_filter(labels, 2)[cubes]

@@ -67,6 +67,21 @@ def test_the_judge_finds_no_fault_in_the_deck_of_the_grown_crack(finished):
 
 
 @pytest.mark.slow
+def test_stages_that_start_alone_make_the_same_bytes_and_run_nothing_again(finished, growing_folder):
+    alone = growing_folder()
+    with open(alone.path / "config.yaml", "a") as stream:
+        stream.write("warm: false\n")
+    run = alone.snakemake("--cores", "2")
+    assert run.status == 0, run.text
+    assert alone.made == finished.made
+    assert {path.relative_to(alone.path) for path in alone.path.rglob("*.tsv")} == {
+        path.relative_to(finished.path) for path in finished.path.rglob("*.tsv")
+    }
+    shutil.copy(finished.path / "config.yaml", alone.path)
+    assert alone.snakemake("--dry-run").jobs == {}
+
+
+@pytest.mark.slow
 def test_what_is_lost_is_made_again_in_the_same_bytes(finished):
     increment = finished.path / "results" / "tiny" / "001"
     lost = ("crack.vtp", "sif.csv", "solution.npz", "model.inp", "pictures/scene.json")

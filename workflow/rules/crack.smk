@@ -8,12 +8,11 @@ rule crack:
         f"{INC}/crack.vtp",
     log:
         f"{LOG}/{{inc}}/crack.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/crack.tsv"
     localrule: True
     conda:
         "../envs/craftmesh.yaml"
     params:
+        costs=f"{BENCHMARK}/{{inc}}/crack.tsv",
         options=lambda wildcards: CAMPAIGN.crack_flags(wildcards.case, wildcards.inc),
         increment=lambda wildcards: int(wildcards.inc),
         others=lambda wildcards, input: command_flags(
@@ -22,5 +21,6 @@ rule crack:
         content=content("crack"),
         code=CAMPAIGN.code("crack"),
     shell:
-        "craftmesh crack {input.labels:q} --increment {params.increment:q} {params.others} -o {output:q}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh crack {input.labels:q} --increment {params.increment:q} {params.others} -o {output:q}"
         " {params.options} > {log:q} 2>&1"

@@ -8,8 +8,6 @@ rule inp:
         mesh=CAMPAIGN.deck_files(f"{INC}/model.inp")[1:],
     log:
         f"{LOG}/{{inc}}/model.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/model.tsv"
     group:
         "deck_{case}_{inc}"
     conda:
@@ -18,11 +16,13 @@ rule inp:
         mem_mb=job_memory("inp", f"{INC}/gradated.vtp"),
         runtime=job_minutes("inp", f"{INC}/gradated.vtp"),
     params:
+        costs=f"{BENCHMARK}/{{inc}}/model.tsv",
         options=lambda wildcards: CAMPAIGN.deck_flags(wildcards.case),
         content=content("inp"),
         code=CAMPAIGN.code("inp"),
     shell:
-        "craftmesh inp {input.volume:q} --microstructure {input.labels:q} {params.options} -o {output.model:q}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh inp {input.volume:q} --microstructure {input.labels:q} {params.options} -o {output.model:q}"
         " > {log:q} 2>&1"
 
 
@@ -35,8 +35,6 @@ rule export:
         f"{INC}/model.{{kind}}",
     log:
         f"{LOG}/{{inc}}/model.{{kind}}.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/model.{{kind}}.tsv"
     wildcard_constraints:
         kind=CAMPAIGN.export_kinds,
     conda:
@@ -45,10 +43,12 @@ rule export:
         mem_mb=job_memory("export", f"{INC}/volume.vtu"),
         runtime=job_minutes("export", f"{INC}/volume.vtu"),
     params:
+        costs=f"{BENCHMARK}/{{inc}}/model.{{kind}}.tsv",
         options=lambda wildcards: CAMPAIGN.export_flags(wildcards.case),
         code=CAMPAIGN.code("export"),
     shell:
-        "craftmesh export {input.volume:q} --microstructure {input.labels:q} --sizing {input.sizing:q}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh export {input.volume:q} --microstructure {input.labels:q} --sizing {input.sizing:q}"
         " {params.options} -o {output:q} > {log:q} 2>&1"
 
 
@@ -61,8 +61,6 @@ rule check:
         f"{INC}/quality.json",
     log:
         f"{LOG}/{{inc}}/quality.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/quality.tsv"
     group:
         f"{CHECKED}_{{case}}_{{inc}}"
     conda:
@@ -71,7 +69,9 @@ rule check:
         mem_mb=job_memory("check", f"{INC}/gradated.vtp"),
         runtime=job_minutes("check", f"{INC}/gradated.vtp"),
     params:
+        costs=f"{BENCHMARK}/{{inc}}/quality.tsv",
         code=CAMPAIGN.code("check"),
     shell:
-        "craftmesh check {input.volume:q} --labels {input.labels:q} --meshing {input.meshing:q} --quality {output:q}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh check {input.volume:q} --labels {input.labels:q} --meshing {input.meshing:q} --quality {output:q}"
         " > {log:q} 2>&1"

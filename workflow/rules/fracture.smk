@@ -11,8 +11,6 @@ rule fracture:
         report=f"{INC}/fracture.json",
     log:
         f"{LOG}/{{inc}}/fracture.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/fracture.tsv"
     priority: 1  # the next increment waits for it
     group:
         "field_{case}_{inc}"
@@ -22,6 +20,7 @@ rule fracture:
         mem_mb=job_memory("fracture", f"{INC}/volume.vtu"),
         runtime=job_minutes("fracture", f"{INC}/volume.vtu"),
     params:
+        costs=f"{BENCHMARK}/{{inc}}/fracture.tsv",
         model=lambda wildcards: CAMPAIGN.model_flags(wildcards.case),
         options=lambda wildcards: CAMPAIGN.flags("fracture", wildcards.case),
         growth=lambda wildcards: CAMPAIGN.growth_flags(wildcards.case),
@@ -30,6 +29,7 @@ rule fracture:
         content=content("fracture"),
         code=CAMPAIGN.code("fracture"),
     shell:
-        "craftmesh fracture {input.volume:q} {input.solution:q} --crack {input.crack:q}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh fracture {input.volume:q} {input.solution:q} --crack {input.crack:q}"
         " --microstructure {input.labels:q} {params.model} {params.options} {params.growth}"
         " {params.units} {params.last} -o {output.sif:q} --json {output.report:q} > {log:q} 2>&1"

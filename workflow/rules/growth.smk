@@ -13,12 +13,11 @@ checkpoint grow:
         step=f"{INC}/step.csv",
     log:
         f"{LOG}/{{inc}}/growth.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/growth.tsv"
     localrule: True
     conda:
         "../envs/craftmesh.yaml"
     params:
+        costs=f"{BENCHMARK}/{{inc}}/growth.tsv",
         options=lambda wildcards: CAMPAIGN.grow_flags(wildcards.case),
         until=lambda wildcards: CAMPAIGN.until_flag(wildcards.case),
         last=lambda wildcards, input: command_flags(
@@ -26,6 +25,7 @@ checkpoint grow:
         ),
         code=CAMPAIGN.code("grow"),
     shell:
-        "craftmesh grow {input.crack:q} {input.sif:q} {input.front:q} --volume {input.labels:q} {params.options}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh grow {input.crack:q} {input.sif:q} {input.front:q} --volume {input.labels:q} {params.options}"
         " {params.until} {params.last} -o {output.grown:q} --base {output.base:q} --step {output.step:q}"
         " --report {output.report:q} > {log:q} 2>&1"

@@ -5,8 +5,6 @@ rule generate:
         f"{CASE}/generated.npz",
     log:
         f"{LOG}/generated.log",
-    benchmark:
-        f"{BENCHMARK}/generated.tsv"
     group:
         "volume_{case}"
     conda:
@@ -15,11 +13,13 @@ rule generate:
         mem_mb=job_memory("generate", f"{CASE}/labels.npz"),
         runtime=job_minutes("generate", f"{CASE}/labels.npz"),
     params:
+        costs=f"{BENCHMARK}/generated.tsv",
         options=lambda wildcards: CAMPAIGN.flags("generate", wildcards.case),
         content=content("generate"),
         code=CAMPAIGN.code("generate"),
     shell:
-        "craftmesh generate {params.options} -o {output:q} > {log:q} 2>&1"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh generate {params.options} -o {output:q} > {log:q} 2>&1"
 
 
 rule import_microstructure:
@@ -33,8 +33,6 @@ rule import_microstructure:
         report=f"{CASE}/import.json",
     log:
         f"{LOG}/microstructure.log",
-    benchmark:
-        f"{BENCHMARK}/microstructure.tsv"
     group:
         "volume_{case}"
     conda:
@@ -43,9 +41,11 @@ rule import_microstructure:
         mem_mb=job_memory("import_microstructure", f"{CASE}/labels.npz"),
         runtime=job_minutes("import_microstructure", f"{CASE}/labels.npz"),
     params:
+        costs=f"{BENCHMARK}/microstructure.tsv",
         options=lambda wildcards: CAMPAIGN.import_flags(wildcards.case),
         content=content("import_"),
         code=CAMPAIGN.code("import_"),
     shell:
-        "craftmesh import {input:q} {params.options} --image {output.image:q} --labels {output.labels:q}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh import {input:q} {params.options} --image {output.image:q} --labels {output.labels:q}"
         " --islands {output.islands:q} --report {output.report:q} > {log:q} 2>&1"

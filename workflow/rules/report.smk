@@ -6,18 +6,18 @@ rule depict:
         directory(f"{INC}/pictures"),
     log:
         f"{LOG}/{{inc}}/pictures.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/pictures.tsv"
     conda:
         "../envs/craftmesh.yaml"
     resources:
         mem_mb=job_memory("depict", f"{INC}/volume.vtu"),
         runtime=job_minutes("depict", f"{INC}/volume.vtu"),
     params:
+        costs=f"{BENCHMARK}/{{inc}}/pictures.tsv",
         solution=lambda wildcards, input: command_flags({"solution": input.get("solution")}),
         code=CAMPAIGN.code("depict"),
     shell:
-        "craftmesh depict {input.volume:q} {params.solution} -o {output:q} > {log:q} 2>&1"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh depict {input.volume:q} {params.solution} -o {output:q} > {log:q} 2>&1"
 
 
 rule report:
@@ -31,12 +31,11 @@ rule report:
         records=[f"{CAMPAIGN.results}/{case}/case.json" for case in CAMPAIGN.cases],
     log:
         f"{CAMPAIGN.results}/logs/report.log",
-    benchmark:
-        f"{CAMPAIGN.results}/benchmarks/report.tsv"
     localrule: True
     conda:
         "../envs/craftmesh.yaml"
     params:
+        costs=f"{CAMPAIGN.results}/benchmarks/report.tsv",
         results=subpath(output.page, parent=True),
         # functions: in texts Snakemake takes braces for wildcards
         campaign=lambda wildcards: campaign_record(CAMPAIGN),

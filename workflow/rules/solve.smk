@@ -8,8 +8,6 @@ rule solve:
         view=f"{INC}/solution.vtu",
     log:
         f"{LOG}/{{inc}}/solution.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/solution.tsv"
     priority: 1  # the next increment waits for it
     group:
         "field_{case}_{inc}"
@@ -19,10 +17,12 @@ rule solve:
         mem_mb=job_memory("solve", f"{INC}/volume.vtu"),
         runtime=job_minutes("solve", f"{INC}/volume.vtu"),
     params:
+        costs=f"{BENCHMARK}/{{inc}}/solution.tsv",
         model=lambda wildcards: CAMPAIGN.solved_flags(wildcards.case),
         options=lambda wildcards: CAMPAIGN.flags("solve", wildcards.case),
         content=content("solve"),
         code=CAMPAIGN.code("solve"),
     shell:
-        "craftmesh solve {input.volume:q} --microstructure {input.labels:q} {params.model} {params.options}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh solve {input.volume:q} --microstructure {input.labels:q} {params.model} {params.options}"
         " -o {output.solution:q} --vtu {output.view:q} > {log:q} 2>&1"

@@ -5,18 +5,18 @@ rule remesh:
         f"{CASE}/remeshed.vtp",
     log:
         f"{LOG}/remeshed.log",
-    benchmark:
-        f"{BENCHMARK}/remeshed.tsv"
     conda:
         "../envs/craftmesh.yaml"
     resources:
         mem_mb=job_memory("remesh", f"{CASE}/labels.npz"),
         runtime=job_minutes("remesh", f"{CASE}/labels.npz"),
     params:
+        costs=f"{BENCHMARK}/remeshed.tsv",
         options=lambda wildcards: CAMPAIGN.flags("remesh", wildcards.case),
         code=CAMPAIGN.code("remesh"),
     shell:
-        "craftmesh remesh {input:q} {params.options} -o {output:q} > {log:q} 2>&1"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh remesh {input:q} {params.options} -o {output:q} > {log:q} 2>&1"
 
 
 rule size:
@@ -29,8 +29,6 @@ rule size:
         f"{INC}/sizing.npz",
     log:
         f"{LOG}/{{inc}}/sizing.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/sizing.tsv"
     group:
         "surface_{case}_{inc}"
     conda:
@@ -39,12 +37,14 @@ rule size:
         mem_mb=job_memory("size", f"{CASE}/remeshed.vtp"),
         runtime=job_minutes("size", f"{CASE}/remeshed.vtp"),
     params:
+        costs=f"{BENCHMARK}/{{inc}}/sizing.tsv",
         options=lambda wildcards: CAMPAIGN.flags("sizing", wildcards.case),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         content=content("size"),
         code=CAMPAIGN.code("size"),
     shell:
-        "craftmesh size {input.surface:q} {params.crack} --labels {input.labels:q} {params.options}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh size {input.surface:q} {params.crack} --labels {input.labels:q} {params.options}"
         " -o {output:q} > {log:q} 2>&1"
 
 
@@ -57,8 +57,6 @@ rule stitch:
         f"{INC}/surface.vtp",
     log:
         f"{LOG}/{{inc}}/surface.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/surface.tsv"
     group:
         "surface_{case}_{inc}"
     conda:
@@ -67,11 +65,13 @@ rule stitch:
         mem_mb=job_memory("stitch", f"{CASE}/remeshed.vtp"),
         runtime=job_minutes("stitch", f"{CASE}/remeshed.vtp"),
     params:
+        costs=f"{BENCHMARK}/{{inc}}/surface.tsv",
         options=lambda wildcards: CAMPAIGN.flags("stitch", wildcards.case),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("stitch"),
     shell:
-        "craftmesh stitch {input.surface:q} {params.crack} --sizing {input.sizing:q} {params.options}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh stitch {input.surface:q} {params.crack} --sizing {input.sizing:q} {params.options}"
         " -o {output:q} > {log:q} 2>&1"
 
 
@@ -84,8 +84,6 @@ rule gradate:
         f"{INC}/gradated.vtp",
     log:
         f"{LOG}/{{inc}}/gradated.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/gradated.tsv"
     group:
         "surface_{case}_{inc}"
     conda:
@@ -94,9 +92,11 @@ rule gradate:
         mem_mb=job_memory("gradate", f"{CASE}/remeshed.vtp"),
         runtime=job_minutes("gradate", f"{CASE}/remeshed.vtp"),
     params:
+        costs=f"{BENCHMARK}/{{inc}}/gradated.tsv",
         options=lambda wildcards: CAMPAIGN.flags("gradate", wildcards.case),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("gradate"),
     shell:
-        "craftmesh gradate {input.surface:q} {params.crack} --sizing {input.sizing:q} {params.options}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh gradate {input.surface:q} {params.crack} --sizing {input.sizing:q} {params.options}"
         " -o {output:q} > {log:q} 2>&1"

@@ -7,8 +7,6 @@ rule tetrahedralize:
         f"{INC}/tets/{{part}}-of-{{parts}}.npz",
     log:
         f"{LOG}/{{inc}}/tets/{{part}}-of-{{parts}}.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/tets/{{part}}-of-{{parts}}.tsv"
     conda:
         "../envs/craftmesh.yaml"
     threads: NODE.workers
@@ -16,10 +14,12 @@ rule tetrahedralize:
         mem_mb=job_memory("tetrahedralize", f"{INC}/gradated.vtp"),
         runtime=job_minutes("tetrahedralize", f"{INC}/gradated.vtp"),
     params:
+        costs=f"{BENCHMARK}/{{inc}}/tets/{{part}}-of-{{parts}}.tsv",
         options=lambda wildcards: CAMPAIGN.flags("tetrahedralize", wildcards.case),
         code=CAMPAIGN.code("tetrahedralize"),
     shell:
-        "craftmesh tetrahedralize {input.surface:q} --islands {input.islands:q} --sizing {input.sizing:q}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh tetrahedralize {input.surface:q} --islands {input.islands:q} --sizing {input.sizing:q}"
         " {params.options} --chunk {wildcards.part:q}/{wildcards.parts:q} --workers {threads:q}"
         " -o {output:q} > {log:q} 2>&1"
 
@@ -40,8 +40,6 @@ rule assemble:
         meshing=f"{INC}/meshing.json",
     log:
         f"{LOG}/{{inc}}/volume.log",
-    benchmark:
-        f"{BENCHMARK}/{{inc}}/volume.tsv"
     group:
         "deck_{case}_{inc}"
     conda:
@@ -50,9 +48,11 @@ rule assemble:
         mem_mb=job_memory("assemble", f"{INC}/gradated.vtp"),
         runtime=job_minutes("assemble", f"{INC}/gradated.vtp"),
     params:
+        costs=f"{BENCHMARK}/{{inc}}/volume.tsv",
         options=lambda wildcards: CAMPAIGN.flags("tetrahedralize", wildcards.case),
         crack=lambda wildcards, input: command_flags({"crack": input.get("crack")}),
         code=CAMPAIGN.code("assemble"),
     shell:
-        "craftmesh assemble {input.surface:q} {input.chunks:q} {params.crack} --sizing {input.sizing:q}"
+        "CRAFTMESH_COSTS={params.costs:q}"
+        " craftmesh assemble {input.surface:q} {input.chunks:q} {params.crack} --sizing {input.sizing:q}"
         " {params.options} -o {output.volume:q} --front-csv {output.front:q} --report {output.meshing:q} > {log:q} 2>&1"

@@ -1,5 +1,6 @@
 """Calls `craftmesh report` with what is asked for in a file: a command line ends at 128 kB, 170 cases."""
 
+import os
 import shlex
 import subprocess
 import sys
@@ -12,4 +13,5 @@ with tempfile.NamedTemporaryFile("w", suffix=".json") as asked, open(job.log[0],
     asked.flush()
     command = ["craftmesh", "report", job.params.results, "--campaign", asked.name]
     command += [*shlex.split(job.params.options), "-o", job.output.page]
-    sys.exit(subprocess.run(command, stdout=log, stderr=log).returncode)
+    environment = os.environ | {"CRAFTMESH_COSTS": job.params.costs}
+    sys.exit(subprocess.run(command, stdout=log, stderr=log, env=environment).returncode)

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import Delaunay
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.processes.job import Failure, Job, Limits
@@ -133,6 +132,8 @@ def _found_again(
 
 
 def _task(surface: Surface, sizing: Lengths, envelope: float) -> TetWildTask:
+    from scipy.spatial import Delaunay
+
     points, facets, _ = compact(*with_fins(surface, sizing.at(surface.points)))
     low, high = points.min(axis=0), points.max(axis=0)
     step = (high - low).max() / LATTICE

@@ -1,0 +1,34 @@
+"""Flags and files of the verbs that end in the mesh."""
+
+import argparse
+
+from craftmesh.assembly.assemble import assemble
+from craftmesh.commands.mesh_flags import add_crack, add_front, add_sizing, given_crack
+from craftmesh.commands.stage_io import add_file, add_report, tell, warn
+from craftmesh.io.front_csv import write_front
+from craftmesh.io.vtk import write_tets
+from craftmesh.mesh.shape_measures import flat_sentence, flat_tets
+from craftmesh.mesh.tet_connectivity import severed_sentence
+from craftmesh.tetrahedra.volume import Volume
+
+
+def add_mesh_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of the verbs that end in the mesh, which `write_mesh` and `given_sizing` read."""
+    add_file(parser, "--front-csv", "ordered front nodes with their frames")
+    add_report(parser)
+    add_front(parser)
+    add_crack(parser, "that was inserted: what is one crack there has plain sets, in however many pieces")
+    add_sizing(parser)
+
+
+def write_assembled(arguments: argparse.Namespace, volume: Volume, report: dict) -> None:
+    """Write the mesh of a volume, its report and, where --front-csv names a file, the ordered fronts."""
+    mesh, assembled = assemble(volume.surface, volume.grain_tets, given_crack(arguments))
+    warn(flat_sentence(flat_tets(mesh)), severed_sentence(mesh))
+    if arguments.front_csv is not None:
+        from craftmesh.mesh.front_frames import front_frames
+        from craftmesh.mesh.second_order import raise_order
+
+        write_front(arguments.front_csv, front_frames(raise_order(mesh)).columns())
+    write_tets(arguments.output, mesh)
+    tell(report | assembled | {"meshing": volume.record}, arguments.report)

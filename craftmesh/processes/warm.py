@@ -1,0 +1,216 @@
+"""A process that has modules and kernels loaded, and runs each verb in a child of its own.
+
+A verb's start (Python, libraries, machine code of kernels) takes longer than the work on a small increment.
+The process in which Snakemake runs starts a server. Verbs that it then starts hand over to the server their
+words, their folder, their environment and their open files, and wait. The server forks: its child is the
+verb, with nothing left over from other verbs. What the child had to load, the server loads before the next
+child of that verb.
+
+A child ends with the verb that asked for it. The server ends with its owner, and its children go on.
+"""
+
+import gc
+import json
+import os
+import pickle
+import signal
+import socket
+import struct
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from importlib import import_module
+from typing import Any
+
+from craftmesh.errors import CraftmeshError
+
+VARIABLE = "CRAFTMESH_WARM"  # of the server: the Python that it is of, and the name of its socket
+_SERVE = "import sys; from craftmesh.cli import serve_verbs; serve_verbs(int(sys.argv[1]))"
+PROCESS_USER_GROUP = "3i"  # as the system has them
+
+
+def start() -> None:
+    """Start a server, which ends with this process; verbs find it by the environment."""
+    import atexit
+    import subprocess
+    from uuid import uuid4
+
+    name = f"craftmesh-{uuid4().hex}"
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(f"\0{name}")  # no file, which a kill would leave
+        listener.listen()
+        number = listener.fileno()
+        command = [sys.executable, "-P", "-c", _SERVE, str(number)]
+        server = subprocess.Popen(
+            command, pass_fds=[number], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL
+        )
+    os.environ[VARIABLE] = f"{sys.prefix}:{name}"
+    atexit.register(server.communicate)
+
+
+def status_of(words: Sequence[str]) -> int | None:
+    """Return the status of a verb that the server ran; None where there is no server of this Python.
+
+    Raises CraftmeshError where the server ends before the verb.
+    """
+    prefix, _, name = os.environ.get(VARIABLE, "").rpartition(":")
+    if prefix != sys.prefix:
+        return None
+    request = os.memfd_create("request")
+    with socket.socket(socket.AF_UNIX) as connection:
+        try:
+            connection.connect(f"\0{name}")
+        except OSError:
+            return None
+        if not _is_ours(connection):
+            return None
+        os.write(request, json.dumps([list(words), os.getcwd(), dict(os.environ)]).encode())
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the verb hears it, and says so
+        socket.send_fds(connection, [b" "], [0, 1, 2, request])
+        answer = connection.recv(8)
+    if not answer:
+        raise CraftmeshError("the process that runs the stages has ended; give the same command again")
+    status = int(answer)
+    return status if status >= 0 else 128 - status
+
+
+def _is_ours(connection: socket.socket) -> bool:
+    """Return whether the process at the other end is the same user's."""
+    found = connection.getsockopt(
+        socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize(PROCESS_USER_GROUP)
+    )
+    return struct.unpack(PROCESS_USER_GROUP, found)[1] == os.getuid()
+
+
+class Loader:
+    """Modules and kernels that the children of a server had to load, by verb.
+
+    load: loads a verb's module.
+    """
+
+    def __init__(self, load: Callable[[str], Any]):
+        self.load = load
+        self.missing: dict[str, tuple[list[str], list]] = {}
+
+    def prepare(self, verb: str) -> None:
+        """Load what a verb will need, as far as it is known; the child will say what cannot be loaded."""
+        modules, kernels = self.missing.pop(verb, ([], []))
+        with suppress(Exception):
+            self.load(verb)
+            for name in modules:
+                with suppress(ImportError):
+                    import_module(name)
+            for module, name, kind in kernels:
+                getattr(sys.modules[module], name).compile(kind)  # from the cache
+        gc.freeze()  # else the search for garbage would copy all of it in each child
+
+    def run(self, run: Callable[[list[str]], int], words: list[str], missing: int) -> int:
+        """Run a verb in a child, and write into the file `missing` what it had to load."""
+        modules, kernels = set(sys.modules), _loaded_kernels()
+        status = run(words)
+        found = [name for name in sys.modules if name not in modules], _loaded_kernels() - kernels
+        with suppress(Exception), os.fdopen(missing, "wb") as stream:
+            pickle.dump(found, stream)
+        return status
+
+    def learn(self, verb: str, missing: int) -> None:
+        """Read what a child of a verb wrote; nothing where it was killed."""
+        with suppress(EOFError, pickle.UnpicklingError), os.fdopen(missing, "rb") as stream:
+            stream.seek(0)
+            self.missing[verb] = pickle.load(stream)
+
+
+def _loaded_kernels() -> set[tuple[str, str, tuple]]:
+    """Return kernels that have machine code in this process: module, name, types of the arguments."""
+    return {
+        (module, name, kind)
+        for module in list(sys.modules)
+        if ".kernels." in module
+        for name, value in vars(sys.modules[module]).items()
+        for kind in getattr(value, "overloads", ())
+    }
+
+
+def _exit(status: int) -> None:
+    """End this child as Python does, but for what belongs to its parent."""
+    import atexit
+
+    with suppress(BaseException):
+        atexit._run_exitfuncs()
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(status & 0xFF)
+
+
+class _Child:
+    """A verb that runs: its process, who waits for it, its name, and the file of what it had to load."""
+
+    def __init__(self, verb: str, connection: socket.socket, missing: int, pid: int):
+        self.verb, self.connection, self.missing, self.pid = verb, connection, missing, pid
+        self.end = os.pidfd_open(pid)  # can be read when the child has ended
+
+    def answer(self) -> None:
+        """Send the status to who waits, negative for a signal; who is gone needs none."""
+        _, status = os.waitpid(self.pid, 0)
+        with suppress(OSError):
+            self.connection.send(str(os.waitstatus_to_exitcode(status)).encode())
+        self.connection.close()
+        os.close(self.end)
+
+
+def serve(number: int, run: Callable[[list[str]], int], load: Callable[[str], Any]) -> None:
+    """Serve at the socket of that file number until the standard input is closed.
+
+    run: runs a verb by its words and returns its status. load: loads a verb's module.
+    """
+    import select
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the children hear it
+    listener, loader = socket.socket(fileno=number), Loader(load)
+    children: list[_Child] = []
+    while True:
+        ends, clients = {one.end: one for one in children}, {one.connection: one for one in children}
+        ready = select.select([sys.stdin, listener, *ends, *clients], [], [])[0]
+        if sys.stdin in ready:
+            return
+        for one in [ends[end] for end in ends if end in ready]:
+            children.remove(one)
+            one.answer()
+            loader.learn(one.verb, one.missing)
+        for one in children:
+            if one.connection in ready:  # nothing comes but its end
+                signal.pidfd_send_signal(one.end, signal.SIGKILL)
+        if listener in ready:
+            connection, _ = listener.accept()
+            if _is_ours(connection):
+                children.append(_child_for(connection, loader, run))
+
+
+def _child_for(connection: socket.socket, loader: Loader, run: Callable[[list[str]], int]) -> _Child:
+    """Fork the child that a client asks for."""
+    *files, request = socket.recv_fds(connection, 1, 4)[1]
+    with os.fdopen(request, "rb") as stream:
+        stream.seek(0)
+        words, folder, environment = json.load(stream)
+    loader.prepare(words[0] if words else "")
+    missing = os.memfd_create("missing")
+    pid = os.fork()
+    if not pid:
+        status = 1
+        try:
+            for place, file in enumerate(files):
+                os.dup2(file, place)
+            os.chdir(folder)
+            os.environ.clear()
+            os.environ.update(environment)
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            status = loader.run(run, words, missing)
+        except SystemExit as end:
+            status = end.code if isinstance(end.code, int) else int(end.code is not None)
+        except BaseException:
+            sys.excepthook(*sys.exc_info())
+        finally:
+            _exit(status)
+    for file in files:
+        os.close(file)
+    return _Child(words[0] if words else "", connection, missing, pid)
