@@ -2,6 +2,7 @@
 
 import json
 import re
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from craftmesh.deck.write_deck import DeckOptions, write_deck
 from craftmesh.mesh.quality import drift_sentence, quality
 from craftmesh.mesh.second_order import raise_order
 from craftmesh.mesh.shape_measures import shape_measures
+from craftmesh.mesh.tet_connectivity import EDGE_CORNERS, FACE_CORNERS
 from craftmesh.types import TetMesh, Voxels
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -112,3 +114,38 @@ def test_crack_and_size_are_the_same_for_either_order():
     assert linear["volume"] == pytest.approx(6 * 6 * 4) and linear["elements"] == 6 * 6 * 6 * 4
     assert linear["dof_second_order"] == second["dof"] == 3 * second["nodes"]
     json.dumps(linear, allow_nan=False)
+
+
+def plain_measures(points, tets):
+    """Return the measures (m, 5) of `shape_measures`, by arrays of all faces and edges."""
+    corners, opposite = points[tets], np.array([[0, 5], [1, 3], [2, 4]])
+    edges = corners[:, EDGE_CORNERS[:, 1]] - corners[:, EDGE_CORNERS[:, 0]]
+    length = np.linalg.norm(edges, axis=2)
+    a, b, c = corners[:, FACE_CORNERS].transpose(2, 0, 1, 3)
+    faces = np.cross(b - a, c - a)
+    double = np.linalg.norm(faces, axis=2)
+    six_volume = (faces[:, 0] * edges[:, 3]).sum(axis=1)
+    size, (one, other) = abs(six_volume), np.array(list(combinations(range(4), 2))).T
+    areas = double[:, one] * double[:, other]
+    cosines = -(faces[:, one] * faces[:, other]).sum(axis=2)
+    cosines = np.where(areas > 0, (cosines / np.where(areas > 0, areas, 1.0)).clip(-1, 1), 1.0)
+    x, y, z = (length[:, opposite[:, 0]] * length[:, opposite[:, 1]]).T
+    crelle = np.sqrt(np.maximum((x + y + z) * (x + y - z) * (x - y + z) * (-x + y + z), 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        aspect = np.where(size > 0, length.max(axis=1) * double.max(axis=1) / size, np.inf)
+        factor = size / 6 / (8 * np.sqrt(3.0) / 27 * (crelle / (4 * size)) ** 3)
+    angles = np.degrees(np.arccos([cosines.max(axis=1), cosines.min(axis=1)]))
+    return np.column_stack([six_volume / 6, aspect, *angles, np.where(size > 0, factor, 0.0)])
+
+
+def test_measures_are_those_of_plain_arrays():
+    rng = np.random.default_rng(4)
+    points = np.vstack([rng.normal(size=(300, 3)), np.eye(3), np.zeros((1, 3)), [[0.5, 0.5, 0]]])
+    tets = rng.integers(0, 300, (20000, 4))  # some with a corner twice
+    tets = np.vstack([tets, [[300, 301, 302, 303], [300, 301, 304, 303], [300, 304, 301, 302], [303] * 4]])
+    found, plain = shape_measures(points, tets), plain_measures(points, tets)
+    found[:, 2:4], plain[:, 2:4] = np.cos(np.radians(found[:, 2:4])), np.cos(np.radians(plain[:, 2:4]))
+    sound = plain[:, 1] < 100  # the flatter a tet, the more of its volume is rounding
+    assert 0 < (~sound).sum() < 2000 and np.isinf(found[-4:, 1]).tolist() == [False, True, True, True]
+    assert found[sound] == pytest.approx(plain[sound], rel=1e-12, abs=1e-13)
+    assert found[~sound] == pytest.approx(plain[~sound], rel=1e-5, abs=1e-13)
