@@ -121,16 +121,13 @@ def meshed(voxels, sizes: dict, crack: dict) -> tuple:
     from craftmesh.assembly.assemble import assemble
     from craftmesh.gradation.gradate import gradate
     from craftmesh.remeshing.remesh import remesh, voxel_volumes
-    from craftmesh.tetrahedra.flat_places import given_way
-    from craftmesh.tetrahedra.options import TetrahedralizeOptions
-    from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
+    from craftmesh.tetrahedra.volume import mesh_volume
     from craftmesh.voxels.islands import find_islands
 
     surface, _ = remesh(voxels)
     start = with_crack(surface, crack, voxels.box, sizes | {"exponent": 1.0}, find_islands(voxels))
     surface, _ = gradate(start.surface, start.sizing, volumes=voxel_volumes(voxels))
-    grains, _ = tetrahedralize(surface, start.sizing, TetrahedralizeOptions(), start.islands)
-    opened = given_way(surface, grains)
+    opened, _ = mesh_volume(surface, start.sizing, islands=start.islands)
     return opened.surface, start.sizing, assemble(opened.surface, opened.grain_tets)[0]
 
 

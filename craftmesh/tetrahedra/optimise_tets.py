@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from craftmesh.sizing.sizing import Lengths
-from craftmesh.surface.connectivity import touching
 from craftmesh.tetrahedra.kernels.tet_cavity import KINDS, POINTS, TETS, Scratch, TetState, new_scratch
 from craftmesh.tetrahedra.kernels.tet_objective import FALL, FAULTS, GAIN, RATIOS, SOUND_FROM, WORST, Aim
 from craftmesh.tetrahedra.kernels.tet_passes import (
@@ -31,7 +29,7 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     all_aspect_ratios,
     all_qualities,
 )
-from craftmesh.tetrahedra.tet_state import live_tets, mesh_of, new_state, without_unused
+from craftmesh.tetrahedra.tet_state import mesh_of, new_state
 
 # Numbers of this schedule are chosen on volumes of 270,000 to 560,000 tets.
 # The aspect ratio: swaps for a lower mean start at tets over this one.
@@ -68,23 +66,26 @@ class Step:
 CONTRACT, MOVE = Step("contract", 0.35, objective=RATIOS, gain=0.3), Step("aspect", 0.45)
 FREE_ROUND = (CONTRACT, Step("swap", 0.35, objective=RATIOS, gain=-2.0), MOVE)
 LAST_ROUND = (Step("swap", 0.35, objective=RATIOS, gain=0.01), MOVE)
-ROUNDS = 3
+ROUNDS = 4
 # Last the worst tets by SOUND go for a little more than POOR, and by FORM for angles of 15..149 degrees.
 # Both spread what the surface forces over several tets; LIGHTEN leaves few of these.
 LIGHTEN = Step("improve", SOUND_FROM, WHOLE, FAULTS, FALL, rounds=8, inserts=True)
+# A little over the limit of tets that are neither poor nor stretched.
+SOUNDER = Step("improve", 0.355, WHOLE, rounds=2, inserts=True)
 FORMED = Step("improve", WIDE, FORM, rounds=4, inserts=True)
 ENDING = (*LAST_ROUND, Step("improve", 0.20, SOUND, rounds=4, inserts=True), FORMED, LIGHTEN)
-# Where the surface has slid, and from a mesher's tets on.
+# From a mesher's tets on, and where the surface has slid.
+FIRST = (MOVE, Step("improve", 0.55))
 RESUMED = (*(ROUNDS * FREE_ROUND), *ENDING)
-SCHEDULE = (Step("improve", 0.55), *RESUMED)
-# How many layers of tets round those under its threshold a repair after moves may reach.
-LAYERS = 4
-# Where surface points have moved: the worst tets by FORM, or by WHOLE a little over its limit.
-AFTER_MOVES = {FORM: FORMED, WHOLE: Step("improve", 0.355, WHOLE, rounds=2, inserts=True)}
 
 
 def optimise_tets(
-    points: np.ndarray, tets: np.ndarray, frozen: int, blocked: np.ndarray, size: np.ndarray
+    points: np.ndarray,
+    tets: np.ndarray,
+    frozen: int,
+    blocked: np.ndarray,
+    size: np.ndarray,
+    steps: Sequence[Step] = FIRST,
 ) -> tuple[np.ndarray, np.ndarray, dict]:
     """Return (points, tets) of better quality and counts of operations.
 
@@ -93,70 +94,11 @@ def optimise_tets(
     """
     state = new_state(points, tets, frozen, blocked, size)
     work = new_scratch()
-    _do_all(state, SCHEDULE, work)
+    do_steps(state, steps, work)
     return *mesh_of(state, frozen), {k: int(v) for k, v in zip(KINDS, work.done)}
 
 
-def resumed_tets(
-    points: np.ndarray, tets: np.ndarray, frozen: int, blocked: np.ndarray, sizing: Lengths
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return (points, tets) of a lower mean aspect ratio, after the frozen points have moved.
-
-    All as `optimise_tets`; sizing: `at(points)` gives target edge lengths.
-    """
-    state = new_state(points, tets, frozen, blocked, sizing.at(points))
-    _do_all(state, RESUMED, new_scratch())
-    return mesh_of(state, frozen)
-
-
-def repaired_tets(
-    points: np.ndarray,
-    tets: np.ndarray,
-    frozen: int,
-    blocked: np.ndarray,
-    sizing: Lengths,
-    measure: int | None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return (points, tets) with the worst tets repaired, by FORM or WHOLE, and faults that weigh less.
-
-    Without a measure the second alone; all as `resumed_tets`. What lies beyond LAYERS of tets round those
-    under the steps' thresholds stays as it is.
-    """
-    steps = (LIGHTEN,) if measure is None else (AFTER_MOVES[measure], LIGHTEN)
-    near = _near_poor(points, tets, steps)
-    if not near.any():
-        return points, tets
-    used, local = np.unique(tets[near], return_inverse=True)
-    inside = blocked[np.isin(blocked, used).all(axis=1)]
-    beyond = np.isin(used, tets[~near])
-    state = new_state(
-        points[used], local.reshape(-1, 4), 0, np.searchsorted(used, inside), sizing.at(points[used])
-    )
-    state.frozen[: len(used)] = beyond | (used < frozen)
-    _do_all(state, steps, new_scratch())
-    made = state.points[len(used) : state.counts[POINTS]]
-    ids = np.concatenate([used, len(points) + np.arange(len(made))])
-    points = points.copy()
-    points[used] = state.points[: len(used)]
-    return without_unused(
-        np.concatenate([points, made]), np.concatenate([tets[~near], ids[live_tets(state)]]), frozen
-    )
-
-
-def _near_poor(points: np.ndarray, tets: np.ndarray, steps: Sequence[Step]) -> np.ndarray:
-    """Return (m,) bool: the tets under a threshold of the steps, and LAYERS of those round them."""
-    quality, near = np.empty(len(tets)), np.zeros(len(tets), bool)
-    for step in steps:
-        all_qualities(points, tets, len(tets), quality, step.measure)
-        near |= quality < step.threshold
-    for _ in range(LAYERS if near.any() else 0):
-        joined = np.zeros(len(points), bool)
-        joined[tets[near]] = True
-        near = touching(tets, joined)
-    return near
-
-
-def _do_all(state: TetState, steps: Sequence[Step], work: Scratch) -> None:
+def do_steps(state: TetState, steps: Sequence[Step], work: Scratch) -> None:
     """Do steps one after another; changes keep the qualities, so they are set anew for another measure."""
     measure = None
     for step in steps:

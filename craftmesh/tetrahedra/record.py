@@ -9,20 +9,20 @@ from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import facet_angles
 from craftmesh.surface.wedges import wedges
 from craftmesh.tetrahedra.grain_surface import GrainSurface, grain_surfaces
-from craftmesh.types import GrainTets, Surface
+from craftmesh.tetrahedra.kernels.tet_quality import FORM, POOR, all_qualities
+from craftmesh.tetrahedra.whole_mesh import Model
 
 
-def poor_by_grain(
-    surface: Surface, grain_tets: Sequence[GrainTets], grains: np.ndarray
-) -> dict[str, list[dict]]:
-    """Return the rows of `poor_tets` of each of the grains (k,), by its id."""
-    if not len(grains):
-        return {}
-    tets_of = {one.grain: one for one in grain_tets}
+def poor_by_grain(model: Model) -> dict[str, list[dict]]:
+    """Return the rows of `poor_tets` of each grain that has such tets, by its id."""
+    quality = np.empty(len(model.tets))
+    all_qualities(model.points, model.tets, len(quality), quality, FORM)
+    grains = np.unique(model.grain[quality < POOR])
+    tets_of = {one.grain: one for one in model.grain_tets}
     result = {}
-    for own in grain_surfaces(surface, grains):
+    for own in grain_surfaces(model.surface, grains) if len(grains) else ():
         one = tets_of[own.grain]
-        nodes = np.concatenate([surface.points[one.nodes], one.interior])
+        nodes = np.concatenate([model.surface.points[one.nodes], one.interior])
         result[str(own.grain)] = poor_tets(own, nodes, one.tets)
     return result
 

@@ -1,33 +1,27 @@
-"""Where points of the surface may move: within box planes, within the crack, not along its front."""
+"""How points of the surface move: by their classification and within a tolerance.
 
-from dataclasses import dataclass
+Points slide along the surface, and leave it where tetrahedra are at fault. Box planes and the crack hold
+theirs in either case, the front too.
+"""
 
 import numpy as np
 
 from craftmesh.cracks.promises import TETRAHEDRA
-from craftmesh.surface.classification import Classification
-from craftmesh.surface.connectivity import unique_edges
-from craftmesh.surface.front import front_edges, median_front_edge
-from craftmesh.surface.measure import area_vectors, edge_lengths, point_normals
+from craftmesh.surface.classification import IN_PATCH, ON_LINE, Classification
+from craftmesh.surface.connectivity import lowest_equal_point, unique_edges
+from craftmesh.surface.front import median_front_edge
+from craftmesh.surface.measure import area_vectors, edge_lengths, mean_edges
+from craftmesh.tetrahedra.tet_state import Bounds
 from craftmesh.types import CRACK, Surface
 
+# Of the mean edge at a point: how far it slides.
+SLIDE = 0.3
+# Degrees: a point slides where its facets, or its line's edges, are this little off their mean. Where all
+# points slide, small grains change by several percent.
+BEND = 15.0
 # Of the edges of a crack without a front: those shorter than the one that stands for the front's. On random
 # cracks it is 0.5 to 1.3 of the least length asked for.
 SHORT_EDGES = 0.05
-# Singular values of the normals that hold a point, over which they count as another direction.
-INDEPENDENT = 1e-3
-
-
-@dataclass(frozen=True)
-class Freedom:
-    """How points of the surface may move.
-
-    steps (n, 3, 3): what makes of any step one that the point may take, by dropping the rest of it; reach
-    (n,): how far it may go for the crack's sake, infinite off the crack and where the crack is flat.
-    """
-
-    steps: np.ndarray
-    reach: np.ndarray
 
 
 def crack_length(surface: Surface) -> float:
@@ -38,49 +32,63 @@ def crack_length(surface: Surface) -> float:
     return float(np.quantile(edge_lengths(surface.points, unique_edges(crack)[0]), SHORT_EDGES))
 
 
-def freedom(surface: Surface) -> Freedom:
-    """Return how the points may move: within box planes, and along the crack.
+def along_surface(surface: Surface) -> Bounds:
+    """Return how points slide along flat patches and straight lines; junctions and the crack stay.
+
+    A point of the box's faces slides within its face, exactly.
+    """
+    classes, points = Classification(surface), surface.points
+    lowest = lowest_equal_point(points)
+    may = ~classes.on_crack & (np.bincount(lowest, minlength=len(lowest))[lowest] == 1)
+    lines, corners = classes.features.lines, surface.facets
+    ways = np.zeros((len(points), 3, 3))
+    for rank, held_by, vectors, free in (
+        (IN_PATCH, corners, area_vectors(points, corners), (0, 1)),
+        (ON_LINE, lines, points[lines[:, 1]] - points[lines[:, 0]], (2,)),
+    ):
+        nodes = np.flatnonzero(may & (classes.rank == rank))
+        parts, axes = np.linalg.eigh(_products(vectors, held_by, len(points))[nodes])
+        straight = parts[:, 2] > np.cos(np.radians(BEND)) ** 2 * parts.sum(axis=1)
+        for way in free:
+            ways[nodes[straight], way] = axes[straight][:, :, way]
+    ways[np.repeat(classes.held[:, None], 3, axis=1)] = 0.0
+    return Bounds(points, ways, SLIDE * mean_edges(points, classes.features.edges))
+
+
+def off_surface(surface: Surface) -> Bounds:
+    """Return how points leave the surface: within box planes, and along the crack.
 
     Points of a crack go along their facets' mean plane, as far as that is within TETRAHEDRA.facets of each
-    facet's own; points of its front stay where they are.
+    facet's own; points of its front stay where they are. Off the crack the reach is infinite.
     """
-    count = len(surface.points)
-    free = np.zeros((count, 3, 3))
-    free[:, range(3), range(3)] = 1.0
-    held = Classification(surface).held
-    free[np.repeat(held[:, :, None], 3, axis=2)] = 0.0
-    crack = np.flatnonzero(surface.kind == CRACK)
-    reach = np.full(count, np.inf)
-    if not len(crack):
-        return Freedom(free, reach)
-    normal, turn = _crack_normals(surface, crack)
-    points = np.unique(surface.facets[crack])
-    bent = points[turn[points] > 0]
-    reach[bent] = TETRAHEDRA.facets * crack_length(surface) / turn[bent]
-    free[points] -= normal[points, :, None] * normal[points, None, :]
-    for point in points[held[points].any(axis=1)].tolist():
-        free[point] = _beside(np.vstack([np.eye(3)[held[point]], normal[point]]))
-        free[point, held[point]] = free[point][:, held[point]] = 0.0  # not by rounding alone
-    free[front_edges(surface)] = 0.0
-    return Freedom(free, reach)
+    classes, points = Classification(surface), surface.points
+    ways, reach = np.repeat(np.eye(3)[None], len(points), axis=0), np.full(len(points), np.inf)
+    crack = surface.facets[surface.kind == CRACK]
+    if len(crack):
+        vectors, nodes = area_vectors(points, crack), np.flatnonzero(classes.on_crack)
+        normal = np.linalg.eigh(_products(vectors, crack, len(points))[nodes])[1][:, :, 2]
+        number = np.searchsorted(nodes, crack)
+        off = np.linalg.norm(np.cross(vectors[:, None], normal[number]), axis=2)
+        off /= np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)[:, None]
+        turn = np.zeros(len(nodes))
+        np.maximum.at(turn, number, off)
+        with np.errstate(divide="ignore"):
+            reach[nodes] = TETRAHEDRA.facets * crack_length(surface) / turn
+        held = classes.held[nodes]
+        kept = normal[:, :, None] * normal[:, None, :] + held[:, :, None] * np.eye(3)
+        count, axes = held.sum(axis=1), np.swapaxes(np.linalg.eigh(kept)[1], 1, 2)
+        ways[nodes] = axes * (np.arange(3) < 2 - count[:, None])[:, :, None]
+    ways[np.repeat(classes.held[:, None], 3, axis=1)] = 0.0
+    ways[classes.on_front] = 0.0
+    return Bounds(points, ways, reach)
 
 
-def _crack_normals(surface: Surface, crack: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean unit normals (n, 3) of crack facets, and the largest sine (n,) that one is off them."""
-    corners = surface.facets[crack]
-    area = area_vectors(surface.points, corners)
-    # a crack in a grain boundary has its normals turned as the boundary's facets are
-    area[(area @ area[np.linalg.norm(area, axis=1).argmax()]) < 0] *= -1
-    unit = area / np.maximum(np.linalg.norm(area, axis=1), np.finfo(float).tiny)[:, None]
-    normal = point_normals(area, corners, len(surface.points))
-    turn = np.zeros(len(surface.points))
-    for k in range(3):
-        np.maximum.at(turn, corners[:, k], np.linalg.norm(np.cross(unit, normal[corners[:, k]]), axis=1))
-    return normal, turn
+def _products(vectors: np.ndarray, corners: np.ndarray, count: int) -> np.ndarray:
+    """Return at each of the points (count, 3, 3) the vectors' products with themselves over their lengths.
 
-
-def _beside(normals: np.ndarray) -> np.ndarray:
-    """Return the projection (3, 3) onto what is square to all the normals (k, 3)."""
-    _, sizes, ways = np.linalg.svd(normals)
-    ways = ways[: len(sizes)][sizes > INDEPENDENT]
-    return np.eye(3) - ways.T @ ways
+    vectors (m, 3): of facets or edges, corners (m, k); those at a point are summed.
+    """
+    size = np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(float).tiny)
+    products = (vectors[:, :, None] * vectors[:, None, :] / size[:, None, None]).reshape(-1, 9)
+    columns = [sum(np.bincount(c, p, count) for c in corners.T) for p in products.T]
+    return np.stack(columns, axis=1).reshape(-1, 3, 3)

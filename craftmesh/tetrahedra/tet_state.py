@@ -1,5 +1,7 @@
 """The mesh under change of the optimiser: made from points and tetrahedra, and these again."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from craftmesh.by_reference import by_reference
@@ -11,6 +13,20 @@ SPARE = 2000
 NO_FACETS = np.zeros((0, 3), np.int64)
 
 
+class Bounds(NamedTuple):
+    """How the first s points of a mesh move: from home (s, 3) by at most reach (s,).
+
+    They go along the rows of ways (s, 3, 3), which have length 1 and are square to each other, or are 0.
+    """
+
+    home: np.ndarray
+    ways: np.ndarray
+    reach: np.ndarray
+
+
+NO_POINTS = Bounds(np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros(0))
+
+
 def new_state(
     points: np.ndarray,
     tets: np.ndarray,
@@ -18,12 +34,13 @@ def new_state(
     blocked: np.ndarray = NO_FACETS,
     size: np.ndarray | float = 1.0,
     capacity: float = CAPACITY,
+    bounds: Bounds = NO_POINTS,
+    label: np.ndarray | int = 0,
 ) -> TetState:
     """Return room for the mesh and what comes, with its adjacency, behind a reference.
 
-    Arguments as for `optimise_tets`.
-
-    capacity: times the mesh, 1 where tets only change their shape.
+    Arguments as for `optimise_tets`; capacity: times the mesh, 1 where tets only change their shape; label
+    (m,): the grain of each tet.
     """
     room_points, room_tets = int(capacity * len(points)) + SPARE, int(capacity * len(tets)) + SPARE
     arrays = TetState(
@@ -37,10 +54,14 @@ def new_state(
         counts=np.array([len(points), len(tets), 0, 0], np.int64),
         free=np.zeros(room_tets, np.int64),
         mark=np.zeros(room_tets, np.int64),
+        label=np.zeros(room_tets, np.int64),
+        home=np.concatenate([bounds.home, np.zeros((1, 3))]),
+        ways=np.concatenate([bounds.ways, np.eye(3)[None]]),
+        reach=np.append(bounds.reach, np.inf),
     )
     state: TetState = by_reference(arrays)
     state.points[: len(points)], state.tets[: len(tets)], state.size[: len(points)] = points, tets, size
-    state.frozen[:frozen] = True
+    state.frozen[:frozen], state.label[: len(tets)] = True, label
     link_tets(state.tets, len(tets), len(points), state.neighbours, state.tet_of)
     triples = np.sort(np.asarray(blocked, np.int64).reshape(-1, 3), axis=1)
     triples = np.ascontiguousarray(triples[np.lexsort(triples.T[::-1])])

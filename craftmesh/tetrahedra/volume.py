@@ -9,13 +9,13 @@ from craftmesh.progress import silent
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.tetrahedra.diagnose import GrainFailure
 from craftmesh.tetrahedra.fallback import Completion, completed
-from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.grain_surface import Mended, mended
 from craftmesh.tetrahedra.meshers import TETWILD
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
-from craftmesh.tetrahedra.record import record_of, with_counts
+from craftmesh.tetrahedra.record import poor_by_grain, record_of, with_counts
+from craftmesh.tetrahedra.surface_moves import given_way, optimised
 from craftmesh.tetrahedra.tetrahedralize import tetrahedralize
-from craftmesh.tetrahedra.whole_optimisation import optimised_whole
+from craftmesh.tetrahedra.whole_mesh import Model
 from craftmesh.types import GrainTets, Surface
 from craftmesh.voxels.islands import Island
 
@@ -108,12 +108,12 @@ def complete_volume(
         whole = completed(given, record, sizing_of, options, progress)
     except CraftmeshError as error:
         raise MeshingError(str(error), filled.failures, tuple(filled.grain_tets), record) from None
-    opened = given_way(whole.surface, whole.grain_tets)
-    surface, tets, poor, smooth = opened.surface, opened.grain_tets, opened.poor, None
+    model, smooth = Model(whole.surface, sorted(whole.grain_tets, key=lambda one: one.grain)), None
     if options.optimise:
-        smoothed = optimised_whole(surface, tets)
-        surface, tets, smooth = smoothed.surface, smoothed.grain_tets, smoothed.report
-        poor = dict.fromkeys(record.get("poor", {}) | poor, []) | smoothed.poor
+        model, smooth = optimised(model)
+    opened = given_way(model)
+    surface, tets = opened.model.surface, opened.model.grain_tets
+    poor = dict.fromkeys(record.get("poor", {}), []) | poor_by_grain(opened.model)
     counts = with_counts(record, whole.whole_model, opened.report, smooth, poor)
     volume = replace(filled, surface=surface, grain_tets=tets, record=counts)
     return volume.warned(whole.warning, opened.warning)

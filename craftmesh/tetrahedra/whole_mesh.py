@@ -1,14 +1,15 @@
 """The tetrahedra of all grains on common nodes, for changes that neighbours have to see alike."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from craftmesh.sizing.length_field import LocalSizing
-from craftmesh.sizing.sizing import Lengths
-from craftmesh.surface.connectivity import lowest_equal_point, touching
+from craftmesh.surface.connectivity import lowest_equal_point
 from craftmesh.tetrahedra.grain_surface import grain_surfaces
+from craftmesh.tetrahedra.optimise_tets import Step, optimise_tets
 from craftmesh.types import GrainTets, Surface
 
 
@@ -19,12 +20,12 @@ class Model:
     surface: Surface
     grain_tets: Sequence[GrainTets]
 
-    @property
+    @cached_property
     def points(self) -> np.ndarray:
         """(n, 3) all nodes."""
         return np.concatenate([self.surface.points, *(one.interior for one in self.grain_tets)])
 
-    @property
+    @cached_property
     def tets(self) -> np.ndarray:
         """(m, 4) the tets of all grains, one grain after another."""
         first, blocks = len(self.surface.points), []
@@ -34,7 +35,7 @@ class Model:
             first += len(one.interior)
         return np.concatenate(blocks)
 
-    @property
+    @cached_property
     def grain(self) -> np.ndarray:
         """(m,) the grain of each tet."""
         count = [len(one.tets) for one in self.grain_tets]
@@ -52,31 +53,34 @@ class Model:
         )
 
 
-def nodes_near(tets: np.ndarray, bad: np.ndarray) -> np.ndarray:
-    """Return (n,) bool: the nodes of bad tets, by rows or (m,) bool, and of those at these nodes."""
-    near = np.zeros(int(tets.max()) + 1, bool)
-    near[tets[bad]] = True
-    near[tets[touching(tets, near)]] = True
-    return near
+def regrouped(
+    model: Model, rows: np.ndarray, points: np.ndarray, tets: np.ndarray, grain: np.ndarray
+) -> Model:
+    """Return the model with the tets (k, 4) of grains (k,) in place of its tets `rows`.
+
+    points (n, 3): the model's, then those that are new; interior points that no tet uses go.
+    """
+    first, result = len(model.surface.points), list(model.grain_tets)
+    stays = np.ones(len(model.tets), bool)
+    stays[rows] = False
+    for i, one in enumerate(result):
+        own = model.grain == one.grain
+        if (own & ~stays).any():
+            corners = np.concatenate([model.tets[own & stays], tets[grain == one.grain]])
+            inner = np.unique(corners[corners >= first])
+            ids = np.concatenate([one.nodes, inner])
+            local = np.searchsorted(ids, corners)
+            result[i] = GrainTets(one.grain, one.nodes, points[inner], local)
+    return Model(model.surface, result)
 
 
-# What is done to the tets of a grain: of points (n, 3), tets (m, 4), how many points lie on the surface,
-# crack facets inside (c, 3) and target lengths it makes points and tets; those on the surface, the first
-# ones, stay.
-Change = Callable[[np.ndarray, np.ndarray, int, np.ndarray, Lengths], tuple[np.ndarray, np.ndarray]]
-
-
-def changed_inside(model: Model, grains: np.ndarray, change: Change) -> Model:
-    """Return the model with the tets of `grains` changed; their target lengths are the surface's own."""
-    result = list(model.grain_tets)
-    surfaces = {one.grain: one for one in grain_surfaces(model.surface, grains)}
-    for i, one in enumerate(model.grain_tets):
-        if one.grain not in surfaces:
-            continue
-        surface = surfaces[one.grain]
+def optimised_inside(model: Model, steps: Sequence[Step]) -> Model:
+    """Return the model with the steps done in each grain; target lengths are the surface's own."""
+    result = []
+    for one, surface in zip(model.grain_tets, grain_surfaces(model.surface)):
         points = np.concatenate([model.surface.points[one.nodes], one.interior])
         internal = np.searchsorted(one.nodes, surface.nodes[surface.facets[surface.internal]])
-        sizing = LocalSizing(surface.points, surface.facets)
-        points, tets = change(points, one.tets, len(one.nodes), internal, sizing)
-        result[i] = GrainTets(one.grain, one.nodes, points[len(one.nodes) :], tets)
+        size = LocalSizing(surface.points, surface.facets).at(points)
+        points, tets, _ = optimise_tets(points, one.tets, len(one.nodes), internal, size, steps)
+        result.append(GrainTets(one.grain, one.nodes, points[len(one.nodes) :], tets))
     return Model(model.surface, result)

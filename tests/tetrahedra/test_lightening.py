@@ -29,8 +29,8 @@ from craftmesh.tetrahedra.kernels.tet_operations import (
 )
 from craftmesh.tetrahedra.kernels.tet_passes import improve, improve_pass
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities, quality_of
-from craftmesh.tetrahedra.kernels.tet_smoothing import move_inside, weight_of
-from craftmesh.tetrahedra.opening_model import is_stretched
+from craftmesh.tetrahedra.kernels.tet_smoothing import move_point, weight_of
+from craftmesh.tetrahedra.surface_moves import is_stretched
 from craftmesh.tetrahedra.tet_state import mesh_of, new_state
 
 
@@ -69,7 +69,7 @@ OPERATIONS = {
     "face removal": lambda state, t, k, work: k < 4 and remove_face(state, t, k, LIGHTER, work),
     "contraction": at_corner(lambda state, v, work: contract(state, v, LIGHTER, work)),
     "insertion": lambda state, t, k, work: insert_on_edge(state, t, k, LIGHTER, work) >= 0,
-    "move": at_corner(lambda state, v, work: move_inside(state, v, LIGHTER, work)),
+    "move": at_corner(lambda state, v, work: move_point(state, v, LIGHTER, work)),
     "any": lambda state, t, k, work: (
         k == 0 and state.quality[t] < SOUND_FROM and improve(state, t, LIGHTER, True, work)
     ),

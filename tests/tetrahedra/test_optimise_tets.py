@@ -5,7 +5,6 @@ import pytest
 from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
-from structured_box import structured_box
 
 from craftmesh.mesh.shape_measures import (
     LARGEST_DIHEDRAL,
@@ -18,7 +17,6 @@ from craftmesh.tetrahedra.kernels.tet_cavity import TETS, link_tets, new_scratch
 from craftmesh.tetrahedra.kernels.tet_objective import (
     GAIN,
     RATIOS,
-    SOUND_FROM,
     WORST,
     Aim,
 )
@@ -41,15 +39,12 @@ from craftmesh.tetrahedra.kernels.tet_quality import (
     aspect_ratio_at,
     quality_of,
 )
-from craftmesh.tetrahedra.optimise_tets import (
-    LAYERS,
-    optimise_tets,
-    repaired_tets,
-)
+from craftmesh.tetrahedra.optimise_tets import FIRST, RESUMED, optimise_tets
 from craftmesh.tetrahedra.tet_state import mesh_of, new_state
 
 # A change of topology for the sum of aspect ratios has to lower it by this much.
 FALL = 0.05
+ALL = (*FIRST, *RESUMED)
 
 
 def plain_measures(corners):
@@ -160,7 +155,9 @@ def aspect_ratios(points, tets):
 def test_a_random_mesh_gets_better_and_stays_a_mesh(seed):
     points, tets, frozen = random_ball(seed)
     assume(tet_volumes(points, tets).min() > 1e-8)
-    new, better, report = optimise_tets(points, tets, frozen, np.zeros((0, 3)), np.full(len(points), 0.35))
+    new, better, report = optimise_tets(
+        points, tets, frozen, np.zeros((0, 3)), np.full(len(points), 0.35), ALL
+    )
     assert new[:frozen].tobytes() == points[:frozen].tobytes()
     assert boundary(better) == boundary(tets)
     assert max(faces_of(better).values()) == 2
@@ -186,13 +183,13 @@ def test_blocked_facets_stay_and_are_in_no_cavity():
     blocked = np.array([sorted(face) for face in inner if max(face) < frozen])
     assert len(blocked) > 20
     size = np.full(len(points), 0.35)
-    new, better, _ = optimise_tets(points, tets, frozen, blocked, size)
+    new, better, _ = optimise_tets(points, tets, frozen, blocked, size, ALL)
     faces = faces_of(better)
     assert all(faces[frozenset(facet)] == 2 for facet in blocked.tolist())
     assert boundary(better) == boundary(tets)
     assert quality(new, better).min() >= quality(points, tets).min()
     # left free, some are swapped away: the check above can fail
-    free = faces_of(optimise_tets(points, tets, frozen, np.zeros((0, 3)), size)[1])
+    free = faces_of(optimise_tets(points, tets, frozen, np.zeros((0, 3)), size, ALL)[1])
     assert any(free.get(frozenset(facet), 0) != 2 for facet in blocked.tolist())
 
 
@@ -432,46 +429,3 @@ def test_an_edge_without_a_sound_triangulation_round_it_stays_however_poor_the_t
     aim = for_ratios(1.0, -1e300)
     assert not remove_edge(state, 0, 0, aim, new_scratch())
     assert state.tets.tobytes() == before
-
-
-class Even:
-    """The same target edge length everywhere."""
-
-    def at(self, points):
-        return np.ones(len(points))
-
-
-def test_repairs_change_nothing_far_from_poor_tets():
-    surface, (grain,) = structured_box((13,) * 3, lambda c: np.ones(len(c), int))
-    points, tets, frozen = np.concatenate([surface.points, grain.interior]), grain.tets, len(grain.nodes)
-    pulled = frozen + int(np.flatnonzero((grain.interior == [3, 3, 3]).all(axis=1))[0])
-    spoilt = points.copy()
-    spoilt[pulled] += [0.93, 0.0, 0.0]  # to just before its neighbour
-    blocked = np.array([sorted(face) for face, times in faces_of(tets).items() if times == 2])[::50]
-    assert quality(spoilt, tets, FORM).min() < POOR
-    new, better = repaired_tets(spoilt, tets, frozen, blocked, Even(), FORM)
-    assert quality(new, better, FORM).min() > POOR
-    assert new[:frozen].tobytes() == points[:frozen].tobytes()
-    assert boundary(better) == boundary(tets) and (tet_volumes(new, better) > 0).all()
-    faces = faces_of(better)
-    assert all(faces[frozenset(facet)] == 2 for facet in _renumbered(blocked, spoilt, new))
-    # a layer is a cell at most; the poor tets round the node pulled reach a cell from it
-    far = (abs(spoilt[tets] - [3, 3, 3]) > LAYERS + 2).any(axis=(1, 2))
-    assert 0 < far.sum() < len(tets)
-    kept = {corners.tobytes() for corners in new[better]}
-    assert all(corners.tobytes() in kept for corners in spoilt[tets[far]])
-
-
-def _renumbered(facets, before, after):
-    """Return the facets' corners by their places in `after`, of those that did not move."""
-    number = {place.tobytes(): i for i, place in enumerate(after)}
-    corners = [[number.get(before[v].tobytes(), -1) for v in facet] for facet in facets]
-    return [facet for facet in corners if min(facet) >= 0]
-
-
-def test_repairs_leave_tets_that_are_not_poor_as_they_are():
-    points, tets, frozen = random_ball(0)
-    sound = tets[quality(points, tets, WHOLE) >= SOUND_FROM]
-    assert len(sound) > 50
-    found = repaired_tets(points, sound, frozen, np.zeros((0, 3)), Even(), None)
-    assert found[0] is points and found[1] is sound

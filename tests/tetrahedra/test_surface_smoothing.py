@@ -9,18 +9,18 @@ from structured_box import plane_crack, structured_box
 from craftmesh.assembly.assemble import assemble
 from craftmesh.mesh.check_tets import check_tets
 from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
+from craftmesh.mesh.tet_connectivity import half_faces
 from craftmesh.surface.classification import AT_JUNCTION, IN_PATCH, ON_LINE, Classification
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import mean_edges, side_volumes
-from craftmesh.tetrahedra.flat_places import given_way
 from craftmesh.tetrahedra.kernels.tet_quality import WHOLE, all_qualities
 from craftmesh.tetrahedra.kernels.tet_smoothing import FREE_FROM
-from craftmesh.tetrahedra.opening_model import is_narrow, is_stretched
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.record import record_of
+from craftmesh.tetrahedra.surface_freedom import SLIDE
+from craftmesh.tetrahedra.surface_moves import given_way, is_stretched, optimised, slid
 from craftmesh.tetrahedra.volume import Volume, complete_volume
 from craftmesh.tetrahedra.whole_mesh import Model
-from craftmesh.tetrahedra.whole_optimisation import REACH, smoothed_surface
 from craftmesh.types import CRACK
 
 CELLS = 5
@@ -36,6 +36,15 @@ def shaken_box(seed, crack_at=None, out_of_plane=0.0):
     step[boundary, 0] *= out_of_plane / 0.25
     step[classes.rank != IN_PATCH] = 0.0
     return replace(surface, points=surface.points + step), tets
+
+
+def is_at_fault(measures):
+    return is_poor(measures) | is_stretched(measures)
+
+
+def smoothed_surface(surface, tets, inside=True):
+    """Return the model with its points slid."""
+    return slid(Model(surface, tets), inside)
 
 
 def measures_of(surface, tets):
@@ -59,8 +68,7 @@ def test_the_mean_aspect_ratio_falls_and_no_tet_is_at_fault_more(seed):
     found = smoothed_surface(surface, tets)
     before, after = measures_of(surface, tets), measures_of(found.surface, found.grain_tets)
     assert after[:, 1].mean() < before[:, 1].mean() - 0.02
-    assert found.report["aspect_ratio_mean"] == pytest.approx([before[:, 1].mean(), after[:, 1].mean()])
-    for is_bad in (is_flat, is_poor, is_stretched, is_narrow):
+    for is_bad in (is_flat, is_poor, is_stretched):
         assert is_bad(after).sum() <= is_bad(before).sum()
     worst = [worst_round_points(*one).min() for one in ((surface, tets), (found.surface, found.grain_tets))]
     assert worst[1] >= min(worst[0], FREE_FROM) - 1e-8
@@ -79,11 +87,9 @@ def test_points_stay_in_their_plane_and_lines_and_volumes_stay():
     moved = (after != before).any(axis=1)
     assert moved[rank == IN_PATCH].mean() > 0.5 and moved[rank == ON_LINE].mean() > 0.5
     assert not moved[rank == AT_JUNCTION].any()
-    assert found.report["surface_points_moved"] == moved.sum()
     moves = np.linalg.norm(after - before, axis=1)
-    assert found.report["largest_move"] == moves.max()
     edges, _, _ = unique_edges(surface.facets)
-    assert (moves <= REACH * mean_edges(surface.points, edges) * (1 + 1e-12)).all()
+    assert (moves <= SLIDE * mean_edges(surface.points, edges) * (1 + 1e-12)).all()
     volumes = [side_volumes(at, surface.facets, surface.sides) for at in (before, after)]
     assert volumes[0] == pytest.approx(volumes[1], rel=1e-12)
 
@@ -117,7 +123,7 @@ def test_the_crack_and_bent_places_stay():
     assert len(on_crack) > 10
     assert (found.surface.points[on_crack] == points[on_crack]).all()
     assert (found.surface.points[bent] == points[bent]).all()
-    assert found.report["surface_points_moved"] > 0
+    assert (found.surface.points != points).any()
 
 
 def test_points_with_equal_places_stay_together():
@@ -142,9 +148,51 @@ def test_the_record_names_the_poor_tets_that_are_left_and_without_optimise_nothi
     assert found.record["poor"] == {}
     kept = complete_volume(filled, lambda: None, replace(options, optimise=False))
     assert kept.record["smoothed"] is None
-    assert kept.surface.points.tobytes() == given_way(surface, tets).surface.points.tobytes()
+    assert kept.surface.points.tobytes() == given_way(Model(surface, tets)).model.surface.points.tobytes()
 
 
-def test_the_same_input_gives_the_same_bytes():
-    first, second = (smoothed_surface(*shaken_box(4)) for _ in range(2))
-    assert first.surface.points.tobytes() == second.surface.points.tobytes()
+def bytes_of(surface, grain_tets):
+    parts = [surface.points.tobytes()]
+    for one in grain_tets:
+        parts += [one.nodes.tobytes(), one.interior.tobytes(), one.tets.tobytes()]
+    return b"".join(parts)
+
+
+def test_the_same_input_gives_the_same_bytes_in_whatever_order_the_grains_come():
+    surface, tets = shaken_box(4)
+    first, second = (
+        complete_volume(Volume(surface, own, {}), lambda: None, TetrahedralizeOptions())
+        for own in (tets, tets[::-1])
+    )
+    assert bytes_of(first.surface, first.grain_tets) == bytes_of(second.surface, second.grain_tets)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_mean_falls_further_where_grains_are_optimised_and_the_mesh_stays_sound(seed):
+    surface, tets = shaken_box(seed, out_of_plane=0.03)
+    (found, report), only = optimised(Model(surface, tets)), smoothed_surface(surface, tets)
+    before, after = measures_of(surface, tets), measures_of(found.surface, found.grain_tets)
+    # .05 to .09 measured: cubes in six tets are far from the best
+    assert after[:, 1].mean() < measures_of(only.surface, only.grain_tets)[:, 1].mean() - 0.02
+    last = given_way(found).model
+    assert not is_at_fault(measures_of(last.surface, last.grain_tets)).any()
+    assert report["aspect_ratio_mean"] == pytest.approx([before[:, 1].mean(), after[:, 1].mean()])
+    moves = np.linalg.norm(found.surface.points - surface.points, axis=1)
+    assert report["surface_points_moved"] == (moves > 0).sum() > 0
+    assert report["largest_move"] == moves.max()
+    assert check_tets(assemble(found.surface, found.grain_tets)[0]) == []
+    assert (found.surface.facets == surface.facets).all()
+    volumes = [side_volumes(s.points, s.facets, s.sides) for s in (surface, found.surface)]
+    # the boundary is rough by .03, and its points slide on tangent planes
+    assert volumes[0] == pytest.approx(volumes[1], rel=1e-3)
+
+
+def test_facets_of_a_crack_inside_a_grain_stay_faces_on_both_sides():
+    crack_at = plane_crack(0, 3, lambda c: np.maximum(abs(c[:, 1] - 2.5), abs(c[:, 2] - 2.5)) < 1.5)
+    surface, tets = shaken_box(1, crack_at)
+    found, _ = optimised(Model(surface, tets))
+    crack = surface.facets[surface.kind == CRACK]
+    assert len(crack) > 10 and (found.surface.points[crack] == surface.points[crack]).all()
+    faces = np.sort(half_faces(found.tets), axis=1)
+    for facet in np.sort(crack, axis=1):
+        assert (faces == facet).all(axis=1).sum() == 2

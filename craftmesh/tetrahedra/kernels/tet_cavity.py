@@ -10,10 +10,15 @@ from craftmesh.tetrahedra.kernels.tet_ratio_sums import TABLE_ROWS
 
 # A mesh under change. Arrays are longer than the mesh; counts = [points, tets, free slots, stamp].
 # points (n, 3); tets (m, 4) with positive volumes, corner 0 is -1 in a dead slot; neighbours (m, 4)
-# across the face opposite each corner, -1 on the grain's surface and on crack facets; tet_of (n,) a
-# live tet of each point or -1; quality (m,); size (n,) target edge lengths; frozen (n,) bool; free (m,)
-# stack of dead slots; mark (m,) stamps.
-TetState = namedtuple("TetState", "points tets neighbours tet_of quality size frozen counts free mark")
+# across the face opposite each corner, -1 where no tet is, -2 - u where tet u is beyond a facet of the
+# surface; tet_of (n,) a live tet of each point or -1; quality (m,); size (n,) target edge lengths; frozen
+# (n,) bool: points that stay; free (m,) stack of dead slots; mark (m,) stamps; label (m,) the grain.
+# The first s points lie on the surface: they move from home (s + 1, 3) by at most reach (s + 1,) along the
+# rows of ways (s + 1, 3, 3), of length 1 and square to each other, or 0. The last row of these is that of
+# all other points.
+TetState = namedtuple(
+    "TetState", "points tets neighbours tet_of quality size frozen counts free mark label home ways reach"
+)
 POINTS, TETS, FREE, STAMP = range(4)
 
 # Work arrays: tets of a star; faces of a cavity as (face, apex) positive; ring nodes and tets; new tets
@@ -97,7 +102,7 @@ def link_tets(tets, n_tets, n_points, neighbours, tet_of):
 
 @lean_kernel
 def block_facets(tets, n_tets, neighbours, blocked):
-    """Cut the adjacency at interior facets, given as sorted triples (k, 3) in lexicographic order."""
+    """Mark the links across facets, given as sorted triples (k, 3) in lexicographic order, as such."""
     for t in range(n_tets):
         for k in range(4):
             low, high, total = face_key(tets, t, k)
@@ -113,7 +118,7 @@ def block_facets(tets, n_tets, neighbours, blocked):
             if first < len(blocked) and (
                 blocked[first, 0] == low and blocked[first, 1] == middle and blocked[first, 2] == high
             ):
-                neighbours[t, k] = -1
+                neighbours[t, k] = min(-1, -2 - neighbours[t, k])
 
 
 @lean_kernel
@@ -131,7 +136,7 @@ def node_across(state, t, k):
 
 @lean_kernel
 def find_star(state, v, star):
-    """Write the tets round the interior point v; return how many, or -1 when they do not fit."""
+    """Write the tets round v, those beyond facets too; return how many, or -1 when they do not fit."""
     tets, neighbours, mark = state.tets, state.neighbours, state.mark
     state.counts[STAMP] += 1
     stamp = state.counts[STAMP]
@@ -142,7 +147,7 @@ def find_star(state, v, star):
         t = star[done]
         done += 1
         for k in range(4):
-            u = neighbours[t, k]
+            u = max(neighbours[t, k], -2 - neighbours[t, k])
             if tets[t, k] != v and u >= 0 and mark[u] != stamp:
                 if count == len(star):
                     return -1
@@ -172,13 +177,11 @@ def star_of(state, v, work):
 
 
 @lean_kernel
-def whole_star(state, v, valence, work):
-    """Write the star of v and the faces opposite it; return how many tets, 0 where they are not `valence`.
-
-    A star is not whole where tets round a node of the surface do not follow each other over faces.
-    """
-    count = star_of(state, v, work)
-    return count if count == valence else 0
+def hold_pinched(state, valence, work):
+    """Freeze the first points, in `valence` (s,) tets, whose tets do not follow each other over faces."""
+    for v in range(len(valence)):
+        if not state.frozen[v] and find_star(state, v, work.star) != valence[v]:
+            state.frozen[v] = True
 
 
 @lean_kernel
@@ -230,9 +233,10 @@ def _open_outer_faces(state, old, n_old, keys, links):
             low, high, total = face_key(tets, t, k)
             keys[count, 0], keys[count, 1], keys[count, 2] = low, high, total
             links[count, 0], links[count, 1] = u, -1
-            if u >= 0:
+            if u != -1:
+                back, there = (t, u) if u >= 0 else (-2 - t, -2 - u)
                 for j in range(4):
-                    if neighbours[u, j] == t and face_key(tets, u, j) == (low, high, total):
+                    if neighbours[there, j] == back and face_key(tets, there, j) == (low, high, total):
                         links[count, 1] = j
             count += 1
     return count
@@ -248,6 +252,8 @@ def _close_face(state, t, k, keys, links, count):
             state.neighbours[t, k] = u
             if u >= 0:
                 state.neighbours[u, j] = t
+            elif u < -1:
+                state.neighbours[-2 - u, j] = -2 - t
             count -= 1
             for i in range(3):
                 keys[f, i] = keys[count, i]
@@ -266,6 +272,7 @@ def replace_cavity(state, old, n_old, n_new, work):
     """
     tets, counts = state.tets, state.counts
     count = _open_outer_faces(state, old, n_old, work.keys, work.links)
+    label = state.label[old[0]]
     for i in range(n_old):
         tets[old[i], 0] = -1
     for i in range(n_new):
@@ -281,7 +288,7 @@ def replace_cavity(state, old, n_old, n_new, work):
             tets[t, k] = work.new[i, k]
             state.tet_of[work.new[i, k]] = t
         state.quality[t] = work.new_quality[i]
-        state.mark[t] = 0
+        state.mark[t], state.label[t] = 0, label
         for k in range(4):
             count = _close_face(state, t, k, work.keys, work.links, count)
     for i in range(n_new, n_old):

@@ -40,11 +40,11 @@ def goal_at(cone, x, y, z, best, lighter):
 
 
 @lean_kernel
-def walk(cone, place, step, disc, free, span, lighter):
+def walk(cone, place, step, disc, ways, span, lighter):
     """Walk while the worst quality rises, up to the end of `span`; return place and quality.
 
-    step: the first one's length; disc: a place and how far from it the walk may lead; free (3, 3) makes of
-    each step one that is allowed; lighter: the value is what the cone weighs by its faults, negative.
+    step: the first one's length; disc: a place and how far from it the walk may lead; it goes along
+    the rows of ways (3, 3); lighter: the value is what the cone weighs by its faults, negative.
     """
     x, y, z = place
     home, reach = disc
@@ -53,9 +53,9 @@ def walk(cone, place, step, disc, free, span, lighter):
         found = False
         for way in range(len(DIRECTIONS)):
             dx, dy, dz = DIRECTIONS[way]
-            px = x + step * (free[0, 0] * dx + free[0, 1] * dy + free[0, 2] * dz)
-            py = y + step * (free[1, 0] * dx + free[1, 1] * dy + free[1, 2] * dz)
-            pz = z + step * (free[2, 0] * dx + free[2, 1] * dy + free[2, 2] * dz)
+            px = x + step * (ways[0, 0] * dx + ways[1, 0] * dy + ways[2, 0] * dz)
+            py = y + step * (ways[0, 1] * dx + ways[1, 1] * dy + ways[2, 1] * dz)
+            pz = z + step * (ways[0, 2] * dx + ways[1, 2] * dy + ways[2, 2] * dz)
             if (px - home[0]) ** 2 + (py - home[1]) ** 2 + (pz - home[2]) ** 2 > reach * reach:
                 continue
             value = goal_at(cone, px, py, pz, best, lighter)

@@ -185,6 +185,8 @@ def _list_neighbours(state, v, count, work):
 @lean_kernel
 def contract(state, v, aim, work):
     """Contract the interior point v to the neighbour with which the value is best; return whether."""
+    if v < len(state.reach) - 1:
+        return False
     count = find_star(state, v, work.star)
     if count < 0 or not has_room(state):
         return False

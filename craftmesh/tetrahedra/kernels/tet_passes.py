@@ -4,7 +4,7 @@ from craftmesh.jit import lean_kernel
 from craftmesh.tetrahedra.kernels.tet_cavity import KINDS, POINTS
 from craftmesh.tetrahedra.kernels.tet_objective import FAULTS
 from craftmesh.tetrahedra.kernels.tet_operations import contract, insert_on_edge, remove_edge, remove_face
-from craftmesh.tetrahedra.kernels.tet_smoothing import move_inside, smooth_aspect
+from craftmesh.tetrahedra.kernels.tet_smoothing import move_point, smooth_aspect
 
 # What `work.done` counts.
 MOVES, EDGE_REMOVALS, FACE_REMOVALS, CONTRACTIONS, INSERTIONS = range(len(KINDS))
@@ -12,15 +12,15 @@ MOVES, EDGE_REMOVALS, FACE_REMOVALS, CONTRACTIONS, INSERTIONS = range(len(KINDS)
 
 @lean_kernel
 def smooth_pass(state, aim, selected, work):
-    """Move each selected interior point once to raise its worst quality."""
+    """Move each selected point once to raise its worst quality."""
     for v in range(state.counts[POINTS]):
         if selected[v] and not state.frozen[v] and state.tet_of[v] >= 0:
-            work.done[MOVES] += move_inside(state, v, aim, work)
+            work.done[MOVES] += move_point(state, v, aim, work)
 
 
 @lean_kernel
 def aspect_pass(state, aim, work):
-    """Move each interior point once to lower the mean aspect ratio."""
+    """Move each point once to lower the mean aspect ratio."""
     for v in range(state.counts[POINTS]):
         if not state.frozen[v] and state.tet_of[v] >= 0:
             work.done[MOVES] += smooth_aspect(state, v, aim, work)
@@ -68,7 +68,7 @@ def _move(state, t, aim, work):
     """Move corners of tet t until it is over the floor, or faults get lighter; return whether."""
     for k in range(4):
         v = work.corners[k]
-        if not state.frozen[v] and move_inside(state, v, aim, work):
+        if not state.frozen[v] and move_point(state, v, aim, work):
             work.done[MOVES] += 1
             if aim.objective == FAULTS or state.quality[t] >= aim.floor:
                 return True

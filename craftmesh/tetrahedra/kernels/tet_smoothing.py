@@ -1,30 +1,11 @@
 """Moves of points, inside grains and on boundaries: worst tets, aspect ratios or faults get better."""
 
-import numpy as np
-
 from craftmesh.jit import lean_kernel
 from craftmesh.surface.rounding import ROUNDING
-from craftmesh.tetrahedra.kernels.tet_cavity import star_of, whole_star, worst_of
-from craftmesh.tetrahedra.kernels.tet_cone import ANYWHERE, FIRST_STEP, Cone, walk, worst_at
-from craftmesh.tetrahedra.kernels.tet_objective import (
-    FALL,
-    FAULTS,
-    GAIN,
-    RAMP,
-    RATIOS,
-    SOUND_FROM,
-    Aim,
-    fault_weight,
-    faults_at,
-)
-from craftmesh.tetrahedra.kernels.tet_quality import (
-    FORM,
-    INVERTED,
-    POOR,
-    WHOLE,
-    WIDE,
-    quality_of,
-)
+from craftmesh.tetrahedra.kernels.tet_cavity import star_of, worst_of
+from craftmesh.tetrahedra.kernels.tet_cone import FIRST_STEP, Cone, walk, worst_at
+from craftmesh.tetrahedra.kernels.tet_objective import FALL, FAULTS, GAIN, fault_weight
+from craftmesh.tetrahedra.kernels.tet_quality import INVERTED, POOR, WIDE, quality_of
 from craftmesh.tetrahedra.kernels.tet_ratio_sums import RatioCone, fill_table, ratio_sum
 
 # Search for a lower aspect ratio: the first step in target lengths, and rounds. Of 560,000 tets the mean
@@ -56,6 +37,8 @@ def _pattern_search(cone, ratios, place, best, ways, step, home, reach, limit):
         found = False
         for way in range(2 * len(ways)):
             a, b, c = ways[way // 2]
+            if a == b == c == 0.0:
+                continue
             d = step if way % 2 else -step
             px, py, pz = x + d * a, y + d * b, z + d * c
             if (px - home[0]) ** 2 + (py - home[1]) ** 2 + (pz - home[2]) ** 2 > reach * reach:
@@ -90,13 +73,15 @@ def _place_of_lower_ratios(state, v, count, aim, home, reach, ways, step, work):
 
 @lean_kernel
 def smooth_aspect(state, v, aim, work):
-    """Move interior point v to where the mean aspect ratio round it is lower; return whether."""
+    """Move point v, within its bounds, to where the mean aspect ratio round it is lower; return whether."""
     count = star_of(state, v, work)
     if count == 0:
         return False
-    home = (state.points[v, 0], state.points[v, 1], state.points[v, 2])
-    step = PATTERN_STEP * state.size[v]
-    place, lower = _place_of_lower_ratios(state, v, count, aim, home, np.inf, ANYWHERE, step, work)
+    own, step = min(v, len(state.reach) - 1), PATTERN_STEP * state.size[v]
+    home = (state.home[own, 0], state.home[own, 1], state.home[own, 2])
+    place, lower = _place_of_lower_ratios(
+        state, v, count, aim, home, state.reach[own], state.ways[own], step, work
+    )
     if lower:
         _put_at(state, v, place, count, aim.measure, work)
     return lower
@@ -112,11 +97,11 @@ def weight_of(state, listed, count):
 
 
 @lean_kernel
-def _move_to_better(state, v, count, aim, home, reach, free, step, work):
+def _move_to_better(state, v, count, aim, home, reach, ways, step, work):
     """Move point v to where its tets are worth more by the aim, WORST or FAULTS; return whether.
 
-    `work` holds its star of `count` tets and the faces opposite v. v stays within `reach` of `home`; free
-    (3, 3) makes of any step one that it may take; step: the first one's length.
+    `work` holds its star of `count` tets and the faces opposite v. v stays within `reach` of `home` and
+    goes along the rows of ways (3, 3); step: the first one's length.
     """
     points, lighter = state.points, aim.objective == FAULTS
     if lighter:
@@ -127,7 +112,7 @@ def _move_to_better(state, v, count, aim, home, reach, free, step, work):
         return False
     cone = Cone(points, work.faces, count, aim.measure)
     place = (points[v, 0], points[v, 1], points[v, 2])
-    place, best = walk(cone, place, step, (home, reach), free, (before, enough), lighter)
+    place, best = walk(cone, place, step, (home, reach), ways, (before, enough), lighter)
     if best < before + least:
         return False
     _put_at(state, v, place, count, aim.measure, work)
@@ -135,69 +120,9 @@ def _move_to_better(state, v, count, aim, home, reach, free, step, work):
 
 
 @lean_kernel
-def move_inside(state, v, aim, work):
-    """Move interior point v to where its tets are worth more by the aim; return whether."""
-    count = star_of(state, v, work)
-    home = (state.points[v, 0], state.points[v, 1], state.points[v, 2])
-    step = FIRST_STEP * state.size[v]
-    return count > 0 and _move_to_better(state, v, count, aim, home, np.inf, ANYWHERE, step, work)
-
-
-@lean_kernel
-def move_nodes(state, nodes, homes, reach, free, valence, aim, work):
-    """Move nodes (k,) with a tet under `aim.floor` to better places by the aim; return how many moved.
-
-    homes (k, 3): places of which they stay within `reach` (k,); free (k, 3, 3): what makes of any step one
-    that they may take; valence (k,): how many tets are round each. The state holds these, linked across
-    grain boundaries; a node whose tets do not follow each other over faces stays.
-    """
-    moved = 0
-    for i in range(len(nodes)):
-        count = whole_star(state, nodes[i], valence[i], work)
-        home, step = (homes[i, 0], homes[i, 1], homes[i, 2]), FIRST_STEP * reach[i]
-        moved += count > 0 and _move_to_better(
-            state, nodes[i], count, aim, home, reach[i], free[i], step, work
-        )
-    return moved
-
-
-@lean_kernel
-def _is_narrower(points, v, place, count, work):
-    """Tell whether node v in another place has a worse tet by FORM round it, and one under WIDE."""
-    cone = Cone(points, work.faces, count, FORM)
-    least = min(worst_at(cone, points[v, 0], points[v, 1], points[v, 2], -INVERTED), WIDE) - ROUNDING
-    return worst_at(cone, place[0], place[1], place[2], least) < least
-
-
-@lean_kernel
-def smooth_on_surface(state, nodes, homes, ways, lengths, reach, valence, work):
-    """Move nodes (k,) along two directions (k, 2, 3) to lower the mean aspect ratio; return how many moved.
-
-    Round a node the worst quality by WHOLE falls to FREE_FROM at most, the worst by FORM to WIDE, and what
-    its tets weigh does not rise (`tet_objective`).
-
-    homes (k, 3): places of which they stay within the part `reach` of their lengths (k,); valence (k,): how
-    many tets are round each. The state, its qualities by WHOLE, holds these, linked across grain
-    boundaries; a node whose tets do not follow each other over faces stays.
-    """
-    points, moved, aim = state.points, 0, Aim(RATIOS, WHOLE, FREE_FROM, 0.0, 0.0)
-    for i in range(len(nodes)):
-        v = nodes[i]
-        count = whole_star(state, v, valence[i], work)
-        if not count:
-            continue
-        step, far = PATTERN_STEP * lengths[i], reach * lengths[i]
-        place, lower = _place_of_lower_ratios(state, v, count, aim, homes[i], far, ways[i], step, work)
-        if not lower:
-            continue
-        worst = worst_of(state.quality, work.star, count)
-        if worst < FREE_FROM and _is_narrower(points, v, place, count, work):
-            continue
-        if worst < SOUND_FROM + RAMP:
-            weight = weight_of(state, work.star, count)
-            cone = Cone(points, work.faces, count, WHOLE)
-            if faults_at(cone, place[0], place[1], place[2], INVERTED) > weight:
-                continue
-        _put_at(state, v, place, count, WHOLE, work)
-        moved += 1
-    return moved
+def move_point(state, v, aim, work):
+    """Move point v, within its bounds, to where its tets are worth more by the aim; return whether."""
+    count, own = star_of(state, v, work), min(v, len(state.reach) - 1)
+    home, reach = (state.home[own, 0], state.home[own, 1], state.home[own, 2]), state.reach[own]
+    step = FIRST_STEP * min(state.size[v], reach)
+    return count > 0 and _move_to_better(state, v, count, aim, home, reach, state.ways[own], step, work)

@@ -1,0 +1,247 @@
+"""Moves of the surface that neighbours see alike: it gives way to tets at fault, and its points slide."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from craftmesh.mesh.shape_measures import is_flat, is_poor, shape_measures
+from craftmesh.mesh.tet_connectivity import tet_edges
+from craftmesh.surface.connectivity import lowest_equal_point, touching
+from craftmesh.surface.measure import area_vectors, mean_edges, numbered, side_volumes, volume_drift
+from craftmesh.tetrahedra.kernels.tet_cavity import POINTS, TETS, TetState, hold_pinched, new_scratch
+from craftmesh.tetrahedra.kernels.tet_objective import RATIOS, SOUND_FROM, Aim
+from craftmesh.tetrahedra.kernels.tet_passes import aspect_pass
+from craftmesh.tetrahedra.kernels.tet_quality import (
+    FORM,
+    POOR,
+    STRETCHED,
+    WHOLE,
+    WIDE,
+    all_aspect_ratios,
+    all_qualities,
+)
+from craftmesh.tetrahedra.kernels.tet_smoothing import FREE_FROM
+from craftmesh.tetrahedra.optimise_tets import FORMED, LIGHTEN, RESUMED, SOUNDER, do_steps
+from craftmesh.tetrahedra.surface_freedom import along_surface, off_surface
+from craftmesh.tetrahedra.tet_state import CAPACITY, NO_FACETS, Bounds, new_state
+from craftmesh.tetrahedra.whole_mesh import Model, optimised_inside, regrouped
+from craftmesh.types import Surface
+
+# Of sliding. A third lowers the mean aspect ratio by .0005.
+ROUNDS = 2
+# Of the mean edge at a point: how far it leaves the surface, round by round, as long as tets are at fault:
+# what a small move opens is not opened by a large one. On random cracks 0.15 leaves several times as many
+# stretched tets as 0.4.
+REACHES = (0.025, 0.05, 0.1, 0.2, 0.4)
+# The last of these for tets that are narrow alone, which are few.
+NARROW_REACH = 0.1
+# How far volumes of grains and voids drift but for flat and poor tets; small grains would change by more.
+MOST_DRIFT = 0.05
+# Of tets round those at fault: what changes lies within them.
+LAYERS = 4
+
+
+def is_stretched(measures: np.ndarray) -> np.ndarray:
+    """Return (m,) bool: tets of an aspect ratio over STRETCHED, from `shape_measures` (m, 5)."""
+    return measures[:, 1] > STRETCHED
+
+
+def slid(model: Model, inside: bool) -> Model:
+    """Return the model with a lower mean aspect ratio, and no tet at fault more.
+
+    Points of the surface slide: see `surface_freedom`. With `inside`, points joined to the surface move
+    too. Points of tets at fault stay; no tet falls under FREE_FROM, or under the worst round its point.
+    """
+    bounds, points, tets = along_surface(model.surface), model.points, model.tets
+    on_surface = len(bounds.reach)
+    may = np.zeros(len(points), bool)
+    may[:on_surface] = bounds.ways.any(axis=(1, 2))
+    if inside:
+        may[tets[tets.min(axis=1) < on_surface]] = True
+        may[:on_surface] = bounds.ways.any(axis=(1, 2))
+    state, used = _state_near(model, np.flatnonzero(touching(tets, may)), bounds, capacity=1.0)
+    count = int(state.counts[TETS])
+    all_qualities(state.points, state.tets, count, state.quality, WHOLE)
+    may[used[state.tets[:count][state.quality[:count] < SOUND_FROM]]] = False
+    state.frozen[: len(used)] |= ~may[used]
+    work = new_scratch()
+    for _ in range(ROUNDS):
+        aspect_pass(state, Aim(RATIOS, WHOLE, FREE_FROM, 0.0, 0.0), work)
+    moved = points.copy()
+    moved[used] = state.points[: len(used)]
+    return model.moved(moved)
+
+
+def optimised(model: Model) -> tuple[Model, dict]:
+    """Return the model with a lower mean aspect ratio, and a report of what slid.
+
+    Points of the surface slide, grains are optimised on it, and the points slide again.
+    """
+    found = slid(optimised_inside(slid(model, inside=False), RESUMED), inside=True)
+    moves = np.linalg.norm(found.surface.points - model.surface.points, axis=1)
+    return found, {
+        "surface_points_moved": int((moves > 0).sum()),
+        "largest_move": float(moves.max(initial=0.0)),
+        "aspect_ratio_mean": [_mean_ratio(one) for one in (model, found)],
+    }
+
+
+def _mean_ratio(model: Model) -> float:
+    ratio = np.empty(len(model.tets))
+    all_aspect_ratios(model.points, model.tets, len(ratio), ratio)
+    return float(ratio.mean())
+
+
+def _state_near(
+    model: Model,
+    rows: np.ndarray,
+    bounds: Bounds,
+    facets: np.ndarray = NO_FACETS,
+    capacity: float = CAPACITY,
+) -> tuple[TetState, np.ndarray]:
+    """Return the state of the tets `rows` (k,) of all grains, and the nodes that are its first points.
+
+    Points of other tets too are frozen, and those whose tets do not follow each other over faces. facets
+    (m, 3): of the surface, where cavities may be replaced. Sizes are the mean edges.
+    """
+    points, tets = model.points, model.tets
+    used, local = np.unique(tets[rows], return_inverse=True)
+    local = local.reshape(-1, 4)
+    own = used[used < len(bounds.reach)]
+    inner = np.searchsorted(own, facets[np.isin(facets, own).all(axis=1)])
+    state = new_state(
+        points[used],
+        local,
+        0,
+        inner,
+        mean_edges(points[used], tet_edges(local)),
+        capacity,
+        Bounds(*(part[own] for part in bounds)),
+        model.grain[rows],
+    )
+    valence = np.bincount(tets.ravel(), minlength=len(points))[used]
+    state.frozen[: len(used)] = valence != np.bincount(local.ravel(), minlength=len(used))
+    state.frozen[: len(own)] |= ~state.ways[: len(own)].any(axis=(1, 2))
+    hold_pinched(state, valence[: len(own)], new_scratch())
+    return state, used
+
+
+@dataclass(frozen=True)
+class GivenWay:
+    """The model after its surface gave way to tets at fault.
+
+    report: counts and the largest move, None without such tets; warning: what was moved for poor tets in
+    one line.
+    """
+
+    model: Model
+    report: dict | None = None
+    warning: str | None = None
+
+
+def given_way(model: Model) -> GivenWay:
+    """Return the model with fewer flat, poor, stretched and narrow tets.
+
+    Nodes near such tets go to where these weigh less, and cavities there are replaced. Those of the
+    surface leave it by up to 0.4 of the mean edge at them, within `off_surface`.
+    """
+    points, tets, facets = model.points, model.tets, model.surface.facets
+    quality, form = np.empty(len(tets)), np.empty(len(tets))
+    all_qualities(points, tets, len(tets), quality, WHOLE)
+    all_qualities(points, tets, len(tets), form, FORM)
+    bad = (quality < SOUND_FROM) | (form < WIDE)
+    if not bad.any():
+        return GivenWay(model)
+    rows = np.flatnonzero(_layers(tets, len(points), bad, LAYERS))
+    bounds = off_surface(model.surface)
+    facets = lowest_equal_point(model.surface.points)[facets]
+    state, used = _state_near(model, rows, bounds, facets)
+    own = used[used < len(bounds.reach)]
+    near = _nodes(tets, len(points), _layers(tets, len(points), bad, 1))[own]
+    poor = _nodes(tets, len(points), _layers(tets, len(points), quality < POOR, 1))[own]
+    state.frozen[: len(own)] |= ~near
+    length = state.size[: len(own)]
+    before = shape_measures(points, tets[rows])
+    free = np.where(state.frozen[: len(own)], 0.0, length)
+    most = REACHES[-1] * np.where(poor, 1.0, _share(model.surface, facets, own, free * REACHES[-1]))
+    work = new_scratch()
+    for reach in REACHES:
+        state.reach[:-1] = np.minimum(bounds.reach[own], np.minimum(reach, most) * length)
+        do_steps(state, (FORMED, SOUNDER, LIGHTEN) if reach <= NARROW_REACH else (SOUNDER, LIGHTEN), work)
+        count = int(state.counts[TETS])
+        live = state.tets[:count, 0] >= 0
+        if reach >= NARROW_REACH and (state.quality[:count][live] >= SOUND_FROM).all():
+            break
+    live = np.flatnonzero(state.tets[: state.counts[TETS], 0] >= 0)
+    made = state.points[len(used) : state.counts[POINTS]]
+    ids = np.concatenate([used, len(points) + np.arange(len(made))])
+    moved = points.copy()
+    moved[used] = state.points[: len(used)]
+    found = regrouped(
+        model.moved(moved), rows, np.concatenate([moved, made]), ids[state.tets[live]], state.label[live]
+    )
+    report = _report(model, found, before, shape_measures(state.points, state.tets[live]))
+    return GivenWay(found, report, _warning(report))
+
+
+def _nodes(tets: np.ndarray, count: int, chosen: np.ndarray) -> np.ndarray:
+    """Return (count,) bool: the nodes of the chosen tets (m,)."""
+    result = np.zeros(count, bool)
+    result[tets[chosen]] = True
+    return result
+
+
+def _layers(tets: np.ndarray, count: int, chosen: np.ndarray, layers: int) -> np.ndarray:
+    """Return (m,) bool: the chosen tets and layers of those round them."""
+    for _ in range(layers):
+        chosen = touching(tets, _nodes(tets, count, chosen))
+    return chosen
+
+
+def _share(surface: Surface, facets: np.ndarray, own: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    """Return the part (k,) of their reach by which surface points move so that no volume drifts too far.
+
+    own (k,): the points; reach (k,): how far they would go, all the same way.
+    """
+    swept = np.zeros(len(surface.points))
+    swept[own] = reach
+    area = np.linalg.norm(area_vectors(surface.points, facets), axis=1)
+    labels, side = numbered(surface.sides)
+    across = side[:, 0] != side[:, 1]
+    change = sum(
+        np.bincount(s[across], (area * swept[facets].sum(axis=1) / 3)[across], len(labels)) for s in side.T
+    )
+    volume = side_volumes(surface.points, surface.facets, surface.sides)
+    most = MOST_DRIFT * np.array([abs(volume.get(int(k), np.inf)) for k in labels])
+    part = np.minimum(1.0, most / np.maximum(change, 1e-300))
+    result = np.ones(len(surface.points))
+    np.minimum.at(result, facets[across], part[side[across]].min(axis=1)[:, None])
+    return result[own]
+
+
+def _report(model: Model, found: Model, before: np.ndarray, after: np.ndarray) -> dict:
+    surface = found.surface
+    moves = np.linalg.norm(surface.points - model.surface.points, axis=1)
+    volumes = [side_volumes(at.surface.points, surface.facets, surface.sides) for at in (model, found)]
+    counts = {
+        f"{name}_{when}": int(is_bad(measures).sum())
+        for name, is_bad in (("flat", is_flat), ("poor", is_poor), ("stretched", is_stretched))
+        for when, measures in (("before", before), ("left", after))
+    }
+    return counts | {
+        "surface_points_moved": int((moves > 0).sum()),
+        "largest_move": float(moves.max()),
+        "volume_drift_worst": max(map(abs, volume_drift(*volumes).values()), default=0.0),
+    }
+
+
+def _warning(report: dict) -> str | None:
+    if not report["poor_before"] or not report["surface_points_moved"]:
+        return None
+    return (
+        f"{report['poor_before']} poor tetrahedra, {report['flat_before']} of them flat, lie where the "
+        f"surface leaves no room: {report['surface_points_moved']} of its points were moved by up to "
+        f"{report['largest_move']:.3g}, for both neighbours alike; {report['poor_left']} poor and "
+        f"{report['flat_left']} flat ones are left, the largest change of a volume is "
+        f"{100 * report['volume_drift_worst']:.2g} %"
+    )
