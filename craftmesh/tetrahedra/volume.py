@@ -113,7 +113,7 @@ def complete_volume(
         model, smooth = optimised(model)
     opened = given_way(model)
     surface, tets = opened.model.surface, opened.model.grain_tets
-    poor = dict.fromkeys(record.get("poor", {}), []) | poor_by_grain(opened.model)
+    poor: dict[str, list] = dict.fromkeys(record.get("poor", {}), []) | poor_by_grain(opened.model)
     counts = with_counts(record, whole.whole_model, opened.report, smooth, poor)
     volume = replace(filled, surface=surface, grain_tets=tets, record=counts)
     return volume.warned(whole.warning, opened.warning)
