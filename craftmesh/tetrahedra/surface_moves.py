@@ -201,16 +201,15 @@ def _layers(tets: np.ndarray, count: int, chosen: np.ndarray, layers: int) -> np
 def _share(surface: Surface, facets: np.ndarray, own: np.ndarray, reach: np.ndarray) -> np.ndarray:
     """Return the part (k,) of their reach by which surface points move so that no volume drifts too far.
 
-    own (k,): the points; reach (k,): how far they would go, all the same way.
+    own (k,): the points; reach (k,): how far they would go, each facet's as likely in as out.
     """
     swept = np.zeros(len(surface.points))
     swept[own] = reach
     area = np.linalg.norm(area_vectors(surface.points, facets), axis=1)
     labels, side = numbered(surface.sides)
     across = side[:, 0] != side[:, 1]
-    change = sum(
-        np.bincount(s[across], (area * swept[facets].sum(axis=1) / 3)[across], len(labels)) for s in side.T
-    )
+    square = (area * swept[facets].sum(axis=1) / 3)[across] ** 2
+    change = np.sqrt(sum(np.bincount(s[across], square, len(labels)) for s in side.T))
     volume = side_volumes(surface.points, surface.facets, surface.sides)
     most = MOST_DRIFT * np.array([abs(volume.get(int(k), np.inf)) for k in labels])
     part = np.minimum(1.0, most / np.maximum(change, 1e-300))
