@@ -13,6 +13,7 @@ GROUND = {
     "types",
     "arguments",
     "errors",
+    "extras",
     "options",
     "progress",
     "atomic",

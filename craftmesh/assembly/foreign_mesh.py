@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from craftmesh.errors import CraftmeshError, listed
+from craftmesh.extras import extra
 from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.mesh.tet_connectivity import (
     RowGroups,
@@ -83,7 +84,8 @@ def foreign_with_crack(mesh: "Mesh", opened: TetMesh, parent: np.ndarray) -> "Me
     point sets. Triangles on the crack go to lip A, lines to the element with the lowest number; point data
     are those of the old nodes, cell data of the new cells 0.
     """
-    from meshio import Mesh
+    with extra("formats"):
+        from meshio import Mesh
 
     lips = {name: opened.outward_triangles(name) for name in opened.face_sets if is_lip(name)}
     kind = "triangle" if opened.tets.shape[1] == 4 else "triangle6"

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from craftmesh.errors import CraftmeshError, listed
+from craftmesh.extras import extra
 from craftmesh.options import BOUNDS, is_admitted
 
 # YAML 1.1 takes 4e-6 for text, as it lacks the point of 4.0e-6
@@ -79,8 +80,9 @@ def _validator() -> Any:
     JSON knows no NaN and no infinity, but YAML does; and 4.0 is a whole number to a JSON schema, but not
     to the command line.
     """
-    from jsonschema import Draft202012Validator
-    from jsonschema.validators import extend
+    with extra("workflow"):
+        from jsonschema import Draft202012Validator
+        from jsonschema.validators import extend
 
     numbers = {
         "number": lambda _, value: is_admitted(value, float, {}),

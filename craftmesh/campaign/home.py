@@ -7,10 +7,12 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.extras import extra
 from craftmesh.io.yaml_file import read_yaml
 
 PACKAGE = Path(__file__).parents[1]
@@ -58,7 +60,7 @@ def command_on_path() -> None:
     if shutil.which("craftmesh") is None:
         raise CraftmeshError(
             f"the command craftmesh is not in {beside} nor on the path, but the rules call it; "
-            f"install the package: {sys.executable} -m pip install {home()}"
+            f"install the package: {sys.executable} -m pip install '{home()}[all]'"
         )
 
 
@@ -78,13 +80,24 @@ class Job(NamedTuple):
     increment: str
 
 
+def snakemake_command(*start: str) -> list[str]:
+    """Return the words that run Snakemake with the installed workflow, as Python runs what `start` names.
+
+    Raises CraftmeshError where Snakemake is not installed.
+    """
+    with extra("workflow"):
+        version("snakemake")
+    # -P: modules of this folder are none of Snakemake's
+    return [sys.executable, "-P", *start, "-s", str(snakefile())]
+
+
 def planned_jobs(flags: Sequence[str]) -> list[Job]:
     """Return the jobs that `snakemake FLAGS` would run in this folder, by rule, case and increment.
 
     Those that only gather files are left out. Raises CraftmeshError as Snakemake does.
     """
-    # -P: modules of this folder are none of Snakemake's; quiet: telling jobs takes as long as finding them
-    command = [sys.executable, "-P", "-c", _MAIN, "-s", str(snakefile()), "--dry-run", "--quiet", *flags]
+    # quiet: telling jobs takes as long as finding them
+    command = [*snakemake_command("-c", _MAIN), "--dry-run", "--quiet", *flags]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise CraftmeshError(refusal(done.stdout + done.stderr))
@@ -103,7 +116,8 @@ def refusal(said: str) -> str:
 
 def main() -> None:
     """Run Snakemake with this command's words, a dry run, and print its jobs as JSON in the last line."""
-    from snakemake import api, cli
+    with extra("workflow"):
+        from snakemake import api, cli
 
     files: list[Any] = []  # one or several of each job
     # what is to be made is told by Snakemake's API alone, but the flags of profiles by its command alone

@@ -6,6 +6,10 @@ from pathlib import Path
 
 from craftmesh.commands.flags import Parser
 from craftmesh.commands.verbs import COMMANDS, VERBS, module_name, summary
+from craftmesh.extras import extra
+
+with extra("workflow"):
+    import shtab
 
 SHELLS = ("bash", "zsh", "tcsh")
 
@@ -15,15 +19,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    import shtab
-
     print(shtab.complete(whole_parser(), arguments.shell))
 
 
 def whole_parser() -> argparse.ArgumentParser:
     """Return a parser with every verb of the command line; files are completed where a path is expected."""
-    import shtab
-
     parser = Parser(prog="craftmesh")
     parser.add_argument("--version", action="store_true", help="print the version")
     verbs = parser.add_subparsers(parser_class=Parser)

@@ -17,7 +17,7 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import IO
 
-from craftmesh.campaign.home import NOTE, read_config, refusal, snakefile
+from craftmesh.campaign.home import NOTE, read_config, refusal, snakefile, snakemake_command
 from craftmesh.campaign.standing import Standing, standings
 from craftmesh.commands.compile import compiling_ahead
 from craftmesh.commands.stage_io import add_config
@@ -86,7 +86,7 @@ def run_snakemake(words: Sequence[str]) -> int:
 
     Raises CraftmeshError where it ends without a case that failed.
     """
-    command = [sys.executable, "-P", "-m", "snakemake", "-s", str(snakefile()), *words]
+    command = [*snakemake_command("-m", "snakemake"), *words]
     begun, place = time.time(), None
     cases: list[Standing] = []
     with tempfile.NamedTemporaryFile("w") as said, _child(command, said) as child, LiveLines() as lines:

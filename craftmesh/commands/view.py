@@ -9,6 +9,7 @@ import numpy as np
 from craftmesh.atomic import atomic_path
 from craftmesh.commands.stage_io import of_suffix
 from craftmesh.errors import CraftmeshError
+from craftmesh.extras import extra
 from craftmesh.io.volume_format import SUFFIXES
 from craftmesh.mesh.mesh_sets import is_lip
 from craftmesh.types import Surface
@@ -98,8 +99,8 @@ def view_mesh(file: Path) -> bytes:
 
 
 def view_deck(file: Path) -> bytes:
-    import meshio
-
+    with extra("formats"):
+        import meshio
     from craftmesh.report.views import tets_picture
 
     try:

@@ -8,6 +8,7 @@ from craftmesh.cracks.one_sheet import lines_across, merged_points, sides_apart
 from craftmesh.cracks.series import GivenSurface
 from craftmesh.cracks.voxel_crack import DISC, SPECK, notes_on_holes, outline_of, smoothed
 from craftmesh.surface.connectivity import pieces
+from craftmesh.surface.dividing import bisected
 from craftmesh.surface.measure import area_vectors, total_area
 
 
@@ -31,7 +32,8 @@ def middle_sheet(
         return whole, {}
     middles, _ = lines_across(points, triangles, ACROSS_FRONT**2)
     edge = max(apart, float(np.sqrt(total_area(points, triangles) / 2)) / ACROSS_FRONT)
-    points, triangles = subdivide_to_size(points, triangles, DISC * edge, max_iter=100)
+    extents = np.stack([points.min(axis=0), points.max(axis=0)])
+    points = np.unique(bisected(points[triangles], extents, DISC * edge).reshape(-1, 3), axis=0)
     plane = plane_of(middles)
     outline, gaps = outline_of(plane, points, edge, box, 0.0)
     surface, numbers = height_surface(smoothed(outline, edge), plane, (), middles, edge, box)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from craftmesh.cracks.promises import AREA_KEPT, AREA_PROMISED, LEAST_AREA_PROMISED
-from craftmesh.surface.dividing import halved
+from craftmesh.surface.dividing import bisected
 from craftmesh.surface.measure import area_vectors, meets_box, total_area
 from craftmesh.surface.rounding import EXACT
 from craftmesh.types import Crack, Voxels
@@ -21,7 +21,7 @@ def area_within(crack: Crack, box: np.ndarray) -> float:
 
 def is_in_material(crack: Crack, voxels: Voxels) -> bool:
     """Return whether a crack lies in a grain, at the middles of its pieces of a voxel's size in the box."""
-    pieces = halved(crack.points[crack.triangles], voxels.box, voxels.spacing.min())
+    pieces = bisected(crack.points[crack.triangles], voxels.box, voxels.spacing.min())
     places = pieces.mean(axis=1)
     cells = np.floor((places - voxels.origin) / voxels.spacing).astype(int)
     cells = cells[((cells >= 0) & (cells < voxels.labels.shape)).all(axis=1)]

@@ -7,7 +7,7 @@ import numpy as np
 
 from craftmesh.cracks.polyline import polyline
 from craftmesh.growth.options import MOST, GrowthOptions
-from craftmesh.surface.dividing import halved
+from craftmesh.surface.dividing import bisected
 from craftmesh.types import Crack
 
 ROOT = 0.5  # K of a crack under a load that stays goes with the root of its size
@@ -107,7 +107,7 @@ def crack_size(crack: Crack, box: np.ndarray) -> float:
         farthest = max(farthest, off[within].max(initial=0.0))
         reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
         further = (off + reach > farthest * (1 + TOLERANCE)) & (reach > TOLERANCE * step)
-        corners = halved(corners[further], box, reach[further].max(initial=0.0))
+        corners = bisected(corners[further], box, reach[further].max(initial=0.0))
     return farthest
 
 

@@ -11,17 +11,29 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from craftmesh.errors import CraftmeshError, existing_file, named
+from craftmesh.extras import extra
 
 DEFLATE = 1032  # bytes of one: the most that zlib's method packs, 258 bytes in two bits
 HEAD = 1 << 16  # bytes at a file's start in which what it declares is looked for
 _GIGABYTE = 1e9
-_OPENERS: dict[str, Callable[[], Any]] = {
-    "deflate": lambda: zlib.decompressobj(wbits=47),  # with the head of zlib or of gzip
-    "bzip2": bz2.BZ2Decompressor,
-    "lzma": lzma.LZMADecompressor,
+
+
+def _lz4_block(packed: bytes | memoryview, size: int) -> bytes:
+    with extra("formats"):
+        from lz4.block import LZ4BlockError, decompress
+    try:
+        return decompress(packed, size)
+    except LZ4BlockError as error:
+        raise ValueError(error) from None
+
+
+_METHODS: dict[str, Callable[[bytes | memoryview, int], bytes]] = {
+    "deflate": lambda *data: zlib.decompressobj(wbits=47).decompress(*data),  # of zlib or gzip
+    "bzip2": lambda *data: bz2.BZ2Decompressor().decompress(*data),
+    "lzma": lambda *data: lzma.LZMADecompressor().decompress(*data),
+    "lz4": _lz4_block,
 }
 
 
@@ -87,12 +99,12 @@ def refuse_false_zip(path: str | os.PathLike) -> None:
 
 
 def unpacked(path: str | os.PathLike, packed: bytes | memoryview, size: int, method: str) -> bytes:
-    """Return the first `size` bytes, or as many as there are, of what `method` packed, a key of _OPENERS.
+    """Return the first `size` bytes, or as many as there are, of what `method` packed, a key of _METHODS.
 
     No more are unpacked. Raises CraftmeshError for broken data.
     """
     try:
-        return _OPENERS[method]().decompress(packed, size) if size else b""
+        return _METHODS[method](packed, size) if size else b""
     except (zlib.error, lzma.LZMAError, OSError, EOFError, ValueError) as error:
         raise CraftmeshError(f"{path}: its data cannot be unpacked ({error}); save it anew") from None
 

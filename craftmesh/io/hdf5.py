@@ -6,12 +6,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from craftmesh.errors import CraftmeshError, existing, listed
+from craftmesh.extras import extra
 from craftmesh.io.declared import DEFLATE, refuse_false_size
 from craftmesh.io.file_volume import belonging, is_described, is_ids
+
+with extra("formats"):
+    import h5py
 
 # What is taken of several in one group, the first first.
 _USUAL = ("AvgEulerAngles", "EulerAngles", "AvgQuats", "Quats", "Phases")

@@ -10,11 +10,11 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
 from craftmesh.errors import CraftmeshError, listed
+from craftmesh.extras import extra
 from craftmesh.io.file_volume import (
     EULERS,
     QUATERNIONS,
@@ -35,6 +35,9 @@ from craftmesh.io.file_volume import (
 )
 from craftmesh.io.hdf5 import Beside, cells_xyz, datasets, is_by_cell, opened, volume_paths
 from craftmesh.types import UNINDEXED, Crystal
+
+with extra("formats"):
+    import h5py
 
 _IDS = ("FeatureIds", "GrainIds", "FeatureID", "GrainID")
 _PHASE_NAMES = ("PhaseName", "MaterialName")

@@ -8,6 +8,7 @@ import numpy as np
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError, existing_file
+from craftmesh.extras import extra
 from craftmesh.io.vtk import VTK_CELL_TYPE, set_arrays
 from craftmesh.io.vtk_xml import Dataset, write_dataset
 from craftmesh.options import Options, option
@@ -53,8 +54,9 @@ def write_msh(path: str | os.PathLike, mesh: TetMesh, ascii: bool = False) -> No
     which meshio 5.3 reads no such file. ascii: text, else binary. Raises CraftmeshError where ids leave no
     tags.
     """
-    from meshio import Mesh
-    from meshio.gmsh import write
+    with extra("formats"):
+        from meshio import Mesh
+        from meshio.gmsh import write
 
     solid, face = _CELLS[mesh.tets.shape[1]]
     cells, tags = [(solid, mesh.tets)], [mesh.grain]

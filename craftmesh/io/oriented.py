@@ -15,6 +15,7 @@ from typing import IO, Any
 import numpy as np
 
 from craftmesh.errors import CraftmeshError, told
+from craftmesh.extras import extra
 from craftmesh.io.declared import DEFLATE, HEAD, data_file, refuse_false_size, unpacked
 from craftmesh.io.file_volume import FileVolume
 
@@ -158,7 +159,8 @@ def read_nrrd(path: str | os.PathLike) -> FileVolume:
 
     The origin of the format is the centre of the first voxel. Raises CraftmeshError, also for oblique axes.
     """
-    import nrrd
+    with extra("formats"):
+        import nrrd
 
     path = Path(path)
     with _told(path), open(path, "rb") as stream:
@@ -184,7 +186,8 @@ def _told(path: Path) -> Iterator[None]:
 
 def nrrd_data(path: Path) -> list[Path]:
     """Return the files in which the data of a .nhdr lie, none for a .nrrd; raises CraftmeshError."""
-    import nrrd
+    with extra("formats"):
+        import nrrd
 
     with _told(path), open(path, "rb") as stream:
         return _nrrd_data(path, nrrd.read_header(stream))
@@ -199,7 +202,8 @@ def _labels(path: Path, header: dict[str, Any], rest: bytes) -> np.ndarray:
 
     They are unpacked as far as needed. The header loses what says where they were and how they were packed.
     """
-    import nrrd
+    with extra("formats"):
+        import nrrd
 
     for other in _nrrd_data(path, header):
         rest = other.read_bytes()

@@ -17,6 +17,7 @@ import numpy as np
 
 from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError, existing_file
+from craftmesh.extras import extra
 from craftmesh.io.declared import HEAD, data_file, enough_memory, heard, refuse_false_zip
 
 SUFFIXES = (".stl", ".ply", ".obj", ".off", ".3mf")
@@ -124,7 +125,8 @@ def _objects(path: Path) -> int:
 
 def vertices_of(path: str | os.PathLike) -> np.ndarray:
     """Return the points (n, 3) of a surface file or a point cloud that trimesh reads, in its order."""
-    import trimesh
+    with extra("formats"):
+        import trimesh
 
     scene = _scene(Path(path))
     parts = [body for body in scene.dump() if isinstance(body, (trimesh.Trimesh, trimesh.PointCloud))]
@@ -133,15 +135,13 @@ def vertices_of(path: str | os.PathLike) -> np.ndarray:
 
 def _parts(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return (points, triangles) of every body of the file with triangles, moved to its place."""
-    existing_file(path, f"give a triangulated surface ({LISTED})")
+    path = existing_file(path, f"give a triangulated surface ({LISTED})")
     if path.suffix.lower() == ".stl" and len(corners := _binary_stl(path)):
         return [(corners, np.arange(len(corners)).reshape(-1, 3))]
-    import trimesh
-
     scene = _scene(path)
     flat = path.suffix.lower() in SUFFIXES[:-1]  # the others may place a body in several ways
     bodies = list(scene.geometry.values()) if flat else scene.dump()
-    meshes = [body for body in bodies if isinstance(body, trimesh.Trimesh) and len(body.faces)]
+    meshes = [body for body in bodies if len(getattr(body, "faces", ()))]
     parts = [(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)) for mesh in meshes]
     for points, triangles in parts:
         if triangles.min() < 0 or triangles.max() >= len(points):
@@ -162,7 +162,8 @@ def _binary_stl(path: Path) -> np.ndarray:
 
 def _scene(path: Path) -> Any:
     """Return what trimesh reads of a file, its clean-up off."""
-    import trimesh
+    with extra("formats"):
+        import trimesh
 
     suffix = path.suffix.lower()
     if suffix[1:] not in trimesh.available_formats() - _NO_SURFACES:
@@ -224,13 +225,11 @@ def parts_beside(path: Path) -> list[Path]:
 
 def _refuse_false_containers(path: Path) -> None:
     """Refuse zip archives that unpack to more than memory, and HDF5 files whose data lie in others."""
-    from h5py import is_hdf5  # takes long to import
-
-    from craftmesh.io.hdf5 import opened
+    from craftmesh.io.hdf5 import h5py, opened  # takes long to import
 
     if zipfile.is_zipfile(path):
         refuse_false_zip(path)
-    if is_hdf5(path):
+    if h5py.is_hdf5(path):
         with opened(path):
             pass
 

@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from craftmesh.errors import CraftmeshError, told
+from craftmesh.extras import extra
 from craftmesh.io.declared import DEFLATE, HEAD, heard, refuse_false_size
 from craftmesh.io.file_volume import FileVolume
 
@@ -94,7 +95,8 @@ def _numbers(folder: Path, files: list[Path]) -> dict[Path, int]:
 
 def _pages(file: Path) -> tuple[np.ndarray, Place]:
     """Return the pages (z, y, x) of a file, grey and of one size and type, and their place."""
-    import tifffile
+    with extra("formats"):
+        import tifffile
 
     try:
         with heard("tifffile") as said, tifffile.TiffFile(file, **_ALONE) as tif:

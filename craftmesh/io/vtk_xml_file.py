@@ -101,26 +101,18 @@ class VtkFile:
 
     def _unpacked(self, source: memoryview, is_raw: bool) -> bytes:
         """Return the joined blocks; their head: how many, how long, the last's length, packed lengths."""
-        blocks = int(np.frombuffer(_taken(source, self._word.itemsize, is_raw), self._word, 1)[0])
-        if not blocks:
+        count = int(np.frombuffer(_taken(source, self._word.itemsize, is_raw), self._word, 1)[0])
+        if not count:
             return b""
-        head = np.frombuffer(
-            _taken(source, (3 + blocks) * self._word.itemsize, is_raw), self._word
-        ).tolist()
-        _, block, last, *lengths = head
-        sizes = [block] * (blocks - bool(last)) + [last] * bool(last)
+        head_size = (3 + count) * self._word.itemsize
+        _, block, last, *lengths = np.frombuffer(_taken(source, head_size, is_raw), self._word).tolist()
+        sizes = [block] * (count - bool(last)) + [last] * bool(last)
         ratio = _RATIOS[self._method]
         refuse_false_size(self.path, "an array", [sum(sizes)], 1, sum(lengths), ratio)
-        data = _taken(source[_stored((3 + blocks) * self._word.itemsize, is_raw) :], sum(lengths), is_raw)
+        data = _taken(source[_stored(head_size, is_raw) :], sum(lengths), is_raw)
         bounds = pairwise(accumulate(lengths, initial=0))
-        return b"".join(self._block(data[a:b], size) for (a, b), size in zip(bounds, sizes, strict=True))
-
-    def _block(self, packed: bytes | memoryview, size: int) -> bytes:
-        if self._method != "lz4":
-            return unpacked(self.path, packed, size, self._method)
-        from vtkmodules.vtkIOCore import vtkLZ4DataCompressor
-
-        return bytes(memoryview(vtkLZ4DataCompressor().Uncompress(packed, len(packed), size)))
+        blocks = [(data[a:b], size) for (a, b), size in zip(bounds, sizes, strict=True)]
+        return b"".join(unpacked(self.path, *block, self._method) for block in blocks)
 
 
 def _stored(size: int, is_raw: bool) -> int:

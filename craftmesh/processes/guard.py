@@ -14,9 +14,11 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import IO
 
-import psutil
-
+from craftmesh.extras import extra
 from craftmesh.processes.job import die_with_parent, inherit_orphans
+
+with extra("workflow"):
+    import psutil
 
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 

@@ -46,7 +46,7 @@ STAGES = {
 }
 RECORD = "case.json"
 PICTURES = ("grains", "sizes", "crack", "deformed", "stress", "slip")
-PACKAGES = ("craftmesh", "tetgen", "pytetwild", "numpy", "scipy", "numba", "pyamg", "vtk", "snakemake")
+PACKAGES = ("craftmesh", "tetgen", "pytetwild", "numpy", "scipy", "numba", "pyamg", "snakemake")
 _ERROR = "craftmesh: error: "
 
 

@@ -8,15 +8,18 @@ it cannot be the one that has converged: then the sizes have to go on.
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
+from craftmesh.extras import extra
 from craftmesh.report.case_files import Case, Increment
 from craftmesh.report.measures import of_trusted
 from craftmesh.report.pictures import COLOURS, new_figure, plain, with_unit
 from craftmesh.report.sweeps import FEWEST, QUANTITIES, SOLVED, Sweep
+
+with extra("pictures"):
+    import matplotlib
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # Histograms of quality.json: their names in words, and whether small or large values are bad.
 HISTOGRAMS = {

@@ -3,39 +3,40 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
 from craftmesh.errors import CraftmeshError
+from craftmesh.extras import extra
 from craftmesh.mechanics.materials import COMPONENT
 from craftmesh.report.pictures import (
     BELOW,
     COLOURS,
     GRAINS,
-    PIXELS,
     deformed_body,
-    draw_directions,
-    new_figure,
+    draw_body,
+    scale_of,
+    two_pictures,
     value_on_plane,
 )
-from craftmesh.report.shaded import View, shaded, view_from
+from craftmesh.report.shaded import View, view_from
 from craftmesh.report.shown_mesh import Facets, ShownMesh
 from craftmesh.types import Solution, TetMesh
 
-LIP = (0.93, 0.90, 0.84)  # the crack where grains are coloured
+with extra("pictures"):
+    import matplotlib
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize, to_rgb
+    from matplotlib.figure import Figure
+
+LIP = to_rgb("antiquewhite")  # the crack where grains are coloured
 FRONT = "crimson"
-# Of the nodes' lengths: the scale holds all but so many per cent at either end.
-LEFT_OUT = 0.5
 
 
 def mesh_pictures(shown: ShownMesh) -> dict[str, Figure]:
     """Return pictures by name: `grains`, `sizes`, and of a crack `crack`."""
     whole = view_from(shown.towards, shown.points)
-    scale = Normalize(*np.percentile(shown.lengths, [LEFT_OUT, 100 - LEFT_OUT]))
+    scale = scale_of(shown.lengths)
     pictures = {"grains": _bodies(shown, whole, _by_grain)}
     pictures["sizes"] = _bodies(shown, whole, lambda facets: _by_length(shown, facets, scale))
     _add_scale(pictures["sizes"], scale)
@@ -46,9 +47,9 @@ def mesh_pictures(shown: ShownMesh) -> dict[str, Figure]:
 
 def _bodies(shown: ShownMesh, view: View, colours: Callable[[Facets], np.ndarray]) -> Figure:
     """Return the body, whole and cut open along the crack, in the colours of its facets."""
-    figure, axes = _pair()
+    figure, axes = two_pictures()
     for place, facets in zip(axes, (shown.skin, shown.opened)):
-        _show(place, shown, facets, colours(facets), view)
+        draw_body(place, shown.points, facets.triangles, colours(facets), view, lined=True)
     _draw_fronts(axes[1], shown, view)
     return figure
 
@@ -56,27 +57,13 @@ def _bodies(shown: ShownMesh, view: View, colours: Callable[[Facets], np.ndarray
 def _crack(shown: ShownMesh, scale: Normalize) -> Figure:
     corners = shown.points[np.unique(shown.lip.triangles)]
     view = view_from(shown.normal, corners, BELOW)
-    figure, axes = _pair()
-    _show(axes[0], shown, shown.lip, _by_grain(shown.lip._replace(is_lip=~shown.lip.is_lip)), view)
-    _show(axes[1], shown, shown.lip, _by_length(shown, shown.lip, scale), view)
-    for place in axes:
+    figure, axes = two_pictures()
+    by_grain = _by_grain(shown.lip._replace(is_lip=~shown.lip.is_lip))
+    for place, colours in zip(axes, (by_grain, _by_length(shown, shown.lip, scale))):
+        draw_body(place, shown.points, shown.lip.triangles, colours, view, lined=True)
         _draw_fronts(place, shown, view)
     _add_scale(figure, scale)
     return figure
-
-
-def _pair() -> tuple[Figure, list[Axes]]:
-    figure = new_figure(10.4, 4.4)
-    axes = figure.subplots(1, 2)
-    figure.subplots_adjust(left=0.01, right=0.91, bottom=0.01, top=0.99, wspace=0.04)
-    return figure, list(axes)
-
-
-def _show(axes: Axes, shown: ShownMesh, facets: Facets, colours: np.ndarray, view: View) -> None:
-    picture = shaded(shown.points, facets.triangles, colours, view, PIXELS, lined=True)
-    axes.imshow(picture, extent=view.extent, interpolation="bilinear")
-    axes.set_axis_off()
-    draw_directions(axes, view)
 
 
 def _by_grain(facets: Facets) -> np.ndarray:

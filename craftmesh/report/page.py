@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
+from craftmesh.extras import extra
 from craftmesh.mechanics.units import UnitsOptions
 from craftmesh.mesh.quality import drift_sentence
 from craftmesh.report.case_files import Case, Failure
@@ -18,6 +17,10 @@ from craftmesh.report.charts import against_crack, against_size, compared, histo
 from craftmesh.report.measures import UNIFORM_TETS, grown_rows, outcome, table_row, totals
 from craftmesh.report.pictures import along_front, as_webp, crack_by_increment
 from craftmesh.report.sweeps import MEASURED_IN, QUANTITIES, ReportOptions, sweeps
+
+with extra("pictures"):
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
 
 # Pictures of an increment are some 180 kB of text: a page of more bytes than this is slow to open. Then
 # increments between a case's first and last one are left out, evenly.

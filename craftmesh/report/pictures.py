@@ -3,31 +3,34 @@
 import io
 from collections.abc import Mapping
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
-from mpl_toolkits.mplot3d import Axes3D
-from PIL import Image
 
 from craftmesh.cracks.polyline import feet, polyline
+from craftmesh.extras import extra
 from craftmesh.report.shaded import View, shaded, view_from
-from craftmesh.report.shown_mesh import cut_tets
+from craftmesh.report.shown_mesh import cut_tets, seen_from
 from craftmesh.surface.measure import area_vectors, meets_box, nearest_facet
 from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.types import Crack
+
+with extra("pictures"):
+    import matplotlib
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+    from mpl_toolkits.mplot3d import Axes3D
+    from PIL import Image
 
 GRAINS = "tab20"  # twenty colours, one grain after another
 STYLES = ("-", "--", ":", "-.")  # of the fronts of one crack
 DPI = 110
 COLOURS = "viridis"
 BELOW = 0.14  # of a crack's width: room under it for the directions of the axes
-TOWARDS = np.array([0.75, -0.55, 0.6])  # from where a body is looked at that nothing is known of
+TOWARDS = seen_from(2)  # from where a body is looked at that nothing is known of
 PIXELS = 560  # of a body's width
 WEBP = 82  # of 100: a lined mesh takes 40 kB and looks like its .png of 330
 # Of the body's diagonal: how far the point that moves most is shown from where it was.
@@ -35,8 +38,8 @@ SHOWN_MOVE = 0.08
 # Of the distance from the crack before: what is not nearer to it than to its fronts lies ahead of them. A
 # strip that is laid again, turned by up to 26 degrees, is nearer at two thirds of its width.
 AHEAD = 0.9
-# Stresses have no bound beside a crack front: the scale ends where so many per cent are in it.
-SCALE_PERCENT = 99.0
+# Stresses have no bound beside a crack front: scales leave out this percentage at either end.
+LEFT_OUT = 1.0
 
 
 def crack_by_increment(cracks: Mapping[str, Crack], box: np.ndarray, towards: np.ndarray) -> Figure:
@@ -54,23 +57,37 @@ def crack_by_increment(cracks: Mapping[str, Crack], box: np.ndarray, towards: np
         view_from(towards, edges.reshape(-1, 3)),
         view_from(normal * np.sign(normal @ towards), corners.reshape(-1, 3), BELOW),
     )
-    figure = new_figure(10.4, 4.4)
-    for axes, view in zip(figure.subplots(1, 2), views):
+    figure, pair = two_pictures()
+    for axes, view in zip(pair, views):
         triangles = np.arange(3 * len(corners)).reshape(-1, 3)
         shade = np.repeat(colours[added][:, None, :3], 3, axis=1)
-        picture = shaded(corners.reshape(-1, 3), triangles, shade, view, PIXELS, lined=False)
-        axes.imshow(picture, extent=view.extent)
+        draw_body(axes, corners.reshape(-1, 3), triangles, shade, view, lined=False)
         for crack in cracks.values():
             for front in crack.fronts:
                 axes.plot(*view.flat(crack.points[front]).T, color="black", linewidth=0.8)
-        axes.set_axis_off()
-        draw_directions(axes, view)
     for edge in edges:
         figure.axes[0].plot(*views[0].flat(edge).T, color="grey", linewidth=0.6)
     marks = [Patch(color=colour, label=name) for name, colour in zip(cracks, colours)]
     figure.legend(handles=marks, title="increment", fontsize=8, loc="center right")
-    figure.subplots_adjust(left=0.01, right=0.91, bottom=0.01, top=0.99, wspace=0.04)
     return figure
+
+
+def two_pictures() -> tuple[Figure, list[Axes]]:
+    """Return a figure of two pictures, with room for a scale beside them, and their axes."""
+    figure = new_figure(10.4, 4.4)
+    axes = figure.subplots(1, 2)
+    figure.subplots_adjust(left=0.01, right=0.91, bottom=0.01, top=0.99, wspace=0.04)
+    return figure, list(axes)
+
+
+def draw_body(
+    axes: Axes, points: np.ndarray, triangles: np.ndarray, colours: np.ndarray, view: View, lined: bool
+) -> None:
+    """Draw triangles (m, 3) on points (n, 3) in colours (m, 3, 3) of their corners, and the directions."""
+    picture = shaded(points, triangles, colours, view, PIXELS, lined)
+    axes.imshow(picture, extent=view.extent, interpolation="bilinear")
+    axes.set_axis_off()
+    draw_directions(axes, view)
 
 
 def box_edges(box: np.ndarray) -> np.ndarray:
@@ -164,9 +181,7 @@ def deformed_body(
     view = view_from(towards, moved)
     figure = new_figure(6.0, 4.4)
     axes = figure.add_subplot()
-    colours = shade.to_rgba(size[facets])[..., :3]
-    axes.imshow(shaded(moved, facets, colours, view, PIXELS, lined=False), extent=view.extent)
-    axes.set_axis_off()
+    draw_body(axes, moved, facets, shade.to_rgba(size[facets])[..., :3], view, lined=False)
     figure.colorbar(shade, ax=axes, shrink=0.8, label=f"displacement (shown {factor:.3g} times)")
     return figure
 
@@ -179,8 +194,8 @@ def value_on_plane(
     first, second = (k for k in range(3) if k != axis)
     figure = new_figure(6.0, 4.4)
     axes = figure.add_subplot()
-    low, high = np.percentile(values[rows], [100 - SCALE_PERCENT, SCALE_PERCENT]) if len(rows) else (0, 1)
-    cells = PolyCollection(list(polygons), array=values[rows], cmap=COLOURS, clim=(low, high))
+    scale = scale_of(values[rows]) if len(rows) else Normalize(0, 1)
+    cells = PolyCollection(list(polygons), array=values[rows], cmap=COLOURS, norm=scale)
     cells.set_edgecolor("face")
     axes.add_collection(cells)
     axes.autoscale_view()
@@ -190,6 +205,11 @@ def value_on_plane(
     axes.set_title(f"{'xyz'[axis]} = {origin[axis]:.4g}", fontsize=10)
     figure.colorbar(cells, ax=axes, label=name)
     return figure
+
+
+def scale_of(values: np.ndarray) -> Normalize:
+    """Return the scale of colours that holds all values but LEFT_OUT per cent at either end."""
+    return Normalize(*np.percentile(values, [LEFT_OUT, 100 - LEFT_OUT]))
 
 
 def frame_box(axes: Axes3D, box: np.ndarray) -> None:

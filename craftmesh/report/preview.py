@@ -2,16 +2,12 @@
 
 from dataclasses import dataclass
 
-import matplotlib
 import numpy as np
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.figure import Figure
-from mpl_toolkits.mplot3d import Axes3D
-from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from craftmesh.cracks.height_parts import best_fit_frame
 from craftmesh.cracks.meetings import Oblique, Traces
 from craftmesh.cracks.prescription import frame_along
+from craftmesh.extras import extra
 from craftmesh.report.pictures import GRAINS, as_png, box_edges, frame_box, new_figure
 from craftmesh.surface.connectivity import joined, unique_edges
 from craftmesh.surface.front import among_edges, front_edges
@@ -19,7 +15,14 @@ from craftmesh.surface.measure import area_vectors, edge_lengths, meets_box
 from craftmesh.surface.patches import is_on_box
 from craftmesh.types import BOX_PLANES, CRACK, Crack, Surface
 
-PLAIN = (0.75, 0.75, 0.75)  # a crack that was refused
+with extra("pictures"):
+    import matplotlib
+    from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d import Axes3D
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+
+PLAIN = "silver"  # a crack that was refused
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +110,7 @@ def preview_picture(preview: Preview, limit: float) -> bytes:
     return as_png(figure)
 
 
-def _shown(preview: Preview) -> tuple[np.ndarray, np.ndarray | tuple, list[np.ndarray]]:
+def _shown(preview: Preview) -> tuple[np.ndarray, np.ndarray | str, list[np.ndarray]]:
     """Return the crack's triangles (k, 3, 3) in the box, their colours, and the fronts' edges (j, 3)."""
     box, surface = preview.box, preview.inserted
     if surface is None:
@@ -124,7 +127,7 @@ def _shown(preview: Preview) -> tuple[np.ndarray, np.ndarray | tuple, list[np.nd
 
 
 def _in_box(
-    axes: Axes3D, preview: Preview, triangles: np.ndarray, colours: np.ndarray | tuple, fronts: list
+    axes: Axes3D, preview: Preview, triangles: np.ndarray, colours: np.ndarray | str, fronts: list
 ) -> None:
     box = preview.box
     axes.add_collection3d(Poly3DCollection(triangles, facecolor=colours))
@@ -137,7 +140,7 @@ def _from_ahead(
     figure: Figure,
     preview: Preview,
     triangles: np.ndarray,
-    colours: np.ndarray | tuple,
+    colours: np.ndarray | str,
     fronts: list,
     limit: float,
 ) -> None:

@@ -9,11 +9,9 @@ from craftmesh.surface.measure import unit_normals
 
 # Pixels are drawn so many times finer and then averaged, against steps along edges.
 FINER = 2
-LIGHT = np.array([0.35, 0.5, 0.8])  # to the right, up, towards who looks
-DARKEST = 0.5  # of a facet that the light grazes
+DARKEST = 0.5  # brightness of a facet seen edge-on, over that of one seen from ahead
 MARGIN = 0.02  # round what is seen, of its width or height
 AHEAD = 0.8  # cosine of the view's direction and z from which z is ahead rather than up
-LINES = np.array([0.1, 0.1, 0.12])
 LINE_WIDTH = 0.45  # pixels
 # Lines of facets with shorter edges would hide their colours; they fade in over a factor of 2 above that.
 SHORTEST_LINED = 5.0  # pixels
@@ -74,18 +72,11 @@ def shaded(
     picture, depth = np.zeros((tall, wide, 3), np.float32), np.full((tall, wide), -np.inf, np.float32)
     edges = np.linalg.norm(np.diff(pixels[:, [0, 1, 2, 0], :2], axis=1), axis=2).mean(axis=1) / FINER
     lines = lined * LINE_WIDTH * FINER * np.clip(edges / SHORTEST_LINED - 1, 0, 1)
-    lit = colours * _light(points, triangles, view)[:, None, None]
-    draw(pixels, lit, lines, LINES, picture, depth)
+    facing = np.abs(unit_normals(points, triangles) @ view.frame[2])
+    lit = colours * (DARKEST + (1 - DARKEST) * facing)[:, None, None]
+    draw(pixels, lit, lines, picture, depth)
     covered = np.isfinite(depth)[..., None].astype(np.float32)
     together = np.concatenate([picture, covered], axis=2)
     mean = together.reshape(tall // FINER, FINER, wide // FINER, FINER, 4).mean(axis=(1, 3))
     mean[..., :3] /= np.maximum(mean[..., 3:], 1e-9)
     return np.clip(mean, 0, 1)
-
-
-def _light(points: np.ndarray, triangles: np.ndarray, view: View) -> np.ndarray:
-    """Return how bright each triangle is (m,), seen from whatever side."""
-    normals = unit_normals(points, triangles) @ view.frame.T
-    normals *= np.where(normals[:, 2:] < 0, -1.0, 1.0)
-    light = LIGHT / np.linalg.norm(LIGHT)
-    return DARKEST + (1 - DARKEST) * np.clip(normals @ light, 0, 1)

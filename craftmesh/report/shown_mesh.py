@@ -20,12 +20,12 @@ from craftmesh.mesh.tet_connectivity import (
 from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.types import TetMesh
 
-# Along the crack's normal, and along the two other axes: looked at from there its lip is seen well, and so
-# are two faces of the box.
-STEEPLY, ASIDE = 1.0, (0.75, 0.55)
+# The view along the two axes beside the one that faces it, over that: a lip is seen well, and two faces.
+ASIDE = (0.75, 0.55)
+SIDES = np.array([1.0, -1.0, 1.0])  # the side of each axis, where nothing tells it
 COARSER = 1.2  # the grid's cells grow by this until the triangles are few enough
-# Triangles of the body's skin and of the crack: some 180 kB of text a case and increment at most.
-MOST_SKIN, MOST_LIP = 8000, 5000
+# Triangles of the body's skin, and of the crack: some 180 kB of text a case and increment at most.
+MOST_TRIANGLES = 6500
 LEVELS = np.iinfo(np.uint16).max  # of coordinates within the box, and of lengths
 
 
@@ -95,13 +95,14 @@ def _plane(mesh: TetMesh, lip: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
         centre = mesh.points[lip].mean(axis=(0, 1))
     off = (centre - box.mean(axis=0)) / np.ptp(box, axis=0)
     # from the side to which the crack is nearest, so that its mouth is seen
-    sign = np.where(np.abs(off) > 1e-6, np.sign(off), [1.0, -1.0, 1.0])
+    sign = np.where(np.abs(off) > 1e-6, np.sign(off), SIDES)
     facing = int(np.abs(normal).argmax())
-    others = [axis for axis in range(3) if axis != facing]
-    towards = np.zeros(3)
-    towards[others] = sign[others] * ASIDE
-    towards[facing] = STEEPLY
-    return normal * np.sign(normal[facing]), centre, towards
+    return normal * np.sign(normal[facing]), centre, seen_from(facing, sign)
+
+
+def seen_from(facing: int, sign: np.ndarray = SIDES) -> np.ndarray:
+    """Return a direction of view (3,) in which an axis faces it; sign (3,): the sides of the two others."""
+    return np.where(np.arange(3) == facing, 1.0, sign * np.insert(ASIDE, facing, 1.0))
 
 
 def _below(
@@ -206,8 +207,8 @@ def scene(shown: ShownMesh) -> dict:
         "lengths": lengths.tolist(),
         "normal": shown.normal.tolist(),
         "towards": shown.towards.tolist(),
-        "skin": _part(shown, shown.skin, box, lengths, MOST_SKIN),
-        "lip": _part(shown, shown.lip, box, lengths, MOST_LIP),
+        "skin": _part(shown, shown.skin, box, lengths, MOST_TRIANGLES),
+        "lip": _part(shown, shown.lip, box, lengths, MOST_TRIANGLES),
         "fronts": [_text(_shares(shown.points[front], box), "<u2") for front in shown.fronts],
     }
 

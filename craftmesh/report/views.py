@@ -3,32 +3,32 @@
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
-from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
 
+from craftmesh.extras import extra
 from craftmesh.mesh.tet_connectivity import free_half_faces, half_face_corners
 from craftmesh.report.pictures import (
     COLOURS,
     GRAINS,
-    PIXELS,
     TOWARDS,
     as_png,
-    draw_directions,
+    draw_body,
     frame_box,
     new_figure,
 )
-from craftmesh.report.shaded import shaded, view_from
+from craftmesh.report.shaded import view_from
+from craftmesh.report.shown_mesh import seen_from
 from craftmesh.sizing.sizing import Lengths
 from craftmesh.types import CRACK, Crack, Surface, Voxels
 
-SEEN_FROM = np.array(
-    [[0.79, 0.45, 0.42], [0.45, 0.79, 0.42], [0.41, -0.71, 0.57]]
-)  # by the axis that is cut
-RED = (0.8, 0.1, 0.1, 1.0)
-EMPTY = (1.0, 1.0, 1.0, 1.0)
+with extra("pictures"):
+    import matplotlib
+    from matplotlib.colors import ListedColormap, to_rgba
+    from matplotlib.figure import Figure
+    from matplotlib.image import AxesImage
+
+RED = to_rgba("firebrick")
+EMPTY = to_rgba("white")
 
 
 def labels_picture(voxels: Voxels) -> bytes:
@@ -88,7 +88,9 @@ def surface_picture(surface: Surface) -> bytes:
     colours = _grain_colours(surface.sides[shown].max(axis=1))
     colours[is_crack[shown]] = RED
     title = f"{len(surface.facets):,} facets, {int(is_crack.sum()):,} of the crack"
-    return _body(surface.points, surface.facets[shown], colours, SEEN_FROM[np.abs(normal).argmax()], title)
+    return _body(
+        surface.points, surface.facets[shown], colours, seen_from(int(np.abs(normal).argmax())), title
+    )
 
 
 def tets_picture(points: np.ndarray, tets: np.ndarray, grain: np.ndarray, lips: np.ndarray) -> bytes:
@@ -108,7 +110,7 @@ def tets_picture(points: np.ndarray, tets: np.ndarray, grain: np.ndarray, lips: 
     colours = _grain_colours(grain[below][free // 4])
     colours[is_lip[faces].all(axis=1)] = RED
     title = f"{len(tets):,} elements, {len(np.unique(grain)):,} grains"
-    return _body(points, faces, colours, SEEN_FROM[np.abs(normal).argmax()], title)
+    return _body(points, faces, colours, seen_from(int(np.abs(normal).argmax())), title)
 
 
 def crack_picture(crack: Crack) -> bytes:
@@ -146,11 +148,9 @@ def _body(
     figure = new_figure(8.0, 7.0)
     axes = figure.add_subplot()
     corners = np.repeat(colours[:, None, :3], 3, axis=1)
-    axes.imshow(shaded(points, triangles, corners, view, PIXELS, lined=True), extent=view.extent)
+    draw_body(axes, points, triangles, corners, view, lined=True)
     for line in lines:
         axes.plot(*view.flat(line).T, color="black", linewidth=2.0)
-    axes.set_axis_off()
-    draw_directions(axes, view)
     axes.set_title(title, fontsize=10)
     return as_png(figure)
 

@@ -11,7 +11,7 @@ from craftmesh.cracks.promises import PROMISED
 from craftmesh.cracks.sheets import sheets
 from craftmesh.sizing.length_field import LengthField
 from craftmesh.sizing.sizing import PER_WIDTH, Sizing, densify, where_short
-from craftmesh.surface.dividing import halved
+from craftmesh.surface.dividing import bisected
 from craftmesh.surface.measure import unit_normals
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_FACES, Crack
@@ -61,7 +61,7 @@ def _to_face(
     axis, upper = face
     slab = box.copy()
     slab[1 - upper, axis] = box[upper, axis] + (1 - 2 * upper) * sizing.l_max / PER_WIDTH
-    corners = halved(crack.points[crack.triangles], slab, sizing.l_min)
+    corners = bisected(crack.points[crack.triangles], slab, sizing.l_min)
     if not len(corners):
         return np.zeros((0, 3)), np.zeros(0)
     centres, steep = corners.mean(axis=1), _steepness(corners, axis)

@@ -82,6 +82,22 @@ def divided(
     return np.concatenate(pieces)[stable].astype(np.int32), parent[stable]
 
 
+def bisected(corners: np.ndarray, slab: np.ndarray, longest: float) -> np.ndarray:
+    """Bisect triangles (k, 3, 3) until no edge exceeds `longest`; drop those that miss the box `slab`."""
+    done = [np.zeros((0, 3, 3))]
+    while True:
+        corners = corners[meets_box(corners, slab)]
+        length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+        is_long = length.max(axis=1, initial=0.0) > longest
+        done.append(corners[~is_long])
+        if not is_long.any():
+            return np.concatenate(done)
+        turned = (length[is_long].argmax(axis=1)[:, None] + np.arange(3)) % 3
+        a, b, c = np.take_along_axis(corners[is_long], turned[:, :, None], axis=1).transpose(1, 0, 2)
+        middle = (a + b) / 2
+        corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+
+
 def _turn(corners: np.ndarray, middle: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rotate each facet so that its edge `first` becomes edge 0 (corner 0 to corner 1)."""
     index = (first[:, None] + np.arange(3)) % 3
@@ -117,19 +133,3 @@ def _in_four(corners: np.ndarray, middle: np.ndarray, _points: np.ndarray) -> tu
         np.stack([bc, c, ca], axis=1),
         np.stack([ab, bc, ca], axis=1),
     )
-
-
-def halved(corners: np.ndarray, slab: np.ndarray, longest: float) -> np.ndarray:
-    """Bisect triangles (k, 3, 3) until no edge exceeds `longest`; drop those that miss the box `slab`."""
-    done = [np.zeros((0, 3, 3))]
-    while True:
-        corners = corners[meets_box(corners, slab)]
-        length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-        is_long = length.max(axis=1, initial=0.0) > longest
-        done.append(corners[~is_long])
-        if not is_long.any():
-            return np.concatenate(done)
-        turned = (length[is_long].argmax(axis=1)[:, None] + np.arange(3)) % 3
-        a, b, c = np.take_along_axis(corners[is_long], turned[:, :, None], axis=1).transpose(1, 0, 2)
-        middle = (a + b) / 2
-        corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])

@@ -10,7 +10,6 @@ from craftmesh.arguments import as_array
 from craftmesh.errors import CraftmeshError, existing, listed, named
 from craftmesh.io.declared import enough_memory
 from craftmesh.io.file_volume import DEGREES, RADIANS, UNSAID, FileVolume
-from craftmesh.io.hdf5_volumes import read_dream3d, read_labdct
 from craftmesh.io.npz import read_npy, read_npz
 from craftmesh.io.oriented import read_metaimage, read_nrrd
 from craftmesh.io.tesr import read_tesr
@@ -166,9 +165,13 @@ def _read_file(path: Path, options: ReadOptions) -> FileVolume:
         return read_npz(path, options.dataset, options.axes)
     if kind == "npy":
         return read_npy(path, options.axes)
+    if kind == "vti":
+        return read_vti(path, options.dataset)
+    from craftmesh.io.hdf5_volumes import read_dream3d, read_labdct  # h5py takes long to import
+
     if kind == "dream3d":
         return read_dream3d(path, options.dataset, options.table)
-    return {"labdct": read_labdct, "vti": read_vti}[kind](path, options.dataset)
+    return read_labdct(path, options.dataset)
 
 
 def _spacing(path: Path, content: FileVolume, options: ReadOptions) -> np.ndarray:

@@ -118,6 +118,25 @@ def test_every_encoding_is_read_as_by_vtk(tmp_path, kind, encoding, compressor):
             np.testing.assert_array_equal(values, found[name], name)
 
 
+# 48 labels, 1 to 3, that VTK 9.7 wrote as two blocks packed by LZ4.
+OF_VTK = """<VTKFile type="ImageData" byte_order="LittleEndian" header_type="UInt32"
+ compressor="vtkLZ4DataCompressor"><ImageData WholeExtent="0 4 0 4 0 3"><Piece Extent="0 4 0 4 0 3">
+<CellData><DataArray type="Int32" Name="labels" format="binary">
+AgAAAIAAAABAAAAAEwAAAA4AAAA=TwEAAAAEACkfAgQAJ1AAAgAAAE8DAAAABAAkUAADAAAA
+</DataArray></CellData></Piece></ImageData></VTKFile>"""
+
+
+def test_blocks_of_lz4_are_read_without_vtk_and_broken_ones_are_one_line(tmp_path):
+    path = tmp_path / "labels.vti"
+    path.write_text(OF_VTK)
+    labels = vtk_xml.read_dataset(path, "ImageData").at_cells["labels"]
+    np.testing.assert_array_equal(labels, np.arange(48) // 16 + 1)
+    path.write_text(OF_VTK.replace("TwEAAAAE", "TwEA////"))
+    with pytest.raises(CraftmeshError, match="labels.vti: its data cannot be unpacked") as broken:
+        vtk_xml.read_dataset(path, "ImageData")
+    assert "\n" not in str(broken.value)
+
+
 HUGE = "4000000000000"
 FALSE_HEADS = [
     ("ImageData", 'Extent="1 4 0 3 -2 3"', 'Extent="1 4001 0 3000 -2 3000"'),

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from itertools import chain
 from pathlib import Path
 
 import yaml
@@ -20,7 +21,10 @@ def asked_for(requirement: str, parted: str) -> tuple[str, str]:
 
 
 def test_it_asks_for_the_packages_of_the_wheel():
-    wheel = {asked_for(requirement, "") for requirement in PROJECT["dependencies"]}
+    extras = PROJECT["optional-dependencies"]
+    named = chain(*(packages for name, packages in extras.items() if name not in ("branches", "test")))
+    everything = [*PROJECT["dependencies"], *named]
+    wheel = {asked_for(name, "") for name in everything if not name.startswith("craftmesh")}
     run = {asked_for(requirement, " ?") for requirement in RECIPE["requirements"]["run"]}
     assert run - {("__linux", ""), ("python", PROJECT["requires-python"])} == wheel
 

@@ -32,14 +32,14 @@ def test_pixels_are_those_of_a_plain_loop(seed):
     corners[3, 2] = corners[3, 1]  # without area
     size = (14, 20)
     picture, depth = np.zeros((*size, 3)), np.full(size, -np.inf)
-    draw(corners, colours, np.zeros(12), np.zeros(3), picture, depth)
+    draw(corners, colours, np.zeros(12), picture, depth)
     assert np.allclose(picture, plain(corners, colours, size), atol=1e-9)
 
 
 def test_lines_darken_the_edges_alone():
     corners = np.array([[[0.0, 0, 0], [40, 0, 0], [0, 40, 0]]])
     picture, depth = np.zeros((40, 40, 3)), np.full((40, 40), -np.inf)
-    draw(corners, np.ones((1, 3, 3)), np.full(1, 2.0), np.zeros(3), picture, depth)
+    draw(corners, np.ones((1, 3, 3)), np.full(1, 2.0), picture, depth)
     assert picture[0, 5, 0] == pytest.approx(0.25) and picture[10, 10, 0] == 1.0
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from craftmesh.surface.dividing import AT_END, divided, divided_at
-from craftmesh.surface.measure import area_vectors
+from craftmesh.surface.dividing import AT_END, bisected, divided, divided_at
+from craftmesh.surface.measure import area_vectors, total_area
 
 
 def ball(seed=0, count=60):
@@ -88,3 +88,17 @@ def test_facets_part_where_a_plane_crosses_them(height):
     assert {*near} and (
         found.side[: len(points)] == np.where(np.isin(np.arange(200), near), 0, np.sign(psi))
     ).all()
+
+
+def test_bisected_triangles_fill_the_given_ones_that_meet_the_slab():
+    corners = np.random.default_rng(5).random((6, 3, 3)) * (4.0, 2.0, 1.0)
+    parts = bisected(corners, np.array([[-9.0] * 3, [9.0] * 3]), 0.4)
+    lengths = np.linalg.norm(parts - np.roll(parts, 1, axis=1), axis=2)
+    assert 0.2 < lengths.max() <= 0.4
+    areas = [total_area(c.reshape(-1, 3), np.arange(3 * len(c)).reshape(-1, 3)) for c in (corners, parts)]
+    assert areas[0] == pytest.approx(areas[1])
+    slab = np.array([[0.0] * 3, [1.0, 2.0, 1.0]])
+    near = bisected(corners, slab, 0.4)
+    assert (near.min(axis=1)[:, 0] <= 1.0).all() and 0 < len(near) < len(parts)
+    whole = parts[parts.min(axis=1)[:, 0] <= 1.0]
+    assert sorted(near.reshape(-1, 9).tolist()) == sorted(whole.reshape(-1, 9).tolist())

@@ -6,12 +6,12 @@ from craftmesh.jit import kernel
 
 
 @kernel
-def draw(corners, colours, line, colour_of_lines, picture, depth):
+def draw(corners, colours, line, picture, depth):
     """Draw triangles into `picture` (h, w, 3) where they are nearer than `depth` (h, w), and set both.
 
     corners (m, 3, 3): pixels to the right, pixels down, nearness; a pixel is covered where its centre lies
     in the triangle. colours (m, 3, 3) of the corners, 0 to 1. Within `line` (m,) pixels of an edge the
-    colour goes over to `colour_of_lines` (3,).
+    colour goes over to black.
     """
     height, width = depth.shape
     for t in range(len(corners)):
@@ -43,4 +43,4 @@ def draw(corners, colours, line, colour_of_lines, picture, depth):
                 plain = 1.0 if line[t] <= 0.0 else min(1.0, edge / line[t])
                 for k in range(3):
                     colour = a * colours[t, 0, k] + b * colours[t, 1, k] + c * colours[t, 2, k]
-                    picture[i, j, k] = plain * colour + (1.0 - plain) * colour_of_lines[k]
+                    picture[i, j, k] = plain * colour
