@@ -185,9 +185,16 @@ LONGER = {"assemble": 5}
 AT_ONCE = {"inp": 2, "check": 2}
 # Tetrahedra over facets of the gradated surface: grains430 9.9, al1050 10.
 TETS_PER_FACET = 10.0
-# What is counted before a file is made: voxels by those who make them, and facets where a plan is shown.
-UNKNOWN = {".npz": Sizes(2e7, 2e7, 2e8), ".vtp": Sizes(1e5, 1e5, 1e6), ".vtu": Sizes(1e5, 1e5, 1e6)}
 _COUNTS = re.compile(rb'NumberOf(Polys|Cells)="(\d+)')
+
+
+def by_facets(facets: float, voxels: float | None = None) -> Sizes:
+    """Return the sizes where facets are known, as many voxels as facets where these are not."""
+    return Sizes(facets if voxels is None else voxels, facets, TETS_PER_FACET * facets)
+
+
+# What is counted before a file is made: voxels by those who make them, and facets where a plan is shown.
+UNKNOWN = {".npz": by_facets(2e7), ".vtp": by_facets(1e5), ".vtu": by_facets(1e5)}
 
 
 def memory_mb(stage: str, sizes: Sizes, attempt: int, node: Node) -> int:
@@ -220,13 +227,11 @@ def sizes_of(path: str | Path) -> Sizes:
                     voxels = np.prod(np.lib.format.read_array_header_1_0(stream)[0])
                 with archive.open("faces.npy") as stream:
                     facets = FACETS_PER_FACE * int(np.lib.format.read_array(stream))
-            return Sizes(int(voxels), facets, TETS_PER_FACET * facets)
+            return by_facets(facets, int(voxels))
         with open(path, "rb") as stream:
             found = _COUNTS.search(stream.read(HEAD))
         if found is None:
             return UNKNOWN[suffix]
-        count = int(found[2])
-        elements = TETS_PER_FACET * count if found[1] == b"Polys" else count
-        return Sizes(elements / TETS_PER_FACET, elements / TETS_PER_FACET, elements)
+        return by_facets(int(found[2]) / (1 if found[1] == b"Polys" else TETS_PER_FACET))
     except (OSError, zipfile.BadZipFile, KeyError, ValueError):
         return UNKNOWN[suffix]

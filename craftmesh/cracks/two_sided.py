@@ -22,7 +22,6 @@ def middle_sheet(
     past it; the report has notes. Raises CraftmeshError for shells that are no height over a plane and for
     several regions.
     """
-    from trimesh.remesh import subdivide_to_size
 
     whole = GivenSurface(points, triangles)
     points, triangles = merged_points(points, triangles)
