@@ -7,39 +7,45 @@ from scipy import ndimage
 
 from craftmesh.errors import CraftmeshError
 
+_AROUND = np.ones((3, 3, 3), bool)
 
-def struts(pores: np.ndarray, spacing: Sequence[float], density: float, growth: float) -> np.ndarray:
+
+def struts(
+    pores: np.ndarray, spacing: Sequence[float], density: float, growth: float, shape: float, cut: str = ""
+) -> np.ndarray:
     """Return (nx, ny, nz) bool: the material of a foam whose pores are the cells (nx, ny, nz) int.
 
     With the distances b, e, q of a voxel from the nearest boundary, edge and node of the cells, it is
-    material where e <= t, and where e q < growth t^2 and e b < t^2; t, the radius of struts between nodes,
-    is chosen for the relative density. Struts thicken within growth t of a node. The largest connected
-    piece is kept, hollows within it are filled. Raises CraftmeshError for pores without edges and struts
-    under three voxels thick.
+    material where e <= t, and where e q < growth t^2 and e b < shape t^2; t, the radius of struts
+    between nodes, is chosen for the relative density. Struts thicken within growth t of a node, along the
+    cells' boundaries as webs where shape is small, all round where it is large. The largest connected
+    piece is kept, hollows within it are filled. Struts that end at a box face across an axis named in
+    `cut` are cut off. Raises CraftmeshError for pores without edges and struts under three voxels thick.
     Source: Tucker, Spear, Integr. Mater. Manuf. Innov. 8 (2019), there with t = 1 voxel.
     """
     foreign = _foreign_cells(pores)
     if foreign.max() < 2:
         raise CraftmeshError("pores meet along no edge, where struts would be; expected more pores")
-    # distances of voxels from the nearest boundary, edge and node of the cells, inf where there is none
+    # of voxels from the nearest boundary, edge and node of the cells; far, but finite, where there is none
     boundary, edge, node = (
         ndimage.distance_transform_edt(foreign < least, sampling=spacing).astype(np.float32)
         if (foreign >= least).any()
-        else np.full(foreign.shape, np.inf, np.float32)
+        else np.full(foreign.shape, 1e30, np.float32)
         for least in (1, 2, 3)
     )
     least = edge  # the smallest t at which a voxel is material
-    if growth:
-        with np.errstate(invalid="ignore"):  # on an edge without a node
-            thick = np.sqrt(edge * np.maximum(node / growth, boundary))
-        least = np.fmin(edge, thick)
+    if growth and shape:
+        least = np.minimum(edge, np.sqrt(edge * np.maximum(node / growth, boundary / shape)))
     radius = np.quantile(least, density, method="inverted_cdf")
     if radius < max(spacing):
         raise CraftmeshError(
             f"relative_density is {density:g}; its struts are under three voxels thick; expected at least "
             f"{(least <= max(spacing)).mean():.3f}, or fewer pores, or more voxels (shape)"
         )
-    return ndimage.binary_fill_holes(largest_piece(least <= radius))
+    material = least <= radius
+    if cut:
+        material &= ~_loose_ends(foreign, node > radius, spacing, cut)
+    return ndimage.binary_fill_holes(largest_piece(material))
 
 
 def largest_piece(material: np.ndarray) -> np.ndarray:
@@ -59,3 +65,19 @@ def _foreign_cells(cells: np.ndarray) -> np.ndarray:
             count += np.logical_and.reduce([neighbour != other for other in seen])
             seen.append(neighbour)
     return count
+
+
+def _loose_ends(
+    foreign: np.ndarray, is_off_nodes: np.ndarray, spacing: Sequence[float], axes: str
+) -> np.ndarray:
+    """Return (nx, ny, nz) bool: voxels off nodes whose nearest edge ends at a box face across `axes`."""
+    is_edge = foreign >= 2
+    edges, count = ndimage.label(is_edge & ~ndimage.binary_dilation(foreign >= 3, _AROUND), _AROUND)
+    ends = np.zeros(count + 1, bool)
+    for axis in map("xyz".index, axes):
+        ends[edges.take((0, -1), axis=axis)] = True
+    ends[0] = False
+    nearest = ndimage.distance_transform_edt(
+        ~is_edge, sampling=spacing, return_distances=False, return_indices=True
+    )
+    return ends[edges][tuple(nearest)] & is_off_nodes

@@ -17,7 +17,6 @@ from craftmesh.voxels.options import SMALLEST_RADIUS, GenerateOptions
 RAGGED_LENGTH = 1.5  # voxels along which boundaries stray alike: steps, not a gentle bend
 _CLEARANCE = 2.0  # voxels between a void and the box, or another void or embedded grain
 _TRIALS = 2000  # random centres per void before it is given up
-EMBEDDED = 0.6  # radius of an embedded body over the room in its host
 
 
 def stray_offsets(
@@ -57,7 +56,7 @@ def generate(options: GenerateOptions = GenerateOptions(), spheres: np.ndarray |
 
     spheres (v, 4): more voids, x, y, z, r in model units. Orientations are uniform; phase 1 throughout.
     The same options give the same voxels. Shuffled voxels and foams may leave grains in pieces, and tiny
-    grains without a voxel: `clean` such volumes. Of a foam, and beside given voids, the largest
+    grains without a voxel: `clean` such volumes. Of a foam, and where voids may cross, the largest
     connected piece is kept; voids open to the air are 0. Raises CraftmeshError for options out of range,
     where no room is left for a void or an embedded grain, and where a foam's struts are under three
     voxels thick.
@@ -126,10 +125,10 @@ def _cells(
 
 def _depth(labels: np.ndarray, spacing: Sequence[float]) -> np.ndarray:
     """Return the distance of each voxel's centre from the nearest voxel of another grain or off the box."""
-    padded, beside = np.pad(labels, 1), ndimage.generate_binary_structure(3, 1)
-    is_inner = ndimage.minimum_filter(padded, footprint=beside) == padded
-    is_inner &= ndimage.maximum_filter(padded, footprint=beside) == padded
-    return ndimage.distance_transform_edt(is_inner, sampling=spacing)[1:-1, 1:-1, 1:-1]
+    from skimage.segmentation import find_boundaries
+
+    is_boundary = find_boundaries(np.pad(labels, 1))
+    return ndimage.distance_transform_edt(~is_boundary, sampling=spacing)[1:-1, 1:-1, 1:-1]
 
 
 def _embed(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:
@@ -143,13 +142,13 @@ def _embed(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generato
     np.maximum.at(room, labels.ravel(), depth.ravel())
     hosts = np.argsort(-room, kind="stable")[:wanted]
     needed = SMALLEST_RADIUS * max(options.spacing)
-    if len(hosts) < wanted or room[hosts[-1]] * EMBEDDED < needed:
+    if len(hosts) < wanted or room[hosts[-1]] * options.embedded_fraction < needed:
         raise CraftmeshError(
             f"{wanted} embedded bodies do not fit; give fewer, fewer grains, or more voxels (shape)"
         )
     deepest = [np.argwhere((labels == host) & (depth == room[host]))[0] for host in hosts]
     for turn, (host, at) in enumerate(zip(hosts, deepest)):
-        radius = room[host] * EMBEDDED
+        radius = room[host] * options.embedded_fraction
         window, offset = _window((at + 0.5) * options.spacing, radius, options)
         ball = (offset**2).sum(axis=-1) <= radius**2
         new_id += 1
@@ -170,30 +169,47 @@ def _foam(options: GenerateOptions, rng: np.random.Generator) -> np.ndarray:
         lath_ratio=1.0,
         raggedness=0.0,
     )
-    pores = _cells(cells, rng, rng)
-    return struts(pores, options.spacing, options.relative_density, options.strut_growth)
+    foam = options.relative_density, options.strut_growth, options.strut_shape, options.cut_ends
+    return struts(_cells(cells, rng, rng), options.spacing, *foam)
 
 
 def _put_voids(
     labels: np.ndarray, options: GenerateOptions, spheres: np.ndarray, rng: np.random.Generator
 ) -> None:
     """Carve the voids drawn, then those given; what they part from the largest piece is air."""
-    _carve_apart(labels, options, rng)
-    for void, (*centre, radius) in enumerate(spheres - [*options.origin, 0], start=options.voids + 1):
-        window, offset = _window(np.array(centre), radius, options)
-        ball = ((offset**2).sum(axis=-1) <= radius**2) & (labels[window] > 0)
-        labels[window][ball] = -void
-    if options.pores or len(spheres):
+    radii = np.full(options.voids, options.void_radius)
+    if options.void_radius_max:
+        radii = rng.uniform(options.void_radius, options.void_radius_max, options.voids)
+    if not options.voids_cross:
+        _carve_apart(labels, radii, options, rng)
+    elif options.voids:
+        material = np.flatnonzero(labels > 0)
+        chosen = np.unravel_index(rng.choice(material, options.voids), labels.shape)
+        centres = (np.stack(chosen, axis=1) + rng.random((options.voids, 3))) * options.spacing
+        _carve(labels, np.column_stack([centres, radii]), options, 1)
+    _carve(labels, spheres - [*options.origin, 0], options, options.voids + 1)
+    if options.pores or options.voids_cross or len(spheres):
         labels[(labels > 0) & ~largest_piece(labels > 0)] = 0
         labels[...] = number_voids(labels)
 
 
-def _carve_apart(labels: np.ndarray, options: GenerateOptions, rng: np.random.Generator) -> None:
+def _carve(labels: np.ndarray, balls: np.ndarray, options: GenerateOptions, first: int) -> None:
+    """Make voids first, first + 1, ... of balls (v, 4), centre off the origin and radius."""
+    for void, (*centre, radius) in enumerate(balls, start=first):
+        window, offset = _window(np.array(centre), radius, options)
+        ball = ((offset**2).sum(axis=-1) <= radius**2) & (labels[window] > 0)
+        labels[window][ball] = -void
+
+
+def _carve_apart(
+    labels: np.ndarray, radii: np.ndarray, options: GenerateOptions, rng: np.random.Generator
+) -> None:
     """Carve balls off the box and the air, off one another and off embedded grains."""
-    spacing, radius = np.array(options.spacing), options.void_radius
-    low = radius + _CLEARANCE * spacing
-    high, reach = options.shape * spacing - low, radius + _CLEARANCE * spacing.max()
-    for void in range(1, options.voids + 1):
+    spacing = np.array(options.spacing)
+    for void, radius in enumerate(radii, start=1):
+        margin = radius + _CLEARANCE * spacing
+        low, high = margin, np.array(options.shape) * spacing - margin
+        reach = radius + _CLEARANCE * spacing.max()
         for _ in range(_TRIALS if (low < high).all() else 0):
             window, offset = _window(rng.uniform(low, high), reach, options)
             distance = (offset**2).sum(axis=-1)

@@ -67,27 +67,54 @@ class GenerateOptions(Options):
     strut_growth: float = option(
         4.0, "struts thicken within this many of their radii of a node; up to 1: not", at_least=0
     )
+    strut_shape: float = option(
+        1.0, "where struts thicken: small, webs along the pores' boundaries; large, all round", at_least=0
+    )
+    cut_ends: str = option(
+        "", "axes across whose box faces struts that end there are cut off: x, y, z or several, as in xy"
+    )
     voids: int = option(0, "number of spherical voids", at_least=0)
-    void_radius: float = option(3.0, "radius of the voids", "model units", above=0)
+    void_radius: float = option(3.0, "radius of the voids, or of the smallest", "model units", above=0)
+    void_radius_max: float = option(
+        0.0, "radius of the largest void, uniform between; 0: all alike", "model units", at_least=0
+    )
+    voids_cross: bool = option(
+        False,
+        "centres anywhere in the material: voids may cut one another and the surface, and open to the air "
+        "there; else enclosed and apart",
+    )
     voids_from: str | None = option(
         None, "file of more voids, placed as given: a table as sizing.points takes it"
     )
     embedded_grains: int = option(0, "grains wholly inside another grain, one each", at_least=0)
     embedded_pairs: int = option(0, "pairs of touching grains wholly inside another grain", at_least=0)
+    embedded_fraction: float = option(
+        0.6, "radius of an embedded body over the room in its host", above=0, below=1
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         voxels = math.prod(self.shape)
         if self.grains > voxels:
             raise CraftmeshError(f"grains is {self.grains}; expected at most the {voxels} voxels of shape")
+        if set(self.cut_ends) - set("xyz"):
+            raise CraftmeshError(f"cut_ends is {self.cut_ends!r}; expected x, y, z or several, as in xy")
+        self._check_voids()
+
+    @property
+    def box(self) -> np.ndarray:
+        """(2, 3) lower and upper corner of the volume."""
+        return np.array(self.origin) + [[0.0] * 3, np.multiply(self.shape, self.spacing)]
+
+    def _check_voids(self) -> None:
         least = SMALLEST_RADIUS * max(self.spacing)
         if self.voids and self.void_radius < least:
             raise CraftmeshError(
                 f"void_radius is {self.void_radius:g}; expected at least {SMALLEST_RADIUS} voxels, "
                 f"{least:g}"
             )
-
-    @property
-    def box(self) -> np.ndarray:
-        """(2, 3) lower and upper corner of the volume."""
-        return np.array(self.origin) + [[0.0] * 3, np.multiply(self.shape, self.spacing)]
+        if self.void_radius_max and self.void_radius_max < self.void_radius:
+            raise CraftmeshError(
+                f"void_radius_max is {self.void_radius_max:g}; expected at least void_radius, "
+                f"{self.void_radius:g}"
+            )

@@ -33,6 +33,13 @@ def test_foam_is_one_piece_and_open():
     assert len(np.unique(labels[labels > 0])) == FOAM.grains
 
 
+def test_struts_thicken_towards_nodes_at_the_same_density():
+    def thickest(**options):
+        return ndimage.distance_transform_edt(material(**options)).max()
+
+    assert thickest(strut_growth=6.0, strut_shape=5.0) > 1.2 * thickest(strut_growth=0.0)
+
+
 def test_struts_are_three_voxels_thick_or_refused():
     inside = ndimage.binary_opening(
         material(relative_density=0.05), ndimage.generate_binary_structure(3, 1)
@@ -53,18 +60,18 @@ def others_beside(cells):
 
 
 def test_material_is_within_the_radius_of_edges_and_thicker_at_nodes_by_its_definition():
-    spacing, growth = (0.5, 0.6, 0.4), 4.0
+    spacing, growth, shape = (0.5, 0.6, 0.4), 4.0, 2.0
     places = np.moveaxis(np.indices((16, 16, 16)), 0, -1) * spacing
     seeds = np.random.default_rng(7).uniform(0, 1, (9, 3)) * places.max(axis=(0, 1, 2))
     pores = cKDTree(seeds).query(places)[1]
     count, flat = others_beside(pores), places.reshape(-1, 3)
     b, e, q = (cKDTree(places[count >= least]).query(flat)[0] for least in (1, 2, 3))
-    found = struts(pores, spacing, 0.45, growth)
+    found = struts(pores, spacing, 0.45, growth, shape)
     assert (count >= 3).any()
     t = np.linspace(0.3, 2.0, 1701)
-    shares = [((e <= r) | ((e * q < growth * r**2) & (e * b < r**2))).mean() for r in t]
+    shares = [((e <= r) | ((e * q < growth * r**2) & (e * b < shape * r**2))).mean() for r in t]
     radius = t[np.argmax(np.array(shares) >= 0.45)]
-    expected = (e <= radius) | ((e * q < growth * radius**2) & (e * b < radius**2))
+    expected = (e <= radius) | ((e * q < growth * radius**2) & (e * b < shape * radius**2))
     thin = (e <= radius).mean()
     assert thin < 0.4  # nodes and webs count
     expected = ndimage.binary_fill_holes(largest_piece(expected.reshape(pores.shape)))
@@ -87,6 +94,17 @@ def test_pores_without_nodes_have_even_struts_and_those_without_edges_are_refuse
             material(pores=pores)
 
 
+def test_ends_of_struts_are_cut_off_across_the_axes_named():
+    whole, cut = material(), material(cut_ends="xy")
+    assert not cut[~whole].any()
+    for axis in (0, 1):
+        assert whole.take((0, -1), axis=axis).any()
+        assert not cut.take((0, -1), axis=axis).any()
+    assert cut.take((0, -1), axis=2).any()
+    with pytest.raises(CraftmeshError, match="cut_ends is 'xw'; expected x, y, z"):
+        material(cut_ends="xw")
+
+
 def test_voids_that_cross_the_surface_are_air_and_others_keep_their_number():
     solid = dataclasses.replace(FOAM, pores=0)
     inner, corner = (13.0, 10.0, 8.0, 2.0), (3.0, 0.0, -2.0, 4.0)
@@ -94,3 +112,17 @@ def test_voids_that_cross_the_surface_are_air_and_others_keep_their_number():
     assert labels[20, 20, 20] == -1
     assert labels[0, 0, 0] == 0
     assert set(np.unique(labels)) == {-1, 0, *range(1, 7)}
+    many = generate(
+        dataclasses.replace(solid, voids=30, void_radius=1.0, void_radius_max=3.0, voids_cross=True)
+    )
+    assert ndimage.label(many.labels > 0)[1] == 1
+    assert (many.labels == 0).any() and (many.labels < 0).any()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    (({"void_radius_max": 1.0}, "void_radius_max is 1; expected at least void_radius, 3"),),
+)
+def test_wrong_voids_are_refused(options, message):
+    with pytest.raises(CraftmeshError, match=message):
+        dataclasses.replace(FOAM, **options)

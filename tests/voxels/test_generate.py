@@ -63,6 +63,16 @@ def test_given_voids_are_the_voxels_whose_centres_lie_in_the_spheres():
     np.testing.assert_array_equal(labels, expected)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_voids_that_may_cross_are_put_into_any_grain(seed):
+    options = GenerateOptions(
+        shape=(20, 20, 20), grains=2, seed=seed, voids=9, void_radius=2.0, voids_cross=True
+    )
+    plain = generate(dataclasses.replace(options, voids=0)).labels
+    hit = np.unique(plain[generate(options).labels <= 0])
+    assert hit.tolist() == [1, 2]
+
+
 def test_embedded_bodies_are_balls_and_pairs_halve_theirs():
     labels = generate(RICH).labels
     places = (np.moveaxis(np.indices(RICH.shape), 0, -1) + 0.5) * RICH.spacing
