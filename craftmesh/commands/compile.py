@@ -17,14 +17,15 @@ from pathlib import Path
 
 import numpy as np
 
+from craftmesh.cracks.in_plane import triangulate, with_room
 from craftmesh.errors import CraftmeshError
-from craftmesh.insertion.patch import front_chords, split_chords, triangulate
 from craftmesh.io.front_csv import write_front
 from craftmesh.io.npz import write_labels
 from craftmesh.io.vtk import write_surface
 from craftmesh.jit import is_kept
 from craftmesh.report.shaded import draw  # of the last stage that compiles
 from craftmesh.surface.connectivity import compact
+from craftmesh.surface.kernels import planar
 from craftmesh.types import Surface, Voxels
 
 CELLS = 6  # along the cube's edges
@@ -122,7 +123,8 @@ def compile_patch() -> None:
     square = np.array([[0, 0], [4, 0], [4, 4], [0, 4], [1, 0.8], [3, 2.2], [2, 1]])
     segments = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5]])
     patch = triangulate(square, segments, np.array([6]), lambda uv: np.ones(len(uv)))
-    split_chords(patch, front_chords(np.isin(np.arange(len(square)), (0, 4))))
+    wall = np.isin(np.arange(len(square)), (0, 4))[:, None]
+    planar.split_within_walls(with_room(patch, len(square)), wall, 2)
 
 
 def cracked_cube() -> Surface:
