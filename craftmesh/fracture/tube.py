@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from craftmesh.fracture.lip_pressure import FaceTractions
 from craftmesh.fracture.options import LEAST_RADIUS
@@ -34,6 +33,7 @@ def radii(
     """
 
     from scipy.spatial import KDTree
+    from scipy.spatial.distance import cdist
 
     points = fronts[number]
     s, total = arc_lengths(points, closed)
