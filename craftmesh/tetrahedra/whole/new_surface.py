@@ -11,9 +11,13 @@ from craftmesh.mesh.tet_connectivity import (
     tet_volumes,
 )
 from craftmesh.surface.connectivity import compact
+from craftmesh.surface.front import ears, front_of
 from craftmesh.surface.patches import PLANES
-from craftmesh.tetrahedra.whole.crack_faces import crack_half_faces
+from craftmesh.tetrahedra.whole.crack_faces import crack_half_faces, move_front_onto
 from craftmesh.types import CRACK, INTERFACE, GrainTets, Surface
+
+# Rounds of splits: the crack is found anew in the split mesh, and may have other facets there.
+MAX_SPLITS = 5
 
 
 def move_onto_planes(
@@ -46,6 +50,49 @@ def move_onto_planes(
     off = np.abs(moved - points).max(axis=1)
     report = {"points_put_on_planes": int((off > 0).sum()), "largest_move": float(off.max(initial=0.0))}
     return moved, labels, report
+
+
+def settle_crack(
+    surface: Surface, points: np.ndarray, tets: np.ndarray, labels: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points, tets and labels with the crack's front on the given one and facets that can open.
+
+    The crack's ears are split first.
+    """
+    for _ in range(MAX_SPLITS):
+        crack, free = _crack_facets(surface, points, tets, labels, reach)
+        on_front = np.zeros(len(points), bool)
+        on_front[front_of(crack, free)] = True
+        edges = ears(crack, on_front)
+        if not len(edges):
+            break
+        for edge in edges:
+            points, tets, labels = _split(points, tets, labels, edge)
+    crack, free = _crack_facets(surface, points, tets, labels, reach)
+    return move_front_onto(surface, points, tets, crack, free), tets, labels
+
+
+def _crack_facets(
+    surface: Surface, points: np.ndarray, tets: np.ndarray, labels: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the crack facets (c, 3) of the mesh and the facets (f, 3) of its free surfaces."""
+    groups = group_triples(half_faces(tets))
+    pairs = groups.pairs[(labels[groups.pairs // 4] > 0).all(axis=1)]
+    crack = half_face_corners(tets, crack_half_faces(surface, points, tets, pairs, reach))
+    sides = _sides_of(groups, labels)
+    free = groups.lead[(sides > 0).any(axis=1) & (sides <= 0).any(axis=1)]
+    return crack, half_face_corners(tets, free)
+
+
+def _split(
+    points: np.ndarray, tets: np.ndarray, labels: np.ndarray, edge: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the mesh with the edge halved; its tets keep their labels and senses."""
+    around = (tets == edge[0]).any(axis=1) & (tets == edge[1]).any(axis=1)
+    halves = [np.where(tets[around] == end, len(points), tets[around]) for end in edge]
+    tets = np.concatenate([tets[~around], *halves])
+    labels = np.concatenate([labels[~around], labels[around], labels[around]])
+    return np.concatenate([points, points[edge].mean(axis=0)[None]]), tets, labels
 
 
 def model_of(

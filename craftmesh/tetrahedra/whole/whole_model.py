@@ -21,7 +21,7 @@ from craftmesh.tetrahedra.meshers import MesherRefusal
 from craftmesh.tetrahedra.optimise_tets import optimise_tets
 from craftmesh.tetrahedra.options import TetrahedralizeOptions
 from craftmesh.tetrahedra.whole.crack_faces import recovery_of_crack, with_fins
-from craftmesh.tetrahedra.whole.new_surface import model_of, move_onto_planes
+from craftmesh.tetrahedra.whole.new_surface import model_of, move_onto_planes, settle_crack
 from craftmesh.types import GrainTets, Surface
 
 # fTetWild stops to improve the mesh at this energy; 3 is that of the regular tetrahedron.
@@ -77,6 +77,8 @@ def tetwild(_: None, task: TetWildTask) -> tuple[np.ndarray, np.ndarray]:
 LATTICE = 20
 # Faces count as those of a plane or of the crack within this many envelopes.
 REACH = 1.2
+# The envelopes tried, one after the other, as parts of the option.
+ENVELOPES = (1.0, 0.5)
 
 
 def mesh_whole_model(
@@ -89,18 +91,25 @@ def mesh_whole_model(
 
     For surfaces that a mesher which keeps them refuses: every grain boundary may move by up to
     `options.envelope` times the shortest target length, on both its sides alike, so the mesh is
-    conformal. Box planes are exact; fins hold the crack's front. sizing: `at(points)` gives target
-    lengths, None takes the surface's own. options: TetrahedralizeOptions. Raises
+    conformal. Box planes are exact; the crack's front is put back on the given one. sizing: `at(points)`
+    gives target lengths, None takes the surface's own. options: TetrahedralizeOptions. Raises
     CraftmeshError where pytetwild gives up, a grain is lost, or the crack cannot be found again.
     """
     with extra("tetwild"):
         version("pytetwild")  # its import takes seconds
     sizing = LocalSizing(surface.points, surface.facets) if sizing is None else sizing
-    task = _task(surface, sizing, options.envelope)
-    progress(0.0, "meshing the whole model")
-    points, tets, seconds = _run(task, options)
-    progress(0.9, "finding the grains again")
-    found, grain_tets, report = _found_again(surface, points, tets, task.envelope)
+    for factor in ENVELOPES:
+        task = _task(surface, sizing, factor * options.envelope)
+        progress(0.0, "meshing the whole model")
+        points, tets, seconds = _run(task, options)
+        progress(0.9, "finding the grains again")
+        try:
+            found, grain_tets, report = _found_again(surface, points, tets, task.envelope)
+            break
+        except CraftmeshError:
+            # pytetwild draws random numbers: the next mesh is another one
+            if factor == ENVELOPES[-1]:
+                raise
     if options.optimise:
         grain_tets = _optimised(found, grain_tets, sizing)
     report |= {"tets": sum(len(grain.tets) for grain in grain_tets), "seconds": seconds}
@@ -114,6 +123,7 @@ def _found_again(
     reach = REACH * envelope
     labels = labels_at(points[tets].mean(axis=1), surface.points, surface.facets, surface.sides)
     points, labels, on_planes = move_onto_planes(surface, points, tets, labels, reach)
+    points, tets, labels = settle_crack(surface, points, tets, labels, reach)
     found, grain_tets = model_of(surface, points, tets, labels, reach)
     lost = np.setdiff1d(surface.sides, found.sides)
     if len(lost):
