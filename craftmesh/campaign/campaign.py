@@ -159,7 +159,7 @@ class Campaign:
         return command_flags({"units": units}) if any(units) else ""
 
     def export_flags(self, case: str) -> str:
-        """Return the flags of `craftmesh export`, with those of `inp` that choose the deck's elements."""
+        """Return the flags of `craftmesh export`, and of `inp` those that choose the deck's elements."""
         deck = self._deck(case)
         flags = {key: deck[key] for key in ("element", "quarter_points")}
         return command_flags(flags | self.cases[case].settings["export"])

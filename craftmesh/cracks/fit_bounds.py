@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import span_of
@@ -51,10 +52,8 @@ def refuse_step(cloud: np.ndarray, fronts: Sequence[np.ndarray], length: float) 
     cloud (n, 3), fronts (k, 3): u, v and height. The middle one of the steps to the nearest points counts;
     points of the front without any within twice the length do not.
     """
-    from scipy.spatial import cKDTree
-
     front = np.concatenate(fronts)
-    distance, nearest = cKDTree(cloud[:, :2]).query(front[:, :2])
+    distance, nearest = scipy.spatial.cKDTree(cloud[:, :2]).query(front[:, :2])
     step = (front[:, 2] - cloud[nearest, 2])[distance < 2 * length]
     if len(step) and abs(np.median(step)) > length:
         raise CraftmeshError(
@@ -66,13 +65,11 @@ def refuse_step(cloud: np.ndarray, fronts: Sequence[np.ndarray], length: float) 
 
 def scatter_of(cloud: np.ndarray) -> float:
     """Return the usual scatter of points (n, 3) about planes through their nearest neighbours."""
-    from scipy.spatial import cKDTree
-
     count = min(NEIGHBOURS, len(cloud))
     if count < 5:
         return 0.0
     some = cloud[:: max(len(cloud) // SAMPLED, 1)]
-    near = cloud[cKDTree(cloud).query(some, k=count)[1]]
+    near = cloud[scipy.spatial.cKDTree(cloud).query(some, k=count)[1]]
     least = np.linalg.svd(near - near.mean(axis=1, keepdims=True), compute_uv=False)[:, 2]
     return float(np.median(least) / np.sqrt(count - 3))
 

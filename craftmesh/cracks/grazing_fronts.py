@@ -10,8 +10,8 @@ from craftmesh.cracks.triangulated import boundary_loops, split_boundary_edge, w
 from craftmesh.surface.measure import unit_normals
 from craftmesh.types import BOX_FACES, Crack
 
-# Of l_min: a stretch of front within twice its share of a face grazes it from this length on, that is at
-# under 7 degrees; others cross it, or come near at a point.
+# Least length, over l_min, of a stretch of front within twice PREPARATION.front of a face that counts as
+# grazing the face: the stretch is then at under 7 degrees. Shorter stretches cross the face or touch it.
 GRAZING = 0.3
 STEP = 0.1  # of l_min: the length of edges along a stretch that is moved
 

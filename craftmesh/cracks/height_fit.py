@@ -1,6 +1,7 @@
 """Heights over a plane that are nearest to measured points and bend no more than those ask for."""
 
 import numpy as np
+import scipy
 import shapely
 from scipy.sparse import coo_array, csr_array
 
@@ -23,8 +24,6 @@ def fitted_heights(
     bends across edges (the hinge energy of a flat sheet, whose least is a thin plate's); where nothing is
     measured the sheet is the straightest one. At least three points not on a line have to be given.
     """
-    from scipy.sparse.linalg import spsolve
-
     bends, twice = _bends(points, triangles)
     matrix, values = bends.T @ bends, np.zeros(len(points))
     row, _, at = interpolation(points, triangles, measured[:, :2])
@@ -38,7 +37,7 @@ def fitted_heights(
     if len(free):
         matrix = csr_array(matrix)
         right = values[free] - matrix[free][:, known] @ fixed[known]
-        heights[free] = spsolve(matrix[free][:, free].tocsc(), right)
+        heights[free] = scipy.sparse.linalg.spsolve(matrix[free][:, free].tocsc(), right)
     return heights
 
 

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import shapely
 
 from craftmesh.errors import told
@@ -47,12 +48,11 @@ def least_steep(normals: np.ndarray) -> np.ndarray:
     weights >= 0 (Lawson & Hanson 1974, chapter 23) over the few normals that decide it. Where the hull
     holds the origin, no direction has only positive cosines.
     """
-    from scipy.optimize import nnls  # a tenth of a second, and steep cracks alone need it
-
     direction = normals[0]
     chosen = [int(np.argmin(normals @ normals.mean(axis=0)))]
     for _ in normals:  # each round adds the steepest
-        weights, _ = nnls(np.vstack([normals[chosen].T, np.ones(len(chosen))]), np.array([0, 0, 0, 1.0]))
+        system = np.vstack([normals[chosen].T, np.ones(len(chosen))])
+        weights, _ = scipy.optimize.nnls(system, np.array([0, 0, 0, 1.0]))
         nearest = weights @ normals[chosen]
         if np.linalg.norm(nearest) <= ROUNDING:
             break

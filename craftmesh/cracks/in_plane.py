@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 import shapely
 
 from craftmesh.errors import CraftmeshError, told
@@ -22,8 +23,6 @@ def filled(polygon: shapely.Polygon, given: np.ndarray, spacing: float) -> tuple
     itself.
     """
 
-    from scipy.spatial import KDTree
-
     rings = [_spaced(np.asarray(ring.coords), spacing) for ring in (polygon.exterior, *polygon.interiors)]
     rounding = ROUNDING * np.ptp(rings[0], axis=0).max()
     off = shapely.distance(polygon.boundary, shapely.points(given))
@@ -31,7 +30,7 @@ def filled(polygon: shapely.Polygon, given: np.ndarray, spacing: float) -> tuple
     free = _grid(polygon, spacing)
     fixed = np.concatenate([*rings, inside])
     if len(free):
-        free = free[KDTree(fixed).query(free)[0] > APART * spacing]
+        free = free[scipy.spatial.KDTree(fixed).query(free)[0] > APART * spacing]
     uv = np.concatenate([fixed, free])
     _, first, same = np.unique(np.round(uv / rounding), axis=0, return_index=True, return_inverse=True)
     ids, count = first[same.ravel()], sum(map(len, rings))

@@ -154,7 +154,10 @@ def cuts(corners: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
 
 
 def in_plane(a: np.ndarray, b: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
-    """Return where edges from a to b (..., 3) pass the plane of a face (..., 3), NaN for others."""
+    """Return the points (..., 3) at which edges from a to b (..., 3) cross the plane of a face of the box.
+
+    Edges that do not cross the plane have NaN.
+    """
     axis, upper = face
     at_a, at_b = a[..., axis] - box[upper, axis], b[..., axis] - box[upper, axis]
     share = at_a / np.where(at_a == at_b, 1.0, at_a - at_b)

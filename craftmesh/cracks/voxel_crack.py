@@ -1,6 +1,7 @@
 """Cracks that exist as voxels: the sheet through the middle of them, within their smoothed outline."""
 
 import numpy as np
+import scipy
 import shapely
 
 from craftmesh.cracks.behind_front import MARGIN, Plane
@@ -58,9 +59,7 @@ def _without_strays(is_crack: np.ndarray) -> tuple[np.ndarray, list[str]]:
 
     Voxels that touch at faces, edges or corners are one piece; it is large from SPECK of the largest on.
     """
-    from scipy import ndimage
-
-    of, _ = ndimage.label(is_crack, np.ones((3, 3, 3)))
+    of, _ = scipy.ndimage.label(is_crack, np.ones((3, 3, 3)))
     voxels = np.bincount(of.ravel())
     voxels[0] = 0
     is_large = voxels >= SPECK * voxels.max()
@@ -143,12 +142,10 @@ def smoothed(polygon: shapely.Polygon, edge: float) -> shapely.Polygon:
 
 def _smoothed_ring(ring: np.ndarray, edge: float) -> np.ndarray:
     """Return the closed ring (k, 2) evenly spaced and filtered: twice the filter less its square."""
-    from scipy import ndimage
-
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(ring, axis=0), axis=1)))
     count = max(int(np.ceil(arc[-1] / (STEP * edge))), 8)
     at = np.linspace(0, arc[-1], count, endpoint=False)
     even = np.stack([np.interp(at, arc, ring[:, k]) for k in range(2)], axis=1)
-    once = ndimage.gaussian_filter1d(even, SMOOTH / STEP, axis=0, mode="wrap")
-    result = 2 * once - ndimage.gaussian_filter1d(once, SMOOTH / STEP, axis=0, mode="wrap")
+    once = scipy.ndimage.gaussian_filter1d(even, SMOOTH / STEP, axis=0, mode="wrap")
+    result = 2 * once - scipy.ndimage.gaussian_filter1d(once, SMOOTH / STEP, axis=0, mode="wrap")
     return np.concatenate([result, result[:1]])

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from scipy.sparse import coo_array, csr_array, diags_array
 
 from craftmesh.mechanics.load import Traction, point_vectors
@@ -92,8 +93,6 @@ def lips_touch(mesh: TetMesh, contact: np.ndarray | None) -> np.ndarray:
 
 def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
     """Return the pressures (f, 3) at the corners of facets; at the nodes they push by `push` (p,)."""
-    from scipy.sparse.linalg import spsolve
-
     corners = face_nodes(mesh.tets[:, :4], pairs.faces[0])
     # a corner is a pair, or a node of the front: where cracks cross a node lies on several lips
     key = np.where(pairs.facets[:, :3] < 0, len(push) + corners, pairs.facets[:, :3])
@@ -111,7 +110,7 @@ def _pressures(mesh: TetMesh, pairs: LipPairs, push: np.ndarray) -> np.ndarray:
     # K_I errs by 1.9 % of K_II at most without the bends, 0.9 with them, 0.6 with nine times their weight,
     # but K_I of a bent body that closes one half of its crack is then 2 % of the other's off in the mean
     normal = weighed.T @ work + bends.T @ bends
-    return spsolve(normal.tocsc(), weighed.T @ push)[unknown]
+    return scipy.sparse.linalg.spsolve(normal.tocsc(), weighed.T @ push)[unknown]
 
 
 def _bends(points: np.ndarray, corner: np.ndarray, count: int) -> csr_array:

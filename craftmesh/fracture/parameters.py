@@ -45,8 +45,8 @@ def stress_intensities(
 ) -> tuple[dict[str, FrontParameters], dict]:
     """Return J, K and T along all fronts under each load of `solutions`, and a report of the fronts.
 
-    solutions: by name, as `solve_model` returns them for the model. Planes that a load holds, moves or
-    pulls count as loaded where a front ends on them. Errors are those of `fracture_parameters`.
+    solutions: by name, as `solve_model` returns them for the model. A front's end counts as
+    loaded if it lies on a plane that the load holds, moves or pulls. Raises as `fracture_parameters` does.
     """
     models, found, fronts = model.by_load(), {}, []
     for name, solution in solutions.items():

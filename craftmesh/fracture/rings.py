@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from craftmesh.cracks.polyline import feet, polyline
 from craftmesh.fracture.tube import OF_CURVATURE
@@ -52,10 +53,8 @@ def front_rings(mesh: TetMesh, field: NodalField) -> list[FrontRings]:
     the stresses, plastic work too; lips bear nothing. It is what a longer crack would release where the
     load has grown in proportion; after cycles it is a figure of the field round the front.
     """
-    from scipy.spatial import cKDTree
-
     pairs = lip_pairs(mesh)
-    gaps, lips = pairs.gaps(field.displacement), cKDTree(mesh.points[pairs.nodes[:, 0]])
+    gaps, lips = pairs.gaps(field.displacement), scipy.spatial.cKDTree(mesh.points[pairs.nodes[:, 0]])
     found = []
     for front in fronts_of(mesh):
         ends = mesh.points[front.corners]

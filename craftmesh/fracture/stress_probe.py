@@ -1,6 +1,7 @@
 """The tangential stress probed on arcs round a front: the direction in which it is largest."""
 
 import numpy as np
+import scipy
 
 from craftmesh.fracture.fields import stresses
 from craftmesh.fracture.tube import Tube
@@ -42,10 +43,8 @@ def _stresses(tube: Tube, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     That is the first of those with the nearest centres that holds the place, or the one that misses least.
     """
-    from scipy.spatial import KDTree
-
     centres = tube.points[tube.tets[:, :4]].mean(axis=1)
-    tried = KDTree(centres).query(places, k=range(1, min(TRIED, len(centres)) + 1))[1]
+    tried = scipy.spatial.KDTree(centres).query(places, k=range(1, min(TRIED, len(centres)) + 1))[1]
     element, share = tried[:, 0].copy(), np.zeros((len(places), 4))
     missed, left = np.full(len(places), np.inf), np.arange(len(places))
     for column in tried.T:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from craftmesh.fracture.lip_pressure import FaceTractions
 from craftmesh.fracture.options import LEAST_RADIUS
@@ -32,17 +33,14 @@ def radii(
     another part of this one, is near, but LEAST_RADIUS at least.
     """
 
-    from scipy.spatial import KDTree
-    from scipy.spatial.distance import cdist
-
     points = fronts[number]
     s, total = arc_lengths(points, closed)
     others = [own for k, own in enumerate(fronts) if k != number]
-    distance = cdist(points, points)
+    distance = scipy.spatial.distance.cdist(points, points)
     is_stranger = ways_along(s, s, total, closed) > STRANGERS * distance
     room = np.where(is_stranger, distance, np.inf).min(axis=1)
     if others:
-        room = np.minimum(KDTree(np.concatenate(others)).query(points)[0], room)
+        room = np.minimum(scipy.spatial.KDTree(np.concatenate(others)).query(points)[0], room)
     room = room - sizes
     room = np.minimum(room, OF_CURVATURE * curve.bend_radius(s))
     return np.clip(room, LEAST_RADIUS * sizes, radius * sizes)
@@ -169,10 +167,8 @@ def _samples(curve: FrontCurve) -> np.ndarray:
 def _nearest(curve: FrontCurve, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return s (k,), distances (k,) and binormals (k, 3) of the points' nearest ones on the curve."""
 
-    from scipy.spatial import KDTree
-
     at = _samples(curve)
-    s = curve.nearest(points, at[KDTree(curve.frames(at)[0]).query(points)[1]])
+    s = curve.nearest(points, at[scipy.spatial.KDTree(curve.frames(at)[0]).query(points)[1]])
     nearest, _, _, binormal = curve.frames(s)
     return s, np.linalg.norm(points - nearest, axis=1), binormal
 
@@ -184,8 +180,6 @@ def _sides(mesh: TetMesh, chosen: np.ndarray, own: Mapping[str, np.ndarray]) -> 
     are on.
     """
 
-    from scipy.spatial import KDTree
-
     on_lip = np.zeros((2, len(mesh.points)), bool)
     lips = lip_faces(own)
     for row, faces in zip(on_lip, lips):
@@ -194,7 +188,7 @@ def _sides(mesh: TetMesh, chosen: np.ndarray, own: Mapping[str, np.ndarray]) -> 
     facets = face_nodes(mesh.tets[:, :4], lips[0])
     normals, centres = area_vectors(mesh.points, facets), mesh.points[facets].mean(axis=1)
     middle = mesh.points[mesh.tets[chosen, :4]].mean(axis=1)
-    _, near = KDTree(centres).query(middle)
+    _, near = scipy.spatial.KDTree(centres).query(middle)
     above = ((middle - centres[near]) * normals[near]).sum(axis=1) > 0
     return np.where(a & ~b, 1.0, np.where(b & ~a, -1.0, np.where(above, 1.0, -1.0)))
 

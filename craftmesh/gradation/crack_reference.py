@@ -73,8 +73,8 @@ def _binned(points: np.ndarray, triangles: np.ndarray) -> dict[str, np.ndarray]:
 # way along that may be (an arc of 90 degrees is 1.11 times as long as its chord).
 NEAR = 0.15
 LONGER = 1.15
-# A bent edge comes in so many even pieces at most, in no more than keep to the curve by GRADATION.front of
-# its length, parted again at the given front's own points.
+# Most even pieces of a bent edge, which is parted so finely that its pieces keep to the curve within
+# GRADATION.front of the edge's length. The given front's own points part the edge further.
 MOST_PIECES = 8
 
 

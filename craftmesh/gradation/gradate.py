@@ -46,7 +46,7 @@ SOUND_ANGLE = 20.0
 # Of the tolerances of the crack and its front, one after another while its area is off. Rounded off at a
 # crease of 49 degrees, and at a mouth that grazes a face, cracks of 4 and 7 l_min^2 lost 1.4 % and 1.6 %;
 # 0.1 with a quarter, 0.8 with an eighth. Facets get poorer, so the first that does is taken.
-CRACK_SHARES = tuple(1 / times for times in (1, 2, 4, 8))
+CRACK_SHARES = 1 / 2 ** np.arange(4)
 
 
 @dataclass(frozen=True)

@@ -137,10 +137,10 @@ def smooth_junctions(surface: Surface, iterations: int) -> tuple[Surface, int]:
     if not iterations:
         return surface, 0
     nodes, before, after = _line_neighbours(surface)
-    wished = surface.points.copy()
+    targets = surface.points.copy()
     for _ in range(int(iterations)):
-        wished[nodes] = 0.25 * (wished[before] + wished[after]) + 0.5 * wished[nodes]
-    points, _ = guarded_move(surface, wished, MoveBounds())
+        targets[nodes] = 0.25 * (targets[before] + targets[after]) + 0.5 * targets[nodes]
+    points, _ = guarded_move(surface, targets, MoveBounds())
     return replace(surface, points=points), int((points != surface.points).any(axis=1).sum())
 
 

@@ -1,6 +1,7 @@
 """Release of tied nodes (paper, section 2.2, Fig. 2): vertices in which sheets meet in a single point."""
 
 import numpy as np
+import scipy
 
 from craftmesh.surface.connectivity import compact, joined
 from craftmesh.surface.guarded_move import RELEASING, guarded_move
@@ -28,10 +29,10 @@ def release_tied_nodes(surface: Surface) -> tuple[Surface, int, int]:
     ids = np.where(fresh, len(surface.points) + np.cumsum(fresh) - 1, node)
     doubled = np.concatenate([surface.points, surface.points[node[fresh]]])
     parted = _parted(surface, doubled, corners, ids[copies])
-    wished = parted.points.copy()
-    wished[ids[~passing]] = centroid[~passing]
+    targets = parted.points.copy()
+    targets[ids[~passing]] = centroid[~passing]
     known = intersecting_pairs(surface.points, facets)
-    points, held = guarded_move(parted, wished, RELEASING, known=known)
+    points, held = guarded_move(parted, targets, RELEASING, known=known)
     # fans that stay at a node share one point again
     stays = passing | held[ids]
     first = np.full(len(points), len(points))
@@ -108,12 +109,10 @@ def _passes_points(
 ) -> np.ndarray:
     """Return (k,) bool: corners whose facet passes over a vertex when the corner moves to `target`."""
 
-    from scipy.spatial import cKDTree
-
     row, column = corners // 3, corners % 3
     start, a, b = (points[facets[row, (column + i) % 3]] for i in range(3))
     reach = np.linalg.norm(np.stack([a, b]) - start, axis=2).max(axis=0)
-    around = cKDTree(points).query_ball_point(start, reach)
+    around = scipy.spatial.cKDTree(points).query_ball_point(start, reach)
     which = np.repeat(np.arange(len(corners)), [len(ids) for ids in around])
     inside = points[np.concatenate(around).astype(np.int64)]
     total = _spanned(start, a, b, target)[which]

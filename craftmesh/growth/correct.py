@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import scipy
 
 from craftmesh.cracks.polyline import polyline
 from craftmesh.cracks.sheets import sheets
@@ -60,11 +61,9 @@ def corrected(last: Step, reached: Step, box: np.ndarray, options: SmoothingOpti
 def _found_at(along: FrontStep, places: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the values (k, m) of trusted rows, of all where none is, next to places (k, 3)."""
 
-    from scipy.spatial import cKDTree
-
     rows = or_all(along.trusted, np.ones(len(values), bool))
     points, values = along.points[rows], values[rows]
-    off, row = cKDTree(points).query(places, range(1, min(NEAREST, len(points)) + 1))
+    off, row = scipy.spatial.cKDTree(points).query(places, range(1, min(NEAREST, len(points)) + 1))
     weight = 1 / np.maximum(off, np.finfo(float).tiny ** 0.5)
     weight /= weight.sum(axis=1, keepdims=True)
     return (weight[:, None] @ values[row])[:, 0]

@@ -90,12 +90,14 @@ def kinks_and_extensions(
     least: np.ndarray | None = None,
     ways: np.ndarray | None = None,
 ) -> tuple[FrontStep, Counted]:
-    """Return which way and how far points with K_I, K_II, K_III (n, 3) of a crack's fronts go, and cycles.
+    """Return the step of the points of a crack's fronts from their K, and the load cycles that it takes.
 
-    The record lacks the frames of the points, which `replace` sets from those of the mesh.
-    Way and driving force are those of `criterion_of`. Points that are not trusted take K of those next to
-    them. Points stay as `reasons` says, with a kink angle of 0 where K says none; without what is known of
-    K it counts as exact. last: the front before; laws: of the points, those of the options by default;
+    The step lacks the frames of the points (normal, binormal are NaN); `dataclasses.replace` sets them.
+    `criterion_of` gives the kink angle and the driving force, `reasons` the points that stay. A point that
+    is not trusted takes the K of the nearest trusted point. Where K gives no direction the kink angle is 0.
+    Without `known`, K counts as exact.
+
+    k (n, 3): K_I, K_II, K_III; last: the front before; laws: by point, by default the options' own;
     stiffness (n, 6, 6) and ways (n,): as in `criterion_of`; least (n, 3): K at the other end of the cycle,
     in place of the options' stress ratio. Raises CraftmeshError as `criterion_of` and its functions do.
     """

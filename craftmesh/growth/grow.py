@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 
 from craftmesh.cracks.height_parts import best_fit_frame
 from craftmesh.cracks.merged_sheets import merged_sheets
@@ -65,8 +66,6 @@ def grow(crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOpti
 def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
     """Tell which places (n, 3) are farther than CORNER spacings from where fronts of two parts meet."""
 
-    from scipy.spatial import cKDTree
-
     spacing = row_spacing(places)
     lines = [[polyline(part.points[front]) for front in part.fronts] for part in parts]
     met = [np.zeros((0, 3))]
@@ -77,7 +76,7 @@ def _clear_of_meetings(parts: list[Crack], places: np.ndarray) -> np.ndarray:
     corners = np.concatenate(met)
     if not len(corners):
         return np.ones(len(places), bool)
-    return cKDTree(corners).query(places)[0] > CORNER * spacing
+    return scipy.spatial.cKDTree(corners).query(places)[0] > CORNER * spacing
 
 
 def _grown(crack: Crack, along: FrontStep, box: np.ndarray, options: SmoothingOptions) -> Crack:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.growth.options import CRITERIA, NEAR_FIELD, SLIP, GrowthOptions
@@ -157,20 +158,16 @@ def largest_near_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarra
     K_I, K_II, K_III; stiffness (n, 6, 6) over 11, 22, 33, 12, 13, 23 in the axes binormal, normal, tangent.
     The intensity is that stress times root(2 pi r), K_I in pure opening straight ahead. Angle 0 without K.
     """
-    from scipy.interpolate import CubicSpline
-
     angles, stress = tangential_stress(np.asarray(k, float), stiffness)
     fine = _angles_within(WIDEST_IN_CRYSTALS)
-    angle, pull = _peak(fine, CubicSpline(angles, stress, axis=1)(fine))
+    angle, pull = _peak(fine, scipy.interpolate.CubicSpline(angles, stress, axis=1)(fine))
     return np.where(np.abs(k).max(axis=1) > 0, angle, 0.0), pull
 
 
 def near_stress(k: np.ndarray, angle: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
     """Return the intensity (n,) at `angle` (n,) of the stress that `largest_near_stress` seeks."""
-    from scipy.interpolate import CubicSpline
-
     angles, stress = tangential_stress(np.asarray(k, float), stiffness)
-    return np.array([CubicSpline(angles, own)(at) for own, at in zip(stress, angle)])
+    return np.array([scipy.interpolate.CubicSpline(angles, own)(at) for own, at in zip(stress, angle)])
 
 
 def tangential_stress(k: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -206,8 +203,6 @@ def slip_ways(frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: fl
     (n, 3, 3): active rotations from crystal to sample axes at the nodes. 0 where nothing slips. Raises
     CraftmeshError where the field has no point near such a place.
     """
-    from scipy.spatial import cKDTree
-
     normals = np.einsum("nij,pj->npi", turns, field.normals / _length(field.normals))
     lines = np.cross(normals, frames.tangent[:, None])
     ahead, up = (np.einsum("npi,ni->np", lines, axis) for axis in (frames.binormal, frames.normal))
@@ -215,7 +210,7 @@ def slip_ways(frames: FrontFrames, turns: np.ndarray, field: SlipField, ring: fl
     angle = np.stack([angle, angle - np.copysign(np.pi, angle)], axis=2)
     goes = (np.abs(angle) <= np.pi / 2 + LEEWAY) & (_length(lines) >= np.sin(LEEWAY))
     slip = np.zeros(angle.shape)
-    tree = cKDTree(field.points)
+    tree = scipy.spatial.cKDTree(field.points)
     for node, plane, sense in np.argwhere(goes):
         turn, radius = angle[node, plane, sense], ring * frames.size[node]
         way = np.cos(turn) * frames.binormal[node] + np.sin(turn) * frames.normal[node]

@@ -1,6 +1,7 @@
 """Where each point of a front goes, made smooth along it, and which stay where they are."""
 
 import numpy as np
+import scipy
 from scipy.sparse import vstack
 
 from craftmesh.cracks.polyline import Polyline
@@ -92,10 +93,9 @@ def smoothed(
         reach = max(spacing, OF_STEP * step)
         return _fitted(s[rows], values[rows], length, closed, at, KNOTS * spacing, reach)
     if options.smoothing == "savitzky_golay" and len(s) >= options.window:
-        from scipy.signal import savgol_filter  # half a second, for the paper's filter alone
-
         width = options.window // 2 * 2 + 1
-        values = savgol_filter(values, width, 2, axis=0, mode="wrap" if closed else "interp")
+        mode = "wrap" if closed else "interp"
+        values = scipy.signal.savgol_filter(values, width, 2, axis=0, mode=mode)
     return _straight_between(s, values, length, closed, at)
 
 

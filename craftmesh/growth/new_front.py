@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from craftmesh.cracks.polyline import Polyline, polyline
 from craftmesh.surface.rounding import ON_PLANE
@@ -209,8 +210,6 @@ def _sampled(
 
     With them comes their origin; of an open one there are three at least, but of two points.
     """
-    from scipy.interpolate import CubicSpline
-
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     keep, least = [0], CLOSE * spacing
     for row in range(1, len(arc) - 1):
@@ -225,6 +224,7 @@ def _sampled(
         sampled = line.at(places[:-1] if closed else places)
         sampled = np.concatenate([sampled, line.points[-1:]]) if closed else sampled
     else:
-        sampled = CubicSpline(line.arc, line.points, bc_type="periodic" if closed else "not-a-knot")(places)
+        ends = "periodic" if closed else "not-a-knot"
+        sampled = scipy.interpolate.CubicSpline(line.arc, line.points, bc_type=ends)(places)
     sampled[0], sampled[-1] = line.points[0], line.points[-1]
     return sampled, np.interp(places, line.arc, origin)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from craftmesh.cracks.polyline import Polyline
 from craftmesh.growth.grow import FINENESS, LEAST_ROWS, in_order, nearest_feet
@@ -79,8 +80,6 @@ def _with_gain(values: np.ndarray, fronts: Sequence[FrontRows], gain: Gain) -> n
 
     gain: of (m,) the loss of ln K to an extension of 1.
     """
-    from scipy.fft import irfft, rfft
-
     result = np.full(len(values), np.nan)
     for front in fronts:
         period, s, own = front.length, front.s, values[front.row]
@@ -88,8 +87,8 @@ def _with_gain(values: np.ndarray, fronts: Sequence[FrontRows], gain: Gain) -> n
             period, s, own = 2 * period, np.append(s, 2 * period - s[::-1]), np.append(own, own[::-1])
         at = np.arange(FINENESS * len(s)) / (FINENESS * len(s)) * period
         decay = np.maximum(2 * np.pi / period * np.arange(len(at) // 2 + 1) - front.curvature, 0.0) / 2
-        waves = rfft(np.interp(at, s, own, period=period)) * (gain(decay) - 1)
-        change = np.interp(front.s, at, irfft(waves, len(at)), period=period)
+        waves = scipy.fft.rfft(np.interp(at, s, own, period=period)) * (gain(decay) - 1)
+        change = np.interp(front.s, at, scipy.fft.irfft(waves, len(at)), period=period)
         result[front.row] = values[front.row] + change
     mean = gain(np.zeros(1))[0]
     return np.where(np.isnan(result), mean * values, result)

@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from craftmesh.cracks.polyline import polyline
 from craftmesh.growth.options import MOST, GrowthOptions
@@ -92,12 +93,10 @@ def crack_size(crack: Crack, box: np.ndarray) -> float:
     crack, the half width of a through crack. Triangles that may hold a farther point than the farthest
     centre known are split, and again.
     """
-    from scipy.spatial import cKDTree
-
     fronts = [polyline(crack.points[front]) for front in crack.fronts]
     step = TOLERANCE * max(line.length for line in fronts)
     places = [line.at(np.linspace(0, line.length, int(line.length / step) + 2)) for line in fronts]
-    front = cKDTree(np.concatenate(places))
+    front = scipy.spatial.cKDTree(np.concatenate(places))
     farthest = 0.0
     corners = crack.points[crack.triangles]
     while len(corners):

@@ -4,6 +4,7 @@ from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 # Flags of nodes whose K is not that of the front beside them: it has no meaning at the very surface, at the
 # end of a material and along a boundary of two, and errs by much elsewhere.
@@ -57,14 +58,12 @@ def sources(points: np.ndarray, steers: np.ndarray, front: np.ndarray | None = N
 
     points (n, 3). That is one of its own front (n,); a front without any keeps its K.
     """
-    from scipy.spatial import cKDTree
-
     number = np.zeros(len(points), int) if front is None else front
     source = np.arange(len(points))
     for one in np.unique(number):
         from_, to = (np.flatnonzero((number == one) & chosen) for chosen in (steers, ~steers))
         if len(from_) and len(to):
-            source[to] = from_[cKDTree(points[from_]).query(points[to])[1]]
+            source[to] = from_[scipy.spatial.cKDTree(points[from_]).query(points[to])[1]]
     return source
 
 

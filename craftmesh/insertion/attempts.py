@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from craftmesh.cracks.near_sheet import NearSheet
 from craftmesh.cracks.promises import AREA_KEPT, INSERTION, PROMISED
@@ -177,12 +178,10 @@ def split_near(surface: CutSurface, sheet: Sheet, places: np.ndarray, least: flo
     Smaller facets tell better on which side of a curved crack they are. least: the least target length.
     """
 
-    from scipy.spatial import cKDTree
-
     corners = surface.points[surface.facets]
     centre = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
-    rows = np.flatnonzero(cKDTree(places).query(centre)[0] < reach + SHORTEST * least)
+    rows = np.flatnonzero(scipy.spatial.cKDTree(places).query(centre)[0] < reach + SHORTEST * least)
     edges, _, _ = unique_edges(surface.facets[rows])
     step = np.diff(surface.points[edges], axis=1)[:, 0]
     edges = edges[np.linalg.norm(step, axis=1) > 2 * SHORTEST * least]

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import scipy
 
 from craftmesh.cracks.in_plane import triangulate, with_room
 from craftmesh.insertion.cut import OFF, CutSurface, flat_facets
@@ -114,9 +115,7 @@ class _Patch:
         A point goes where its facet is farthest off, or onto a corner of the given crack next to that.
         """
 
-        from scipy.spatial import cKDTree
-
-        corners = cKDTree(self.sheet.nodes)
+        corners = scipy.spatial.cKDTree(self.sheet.nodes)
         while True:
             self._look()
             rows = np.flatnonzero(self.off > OFF * self.least)

@@ -19,9 +19,9 @@ def move_onto(
     near[rows] = True
     band = near[surface.facets].any(axis=1)
     part = Surface(surface.points, surface.facets[band], surface.sides[band], surface.kind[band])
-    wished = surface.points.copy()
-    wished[rows] = targets
-    points, held = guarded_move(part, wished, bounds)
+    moved = surface.points.copy()
+    moved[rows] = targets
+    points, held = guarded_move(part, moved, bounds)
     return replace(surface, points=points), rows[~held[rows]]
 
 
@@ -32,7 +32,7 @@ def settled(
 
     Where the usual bounds refuse that, flat facets may become flatter and turn farther.
     """
-    for bounds in (MoveBounds(turn=options.max_turn), SETTLING):
+    for bounds in (options.bounds, SETTLING):
         surface, moved = move_onto(surface, rows, targets, bounds)
         left = ~np.isin(rows, moved)
         rows, targets = rows[left], targets[left]

@@ -1,6 +1,7 @@
 """Cracks that lie in grain boundaries, made of their facets: these are parted at the front and named."""
 
 import numpy as np
+import scipy
 
 from craftmesh.errors import CraftmeshError, told
 from craftmesh.insertion.cut import CutSurface, split_edges, uncut
@@ -43,11 +44,11 @@ def _known(places: np.ndarray, points: np.ndarray, rows: np.ndarray) -> np.ndarr
 
 def _edges_of(places: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Return the edge (k,) that each of the places (k, 3) lies on; -1 for none."""
-    from scipy.spatial import cKDTree
-
     start, step = points[edges[:, 0]], points[edges[:, 1]] - points[edges[:, 0]]
     length = np.linalg.norm(step, axis=1)
-    near = cKDTree(start + step / 2).query_ball_point(places, length.max() / 2 * (1 + ROUNDING))
+    near = scipy.spatial.cKDTree(start + step / 2).query_ball_point(
+        places, length.max() / 2 * (1 + ROUNDING)
+    )
     found = np.full(len(places), -1)
     for number, rows in enumerate(near):
         along = along_segments(places[number], start[rows], step[rows])

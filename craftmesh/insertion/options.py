@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from craftmesh.options import Options, option
+from craftmesh.surface.guarded_move import MoveBounds
 
 
 @dataclass(frozen=True)
@@ -22,3 +23,8 @@ class InsertOptions(Options):
         at_least=0,
         at_most=180,
     )
+
+    @property
+    def bounds(self) -> MoveBounds:
+        """What a move onto the crack may do to facets."""
+        return MoveBounds(turn=self.max_turn)

@@ -21,7 +21,6 @@ from craftmesh.insertion.options import InsertOptions
 from craftmesh.insertion.sheet import Sheet
 from craftmesh.insertion.snap import LINE_SHARE, classified, leaves_crack
 from craftmesh.surface.classification import AT_JUNCTION, ON_LINE
-from craftmesh.surface.guarded_move import MoveBounds
 from craftmesh.surface.measure import edge_lengths
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 
@@ -241,8 +240,7 @@ def snap_to_front(surface: CutSurface, sheet: Sheet, target: SizeAt, options: In
     with np.errstate(invalid="ignore"):
         chosen = np.linalg.norm(targets - surface.points[rows], axis=1) < reach
         chosen &= ~leaves_crack(surface, rows, targets)
-    bounds = MoveBounds(turn=options.max_turn)
-    surface, moved = move_onto(surface, rows[chosen], targets[chosen], bounds)
+    surface, moved = move_onto(surface, rows[chosen], targets[chosen], options.bounds)
     return with_front_points(surface, sheet, moved) if len(moved) else surface
 
 

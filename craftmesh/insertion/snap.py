@@ -13,7 +13,6 @@ from craftmesh.insertion.sheet import Sheet
 from craftmesh.surface.classification import AT_JUNCTION, IN_PATCH, ON_LINE, Classification
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.front import front_edges
-from craftmesh.surface.guarded_move import MoveBounds
 from craftmesh.surface.measure import area_vectors, edge_lengths, mean_edges, point_normals
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 from craftmesh.types import CRACK, Surface
@@ -111,7 +110,7 @@ def _moved(
     """Return the surface with the points at their targets (n, 3) on the crack, nearer than reach (n,)."""
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero(np.linalg.norm(targets - surface.points, axis=1) < reach)
-    surface, moved = move_onto(surface, rows, targets[rows], MoveBounds(turn=options.max_turn))
+    surface, moved = move_onto(surface, rows, targets[rows], options.bounds)
     psi = surface.psi.copy()
     psi[moved] = 0.0
     return replace(surface, psi=psi)

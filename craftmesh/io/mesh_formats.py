@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy
 
 from craftmesh.atomic import atomic_path
 from craftmesh.errors import CraftmeshError, existing_file
@@ -104,8 +105,6 @@ def write_netcdf(
     Attributes are texts or numbers. Raises CraftmeshError, before anything is written, for a variable of
     over 2 GiB.
     """
-    from scipy.io import netcdf_file, netcdf_variable
-
     whole = {v.name: v.values.astype(np.int32, copy=False) for v in variables if v.values.dtype.kind == "i"}
     variables = [replace(v, values=whole.get(v.name, v.values)) for v in variables]
     for variable in variables:
@@ -114,7 +113,7 @@ def write_netcdf(
                 f"{path}: {variable.name} takes {variable.values.nbytes} bytes; NetCDF by scipy has up to "
                 f"{LARGEST}: export to .vtu instead, or coarsen the mesh"
             )
-    with atomic_path(path) as temporary, netcdf_file(temporary, "w", version=2) as file:
+    with atomic_path(path) as temporary, scipy.io.netcdf_file(temporary, "w", version=2) as file:
         for name, length in dimensions.items():
             file.createDimension(name, length)
         for name, value in attributes.items():
@@ -122,7 +121,7 @@ def write_netcdf(
         for variable in variables:
             data = np.ascontiguousarray(variable.values, variable.values.dtype.newbyteorder(">"))
             is_record = dimensions[variable.dimensions[0]] is None
-            file.variables[variable.name] = netcdf_variable(
+            file.variables[variable.name] = scipy.io.netcdf_variable(
                 data,
                 data.dtype.char,
                 data.dtype.itemsize,
@@ -182,10 +181,8 @@ def read_exodus(path: str | os.PathLike) -> TetMesh:
 
     Raises CraftmeshError for another file.
     """
-    from scipy.io import netcdf_file
-
     try:
-        with netcdf_file(existing_file(path), "r", mmap=False) as file:
+        with scipy.io.netcdf_file(existing_file(path), "r", mmap=False) as file:
             found = {name: variable[:].copy() for name, variable in file.variables.items()}
         order, grains, local = found["elem_num_map"] - 1, found["eb_prop1"], np.argsort(_SIDE)
         tets = [found[f"connect{k}"] - 1 for k in range(1, len(grains) + 1)]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.faces import named_numbers
@@ -141,8 +142,6 @@ def _disorientation(
     crystals: Mapping[int, Crystal],
 ) -> float:
     """Return the least angle in degrees between two grains of one phase, by their symmetry; 180 of two."""
-    from scipy.spatial.transform import Rotation
-
     of = [0 if phases is None else int(phases[grain]) for grain in pair]
     if of[0] != of[1]:
         return 180.0
@@ -153,6 +152,6 @@ def _disorientation(
             f"cohesive: {LOW_ANGLE}: the disorientation of grains {pair[0]} and {pair[1]} is not known; "
             f"give orientations and, in material, a crystal ({kind} is none), or name pairs"
         )
-    one, other = (Rotation.from_matrix(model.own_axes(grain)) for grain in pair)
-    turns = one.inv() * other * Rotation.create_group(_GROUPS[structure])
+    one, other = (scipy.spatial.transform.Rotation.from_matrix(model.own_axes(grain)) for grain in pair)
+    turns = one.inv() * other * scipy.spatial.transform.Rotation.create_group(_GROUPS[structure])
     return float(np.degrees(turns.magnitude().min()))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+import scipy
 
 from craftmesh.mechanics.materials import Material, turned
 from craftmesh.types import Crystal
@@ -40,15 +41,13 @@ def misfits(
     phase_of: the key in `materials` by grain; phases (n,): row = grain id, None: all are phase 0; crystals:
     by phase. A material that any turn leaves as it is, an isotropic one, fits every crystal.
     """
-    from scipy.spatial.transform import Rotation
-
     pairs = {(0 if phases is None else int(phases[grain]), key) for grain, key in phase_of.items()}
     found = []
     for phase, key in sorted(pairs, key=lambda pair: pair[0]):
         crystal, material = crystals.get(phase, Crystal()), materials[key]
         stiffness = material.stiffness()
         for axis, degrees in _TURNS.get(crystal.structure, ()):
-            matrix = Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
+            matrix = scipy.spatial.transform.Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
             change = np.abs(turned(stiffness, matrix) - stiffness).max() / np.abs(stiffness).max()
             if change > _MISFIT:
                 name = " ".join(crystal.name.split())

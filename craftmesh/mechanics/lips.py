@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mechanics.load import Load, Traction, point_vectors
@@ -14,9 +14,6 @@ from craftmesh.mesh.tet_connectivity import face_nodes
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.side_data import covered, notes_on_place
 from craftmesh.types import TetMesh
-
-if TYPE_CHECKING:
-    from scipy.spatial import KDTree
 
 # Points of a field that a place is given a value by: enough for a plane through values on a surface.
 _NEAREST = 8
@@ -36,16 +33,14 @@ class LipField:
         Between points values are on the plane of least squares through the nearest, by inverse square
         distance, and within theirs: values linear in the place come out as they are.
         """
-        from scipy.spatial import KDTree
-
-        values, tree = np.column_stack([self.pressure, self.traction]), KDTree(self.points)
+        values, tree = np.column_stack([self.pressure, self.traction]), scipy.spatial.KDTree(self.points)
         rows = range(0, len(places), AT_ONCE)
         parts = [_on_planes(tree, values, places[row : row + AT_ONCE]) for row in rows]
         found = np.concatenate([values[:0], *parts])
         return found[:, 0], found[:, 1:]
 
 
-def _on_planes(tree: "KDTree", values: np.ndarray, places: np.ndarray) -> np.ndarray:
+def _on_planes(tree: "scipy.spatial.KDTree", values: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Return the values (n, c) at places (n, 3) by those (k, c) at the points of a tree."""
     far, near = tree.query(places, k=range(1, min(_NEAREST, tree.n) + 1))
     weight = 1 / np.maximum(far / np.maximum(far[:, -1:], np.finfo(float).tiny), 1e-6) ** 2

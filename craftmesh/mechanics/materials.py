@@ -16,7 +16,8 @@ _NAMES |= {"anisotropic": "D1111, D1122, D2222, ... D2323"}
 ROW, COLUMN = np.array([[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]]).T
 COMPONENT = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 # Engineering shears are twice those of tensors.
-_OF_TENSOR = np.outer(*2 * [np.where(ROW == COLUMN, 1.0, 0.5)])
+_OF_SHEAR = np.where(ROW == COLUMN, 1.0, 0.5)
+_OF_TENSOR = np.outer(_OF_SHEAR, _OF_SHEAR)
 # Column by column of the upper triangle over them: D1111, D1122, D2222, D1133, ...
 _UPPER = tuple((row, column) for column in range(6) for row in range(column + 1))
 

@@ -9,6 +9,7 @@ otherwise in their decks. The tests hold both to within 1e-12.
 """
 
 import numpy as np
+import scipy
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.side_data import spans_told, unit_hint
@@ -67,8 +68,6 @@ def matrix_to_quaternion(matrices: np.ndarray) -> np.ndarray:
 
     Products of two rows may be off by 0.01, as where a file has two decimals.
     """
-    from scipy.spatial.transform import Rotation
-
     matrices = np.asarray(matrices, float)
     with np.errstate(over="ignore", invalid="ignore"):  # at numbers that are none of a rotation
         off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
@@ -76,7 +75,8 @@ def matrix_to_quaternion(matrices: np.ndarray) -> np.ndarray:
     rotations = np.flatnonzero(off <= 0.01)
     rotations = rotations[np.linalg.det(matrices[rotations]) > 0]
     if len(rotations):
-        made[rotations] = Rotation.from_matrix(matrices[rotations]).as_quat(scalar_first=True)
+        turns = scipy.spatial.transform.Rotation.from_matrix(matrices[rotations])
+        made[rotations] = turns.as_quat(scalar_first=True)
     return normalized(made)
 
 
@@ -96,9 +96,8 @@ def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
     No symmetry is applied.
     """
-    from scipy.spatial.transform import Rotation
-
-    one, other = (Rotation.from_quat(quaternions, scalar_first=True) for quaternions in (first, second))
+    turns_of = scipy.spatial.transform.Rotation.from_quat
+    one, other = (turns_of(quaternions, scalar_first=True) for quaternions in (first, second))
     return np.degrees((one.inv() * other).magnitude())
 
 
@@ -134,9 +133,6 @@ def element_axes(mesh: TetMesh, voxels: Voxels) -> np.ndarray:
     They are those of the voxel of its grain that is nearest to its middle. Raises CraftmeshError for voxels
     whose orientations are not kept, and for a mesh that reaches past them or is in another unit.
     """
-    from scipy import ndimage
-    from scipy.spatial import cKDTree
-
     if voxels.voxel_orientations is None:
         raise CraftmeshError(
             "orientations: element, and the microstructure has those of grains alone; import it with "
@@ -152,7 +148,7 @@ def element_axes(mesh: TetMesh, voxels: Voxels) -> np.ndarray:
     middle = (mesh.points[mesh.tets[:, :4]].mean(axis=1) - voxels.origin) / voxels.spacing - 0.5
     within = np.clip(np.round(middle).astype(int), 0, np.array(voxels.labels.shape) - 1)
     known = np.isfinite(voxels.voxel_orientations).all(axis=3)
-    boxes = ndimage.find_objects(np.where(known, np.maximum(voxels.labels, 0), 0))
+    boxes = scipy.ndimage.find_objects(np.where(known, np.maximum(voxels.labels, 0), 0))
     other = (voxels.labels[tuple(within.T)] != mesh.grain) | ~known[tuple(within.T)]
     for grain in np.unique(mesh.grain[other]).tolist():
         box = boxes[grain - 1] if grain <= len(boxes) else None
@@ -160,7 +156,7 @@ def element_axes(mesh: TetMesh, voxels: Voxels) -> np.ndarray:
         if box is not None:
             first = [part.start for part in box]
             places = np.argwhere((voxels.labels[box] == grain) & known[box]) + first
-            near = cKDTree(places * voxels.spacing).query(middle[rows] * voxels.spacing)[1]
+            near = scipy.spatial.cKDTree(places * voxels.spacing).query(middle[rows] * voxels.spacing)[1]
             within[rows], other[rows] = places[near], False
     matrices = quaternion_to_matrix(voxels.voxel_orientations[tuple(within.T)].astype(float))
     axes = matrices[:, :, :2].transpose(0, 2, 1).reshape(-1, 6)

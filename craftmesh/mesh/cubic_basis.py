@@ -2,13 +2,10 @@
 
 from dataclasses import dataclass
 from math import factorial
-from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from scipy.sparse import csr_array, diags_array, eye_array, sparray
-
-if TYPE_CHECKING:
-    from scipy.interpolate import PPoly
 
 DEGREE = 3
 # The coefficients' own weight against that of the data, for unique solutions where data are too few.
@@ -36,10 +33,8 @@ class CubicBasis:
 
     def design(self, s: np.ndarray) -> csr_array:
         """Return the values (k, size) of all B-splines at s (k,); beyond an open curve those at its end."""
-        from scipy.interpolate import BSpline
-
         s = np.mod(s, self.length) if self.closed else np.clip(s, 0.0, self.length)
-        rows = csr_array(BSpline.design_matrix(s, self._knots(), DEGREE))
+        rows = csr_array(scipy.interpolate.BSpline.design_matrix(s, self._knots(), DEGREE))
         folded = csr_array((rows.data, rows.indices % self.size, rows.indptr), (len(s), self.size))
         folded.sum_duplicates()
         return folded
@@ -50,8 +45,6 @@ class CubicBasis:
         weights (k,); stiffness: weight of the coefficients' changes of slope against that of the data. It
         smooths, and it decides alone where there are no data.
         """
-        from scipy.sparse.linalg import splu
-
         rows = csr_array(rows)
         weighted = rows.T @ diags_array(weights)
         normal = weighted @ rows
@@ -59,17 +52,15 @@ class CubicBasis:
         scale = np.median(diagonal[diagonal > 0]) if diagonal.any() else 1.0
         bend = self._bends()
         system = normal + scale * (stiffness * (bend.T @ bend) + SMALLEST * eye_array(self.size))
-        return splu(system.tocsc()).solve(np.ascontiguousarray(weighted @ values))
+        return scipy.sparse.linalg.splu(system.tocsc()).solve(np.ascontiguousarray(weighted @ values))
 
-    def pieces(self, coefficients: np.ndarray) -> "PPoly":
+    def pieces(self, coefficients: np.ndarray) -> "scipy.interpolate.PPoly":
         """Return the polynomials between the breaks of the spline of coefficients (size, c)."""
-        from scipy.interpolate import BSpline, PPoly
-
         if self.closed:
             coefficients = coefficients[np.arange(self.size + DEGREE) % self.size]
-        spline, at = BSpline(self._knots(), coefficients, DEGREE), self.breaks[:-1]
+        spline, at = scipy.interpolate.BSpline(self._knots(), coefficients, DEGREE), self.breaks[:-1]
         powers = [spline(at, nu=k) / factorial(k) for k in range(DEGREE, -1, -1)]
-        return PPoly(np.stack(powers), self.breaks)
+        return scipy.interpolate.PPoly(np.stack(powers), self.breaks)
 
     def _knots(self) -> np.ndarray:
         if not self.closed:

@@ -1,14 +1,12 @@
 """A front as a smooth curve with the crack's normal along it."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from craftmesh.mesh.cubic_basis import graded_basis
-
-if TYPE_CHECKING:
-    from scipy.interpolate import PPoly
 
 # Edges on each side over which the front's edge lengths are averaged: neighbours differ by up to 3 : 1.
 WINDOW = 4
@@ -50,8 +48,8 @@ class FrontCurve:
     goes on straight beyond its ends, with the frames there.
     """
 
-    point: "PPoly"
-    normal: "PPoly"
+    point: "scipy.interpolate.PPoly"
+    normal: "scipy.interpolate.PPoly"
     closed: bool
 
     @property

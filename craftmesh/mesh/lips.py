@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.mesh.front_curve import square_to, unit
@@ -118,8 +119,6 @@ def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes:
     the front node, along its tangent, is fitted to the lip's nodes behind it; its slope at the front
     corrects that mean.
     """
-    from scipy.spatial import KDTree
-
     tets = mesh.tets[:, :4]
     facets = face_nodes(tets, lip_faces(own_lips(mesh.face_sets, tets, nodes))[0])
     normals = np.zeros(mesh.points.shape)
@@ -127,7 +126,9 @@ def front_normals(mesh: TetMesh, nodes: np.ndarray, tangents: np.ndarray, sizes:
     lip = np.unique(facets)
     lip_points, lip_normals = mesh.points[lip], unit(normals[lip])
     start = unit(square_to(normals[nodes], tangents))
-    found = KDTree(lip_points).query_ball_point(mesh.points[nodes], WIDE * sizes, return_sorted=True)
+    found = scipy.spatial.KDTree(lip_points).query_ball_point(
+        mesh.points[nodes], WIDE * sizes, return_sorted=True
+    )
     result = start.copy()
     for k, near in enumerate(found):
         near = np.array(near)[lip_normals[near] @ start[k] > SAME_SHEET]

@@ -192,7 +192,8 @@ def _child_for(connection: socket.socket, loader: Loader, run: Callable[[list[st
     with os.fdopen(request, "rb") as stream:
         stream.seek(0)
         words, folder, environment = json.load(stream)
-    loader.prepare(words[0] if words else "")
+    verb = words[0] if words else ""
+    loader.prepare(verb)
     missing = os.memfd_create("missing")
     pid = os.fork()
     if not pid:
@@ -213,4 +214,4 @@ def _child_for(connection: socket.socket, loader: Loader, run: Callable[[list[st
             _exit(status)
     for file in files:
         os.close(file)
-    return _Child(words[0] if words else "", connection, missing, pid)
+    return _Child(verb, connection, missing, pid)

@@ -4,6 +4,7 @@ Tetrahedra in such a place are as flat as their edges are long against its width
 """
 
 import numpy as np
+import scipy
 
 from craftmesh.cracks.near_faces import Face, cuts, in_plane, kink_edges
 from craftmesh.cracks.near_sheet import NearSheet
@@ -56,8 +57,6 @@ def _to_face(
     sizing: Sizing,
 ) -> Lengths:
     """Return the lengths by the way to a face: over the crack's triangles, and along its lines."""
-    from scipy.spatial import cKDTree
-
     axis, upper = face
     slab = box.copy()
     slab[1 - upper, axis] = box[upper, axis] + (1 - 2 * upper) * sizing.l_max / PER_WIDTH
@@ -69,7 +68,7 @@ def _to_face(
     lines = [*fronts, *mouths]
     at_kinks, at_lines = _along(kinks, sizing.l_min), _along(lines, sizing.l_min)
     met = np.concatenate([cuts(corners, box, face).reshape(-1, 3), _crossings(lines, box, face)])
-    beside = steep[cKDTree(centres).query(at_lines)[1]]
+    beside = steep[scipy.spatial.cKDTree(centres).query(at_lines)[1]]
     per = np.where(beside < STEEP, PER_WIDTH_IN_WEDGE, PER_WIDTH)
     upright = np.ones(len(at_kinks))  # under a kink the crack goes away to both sides
     # distances over areas are from centres up to l_min apart
@@ -96,22 +95,18 @@ def _apart(
     tilt: the sines of its angles to the face; met (n, 3): places where it is on that. slack: how much
     longer a way may be than it is at a place.
     """
-    from scipy.spatial import cKDTree
-
     axis, upper = face
     width, rounding = np.abs(places[:, axis] - box[upper, axis]), ROUNDING * np.ptp(box)
     apart = ((places >= box[0] - rounding) & (places <= box[1] + rounding)).all(axis=1) & (width > rounding)
     met = np.concatenate([met, places[width <= rounding]])
     if len(met) and len(places):
-        straight = tilt * cKDTree(met).query(places)[0]
+        straight = tilt * scipy.spatial.cKDTree(met).query(places)[0]
         apart &= (width + slack < IN_WEDGE[0] * straight) | (width > IN_WEDGE[1] * straight)
     return np.where(apart, width, np.inf)
 
 
 def _to_sheet(own: Crack, other: Crack, box: np.ndarray, l_min: float) -> Lengths:
     """Return the lengths along the fronts of a sheet by the way to another one; where they meet none."""
-    from scipy.spatial import cKDTree
-
     at = _along([own.points[front] for front in own.fronts], l_min)
     at = at[((at >= box[0]) & (at <= box[1])).all(axis=1)]
     if not len(at):
@@ -121,7 +116,7 @@ def _to_sheet(own: Crack, other: Crack, box: np.ndarray, l_min: float) -> Length
     crosses = np.append((side[1:] != side[:-1]) & (width[1:] < l_min) & (near.phi[1:] > 0), False)
     clear, met = width < l_min, at[crosses | (width <= PROMISED.front * l_min)]
     if len(met):
-        clear &= width < IN_CORNER * cKDTree(met).query(at)[0]
+        clear &= width < IN_CORNER * scipy.spatial.cKDTree(met).query(at)[0]
     return at[clear], np.maximum(PER_WIDTH_IN_WEDGE * width, SHORTEST_IN_GAPS * l_min)[clear]
 
 

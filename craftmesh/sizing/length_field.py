@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from scipy.sparse import coo_matrix
 
 from craftmesh.arguments import Frozen, as_array
@@ -13,9 +13,6 @@ from craftmesh.surface.connectivity import edge_sides, unique_edges
 from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.surface.patches import feature_edges, oriented, patches
 from craftmesh.types import CRACK, Surface
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
 
 _AVERAGED = 4  # samples that a length between the samples is made of
 LINKED = 26  # neighbours of a sample over which the gradation limit acts
@@ -55,10 +52,8 @@ class LengthField(Frozen):
         return f"LengthField({len(self.points)} points, lengths {least:.6g} to {most:.6g})"
 
     @cached_property
-    def _tree(self) -> "cKDTree":
-        from scipy.spatial import cKDTree
-
-        return cKDTree(self.points)
+    def _tree(self) -> "scipy.spatial.cKDTree":
+        return scipy.spatial.cKDTree(self.points)
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the (n,) target edge lengths at `points` (n, 3)."""
@@ -89,9 +84,7 @@ class LengthField(Frozen):
         # the same link from both ends would add up in a sparse matrix; the graph is made undirected later
         graph = coo_matrix((np.concatenate([step, self.lengths]), (row, column)), shape=(k + 1, k + 1))
         graph = graph.tocsr()
-        from scipy.sparse.csgraph import dijkstra
-
-        lengths = dijkstra(graph.maximum(graph.T), directed=False, indices=k)[:k]
+        lengths = scipy.sparse.csgraph.dijkstra(graph.maximum(graph.T), directed=False, indices=k)[:k]
         return LengthField(self.points, np.minimum(lengths, self.lengths), growth)
 
 
@@ -161,11 +154,9 @@ class LocalSizing:
     """Target edge lengths that follow those of the facets (m, 3) on points (n, 3)."""
 
     def __init__(self, points: np.ndarray, facets: np.ndarray):
-        from scipy.spatial import cKDTree
-
         edges, _, _ = unique_edges(facets)
         self.length = mean_edges(points, edges)
-        self.tree = cKDTree(points)
+        self.tree = scipy.spatial.cKDTree(points)
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the mean length (n,) of the edges at the surface's node nearest to each point (n, 3)."""

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
+import scipy
 
 from craftmesh.arguments import Frozen, as_array, refuse_unlike, typed
 from craftmesh.errors import CraftmeshError
@@ -13,9 +14,6 @@ from craftmesh.sizing.length_field import LengthField, curvature_lengths
 from craftmesh.surface.connectivity import unique_edges
 from craftmesh.surface.measure import edge_lengths
 from craftmesh.types import Surface, Voxels
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
 
 
 @runtime_checkable
@@ -127,10 +125,8 @@ class Sizing(Frozen):
         return f"Sizing({numbers}, {len(self.sources)} sources{others})"
 
     @cached_property
-    def _tree(self) -> "cKDTree":
-        from scipy.spatial import cKDTree
-
-        return cKDTree(self.sources)
+    def _tree(self) -> "scipy.spatial.cKDTree":
+        return scipy.spatial.cKDTree(self.sources)
 
     @property
     def limit(self) -> float:

@@ -5,6 +5,7 @@ from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from scipy.sparse import csr_array, eye_array
 
 from craftmesh.errors import CraftmeshError
@@ -67,8 +68,6 @@ class ClosedPairs:
     """
 
     def __init__(self, pairs: LipPairs, which: np.ndarray, fixed: np.ndarray, text: str):
-        from scipy.sparse.linalg import splu
-
         nodes, normal = pairs.nodes[which], pairs.normal[which]
         self.pairs, self.which, self.text = pairs, which, text
         column = (3 * nodes[:, :, None] + np.arange(3)).ravel()
@@ -79,7 +78,7 @@ class ClosedPairs:
         self.free = csr_array((np.where(fixed.ravel()[column], 0.0, value), column, first), shape)
         self.spread = self.free.T.tocsr()
         product = self.free @ self.spread + _DEPENDENT * eye_array(len(nodes))
-        self.answer = splu(product.tocsc()).solve if len(nodes) else np.copy
+        self.answer = scipy.sparse.linalg.splu(product.tocsc()).solve if len(nodes) else np.copy
 
     def take_out(self, field: np.ndarray) -> None:
         """Take the part along the constraints out of a field (n, 3)."""

@@ -1,6 +1,7 @@
 """The shells of stitched grains: gaps between grains, voids, the exterior, grains in pieces."""
 
 import numpy as np
+import scipy
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.surface.connectivity import facet_edges, pieces
@@ -23,15 +24,13 @@ def refuse_gaps(points: np.ndarray, facets: np.ndarray, sides: np.ndarray, alone
 
     points (n, 3), facets (m, 3), sides (m, 2); alone (k,): the facets that no other grain shares.
     """
-    from scipy.spatial import cKDTree
-
     if not len(alone):
         return
     corner = points[facets[alone]]
     centre = corner.mean(axis=1)
     edge = np.sqrt(((corner - np.roll(corner, 1, axis=1)) ** 2).sum(axis=2)).mean(axis=1)
     normal = unit_normals(points, facets[alone])
-    distance, near = cKDTree(centre).query(centre, k=min(NEIGHBOURS, len(alone)))
+    distance, near = scipy.spatial.cKDTree(centre).query(centre, k=min(NEIGHBOURS, len(alone)))
     near = near.reshape(len(alone), -1)
     facing = np.einsum("ij,ikj->ik", normal, normal[near]) < FACING
     height = np.abs(np.einsum("ij,ikj->ik", normal, centre[near] - centre[:, None]))

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from craftmesh.arguments import as_array, check_indices, typed
 from craftmesh.errors import CraftmeshError
@@ -163,10 +164,8 @@ def _notes(ids: np.ndarray, pieces: np.ndarray, voids: int, exterior: int, turne
 
 def _cluster(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Return for each point the first point of its cluster within the tolerance."""
-    from scipy.spatial import cKDTree
-
     reach = tolerance * np.linalg.norm(np.ptp(points, axis=0))
-    pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(points).query_pairs(reach, output_type="ndarray")
     lowest = np.arange(len(points))
     if len(pairs):
         _, first, of = np.unique(joined(len(points), *pairs.T), return_index=True, return_inverse=True)

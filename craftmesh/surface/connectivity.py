@@ -1,6 +1,7 @@
 """Connectivity of triangle soups, computed by free functions and passed, never stored."""
 
 import numpy as np
+import scipy
 from scipy.sparse import coo_array
 
 from craftmesh.surface.kernels.boundaries import lowest_equal_rows, unbalanced_edges
@@ -86,10 +87,8 @@ def joined(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
     Pieces are numbered from 0 in the order of their first things.
     """
-    from scipy.sparse.csgraph import connected_components
-
     graph = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(count, count))
-    return in_order(connected_components(graph, directed=False)[1])
+    return in_order(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
 
 
 def in_order(numbers: np.ndarray) -> np.ndarray:

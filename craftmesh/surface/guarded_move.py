@@ -1,4 +1,4 @@
-"""One guarded move: points go where they are wished to, and those that would spoil a facet are held."""
+"""One guarded move: points go to their targets, and those that would spoil a facet are held."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,23 +44,23 @@ PATIENCE = 3
 
 def guarded_move(
     surface: Surface,
-    wished: np.ndarray | Callable[[np.ndarray], np.ndarray],
+    targets: np.ndarray | Callable[[np.ndarray], np.ndarray],
     bounds: MoveBounds,
     spoils: Callable[[np.ndarray], np.ndarray] | None = None,
     known: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the points (n, 3) moved within the bounds, and (n,) bool the points that were held for them.
 
-    wished (n, 3): where points go, or a function that returns it of the points held (n,), which stay. What
-    it draws near held points follows these, so that their neighbours are held from the first try. spoils:
-    returns further bad facets (m,) of moved points. known (k, 2): pairs of facets that may intersect; None:
-    those that do. Where a facet is bad, points are held and the rest is tried again.
+    targets (n, 3): the places that points go to; or a function of the held points (n,) bool that returns
+    them, with held points where they were. Neighbours of a held point then follow it, so that they are held
+    too, from the first try. spoils: returns further bad facets (m,) of moved points. known (k, 2): pairs of
+    facets that may intersect; None: those that do. Points of bad facets are held, and the rest tried again.
     """
     points, facets = surface.points, surface.facets.astype(np.int64)
     held, last = np.zeros(len(points), bool), points
-    rings = -PATIENCE if isinstance(wished, np.ndarray) else 1
+    rings = -PATIENCE if isinstance(targets, np.ndarray) else 1
     while True:
-        moved = wished(held) if callable(wished) else np.where(held[:, None], points, wished)
+        moved = targets(held) if callable(targets) else np.where(held[:, None], points, targets)
         changed = touching(facets, (moved != last).any(axis=1))
         bad = np.zeros(len(facets), bool) if spoils is None else spoils(moved)
         rows = np.flatnonzero(changed)

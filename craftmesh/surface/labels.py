@@ -3,6 +3,7 @@
 from functools import cache
 
 import numpy as np
+import scipy
 
 from craftmesh.surface.kernels.bins import cells_of, fill_bins, grid_over
 from craftmesh.surface.kernels.label_lookup import winding_labels
@@ -35,6 +36,4 @@ def labels_at(places: np.ndarray, points: np.ndarray, facets: np.ndarray, sides:
 @cache
 def _view() -> np.ndarray:
     """Return the matrix of VIEW."""
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_rotvec(VIEW).as_matrix()
+    return scipy.spatial.transform.Rotation.from_rotvec(VIEW).as_matrix()

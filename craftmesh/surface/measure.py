@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+import scipy
 
 from craftmesh.surface.kernels.distances import nearest_facets
 from craftmesh.surface.kernels.facet_measures import area_vectors_of, shapes_of, volumes_from
@@ -167,12 +168,10 @@ def nearest_facet(
 
     Also the distances (q,) to them, and sides (q,): 1 ahead of the facet's plane and -1 behind or on it.
     """
-    from scipy.spatial import cKDTree
-
     corners = points[facets]
     centres = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1) * (1 + ROUNDING)
     places = np.ascontiguousarray(places)
-    some = cKDTree(centres).query(places)[1]
+    some = scipy.spatial.cKDTree(centres).query(places)[1]
     facet, distance2, side = nearest_facets(places, points, facets, some, centres, reach)
     return facet, np.sqrt(distance2), side

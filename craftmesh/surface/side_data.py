@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 import numpy as np
+import scipy
 
 from craftmesh.errors import CraftmeshError, listed, told
 from craftmesh.surface.measure import span_of
@@ -97,9 +98,7 @@ def covered(
     A place is covered where its nearest point is within `reach`, or no farther than the farthest of the
     `count` points nearest to that point, itself one of them. One point alone covers all places.
     """
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(points)
+    tree = scipy.spatial.cKDTree(points)
     distance, nearest = tree.query(places)
     spread = tree.query(points[nearest], k=[min(count, len(points))])[0][:, 0]
     is_covered = (distance <= np.maximum(spread, reach)) | (len(points) == 1)

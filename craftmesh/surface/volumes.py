@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
+import scipy
 from scipy.sparse import csr_array, diags_array
 
 from craftmesh.arguments import LARGEST, as_array
@@ -52,8 +53,8 @@ def restore_volumes(
         way = now.points - surface.points
         way += _displacement(now.points, facets, signs, -drift * target, free & ~held[:, None])
         far = np.maximum(np.linalg.norm(way, axis=1), 1e-300)
-        wished = surface.points + way * np.minimum(1.0, reach / far)[:, None]
-        points, held = guarded_move(now, wished, bounds or MoveBounds())
+        places = surface.points + way * np.minimum(1.0, reach / far)[:, None]
+        points, held = guarded_move(now, places, bounds or MoveBounds())
         now = replace(surface, points=points)
         drift = signs @ swept_volumes(points, facets) / target - 1
         done += 1
@@ -97,8 +98,6 @@ def _displacement(
     with a vertex by a third of the area vectors of its facets there. Weighted by the inverse areas of
     vertices, a patch moves by one distance along its normal, whatever its facets' sizes.
     """
-    from scipy.sparse.linalg import spsolve
-
     area = np.repeat(np.linalg.norm(area_vectors(points, facets), axis=1) / 3, 3)
     area = np.bincount(facets.ravel(), area, len(points))
     reach, weight = mean_edges(points, facet_edges(facets)), 1 / np.maximum(area, 1e-9 * area.mean())
@@ -110,7 +109,7 @@ def _displacement(
     system = sum(left @ matrix.T for left, matrix in zip(weighted, gradient)).tocsc()
     diagonal = system.diagonal()
     lift = np.where(diagonal > 0, DAMPING * diagonal, 1.0)
-    pressure = np.atleast_1d(spsolve((system + diags_array(lift)).tocsc(), missing))
+    pressure = np.atleast_1d(scipy.sparse.linalg.spsolve((system + diags_array(lift)).tocsc(), missing))
     displacement = np.stack([matrix.T @ pressure for matrix in weighted], axis=1)
     size = np.linalg.norm(displacement, axis=1)
     return displacement * np.minimum(1.0, STEP * reach / np.maximum(size, 1e-300))[:, None]

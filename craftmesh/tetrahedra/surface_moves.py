@@ -55,10 +55,9 @@ def slid(model: Model, inside: bool) -> Model:
     bounds, points, tets = along_surface(model.surface), model.points, model.tets
     on_surface = len(bounds.reach)
     may = np.zeros(len(points), bool)
-    may[:on_surface] = bounds.ways.any(axis=(1, 2))
     if inside:
         may[tets[tets.min(axis=1) < on_surface]] = True
-        may[:on_surface] = bounds.ways.any(axis=(1, 2))
+    may[:on_surface] = bounds.ways.any(axis=(1, 2))
     state, used = _state_near(model, np.flatnonzero(touching(tets, may)), bounds, capacity=1.0)
     count = int(state.counts[TETS])
     all_qualities(state.points, state.tets, count, state.quality, WHOLE)

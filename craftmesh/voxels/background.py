@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 
 from craftmesh.errors import CraftmeshError, counted
 from craftmesh.types import GRAIN, UNINDEXED, VOID
@@ -89,16 +90,14 @@ def _straightness(labels: np.ndarray) -> float:
     Its edges are the cubes of 2 x 2 x 2 voxels with two other labels, its faces those with one; the space
     is the 4 x 4 x 4 voxels around them. NaN without edges or faces.
     """
-    from scipy import ndimage
-
     is_zero, cubes = labels == 0, (slice(1, None),) * 3
-    least = ndimage.minimum_filter(np.where(is_zero, labels.max() + 1, labels), 2)[cubes]
-    most = ndimage.maximum_filter(labels, 2)[cubes]
-    at_zero = ndimage.maximum_filter(is_zero, 2)[cubes] & (most > 0)
+    least = scipy.ndimage.minimum_filter(np.where(is_zero, labels.max() + 1, labels), 2)[cubes]
+    most = scipy.ndimage.maximum_filter(labels, 2)[cubes]
+    at_zero = scipy.ndimage.maximum_filter(is_zero, 2)[cubes] & (most > 0)
     edges, faces = at_zero & (least < most), at_zero & (least == most)
     if not (edges.any() and faces.any()):
         return float("nan")
-    held = ndimage.uniform_filter(is_zero.astype(np.float32), 4)[cubes]
+    held = scipy.ndimage.uniform_filter(is_zero.astype(np.float32), 4)[cubes]
     return float(held[edges].mean() / held[faces].mean())
 
 

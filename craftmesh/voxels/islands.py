@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from craftmesh.arguments import Frozen
 from craftmesh.errors import CraftmeshError
@@ -54,14 +55,12 @@ def find_islands(voxels: Voxels) -> tuple[Island, ...]:
     face, leads through one and the same piece of the host. Seeds are where the distance to the piece's
     boundary is largest.
     """
-    from scipy import ndimage
-
     pieces = find_pieces(voxels.labels)
     enclosures = [(int(pieces.label[host]), members) for host, members in _enclosures(pieces)]
     enclosures = sorted(e for e in enclosures if e[0] > 0)
     if not enclosures:
         return ()
-    windows = ndimage.find_objects(pieces.of + 1)
+    windows = scipy.ndimage.find_objects(pieces.of + 1)
     islands = []
     for host, members in enclosures:
         seeds = np.array([_seed(pieces.of, m, windows[m], voxels) for m in members])
@@ -139,10 +138,8 @@ def _seed(of: np.ndarray, piece: int, window: tuple, voxels: Voxels) -> np.ndarr
     The middle of tied voxels is taken where its own voxel is tied too: the centre of a 2 x 2 x 2 void is
     safer than the centre of one of its voxels.
     """
-    from scipy import ndimage
-
     inside = np.pad(of[window] == piece, 1)
-    distance = ndimage.distance_transform_edt(inside, sampling=voxels.spacing)
+    distance = scipy.ndimage.distance_transform_edt(inside, sampling=voxels.spacing)
     tied = np.argwhere(distance >= distance.max() * (1 - 1e-9))
     middle = tied.mean(axis=0)
     nearest = tied[np.argmin((((tied - middle) * voxels.spacing) ** 2).sum(axis=1))]

@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.jit import kernel, lean_kernel
+from craftmesh.surface.kernels.union_find import root_of
 
 
 @lean_kernel
@@ -87,14 +88,6 @@ def _tallied(tally, count, label, high, way):
     return count + 1
 
 
-@lean_kernel
-def _root(parent, point):
-    while parent[point] != point:
-        parent[point] = parent[parent[point]]
-        point = parent[point]
-    return point
-
-
 @kernel
 def outer_shells(facets, start, swept, points):
     """Return how many shells of each grain enclose a volume above 0.
@@ -111,11 +104,11 @@ def outer_shells(facets, start, swept, points):
                 parent[facets[f, k]] = facets[f, k]
         for f in rows:
             for k in range(1, 3):
-                parent[_root(parent, facets[f, k])] = _root(parent, facets[f, 0])
+                parent[root_of(parent, facets[f, k])] = root_of(parent, facets[f, 0])
         for f in rows:
-            volume[_root(parent, facets[f, 0])] += swept[f]
+            volume[root_of(parent, facets[f, 0])] += swept[f]
         for f in rows:
-            root = _root(parent, facets[f, 0])
+            root = root_of(parent, facets[f, 0])
             count[grain] += volume[root] > 0
             volume[root] = 0.0
     return count

@@ -3,15 +3,13 @@
 import numpy as np
 
 from craftmesh.jit import kernel
-from craftmesh.surface.kernels.corner_lists import link_all
+from craftmesh.surface.kernels.corner_lists import corner_lists
 
 
 @kernel
 def tied_vertices(facets, count):
     """Return (count,) bool: vertices whose facets (m, 3) fall into groups that share no edge there."""
-    first = np.empty(count, np.int64)
-    after = np.empty(3 * len(facets), np.int64)
-    link_all(facets, np.ones(len(facets), np.bool_), len(facets), first, after)
+    first, after = corner_lists(facets, count)
     tied = np.zeros(count, np.bool_)
     reached = np.full(count, -1)  # the last vertex from whose first facet each one was reached
     for v in range(count):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 
 import numpy as np
+import scipy
 
 from craftmesh.errors import CraftmeshError
 from craftmesh.extras import extra
@@ -137,8 +138,6 @@ def _found_again(
 
 
 def _task(surface: Surface, sizing: Lengths, envelope: float) -> TetWildTask:
-    from scipy.spatial import Delaunay
-
     points, facets, _ = compact(*with_fins(surface, sizing.at(surface.points)))
     low, high = points.min(axis=0), points.max(axis=0)
     step = (high - low).max() / LATTICE
@@ -147,9 +146,8 @@ def _task(surface: Surface, sizing: Lengths, envelope: float) -> TetWildTask:
     background = np.concatenate([np.unique(points, axis=0), lattice])
     lengths = sizing.at(background)
     shortest = float(lengths.min())
-    return TetWildTask(
-        points, facets, background, Delaunay(background).simplices, lengths, envelope * shortest
-    )
+    tets = scipy.spatial.Delaunay(background).simplices
+    return TetWildTask(points, facets, background, tets, lengths, envelope * shortest)
 
 
 class _OneMesh:

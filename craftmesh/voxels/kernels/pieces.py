@@ -3,6 +3,7 @@
 import numpy as np
 
 from craftmesh.jit import kernel
+from craftmesh.surface.kernels.union_find import root_of
 
 
 @kernel
@@ -19,7 +20,7 @@ def number_pieces(labels):
         for axis in range(3):
             before = v - strides[axis]
             if (v // strides[axis]) % labels.shape[axis] and flat[before] == flat[v]:
-                a, b = _first(of, before), _first(of, v)
+                a, b = root_of(of, before), root_of(of, v)
                 of[max(a, b)] = min(a, b)
     count = 0
     for v in range(labels.size):
@@ -29,12 +30,3 @@ def number_pieces(labels):
         else:
             of[v] = of[of[v]]
     return of.reshape(labels.shape)
-
-
-@kernel
-def _first(of, v):
-    """Return the earliest voxel known of v's piece; the way to it gets shorter."""
-    while of[v] != v:
-        of[v] = of[of[v]]
-        v = of[v]
-    return v
