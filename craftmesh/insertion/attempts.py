@@ -55,12 +55,15 @@ class Given:
     """
 
     def __init__(self, crack: Crack, box: np.ndarray, least: float, held: np.ndarray | None = None) -> None:
-        self.crack, self.least, self.held = crack, least, held
+        self.crack, self.box, self.least, self.held = crack, box, least, held
         self.look = NearSheet(crack, box)
         self.area = area_within(crack, box)
 
     def misfit(self, inserted: Inserted) -> Misfit:
-        """Return where a crack is off: at the middles of its rim's edges, where its area alone is."""
+        """Return the places where an inserted crack is off the given one, and by how much.
+
+        If only its area is off, the places are those that it lacks, or else the midpoints of its rim's edges.
+        """
         surface, own = inserted.surface, inserted.surface.facets[inserted.own].astype(np.int64)
         points = surface.points
         edges, _, count = unique_edges(own)
@@ -83,9 +86,16 @@ class Given:
             segments = segments_of(points[front], self._off_front(points[front].mean(axis=1)))
             by = area_off(area, self.area, segments, self.least)
             if by > 1 and not len(bad):
-                bad = middles[count == 1]
+                lacking = self._lacking(points, own)
+                bad = lacking if len(lacking) else middles[count == 1]
             most, farthest = max(most, by), max(farthest, by * AREA_KEPT)
         return Misfit(bad, most, farthest)
+
+    def _lacking(self, points: np.ndarray, facets: np.ndarray) -> np.ndarray:
+        """Return the centres (k, 3) of given triangles in the box that no facet comes near to."""
+        centres = self.crack.points[self.crack.triangles].mean(axis=1)
+        centres = centres[((centres > self.box[0]) & (centres < self.box[1])).all(axis=1)]
+        return centres[nearest_facet(centres, points, facets)[1] > INSERTION.facets * self.least]
 
     def _off_front(self, places: np.ndarray) -> np.ndarray:
         return np.linalg.norm(self.look.nearest_on_front(places) - places, axis=1)

@@ -1,10 +1,13 @@
 """A crack whose mouth on a face of the box is shorter than any edge."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from given_cracks import over_grid
 from models import voronoi
 from plain_distances import from_edges
+from structured_box import structured_box
 
 from craftmesh.cracks.triangulated import crack_from_triangles
 from craftmesh.insertion.insert import insert_crack
@@ -16,6 +19,8 @@ from craftmesh.surface.measure import total_area
 from craftmesh.types import CRACK, Crack
 
 SURFACE = remesh(voronoi(3, 10, (24, 22, 20)))[0]
+CELLS = structured_box((3, 3, 3), lambda centres: np.ones(len(centres), int))[0]
+BLOCK = replace(CELLS, points=CELLS.points * 8 / 3)
 
 
 def tongue(width: float, bulge: float) -> Crack:
@@ -53,3 +58,36 @@ def test_a_tongue_comes_in_whole_with_its_narrow_mouth(l_min, width, bulge):
     ends = np.concatenate([crack.points[front] for front in crack.fronts])
     off, _ = from_edges(ends, result.points, front_edges(result))
     assert off.max() < 0.1 * l_min
+
+
+def shallow_lobe(slope: float, reach: float, width: float, x: float, y: float) -> Crack:
+    """A crack down through the face z = 0 that rises again as a lobe `slope * reach` high over that face."""
+    across = np.linspace(-width / 2, width / 2, 13)
+    down = np.linspace(1.0, 4.0, 13)[:-1]
+    along, side = np.meshgrid(np.append(down, np.linspace(4.0, 6.0 + reach, 37)), across)
+    lobe = slope * (reach * (1 - (2 * side / width) ** 2) - (6.0 + reach - along))
+    share = np.clip(along - 4.0, 0.0, 1.0)
+    rising = np.maximum(share * lobe - 0.5 * (1 - share), -0.5)
+    height = np.where(along > 4.0, rising, np.interp(along, [1.0, 3.5], [2.0, -0.5]))
+    return crack_from_triangles(*over_grid(side + 4 + x, along + y, height), None, BLOCK.box)
+
+
+# all corners of a facet of the face lay on the lobe's mouth, so that the facet counted as the crack, outside
+# the material
+@pytest.mark.parametrize(
+    ("l_min", "lobe"),
+    [
+        (1.031, (0.136, 1.821, 3.071, -0.237, -0.447)),
+        (0.760, (0.148, 1.564, 2.834, 0.124, -0.551)),
+        (0.609, (0.139, 1.510, 2.623, -0.567, -0.527)),
+    ],
+)
+def test_a_shallow_lobe_over_a_face_of_long_edges_comes_in(l_min, lobe):
+    crack = shallow_lobe(*lobe)
+    surface, numbers = insert_crack(BLOCK, crack, replace(sized(crack, l_min), l0=2.0, l_max=2.0))
+    assert check_surface(surface) == []
+    assert numbers["crack_off_times"] <= 1
+    off = [from_edges(crack.points[ids], surface.points, front_edges(surface))[0] for ids in crack.fronts]
+    assert len(off) == 2
+    # front edges keep to the front within 0.02 of their target length, 2 here
+    assert max(one.max() for one in off) < 0.04
