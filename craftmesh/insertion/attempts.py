@@ -62,7 +62,7 @@ class Given:
     def misfit(self, inserted: Inserted) -> Misfit:
         """Return the places where an inserted crack is off the given one, and by how much.
 
-        If only its area is off, the places are those that it lacks, or else the midpoints of its rim's edges.
+        If only its area is off, the places are those that it lacks, or else midpoints of its rim's edges.
         """
         surface, own = inserted.surface, inserted.surface.facets[inserted.own].astype(np.int64)
         points = surface.points

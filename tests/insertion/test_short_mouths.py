@@ -61,7 +61,7 @@ def test_a_tongue_comes_in_whole_with_its_narrow_mouth(l_min, width, bulge):
 
 
 def shallow_lobe(slope: float, reach: float, width: float, x: float, y: float) -> Crack:
-    """A crack down through the face z = 0 that rises again as a lobe `slope * reach` high over that face."""
+    """A crack down through the face z = 0 that rises again as a lobe `slope * reach` high over it."""
     across = np.linspace(-width / 2, width / 2, 13)
     down = np.linspace(1.0, 4.0, 13)[:-1]
     along, side = np.meshgrid(np.append(down, np.linspace(4.0, 6.0 + reach, 37)), across)
@@ -72,8 +72,7 @@ def shallow_lobe(slope: float, reach: float, width: float, x: float, y: float) -
     return crack_from_triangles(*over_grid(side + 4 + x, along + y, height), None, BLOCK.box)
 
 
-# all corners of a facet of the face lay on the lobe's mouth, so that the facet counted as the crack, outside
-# the material
+# all corners of a facet of the face lay on the lobe's mouth, so that the facet counted as the crack
 @pytest.mark.parametrize(
     ("l_min", "lobe"),
     [
