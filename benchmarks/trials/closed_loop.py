@@ -100,7 +100,7 @@ def _grown(folder: Path, own: Path, model: str, extension: float, steps: str) ->
         f"--extension {extension!r} -o {own}/sif.csv"
     )
     _verb(
-        f"grow {own}/crack.vtp {own}/sif.csv {own}/front.csv --volume {labels} --until "
+        f"grow {own}/crack.vtp {own}/sif.csv {own}/front.csv --volume {labels} "
         f"-o {own}/grown.vtp --report {own}/growth.json {steps}"
     )
     return read_crack(own / "grown.vtp"), json.loads((own / "growth.json").read_text())["ended"]

@@ -6,12 +6,13 @@ files exist; the Snakefile only calls them.
 
 import os
 import shlex
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from craftmesh.campaign.cases import NO_CRACK, SYNTHETIC, UNTIL, Case, check_case
+from craftmesh.campaign.cases import NO_CRACK, SYNTHETIC, Case, check_case
 from craftmesh.campaign.configuration import completed, fields_of, load_schema
 from craftmesh.campaign.digest import digest
 from craftmesh.campaign.meaning import check_meaning, small_cracks
@@ -54,30 +55,32 @@ class Campaign:
         cases = self.cases.values()
         return [*small_cracks(cases), *phase_notes(cases)]
 
-    def increments(
-        self, pattern: str, growth: GrowthReport, growing: bool = False, others: Collection[str] = ()
-    ) -> list[str]:
-        """Return `pattern` with {case} and {inc} filled in for every increment of every case.
+    def increments(self, growing: bool = False, others: Collection[str] = ()) -> list[tuple[str, str]]:
+        """Return the case and the increment of all increments that the sheet asks for.
 
-        growth: returns the report of the growth after an increment. It is asked for cases that grow until
-        they stop, whose increments are not known before. growing: leave the other cases out, but for
-        `others`.
+        growing: leave out the cases that do not grow, except `others`.
         """
         return [
-            pattern.format(case=case.name, inc=inc)
+            (case.name, inc)
             for case in self.cases.values()
             if case.grows or not growing or case.name in others
-            for inc in _reached(case, growth)
+            for inc in case.increment_names
         ]
 
-    def growth_reports(self, pattern: str, growth: GrowthReport) -> list[str]:
-        """Return `pattern` filled in for every increment after which a crack grows, or would but stops.
+    def growths(self) -> list[tuple[str, str]]:
+        """Return the case and the increment of all increments after which a crack is to grow."""
+        asked = self.increments(growing=True)
+        return [(case, inc) for case, inc in asked if int(inc) + 1 < self.cases[case].increments]
 
-        growth: as for `increments`. Nothing follows the last increment that the sheet asks for.
+    def is_reached(self, case: str, inc: str, growth: GrowthReport) -> bool:
+        """Return whether no growth before an increment ended the case.
+
+        growth: returns the path of the report of the growth after an increment.
         """
-        made = self.increments(pattern, growth, growing=True)
-        last = {pattern.format(case=one.name, inc=one.increment_names[-1]) for one in self.cases.values()}
-        return [path for path in made if path not in last]
+        if not self.cases[case].grows:
+            return True
+        reports = (Path(growth(case, before)) for before in self.cases[case].increment_names[: int(inc)])
+        return not any(_is_end((path, path.stat().st_mtime_ns)) for path in reports if path.exists())
 
     def generated(self, case: str) -> list[str]:
         """Return the volume that `craftmesh import` reads of a synthetic case; none of others."""
@@ -184,10 +187,6 @@ class Campaign:
         keys = self.cases[case].settings["grow"]
         return command_flags(fields_of(SmoothingOptions, keys) | fields_of(CorrectionOptions, keys))
 
-    def until_flag(self, case: str) -> str:
-        """Return the flag of `craftmesh grow` for a crack that may stop."""
-        return "--until" if self.cases[case].growth == UNTIL else ""
-
     def _deck(self, case: str) -> dict[str, Any]:
         """Return the keys of a case's deck: the elements of a crack that grows have quarter points."""
         deck = dict(self.cases[case].settings["inp"])
@@ -213,14 +212,13 @@ class Campaign:
         return digest(f"craftmesh.commands.{verb}")
 
 
-def _reached(case: Case, growth: GrowthReport) -> Iterator[str]:
-    """Yield the names of the increments that a case has: all, or those before its crack stops."""
-    for inc in case.increment_names:
-        yield inc
-        last = inc == case.increment_names[-1]
-        if case.growth == UNTIL and not last:
-            if read_json(Path(growth(case.name, inc)))["ended"]:
-                return
+@cache
+def _is_end(version: tuple[Path, int]) -> bool:
+    """Return whether a report of a growth says that the crack ended.
+
+    version: the report and the time of its last change. Snakemake asks for each report many times.
+    """
+    return bool(read_json(version[0])["ended"])
 
 
 def read_campaign(config: Mapping[str, Any]) -> Campaign:

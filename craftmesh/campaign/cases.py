@@ -51,7 +51,7 @@ class Case:
     """A case: its name, the microstructure's path or SYNTHETIC, its cracks or NO_CRACK.
 
     crack: names with commas between them.
-    growth: PRESCRIBED, GROW, or UNTIL the crack stops, after `increments` at the latest.
+    growth: PRESCRIBED, or GROW until the crack ends, after `increments` at the latest. UNTIL means GROW.
     row: the name of its row of the sheet, which is its own but for sweeps.
     place: the file and line of that row, and the case, for messages.
     swept: its values of the columns and keys (section.key) of which the other cases of its row have others.

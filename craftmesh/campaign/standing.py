@@ -7,7 +7,7 @@ from pathlib import Path
 from statistics import median_low
 from typing import Any, NamedTuple
 
-from craftmesh.campaign.cases import PRESCRIBED, SYNTHETIC, UNTIL
+from craftmesh.campaign.cases import PRESCRIBED, SYNTHETIC
 from craftmesh.campaign.effort import Sizes, effort, sizes_of
 from craftmesh.io.json_file import read_json
 from craftmesh.report.case_files import RECORD, STAGES, Failure, last_line, log_errors, stage_costs
@@ -33,11 +33,11 @@ class Job(NamedTuple):
 class Standing:
     """Where a case stands.
 
-    job: the one that runs or comes next, None where all is made; runs: whether it has begun. share: the
-    work that is done, 0 to 1, None where a crack grows until it stops. left: seconds of the jobs that are
-    left, one after another; None there too, and before the microstructure is imported. ended: why the crack
-    stopped before its last increment, else empty. failures: errors in which logs end. doubted: increments
-    with a front on which no K is to be trusted.
+    at_most: whether the crack grows and may end before its last increment. job: the job that runs or comes
+    next, None if all is made; runs: whether that job has begun. share: the work that is done, 0 to 1, and
+    left: seconds of the remaining jobs, one after another; both count all increments. left is None before
+    the microstructure is imported. ended: why the crack ended before its last increment, else empty.
+    failures: errors in which logs end. doubted: increments with a front on which no K is to be trusted.
     """
 
     case: str
@@ -45,7 +45,7 @@ class Standing:
     at_most: bool
     job: Job | None
     runs: bool
-    share: float | None
+    share: float
     left: float | None
     ended: str
     failures: list[Failure]
@@ -63,7 +63,7 @@ class Standing:
         if self.job.increment:
             of = f"{'at most ' * self.at_most}{self.increments}"
             words.insert(0, f"increment {self.job.increment} ({int(self.job.increment) + 1} of {of})")
-        words += [] if self.share is None else [f"{100 * self.share:.0f} %"]
+        words.append(f"{100 * self.share:.0f} %")
         if self.left is not None:
             words.append(f"{self.left:.0f} s left" if self.left < 100 else f"{self.left / 60:.0f} min left")
         return f"{self.case}: {', '.join(words)}{doubts}"
@@ -94,15 +94,14 @@ def standing(results: Path, case: str, record: Mapping[str, Any], since: float =
     took = stage_costs(results / "benchmarks" / case, [f"{k:03d}" for k in range(record["increments"])])
     # as planned until stages have run again: a first job may have compiled its kernels
     paces = [(c.seconds - c.longest) / (c.jobs - 1) / _expected(c.stage, sizes) for c in took if c.jobs > 1]
-    known = record["growth"] != UNTIL
-    timed = known and (folder / STAGES["microstructure"].made).is_file()
+    timed = (folder / STAGES["microstructure"].made).is_file()
     return Standing(
         case=case,
         increments=record["increments"],
-        at_most=not known,
+        at_most=record["growth"] != PRESCRIBED,
         job=current and current[0],
         runs=current is not None and current[1],
-        share=done / sum(works) if known else None,
+        share=done / sum(works),
         left=median_low([1.0, *paces]) * (sum(works) - done) if timed else None,
         ended=ended[1] if ended else "",
         failures=log_errors(results, case, since) if current else [],

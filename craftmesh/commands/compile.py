@@ -57,7 +57,7 @@ SURFACE = (
     f"solve volume.vtu {MODEL} -o solution.npz --vtu solution.vtu",
     f"fracture volume.vtu solution.npz {MODEL} --crack crack.vtp -o sif.csv",
     "depict volume.vtu -o pictures",
-    "grow crack.vtp sif.csv front.csv --volume labels.npz --until -o grown.vtp",
+    "grow crack.vtp sif.csv front.csv --volume labels.npz -o grown.vtp",
 )
 LINES = {ALL: (*VOXELS, *SURFACE), GRADATE: (*CUBE, *GRADATED), VOLUME: (*CUBE, *SURFACE)}
 

@@ -29,11 +29,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="labels .npz, volume .vti or surface .vtp that gives the box",
     )
     add_output(parser, "grown crack surface .vtp")
-    parser.add_argument(
-        "--until",
-        action="store_true",
-        help="a crack that stops is no error: write it as it is, and why into the report as `ended`",
-    )
     add_file(parser, "--base", "write the crack that the strip was joined to, a .vtp")
     add_file(parser, "--step", "write which way the strip went, node by node, a .csv")
     add_file(parser, "--last-base", "the crack that the strip before was joined to")
@@ -53,11 +48,8 @@ def run(arguments: argparse.Namespace) -> None:
     options, body = options_from(arguments, SmoothingOptions), read_body(arguments.volume)
     grown, report = grow_crack(crack, body, ways, frames, options, last)
     warn(*(f"{arguments.crack}: {text}" for text in grown.warnings))
-    if grown.ended and not arguments.until:
-        raise CraftmeshError(
-            f"{arguments.crack}: the crack stops here, {grown.ended}; ask for no further increment of this "
-            "case, or set its growth to until"
-        )
+    if grown.ended:
+        warn(f"{arguments.crack}: the crack stops here and is written as it is: {grown.ended}")
     write_crack(arguments.output, grown.crack)
     if arguments.base:
         write_crack(arguments.base, grown.step.crack)

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import ndimage
 
 from craftmesh.campaign.campaign import Campaign, read_campaign
-from craftmesh.campaign.cases import SYNTHETIC, UNTIL, Case
+from craftmesh.campaign.cases import SYNTHETIC, Case
 from craftmesh.campaign.configuration import fields_of
 from craftmesh.campaign.effort import RULES, Effort, Sizes, effort, expected_elements, expected_facets
 from craftmesh.campaign.home import Job, or_default, planned_jobs, read_config
@@ -270,8 +270,6 @@ def notes(campaign: Campaign) -> Iterator[str]:
     if units:
         yield f"units, as labels: {', '.join(units)}"
     for case in campaign.cases.values():
-        if case.growth == UNTIL:
-            yield f"case {case.name}: jobs after the first increment are planned as the crack grows"
         left_out = [key for key in UNCOUNTED if case.settings["sizing"][key]]
         if left_out:
             yield f"case {case.name}: elements for sizing.{', sizing.'.join(left_out)} are not counted"

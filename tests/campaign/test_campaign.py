@@ -13,10 +13,6 @@ PENNY = {"centre": [0.0, 0.0, 0.0], "radius": 5.0, "growth": 1.0}
 GROWING = "case\tmicrostructure\tcrack\tincrements\tgrowth\n"
 
 
-def no_growth(case, inc):
-    raise AssertionError(f"asked whether case {case} ended after {inc}")
-
-
 @pytest.fixture
 def campaign(tmp_path):
     """Return a function that reads a configuration with the given keys and sheet rows."""
@@ -35,7 +31,7 @@ def test_sound_campaign_has_defaults_cases_and_files(campaign):
     found = campaign()
     assert found.config["results"] == "results" and found.chunks == 2
     assert found.cases["one"].increment_names == ("000", "001", "002")
-    assert found.increments("{case}/{inc}", no_growth) == ["one/000", "one/001", "one/002"]
+    assert found.increments() == [("one", "000"), ("one", "001"), ("one", "002")]
     assert found.generated("one") == ["results/one/generated.npz"]
     assert found.crack("one", "001") == {"crack": "results/one/001/crack.vtp"}
     assert found.previous_crack("one", "000") == {}
@@ -66,7 +62,7 @@ def test_a_case_has_several_cracks_with_commas_between_them(campaign):
 
 def test_a_growing_case_takes_the_crack_that_the_increment_before_left(campaign):
     found = campaign("one\tsynthetic\tpenny\t3\tgrow\n", GROWING)
-    assert found.increments("{inc}", no_growth) == ["000", "001", "002"]
+    assert found.growths() == [("one", "000"), ("one", "001")]
     assert found.crack_files("one", "000") == [] and "--radius 5.0" in found.crack_flags("one", "000")
     assert found.crack_files("one", "002") == ["results/one/001/grown.vtp"]
     assert "--shape surface --file results/one/001/grown.vtp" in found.crack_flags("one", "002")
@@ -89,15 +85,20 @@ def test_only_the_first_crack_of_a_growing_case_has_to_be_prescribed(campaign):
         campaign("one\tsynthetic\tgiven\t3\tprescribed\n", GROWING, cracks=given)
 
 
-def test_a_case_until_its_crack_stops_has_the_increments_that_were_reached(campaign, tmp_path):
-    found = campaign("one\tsynthetic\tpenny\t9\tuntil\n", GROWING)
-
-    def growth(case, inc):
-        report = tmp_path / f"{case}_{inc}.json"
+@pytest.mark.parametrize("word", ["grow", "until"])
+def test_a_case_has_the_increments_that_its_crack_reached(campaign, tmp_path, word):
+    found = campaign(f"one\tsynthetic\tpenny\t9\t{word}\n", GROWING)
+    for inc in ("000", "001", "002"):
+        report = tmp_path / f"one_{inc}.json"
         report.write_text('{"ended": "%s"}' % ("left the body" if inc == "002" else ""))
-        return str(report)
+    reached = [inc for case, inc in found.increments() if found.is_reached(case, inc, growth_in(tmp_path))]
+    assert reached == ["000", "001", "002"]
+    (tmp_path / "one_002.json").unlink()  # as in a dry run: nothing says that it ends
+    assert all(found.is_reached(case, inc, growth_in(tmp_path)) for case, inc in found.increments())
 
-    assert found.increments("{inc}", growth) == ["000", "001", "002"]
+
+def growth_in(folder):
+    return lambda case, inc: str(folder / f"{case}_{inc}.json")
 
 
 def test_paths_of_microstructures_start_at_the_data_folder(campaign, tmp_path):

@@ -35,5 +35,4 @@ def test_cases_that_differ_in_a_size_alone_are_solved_where_the_quantity_asks(tm
 
 def test_increments_of_solved_cases_are_asked_for(tmp_path):
     asked = campaign(tmp_path)
-    files = asked.increments("{case}/{inc}/sif.csv", lambda case, inc: "", growing=True, others={"b"})
-    assert files == ["b/000/sif.csv"]
+    assert asked.increments(growing=True, others={"b"}) == [("b", "000")]

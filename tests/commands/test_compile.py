@@ -48,7 +48,7 @@ OTHER = (
     f"inp volume.vtu {OTHER_MODEL} -o model.inp",
     f"solve volume.vtu {OTHER_MODEL} -o solution.npz --vtu solution.vtu",
     f"fracture volume.vtu solution.npz {OTHER_MODEL} --crack crack.vtp -o sif.csv",
-    "grow crack.vtp sif.csv front.csv --volume labels.npz --until -o grown.vtp",
+    "grow crack.vtp sif.csv front.csv --volume labels.npz -o grown.vtp",
 )
 
 

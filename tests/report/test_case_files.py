@@ -46,7 +46,7 @@ def test_a_crack_that_stops_says_where_and_why_and_is_shown_no_further(results):
     record = json.loads((results / "a" / "case.json").read_text())
     growth = results / "a" / "000" / "growth.json"
     try:
-        (results / "a" / "case.json").write_text(json.dumps(record | {"growth": "until"}))
+        (results / "a" / "case.json").write_text(json.dumps(record | {"growth": "grow"}))
         growth.write_text(json.dumps({"ended": "the crack severs the body", "extension": [0.4, 0.6]}))
         case = read_case(results / "a")
         assert [increment.name for increment in case.increments] == ["000"]

@@ -142,6 +142,7 @@ def growing_folder(new_folder):
 
 
 # stands for the command craftmesh where only plans matter: writes its flags into each file asked of it
+# cracks end after the increment ENDS; where that begins with -, the growth fails there
 IDLE = """
 import json, os, sys
 named = {
@@ -153,6 +154,10 @@ named = {
     "grow": ["-o", "--report", "--base", "--step"],
 }
 words = sys.argv[1:]
+ends = os.environ.get("ENDS", "never")
+if words[0] == "grow" and f"/{ends[1:]}/" in words[words.index("-o") + 1]:
+    sys.exit("craftmesh: error: no room")
+ended = "severed" * (words[0] == "grow" and f"/{ends}/" in words[words.index("-o") + 1])
 if words[0] == "depict":
     os.mkdir(words[words.index("-o") + 1])
     sys.exit()
@@ -163,7 +168,7 @@ if words[0] == "report":
             json.dump({"campaign": asked["campaign"], **case}, stream)
 for flag in named.get(words[0], ["-o"]):
     with open(words[words.index(flag) + 1], "w") as stream:
-        json.dump({"ended": "", "flags": words}, stream)
+        json.dump({"ended": ended, "flags": words}, stream)
 """
 
 

@@ -1,5 +1,6 @@
 """What Snakemake plans, and what it refuses, before any job runs."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -52,10 +53,16 @@ def test_plan_of_a_crack_that_grows(new_folder):
     assert all(("results/a/" in line) == ("--quarter-points" in line) for line in decks)
 
 
-def test_a_crack_that_grows_until_it_stops_is_planned_one_by_one(new_folder):
-    run = new_folder(GROWING + "a\tsynthetic\ttiny\t9\tuntil\n").snakemake("--dry-run")
+def test_a_dry_run_of_a_growing_crack_ends_where_the_crack_ended(new_folder):
+    folder = new_folder(GROWING + "a\tsynthetic\ttiny\t9\tuntil\n")
+    assert folder.snakemake("--dry-run").jobs["inp"] == 9
+    for inc, ended in (("000", ""), ("001", "every front has left the body")):
+        report = folder.path / f"results/a/{inc}/growth.json"
+        report.parent.mkdir(parents=True)
+        report.write_text(json.dumps({"ended": ended}))
+    run = folder.snakemake("--dry-run")
     assert run.status == 0, run.text
-    assert run.jobs["grow"] == 1 and "inp" not in run.jobs
+    assert run.jobs["inp"] == run.jobs["solve"] == 2
 
 
 def test_intensities_of_prescribed_cracks_are_a_target(new_folder):

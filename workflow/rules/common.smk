@@ -26,23 +26,25 @@ def job_minutes(stage, file):
     return lambda wildcards, attempt: minutes(stage, sizes_of(file.format(**wildcards)), attempt)
 
 
-def every_increment(pattern, growing=False):
-    """Return the input function of `pattern` for every increment of every case, or of those that grow."""
+def files_of_each(increments, *patterns):
+    """Return an input function of the files by `patterns` of each increment, a case and a name.
 
-    return lambda wildcards: CAMPAIGN.increments(pattern, growth_report, growing)
+    Snakemake plans the files of a function once it knows all of them. Whether an increment is reached is known only
+    after the growth before it. With functions of their own the first decks come early.
+    """
 
+    def files(case, inc):
+        return lambda wildcards: (
+            [pattern.format(case=case, inc=inc) for pattern in patterns]
+            if CAMPAIGN.is_reached(case, inc, growth_report)
+            else []
+        )
 
-def every_solved(pattern):
-    """Return the input function of `pattern` for the increments of cases that grow or are solved for a sweep."""
-    others = solved_for_report(CAMPAIGN)
-    return lambda wildcards: CAMPAIGN.increments(pattern, growth_report, True, others)
-
-
-def every_growth(pattern):
-    """Return the input function of `pattern` for every increment after which a crack grows or stops."""
-    return lambda wildcards: CAMPAIGN.growth_reports(pattern, growth_report)
+    return [files(*increment) for increment in increments]
 
 
 def growth_report(case, inc):
-    """Return the report of the growth after an increment; what follows waits for it."""
+    """Return the report of the growth after an increment; what follows waits for it, but in a dry run."""
+    if workflow.dryrun:
+        return f"{INC}/growth.json".format(case=case, inc=inc)
     return checkpoints.grow.get(case=case, inc=inc).output.report

@@ -1,4 +1,4 @@
-# a checkpoint, for the increments of a case that grows until it stops are known one by one
+# a checkpoint, because only its report says whether the crack goes on
 checkpoint grow:
     input:
         unpack(lambda wildcards: CAMPAIGN.last_step(wildcards.case, wildcards.inc)),
@@ -19,7 +19,6 @@ checkpoint grow:
     params:
         costs=f"{BENCHMARK}/{{inc}}/growth.tsv",
         options=lambda wildcards: CAMPAIGN.grow_flags(wildcards.case),
-        until=lambda wildcards: CAMPAIGN.until_flag(wildcards.case),
         last=lambda wildcards, input: command_flags(
             {f"last_{key}": input.get(key) for key in ("base", "step")}
         ),
@@ -27,5 +26,5 @@ checkpoint grow:
     shell:
         "CRAFTMESH_COSTS={params.costs:q}"
         " craftmesh grow {input.crack:q} {input.sif:q} {input.front:q} --volume {input.labels:q} {params.options}"
-        " {params.until} {params.last} -o {output.grown:q} --base {output.base:q} --step {output.step:q}"
+        " {params.last} -o {output.grown:q} --base {output.base:q} --step {output.step:q}"
         " --report {output.report:q} > {log:q} 2>&1"

@@ -22,10 +22,9 @@ rule depict:
 
 rule report:
     input:
-        quality=every_increment(f"{INC}/quality.json"),
-        pictures=every_increment(f"{INC}/pictures"),
-        sif=every_solved(f"{INC}/sif.csv"),
-        growth=every_growth(f"{INC}/growth.json"),
+        files_of_each(CAMPAIGN.increments(), f"{INC}/quality.json", f"{INC}/pictures"),
+        files_of_each(CAMPAIGN.increments(True, solved_for_report(CAMPAIGN)), f"{INC}/sif.csv"),
+        files_of_each(CAMPAIGN.growths(), f"{INC}/growth.json"),
     output:
         page=f"{CAMPAIGN.results}/report.html",
         records=[f"{CAMPAIGN.results}/{case}/case.json" for case in CAMPAIGN.cases],
