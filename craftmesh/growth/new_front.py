@@ -155,26 +155,42 @@ def without_loops(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return points (k, 3) and origin (k,) without the loops that they form seen along `axes` (2, 3).
 
-    The piece between a crossing's two passages goes; of a closed front's two pieces the one with the fewer
-    points. The crossing itself becomes a point.
+    The piece between a crossing's two passages goes; of a closed front's two pieces the piece with fewer
+    points. The crossing becomes a point halfway between the passages, whose heights may differ. The points
+    beside it follow, over as much of the old front as goes: a jump in height would fold the strip.
     """
     while len(points) > 3:
-        i, j, share = _first_crossing(points @ axes.T, closed)
+        i, j, shares = _first_crossing(points @ axes.T, closed)
         if i < 0:
             break
-        meet = points[i] + share * (points[i + 1] - points[i])
-        at = origin[i] + share * (origin[i + 1] - origin[i])
+        passed = points[[i, j]] + shares[:, None] * (points[[i + 1, j + 1]] - points[[i, j]])
+        meet, half = passed.mean(axis=0), (passed[1] - passed[0]) / 2
+        at = origin[i] + shares[0] * (origin[i + 1] - origin[i])
         if not closed or j - i <= len(points) - 1 - (j - i):
-            points = np.concatenate([points[: i + 1], [meet], points[j + 1 :]])
+            lost = origin[j + 1] - origin[i]
+            before = _drawn(points[: i + 1], (at - origin[: i + 1]) / lost, half)
+            after = _drawn(points[j + 1 :], (origin[j + 1 :] - origin[j]) / lost, -half)
+            points = np.concatenate([before, [meet], after])
             origin = np.concatenate([origin[: i + 1], [at], origin[j + 1 :]])
         else:
-            points = np.concatenate([[meet], points[i + 1 : j + 1], [meet]])
-            origin = np.concatenate([[at], origin[i + 1 : j + 1], [origin[j]]])
+            kept, own = points[i + 1 : j + 1], origin[i + 1 : j + 1]
+            lost = origin[-1] - (own[-1] - own[0])
+            kept = _drawn(_drawn(kept, (own - at) / lost, half), (origin[j + 1] - own) / lost, -half)
+            points = np.concatenate([[meet], kept, [meet]])
+            origin = np.concatenate([[at], own, [origin[j]]])
     return points, origin
 
 
-def _first_crossing(uv: np.ndarray, closed: bool) -> tuple[int, int, float]:
-    """Return the first two segments i < j of a polyline (k, 2) that cross, and where on i; -1 for none."""
+def _drawn(points: np.ndarray, away: np.ndarray, shift: np.ndarray) -> np.ndarray:
+    """Return points (k, 3) moved by `shift` (3,) times 1 - `away` (k,), or not at all if that is negative."""
+    return points + np.clip(1 - away, 0, 1)[:, None] * shift
+
+
+def _first_crossing(uv: np.ndarray, closed: bool) -> tuple[int, int, np.ndarray]:
+    """Return the first two segments i < j of a polyline (k, 2) that cross, and the shares of the crossing.
+
+    The shares (2,) are along i and along j. i and j are -1 if no two segments cross.
+    """
     start, step = uv[:-1], np.diff(uv, axis=0)
     count = len(start)
     for i in range(count - 2):
@@ -186,8 +202,9 @@ def _first_crossing(uv: np.ndarray, closed: bool) -> tuple[int, int, float]:
             there = (off[:, 0] * step[i, 1] - off[:, 1] * step[i, 0]) / turn
         crosses = np.flatnonzero((here >= 0) & (here <= 1) & (there >= 0) & (there <= 1))
         if len(crosses):
-            return i, i + 2 + int(crosses[-1]), float(here[crosses[-1]])
-    return -1, -1, 0.0
+            last = int(crosses[-1])
+            return i, i + 2 + last, np.array([here[last], there[last]])
+    return -1, -1, np.zeros(2)
 
 
 def _sampled_between(points: np.ndarray, origin: np.ndarray, stays: np.ndarray, spacing: float) -> NewFront:

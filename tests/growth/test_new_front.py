@@ -44,16 +44,20 @@ def test_a_circle_grows_to_a_circle(size):
     assert steps.max() < 0.26 and steps.min() > 0.24
 
 
-def test_a_concave_front_forms_no_loop():
-    """A quarter of a hole of radius 2 between two straight pieces grows inwards by 3: its sides meet."""
+def concave() -> tuple:
+    """A quarter of a hole of radius 2 between two straight pieces, and its moves inwards by 3."""
     turn = np.linspace(np.pi, 1.5 * np.pi, 80)
     bend = np.array([10.0, 10.0, 10.0]) + 2 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     down = np.stack([np.full(40, 8.0), np.linspace(18, 10.1, 40), np.full(40, 10.0)], axis=1)
     right = np.stack([np.linspace(10.1, 18, 40), np.full(40, 8.0), np.full(40, 10.0)], axis=1)
-    old = polyline(np.concatenate([down, bend, right]))
     moves = np.concatenate(
         [np.tile([3.0, 0, 0], (40, 1)), 1.5 * (CENTRE - bend), np.tile([0, 3.0, 0], (40, 1))]
     )
+    return polyline(np.concatenate([down, bend, right])), moves
+
+
+def test_a_concave_front_forms_no_loop():
+    old, moves = concave()
     moved = new_front(old, moves, BOX, FRAME, 0.25)
     corner = np.array([11.0, 11.0, 10.0])
     assert np.linalg.norm(moved.points - corner, axis=1).min() < 0.25
@@ -61,6 +65,16 @@ def test_a_concave_front_forms_no_loop():
     _, distance = feet(old, moved.points)
     assert distance.max() < 3.05 and distance.min() > 2.9
     assert (np.diff(moved.origin) >= 0).all()
+
+
+def test_sides_that_meet_at_two_heights_are_joined_without_a_jump():
+    old, moves = concave()
+    rise = np.repeat([0.2, -0.2], [80, 80])
+    moved = new_front(old, moves + rise[:, None] * [0, 0, 1], BOX, FRAME, 0.25)
+    height = moved.points[:, 2] - 10
+    # 0.2 on either side fade over more than 3 of the old front; a jump would be 0.4 over a spacing of 0.25
+    assert np.abs(np.gradient(height, 0.25)).max() < 0.2
+    assert height[[0, -1]] == pytest.approx([0.2, -0.2], abs=1e-6)
 
 
 def test_a_front_whose_ends_leave_the_box_keeps_its_course_there():
