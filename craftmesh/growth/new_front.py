@@ -182,7 +182,7 @@ def without_loops(
 
 
 def _drawn(points: np.ndarray, away: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """Return points (k, 3) moved by `shift` (3,) times 1 - `away` (k,), or not at all if that is negative."""
+    """Return points (k, 3) moved by `shift` (3,) times 1 - `away` (k,), unless that is negative."""
     return points + np.clip(1 - away, 0, 1)[:, None] * shift
 
 
