@@ -1,10 +1,10 @@
-"""Cracks: from what a user gives to sheets of triangles with fronts, one increment after another.
+"""Cracks: turn the user's description of each increment into triangulated surfaces with fronts.
 
-A crack comes in as numbers (`series`), triangles (`triangulated`), measured points and fronts
-(`measured`), voxels (`voxel_crack`) or grain boundaries (`in_boundaries`), and goes out as a `Crack`.
-`one_sheet` cleans triangles and turns them alike; `sheets` parts and joins what is several.
-`height_parts` finds planes over which a sheet is a height, and parts one that folds. `prepare` is
-the last step: it ends fronts on the faces that they graze (`grazing_fronts`), makes one of sheets that
-overlap (`merged_sheets`), and refuses what runs along a face (`near_faces`) or another sheet. The numbers
-that decide stand at the heads of these modules, in shares of l_min; `options` has the user's.
+A crack is given by numbers (`series`), triangles (`triangulated`), measured points and fronts (`measured`),
+voxels (`voxel_crack`) or grain boundaries (`in_boundaries`). The result is a `Crack`. `one_sheet` cleans
+triangles and orients them consistently. `sheets` splits a crack of several surfaces and joins them again.
+`height_parts` finds planes over which a surface is single-valued, and splits surfaces that fold. `prepare`
+is the last step: it ends fronts on the box faces that they graze (`grazing_fronts`), merges surfaces that
+overlap (`merged_sheets`), and rejects cracks along a box face (`near_faces`) or along each other. Constants
+stand at the top of these modules, in units of l_min; `options` has the user's values.
 """

@@ -1,4 +1,4 @@
-"""Which part of a plane is cracked: within closed fronts, or behind an open one as far as the box."""
+"""The cracked part of a plane: within closed fronts, or behind an open front as far as the box."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,19 +12,19 @@ from craftmesh.errors import CraftmeshError, told
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_PLANES
 
-MARGIN = 0.05  # of the box's diagonal, by which the crack's surface goes past the box
-REACH = 0.1  # of its length: an open front may end this far inside the box, and is carried on to it
+MARGIN = 0.05  # distance by which the crack's surface extends past the box, in box diagonals
+REACH = 0.1  # largest distance of an open front's end from the box, in front lengths; it is extended to it
 
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """A plane with parameters (u, v) and a height over it: origin (3,), rows u, v, normal (3, 3)."""
+    """A plane with coordinates (u, v) and height: origin (3,), rows u, v, normal (3, 3)."""
 
     origin: np.ndarray
     frame: np.ndarray
 
     def of(self, points: np.ndarray) -> np.ndarray:
-        """Return u, v and height (k, 3) of points (k, 3)."""
+        """Return coordinates u, v and height (k, 3) of points (k, 3)."""
         return (points - self.origin) @ self.frame.T
 
     def lifted(self, uvh: np.ndarray) -> np.ndarray:
@@ -35,20 +35,21 @@ class Plane:
 def cracked_part(
     fronts: Sequence[np.ndarray], plane: Plane, box: np.ndarray, witnesses: np.ndarray, heights: np.ndarray
 ) -> shapely.Polygon:
-    """Return the polygon in (u, v) that the fronts (k, 3) bound, in the box (2, 3) and a margin round it.
+    """Return the polygon in (u, v) that the fronts (k, 3) bound, in the box (2, 3) and a margin around it.
 
-    Closed fronts bound what is inside them, further ones within the largest are holes. One open front,
-    whose ends are on the box or near it, parts the box: its side with most of the witnesses (j, 3), points
-    of the crack, is cracked, or without any the smaller one. heights: of all points given, between which
-    the box is cut. Raises CraftmeshError for other fronts.
+    Closed fronts bound the area within the largest one; the others are holes. One open front, whose ends
+    are on the box or near it, divides the box: its side with most of the witnesses (j, 3), points of the
+    crack, is cracked, or without witnesses the smaller side. heights: all given points' heights over the
+    plane; the box is sectioned between the smallest and largest. Raise CraftmeshError for any other set of
+    fronts.
     """
     closed = [front for front in fronts if is_closed(front)]
     if len(closed) == len(fronts):
         return _within(closed, plane)
     if len(fronts) > 1:
         raise CraftmeshError(
-            f"the crack has {len(fronts)} fronts, {len(fronts) - len(closed)} of them open; expected "
-            "closed ones, or one open front that ends on the box"
+            f"the crack has {len(fronts)} fronts, {len(fronts) - len(closed)} of them open; give "
+            "only closed fronts, or one open front that ends on the box"
         )
     section = _section(plane, box, heights)
     region = section.buffer(MARGIN * np.linalg.norm(box[1] - box[0]), join_style="mitre")
@@ -58,7 +59,7 @@ def cracked_part(
     parts = [part for part in split(region, line).geoms if part.area > ROUNDING * region.area]
     if len(parts) != 2:
         raise CraftmeshError(
-            f"the crack's front parts the box into {len(parts)} pieces; expected two, of a front that "
+            f"the crack's front divides the box into {len(parts)} pieces; expected two: give a front that "
             "ends on the box"
         )
     if not len(witnesses):
@@ -68,12 +69,12 @@ def cracked_part(
 
 
 def is_closed(front: np.ndarray) -> bool:
-    """Tell whether a front's (k, 3) last point is its first again."""
+    """Return whether the last point of a front (k, 3) repeats its first."""
     return bool((front[0] == front[-1]).all())
 
 
 def _within(fronts: Sequence[np.ndarray], plane: Plane) -> shapely.Polygon:
-    """Return the area within the largest of closed fronts, without what is within the others."""
+    """Return the area within the largest of closed fronts, minus the areas within the others."""
     rings = [shapely.Polygon(plane.of(front)[:, :2]) for front in fronts]
     if any(not ring.is_valid for ring in rings):
         raise CraftmeshError("the crack's front crosses itself; expected a front without crossings")
@@ -81,12 +82,12 @@ def _within(fronts: Sequence[np.ndarray], plane: Plane) -> shapely.Polygon:
     holes = [ring for k, ring in enumerate(rings) if k != outer]
     left = shapely.difference(rings[outer], shapely.union_all(holes))
     if not isinstance(left, shapely.Polygon) or any(not rings[outer].contains(hole) for hole in holes):
-        raise CraftmeshError("the crack's fronts bound several areas; expected one, with holes at most")
+        raise CraftmeshError("the crack's fronts bound several areas; give one outline and its holes")
     return left
 
 
 def _section(plane: Plane, box: np.ndarray, heights: np.ndarray) -> shapely.Polygon:
-    """Return what of the plane, moved from the least to the most of the heights, lies in the box."""
+    """Return the hull in (u, v) of the box's sections at the plane and at the extreme heights over it."""
     corner = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
     ends = [(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit]
     a, b = (plane.of(corner[[end[k] for end in ends]]) for k in range(2))
@@ -98,12 +99,12 @@ def _section(plane: Plane, box: np.ndarray, heights: np.ndarray) -> shapely.Poly
         found.append((a + share * (b - a))[crosses, :2])
     hull = shapely.MultiPoint(np.concatenate(found)).convex_hull
     if hull.area == 0:
-        raise CraftmeshError(f"the crack lies outside the box {told(box)}; move it")
+        raise CraftmeshError(f"the crack lies outside the box {told(box)}; move it into the box")
     return hull
 
 
 def _carried_on(front: np.ndarray, plane: Plane, box: np.ndarray) -> np.ndarray:
-    """Return the front in (u, v) with both ends carried on to the box and straight out of it."""
+    """Return the front in (u, v) with both ends extended to the box and straight out of it."""
     reach = REACH * float(np.linalg.norm(np.diff(front, axis=0), axis=1).sum())
     head = _way_out(front[0], front[0] - front[1], plane, box, reach)
     tail = _way_out(front[-1], front[-1] - front[-2], plane, box, reach)
@@ -113,21 +114,24 @@ def _carried_on(front: np.ndarray, plane: Plane, box: np.ndarray) -> np.ndarray:
 def _way_out(
     end: np.ndarray, heading: np.ndarray, plane: Plane, box: np.ndarray, reach: float
 ) -> np.ndarray:
-    """Return the points (k, 2) past the end (3,) of a front: on the nearest face, then far outside."""
+    """Return points (k, 2) beyond the end (3,) of a front: on the nearest box face, then far outside.
+
+    heading (3,): the front's direction there; reach: largest allowed distance of the end from that face.
+    """
     inward = np.stack([end - box[0], box[1] - end], axis=1).ravel()  # from XMIN, XMAX, YMIN, ...
     face = int(np.argmin(inward))
     axis, sign = face // 2, 1.0 if face % 2 else -1.0
     where = f"the crack's front ends at {told(end)}"
     if inward[face] > reach:
         raise CraftmeshError(
-            f"{where}, {inward[face]:.4g} inside the box face {BOX_PLANES[face]}; expected an end on the "
-            "box, or a front whose last point is its first"
+            f"{where}, {inward[face]:.4g} inside the box face {BOX_PLANES[face]}; end it on the box, or "
+            "close the front by repeating its first point"
         )
     out = sign * plane.frame[:2, axis]
     if np.linalg.norm(out) < ALONG:
         raise CraftmeshError(
-            f"{where} on the box face {BOX_PLANES[face]}, along which the crack lies; expected a crack "
-            "that stands on it"
+            f"{where} on the box face {BOX_PLANES[face]}, but the crack lies along that face; give a crack "
+            "that meets the face at an angle"
         )
     out = out / np.linalg.norm(out)
     place, far = plane.of(end[None])[0, :2], 2 * np.linalg.norm(box[1] - box[0])

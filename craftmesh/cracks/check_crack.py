@@ -1,4 +1,4 @@
-"""Invariants of a crack, one sentence per breach."""
+"""Checks of a crack's invariants; each violation gives one sentence."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from craftmesh.types import Crack
 
 
 def check_crack(crack: Crack) -> list[str]:
-    """Return one sentence per breach: empty, degenerate or folded triangles, bad boundary, bad fronts."""
+    """Return a sentence per violation: no triangles, zero area, reversed triangles, misplaced fronts."""
     if not len(crack.triangles):
         return ["the crack has no triangles"]
     breaches = _facet_breaches(crack)
@@ -24,9 +24,11 @@ def check_crack(crack: Crack) -> list[str]:
 
 
 def _facet_breaches(crack: Crack) -> list[str]:
-    """Return the breaches of single triangles: no area, or a normal against that of their part's plane.
+    """Return a sentence on triangles without area and one on reversed triangles.
 
-    A sheet that is a height over no plane has no such normal; its triangles' neighbours tell how they turn.
+    A triangle is reversed if its normal opposes the best-fit normal of its part. If a surface cannot be
+    split into single-valued parts, a triangle is reversed if it is turned by over SHARPEST from all its
+    neighbours.
     """
     vectors = area_vectors(crack.points, crack.triangles)
     flat = np.linalg.norm(vectors, axis=1) == 0
@@ -35,7 +37,7 @@ def _facet_breaches(crack: Crack) -> list[str]:
         return breaches
     turned = 0
     for sheet in sheets(crack):
-        if (unique_edges(sheet.triangles)[2] > 2).any():  # it branches: no plane is that of all of it
+        if (unique_edges(sheet.triangles)[2] > 2).any():  # a branching surface has no plane of its own
             continue
         parts, fault = height_parts(sheet.points, sheet.triangles)
         if fault:
@@ -43,12 +45,12 @@ def _facet_breaches(crack: Crack) -> list[str]:
         for part in [] if fault else parts:
             turned += int((area_vectors(*part) @ best_fit_frame(*part)[2] < 0).sum())
     if turned:
-        breaches.append(f"{turned} triangles are turned over against their part or neighbours")
+        breaches.append(f"{turned} triangles are reversed relative to their part or neighbours")
     return breaches
 
 
 def _turned_back(points: np.ndarray, triangles: np.ndarray) -> int:
-    """Return how many triangles turn back by more than SHARPEST from all their neighbours."""
+    """Return the number of triangles turned by more than SHARPEST degrees from all their neighbours."""
     _, of_corner, count = unique_edges(triangles)
     f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
     normal = unit_normals(points, triangles)

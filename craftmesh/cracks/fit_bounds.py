@@ -1,4 +1,4 @@
-"""Bounds on what a crack is fitted to: a cloud by its front, and how far the surface may be off both."""
+"""Bounds for fitted cracks: the point cloud against its front, and the distance of the fit from both."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,47 +10,49 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import span_of
 from craftmesh.surface.side_data import are_apart, size_of, spans_told, unit_hint
 
-# of a front's width: a cloud over less leaves most of the crack to guess, one over more is of another size
+# Allowed ratio of cloud to front size: below, most of the crack is guessed; above, units or objects differ.
 LEAST, MOST = 0.3, 30.0
-BESIDE = 0.25  # of the front's diagonal: a cloud this far beside it is of another place
-NEIGHBOURS = 12  # points of which the scatter about a plane is taken
-SAMPLED = 2000  # of the points, for their scatter
-SCATTERS = 3.0  # a surface is off random points by one scatter; one that is by more has another shape
-VOXELS = 2.0  # a voxel's half diagonal, 0.9, for a layer of one voxel; as much again for thicker ones
+BESIDE = 0.25  # largest gap between cloud and front, in front diagonals; above, their positions differ
+NEIGHBOURS = 12  # nearest points to which a plane is fitted for the scatter
+SAMPLED = 2000  # points at which the scatter is measured, about
+SCATTERS = 3.0  # largest error of a fit, in scatters; noise alone gives 1, so more means another shape
+# Largest error of a fit, in voxel edges: half a diagonal (0.9) if the layer is one voxel thick, twice that
+# if it is thicker.
+VOXELS = 2.0
 
-Numbers = dict[str, Any]  # of a report, and its notes
+Numbers = dict[str, Any]  # report of a fit: numbers by name, and notes
 
 
 def refuse_other_place(cloud: np.ndarray, fronts: Sequence[np.ndarray]) -> None:
-    """Raise CraftmeshError where a cloud (n, 3) is off its fronts (k, 3), or of another size."""
+    """Raise CraftmeshError if a cloud (n, 3) lies apart from its fronts (k, 3), or differs much in size."""
     spans = span_of(cloud), span_of(np.concatenate(fronts))
     ratio = size_of(spans[0]) / max(size_of(spans[1]), np.finfo(float).tiny)
     is_beside = are_apart(*spans, BESIDE * size_of(spans[1]))
     if is_beside or not LEAST < ratio < MOST:
-        fault = "no point of the cloud is within the front" if is_beside else "the cloud is of another size"
-        text = spans_told(("it goes", "the front"), *spans) + unit_hint(*spans)
-        raise CraftmeshError(f"{fault}: {text}; expected both in one unit and place")
+        fault = "no point of the cloud is within the front" if is_beside else "the cloud has another size"
+        text = spans_told(("the cloud goes", "the front"), *spans) + unit_hint(*spans)
+        raise CraftmeshError(f"{fault}: {text}; give both in the same unit and position")
 
 
 def notes_on_size(points: np.ndarray, box: np.ndarray, l_min: float) -> list[str]:
-    """Return a sentence on a given crack whose points (n, 3) go far past the box (2, 3), or none.
+    """Return a note if a crack with points (n, 3) is over MOST times as large as the box (2, 3), else none.
 
-    Raises CraftmeshError for a crack that is smaller than l_min, the shortest edge of its mesh.
+    Raise CraftmeshError if the crack is smaller than l_min, the shortest edge of its mesh.
     """
     span = span_of(points)
     text = spans_told(("the crack goes", "the box"), span, box) + unit_hint(span, box)
     if size_of(span) < l_min:
         raise CraftmeshError(
-            f"{text}; expected a crack larger than l_min, {l_min:.4g}, in the unit of the box"
+            f"{text}; the crack must be larger than l_min, {l_min:.4g}: give it in the unit of the box"
         )
     return [text] if size_of(span) > MOST * size_of(box) else []
 
 
 def refuse_step(cloud: np.ndarray, fronts: Sequence[np.ndarray], length: float) -> None:
-    """Raise CraftmeshError where the front runs over or under the cloud by more than a length.
+    """Raise CraftmeshError if the front lies above or below the cloud by more than `length`.
 
-    cloud (n, 3), fronts (k, 3): u, v and height. The middle one of the steps to the nearest points counts;
-    points of the front without any within twice the length do not.
+    cloud (n, 3), fronts (k, 3): u, v and height over the crack's plane. The test value is the median height
+    difference between front points and their nearest cloud points, if these are nearer than twice `length`.
     """
     front = np.concatenate(fronts)
     distance, nearest = scipy.spatial.cKDTree(cloud[:, :2]).query(front[:, :2])
@@ -58,13 +60,13 @@ def refuse_step(cloud: np.ndarray, fronts: Sequence[np.ndarray], length: float) 
     if len(step) and abs(np.median(step)) > length:
         raise CraftmeshError(
             f"the front lies {abs(np.median(step)):.4g} {'over' if np.median(step) > 0 else 'under'} the "
-            f"point cloud beside it, whose points are some {length / 2:.4g} apart; expected a front on the "
-            "surface that the points are of: give both in one unit and place"
+            f"nearest points of the cloud, which are about {length / 2:.4g} apart; expected a front on the "
+            "cloud's surface: give both in the same unit and position"
         )
 
 
 def scatter_of(cloud: np.ndarray) -> float:
-    """Return the usual scatter of points (n, 3) about planes through their nearest neighbours."""
+    """Return the median scatter of points (n, 3) about planes fitted to neighbours; 0 below five points."""
     count = min(NEIGHBOURS, len(cloud))
     if count < 5:
         return 0.0
@@ -75,12 +77,13 @@ def scatter_of(cloud: np.ndarray) -> float:
 
 
 def within_bound(numbers: Numbers, bound: float, words: str) -> Numbers:
-    """Return a fit's report, with a note where single points are off the surface by more than the bound.
+    """Return a fit's report `numbers`, with a note if the largest deviation exceeds the bound.
 
-    words: what the bound is, and what to do. Raises CraftmeshError where all are in the root mean square.
+    words: names the bound and what to do. Raise CraftmeshError if the root-mean-square deviation exceeds
+    it.
     """
     rms, most = numbers["deviation_rms"], numbers["deviation_most"]
-    text = f"the fitted crack is off its points by {rms:.4g} in the root mean square and {most:.4g} at most"
+    text = f"the fitted crack is {rms:.4g} (root mean square) and at most {most:.4g} away from its points"
     if rms > bound:
         raise CraftmeshError(f"{text}, over {words}")
     return numbers | {"notes": [f"{text}, which is over {words}"]} if most > bound else numbers

@@ -1,4 +1,4 @@
-"""Fronts that graze a face of the box: where a ligament of flat tets would be left they end on the face."""
+"""Fronts that graze a box face are made to end on it, where flat tets would fill the ligament otherwise."""
 
 from typing import NamedTuple
 
@@ -10,25 +10,25 @@ from craftmesh.cracks.triangulated import boundary_loops, split_boundary_edge, w
 from craftmesh.surface.measure import unit_normals
 from craftmesh.types import BOX_FACES, Crack
 
-# Least length, over l_min, of a stretch of front within twice PREPARATION.front of a face that counts as
-# grazing the face: the stretch is then at under 7 degrees. Shorter stretches cross the face or touch it.
+# Smallest length, in l_min, of a front stretch within twice PREPARATION.front of a face that counts as
+# grazing it: the angle is then below 7 degrees. Shorter stretches cross the face or touch it.
 GRAZING = 0.3
-STEP = 0.1  # of l_min: the length of edges along a stretch that is moved
+STEP = 0.1  # length of edges along a moved stretch, in l_min
 
 
 class _Face(NamedTuple):
-    """A face of the box: its outward normal (3,), and how far out it lies along that."""
+    """A box face: its outward normal (3,), and `out`, its coordinate along that normal."""
 
     outward: np.ndarray
     out: float
 
 
 def ending_on_faces(sheet: Crack, box: np.ndarray, l_min: float) -> Crack:
-    """Return a sheet whose fronts end on the faces of the box (2, 3) that they graze; l_min in model units.
+    """Return a surface whose fronts end on the box faces (2, 3) that they graze; l_min in model units.
 
-    Points of a front within PREPARATION.front of a face, along the crack, go past it, those within twice
-    that give way, so that the front comes down to the face twice as steeply. A front stays where the crack
-    lies between it and the face.
+    A grazing front point at distance d from the face, along the crack, moves by 2 PREPARATION.front l_min -
+    d towards it. Points nearer than half of that pass the face, and the front meets it twice as steeply. A
+    front stays where the crack lies between it and the face.
     """
     for axis, upper in BOX_FACES:
         outward = (2.0 * upper - 1.0) * np.eye(3)[axis]
@@ -60,9 +60,9 @@ def _ending_on_face(sheet: Crack, face: _Face, box: np.ndarray, l_min: float) ->
 
 
 def _ways(points: np.ndarray, triangles: np.ndarray, front: np.ndarray, face: _Face) -> np.ndarray:
-    """Return at each edge of a front (k,) the way (k - 1, 3) along the crack by which the face is one off.
+    """Return vectors (k - 1, 3) along the crack at a front's edges that advance by 1 towards the face.
 
-    0 where the crack lies along the face, or between it and the front.
+    A vector is 0 where the crack lies along the face, or between the face and the front (k,).
     """
     edges = np.sort(np.stack([front[:-1], front[1:]], axis=1), axis=1)
     sides = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2), axis=2)
@@ -80,7 +80,7 @@ def _ways(points: np.ndarray, triangles: np.ndarray, front: np.ndarray, face: _F
 
 
 def _grazing(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> np.ndarray:
-    """Tell which edges of a front (k, 3) belong to a stretch that grazes the face."""
+    """Return a mask (k - 1,) of the edges of a front line (k, 3) in stretches that graze the face."""
     length = np.linalg.norm(np.diff(line, axis=0), axis=1)
     times = np.maximum(np.ceil(length / (STEP * l_min)), 1).astype(np.int64)
     edge = np.repeat(np.arange(len(length)), times)
@@ -98,7 +98,10 @@ def _grazing(line: np.ndarray, ways: np.ndarray, face: _Face, l_min: float) -> n
 def _refined(
     points: np.ndarray, triangles: np.ndarray, front: np.ndarray, parted: np.ndarray, step: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the sheet with edges (k,) of a front parted to a length, the front, and its points' edges."""
+    """Return points, triangles, front, and each front point's old edge; edges `parted` (k,) are divided.
+
+    step: longest edge after the subdivision.
+    """
     places, line, edge = list(points), [], []
     for number, (a, b) in enumerate(zip(front[:-1].tolist(), front[1:].tolist())):
         line.append(a)
@@ -116,9 +119,10 @@ def _refined(
 def _widened(
     points: np.ndarray, triangles: np.ndarray, front: np.ndarray, step: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a sheet with a strip from a front (k,) to where its points go by steps (k, 3), and that line.
+    """Return points, triangles and the new front after moving a front (k,) by step (k, 3).
 
-    Moved themselves, they would turn triangles over that have three corners on the front.
+    A strip of triangles joins old and new front. Moving the points themselves would invert triangles with
+    three corners on the front.
     """
     moved = np.abs(step).max(axis=1) > 0
     closed = bool(front[0] == front[-1])
@@ -139,7 +143,10 @@ def _widened(
 def _steps(
     line: np.ndarray, ways: np.ndarray, grazing: np.ndarray, face: _Face, reach: float
 ) -> np.ndarray:
-    """Return the steps of a front's points (k, 3) towards the face, each along its edge's way."""
+    """Return displacements (k, 3) of front points `line` (k, 3) towards the face, along `ways` (k, 3).
+
+    grazing (k,): mask of points that move; reach: distance from the face within which they move.
+    """
     size = np.linalg.norm(ways, axis=1)
     far = (face.out - line @ face.outward) * size
     part = np.where(grazing, np.clip(reach - np.abs(far), 0, None), 0.0)

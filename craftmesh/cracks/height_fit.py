@@ -1,4 +1,4 @@
-"""Heights over a plane that are nearest to measured points and bend no more than those ask for."""
+"""Heights over a plane that fit measured points with as little bending as these allow."""
 
 import numpy as np
 import scipy
@@ -9,20 +9,20 @@ from craftmesh.cracks.in_plane import doubled_areas
 from craftmesh.cracks.near_sheet import weights_in_triangles
 from craftmesh.surface.connectivity import edge_sides, unique_edges
 
-# Length in spacings by which hinges resist bending. The fit halves waves of 2 pi 3^(1/4) times this length,
-# 2.1 spacings, because the hinges' energy is three times a thin plate's.
+# Length, in spacings, that sets the bending stiffness. The fit halves waves of 2 pi 3^(1/4) times this
+# length, 2.1 spacings, because the hinge energy is three times that of a thin plate.
 STIFFNESS = 0.25
 
 
 def fitted_heights(
     points: np.ndarray, triangles: np.ndarray, fixed: np.ndarray, measured: np.ndarray, spacing: float
 ) -> np.ndarray:
-    """Return the heights (n,) at points (n, 2) of a triangulation (m, 3) of about that spacing.
+    """Return heights (n,) at points (n, 2) of a triangulation (m, 3) whose edges are about `spacing` long.
 
-    fixed (n,): heights that are kept, NaN elsewhere. measured (k, 3): u, v and height of points near which
-    the surface goes, those off the triangles left out. Least squares of the measured heights and of the
-    bends across edges (the hinge energy of a flat sheet, whose least is a thin plate's); where nothing is
-    measured the sheet is the straightest one. At least three points not on a line have to be given.
+    fixed (n,): prescribed heights, NaN where free; at least three, not on a line, must be fixed or
+    measured. measured (k, 3): u, v and height of points to fit; those off the triangles are ignored. The
+    heights minimise the squared deviations plus the bending across edges (the hinge energy of a flat
+    sheet). Without measured points they minimise the bending alone.
     """
     bends, twice = _bends(points, triangles)
     matrix, values = bends.T @ bends, np.zeros(len(points))
@@ -44,9 +44,10 @@ def fitted_heights(
 def interpolation(
     points: np.ndarray, triangles: np.ndarray, places: np.ndarray, within: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, csr_array]:
-    """Return which places (k, 2) lie on triangles (m, 3), on which, and what interpolates there.
+    """Return rows (r,) of places (k, 2) on triangles (m, 3), their triangles (r,), sparse weights (r, n).
 
-    within: places this near a triangle lie on it too.
+    weights @ values interpolates values (n,) at the points. within: largest distance of a place from its
+    triangle.
     """
     tree = shapely.STRtree(shapely.polygons(points[triangles]))
     row, triangle = tree.query(shapely.points(places), predicate="dwithin", distance=within)
@@ -59,10 +60,10 @@ def interpolation(
 
 
 def _bends(points: np.ndarray, triangles: np.ndarray) -> tuple[csr_array, np.ndarray]:
-    """Return the matrix (e, n) whose product with heights squares to the bending, and doubled areas (m,).
+    """Return a sparse matrix (e, n) and doubled areas (m,); |matrix @ heights|^2 is the bending energy.
 
-    Its rows are the inner edges: edge length times the jump of the slope across it, over the root of a
-    third of the area of both triangles.
+    Each row is an inner edge: edge length times the slope's jump across it, divided by the square root of a
+    third of both triangles' area.
     """
     twice = doubled_areas(points, triangles)
     edges, of_corner, count = unique_edges(triangles)

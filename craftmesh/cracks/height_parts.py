@@ -1,4 +1,4 @@
-"""The plane over which a sheet is a height, and a sheet that folds or kinks sharply as such parts."""
+"""The plane over which a surface is single-valued; folded or kinked surfaces are split into such parts."""
 
 from typing import NamedTuple
 
@@ -12,17 +12,17 @@ from craftmesh.surface.dividing import divided_at
 from craftmesh.surface.measure import area_vectors, total_area, unit_normals
 from craftmesh.surface.rounding import EXACT, ROUNDING
 
-# Slopes of up to 45 degrees stretch lengths in the plane by 1.4 at most; a direction in which all triangles
-# have a say, by their area, is then better than one that the steepest decide.
+# Cosine of the steepest slope for which the area-weighted mean normal is used; it stretches lengths by at
+# most 1.4. For steeper triangles the normal to which they are least steep is better.
 STEEP = np.cos(np.radians(45.0))
 
 
 def best_fit_frame(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return rows u, v, normal (3, 3) of the plane over which the triangles (m, 3) are a height.
+    """Return rows u, v, normal (3, 3) of the plane over which the triangles (m, 3) are single-valued.
 
-    points (n, 3). The normal is the mean of the triangles', by area, or where that leaves one steeper than
-    45 degrees the direction to which the steepest is least steep. All triangles have to be turned alike;
-    where they are a height over no plane, it is the mean. u is where the crack is longest.
+    points (n, 3). The normal is the area-weighted mean of the triangle normals. If a triangle is steeper
+    than 45 degrees to it, the normal to which the steepest triangle is least steep is used, if all face it.
+    The triangles must be oriented consistently. u is the direction in which the crack is longest.
     """
     vectors = area_vectors(points, triangles)
     weight = np.linalg.norm(vectors, axis=1)
@@ -42,15 +42,15 @@ def best_fit_frame(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def least_steep(normals: np.ndarray) -> np.ndarray:
-    """Return the unit vector d (3,) that makes the least cosine n_i . d of unit normals (m, 3) largest.
+    """Return the unit vector d (3,) that maximises the smallest cosine n_i . d over unit normals (m, 3).
 
-    It points to the point of the normals' convex hull that is nearest to the origin: least squares in
-    weights >= 0 (Lawson & Hanson 1974, chapter 23) over the few normals that decide it. Where the hull
-    holds the origin, no direction has only positive cosines.
+    It points to the point of the normals' convex hull nearest to the origin, found by least squares with
+    weights >= 0 (Lawson & Hanson 1974, chapter 23) over the few normals that decide. If the hull contains
+    the origin, no direction has only positive cosines.
     """
     direction = normals[0]
     chosen = [int(np.argmin(normals @ normals.mean(axis=0)))]
-    for _ in normals:  # each round adds the steepest
+    for _ in normals:  # each iteration adds the steepest normal
         system = np.vstack([normals[chosen].T, np.ones(len(chosen))])
         weights, _ = scipy.optimize.nnls(system, np.array([0, 0, 0, 1.0]))
         nearest = weights @ normals[chosen]
@@ -65,12 +65,12 @@ def least_steep(normals: np.ndarray) -> np.ndarray:
     return direction
 
 
-STEEPEST = 0.15  # least cosine between a triangle's normal and the plane's: lengths stretch by 7 at most
-COVERED = 1e-6  # share of the projected area that may be covered twice, by rounding, before it is a fold
+STEEPEST = 0.15  # smallest cosine of a triangle's normal to the plane's: lengths stretch by at most 7
+COVERED = 1e-6  # fraction of the projected area that may be covered twice by rounding; more is a fold
 
 
 def fold_of(points: np.ndarray, triangles: np.ndarray) -> str:
-    """Return where and how much a sheet (m, 3) is no height over its best-fit plane, '' if it is one."""
+    """Return a message on where a surface (m, 3) is not single-valued over its best-fit plane, else ''."""
     frame = best_fit_frame(points, triangles)
     vectors = area_vectors(points, triangles)
     true = np.linalg.norm(vectors, axis=1)
@@ -84,9 +84,8 @@ def fold_of(points: np.ndarray, triangles: np.ndarray) -> str:
         angle, most = np.degrees(np.arccos(np.clip([cosine[worst], STEEPEST], -1, 1)))
         return (
             f"the crack surface is folded near {place}: a triangle there stands at {angle:.0f} degrees to "
-            f"the plane over which the surface is most nearly a height ({int(steep.sum())} of "
-            f"{len(triangles)} triangles at over {most:.0f}); expected a sheet that is a height over some "
-            "plane: smooth it or cut it off there"
+            f"the best-fit plane ({int(steep.sum())} of {len(triangles)} triangles at over {most:.0f}); "
+            "expected a surface that is single-valued over some plane: smooth it or cut it off there"
         )
     uv = points @ frame[:2].T
     polygons = shapely.polygons(uv[triangles[proper]])
@@ -96,17 +95,17 @@ def fold_of(points: np.ndarray, triangles: np.ndarray) -> str:
     place = told(_overlap(points, triangles[proper], polygons))
     return (
         f"the crack surface is folded near {place}: seen along its mean normal, {100 * missing:.2g} % of "
-        "it lies over other parts; expected a sheet that is a height over some plane: cut it off there"
+        "it overlaps other parts; expected a surface that is single-valued over a plane: cut it off there"
     )
 
 
 def are_proper(areas: np.ndarray) -> np.ndarray:
-    """Tell which triangles of a sheet, of these areas (m,), have a normal."""
+    """Return a mask (m,) of triangles whose area is not zero to rounding, and who thus have a normal."""
     return areas > EXACT * areas.sum()
 
 
 def _overlap(points: np.ndarray, triangles: np.ndarray, polygons: np.ndarray) -> np.ndarray:
-    """Return the centre (3,) of a triangle that lies over another one, seen along the normal."""
+    """Return the centre (3,) of the triangle that overlaps another one most, seen along the normal."""
     tree = shapely.STRtree(polygons)
     a, b = tree.query(polygons, predicate="intersects")
     apart = a < b
@@ -115,23 +114,23 @@ def _overlap(points: np.ndarray, triangles: np.ndarray, polygons: np.ndarray) ->
     return points[triangles[a[over]]].mean(axis=0)
 
 
-# Degrees between neighbours from which a folded sheet is parted: parts are exact at the kink.
+# Degrees between neighbours at which a folded surface is split; the parts represent the kink exactly.
 KINK = 30.0
-# Degrees: a sheet with such a kink is parted though it is a height, for one part cuts the kink off.
+# Degrees: a kink this sharp splits a single-valued surface too; a single part would cut the kink off.
 SHARP = 65.0
-LEAST_PART = 1e-3  # of the area of a sheet that is a height: a smaller part is a sliver with a wild normal
-SHARPEST = 150.0  # degrees: what turns back by more leaves a wedge under 30 between its own parts
-MOST_PARTS = 50  # chosen by hand: a sheet with more is rough, not kinked
+LEAST_PART = 1e-3  # smallest area fraction of a part of a single-valued surface; smaller ones are slivers
+SHARPEST = 150.0  # largest kink in degrees; a sharper one leaves a wedge under 30 between its two sides
+MOST_PARTS = 50  # most parts, chosen by hand: a surface with more is rough, not kinked
 
 Part = tuple[np.ndarray, np.ndarray]  # points (n, 3) and triangles (m, 3)
 
 
 def height_parts(points: np.ndarray, triangles: np.ndarray) -> tuple[list[Part], str]:
-    """Return a sheet as parts that are heights over their own planes, and what is folded, '' if nothing is.
+    """Return a surface split into parts that are single-valued over their planes, and a message or ''.
 
-    A sheet that is a height without a kink of SHARP is one part. Any other is parted along kinks sharper
-    than KINK and up to SHARPEST, and what folds smoothly, as a bowl or a roll, is halved until its parts
-    are heights. The text says where it is folded all the same.
+    A single-valued surface without a kink of SHARP stays one part. Any other is split along kinks between
+    KINK and SHARPEST. Parts that fold smoothly, as a bowl or a roll does, are bisected until they are
+    single-valued. If this fails, the whole surface is returned with a message on where it folds.
     """
     whole = [(points, triangles)]
     fault = fold_of(points, triangles)
@@ -156,16 +155,17 @@ def height_parts(points: np.ndarray, triangles: np.ndarray) -> tuple[list[Part],
 
 
 def _parts(points: np.ndarray, triangles: np.ndarray, piece: np.ndarray) -> list[Part]:
-    """Return the parts of a sheet by their numbers (m,), each without the points of the others."""
+    """Return the parts of a surface by part numbers `piece` (m,), each with only its own points."""
     return [compact(points, triangles[piece == number])[:2] for number in range(piece.max() + 1)]
 
 
 def _halved(
     points: np.ndarray, triangles: np.ndarray, piece: np.ndarray, number: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a sheet whose part `number` is two, parted by a plane across the way its normals turn most.
+    """Return points, triangles, part numbers (m,); part `number` is split where its normals turn most.
 
-    Points that the seam gets are the neighbours' too, so that the seams of these can end in them.
+    The dividing plane is perpendicular to that direction. Neighbouring parts share the points that it adds,
+    so that their own seams can end in these points.
     """
     own = triangles[piece == number]
     vectors = area_vectors(points, own)
@@ -188,10 +188,10 @@ def _halved(
 
 
 class Kinks(NamedTuple):
-    """The edges at which a sheet turns by KINK degrees and more.
+    """The kinks of a surface: edges at which it turns by KINK degrees or more.
 
-    part (m,): each triangle's part between them, in the order of first ones; edges (k, 2): those between
-    two parts; sharpest: the largest turn of any edge, in degrees.
+    part (m,): number of each triangle's part between kinks, in the order of first triangles; edges (k, 2):
+    edges between two parts; sharpest: the largest turn across any edge, in degrees.
     """
 
     part: np.ndarray
@@ -200,7 +200,7 @@ class Kinks(NamedTuple):
 
 
 def kinks_of(points: np.ndarray, triangles: np.ndarray) -> Kinks:
-    """Return the kinks of a sheet."""
+    """Return the kinks of a surface."""
     edges, of_corner, count = unique_edges(triangles)
     f, g = (side // 3 for side in edge_sides(of_corner, count == 2))
     normal = unit_normals(points, triangles)

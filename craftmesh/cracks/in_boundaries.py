@@ -1,4 +1,4 @@
-"""Intergranular cracks: boundaries between grains as a surface has them, as far as a sphere reaches."""
+"""Intergranular cracks: the boundaries between chosen grains of a surface, cut off at a sphere."""
 
 import numpy as np
 
@@ -13,14 +13,14 @@ from craftmesh.types import INTERFACE, Crack, Surface
 
 
 def crack_in_boundaries(surface: Surface, options: CrackOptions, increment: int) -> Crack:
-    """Return the crack that is options.boundaries of the surface, within the sphere of an increment.
+    """Return the crack along options.boundaries of the surface, within the sphere of an increment.
 
-    Where the sphere crosses the edge of a facet the crack gets a point exactly there, but for a tenth of
-    the edge at either end, where it ends at that one; without a radius the boundaries crack as far as they
-    reach. The crack may branch at triple lines. Each boundary's facets are turned as their neighbours
-    across its borders where that can be, else from the lower grain to the higher. Fronts are where one
-    facet ends within the material, parted where more than two meet. Raises CraftmeshError for grains that
-    do not touch and a sphere that holds nothing of their boundaries.
+    Without a radius whole boundaries crack. Where the sphere crosses a facet's edge the crack gets a point
+    exactly there; nearer than a tenth of the edge to an end, it ends at that end instead. The crack may
+    branch at triple lines. Its facets are oriented consistently if possible, else from the lower to the
+    higher grain id. Fronts consist of edges of one crack facet within the material; they are split where
+    more than two such edges meet. Raise CraftmeshError if grains do not touch or the sphere misses their
+    boundaries.
     """
     facets, sides = _chosen(surface, boundary_pairs(options))
     turned = sides[:, 0] > sides[:, 1]
@@ -31,12 +31,12 @@ def crack_in_boundaries(surface: Surface, options: CrackOptions, increment: int)
         points, facets, ends = _within(points, facets, centre, semi_axes(options, increment)[0])
     if not len(facets):
         raise CraftmeshError(
-            f"crack.centre {list(options.centre or ())} and radius hold nothing of the boundaries "
-            f"{' '.join(options.boundaries or ())}; expected a sphere that meets them"
+            f"crack.centre {list(options.centre or ())}: its sphere contains no part of the boundaries "
+            f"{' '.join(options.boundaries or ())}; move it or enlarge the radius"
         )
     try:
         facets = turned_alike(points, facets)
-    except CraftmeshError:  # a ring of boundaries with one side only
+    except CraftmeshError:  # the boundaries form a one-sided ring, a Moebius strip
         pass
     fronts = _fronts(facets, surface, ends)
     points, triangles, kept = compact(points, facets)
@@ -44,7 +44,7 @@ def crack_in_boundaries(surface: Surface, options: CrackOptions, increment: int)
 
 
 def _chosen(surface: Surface, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the facets (m, 3) between the pairs of grains, and their sides (m, 2)."""
+    """Return the facets (m, 3) between the pairs of grains (k, 2), and their sides (m, 2)."""
     known = np.sort(surface.sides, axis=1)
     inner = (surface.kind == INTERFACE) & (known[:, 0] > 0)
     chosen = np.zeros(len(known), bool)
@@ -54,7 +54,7 @@ def _chosen(surface: Surface, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray
             others = np.unique(known[inner & (known == low).any(axis=1)])
             told = ", ".join(map(str, others[others != low].tolist())) or "no other"
             raise CraftmeshError(
-                f"crack.boundaries has {low}-{high}, which do not touch; grain {low} touches {told}"
+                f"crack.boundaries has {low}-{high}, grains that do not touch; grain {low} touches {told}"
             )
         chosen |= own
     return surface.facets[chosen].astype(np.int64), surface.sides[chosen]
@@ -63,10 +63,10 @@ def _chosen(surface: Surface, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray
 def _within(
     points: np.ndarray, facets: np.ndarray, centre: np.ndarray, radius: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points (n, 3), new ones last, facets (m, 3) within a sphere, and the ends (k, 2) of cut edges.
+    """Return points (n, 3), new ones last, facets (m, 3) in a sphere, and ends (k, 2) of split edges.
 
-    An edge that is crossed near an end is not parted: the crack ends at that end. Of a facet with two
-    corners inside the shorter diagonal parts what is left, as where a surface is cut.
+    An edge crossed close to an end is not split: the crack ends at that end. The rest of a facet with two
+    corners inside is split along its shorter diagonal, as in the cut of a surface.
     """
     side = np.sign(radius - np.linalg.norm(points - centre, axis=1))
     edges, _, _ = unique_edges(facets)
@@ -78,7 +78,7 @@ def _within(
 
 
 def _shares(ends: np.ndarray, side: np.ndarray, centre: np.ndarray, radius: float) -> np.ndarray:
-    """Return where (k,), from 0 to 1, edges (k, 2, 3) cross a sphere; NaN for ends on one side of it."""
+    """Return positions (k,), from 0 to 1, where edges (k, 2, 3) cross a sphere; NaN without a crossing."""
     share = np.full(len(ends), np.nan)
     rows = np.flatnonzero(side[:, 0] != side[:, 1])
     share[rows] = _crossing(ends[rows, 0] - centre, ends[rows, 1] - ends[rows, 0], radius)
@@ -86,7 +86,7 @@ def _shares(ends: np.ndarray, side: np.ndarray, centre: np.ndarray, radius: floa
 
 
 def _crossing(start: np.ndarray, step: np.ndarray, radius: float) -> np.ndarray:
-    """Return where (k,), from 0 to 1, segments with one end in a sphere about 0 cross it."""
+    """Return positions (k,), from 0 to 1, where segments with one end in a sphere about 0 leave it."""
     a, b = (step**2).sum(axis=1), (start * step).sum(axis=1)
     c = (start**2).sum(axis=1) - radius**2
     root = np.sqrt(np.maximum(b**2 - a * c, 0))
@@ -94,11 +94,11 @@ def _crossing(start: np.ndarray, step: np.ndarray, radius: float) -> np.ndarray:
 
 
 def _fronts(triangles: np.ndarray, surface: Surface, ends: np.ndarray) -> list[np.ndarray]:
-    """Return the fronts as lines of points: edges of one triangle, but for those on free facets."""
+    """Return the fronts as polylines of ids: edges of one triangle that are not edges of free facets."""
     edges, _, count = unique_edges(triangles)
     rim = edges[count == 1]
     known = len(surface.points)
-    whole = rim.copy()  # where an edge of the surface was parted, that edge
+    whole = rim.copy()  # a part of a split surface edge is replaced by the whole edge
     parted = np.flatnonzero((rim[:, 1] >= known) & (rim[:, 0] < known))
     of_edge = ends[rim[parted, 1] - known]
     along = (of_edge == rim[parted, :1]).any(axis=1)
@@ -108,7 +108,7 @@ def _fronts(triangles: np.ndarray, surface: Surface, ends: np.ndarray) -> list[n
 
 
 def _chains(edges: np.ndarray) -> list[np.ndarray]:
-    """Return edges (k, 2) as lines of points, ended where other than two meet; rings repeat their first."""
+    """Return edges (k, 2) as polylines of ids, split at nodes without two edges; loops repeat the first."""
     beside: dict[int, list[int]] = {}
     for a, b in edges.tolist():
         beside.setdefault(a, []).append(b)

@@ -1,4 +1,4 @@
-"""Plane triangulations of a crack: between lines that are kept, and of a polygon to a spacing."""
+"""Plane triangulations of a crack: between given segments, and of a polygon at a given spacing."""
 
 from collections.abc import Callable
 
@@ -12,14 +12,14 @@ from craftmesh.surface.kernels import planar
 from craftmesh.surface.kernels.planar import Planar
 from craftmesh.surface.rounding import ROUNDING
 
-APART = 0.6  # of the spacing: free points keep this far from given ones and from the boundary
+APART = 0.6  # smallest distance of grid points from given points and the boundary, in spacings
 
 
 def filled(polygon: shapely.Polygon, given: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     """Return points (n, 2) and triangles (m, 3), counter-clockwise, that fill the polygon.
 
-    Every point of the polygon's boundary and every given one (k, 2) inside it is a point; between them lie
-    points of a hexagonal grid of that spacing. Raises CraftmeshError where the boundary touches or crosses
+    The points are the vertices of the polygon's boundary, subdivided to the spacing, the given points (k,
+    2) inside it, and a hexagonal grid between them. Raise CraftmeshError if the boundary touches or crosses
     itself.
     """
 
@@ -39,7 +39,7 @@ def filled(polygon: shapely.Polygon, given: np.ndarray, spacing: float) -> tuple
     segments = segments[segments[:, 0] != segments[:, 1]]
     if not polygon.is_valid:
         raise CraftmeshError(
-            "the crack's outline touches or crosses itself; expected one without crossings"
+            "the crack's outline touches or crosses itself; give an outline without crossings"
         )
     loose = np.setdiff1d(ids[count:], segments)
     patch = triangulate(uv, segments, loose, lambda at: shapely.contains_xy(polygon, *at.T) - 0.5)
@@ -49,7 +49,7 @@ def filled(polygon: shapely.Polygon, given: np.ndarray, spacing: float) -> tuple
 
 
 def _spaced(ring: np.ndarray, spacing: float) -> np.ndarray:
-    """Return the closed ring (k, 2) with its edges parted until none is longer than the spacing."""
+    """Return the closed ring (k, 2) with its edges subdivided until none is longer than the spacing."""
     parts = [ring[:1]]
     for a, b in zip(ring[:-1], ring[1:]):
         count = max(int(np.ceil(np.linalg.norm(b - a) / spacing)), 1)
@@ -59,7 +59,7 @@ def _spaced(ring: np.ndarray, spacing: float) -> np.ndarray:
 
 
 def _grid(polygon: shapely.Polygon, spacing: float) -> np.ndarray:
-    """Return the points (k, 2) of a hexagonal grid within the polygon, APART from its boundary."""
+    """Return points (k, 2) of a hexagonal grid in the polygon, APART spacings or more from its boundary."""
     x0, y0, x1, y1 = polygon.bounds
     step = spacing * np.sqrt(0.75)
     rows = []
@@ -72,7 +72,7 @@ def _grid(polygon: shapely.Polygon, spacing: float) -> np.ndarray:
 
 
 def doubled_areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return twice the areas (m,) of triangles (m, 3) of points (n, 2), negative where they turn right."""
+    """Return twice the areas (m,) of triangles (m, 3) on points (n, 2), negative if clockwise."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     return (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
 
@@ -82,10 +82,10 @@ def triangulate(
 ) -> Planar:
     """Return the constrained Delaunay triangulation of the polygons that segments (k, 2) bound.
 
-    uv (n, 2); loose: points that lie on no segment. Those and segments off the polygons are left out, as a
-    corner of the box that the crack touches, or a bit of a mouth between two crossings of a front that
-    grazes it. Only polygons with is_inside(uv) > 0 count. Every segment inside is an edge, also one that
-    bounds no polygon. Raises CraftmeshError if one is lost.
+    uv (n, 2). loose: ids of points that lie on no segment. Only polygons with is_inside(uv) > 0 are filled.
+    Loose points and segments outside them are dropped: a box corner that the crack touches, or a bit of
+    mouth between two crossings of a grazing front. Each segment inside becomes an edge, even if it bounds
+    no polygon. Raise CraftmeshError if one cannot.
     """
     lines = shapely.linestrings(uv[segments])
     polygons = shapely.get_parts(shapely.polygonize(lines))
@@ -93,10 +93,7 @@ def triangulate(
         witness = shapely.get_coordinates(shapely.point_on_surface(polygons))
         polygons = polygons[is_inside(witness) > 0]
     if not len(polygons):
-        raise CraftmeshError(
-            "no material there: the crack lies in no grain, or only touches one; expected a crack within "
-            "the material: move it"
-        )
+        raise CraftmeshError("the crack lies in no grain, or only touches one; move it into the material")
     loose = loose[_are_near(uv[loose], polygons)]
     segments = segments[_are_near(uv[segments].mean(axis=1), polygons)]
     parts = shapely.get_parts(shapely.get_parts(shapely.constrained_delaunay_triangles(polygons)))
@@ -111,7 +108,7 @@ def triangulate(
 
 
 def _are_near(places: np.ndarray, polygons: np.ndarray) -> np.ndarray:
-    """Tell which places (n, 2) lie in one of the polygons, or off them by rounding alone."""
+    """Return a mask (n,) of places (n, 2) that lie in one of the polygons, within rounding."""
     tree = shapely.STRtree(polygons)
     low, high = shapely.total_bounds(polygons).reshape(2, 2)
     near = np.zeros(len(places), bool)
@@ -120,13 +117,13 @@ def _are_near(places: np.ndarray, polygons: np.ndarray) -> np.ndarray:
 
 
 def _ids_of(uv: np.ndarray, candidates: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
-    """Return the point id of each row of coordinates, found by equality."""
+    """Return the ids of the candidate points that equal the rows of coordinates (k, 2) exactly."""
     known = {tuple(row): i for i, row in zip(candidates.tolist(), uv[candidates].tolist())}
     return np.array([known[tuple(row)] for row in coordinates.tolist()], np.int64)
 
 
 def with_room(patch: Planar, points: int) -> Planar:
-    """Return a copy of the patch with room for `points` more points, each of which brings two triangles."""
+    """Return a copy of the patch with spare rows for `points` more points, and two triangles for each."""
     used_points, used_triangles = patch.used
     return Planar(
         _padded(patch.uv[:used_points], points, 0.0),
@@ -142,9 +139,9 @@ def _padded(array: np.ndarray, rows: int, fill: float) -> np.ndarray:
 
 
 def _linked(uv: np.ndarray, triangles: np.ndarray, segments: np.ndarray) -> Planar:
-    """Return the patch of triangles with their neighbours; segments and the rim are fixed.
+    """Return the triangulation of triangles (m, 3) with neighbours; segments and boundary edges are fixed.
 
-    There is room to insert every point of uv that is in no triangle yet.
+    It has spare rows for every point of uv that is not in a triangle yet.
     """
     directed = facet_edges(triangles)
     stride = len(uv) + 1
@@ -152,7 +149,7 @@ def _linked(uv: np.ndarray, triangles: np.ndarray, segments: np.ndarray) -> Plan
     back = directed[:, 1] * stride + directed[:, 0]
     order = np.argsort(key)
     if (np.diff(key[order]) == 0).any():
-        raise CraftmeshError("the crack's triangulation folds over itself; move the crack a little")
+        raise CraftmeshError("the crack's triangulation overlaps itself; move the crack a little")
     slot = np.minimum(np.searchsorted(key, back, sorter=order), len(key) - 1)
     across = np.where(key[order[slot]] == back, order[slot] // 3, -1).reshape(-1, 3)
     wanted = np.sort(segments, axis=1) @ np.array([stride, 1])
@@ -162,7 +159,7 @@ def _linked(uv: np.ndarray, triangles: np.ndarray, segments: np.ndarray) -> Plan
 
 
 def _add_missing(patch: Planar, segments: np.ndarray, loose: np.ndarray) -> None:
-    """Insert the points and recover the segments that bound no polygon."""
+    """Insert loose points and segments that are not in the triangulation yet."""
     present = set(map(tuple, np.sort(facet_edges(patch.triangles), axis=1).tolist()))
     missing = [pair for pair in np.sort(segments, axis=1).tolist() if tuple(pair) not in present]
     absent = np.setdiff1d(np.concatenate([np.array(missing, np.int64).ravel(), loose]), patch.triangles)
@@ -179,7 +176,7 @@ def _add_missing(patch: Planar, segments: np.ndarray, loose: np.ndarray) -> None
     for a, b in missing:
         if not planar.recover_edge(patch, a, b):
             raise CraftmeshError(
-                f"a trace edge at (u, v) = {told(patch.uv[a])} crosses another; move the crack a little"
+                f"a trace edge at (u, v) = {told(patch.uv[a])} crosses another one; move the crack a little"
             )
         _fix_edge(patch, a, b)
 
@@ -191,7 +188,7 @@ def _fix_edge(patch: Planar, a: int, b: int) -> None:
 
 
 def _holding(patch: Planar, position: np.ndarray) -> int:
-    """Return a triangle that holds the position (2,), -1 for none."""
+    """Return a triangle that contains the position (2,), -1 if none does."""
     corner = patch.uv[patch.triangles]
     edge = np.roll(corner, -1, axis=1) - corner
     step = position - corner

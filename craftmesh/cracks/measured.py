@@ -1,4 +1,4 @@
-"""Cracks as they are measured: points with an ordered front, or fronts alone."""
+"""Cracks from measurements: points with an ordered front, only fronts, or a path in a plane."""
 
 from collections.abc import Sequence
 
@@ -24,9 +24,9 @@ from craftmesh.errors import CraftmeshError
 from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.rounding import ON_PLANE, ROUNDING
 
-PER_TRIANGLE = 2.0  # measured points a triangle where no spacing is given: four to each unknown height
-ACROSS_FRONT = 40  # triangles along a front where nothing but fronts is given
-MOST_TRIANGLES = 400_000  # a minute of one core
+PER_TRIANGLE = 2.0  # measured points per triangle at the default spacing: four per unknown height
+ACROSS_FRONT = 40  # edges along the fronts at the default spacing, if there are no measured points
+MOST_TRIANGLES = 400_000  # largest surface that is fitted; it takes a minute of one core
 
 
 def crack_through_points(
@@ -36,14 +36,15 @@ def crack_through_points(
     spacing: float | None = None,
     l_min: float | None = None,
 ) -> tuple[GivenSurface, Numbers]:
-    """Return the surface within the fronts that is nearest to a measured cloud, and how far that is.
+    """Return the surface within the fronts that fits a measured cloud best, and a report on the fit.
 
-    cloud (n, 3), in any order; fronts: polylines (k, 3), closed where the last point is the first, or one
-    open front that ends on the box (2, 3). The surface is a height over the plane of least squares, with
-    edges of `spacing` (model units; None: two points a triangle), exact at the fronts' points. The report
-    has the distances of the cloud from it, with a note where one is over the bound, l_min (None: the
-    spacing) or three times the points' scatter. Raises CraftmeshError where their root mean square is, for
-    points that fix no plane or are not where the front is, and as cracked_part does.
+    cloud (n, 3), in any order. fronts: polylines (k, 3), closed (first point repeated at the end), or one
+    open front that ends on the box (2, 3). The surface is single-valued over the least-squares plane and
+    contains the fronts' points; `spacing` is its edge length (model units; None: two measured points per
+    triangle). The report has the distances of the cloud from the surface. It has a note if one exceeds the
+    bound: l_min (None: the spacing), or three times the points' scatter if larger. Raise CraftmeshError if
+    the root-mean-square distance exceeds it, if cloud and front do not match, if the points lie on a line,
+    and as cracked_part does.
     """
     fronts = [finite(f"front {k}", front) for k, front in enumerate(fronts, 1)]
     cloud = finite("point cloud", cloud)
@@ -53,8 +54,8 @@ def crack_through_points(
     return surface, within_bound(
         numbers,
         bound,
-        f"{bound:.4g} (l_min, or {SCATTERS:g} times the points' scatter); expected points of one sheet "
-        "that is a height over a plane: leave out those that are not, or give a shorter crack.spacing",
+        f"{bound:.4g} (l_min, or {SCATTERS:g} times the points' scatter); expected points of one surface "
+        "that is single-valued over a plane: remove other points, or give a shorter crack.spacing",
     )
 
 
@@ -64,11 +65,12 @@ def crack_through_fronts(
     spacing: float | None = None,
     inside: Sequence[float] | None = None,
 ) -> tuple[GivenSurface, Numbers]:
-    """Return the surface that spans the fronts (k, 3) of successive increments, up to the last.
+    """Return the surface spanned by the fronts (k, 3) of successive increments, and a report.
 
-    It goes through all their points, and between them as straight as it can: within the first, if that is
-    closed, or from it to the box (2, 3): on the side of the point `inside`, or else on the smaller one. The
-    rest as crack_through_points.
+    The surface contains all their points and bends as little as possible in between. It lies within the
+    last front if that is closed. If it is open, the surface lies between it and the box (2, 3), on the side
+    of the earlier fronts and of the point `inside`, or without these on the smaller side. spacing, the
+    report and errors are as in crack_through_points.
     """
     fronts = [finite(f"front {k}", front) for k, front in enumerate(fronts, 1)]
     witness = np.reshape(inside if inside is not None else [], (-1, 3))
@@ -83,9 +85,9 @@ def _spanned(
     spacing: float | None,
     witnesses: np.ndarray,
 ) -> tuple[GivenSurface, Numbers]:
-    """Return the surface through all fronts, nearest to the cloud, that the bounding ones bound.
+    """Return the surface through all fronts, bounded by the fronts `bounding`, that fits the cloud best.
 
-    witnesses (j, 3): points on the cracked side of an open front, beside the fronts before it.
+    witnesses (j, 3): points on the cracked side of an open front, in addition to the earlier fronts.
     """
     every, box = np.concatenate([cloud, *fronts]), np.asarray(box, float)
     plane = plane_of(every)
@@ -99,7 +101,7 @@ def _spanned(
 
 
 def _spacing(polygon: shapely.Polygon, measured: np.ndarray, fronts: Sequence[np.ndarray]) -> float:
-    """Return the default length of the surface's edges."""
+    """Return the default edge length of the surface, from the measured points or else from the fronts."""
     inside = int(shapely.contains_xy(polygon, measured[:, 0], measured[:, 1]).sum())
     if inside:
         return float(np.sqrt(PER_TRIANGLE * 2 * polygon.area / inside))
@@ -115,14 +117,14 @@ def height_surface(
     spacing: float,
     box: np.ndarray,
 ) -> tuple[GivenSurface, Numbers]:
-    """Return the surface over the polygon that goes through the fronts' points and near the cloud's.
+    """Return a surface over a polygon in (u, v) that contains the fronts and fits the cloud; and a report.
 
-    Points that almost lie in a plane of the box (2, 3) are put there. The report has the spacing, how many
-    triangles there are and, with a cloud (n, 3), the points used and their distances.
+    Points that almost lie in a plane of the box (2, 3) are moved onto it. The report has the spacing, the
+    number of triangles and, with a cloud (n, 3), the number of points used and their distances.
     """
     if polygon.area > MOST_TRIANGLES / 2 * spacing**2:
         raise CraftmeshError(
-            f"spacing is {spacing:.4g} for a crack of the area {polygon.area:.4g}; expected at least "
+            f"spacing {spacing:.4g} is too short for a crack of area {polygon.area:.4g}; give at least "
             f"{np.sqrt(2 * polygon.area / MOST_TRIANGLES):.4g}"
         )
     on_fronts = [plane.of(front) for front in fronts]
@@ -142,27 +144,27 @@ def height_surface(
 
 
 def plane_of(points: np.ndarray) -> Plane:
-    """Return the plane of least squares through points (k, 3), its normal's largest component positive."""
+    """Return the least-squares plane through points (k, 3); its normal's largest component is positive."""
     centre = points.mean(axis=0)
     _, extent, axes = np.linalg.svd(points - centre, full_matrices=False)
     if extent[1] <= ROUNDING * extent[0]:
-        raise CraftmeshError(f"the crack's {len(points)} points lie on a line; expected a surface's")
+        raise CraftmeshError(f"the crack's {len(points)} points lie on a line; give points of a surface")
     normal = axes[2] * np.sign(axes[2][np.argmax(np.abs(axes[2]))])
     return Plane(centre, frame_along(normal, axes[0]))
 
 
 def finite(what: str, points: np.ndarray) -> np.ndarray:
-    """Return three or more points (k, 3); raises CraftmeshError that says `what` they are."""
+    """Return `points` as an array (k, 3), k >= 3; raise CraftmeshError, naming `what`, if it is not one."""
     points = np.asarray(points, float)
     if points.ndim != 2 or points.shape[1:] != (3,) or len(points) < 3 or not np.isfinite(points).all():
         raise CraftmeshError(
-            f"the crack's {what} is an array {points.shape}; expected finite points (k, 3), three or more"
+            f"the crack's {what} has the shape {points.shape}; expected three or more finite points (k, 3)"
         )
     return points
 
 
 def _heights_along(uv: np.ndarray, fronts: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the heights (n,) of the points (n, 2) that lie on a front (k, 3) in (u, v), else NaN."""
+    """Return the heights (n,) of points (n, 2) on a front (k, 3) of u, v and height; NaN elsewhere."""
     heights = np.full(len(uv), np.nan)
     near = ROUNDING * np.ptp(uv, axis=0).max()
     level = np.column_stack([uv, np.zeros(len(uv))])
@@ -177,13 +179,13 @@ def _heights_along(uv: np.ndarray, fronts: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _deviation(places: np.ndarray, triangles: np.ndarray, measured: np.ndarray) -> Numbers:
-    """Return how far the measured points (k, 3) are from the surface, and how many lie beside it.
+    """Return the distances of measured points (k, 3) from the surface, and how many lie on and beside it.
 
-    All coordinates are u, v and height; a distance is the height's times the slope's cosine.
+    All coordinates are u, v and height. A distance is the height difference times the cosine of the slope.
     """
     row, triangle, at = interpolation(places[:, :2], triangles, measured[:, :2])
     if not len(row):
-        raise CraftmeshError("no point of the cloud is within the front; give both in the same units")
+        raise CraftmeshError("no point of the cloud is within the front; give both in the same unit")
     vectors = area_vectors(places, triangles)
     cosine = vectors[:, 2] / np.linalg.norm(vectors, axis=1)
     off = (measured[row, 2] - at @ places[:, 2]) * cosine[triangle]
@@ -198,14 +200,14 @@ def _deviation(places: np.ndarray, triangles: np.ndarray, measured: np.ndarray) 
 def crack_along_path(
     path: np.ndarray, options: CrackOptions, increment: int, box: np.ndarray
 ) -> tuple[GivenSurface, Numbers]:
-    """Return the surface that a measured path (k, 2) sweeps through the box (2, 3), as deep as asked for.
+    """Return the surface that a measured path (k, 2) sweeps through the box (2, 3), and a report.
 
-    path: x along the crack, ascending, and y out of its plane, one to options.scale model units. The place
-    x = options.start lies at options.centre, x goes along the axis, y along the normal. The surface goes
-    from there along the axis to the increment's depth, and the other way out of the box: along the path as
-    far as that was measured, then level. It is ruled: its lines stand across the axis, turned about it by
-    options.slant degrees, and its front is one of them. Raises CraftmeshError for a path that turns back or
-    ends before the crack does.
+    path: x along the crack, ascending, and y out of its plane, in units of options.scale model units. Its
+    point at x = options.start lies at options.centre; x runs along options.axis, y along options.normal.
+    The surface runs from there along the axis to the increment's depth, and backwards out of the box: along
+    the path where it was measured, level beyond. It is a ruled surface. Its straight lines, one of which is
+    the front, run along normal x axis, turned about the axis by options.slant degrees. Raise CraftmeshError
+    if the path turns back or does not cover the crack.
     """
     along, above = np.asarray(path, float).T * options.scale
     along = along - options.start * options.scale
@@ -213,15 +215,15 @@ def crack_along_path(
     if len(back):
         raise CraftmeshError(
             f"the crack's path turns back after its point {back[0] + 1}, x = {path[back[0], 0]:g}; "
-            "expected ascending x: sort the points, or leave out those in which it overhangs"
+            "expected ascending x: sort the points, or remove points where the path overhangs"
         )
     sizes = semi_axes(options, increment)
     depth = sizes[0]
     if not along[0] <= 0 < depth <= along[-1]:
         raise CraftmeshError(
             f"the crack's path goes from {along[0]:.4g} to {along[-1]:.4g} along the axis, in model units "
-            f"from its start; expected it to hold the crack, 0 to {depth:.4g}: change scale, start or "
-            "radius"
+            f"from its start, but the crack goes from 0 to {depth:.4g}; change scale, start or radius so "
+            "that the path covers the crack"
         )
     above = above - np.interp(0.0, along, above)
     centre = vector("centre", options.centre)
@@ -237,13 +239,13 @@ def crack_along_path(
     if len(along) > 2 and not ((along > 0) & (along < depth)).any():
         numbers["notes"] = [
             f"none of the path's {len(along)} points, from {along[0]:.4g} to {along[-1]:.4g}, is within "
-            f"the crack, 0 to {depth:.4g}: it is straight there; is crack.scale right?"
+            f"the crack, 0 to {depth:.4g}, so the crack is straight; check crack.scale"
         ]
     return GivenSurface(np.concatenate(lines), _strip(len(at))), numbers
 
 
 def _strip(count: int) -> np.ndarray:
-    """Return the triangles between two lines of `count` points, the second's after the first's."""
+    """Return triangles between two lines of `count` points; the second line's ids follow the first's."""
     low = np.arange(count - 1)
     high = low + count
     return np.concatenate(

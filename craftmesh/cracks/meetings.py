@@ -1,4 +1,4 @@
-"""Where a crack meets the facets of a surface: traces, and the angles at which it does."""
+"""Where a crack meets the facets of a surface: traces, and the angles between crack and facets."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from craftmesh.types import Crack, Surface
 
 
 class Traces(NamedTuple):
-    """Where crack triangles cut facets: facet (k,), both ends (k, 2, 3), angle (k,) in degrees, 0..90."""
+    """Segments where crack triangles cut facets: facet (k,), ends (k, 2, 3), angle (k,) of 0-90 degrees."""
 
     facet: np.ndarray
     ends: np.ndarray
@@ -20,7 +20,7 @@ class Traces(NamedTuple):
 
     @property
     def length(self) -> np.ndarray:
-        """(k,) lengths of the traces."""
+        """Lengths (k,) of the traces."""
         return np.linalg.norm(self.ends[:, 1] - self.ends[:, 0], axis=1)
 
 
@@ -35,7 +35,7 @@ class Oblique(NamedTuple):
 
 
 def traces(crack: Crack, surface: Surface) -> Traces:
-    """Return where the crack's triangles cut facets of a surface that has nothing of the crack in it."""
+    """Return the traces of the crack's triangles on the facets of a surface without this crack in it."""
     reach = np.stack([f(crack.points[crack.triangles], axis=(0, 1)) for f in (np.min, np.max)])
     rows = np.flatnonzero(meets_box(surface.points[surface.facets], reach))
     points = np.concatenate([crack.points, surface.points])
@@ -58,7 +58,7 @@ def traces(crack: Crack, surface: Surface) -> Traces:
 
 
 def oblique(found: Traces, surface: Surface, limit: float) -> list[Oblique]:
-    """Return the boundaries met at less than `limit` degrees, the most oblique first."""
+    """Return the boundaries that the crack meets at less than `limit` degrees, smallest angle first."""
     return sorted(_oblique(found, surface, limit), key=lambda one: one.angle)
 
 
@@ -84,9 +84,9 @@ def _oblique(found: Traces, surface: Surface, limit: float) -> Iterator[Oblique]
 def _span(
     corners: np.ndarray, others: np.ndarray, normal: np.ndarray, line: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return where triangles (k, 3, 3) cut the planes of others, which have these normals.
+    """Return the interval in which triangles (k, 3, 3) cut the planes, with these normals, of `others`.
 
-    Least and largest place along the unit vectors line (k, 3), and the point (k, 3) of the least.
+    That is its start and end (k,) along the unit vectors `line` (k, 3), and the point (k, 3) of the start.
     """
     off = ((corners - others[:, :1]) * normal[:, None]).sum(axis=2)
     low, high = np.full(len(corners), np.inf), np.full(len(corners), -np.inf)

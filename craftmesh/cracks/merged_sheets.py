@@ -1,4 +1,4 @@
-"""Sheets of a crack that lie over each other almost in one surface, or whose fronts touch, become one."""
+"""Merge crack surfaces that almost coincide where they overlap, or whose fronts touch."""
 
 from itertools import combinations
 from typing import NamedTuple
@@ -17,11 +17,11 @@ from craftmesh.surface.measure import area_vectors
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 from craftmesh.types import Crack
 
-STEEPEST = np.cos(np.radians(60.0))  # of the sheets to their common plane: they are one height over it
+STEEPEST = np.cos(np.radians(60.0))  # cosine of the steepest slope of two surfaces to their common plane
 
 
 class SheetPair(NamedTuple):
-    """Two sheets over one plane: their points (n, 3) as u, v and height, triangles, and outlines."""
+    """Two surfaces over one plane: points (n, 3) as u, v and height, triangles (m, 3), and outlines."""
 
     plane: Plane
     places: tuple[np.ndarray, np.ndarray]
@@ -30,11 +30,11 @@ class SheetPair(NamedTuple):
 
     @property
     def common(self) -> shapely.Geometry:
-        """Where in the plane both sheets are."""
+        """The region of the plane that both surfaces cover."""
         return shapely.intersection(*self.outlines)
 
     def heights(self, number: int, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the heights (n,) of a sheet at places (n, 2), NaN beside it, and its triangles there."""
+        """Return heights (n,) of a surface at places (n, 2), NaN off it, and triangles (n,), -1 off it."""
         points = self.places[number]
         near = ROUNDING * float(np.ptp(points[:, :2], axis=0).max())
         row, triangle, weights = interpolation(points[:, :2], self.triangles[number], at, near)
@@ -44,9 +44,9 @@ class SheetPair(NamedTuple):
 
 
 def sheet_pair(first: Crack, second: Crack, reach: float) -> SheetPair | None:
-    """Return two sheets over their mean plane; None where it is too steep to one, or they are far apart.
+    """Return two surfaces over their mean plane; None if one is too steep for it or they are far apart.
 
-    reach: sheets whose boxes are farther from each other than that are.
+    reach: largest distance between their bounding boxes.
     """
     low = np.maximum(first.points.min(axis=0), second.points.min(axis=0))
     high = np.minimum(first.points.max(axis=0), second.points.max(axis=0))
@@ -70,14 +70,14 @@ def sheet_pair(first: Crack, second: Crack, reach: float) -> SheetPair | None:
 
 
 def feet_in(region: shapely.Geometry, at: np.ndarray) -> np.ndarray:
-    """Return the places (n, 2) of a region nearest to places (n, 2)."""
+    """Return the points (n, 2) of a region nearest to places (n, 2)."""
     lines = shapely.shortest_line(region, shapely.points(at))
     feet: np.ndarray = shapely.get_coordinates(shapely.get_point(lines, 0))
     return feet
 
 
 def places_in(region: shapely.Geometry, spacing: float) -> np.ndarray:
-    """Return the places (n, 2) of a square grid of that spacing within a region."""
+    """Return the points (n, 2) of a square grid with this spacing within a region."""
     x0, y0, x1, y1 = region.bounds
     grid = np.stack(np.meshgrid(np.arange(x0, x1, spacing), np.arange(y0, y1, spacing)), axis=-1)
     grid = grid.reshape(-1, 2)
@@ -85,25 +85,25 @@ def places_in(region: shapely.Geometry, spacing: float) -> np.ndarray:
     return inside
 
 
-# Of l_min, two coplanar pennies of 7 l_min: 0.02 of overlap left 4 flat tets, the bare touch 2; 0.05 of
-# overlap and 0.02 of a gap none. Where fronts are farther apart than the first, or overlap by more than
-# the second, they stay as they are.
+# Largest gap and largest overlap, in l_min, of surfaces that are joined at a neck. Measured on two coplanar
+# pennies of 7 l_min: an overlap of 0.02 left 4 flat tets and a bare touch 2; an overlap of 0.05 or a gap of
+# 0.02 left none.
 GAP = PROMISED.front
 OVERLAP = 0.04
-# Of l_min: as far as it is narrower than this a strip is filled, and each front moves by half of it.
+# Widest strip between two fronts that is filled, in l_min; each front then moves by up to half of it.
 WIDTH = 2 * PREPARATION.front
-# Of l_min: so far on from there the front is straight. Where it kept its points, as near to the corner as
-# they stood, its nodes stood as near.
+# Distance from a neck's corner, in l_min, in which the front loses its points and becomes straight. Points
+# kept near the corner would become mesh nodes that are as close to it.
 STRAIGHT = 0.5
-SAME = 1e-3  # of WIDTH: what differs by less is the same
-ARC = 32  # segments of a quarter of a circle of WIDTH / 2
+SAME = 1e-3  # difference that counts as equal, in WIDTH / 2
+ARC = 32  # segments of a quarter circle with the radius WIDTH / 2
 
 
 def with_neck(pair: SheetPair, l_min: float) -> shapely.Polygon | None:
-    """Return the outline of two sheets that touch or all but do, with the strips between them filled.
+    """Return the outline of two surfaces that nearly touch, with the strips between them filled.
 
-    None where they are apart, or overlap in more. Where a strip becomes wide both fronts end in one
-    corner, half way between them.
+    Return None if they are farther apart than GAP or overlap by more than OVERLAP. Where a strip becomes
+    too wide to fill, both fronts end in one corner half way between them.
     """
     apart = shapely.distance(*pair.outlines)
     if apart > GAP * l_min or not pair.common.buffer(-OVERLAP / 2 * l_min).is_empty:
@@ -127,7 +127,7 @@ def with_neck(pair: SheetPair, l_min: float) -> shapely.Polygon | None:
 
 
 def _pointed(ring: np.ndarray, both: shapely.Geometry, reach: float, straight: float) -> np.ndarray:
-    """Return a closed ring (k, 2) whose edges across the mouths of strips are corners, straight around."""
+    """Return a closed ring (k, 2) in which edges across strip mouths become corners of straight lines."""
     middle = (ring[:-1] + np.roll(ring[:-1], -1, axis=0)) / 2
     across = shapely.distance(both, shapely.points(middle)) > reach / 2
     if not across.any():
@@ -139,9 +139,9 @@ def _pointed(ring: np.ndarray, both: shapely.Geometry, reach: float, straight: f
 
 
 def heights_at_neck(pair: SheetPair, at: np.ndarray) -> np.ndarray:
-    """Return the heights (n,) at places (n, 2): the first sheet's, the second's, or between both of them.
+    """Return heights (n,) at places (n, 2): from the first surface, the second, or interpolated between.
 
-    Beside both the sheets' ends count by the distances from these.
+    At a place off both surfaces, the heights at the nearest points of both are weighted by their distances.
     """
     first, second = (pair.heights(number, at)[0] for number in range(2))
     heights = np.where(np.isnan(first), second, first)
@@ -154,18 +154,18 @@ def heights_at_neck(pair: SheetPair, at: np.ndarray) -> np.ndarray:
     return heights
 
 
-SPACING = 0.25  # of l_min: places at which the sheets are held against each other, and the new triangles
-CLOSE = 0.1  # of l_min: points of sheets so near to the other are left out where both become one
-BLEND = 3.0  # l_min: over this way from the first sheet's front on the second comes back to its own height
+SPACING = 0.25  # spacing, in l_min, of points where surfaces are compared and of the merged surface
+CLOSE = 0.1  # surfaces joined at a neck lose their points nearer than this to the other one, in l_min
+BLEND = 3.0  # length, in l_min, beyond the first surface over which the second returns to its own height
 
 
 def merged_sheets(crack: Crack, box: np.ndarray, l_min: float, reach: float) -> Crack:
-    """Return the crack with sheets that overlap at a distance of `reach` at most made one; box (2, 3).
+    """Return the crack with surfaces merged that overlap at a distance of at most `reach`; box (2, 3).
 
-    Where both are, the new sheet is the first one; beyond that the second, which comes from the first's
-    height to its own within BLEND l_min. Sheets that only touch, or all but do, are one with the strip
-    between them. Others in one surface to rounding stay as they are, and so do those that are farther than
-    `reach` from each other somewhere.
+    Where both exist, the merged surface follows the first. Beyond it, it follows the second, whose height
+    is blended with the first's over BLEND l_min. Surfaces that only touch or nearly touch are merged with
+    the strip between them. Surfaces that coincide to rounding stay as they are, as do surfaces farther
+    apart than `reach` anywhere in their overlap.
     """
     given = parts = sheets(crack)
     pairs = list(combinations(range(len(parts)), 2))
@@ -179,7 +179,7 @@ def merged_sheets(crack: Crack, box: np.ndarray, l_min: float, reach: float) -> 
 
 
 def _merged(first: Crack, second: Crack, box: np.ndarray, l_min: float, reach: float) -> Crack | None:
-    """Return two sheets as one, None where they are not to be merged."""
+    """Return two surfaces as one, or None if they are not to be merged."""
     pair = sheet_pair(first, second, reach)
     if pair is None:
         return None
@@ -203,7 +203,7 @@ def _merged(first: Crack, second: Crack, box: np.ndarray, l_min: float, reach: f
 def _joined_at_neck(
     pair: SheetPair, whole: shapely.Polygon, box: np.ndarray, l_min: float, reach: float
 ) -> Crack | None:
-    """Return two sheets that all but touch as one, None where their heights differ by more than `reach`."""
+    """Return two surfaces that nearly touch as one; None if their heights differ by more than `reach`."""
     ends = shapely.get_coordinates(shapely.shortest_line(*pair.outlines))
     low, high = (pair.heights(number, ends[[number]])[0][0] for number in range(2))
     if not abs(high - low) <= reach:
@@ -219,13 +219,16 @@ def _joined_at_neck(
 def _sheet(
     pair: SheetPair, uv: np.ndarray, heights: np.ndarray, triangles: np.ndarray, box: np.ndarray
 ) -> Crack:
-    """Return the sheet through places (n, 2) of the pair's plane, at heights (n,) over it."""
+    """Return the surface through points (n, 2) of the pair's plane at `heights` (n,) over it."""
     points = pair.plane.lifted(np.column_stack([uv, heights]))
     return crack_from_triangles(points, triangles, None, box)
 
 
 def _blended(pair: SheetPair, uv: np.ndarray, reach: float) -> np.ndarray:
-    """Return the heights (n,) of the merged sheet at places (n, 2); reach: of the first beside itself."""
+    """Return the heights (n,) of the merged surface at places (n, 2).
+
+    reach: length over which the second surface returns to its own height.
+    """
     heights, second = (pair.heights(number, uv)[0] for number in range(2))
     beside = np.flatnonzero(np.isnan(heights))
     common = pair.common

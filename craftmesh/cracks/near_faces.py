@@ -1,4 +1,4 @@
-"""Cracks so near to a face of the box that only flat tetrahedra fit in between: refused in one line."""
+"""Reject cracks so near to a box face that only flat tetrahedra fit in between."""
 
 from typing import NamedTuple
 
@@ -13,18 +13,18 @@ from craftmesh.surface.measure import meets_box
 from craftmesh.surface.rounding import SAME_PLACE
 from craftmesh.types import BOX_FACES, BOX_PLANES, Crack
 
-NEAR = 0.2  # of l_min: a part along a face, at less than FLATTEST to it, has to be this far from it
-# Degrees between a crack and a face that it meets or runs beside, at least. A tet is flat under 5 degrees,
-# and those of a wedge's second row are flatter than it is.
+NEAR = 0.2  # smallest distance, in l_min, between a face and a crack part at less than FLATTEST to it
+# Smallest angle, in degrees, between a crack and a nearby box face. A tet is flat under 5 degrees, and tets
+# in the second row of a wedge are flatter than the wedge.
 FLATTEST = 6.0
-ALONG = np.sin(np.radians(FLATTEST))  # of that angle: under it a crack lies along a face
-LEAST_AREA = 1.0  # of l_min squared, about two facets: a smaller part near a face is a place, not a run
-# Of l_min: fronts, kinks and mouths nearer than this to a face leave a ligament of flat tets.
+ALONG = np.sin(np.radians(FLATTEST))  # sine of that angle; below it a crack lies along a face
+LEAST_AREA = 1.0  # smallest area along a face that is rejected, in l_min squared: about two facets
+# Smallest distance, in l_min, of fronts, kinks and mouths from a face; nearer ones leave flat tets.
 LIGAMENT = 0.1
-LENGTH = 8.0  # of l_min, over which they do: a circle of up to 80 l_min that touches a face does for less
+LENGTH = 8.0  # shortest such line that is rejected, in l_min; circles of radius 80 l_min touch for less
 
 
-Face = tuple[int, int]  # of the box: the axis across it, and 1 for the upper one
+Face = tuple[int, int]  # a box face: the axis perpendicular to it, and 0 for the lower, 1 for the upper one
 
 
 class AlongFace(NamedTuple):
@@ -38,9 +38,9 @@ class AlongFace(NamedTuple):
 
 
 def refuse_near_faces(crack: Crack, box: np.ndarray, l_min: float, lines_too: bool = True) -> None:
-    """Raise CraftmeshError where a crack runs along a face of the box (2, 3), or cuts off a sliver of it.
+    """Raise CraftmeshError if a crack runs along a face of the box (2, 3), or cuts only a sliver off it.
 
-    l_min in model units. lines_too: also where only its front, a kink or a mouth on another face does.
+    l_min in model units. lines_too: also reject fronts, kinks and mouths that run close to a face.
     """
     box = np.asarray(box, float)
     found = along_faces(crack, box, l_min)
@@ -50,9 +50,9 @@ def refuse_near_faces(crack: Crack, box: np.ndarray, l_min: float, lines_too: bo
     corners = crack.points[crack.triangles]
     if (inner[0] < inner[1]).all() and is_in(corners, box) and not is_in(corners, inner):
         raise CraftmeshError(
-            f"the crack cuts only a sliver off the box: all of it in there, an area of "
-            f"{area_within(crack, box):.3g}, lies nearer than 0.2 l_min to a face, which is "
-            f"{NEAR * l_min:.3g}; expected one that reaches deeper: move it inward or give a shorter l_min"
+            f"the crack cuts only a sliver off the box: its whole area in the box, "
+            f"{area_within(crack, box):.3g}, lies nearer than 0.2 l_min ({NEAR * l_min:.3g}) to the faces; "
+            "move it inward or give a shorter l_min"
         )
     if lines_too:
         _refuse_lines(crack, box, l_min)
@@ -60,13 +60,11 @@ def refuse_near_faces(crack: Crack, box: np.ndarray, l_min: float, lines_too: bo
 
 def _refuse_part(part: AlongFace, l_min: float) -> None:
     if part.least <= SAME_PLACE * l_min:
-        wish = (
-            f"a crack that meets a face at {FLATTEST:g} degrees or more: turn it, or move it into the box"
-        )
+        wish = f"an angle of {FLATTEST:g} degrees or more where it meets a face: turn it, or move it inward"
     else:
         lack = NEAR * l_min - part.least
         wish = (
-            f"0.2 l_min, which is {NEAR * l_min:.3g}: move it inward by {lack:.3g} or give a shorter l_min"
+            f"at least 0.2 l_min ({NEAR * l_min:.3g}): move it inward by {lack:.3g} or give a shorter l_min"
         )
     raise CraftmeshError(
         f"the crack lies {part.least:.3g} to {part.most:.3g} from the box face {part.face}, at "
@@ -75,10 +73,10 @@ def _refuse_part(part: AlongFace, l_min: float) -> None:
 
 
 def along_faces(crack: Crack, box: np.ndarray, l_min: float) -> list[AlongFace]:
-    """Return the parts of the crack within the box (2, 3) that run along a face nearer than NEAR l_min.
+    """Return the crack's parts in the box (2, 3) nearer than NEAR l_min to a face, at less than FLATTEST.
 
-    They are at less than FLATTEST to it. Tilt, distance and area are those of the crack's triangles, cut
-    off at the box: a curved crack is measured place by place.
+    Tilt, distance and area are measured on the crack's triangles, cut off at the box, so a curved crack is
+    measured locally.
     """
     corners = crack.points[crack.triangles]
     found = []
@@ -98,7 +96,7 @@ def along_faces(crack: Crack, box: np.ndarray, l_min: float) -> list[AlongFace]:
 
 
 def _refuse_lines(crack: Crack, box: np.ndarray, l_min: float) -> None:
-    """Raise CraftmeshError where a front, a kink or a mouth leaves too thin a ligament to a face."""
+    """Raise CraftmeshError if a front, a kink or a mouth leaves too thin a ligament to a face."""
     corners = crack.points[crack.triangles]
     lines = {"front": crack.points[crack.front_edges], "kink": kink_edges(crack)}
     mouths = {face: cuts(corners, box, face) for face in BOX_FACES}
@@ -114,14 +112,14 @@ def _refuse_lines(crack: Crack, box: np.ndarray, l_min: float) -> None:
                 away = np.abs(ends[share > 0, :, axis] - box[upper, axis]).min()
                 raise CraftmeshError(
                     f"the crack's {name} runs {away:.3g} from the box face {BOX_PLANES[2 * axis + upper]} "
-                    f"over a length of {along:.3g}, which leaves a ligament too thin to mesh; expected 0.1 "
-                    f"l_min, which is {LIGAMENT * l_min:.3g}: move it inward by "
-                    f"{max(LIGAMENT * l_min - away, 0):.3g}, or onto the face or past it"
+                    f"over a length of {along:.3g}, which leaves a ligament too thin to mesh; expected at "
+                    f"least 0.1 l_min ({LIGAMENT * l_min:.3g}): move it inward by "
+                    f"{max(LIGAMENT * l_min - away, 0):.3g}, or onto or past the face"
                 )
 
 
 def _shares(ends: np.ndarray, slab: np.ndarray) -> np.ndarray:
-    """Return which share of each segment (k, 2, 3) lies in a box (2, 3)."""
+    """Return the fraction (k,) of each segment (k, 2, 3) that lies in a box (2, 3)."""
     start, way = ends[:, 0], ends[:, 1] - ends[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         at = (slab[:, None] - start) / way
@@ -134,7 +132,7 @@ def _shares(ends: np.ndarray, slab: np.ndarray) -> np.ndarray:
 
 
 def kink_edges(crack: Crack) -> np.ndarray:
-    """Return the edges (k, 2, 3) at which a crack has kinks (`height_parts`), none of a rough sheet."""
+    """Return the edges (k, 2, 3) of a crack's kinks (`height_parts`); a rough surface counts as without."""
     found = [np.zeros((0, 2, 3))]
     for sheet in sheets(crack):
         part, edges, _ = kinks_of(sheet.points, sheet.triangles)
@@ -144,7 +142,7 @@ def kink_edges(crack: Crack) -> np.ndarray:
 
 
 def cuts(corners: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
-    """Return the segments (k, 2, 3) in which triangles (n, 3, 3) cut a face of the box: its mouth there."""
+    """Return segments (k, 2, 3) in which triangles (n, 3, 3) cut a box face: the crack's mouth there."""
     places = in_plane(corners, np.roll(corners, -1, axis=1), box, face)
     ends = np.stack([places, np.roll(places, -1, axis=1)], axis=2)
     length = np.nan_to_num(np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2), nan=-1.0)
@@ -154,7 +152,7 @@ def cuts(corners: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
 
 
 def in_plane(a: np.ndarray, b: np.ndarray, box: np.ndarray, face: Face) -> np.ndarray:
-    """Return the points (..., 3) at which edges from a to b (..., 3) cross the plane of a face of the box.
+    """Return points (..., 3) at which edges from a to b (..., 3) cross the plane of a box face.
 
     Edges that do not cross the plane have NaN.
     """

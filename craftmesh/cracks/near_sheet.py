@@ -1,4 +1,4 @@
-"""The places of a sheet nearest to others, whatever its shape: no plane and no parameters are asked for."""
+"""Nearest points, normals and offsets of a crack surface of any shape; no plane or parameters needed."""
 
 from typing import NamedTuple
 
@@ -12,12 +12,13 @@ from craftmesh.types import Crack
 
 
 class Near(NamedTuple):
-    """What a sheet is to places (n, 3).
+    """The relation of a surface to points, called places (n, 3).
 
-    foot (n, 3): its nearest point; normal (n, 3): the unit normal there, of an edge or a corner the mean of
-    those around it, by angle (Baerentzen & Aanaes 2005), so that its side is the sheet's. psi (n,): offset
-    from the sheet, or from its continuation along its own slope past its boundary. phi (n,): distance
-    inside the fronts, < 0 past the sheet's boundary; a mouth in the box's planes is none.
+    foot (n, 3): nearest point of the surface. normal (n, 3): unit normal there; at an edge or corner the
+    mean of the adjoining normals, by angle (Baerentzen & Aanaes 2005), so that its sign gives the side. psi
+    (n,): signed distance from the surface, or beyond its boundary from its straight continuation. phi (n,):
+    distance of the foot from the fronts, negative beyond the boundary; a mouth in box planes does not count
+    as boundary.
     """
 
     foot: np.ndarray
@@ -27,7 +28,7 @@ class Near(NamedTuple):
 
 
 class NearSheet:
-    """A sheet that is looked at from places near it in a box (2, 3)."""
+    """A crack surface in a box (2, 3), prepared for queries from nearby points."""
 
     def __init__(self, sheet: Crack, box: np.ndarray) -> None:
         self.points = np.array(sheet.points, float, order="C")
@@ -46,18 +47,18 @@ class NearSheet:
             np.add.at(self.of_point, self.triangles[:, k], angle[:, k, None] * self.of_facet)
 
     def _on_box(self, edges: np.ndarray, box: np.ndarray) -> np.ndarray:
-        """Tell which edges (e, 2) lie in a plane of the box: there the crack goes on, out of it."""
+        """Return a mask (e,) of edges (e, 2) in a box plane, where the crack continues out of the box."""
         near = ON_PLANE * np.linalg.norm(box[1] - box[0])
         planes = np.concatenate([np.abs(self.points - corner) <= near for corner in box], axis=1)
         on_box: np.ndarray = planes[edges].all(axis=1).any(axis=1)
         return on_box
 
     def look(self, places: np.ndarray) -> Near:
-        """Return what the sheet is to places (n, 3), at least one."""
+        """Return nearest points, normals and offsets of the surface for places (n, 3), n >= 1."""
         places = np.ascontiguousarray(places)
         facet = nearest_facet(places, self.points, self.triangles)[0]
         foot, weight = feet_in_triangles(places, self.points[self.triangles[facet]])
-        gone = weight < SAME_PLACE  # there the foot is on an edge or a corner
+        gone = weight < SAME_PLACE  # one such corner weight: the foot is on an edge; two: at a corner
         number = gone.sum(axis=1)
         normal, past = self.of_facet[facet].copy(), np.zeros(len(places), bool)
         rows = np.flatnonzero(number == 1)
@@ -73,14 +74,14 @@ class NearSheet:
         return Near(foot, normal, psi, np.where(past, -along, inside))
 
     def nearest_on_front(self, places: np.ndarray) -> np.ndarray:
-        """Return the points (n, 3) of the fronts nearest to places (n, 3); infinity where there is none."""
+        """Return the front points (n, 3) nearest to places (n, 3); inf if there is no front."""
         if not len(self.fronts):
             return np.full(places.shape, np.inf)
         return nearest_on_edges(np.ascontiguousarray(places), self.points, self.fronts)
 
 
 def weights_in_triangles(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Return the weights (n, 3) of triangles' corners (n, 3, d) at places (n, d), over their planes."""
+    """Return barycentric coordinates (n, 3) of places (n, d) in triangles with corners (n, 3, d)."""
     u, v, w = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], places - corners[:, 0]
     uu, uv, vv, wu, wv = (np.einsum("ij,ij->i", x, y) for x, y in ((u, u), (u, v), (v, v), (w, u), (w, v)))
     area = np.maximum(uu * vv - uv**2, 1e-300)

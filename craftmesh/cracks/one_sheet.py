@@ -1,4 +1,4 @@
-"""One sheet out of given triangles: slivers gone, all turned alike, only the part near the box."""
+"""Clean a given triangulated surface: remove slivers, orient it, and keep its part near the box."""
 
 import numpy as np
 
@@ -8,37 +8,37 @@ from craftmesh.surface.connectivity import compact, edge_sides, facet_edges, joi
 from craftmesh.surface.measure import area_vectors, meets_box
 from craftmesh.surface.rounding import ROUNDING, SAME_PLACE
 
-# Of its longest edge: the height below which a triangle has no normal of its own (float32 files).
+# Height of a triangle, in longest edges, below which its normal is not reliable (float32 files).
 SLIVER = 1e-4
-ROUNDS = 20  # of flips at slivers; chosen by hand, far more than a row of points should need
-# Distance of a surface's two sides, in its smaller width, under which it is a thin shell. Measured:
+ROUNDS = 20  # most passes of sliver removal; chosen by hand, more than a row of points should need
+# Distance between a surface's two sides, in its smaller widths, below which it is a thin shell. Measured:
 # 0.37 in ten voxels by three, 0.53 in an ellipsoid 2.5 times as wide as thick, 1.2 in a cube.
 THIN = 0.4
-# Lines across a surface that tell a thin shell by what most of them meet: a share of 0.5 is then known to
+# Number of lines through a surface that test for a thin shell; a fraction of 0.5 of them is then known to
 # within 0.04.
 LINES = 200
-REACH = 0.25  # of the box's diagonal: triangles farther from the box than this may be left out
+REACH = 0.25  # triangles farther than this from the box, in its diagonals, may be dropped
 
 
 def clean_triangles(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Merge coincident points, drop degenerate triangles and unused points, turn all alike.
+    """Merge coincident points, drop degenerate triangles and unused points, orient triangles consistently.
 
-    Raises CraftmeshError for arrays that are none of points (n, 3) and ids (m, 3), and for no triangles.
+    Raise CraftmeshError if points (n, 3) or ids (m, 3) are invalid, or if there are no triangles.
     """
     points = as_array("the crack's points", points, float, (None, 3))
     triangles = as_array("the crack's triangles", triangles, np.int64, (None, 3))
     check_indices("the crack's triangles", triangles, len(points))
     if not len(triangles):
-        raise CraftmeshError("the crack surface has no triangles; expected a triangulated sheet")
+        raise CraftmeshError("the crack surface has no triangles; give a triangulated surface")
     points, triangles = merged_points(points, triangles)
     refuse_shared_edges(triangles)
     return points, turned_alike(points, triangles)
 
 
 def merged_points(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and triangles (m, 3) without coincident and unused points and degenerate triangles.
+    """Return points and triangles (m, 3) without coincident or unused points and degenerate triangles.
 
-    Raises CraftmeshError where no triangle is left.
+    Raise CraftmeshError if no triangle is left.
     """
     step = max(np.ptp(points, axis=0).max(), 1e-300) * ROUNDING
     _, first, inverse = np.unique(np.round(points / step), axis=0, return_index=True, return_inverse=True)
@@ -46,34 +46,34 @@ def merged_points(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray
     distinct = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     if not distinct.any():
         raise CraftmeshError(
-            "the crack surface has no triangle of three points; expected a triangulated sheet"
+            "the crack surface has no triangle of three distinct points; give a triangulated surface"
         )
     points, triangles, _ = compact(points, triangles[distinct])
     return points, triangles
 
 
 def refuse_shared_edges(triangles: np.ndarray) -> None:
-    """Raise CraftmeshError where more than two triangles share an edge."""
+    """Raise CraftmeshError if more than two triangles share an edge."""
     edges, _, count = unique_edges(triangles)
     if (count > 2).any():
         a, b = edges[np.flatnonzero(count > 2)[0]]
         raise CraftmeshError(
             f"the crack surface is not a manifold: {count.max()} triangles share the edge {a}-{b}; "
-            "expected at most 2, give one sheet"
+            "expected at most 2: give one surface without branches"
         )
 
 
 def turned_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return the triangles (m, 3) turned alike across their edges, each piece as most of its area was.
+    """Return triangles (m, 3) oriented consistently; each piece keeps the orientation of most of its area.
 
-    Raises CraftmeshError where that cannot be, as on a Moebius strip.
+    Raise CraftmeshError if that is impossible, as on a Moebius strip.
     """
     count = len(triangles)
     f, g = _neighbours(triangles)
     directed = facet_edges(triangles)
-    against = directed[f, 0] != directed[g, 0]  # turned alike, two triangles run against each other here
+    against = directed[f, 0] != directed[g, 0]  # True if both triangles are oriented consistently
     f, g = f // 3, g // 3
-    # triangle t as it is and t + count turned over; what has to go together is joined
+    # Node t is triangle t as it is, node t + count is t reversed; nodes that imply each other are joined.
     ends = np.concatenate([f, f + count]), np.concatenate([g, g + count])
     other = np.where(against, g + count, g), np.where(against, g, g + count)
     ends = ends[0], np.concatenate([other[1], other[0]])
@@ -82,24 +82,24 @@ def turned_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     if len(one_sided):
         place = told(points[triangles[one_sided[0]]].mean(axis=0))
         raise CraftmeshError(
-            f"the crack surface near {place} has one side only, as a Moebius strip has; expected a sheet "
+            f"the crack surface near {place} has only one side, as a Moebius strip has; give a surface "
             "with two sides"
         )
     area = np.linalg.norm(area_vectors(points, triangles), axis=1)
     total = np.bincount(piece, np.concatenate([area, np.zeros(count)]), piece.max() + 1)
     other = total[piece[count:]]
     even = np.isclose(other, total[piece[:count]], rtol=SAME_PLACE, atol=0)
-    # one way for all of a piece where its area does not tell: that of its first triangle
+    # If both orientations have the same area, the piece's first triangle decides.
     turned = np.where(even, piece[count:] < piece[:count], other > total[piece[:count]])
     return np.where(turned[:, None], triangles[:, ::-1], triangles)
 
 
 def sides_apart(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> float | None:
-    """Return the median distance between the two sides of a thin shell; None for other surfaces.
+    """Return the median distance between the two sides of a thin shell; None for any other surface.
 
-    points (n, 3) without coincident ones; triangles (m, 3), turned in any way. In a thin shell most lines
-    meet the next side near. It is closed, or open past faces of the box (2, 3) or beside them: a sheet that
-    folds back on itself has its rim within.
+    points (n, 3), all distinct; triangles (m, 3), any orientation. A thin shell is a surface where most
+    lines across it meet the other side close by. It is closed, or open only outside or next to faces of the
+    box (2, 3): a single surface that folds back on itself has its boundary inside the box.
     """
     apart = lines_across(points, triangles, LINES)[1]
     if len(apart) <= LINES / 2:
@@ -111,10 +111,10 @@ def sides_apart(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> f
 
 
 def lines_across(points: np.ndarray, triangles: np.ndarray, lines: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the middles (k, 3) and lengths (k,) of lines across triangles that meet the next side near.
+    """Return middles (k, 3) and lengths (k,) of normal lines that meet the other side of a surface nearby.
 
-    Lines stand on the middles of triangles (m, 3), spread evenly over the area. Near is within THIN of the
-    smaller width of the sheet that the middles form, which is none in balls and tubes.
+    The `lines` lines start at centres of triangles (m, 3), spread evenly over the area. Nearby means within
+    THIN of the smaller width of the set of middles, which is small in balls and tubes.
     """
     corner, vectors = points[triangles], area_vectors(points, triangles)
     area, middle = np.linalg.norm(vectors, axis=1), corner.mean(axis=1)
@@ -124,7 +124,7 @@ def lines_across(points: np.ndarray, triangles: np.ndarray, lines: int) -> tuple
     found = []
     for own in chosen.tolist():
         way, off = vectors[own] / area[own], middle - middle[own]
-        # triangles about which the line passes within their reach
+        # triangles whose bounding sphere the line passes through
         some = np.flatnonzero((off**2).sum(axis=1) - (off @ way) ** 2 <= reach**2)
         lean = vectors[some] @ way
         some, lean = (part[(some != own) & (lean != 0)] for part in (some, lean))
@@ -139,15 +139,15 @@ def lines_across(points: np.ndarray, triangles: np.ndarray, lines: int) -> tuple
     if len(rows) < 3:
         return np.zeros((0, 3)), np.zeros(0)
     spread = np.linalg.svd(rows[:, :3] - rows[:, :3].mean(axis=0), compute_uv=False)
-    near = rows[rows[:, 3] < THIN * 4 * spread[1] / np.sqrt(len(rows))]  # of a disc 4 of them are its width
+    near = rows[rows[:, 3] < THIN * 4 * spread[1] / np.sqrt(len(rows))]  # a disc is 4 deviations wide
     return near[:, :3], near[:, 3]
 
 
 def lip_a_ahead(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return triangles (m, 3), turned alike, with lip A ahead of their normals (right-hand rule).
+    """Return consistently oriented triangles (m, 3) with lip A on the side that their normals point to.
 
-    That of a sheet is on the side of the axis nearest to its mean normal, of equally near ones z before y
-    before x: on top of a level crack. A sheet without a mean normal, as a closed one, has it outside.
+    In each surface the mean normal's largest component becomes positive; of equal ones z, then y, decides,
+    so lip A of a level crack is on top. Without a mean normal, as on a closed surface, lip A is outside.
     """
     f, g = (rows // 3 for rows in _neighbours(triangles))
     sheet = joined(len(triangles), f, g)
@@ -164,15 +164,15 @@ def lip_a_ahead(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _neighbours(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return pairs of corners' edges (3 * triangle + side) that are one edge of two triangles."""
+    """Return two arrays of directed edges (3 * triangle + side): both sides of edges with two triangles."""
     _, of_corner, count = unique_edges(triangles)
     return edge_sides(of_corner, count == 2)
 
 
 def without_slivers(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return the triangles without caps of no height: their long edge is flipped, or they leave the rim.
+    """Return triangles without flat caps: inner ones are flipped at their long edge, outer ones dropped.
 
-    Those with the least height go first; a cap whose neighbour has changed waits for the next round.
+    The flattest caps go first; a cap whose neighbour has changed waits for the next pass.
     """
     for _ in range(ROUNDS):
         height, side = _heights(points, triangles)
@@ -202,9 +202,9 @@ def without_slivers(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _heights(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the height (m,) of caps over their longest edge as a share of it, and which edge that is (m,).
+    """Return heights (m,) over the longest edge, in longest edges, and the number (m,) of that edge.
 
-    A triangle with one short edge, a needle, is no cap: its height counts as infinite.
+    The height of a needle, a triangle with one short edge, is set to inf, because it is not a cap.
     """
     corner = points[triangles]
     length = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2)
@@ -215,11 +215,11 @@ def _heights(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def near_box(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return the rows of triangles (m, 3) within REACH of the box (2, 3); their boundary is plain loops."""
+    """Return ids of triangles (m, 3) within REACH of the box (2, 3); their boundary forms simple loops."""
     margin = REACH * np.linalg.norm(box[1] - box[0])
     near = meets_box(points[triangles], box + np.array([[-margin], [margin]]))
     while near.any():
-        # points at which more than one stretch of the boundary passes
+        # points through which the boundary passes more than once
         edges, _, number = unique_edges(triangles[near])
         pinched = np.bincount(edges[number == 1].ravel(), minlength=len(points)) > 2
         more = pinched[triangles].any(axis=1) & ~near

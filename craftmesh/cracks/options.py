@@ -1,4 +1,4 @@
-"""Options of the crack: its shape, its growth, and the files of a given surface."""
+"""Options of the crack: its shape, its growth, and the files that describe it."""
 
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -20,7 +20,7 @@ BY_FILES = {
 IN_BOUNDARIES = "boundaries"
 SHAPES = (*BY_NUMBERS, *BY_FILES, IN_BOUNDARIES)
 _PLANE, _SERIES = ("centre", "normal", "axis"), ("growth", "increments")
-# the keys that each shape takes; the others would be left out in silence
+# Keys that each shape uses; any other key is rejected, because it would have no effect.
 TAKEN = {
     "penny": (*_PLANE, "radius", *_SERIES),
     "ellipse": (*_PLANE, "semi_axes", *_SERIES),
@@ -36,15 +36,15 @@ TAKEN = {
 
 @dataclass(frozen=True)
 class CrackOptions(Options):
-    """A crack whose shape and growth are prescribed; lengths in model units.
+    """A crack with prescribed shape and growth; lengths in model units.
 
-    Semi- and quarter-elliptical cracks are ellipses whose centre lies on a face, edge or corner of the
-    box; what lies outside the box is cut off.
+    Semi- and quarter-elliptical cracks are ellipses whose centre lies on a face, edge or corner of the box.
+    The part of the ellipse outside the box is cut off.
     """
 
     shape: str = option("penny", "kind of crack", choices=SHAPES)
     centre: tuple[float, float, float] | None = option(
-        None, "centre of the ellipse; for through_edge a point of the mouth", "model units"
+        None, "centre of the ellipse; for through_edge a point on the crack mouth", "model units"
     )
     normal: tuple[float, float, float] = option((0.0, 0.0, 1.0), "normal of the crack plane")
     axis: tuple[float, float, float] = option(
@@ -58,46 +58,46 @@ class CrackOptions(Options):
     )
     file: str | None = option(
         None,
-        "shape surface: triangles (.vtp, .stl, ...); points: a cloud; fronts, path: csv; voxels: labels",
+        "input file: triangles (shape surface), cloud (points), CSV (fronts, path), or labels (voxels)",
     )
     front: str | None = option(
-        None, "csv of the front's points in order; surface without one: the boundary within the box"
+        None, "CSV file of the front's points in order; surface, if none: all its boundary within the box"
     )
-    label: int | None = option(None, "shape voxels: label of the crack in the file; none: any but 0")
+    label: int | None = option(None, "shape voxels: label of the crack in the file; if none: all except 0")
     spacing: float | None = option(
         None,
-        "edges of a surface that is fitted to points, fronts or voxels; none: as fine as these are",
+        "edge length of the surface fitted to points, fronts or voxels; if none: from their spacing",
         "model units",
         above=0,
     )
     inside: tuple[float, float, float] | None = option(
         None,
-        "shape fronts: a point on the cracked side of an open first front; none: the smaller side",
+        "shape fronts: a point on the cracked side of an open first front; if none: the smaller side",
         "model units",
     )
-    scale: float = option(1.0, "shape path: model units to one of its file", above=0)
-    start: float = option(0.0, "shape path: x in its file of the place that lies at centre")
+    scale: float = option(1.0, "shape path: model units per unit of its file", above=0)
+    start: float = option(0.0, "shape path: x, in its file, of the path's point that lies at centre")
     slant: float = option(
         0.0,
-        "shape path: angle about the axis between the crack's lines and the square to axis and normal",
+        "shape path: angle about the axis from the direction normal x axis to the straight front",
         "degrees",
         at_least=-80,
         at_most=80,
     )
     boundaries: tuple[str, ...] | None = option(
         None,
-        "shape boundaries: pairs of grains, such as 3-7, whose boundaries crack; with a radius those "
-        "within it of centre",
+        "shape boundaries: pairs of grains whose common boundaries crack, such as 3-7; with a radius, "
+        "only within that distance of centre",
     )
     growth: float = option(
-        0.0, "added to radius, semi-axes or depth at each increment", "model units", at_least=0
+        0.0, "length added to radius, semi-axes or depth per increment", "model units", at_least=0
     )
     increments: tuple[float | str | tuple[float, float], ...] | None = option(
-        None, "(a, b), radius or file of each increment, instead of growth", above=0
+        None, "size (a, b), radius or file of each increment; replaces growth", above=0
     )
 
     def __post_init__(self) -> None:
-        """Raise CraftmeshError for values out of bounds, and for a key that the shape does not take."""
+        """Raise CraftmeshError if a value is out of bounds or the shape does not use a given key."""
         super().__post_init__()
         taken = TAKEN[self.shape]
         for item in fields(self):
@@ -105,16 +105,16 @@ class CrackOptions(Options):
             is_default = value is None or np.array_equal(value, item.default)  # type: ignore[arg-type]
             if item.name not in ("shape", *taken) and not is_default:
                 raise CraftmeshError(
-                    f"{item.name} is {value!r}, which shape {self.shape} does not take; it takes "
+                    f"{item.name} is {value!r}, but shape {self.shape} has no such parameter; it has "
                     f"{', '.join(taken)}"
                 )
 
 
 def crack_files(options: CrackOptions, increment: int) -> dict[str, str]:
-    """Return the files that the options name for the crack of `increment`, by the option that names each.
+    """Return the files that the crack of `increment` is read from, by the option that names each file.
 
-    A crack of fronts needs those of the increments before too. Raises CraftmeshError where crack.increments
-    holds too few.
+    For shape fronts these include the files of all earlier increments. Raise CraftmeshError if
+    crack.increments has no entry for `increment`.
     """
     named: dict[str, Any]
     if options.increments and options.shape == "fronts":
@@ -127,7 +127,7 @@ def crack_files(options: CrackOptions, increment: int) -> dict[str, str]:
 
 
 def given_file(options: CrackOptions, increment: int) -> Path:
-    """Return the file of `increment` for a shape that comes from files; raises CraftmeshError for none."""
+    """Return the file of `increment` for a shape read from files; raise CraftmeshError if none is given."""
     given = of_series(options.increments, increment) if options.increments else options.file
     if not isinstance(given, str) or not given:
         raise CraftmeshError(
@@ -137,7 +137,9 @@ def given_file(options: CrackOptions, increment: int) -> Path:
 
 
 def of_series(series: tuple, increment: int) -> Any:
-    """Return the size or file that crack.increments holds for `increment`."""
+    """Return the size or file in crack.increments for `increment`; raise CraftmeshError if missing."""
     if not 0 <= increment < len(series):
-        raise CraftmeshError(f"increment is {increment}; crack.increments holds {len(series)}: add one")
+        raise CraftmeshError(
+            f"crack.increments has {len(series)} entries, none for increment {increment}; add it"
+        )
     return series[increment]

@@ -1,4 +1,4 @@
-"""Curves through points, by arc length: places on them and feet of places near them."""
+"""Polylines by arc length: points on them, and nearest points to given places."""
 
 from typing import NamedTuple
 
@@ -6,14 +6,14 @@ import numpy as np
 
 from craftmesh.surface.measure import along_segments
 
-# Products of places and segments, or lattice points, held at once: about 100 MB.
+# Most pairs of places and segments, or lattice points, processed at once: about 100 MB.
 AT_ONCE = 2_000_000
 
 
 class Polyline(NamedTuple):
-    """A polyline with points (k, d), arc lengths (k,) to them, and whether it is closed.
+    """A polyline: points (k, d), their arc lengths (k,), and whether it is closed.
 
-    A closed one ends with its first point.
+    The last point of a closed polyline repeats its first.
     """
 
     points: np.ndarray
@@ -25,20 +25,20 @@ class Polyline(NamedTuple):
         return float(self.arc[-1])
 
     def at(self, arc: np.ndarray) -> np.ndarray:
-        """Return the points (n, d) at arc lengths (n,), counted round and round where it is closed."""
+        """Return points (n, d) at arc lengths (n,), which wrap around on a closed polyline."""
         if self.closed:
             arc = np.mod(arc, self.length)
         return np.stack([np.interp(arc, self.arc, column) for column in self.points.T], axis=1)
 
     def tangents(self) -> np.ndarray:
-        """Return the unit directions (k, 3) at the points, between their neighbours."""
+        """Return unit tangents (k, 3): directions from each point's predecessor to its successor."""
         ahead = np.concatenate([self.points[1:], self.points[1:2] if self.closed else self.points[-1:]])
         behind = np.concatenate([self.points[-2:-1] if self.closed else self.points[:1], self.points[:-1]])
         return (ahead - behind) / np.linalg.norm(ahead - behind, axis=1, keepdims=True)
 
 
 def polyline(points: np.ndarray) -> Polyline:
-    """Return the polyline through points (k, d) in order; repeated ones are left out."""
+    """Return the polyline through points (k, d) in order, without consecutive duplicates."""
     span = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.append(True, span > 0)]
     arc = np.append(0.0, np.cumsum(span[span > 0]))
@@ -46,7 +46,7 @@ def polyline(points: np.ndarray) -> Polyline:
 
 
 def feet(line: Polyline, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return arc length (n,) and distance (n,) of the nearest point of `line` to each of places (n, 3)."""
+    """Return arc lengths (n,) and distances (n,) of the points of `line` nearest to places (n, 3)."""
     start, step = line.points[:-1], np.diff(line.points, axis=0)
     length = np.diff(line.arc)
     arcs, distances = np.empty(len(places)), np.empty(len(places))

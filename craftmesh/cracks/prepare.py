@@ -1,4 +1,4 @@
-"""Preparation of given cracks for the mesh: refused along a face, sheets apart, crossing, or one."""
+"""Preparation before meshing: merge overlapping surfaces, end grazing fronts, reject unmeshable cracks."""
 
 from collections.abc import Collection, Sequence
 from itertools import combinations
@@ -23,10 +23,11 @@ from craftmesh.types import Crack
 
 
 def refuse_along_sheets(crack: Crack, box: np.ndarray, l_min: float) -> None:
-    """Raise CraftmeshError where two sheets run along each other in the box (2, 3); l_min in model units.
+    """Raise CraftmeshError if two surfaces run along each other in the box (2, 3); l_min in model units.
 
-    Parts nearer than NEAR l_min to each other count where their angle is under FLATTEST, as between those
-    tetrahedra are flat. Sheets in one surface to rounding become one, and are not refused.
+    They do if they are nearer than NEAR l_min at an angle below FLATTEST over more than LEAST_AREA, where
+    only flat tetrahedra fit in between. Surfaces nearer than SAME_PLACE l_min are one surface and are
+    accepted.
     """
     parts = sheets(crack)
     for low, high in combinations(range(len(parts)), 2):
@@ -36,7 +37,7 @@ def refuse_along_sheets(crack: Crack, box: np.ndarray, l_min: float) -> None:
 
 
 def _refuse(pair: SheetPair, numbers: tuple[int, int], box: np.ndarray, l_min: float) -> None:
-    """Raise CraftmeshError where the two sheets of a pair run along each other."""
+    """Raise CraftmeshError if the two surfaces of a pair, with these numbers, run along each other."""
     at = places_in(pair.common, SPACING * l_min)
     (first, triangle), (second, other) = (pair.heights(k, at) for k in range(2))
     places = pair.plane.lifted(np.column_stack([at, first]))
@@ -53,9 +54,9 @@ def _refuse(pair: SheetPair, numbers: tuple[int, int], box: np.ndarray, l_min: f
         place = told(places[counted][way.argmin()])
         raise CraftmeshError(
             f"cracks {numbers[0]} and {numbers[1]} run {way.min():.3g} to {way.max():.3g} from each other "
-            f"near {place}, at {np.mean(tilt[counted]):.3g} degrees, over an area of {area:.3g}; expected "
-            f"cracks in one surface, 0.2 l_min apart, which is {NEAR * l_min:.3g}, or at {FLATTEST:g} "
-            "degrees or more where they cross: move or turn one of them"
+            f"near {place}, at {np.mean(tilt[counted]):.3g} degrees, over an area of {area:.3g}; move one "
+            f"until they are 0.2 l_min ({NEAR * l_min:.3g}) apart or form one surface, or turn one until "
+            f"they cross at {FLATTEST:g} degrees or more"
         )
 
 
@@ -66,12 +67,13 @@ def prepare_crack(
     of_facets: Collection[int] = (),
     is_guess: bool = False,
 ) -> Crack:
-    """Return the cracks as one that `insert_crack` can mesh in the box (2, 3) at front edges of l_min.
+    """Return the cracks as one that `insert_crack` can mesh in the box (2, 3) with front edges of l_min.
 
-    Fronts that graze a face of the box end there; sheets that overlap within PREPARATION.facets, or touch,
-    become one. of_facets: numbers of the cracks made of a surface's facets, which stay as they are.
-    is_guess: l_min is a guess; fronts near a face are then left to the insertion. Raises CraftmeshError
-    for sheets along a face of the box or along each other, between which there is no room for tetrahedra.
+    Fronts that graze a box face are made to end on it. Surfaces that touch, or overlap within
+    PREPARATION.facets, are merged. of_facets: indices of cracks that consist of facets of the body's
+    surface; these keep their fronts. is_guess: l_min is a guess; fronts, kinks and mouths near a face are
+    then accepted. Raise CraftmeshError if a surface runs so close along a box face or another one that only
+    flat tets fit.
     """
     parts = []
     for number, crack in enumerate(cracks):

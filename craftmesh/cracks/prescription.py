@@ -1,4 +1,4 @@
-"""What the options of a crack prescribe before any box is known: its plane, sizes and pairs of grains."""
+"""The parts of a crack that its options fix without a box or a file: plane, sizes, and pairs of grains."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ _SIZES = ("a radius or depth > 0", "semi_axes a, b > 0")
 
 
 def check_crack(options: CrackOptions, increment: int) -> None:
-    """Raise CraftmeshError, naming the key, for options of which no box and no file could make a crack."""
+    """Raise CraftmeshError, naming the key, if no box and no file could make a crack of these options."""
     if options.shape in BY_FILES:
         given_file(options, increment)
     if options.shape == "points" and not options.front:
@@ -33,21 +33,21 @@ def check_crack(options: CrackOptions, increment: int) -> None:
 
 
 def is_sized(options: CrackOptions) -> bool:
-    """Return whether a crack has a size: one along boundaries without a radius goes as far as they do."""
+    """Return whether the options give the crack a size; shape boundaries has one only with a radius."""
     if options.shape == IN_BOUNDARIES:
         return options.radius is not None or bool(options.increments)
     return options.shape in (*BY_NUMBERS, "path")
 
 
 def changing(options: CrackOptions, increment: int) -> tuple:
-    """Return what an increment changes of a crack: its semi-axes, or its file."""
+    """Return the values that change with the increment: the semi-axes, the file, or nothing."""
     if is_sized(options):
         return semi_axes(options, increment)
     return (given_file(options, increment),) if options.shape in BY_FILES else ()
 
 
 def semi_axes(options: CrackOptions, increment: int) -> tuple[float, float]:
-    """Return the semi-axes (a, b) of an increment; a penny has a = b, a through crack the depth a."""
+    """Return the semi-axes (a, b) of an increment; a = b for penny (radius) and through crack (depth)."""
     key = "semi_axes" if options.shape == "ellipse" else "radius"
     if options.increments:
         key, sizes, grown = f"increments[{increment}]", of_series(options.increments, increment), 0
@@ -66,22 +66,23 @@ def semi_axes(options: CrackOptions, increment: int) -> tuple[float, float]:
 
 
 def frame_of(options: CrackOptions, sizes: tuple[float, float]) -> np.ndarray:
-    """Return the rows axis, across, normal (3, 3) of the plane of a crack with semi-axes `sizes`."""
+    """Return rows axis, normal x axis, normal (3, 3) of a crack plane; `sizes`: the crack's semi-axes."""
     normal, axis = vector("normal", options.normal), vector("axis", options.axis)
     if not np.linalg.norm(normal) > 0:
         raise CraftmeshError(f"crack.normal is {normal.tolist()}; expected a vector that is not zero")
     is_round = options.shape in ("penny", "ellipse") and sizes[0] == sizes[1]
     if is_round and _is_along(axis, normal):
-        axis = np.roll(axis, 1)  # any axis will do, the default one of a crack square to x too
+        axis = np.roll(axis, 1)  # a circle allows any axis; the default x is invalid if the normal is x
     if not axis.any() or _is_along(axis, normal):
         raise CraftmeshError(
-            f"crack.axis is {axis.tolist()}, normal {normal.tolist()}; expected an axis across the normal"
+            f"crack.axis is {axis.tolist()} and crack.normal is {normal.tolist()}; give a non-zero axis "
+            "that is not parallel to the normal"
         )
     return frame_along(normal, axis)
 
 
 def frame_along(normal: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Return rows u, v, normal, right-handed: u is `axis` made perpendicular to `normal`."""
+    """Return right-handed rows u, v, normal (3, 3); u is `axis` projected onto the plane of `normal`."""
     normal = normal / np.linalg.norm(normal)
     u = axis - (axis @ normal) * normal
     u = u / np.linalg.norm(u)
@@ -89,7 +90,7 @@ def frame_along(normal: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 
 def boundary_pairs(options: CrackOptions) -> np.ndarray:
-    """Return the pairs of grains (k, 2) that options.boundaries names, the lower first."""
+    """Return the pairs of grains (k, 2) listed in options.boundaries, the lower id first."""
     pairs = []
     for text in options.boundaries or ():
         words = text.split("-")
@@ -102,7 +103,7 @@ def boundary_pairs(options: CrackOptions) -> np.ndarray:
 
 
 def vector(name: str, value: Any) -> np.ndarray:
-    """Return the vector (3,) that the option `name` of a crack is; raises CraftmeshError for none."""
+    """Return the value of the crack option `name` as a vector (3,); raise CraftmeshError if it is none."""
     try:
         found = np.asarray(value, float)
     except (TypeError, ValueError):

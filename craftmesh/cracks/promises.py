@@ -1,31 +1,33 @@
-"""How far a crack in a mesh may be off the given one, and which stage may spend how much of that.
+"""Tolerances between the crack in the mesh and the given crack, and each stage's share of them.
 
-The stages spend one after another, each against the crack as it came to it. Their shares add up to no more
-than what is promised. docs/architecture.md has the table.
+The stages run one after another, and each measures against the crack that it receives. Their shares add up
+to at most the promised tolerance. docs/architecture.md has the table.
 """
 
 from typing import NamedTuple
 
 
 class Off(NamedTuple):
-    """How far places of facets, and nodes of the front, may be off, over the least target length."""
+    """Largest distances from the given crack, in smallest target lengths: facet samples and front nodes."""
 
     facets: float
     front: float
 
 
-# A measured crack is known no better than to some 0.15 edges; K is found along the front.
+# Tolerance of the final mesh. A measured crack is known to about 0.15 edges; K needs a more exact front.
 PROMISED = Off(facets=0.15, front=0.02)
-# Fronts end on faces that they graze, strips between sheets are filled; sheets that overlap become one.
+# Share of the preparation: it ends fronts on faces that they graze, fills strips between surfaces, and
+# merges surfaces that overlap.
 PREPARATION = Off(facets=0.02, front=0.0175)
-# Nodes of the front come in on it, but for 1e-3 of an edge where a trace nearly touches it.
+# Share of the insertion: nodes are put on the front, or within 1e-3 edges where a trace nearly touches it.
 INSERTION = Off(facets=0.105, front=0.0015)
-# Points of a crack that is in the surface already slide along it where another comes in.
+# Share of later cracks: inserting one moves points of an earlier crack along that crack.
 LATER_CRACKS = Off(facets=0.005, front=0.0005)
-# New facets may lie as far off as those that they replace do at any place: at middles of edges and facets
-# that is up to 0.015 more, on seed 103 of the random cracks. The front's curve is replaced by segments.
+# Share of the gradation: a new facet may be as far off as any sample of the facets that it replaces. At
+# middles of edges and facets that adds up to 0.015 (seed 103 of the random cracks). The front's curve is
+# replaced by segments.
 GRADATION = Off(facets=0.015, front=0.0005)
-# Ten times that gains nothing.
+# Share of the tetrahedra: a share ten times as large gains nothing.
 TETRAHEDRA = Off(facets=0.005, front=0.0)
 SHARES = {
     "preparation": PREPARATION,
@@ -35,12 +37,12 @@ SHARES = {
     "tetrahedra": TETRAHEDRA,
 }
 
-# Over the least target length: how far the gradation takes facets off the given crack, where insertion left
-# them nearer. With 0.045 they were up to 0.053 off between the places that are measured.
+# Largest distance, in smallest target lengths, to which the gradation takes facets that were nearer to the
+# given crack. With 0.045 they were up to 0.053 off between the samples that are measured.
 GRADATED = 0.04
-# Over the target length: how far front edges are off the front between their nodes, as they come in.
+# Largest distance of inserted front edges from the front between their nodes, in target lengths.
 FRONT_EDGES = 0.98 * PROMISED.front
-# How far the area may be off, over the given one or the least target length squared, whichever is more.
-# Insertion and gradation keep to a part of that.
+# Largest area error: a fraction of the given area or of the smallest target length squared, whichever is
+# larger. Insertion and gradation keep to the fraction AREA_KEPT of it.
 AREA_PROMISED, LEAST_AREA_PROMISED = 0.005, 0.02
 AREA_KEPT = 0.8

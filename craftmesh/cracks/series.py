@@ -1,4 +1,4 @@
-"""The cracks of a growth series: prescribed or given as surfaces, each larger than the last."""
+"""The crack of each increment: prescribed by numbers, or taken from a given surface."""
 
 from dataclasses import dataclass
 
@@ -15,19 +15,19 @@ from craftmesh.surface.measure import total_area
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import Crack
 
-SAGITTA = 1e-5  # of the radius, between the front's chords and the front
+SAGITTA = 1e-5  # largest distance of the front from its chords, in radii or smaller semi-axes
 
 
 @typed
 def prescribed_crack(box: np.ndarray, options: CrackOptions, increment: int = 0) -> Crack:
-    """Return the planar crack of `increment` (0, 1, ...); fronts end exactly on the box (2, 3).
+    """Return the planar crack of `increment` (0, 1, ...); its fronts end exactly on the box (2, 3).
 
-    Raises CraftmeshError for bad numbers, a missing increment, or a crack without a front in the box.
-    A surface from files becomes a crack in `crack_of_increment`.
+    Raise CraftmeshError if numbers are invalid, the increment is missing, or no front lies in the box.
+    `crack_of_increment` handles shapes that are read from files.
     """
     if options.shape not in BY_NUMBERS:
         raise CraftmeshError(
-            f"shape is {options.shape!r}; expected one of {', '.join(BY_NUMBERS)} for a prescribed crack"
+            f"shape is {options.shape!r}; a prescribed crack needs one of {', '.join(BY_NUMBERS)}"
         )
     box = np.asarray(box, float)
     centre, sizes = vector("centre", options.centre), semi_axes(options, increment)
@@ -40,7 +40,7 @@ def prescribed_crack(box: np.ndarray, options: CrackOptions, increment: int = 0)
 
 
 def _ellipse(sizes: tuple[float, float]) -> np.ndarray:
-    """Return the ellipse's outline (k, 2), its chords within SAGITTA of the radius."""
+    """Return points (k, 2) of the ellipse with semi-axes `sizes`; its chords keep to SAGITTA."""
     ratio = max(sizes) / min(sizes)
     count = int(np.ceil(np.pi * ratio**0.5 / np.sqrt(2 * SAGITTA)))
     angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
@@ -48,7 +48,7 @@ def _ellipse(sizes: tuple[float, float]) -> np.ndarray:
 
 
 def _edge_outline(centre: np.ndarray, depth: float, box: np.ndarray) -> np.ndarray:
-    """Return the rectangle that covers the crack plane in the box up to `depth` along the axis."""
+    """Return corners (4, 2) of a rectangle covering the plane in the box up to `depth` along the axis."""
     reach = np.linalg.norm(box[1] - box[0]) + np.linalg.norm(centre - box.mean(axis=0))
     return np.array([[-reach, -reach], [depth, -reach], [depth, reach], [-reach, reach]])
 
@@ -60,13 +60,13 @@ def _check_reaches(points: np.ndarray, frame: np.ndarray, box: np.ndarray) -> No
     misses = offset.min() >= -margin or offset.max() <= margin
     if misses or (points.max(axis=0) <= box[0]).any() or (points.min(axis=0) >= box[1]).any():
         raise CraftmeshError(
-            f"the crack lies outside the box {told(box)}: it spans {told(points.min(axis=0))} to "
-            f"{told(points.max(axis=0))}; move its centre or turn its normal"
+            f"the crack lies outside the box {told(box)}; the crack spans {told(points.min(axis=0))} to "
+            f"{told(points.max(axis=0))}; move its centre or rotate its normal"
         )
 
 
 def _triangles_of(outline: np.ndarray) -> np.ndarray:
-    """Return a triangulation of the polygon `outline` (k, 2), counter-clockwise, no points added."""
+    """Return triangles (m, 3), counter-clockwise, of the polygon `outline` (k, 2), without new points."""
     parts = shapely.get_parts(shapely.constrained_delaunay_triangles(shapely.Polygon(outline)))
     corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
     order = np.lexsort(outline.T)
@@ -76,9 +76,10 @@ def _triangles_of(outline: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class GivenSurface:
-    """A crack's triangulated surface as a file holds it: points (n, 3), triangles (m, 3).
+    """A crack's triangulated surface as read from a file: points (n, 3), triangles (m, 3).
 
-    fronts: polylines (k, 3) along its boundary; empty: the boundary within the box is front.
+    fronts: polylines (k, 3) along its boundary. If there are none, its whole boundary within the box is
+    front.
     """
 
     points: np.ndarray
@@ -92,9 +93,9 @@ def crack_of_increment(
     box: np.ndarray,
     given: GivenSurface | None = None,
 ) -> Crack:
-    """Return the crack of `increment` in the box (2, 3): prescribed, or the given surface.
+    """Return the crack of `increment` in the box (2, 3): of the surface `given`, or prescribed if None.
 
-    A surface in several pieces is several cracks. Raises CraftmeshError as prescribed_crack and
+    A surface in several pieces gives several cracks. Raise CraftmeshError as prescribed_crack and
     crack_from_triangles do.
     """
     if given is None:
@@ -103,15 +104,15 @@ def crack_of_increment(
 
 
 def crack_area(crack: Crack) -> float:
-    """Return the area of a crack's surface, the part outside the box included."""
+    """Return the area of a crack's surface, including its part outside the box."""
     return total_area(crack.points, crack.triangles)
 
 
 def refuse_shrunk(crack: Crack, before: Crack, increment: int) -> None:
-    """Raise CraftmeshError where the crack of `increment` is smaller than that of the increment before."""
+    """Raise CraftmeshError if the crack of `increment` has less area than `before`, the previous crack."""
     was, now = crack_area(before), crack_area(crack)
     if now < was * (1 - ROUNDING):
         raise CraftmeshError(
-            f"crack of increment {increment}: area {now:.6g} is below {was:.6g} of the "
-            "increment before; expected a crack that grows"
+            f"crack of increment {increment}: its area {now:.6g} is below {was:.6g}, the previous "
+            "increment's; give a crack that does not shrink"
         )

@@ -1,4 +1,4 @@
-"""Whether a crack cuts a body of voxels in two: the voxels' links that it crosses, and the pieces left."""
+"""Test whether a crack severs a body of voxels: remove the links that it crosses, count the pieces."""
 
 from typing import NamedTuple
 
@@ -8,25 +8,25 @@ from craftmesh.cracks.polyline import AT_ONCE
 from craftmesh.surface.connectivity import joined
 from craftmesh.types import Crack, Voxels
 
-# Voxels' centres are looked at a little aside, in voxels: a sheet that runs through the centres themselves
-# then lies on one side of all of them. Rounding is a million times less.
+# Offset, in voxels, of the sample points from voxel centres: a crack exactly through the centres then lies
+# on one side of all of them. Rounding is a million times smaller.
 ASIDE = np.array([1.0, 1.3, 1.7]) * 1e-6
-# A piece of fewer voxels is the staircase of a void's or a face's voxels beside the crack, not the body's.
+# Smallest piece in voxels; smaller ones are steps of a void or a face next to the crack.
 LEAST = 27
 
 
 class PieceOff(NamedTuple):
-    """A piece that a crack cuts off: its volume and the middle (3,) of its voxels, in model units."""
+    """A piece that a crack cuts off: its volume and its voxels' mean position (3,), in model units."""
 
     volume: float
     middle: np.ndarray
 
 
 def piece_cut_off(voxels: Voxels, crack: Crack) -> PieceOff | None:
-    """Return the smaller piece of a body that the crack severs, None where the body holds together.
+    """Return the largest piece that the crack cuts off its body; None if it is smaller than LEAST voxels.
 
-    Voxels of grains that share a face are linked, unless the crack crosses the line between their centres:
-    a ligament narrower than a voxel does not hold. Of several pieces the second largest is returned.
+    Voxels of grains that share a face are linked unless the crack crosses the line between their centres,
+    so a ligament narrower than a voxel does not count. The largest piece of each body is the body itself.
     """
     solid = voxels.labels > 0
     links = _links(solid)
@@ -45,7 +45,7 @@ def piece_cut_off(voxels: Voxels, crack: Crack) -> PieceOff | None:
 
 
 def _links(solid: np.ndarray) -> list[np.ndarray]:
-    """Return for each axis whether a voxel and the next one are both solid, shaped as the volume."""
+    """Return a mask per axis, shaped like the volume: voxel and next voxel along the axis are solid."""
     links = []
     for axis in range(3):
         held = solid & np.roll(solid, -1, axis)
@@ -55,7 +55,7 @@ def _links(solid: np.ndarray) -> list[np.ndarray]:
 
 
 def _pieces(solid: np.ndarray, links: list[np.ndarray]) -> np.ndarray:
-    """Return the number of the piece (nx, ny, nz) that each voxel is in."""
+    """Return piece numbers (nx, ny, nz) of the voxels, connected by links."""
     number = np.arange(solid.size).reshape(solid.shape)
     pairs = [(number[held], np.roll(number, -1, axis)[held]) for axis, held in enumerate(links)]
     tails, heads = (np.concatenate(ends) for ends in zip(*pairs))
@@ -63,13 +63,13 @@ def _pieces(solid: np.ndarray, links: list[np.ndarray]) -> np.ndarray:
 
 
 def _crossed(voxels: Voxels, crack: Crack) -> list[np.ndarray]:
-    """Return for each axis whether the crack crosses the line from a voxel's centre to the next one's."""
+    """Return a mask per axis: the crack crosses the line from a voxel's centre to the next one's."""
     places = (crack.points - voxels.origin) / voxels.spacing - 0.5 + ASIDE
     return [_crossed_along(axis, places[crack.triangles], voxels.labels.shape) for axis in range(3)]
 
 
 def _crossed_along(axis: int, corners: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Return where triangles (m, 3, 3), in voxels, cross the lattice's lines along an axis."""
+    """Return a mask (nx, ny, nz): triangles (m, 3, 3), in voxels, cross the lattice edge along an axis."""
     crossed = np.zeros(shape, bool)
     across = [k for k in range(3) if k != axis]
     flat = corners[..., across]
@@ -91,7 +91,7 @@ def _crossed_along(axis: int, corners: np.ndarray, shape: tuple[int, ...]) -> np
 
 
 def _weights(flat: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return barycentric weights (n, 3) of points (n, 2) in triangles (n, 3, 2), and which lie inside."""
+    """Return barycentric coordinates (n, 3) of points (n, 2) in triangles (n, 3, 2), and an inside mask."""
     ahead, behind = np.roll(flat, -1, axis=1) - line[:, None], np.roll(flat, -2, axis=1) - line[:, None]
     areas = ahead[..., 0] * behind[..., 1] - ahead[..., 1] * behind[..., 0]
     total = areas.sum(axis=1, keepdims=True)

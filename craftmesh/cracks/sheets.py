@@ -1,4 +1,4 @@
-"""The sheets of a crack that is several: each has its own fronts, and its own plane."""
+"""The surfaces (sheets) that a crack consists of: each has its own fronts and its own plane."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ from craftmesh.types import Crack
 
 
 def sheets(crack: Crack) -> list[Crack]:
-    """Return what hangs together across edges as cracks of their own, in the order of their triangles."""
+    """Return the edge-connected surfaces of a crack as separate cracks, in the order of their triangles."""
     piece = pieces(crack.triangles)
     if piece.max(initial=0) == 0:
         return [crack]
@@ -30,10 +30,10 @@ def sheets(crack: Crack) -> list[Crack]:
 
 
 def by_place(crack: Crack) -> list[Crack]:
-    """Return the sheets of a crack from the lowest point up (by x, then y, then z), each in that order too.
+    """Return the surfaces of a crack, sorted by their lowest point (by x, then y, then z).
 
-    Points, triangles and fronts come in an order that places alone decide, so that how a crack was given
-    makes no difference; triangles stay turned as they are.
+    Points, triangles and fronts of each are sorted by position too, so that the order in the input makes no
+    difference; triangles keep their orientation.
     """
     return sorted(map(_by_place, sheets(crack)), key=lambda sheet: sheet.points[0].tolist())
 
@@ -51,7 +51,7 @@ def _by_place(sheet: Crack) -> Crack:
 
 
 def _from_least(front: np.ndarray) -> list[int]:
-    """Return a front from its least end on, a closed one from its least point to the lesser beside it."""
+    """Return a front from its lower end on; a closed one from its lowest id to the lower neighbour."""
     if front[0] != front[-1]:
         return min(front.tolist(), front[::-1].tolist())
     start = int(np.argmin(front))
@@ -61,11 +61,11 @@ def _from_least(front: np.ndarray) -> list[int]:
 
 
 def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
-    """Return a sheet as parts that are heights over their planes, or itself where it is; box (2, 3).
+    """Return a surface as parts that are single-valued over their planes, or itself if it is; box (2, 3).
 
-    The largest comes first, so that a kink across an edge of the box is cut from its plane. A part ends in
-    the fronts and in the seams with other parts alike: both are its fronts. Parts outside the box are left
-    out.
+    The largest part comes first, so that a kink across a box edge is cut from its plane. Both the fronts
+    and the seams to other parts become fronts of a part. Parts outside the box are dropped. Raise
+    CraftmeshError if the surface folds.
     """
     parts, fault = height_parts(sheet.points, sheet.triangles)
     if fault:
@@ -80,7 +80,7 @@ def heights_of(sheet: Crack, box: np.ndarray) -> list[Crack]:
 
 
 def seam_ends(parts: list[Crack]) -> np.ndarray:
-    """Return the points (k, 3) on the boundary of a sheet in which it passes from one part to another."""
+    """Return the boundary points (k, 3) of a surface that several of its parts share."""
     if len(parts) == 1:
         return np.zeros((0, 3))
     points, every = np.unique(np.concatenate([part.points for part in parts]), axis=0, return_inverse=True)
@@ -95,7 +95,7 @@ def seam_ends(parts: list[Crack]) -> np.ndarray:
 
 
 def one_crack(cracks: Sequence[Crack]) -> Crack:
-    """Return cracks as one, in order; points are not merged, so that each stays a sheet of its own."""
+    """Return all cracks as one, in order; points are not merged, so each surface stays separate."""
     if len(cracks) == 1:
         return cracks[0]
     shifts = np.cumsum([0, *(len(crack.points) for crack in cracks)])
@@ -112,10 +112,11 @@ def cracks_from_triangles(
     fronts: Sequence[np.ndarray] | None,
     box: np.ndarray,
 ) -> Crack:
-    """Return the crack of a triangulated surface of one or several sheets, those outside the box left out.
+    """Return the crack of a triangulated surface of one or several pieces, without pieces outside the box.
 
-    All as crack_from_triangles, sheet by sheet: fronts whose points are a sheet's are its own, and where
-    some sheet has such fronts another without any ends where its boundary lies within the box.
+    Each piece becomes a crack as in crack_from_triangles. A front whose points all belong to a piece is
+    used for that piece only. If any piece has such a front, the front of a piece without one is its
+    boundary in the box.
     """
     points, triangles = clean_triangles(points, triangles)
     piece = pieces(triangles)
@@ -130,17 +131,18 @@ def cracks_from_triangles(
 
 
 def _is_of(front: np.ndarray, points: np.ndarray) -> bool:
-    """Tell whether all points of a front (k, 3) are among the points (n, 3)."""
+    """Return whether all points of a front (k, 3) are among the points (n, 3)."""
     known = {tuple(point) for point in points.tolist()}
     return all(tuple(point) in known for point in np.asarray(front, float).tolist())
 
 
 def crack_numbers(points: np.ndarray, facets: np.ndarray, crack: Crack | None = None) -> np.ndarray:
-    """Return the number (m,) of the crack that each crack facet (m, 3) belongs to, from 0.
+    """Return numbers (m,), from 0, of the crack that each crack facet (m, 3) belongs to.
 
-    Without the given crack that is what hangs together across edges, in the order of first facets. With it
-    each piece is of the given sheets that its facets lie on: the pieces into which the box or a void parts
-    one sheet are one crack, sheets that have grown together are one too, and numbers follow the sheets.
+    If `crack` is None, each edge-connected piece has a number, in the order of first facets. Otherwise a
+    piece gets the number of the nearest surface of `crack`: pieces of one surface that the box or a void
+    separates share a number, as do surfaces that have grown together. The numbers follow the order of the
+    surfaces.
     """
     piece = pieces(facets)
     if crack is None or not len(facets):
@@ -155,7 +157,7 @@ def crack_numbers(points: np.ndarray, facets: np.ndarray, crack: Crack | None = 
 
 
 def _nearest_sheet(places: np.ndarray, crack: Crack) -> np.ndarray:
-    """Return the sheet (n,) of the crack that is nearest to each place (n, 3)."""
+    """Return the number (n,) of the crack's surface nearest to each place (n, 3)."""
     sheet = pieces(crack.triangles)
     if sheet.max() == 0:
         return np.zeros(len(places), np.int64)

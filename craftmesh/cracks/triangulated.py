@@ -1,4 +1,4 @@
-"""Cracks from triangulated surfaces: checks, orientation, and fronts clipped to the box."""
+"""Cracks from triangulated surfaces: check the surface, orient it, and clip its fronts to the box."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,7 @@ from craftmesh.surface.rounding import ON_PLANE
 from craftmesh.surface.side_data import spans_told, unit_hint
 from craftmesh.types import Crack
 
-ALONG = 0.25  # of its length: a boundary edge whose middle is this near a given front is front
+ALONG = 0.25  # largest distance of a front edge's middle from the given front, in lengths of the edge
 
 
 @typed
@@ -34,21 +34,20 @@ def crack_from_triangles(
     box: np.ndarray,
     frame: np.ndarray | None = None,
 ) -> Crack:
-    """Return the crack of a disc- or annulus-like triangulated surface.
+    """Return the crack of a disc- or annulus-like triangulated surface, with front ends exactly on the box.
 
-    points (n, 3); triangles (m, 3); fronts: polylines (k, 3) along the surface's boundary, or None:
-    every boundary edge within the box (2, 3) is front; without any the crack parts the body.
-    frame (3, 3): rows u, v, normal of a planar
-    crack; None finds planes over which the surface, parted where one will not do, is a height, at least
-    near the box. Front ends lie exactly on the box.
-    Raises CraftmeshError for bad numbers, for surfaces that are non-manifold, folded, through themselves,
-    thin shells or in pieces, and for cracks outside the box.
+    points (n, 3); triangles (m, 3); box (2, 3). fronts: polylines (k, 3) along the surface's boundary;
+    None: all boundary edges within the box are front. A surface without any such edge severs the body.
+    frame (3, 3): rows u, v, normal of a planar crack; None: the surface must be single-valued over a plane,
+    whole or in parts. If it folds, only its part near the box must be. Raise CraftmeshError for bad
+    numbers, for surfaces that are non-manifold, folded, self-intersecting, thin shells or in pieces, and
+    for cracks outside the box.
     """
     box = as_array("box", box, float, (2, 3))
     if fronts is not None:
         fronts = [as_array("a front of the crack", front, float, (None, 3)) for front in fronts]
         if min(map(len, fronts), default=0) < 2:
-            raise CraftmeshError("a front of the crack is missing; expected polylines of 2 points or more")
+            raise CraftmeshError("a front of the crack is too short; give polylines of 2 points or more")
     points, triangles = clean_triangles(points, triangles)
     if frame is None:
         triangles = _one_piece(points, triangles, box)
@@ -76,24 +75,24 @@ def with_fronts(
     fronts: Sequence[np.ndarray] | None,
     box: np.ndarray,
 ) -> Crack:
-    """Return the crack of a sound sheet: its boundary, parted where it leaves the box (2, 3), has fronts.
+    """Return a crack whose boundary edges are split at the box planes (2, 3), with its fronts.
 
-    loops: the boundary's (`boundary_loops`); fronts: polylines (k, 3) along it, None takes all of it
-    that is within the box.
+    loops: the boundary from `boundary_loops`. fronts: polylines (k, 3) along it; None: all boundary edges
+    within the box are front.
     """
     points, triangles, loops = _split_at_box(points, triangles, loops, box)
     return Crack(points, triangles, tuple(_fronts_within(points, loops, box, fronts)))
 
 
 def boundary_loops(triangles: np.ndarray) -> list[np.ndarray]:
-    """Return closed loops of point ids (first id repeated) along the boundary, surface on the left."""
+    """Return closed loops of point ids along the boundary, first id repeated, the surface on their left."""
     _, of_corner, count = unique_edges(triangles)
     corner, side = np.nonzero(count[of_corner] == 1)
     start, end = triangles[corner, side], triangles[corner, (side + 1) % 3]
     if len(np.unique(start)) < len(start):
         raise CraftmeshError(
             "the crack surface is not a manifold: its boundary touches itself at a point; "
-            "expected a disc or an annulus"
+            "give a disc or an annulus"
         )
     following = dict(zip(start.tolist(), end.tolist()))
     loops = []
@@ -108,10 +107,10 @@ def boundary_loops(triangles: np.ndarray) -> list[np.ndarray]:
 def _heights(
     points: np.ndarray, triangles: np.ndarray, box: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Return points, triangles and frame (3, 3) of a given sheet; where it folds, of its part near the box.
+    """Return points, triangles and frame (3, 3) of a surface, or of its part near the box if it folds.
 
-    The frame is None where it is a height by parts alone. Raises CraftmeshError for a sheet that has a
-    folded part there too.
+    The frame is None if the surface is single-valued only in parts. Raise CraftmeshError if the part near
+    the box folds as well.
     """
     triangles = without_slivers(points, triangles)
     while True:
@@ -126,7 +125,7 @@ def _heights(
 
 
 def _one_piece(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return the triangles of the one connected piece that meets the box, or all; refuse several."""
+    """Return the triangles of the one piece that meets the box, or all if none does; reject several."""
     piece = pieces(triangles)
     if piece.max() == 0:
         return triangles
@@ -136,56 +135,52 @@ def _one_piece(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> np
         places = [told(corner[piece == k].mean(axis=(0, 1))) for k in found[:2].tolist()]
         raise CraftmeshError(
             f"the crack surface has {len(found)} pieces in the box, at {places[0]} and {places[1]}; "
-            "expected one connected sheet: join the pieces or leave all but one out"
+            "expected one connected surface: join the pieces or keep only one"
         )
     return triangles[piece == found[0]] if len(found) else triangles
 
 
 def _refuse_two_sided(points: np.ndarray, triangles: np.ndarray, box: np.ndarray) -> None:
-    """Raise CraftmeshError for a thin shell of triangles (m, 3) turned alike."""
+    """Raise CraftmeshError if consistently oriented triangles (m, 3) form a thin shell."""
     vectors = area_vectors(points, triangles)
     is_turned = np.linalg.norm(vectors.sum(axis=0)) < np.linalg.norm(vectors, axis=1).sum() / 2
     if is_turned and (apart := sides_apart(points, triangles, box)) is not None:
         raise CraftmeshError(
-            f"the crack surface is a thin shell whose sides are {apart:.4g} apart; expected one sheet: "
-            "give the one in its middle, as `craftmesh crack` does"
+            f"the crack surface is a thin shell whose sides are {apart:.4g} apart; expected a single "
+            "surface: give the middle surface, as `craftmesh crack` does"
         )
 
 
 def _refuse_crossing(points: np.ndarray, triangles: np.ndarray) -> None:
-    """Raise CraftmeshError where triangles (m, 3) meet beyond the corners and edges they share."""
+    """Raise CraftmeshError if triangles (m, 3) intersect other than in shared corners and edges."""
     pairs = intersecting_pairs(points, np.asarray(triangles, np.int64))
     if len(pairs):
         place = told(points[triangles[pairs[0]]].mean(axis=(0, 1)))
         raise CraftmeshError(
-            f"the crack surface runs through itself near {place}; expected a sheet that does not: part it "
-            "there"
+            f"the crack surface intersects itself near {place}; split it there into surfaces that do not"
         )
 
 
 def _check_simple(uv: np.ndarray, loops: list[np.ndarray]) -> None:
     for loop in loops:
         if not shapely.LinearRing(uv[loop]).is_simple:
-            raise CraftmeshError("the crack front crosses itself; expected a front without crossings")
+            raise CraftmeshError("the crack front crosses itself; give a front without crossings")
 
 
 def _refuse_no_crack(corners: np.ndarray, fronts: Sequence[np.ndarray] | None, box: np.ndarray) -> None:
-    """Raise CraftmeshError for a crack (m, 3, 3) without a front that has no part in the box (2, 3)."""
+    """Raise CraftmeshError if a given front was not found, or triangles (m, 3, 3) miss the box (2, 3)."""
     span = span_of(corners)
     if fronts is not None:
         front = span_of(np.concatenate(fronts))
         hint = unit_hint(front, span) or unit_hint(front, box)
         raise CraftmeshError(
-            f"the crack has no front within the box {told(box)} along the given one; "
-            f"{spans_told(('that goes', 'the crack'), front, span)}{hint}; expected a front on "
-            "the surface's boundary, or none for a crack that parts the body"
+            f"no boundary edge of the crack in the box {told(box)} lies along the given front; "
+            f"{spans_told(('the front goes', 'the crack'), front, span)}{hint}; give a front on "
+            "the surface's boundary, or none for a crack that severs the body"
         )
     spans = f"the crack spans {told(span)}{unit_hint(span, box)}"
     if not is_in(corners, box):
-        raise CraftmeshError(
-            f"the crack lies outside the box {told(box)}: it has no front within it, nor any other part; "
-            f"{spans}; move it"
-        )
+        raise CraftmeshError(f"the crack lies outside the box {told(box)}: {spans}; move it into the box")
 
 
 def _split_at_box(
@@ -206,7 +201,7 @@ def _split_at_box(
 
 
 def split_boundary_edge(triangles: np.ndarray, a: int, b: int, new: int) -> np.ndarray:
-    """Return the triangles with the one on the directed boundary edge a-b split at the point `new`."""
+    """Return triangles (m + 1, 3): the one on the directed boundary edge a-b is split at point id `new`."""
     row, side = np.argwhere((triangles == a) & (np.roll(triangles, -1, axis=1) == b))[0]
     apex = triangles[row, (side + 2) % 3]
     triangles = np.concatenate([triangles, [[new, b, apex]]])
@@ -215,7 +210,7 @@ def split_boundary_edge(triangles: np.ndarray, a: int, b: int, new: int) -> np.n
 
 
 def _crossings(a: np.ndarray, b: np.ndarray, box: np.ndarray) -> list[np.ndarray]:
-    """Return the points of the segment a-b on box planes, those outside the box left out, in order."""
+    """Return the points where the segment a-b crosses box planes, within the box, in order from a."""
     near = ON_PLANE * np.linalg.norm(box[1] - box[0])
     found = []
     for axis in range(3):
@@ -234,7 +229,7 @@ def _crossings(a: np.ndarray, b: np.ndarray, box: np.ndarray) -> list[np.ndarray
 def _fronts_within(
     points: np.ndarray, loops: list[np.ndarray], box: np.ndarray, wanted: Sequence[np.ndarray] | None
 ) -> list[np.ndarray]:
-    """Chain the boundary edges that lie within the box, and on the wanted polylines where given."""
+    """Return fronts as polylines of ids: boundary edges in the box, along `wanted` polylines if given."""
     near = ON_PLANE * np.linalg.norm(box[1] - box[0])
     low, high = points <= box[0] + near, points >= box[1] - near
     outside = ((points < box[0] - near) | (points > box[1] + near)).any(axis=1)
@@ -250,7 +245,7 @@ def _fronts_within(
 
 
 def _along(points: np.ndarray, a: np.ndarray, b: np.ndarray, wanted: Sequence[np.ndarray]) -> np.ndarray:
-    """Tell which edges a-b lie along the wanted polylines (their middles within ALONG of their length)."""
+    """Return a mask (k,) of edges a-b along the wanted polylines: middles within ALONG of their length."""
     middle = (points[a] + points[b]) / 2
     length = np.linalg.norm(points[b] - points[a], axis=1)
     nearest = np.full(len(a), np.inf)
@@ -262,7 +257,7 @@ def _along(points: np.ndarray, a: np.ndarray, b: np.ndarray, wanted: Sequence[np
 
 
 def _runs(loop: np.ndarray, front: np.ndarray) -> list[np.ndarray]:
-    """Return the maximal runs of consecutive front edges of a closed loop as polylines of point ids."""
+    """Return the maximal runs of edges marked `front` (k,) of a closed loop, as polylines of point ids."""
     if front.all():
         return [loop]
     if not front.any():

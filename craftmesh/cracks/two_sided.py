@@ -1,4 +1,4 @@
-"""Cracks given by both of their sides, as surfaces of segmentations are: the sheet through their middle."""
+"""Cracks given by both of their faces, as segmentations give them: the surface half way between them."""
 
 import numpy as np
 
@@ -15,12 +15,12 @@ from craftmesh.surface.measure import area_vectors, total_area
 def middle_sheet(
     points: np.ndarray, triangles: np.ndarray, box: np.ndarray
 ) -> tuple[GivenSurface, Numbers]:
-    """Return the surface of points (n, 3) and triangles (m, 3), or the middle sheet of a thin shell.
+    """Return the surface of points (n, 3) and triangles (m, 3), or of a thin shell its middle surface.
 
-    A thin shell (`sides_apart`) has two sides along each other over most of its area. Its sheet is a height
-    over the plane of least squares, ends at the shell's rim and, where that touches the box (2, 3), goes on
-    past it; the report has notes. Raises CraftmeshError for shells that are no height over a plane and for
-    several regions.
+    A thin shell (`sides_apart`) has two sides along each other over most of its area. Its middle surface is
+    single-valued over the least-squares plane and ends at the shell's rim; where that touches the box (2,
+    3), it extends past the box. The report has notes; it is empty for other surfaces. Raise CraftmeshError
+    if a shell is not single-valued over a plane or forms several regions.
     """
 
     whole = GivenSurface(points, triangles)
@@ -37,19 +37,17 @@ def middle_sheet(
     outline, gaps = outline_of(plane, points, edge, box, 0.0)
     surface, numbers = height_surface(smoothed(outline, edge), plane, (), middles, edge, box)
     words = (
-        f"{edge / 2:.4g}, half of its edges; the surface is a thin shell, expected one that is a height "
-        "over a plane: give the sheet in its middle"
+        f"{edge / 2:.4g}, half of its edge length; the surface is a thin shell, but not single-valued over "
+        "a plane: give its middle surface instead"
     )
-    notes += [
-        f"the surface is a thin shell, its sides {apart:.4g} apart: the crack is the sheet in the middle"
-    ]
+    notes += [f"the surface is a thin shell, its sides {apart:.4g} apart: the crack is its middle surface"]
     notes += notes_on_holes(outline, gaps, edge)
     numbers = within_bound(numbers, edge / 2, words)
     return surface, numbers | {"notes": notes + numbers.get("notes", [])}
 
 
 def _without_strays(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, list[str]]:
-    """Return the triangles of pieces from SPECK of the largest area on, and a note on the others."""
+    """Return the triangles of pieces with at least SPECK of the largest area, and a note on the others."""
     piece = pieces(triangles)
     area = np.bincount(piece, np.linalg.norm(area_vectors(points, triangles), axis=1))
     is_large = area >= SPECK * area.max()

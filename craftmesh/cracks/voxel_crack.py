@@ -1,4 +1,4 @@
-"""Cracks that exist as voxels: the sheet through the middle of them, within their smoothed outline."""
+"""Cracks given as voxels: the surface through their middle, within their smoothed outline."""
 
 import numpy as np
 import scipy
@@ -10,13 +10,13 @@ from craftmesh.cracks.measured import finite, height_surface, plane_of
 from craftmesh.cracks.series import GivenSurface
 from craftmesh.errors import CraftmeshError
 
-# Of a voxel's longest edge: discs of that radius round the centres of neighbours overlap, gaps of one voxel
-# close. The outline goes along the outermost voxels' faces as grains' boundaries do.
+# Radius of the discs around voxel centres, in longest voxel edges. Discs of neighbours overlap, and gaps of
+# one voxel close. The outline follows the faces of the outermost voxels, as grain boundaries do.
 DISC = 0.95
-STEP = 0.25  # of the edge: spacing of the outline's points
-SMOOTH = 1.5  # of the edge: standard deviation of the filter along the outline, which takes the steps away
-SPACING = 2.0  # of the edge: default length of the sheet's edges; one bend per voxel would follow its steps
-SPECK = 0.1  # of the largest piece's voxels: pieces of fewer are noise of a segmentation
+STEP = 0.25  # spacing of the outline's points, in voxel edges
+SMOOTH = 1.5  # standard deviation of the filter that removes the outline's steps, in voxel edges
+SPACING = 2.0  # default edge length of the surface, in voxel edges; a shorter one would follow their steps
+SPECK = 0.1  # smallest piece, in sizes of the largest; smaller ones are noise of a segmentation
 
 
 def crack_through_voxels(
@@ -26,13 +26,14 @@ def crack_through_voxels(
     box: np.ndarray,
     edge_length: float | None = None,
 ) -> tuple[GivenSurface, Numbers]:
-    """Return the surface through the voxels (nx, ny, nz) that are the crack, and their distances from it.
+    """Return the surface through the crack's voxels, and a report with their distances from it.
 
-    spacing, origin (3,): those of the voxels; box (2, 3): the model's. The surface is a height over the
-    plane of least squares and ends at the outermost voxels' faces; where those touch the box it goes on
-    past it. edge_length: of its edges, None: two voxels. Pieces of few voxels are left out and pinholes are
-    filled; notes say how many. Raises CraftmeshError for too few voxels, for several large pieces, and for
-    voxels that the surface is off by more than two of their edges.
+    is_crack (nx, ny, nz): mask of the voxels; spacing, origin (3,): of their grid; box (2, 3): of the
+    model. The surface is single-valued over the least-squares plane and ends at the outermost voxels'
+    faces; where these touch the box, it extends past the box. edge_length: of the surface; None: two
+    voxels. Small pieces are removed and pinholes filled; notes say how many. Raise CraftmeshError for too
+    few voxels, for several large regions, and if the root-mean-square distance of the voxels exceeds two of
+    their edges.
     """
     places, notes = _without_strays(is_crack)
     edge = float(np.max(spacing))
@@ -47,17 +48,18 @@ def crack_through_voxels(
     numbers = within_bound(
         numbers,
         bound,
-        f"{bound:.4g}, {VOXELS:g} voxels; expected a layer of voxels that is a height over a plane: name "
-        "its label by crack.label, make it thinner, or give a shorter crack.spacing",
+        f"{bound:.4g}, {VOXELS:g} voxels; expected a layer of voxels that is single-valued over a plane: "
+        "name its label by crack.label, make it thinner, or give a shorter crack.spacing",
     )
     notes += numbers.pop("notes", [])
     return surface, {"voxels": len(centres)} | numbers | ({"notes": notes} if notes else {})
 
 
 def _without_strays(is_crack: np.ndarray) -> tuple[np.ndarray, list[str]]:
-    """Return the indices (n, 3) of the voxels of large pieces, and notes on what the others are.
+    """Return indices (n, 3) of the voxels of large pieces, and notes on the other pieces.
 
-    Voxels that touch at faces, edges or corners are one piece; it is large from SPECK of the largest on.
+    Voxels that touch at faces, edges or corners form one piece. A large piece has at least SPECK of the
+    largest one's voxels.
     """
     of, _ = scipy.ndimage.label(is_crack, np.ones((3, 3, 3)))
     voxels = np.bincount(of.ravel())
@@ -67,21 +69,21 @@ def _without_strays(is_crack: np.ndarray) -> tuple[np.ndarray, list[str]]:
     notes = []
     if len(stray):
         notes.append(
-            f"left out {len(stray)} stray pieces of {stray.max()} voxels at most, "
+            f"left out {len(stray)} stray pieces of at most {stray.max()} voxels, "
             f"{stray.sum() / every:.0%} of all; the largest piece has {voxels.max()}"
         )
     if is_large.sum() > 1:
-        notes.append(f"joined {is_large.sum()} pieces that do not touch into one sheet")
+        notes.append(f"joined {is_large.sum()} pieces that do not touch into one surface")
     return np.argwhere(is_large[of]), notes
 
 
 def _is_pinhole(ring: shapely.LinearRing, edge: float) -> bool:
-    """Tell whether no disc of radius SMOOTH fits into a hole, which the filter along its rim takes away."""
+    """Return whether no disc of radius SMOOTH fits into a hole, so that smoothing would remove it."""
     return shapely.Polygon(ring).buffer(-SMOOTH * edge).is_empty
 
 
 def notes_on_holes(outline: shapely.Polygon, gaps: int, edge: float) -> list[str]:
-    """Return sentences on an outline's holes; gaps: how many were filled at faces of the box."""
+    """Return notes on an outline's holes; gaps: number of gaps filled at box faces."""
     holes = outline.interiors
     filled = [shapely.Polygon(ring).area for ring in holes if _is_pinhole(ring, edge)]
     notes = []
@@ -101,9 +103,10 @@ def notes_on_holes(outline: shapely.Polygon, gaps: int, edge: float) -> list[str
 def outline_of(
     plane: Plane, centres: np.ndarray, edge: float, box: np.ndarray, rim: float
 ) -> tuple[shapely.Polygon, int]:
-    """Return the polygon in (u, v) a rim, in edges, round the outermost centres (n, 3), and past the box.
+    """Return the polygon in (u, v) around the outermost centres (n, 3), extended past the box; and `gaps`.
 
-    Also how many gaps at faces of the box, as narrow as pinholes, it closes.
+    rim: distance of the polygon from these centres, in edges. gaps: number of gaps at box faces, narrow as
+    pinholes, that are closed.
     """
     uv = plane.of(centres)[:, :2]
     far = MARGIN * np.linalg.norm(box[1] - box[0])
@@ -116,7 +119,7 @@ def outline_of(
                 ends = uv[at_face] + far * out / np.linalg.norm(out)
                 lines = shapely.linestrings(np.stack([uv[at_face], ends], axis=1))
                 strips = shapely.union_all(shapely.buffer(lines, DISC * edge, quad_segs=4))
-                half = (SMOOTH + rim - DISC) * edge  # strips are wider than voxels by twice DISC - rim
+                half = (SMOOTH + rim - DISC) * edge  # strips are 2 (DISC - rim) edges wider than the voxels
                 closed = shapely.buffer(shapely.buffer(strips, half), -half)
                 gaps += shapely.get_num_geometries(strips) - shapely.get_num_geometries(closed)
                 shapes.append([closed])
@@ -124,24 +127,24 @@ def outline_of(
     parts = shapely.get_parts(shapely.buffer(discs, (rim - DISC) * edge, quad_segs=4))
     if len(parts) != 1:
         raise CraftmeshError(
-            f"the crack forms {len(parts)} regions, each over {SPECK:g} of the largest; expected one: "
-            "close the gaps between them, or give each region as a crack of its own"
+            f"the crack forms {len(parts)} regions, each over {SPECK:g} times the largest; expected one: "
+            "close the gaps between them, or give each region as a separate crack"
         )
     return parts[0], gaps
 
 
 def smoothed(polygon: shapely.Polygon, edge: float) -> shapely.Polygon:
-    """Return the polygon without pinholes and the steps of voxels of that edge in its rings."""
+    """Return the polygon without pinholes and without the steps of voxels, whose edge length is `edge`."""
     holes = (ring for ring in polygon.interiors if not _is_pinhole(ring, edge))
     rings = [_smoothed_ring(np.asarray(ring.coords), edge) for ring in (polygon.exterior, *holes)]
     result = shapely.Polygon(rings[0], rings[1:])
     if not result.is_valid:
-        raise CraftmeshError("the crack's voxels are less than two wide somewhere; leave out what is thin")
+        raise CraftmeshError("the crack is less than two voxels wide somewhere; remove its thin parts")
     return result
 
 
 def _smoothed_ring(ring: np.ndarray, edge: float) -> np.ndarray:
-    """Return the closed ring (k, 2) evenly spaced and filtered: twice the filter less its square."""
+    """Return the closed ring (k, 2), resampled evenly and filtered: twice the filter minus its square."""
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(ring, axis=0), axis=1)))
     count = max(int(np.ceil(arc[-1] / (STEP * edge))), 8)
     at = np.linspace(0, arc[-1], count, endpoint=False)

@@ -1,4 +1,4 @@
-"""What of a crack lies in a box: triangles cut off at its planes, area, tilt to its faces, material."""
+"""The part of a crack in a box: clipped triangles, area, tilt to the faces, and whether in grains."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from craftmesh.types import Crack, Voxels
 
 
 def area_within(crack: Crack, box: np.ndarray) -> float:
-    """Return the area of what of a crack lies in the box (2, 3)."""
+    """Return the area of the part of a crack that lies in the box (2, 3)."""
     corners = crack.points[crack.triangles]
     whole = ((corners >= box[0]) & (corners <= box[1])).all(axis=(1, 2))
     across = ~whole & meets_box(corners, box)
@@ -20,7 +20,10 @@ def area_within(crack: Crack, box: np.ndarray) -> float:
 
 
 def is_in_material(crack: Crack, voxels: Voxels) -> bool:
-    """Return whether a crack lies in a grain, at the middles of its pieces of a voxel's size in the box."""
+    """Return whether any part of a crack in the box lies in a grain, sampled at the spacing of voxels.
+
+    True also if no part of the crack lies in the box.
+    """
     pieces = bisected(crack.points[crack.triangles], voxels.box, voxels.spacing.min())
     places = pieces.mean(axis=1)
     cells = np.floor((places - voxels.origin) / voxels.spacing).astype(int)
@@ -29,7 +32,7 @@ def is_in_material(crack: Crack, voxels: Voxels) -> bool:
 
 
 def clipped(polygon: np.ndarray, slab: np.ndarray) -> np.ndarray:
-    """Return the convex polygon (k, 3) cut off at the six planes of the slab (2, 3)."""
+    """Return the part (k, 3) of a convex polygon (j, 3) that lies in the axis-aligned box `slab` (2, 3)."""
     for axis in range(3):
         for inward, plane in ((1.0, slab[0, axis]), (-1.0, slab[1, axis])):
             depth = inward * (polygon[:, axis] - plane)
@@ -47,7 +50,7 @@ def clipped(polygon: np.ndarray, slab: np.ndarray) -> np.ndarray:
 
 
 def is_in(corners: np.ndarray, box: np.ndarray) -> bool:
-    """Tell whether any part of the triangles (m, 3, 3) lies in the box (2, 3), not only touches it."""
+    """Return whether any triangle (m, 3, 3) has area inside the box (2, 3); touching it does not count."""
     least = EXACT * float(((box[1] - box[0]) ** 2).sum())
     parts = (clipped(triangle, box) for triangle in corners[meets_box(corners, box)])
     return any(len(part) > 2 and polygon_area(part) > least for part in parts)
@@ -60,23 +63,23 @@ def polygon_area(polygon: np.ndarray) -> float:
 
 
 def tilts(crack: Crack) -> np.ndarray:
-    """Return the angles (m, 3) of a crack's triangles to faces of the box across x, y and z, in degrees."""
+    """Return angles (m, 3) in degrees of a crack's triangles to the box faces normal to x, y and z."""
     vectors = area_vectors(crack.points, crack.triangles)
     size = np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(float).tiny)
     return np.degrees(np.arccos(np.minimum(np.abs(vectors) / size, 1.0)))
 
 
 def area_off(area: float, given: float, segments: float, unit: float) -> float:
-    """Return how many times farther an area is off the given one than it may be.
+    """Return the error of an area in units of the error that insertion and gradation are allowed.
 
-    segments: the area between the front and its chords, which counts for nothing; unit: the least target
-    length.
+    given: expected area; segments: area between the front and its chords, which may be missing at no cost;
+    unit: smallest target length.
     """
     off = min(abs(area - given), abs(area - given + segments))
     return off / (AREA_KEPT * max(AREA_PROMISED * given, LEAST_AREA_PROMISED * unit**2))
 
 
 def segments_of(chords: np.ndarray, off: np.ndarray) -> float:
-    """Return the area between a front and its chords (k, 2, 3) whose middles are off it by (k,)."""
+    """Return the area between a front and its chords (k, 2, 3); their middles are `off` (k,) from it."""
     length = np.linalg.norm(chords[:, 1] - chords[:, 0], axis=1)
     return float((2 / 3 * length * off).sum()) if len(chords) else 0.0

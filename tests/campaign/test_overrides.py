@@ -137,7 +137,7 @@ def test_cracks_and_growth_may_be_swept_too(sheet):
         ("sizing.l_min", ["4"], "line 2, case 'a': sizing.l_min is 4.* l_max"),
         ("sizing.points", ["gone.csv"], "line 2, case 'a': sizing.points: gone.csv is not there"),
         ("inp.load", ["", "pull"], "line 3, case 'b': inp.load is 'pull'; expected one of strain"),
-        ("cracks.penny.file", ["a.stl"], "case 'a': cracks.penny.file is 'a.stl', which shape penny does"),
+        ("cracks.penny.file", ["a.stl"], "case 'a': cracks.penny.file is 'a.stl', but shape penny has no"),
         (
             "cracks.penny.centre",
             ["[1, 2]"],

@@ -91,9 +91,9 @@ def test_a_part_outside_the_box_does_not_count():
 
 
 def test_the_message_names_face_distance_angle_and_remedy():
-    with pytest.raises(CraftmeshError, match=r"0.05 from the box face ZMIN.*0.1: move it inward by 0.05"):
+    with pytest.raises(CraftmeshError, match=r"0.05 from the box face ZMIN.*.0.1.: move it inward by 0.05"):
         refuse_near_faces(penny(0.05, 0.0), BOX, L_MIN)
-    with pytest.raises(CraftmeshError, match=r"box face ZMIN, at 1 degrees.*at 6 degrees or more: turn it"):
+    with pytest.raises(CraftmeshError, match=r"ZMIN, at 1 degrees.*angle of 6 degrees or more.*: turn it"):
         refuse_near_faces(penny(0.0, 1.0), BOX, L_MIN)
 
 

@@ -154,7 +154,7 @@ def test_a_crack_that_folds_smoothly_is_inserted_whole(name):
 
 
 def test_what_runs_through_itself_is_refused():
-    with pytest.raises(CraftmeshError, match="runs through itself near"):
+    with pytest.raises(CraftmeshError, match="intersects itself near"):
         crack_from_triangles(*strips([0, 0, 100, 100, 100, 60], step=2.5), None, BOX)
 
 
