@@ -1,6 +1,6 @@
-"""Shorter edges where a crack comes near to a face of the box or to another sheet without meeting it.
+"""Shorter edges where a crack comes near to a box face or to another crack surface without meeting it.
 
-Tetrahedra in such a place are as flat as their edges are long against its width.
+The longer the edges are relative to such a gap, the flatter are the tetrahedra in it.
 """
 
 import numpy as np
@@ -17,26 +17,28 @@ from craftmesh.surface.measure import unit_normals
 from craftmesh.surface.rounding import ROUNDING
 from craftmesh.types import BOX_FACES, Crack
 
-# PER_WIDTH along lines where the crack goes on along the face, flatter than STEEP (sine of the angle), and
-# between a front and another sheet: with edges of over 11 widths tets there are flat.
+# PER_WIDTH_IN_WEDGE: edge length, in widths of the gap, between a front and another surface, and along
+# lines where the crack's angle to the face has a sine below STEEP. Over 11 widths, tets there are flat.
 PER_WIDTH_IN_WEDGE, STEEP = 6.0, 0.34
-# Of l_min: no edge is shorter for a strip under an area, beside a line, in a gap between sheets.
+# Shortest edges, in l_min: between an area and a face, between a line and a face, and between surfaces.
 SHORTEST, SHORTEST_BESIDE_LINES, SHORTEST_IN_GAPS = 0.5, 0.12, 0.1
-# Of the height that its tilt gives a crack at the distance from where it meets the face: in between it
-# leads there, and what is between them is a wedge, which shorter edges make no less flat.
+# Range of a crack's distance from a face, in units of the height that its tilt gives it at its distance
+# from the nearest place where it is on the face. In this range the crack leads there and forms a wedge with
+# the face, whose tets shorter edges make no less flat.
 IN_WEDGE = (0.35, 1.5)
-# Of the distance from where a front meets the other sheet: wider gaps are a corner of 14 degrees or more.
+# Widest gap, in distances from where a front meets the other surface; wider ones are corners over 14 deg.
 IN_CORNER = 0.25
-STEP = 0.2  # l_min between places along lines
+STEP = 0.2  # spacing of places along lines, in l_min
 
-Lengths = tuple[np.ndarray, np.ndarray]  # places (k, 3) and what edges have there (k,)
+Lengths = tuple[np.ndarray, np.ndarray]  # places (k, 3) and target edge lengths (k,) there
 
 
 def clearance_lengths(crack: Crack, box: np.ndarray, sizing: Sizing) -> LengthField | None:
-    """Return the lengths where a crack is near faces of the box (2, 3), or its sheets each other; or None.
+    """Return lengths where a crack is near faces of the box (2, 3), or its surfaces near each other.
 
-    At the centres of its triangles and along its fronts, kinks and mouths a length is PER_WIDTH of the way
-    to each face but those that it leads to; along fronts it is PER_WIDTH_IN_WEDGE of that to other sheets.
+    Return None if nowhere. At centres of its triangles and along fronts, kinks and mouths the length is
+    PER_WIDTH times the distance to each face, unless the crack leads to that face. Along fronts it is
+    PER_WIDTH_IN_WEDGE times the distance to other surfaces.
     """
     box, parts = np.asarray(box, float), sheets(crack)
     kinks, fronts = kink_edges(crack), [crack.points[front] for front in crack.fronts]
@@ -56,7 +58,7 @@ def _to_face(
     face: Face,
     sizing: Sizing,
 ) -> Lengths:
-    """Return the lengths by the way to a face: over the crack's triangles, and along its lines."""
+    """Return lengths from the distance to a face: at the crack's triangles, and along its lines."""
     axis, upper = face
     slab = box.copy()
     slab[1 - upper, axis] = box[upper, axis] + (1 - 2 * upper) * sizing.l_max / PER_WIDTH
@@ -70,8 +72,8 @@ def _to_face(
     met = np.concatenate([cuts(corners, box, face).reshape(-1, 3), _crossings(lines, box, face)])
     beside = steep[scipy.spatial.cKDTree(centres).query(at_lines)[1]]
     per = np.where(beside < STEEP, PER_WIDTH_IN_WEDGE, PER_WIDTH)
-    upright = np.ones(len(at_kinks))  # under a kink the crack goes away to both sides
-    # distances over areas are from centres up to l_min apart
+    upright = np.ones(len(at_kinks))  # the crack leaves a kink to both sides, so its tilt there is steep
+    # distances over areas are measured at centres up to l_min apart
     found = (
         (_apart(centres, steep, met, box, face, sizing.l_min), PER_WIDTH, SHORTEST),
         (
@@ -90,10 +92,11 @@ def _to_face(
 def _apart(
     places: np.ndarray, tilt: np.ndarray, met: np.ndarray, box: np.ndarray, face: Face, slack: float
 ) -> np.ndarray:
-    """Return the ways (k,) from places (k, 3) in the box to a face; infinite where the crack leads there.
+    """Return distances (k,) of places (k, 3) from a box face, inf where the crack leads to that face.
 
-    tilt: the sines of its angles to the face; met (n, 3): places where it is on that. slack: how much
-    longer a way may be than it is at a place.
+    It is also inf outside the box and on the face. tilt (k,): sines of the crack's angles to the face; met
+    (n, 3): places where the crack is on the face. slack: amount by which the distance may be larger around
+    a place.
     """
     axis, upper = face
     width, rounding = np.abs(places[:, axis] - box[upper, axis]), ROUNDING * np.ptp(box)
@@ -106,7 +109,7 @@ def _apart(
 
 
 def _to_sheet(own: Crack, other: Crack, box: np.ndarray, l_min: float) -> Lengths:
-    """Return the lengths along the fronts of a sheet by the way to another one; where they meet none."""
+    """Return lengths along a surface's fronts from the distance to another one; none where they meet."""
     at = _along([own.points[front] for front in own.fronts], l_min)
     at = at[((at >= box[0]) & (at <= box[1])).all(axis=1)]
     if not len(at):
@@ -121,18 +124,18 @@ def _to_sheet(own: Crack, other: Crack, box: np.ndarray, l_min: float) -> Length
 
 
 def _along(lines: list[np.ndarray], l_min: float) -> np.ndarray:
-    """Return places (k, 3) along lines (n, 3), STEP apart."""
+    """Return places (k, 3) along lines (n, 3), at most STEP l_min apart."""
     return np.concatenate([np.zeros((0, 3)), *(densify(line, STEP * l_min) for line in lines)])
 
 
 def _crossings(lines: list[np.ndarray], box: np.ndarray, face: Face) -> np.ndarray:
-    """Return where lines (n, 3) pass the plane of a face (k, 3)."""
+    """Return places (k, 3) where lines (n, 3) cross the plane of a box face."""
     found = [in_plane(line[:-1], line[1:], box, face) for line in lines]
     places = np.concatenate([np.zeros((0, 3)), *found])
     return places[np.isfinite(places).all(axis=1)]
 
 
 def _steepness(corners: np.ndarray, axis: int) -> np.ndarray:
-    """Return the sines (k,) of the angles between triangles (k, 3, 3) and the faces across an axis."""
+    """Return sines (k,) of the angles between triangles (k, 3, 3) and the box faces normal to an axis."""
     across = unit_normals(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
     return np.sqrt(np.maximum(1 - across[:, axis] ** 2, 0.0))

@@ -1,4 +1,4 @@
-"""Target lengths given at points: a scalar field, its gradation limit, and lengths from curvature."""
+"""Target lengths at points: a scalar field, a limit on its growth, and lengths from curvature."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,18 +14,18 @@ from craftmesh.surface.measure import area_vectors, mean_edges
 from craftmesh.surface.patches import feature_edges, oriented, patches
 from craftmesh.types import CRACK, Surface
 
-_AVERAGED = 4  # samples that a length between the samples is made of
-LINKED = 26  # neighbours of a sample over which the gradation limit acts
-_CURVATURE_LAPS = 3  # averages over neighbours that take the noise out of the curvature
+_AVERAGED = 4  # nearest samples that are averaged for a length between them
+LINKED = 26  # nearest neighbours of a sample for which the limit on growth is enforced
+_CURVATURE_LAPS = 3  # smoothing passes that remove the noise of the curvature
 
 
 @dataclass(frozen=True)
 class LengthField(Frozen):
     """Target edge lengths (k,) at sample points (k, 3).
 
-    growth 0: elsewhere the mean of the nearest samples weighted by 1/distance^2. growth > 0: elsewhere
-    the least of the nearest samples' lengths, each grown by `growth` per distance.
-    Raises CraftmeshError when there is no sample or a length is not a finite number > 0.
+    Between samples, if growth is 0, lengths are means of the nearest samples weighted by 1/distance^2. If
+    growth > 0, they are the smallest of the nearest samples' lengths, each plus growth times its distance.
+    Raise CraftmeshError if there is no sample or a length is not a finite number > 0.
     """
 
     points: np.ndarray
@@ -38,7 +38,7 @@ class LengthField(Frozen):
         if not len(points) or len(points) != len(lengths):
             raise CraftmeshError(
                 f"the field of lengths has {len(points)} points and {len(lengths)} values; "
-                "expected one value for each of at least one point"
+                "give one value per point, and at least one point"
             )
         for bad in np.flatnonzero(lengths <= 0).tolist():
             raise CraftmeshError(
@@ -56,14 +56,14 @@ class LengthField(Frozen):
         return scipy.spatial.cKDTree(self.points)
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """Return the (n,) target edge lengths at `points` (n, 3)."""
+        """Return target edge lengths (n,) at `points` (n, 3)."""
         points = as_array("points", points, float, (None, 3))
         most = LINKED + 1 if self.growth else _AVERAGED
         near = range(1, min(most, len(self.points)) + 1)
         distance, sample = self._tree.query(points, k=list(near))
         if self.growth:
             return (self.lengths[sample] + self.growth * distance).min(axis=1)
-        # a point on a sample takes that sample's length alone
+        # a point that coincides with a sample gets that sample's length
         scale = np.maximum(distance, 1e-9 * np.maximum(distance[:, -1:], np.finfo(float).tiny))
         weight = (scale[:, :1] / scale) ** 2
         return (weight * self.lengths[sample]).sum(axis=1) / weight.sum(axis=1)
@@ -71,8 +71,8 @@ class LengthField(Frozen):
     def limited(self, growth: float) -> "LengthField":
         """Return the field with lengths that grow by at most `growth` per distance between neighbours.
 
-        Each length becomes the least of all lengths plus `growth` times the way there, along lines
-        between neighbouring samples.
+        Each length becomes the smallest sum of a sample's length and `growth` times the distance from it,
+        measured along lines between neighbouring samples.
         """
         k = len(self.points)
         near = range(1, min(LINKED + 1, k) + 1)
@@ -81,7 +81,7 @@ class LengthField(Frozen):
         step = np.maximum(growth * distance.ravel(), 1e-300)
         row = np.concatenate([source, np.full(k, k)])
         column = np.concatenate([sample.ravel(), np.arange(k)])
-        # the same link from both ends would add up in a sparse matrix; the graph is made undirected later
+        # A link stored from both ends would be summed in the matrix; `maximum` makes it symmetric instead.
         graph = coo_matrix((np.concatenate([step, self.lengths]), (row, column)), shape=(k + 1, k + 1))
         graph = graph.tocsr()
         lengths = scipy.sparse.csgraph.dijkstra(graph.maximum(graph.T), directed=False, indices=k)[:k]
@@ -91,9 +91,9 @@ class LengthField(Frozen):
 def curvature_lengths(surface: Surface, turn: float, shortest: float, growth: float) -> LengthField:
     """Return lengths over which the normal of `surface` turns by `turn` degrees, at least `shortest`.
 
-    The curvature at a vertex is the largest principal one of the tensor of Cohen-Steiner and Morvan
-    (2003) over its facets, averaged over neighbours; vertices of junction lines and of the crack give none.
-    Raises CraftmeshError when no vertex lies inside a patch.
+    growth: of the field. The curvature at a vertex is the largest principal value of the tensor of
+    Cohen-Steiner and Morvan (2003) over its facets, averaged over neighbours. Vertices on junction lines
+    and the crack are no samples. Raise CraftmeshError if no vertex lies inside a patch.
     """
     facets, _ = oriented(surface)
     facets = facets.astype(np.int64)
@@ -107,7 +107,7 @@ def curvature_lengths(surface: Surface, turn: float, shortest: float, growth: fl
     free[facets[surface.kind == CRACK]] = False
     if not free.any():
         raise CraftmeshError(
-            "the surface has no vertex inside a patch to measure curvature at; leave it out"
+            "the surface has no vertex inside a patch to measure curvature at; remove option curvature"
         )
     tensor = _curvature_tensors(surface.points, facets, f, g, ends)
     tensor = _averaged(tensor, edges[free[edges].all(axis=1)])
@@ -120,7 +120,7 @@ def curvature_lengths(surface: Surface, turn: float, shortest: float, growth: fl
 def _curvature_tensors(
     points: np.ndarray, facets: np.ndarray, f: np.ndarray, g: np.ndarray, ends: np.ndarray
 ) -> np.ndarray:
-    """Return (n, 3, 3) curvature tensors from the turns between facets `f` and `g` over edges `ends`."""
+    """Return curvature tensors (n, 3, 3) from angles between facets `f` and `g` at their edges `ends`."""
     area = area_vectors(points, facets)
     size = np.linalg.norm(area, axis=1)
     normal = area / np.maximum(size, 1e-300)[:, None]
@@ -136,7 +136,7 @@ def _curvature_tensors(
         np.add.at(total, end, part)
     around = np.zeros(len(points))
     np.add.at(around, facets, size[:, None])
-    # half of each edge and a third of each facet belong to a vertex
+    # a vertex gets half of each of its edges and a third of each of its facets
     return 0.5 * total / np.maximum(around / 3, 1e-300)[:, None, None]
 
 
@@ -151,7 +151,7 @@ def _averaged(tensor: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 class LocalSizing:
-    """Target edge lengths that follow those of the facets (m, 3) on points (n, 3)."""
+    """Target edge lengths equal to the mean edge lengths of facets (m, 3) on points (n, 3)."""
 
     def __init__(self, points: np.ndarray, facets: np.ndarray):
         edges, _, _ = unique_edges(facets)
@@ -159,5 +159,5 @@ class LocalSizing:
         self.tree = scipy.spatial.cKDTree(points)
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """Return the mean length (n,) of the edges at the surface's node nearest to each point (n, 3)."""
+        """Return the mean edge length (n,) at the surface's node nearest to each point (n, 3)."""
         return self.length[self.tree.query(points)[1]]

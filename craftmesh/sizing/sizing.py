@@ -1,4 +1,4 @@
-"""The element-sizing function: target edge lengths from the distance to the defects (paper, Eq. 2-3)."""
+"""The element-sizing function: target edge lengths from the distance to defects (paper, Eq. 2-3)."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,24 +18,24 @@ from craftmesh.types import Surface, Voxels
 
 @runtime_checkable
 class Lengths(Protocol):
-    """Target edge lengths by place, as `Sizing` (Eq. 3), a LengthField or a surface's own give them."""
+    """Target edge lengths as a function of position: a `Sizing` (Eq. 3), a LengthField or a LocalSizing."""
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the target edge lengths (n,), in model units, at points (n, 3)."""
         ...
 
 
-# How fast lengths that the surface's curvature asks for grow into the grains, without a limit of one's own.
+# Growth per distance of lengths from curvature and clearance, if options.gradation gives no limit.
 FREE_GROWTH = 0.5
-# How fast lengths may grow in all without such a limit: neighbouring edges are at most twice as long.
+# Largest growth per distance of all other lengths without such a limit: edges at most double to the next.
 STEEPEST = 1.0
 
 
 @dataclass(frozen=True)
 class SizingOptions(Options):
-    """The numbers of Eq. 3 and where to refine; a None takes its default from l0.
+    """The numbers of Eq. 3 and where to refine; None stands for the default, which depends on l0.
 
-    l0 itself is the surface's median edge where nobody says more; a campaign takes the voxel's edge.
+    The default of l0 is the surface's median edge; in a campaign it is the voxel's edge.
     """
 
     l_min: float | None = option(
@@ -43,7 +43,7 @@ class SizingOptions(Options):
     )
     l0: float | None = option(
         None,
-        "original edge length; default the voxel's edge, or by hand the median edge (Eq. 3)",
+        "original edge length; default: voxel edge in a campaign, else the median edge (Eq. 3)",
         "model units",
         above=0,
     )
@@ -58,16 +58,16 @@ class SizingOptions(Options):
     )
     exponent: float | None = option(None, "power-law exponent a within R_0; default 1 (Eq. 3)", above=0)
     gradation: float | None = option(
-        None, "largest ratio of neighbouring edges' lengths; default 2, a large one sets none", above=1
+        None, "largest ratio of neighbouring edges' lengths; default 2; large values: no limit", above=1
     )
     curvature: float | None = option(
-        None, "largest turn of the surface over one edge; default no such term", "degrees", above=0
+        None, "largest turn of the surface along one edge; default: not limited", "degrees", above=0
     )
     points: str | None = option(
-        None, "csv of points to refine around as well: x, y, z, a void list id,x,y,z,r, or pores of Avizo"
+        None, "CSV file of more points to refine around: x,y,z, voids id,x,y,z,r, or Avizo's pore table"
     )
     field: str | None = option(
-        None, "file (.vtp or .vti) with largest target lengths at its points or cells"
+        None, "file (.vtp or .vti) with upper bounds of target lengths at its points or cells"
     )
     field_array: str = option("length", "name of the array of lengths in that file")
     around_voids: bool = option(False, "refine around the enclosed voids as well")
@@ -83,7 +83,7 @@ class SizingOptions(Options):
 
     @property
     def growth(self) -> float | None:
-        """How much lengths may grow per distance: over one edge from l to gradation * l."""
+        """Largest growth of lengths per distance, gradation - 1; None if gradation is not given."""
         return None if self.gradation is None else self.gradation - 1
 
 
@@ -91,10 +91,10 @@ class SizingOptions(Options):
 class Sizing(Frozen):
     """Target edge lengths (Eq. 3) around `sources` (k, 3), the points of crack fronts or void surfaces.
 
-    Without sources the target is l_max everywhere, which coarsens uniformly. growth: lengths grow by at
-    most so much per distance; None leaves it at STEEPEST. others: anything with `at(points)`, as another
-    Sizing or a LengthField; the least length of all counts, and their own limits are theirs. Raises
-    CraftmeshError when the lengths are not ordered or the sources are not finite.
+    Without sources the target is l_max everywhere, which coarsens uniformly. growth: largest growth of
+    lengths per distance; None: STEEPEST. others: objects with `at(points)`, such as another Sizing or a
+    LengthField; the smallest of all lengths counts, and their own growth limits apply. Raise CraftmeshError
+    if l_min > l_max, if r0 > r1, or if the sources are not finite.
     """
 
     l_min: float
@@ -130,11 +130,11 @@ class Sizing(Frozen):
 
     @property
     def limit(self) -> float:
-        """How much lengths grow per distance at most."""
+        """Largest growth of lengths per distance."""
         return STEEPEST if self.growth is None else self.growth
 
     def at(self, points: np.ndarray) -> np.ndarray:
-        """Return the (n,) target edge lengths at `points` (n, 3): Eq. 2 and 3, and the least of all."""
+        """Return target edge lengths (n,) at `points` (n, 3): the smallest of Eq. 2-3 and all `others`."""
         points = as_array("points", points, float, (None, 3))
         length = np.full(len(points), float(self.l_max))
         if len(self.sources):
@@ -146,10 +146,10 @@ class Sizing(Frozen):
         return length
 
     def at_distance(self, r: np.ndarray) -> np.ndarray:
-        """Return the target edge lengths at distances `r` from the nearest source: Eq. 3 and the limit.
+        """Return target edge lengths at distances `r` from the nearest source: Eq. 3 with limited growth.
 
-        The length is the least of L(s) + limit (r - s) over s <= r, where L is Eq. 3: the largest function
-        under Eq. 3 that grows no faster.
+        The length is the minimum of L(s) + limit (r - s) over s <= r, where L is Eq. 3. This is the largest
+        function below Eq. 3 that grows no faster than the limit.
         """
         r = np.asarray(r, float)
         length = self._equation_3(r)
@@ -187,7 +187,7 @@ def median_edge(surface: Surface) -> float:
 
 
 def voxel_edge(voxels: Voxels) -> float:
-    """Return the edge of a cube of a voxel's volume, in model units."""
+    """Return the edge length of a cube with a voxel's volume, in model units."""
     return float(np.cbrt(voxels.spacing.prod()))
 
 
@@ -197,10 +197,10 @@ def sizing_for(
 ) -> Sizing:
     """Return the sizing around `sources` (k, 3), with defaults from the median edge of `surface`.
 
-    others: further sizings and LengthFields, of which the least length counts; LengthFields are put
-    under the limit of options.gradation. options.points and options.field are files, which the caller
-    reads. Without a surface l0 has to be given, and curvature gives no term.
-    Raises CraftmeshError, naming the key, when the numbers do not fit each other.
+    others: further sizings and LengthFields, of which the smallest length counts; LengthFields get the
+    growth limit of options.gradation. The caller reads the files options.points and options.field. Without
+    a surface, l0 must be given, and curvature is ignored. Raise CraftmeshError, naming the key, if the
+    numbers are inconsistent.
     """
     l0 = _original_length(surface, options)
     default = {"l_min": l0 / 2, "l0": l0, "l_max": 3 * l0, "r0": 8 * l0, "r1": 16 * l0, "exponent": 1.0}
@@ -223,15 +223,15 @@ def _original_length(surface: Surface | None, options: SizingOptions) -> float:
     if options.l0 is not None:
         return options.l0
     if surface is None:
-        raise CraftmeshError("l0 is missing; give it, or a surface whose median edge it is")
+        raise CraftmeshError("l0 is missing; give it, or a surface, whose median edge is the default")
     return median_edge(surface)
 
 
 def densify(polyline: np.ndarray, step: float) -> np.ndarray:
-    """Return `polyline` (n, 3) with points added so that no two neighbours are over `step` apart.
+    """Return `polyline` (n, 3) with points added so that neighbours are at most `step` apart.
 
-    The given points stay, so the distance to the result is the distance to the polyline within
-    step^2 / (8 r). Raises CraftmeshError for what is no polyline and when `step` is not > 0.
+    The given points stay, so the distance r of a place from the result is that from the polyline within
+    step^2 / (8 r). Raise CraftmeshError if `polyline` is not an array (n, 3) or `step` is not > 0.
     """
     polyline = as_array("polyline", polyline, float, (None, 3))
     if not as_array("step", step, float, ()) > 0:
@@ -246,17 +246,17 @@ def densify(polyline: np.ndarray, step: float) -> np.ndarray:
     return np.concatenate([inner, polyline[-1:]])
 
 
-# To l_min: cells of which one place gives a length, the least there.
+# Cells per l_min along each axis; each cell keeps only its shortest length.
 CELLS = 2
-# Of the width of a strip, as between a crack and a face: edges in it. With 3 twice as many tets have an
-# aspect ratio over 5 in kinked discs beside a face.
+# Edge length in a narrow gap, as between a crack and a face, in widths of the gap. With 3, twice as many
+# tets have an aspect ratio over 5 in kinked discs next to a face.
 PER_WIDTH = 2.5
 
 
 def where_short(places: np.ndarray, lengths: np.ndarray, sizing: Sizing) -> LengthField | None:
-    """Return lengths (k,) at places (k, 3) that are under the sizing's; None where there are none.
+    """Return lengths (k,) at places (k, 3) as a field where they are below the sizing's; None if nowhere.
 
-    They grow away by sizing.growth, or half the distance. In model units.
+    They grow by sizing.growth per distance, or FREE_GROWTH if that is None. In model units.
     """
     short = np.flatnonzero(lengths < sizing.l_max)
     short = short[lengths[short] < sizing.at(places[short])]

@@ -1,4 +1,4 @@
-"""The sizing function around the defects of a model: crack fronts, voids and points, from plain arrays."""
+"""The sizing function around the defects of a model: crack fronts, voids and points, given as arrays."""
 
 from dataclasses import dataclass, field, replace
 
@@ -17,10 +17,10 @@ def _none(columns: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Defects(Frozen):
-    """What edges are refined around, beside the voids of the surface itself; in model units.
+    """Defects around which edges are refined, in addition to the surface's own voids; in model units.
 
-    crack: its fronts, and where it comes near to faces of the box or itself; points (k, 3), such as a
-    front's; spheres (s, 4): x, y, z, r.
+    crack: its fronts, and where it comes near to box faces or itself; points (k, 3), such as a front's;
+    spheres (s, 4): x, y, z, r.
     """
 
     crack: Crack | None = None
@@ -33,7 +33,7 @@ class Defects(Frozen):
 
     @property
     def centres(self) -> np.ndarray:
-        """The points and the centres of the spheres (n, 3)."""
+        """The points, then the centres of the spheres (n, 3)."""
         return np.concatenate([self.points, self.spheres[:, :3]])
 
     def __repr__(self) -> str:
@@ -47,11 +47,12 @@ def sizing_around(
     options: SizingOptions,
     lengths: LengthField | None = None,
 ) -> Sizing:
-    """Return the sizing function around all `defects` of a model; the least of all lengths counts.
+    """Return the sizing function around all `defects` of a model; the smallest of all lengths counts.
 
-    Sources on fronts and on spheres are l_min / 2 apart. `surface` gives the default of l0, the curvature,
-    the box and, with options.around_voids, the points of its own voids; None will do
-    for points and spheres. lengths: a field of largest lengths. Raises CraftmeshError as `sizing_for`.
+    Sources on fronts and spheres are at most l_min / 2 apart. `surface` gives the default of l0, the
+    curvature, the box and, with options.around_voids, the points of its voids; it may be None if only
+    points and spheres are given. lengths: a field of upper bounds. Raise CraftmeshError as `sizing_for`
+    does.
     """
     crack = defects.crack
     plain = sizing_for(surface, np.zeros((0, 3)), options, () if lengths is None else (lengths,))
@@ -69,12 +70,12 @@ def sizing_around(
 
 
 def void_points(surface: Surface) -> np.ndarray:
-    """Return the points (k, 3) of the facets that bound enclosed voids."""
+    """Return the points (k, 3) of facets that bound enclosed voids."""
     return surface.points[np.unique(surface.facets[(surface.sides < 0).any(axis=1)])]
 
 
 def touches_box(spheres: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return which spheres (s, 4) have points within the box of corners (2, 3)."""
+    """Return a mask (s,) of spheres (s, 4) that intersect or touch the box (2, 3)."""
     low, high = box
     nearest = np.clip(spheres[:, :3], low, high)
     return np.linalg.norm(nearest - spheres[:, :3], axis=1) <= spheres[:, 3]

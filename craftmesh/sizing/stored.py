@@ -1,4 +1,4 @@
-"""A sizing function as plain arrays, which a file can hold, and back; nothing is lost on the way."""
+"""Convert a sizing function to plain arrays, which a file can hold, and back without loss."""
 
 from collections.abc import Mapping
 
@@ -12,15 +12,15 @@ NUMBERS = ("l_min", "l0", "l_max", "r0", "r1", "exponent")
 
 
 def arrays_of(sizing: Sizing) -> dict[str, np.ndarray]:
-    """Return the arrays of `sizing`: the numbers of Eq. 3, `growth` (NaN: none given), `sources` (k, 3).
+    """Return the arrays of `sizing`: the numbers of Eq. 3, `growth` (NaN for None), `sources` (k, 3).
 
-    Its fields of lengths follow one another in `field_points` (n, 3) and `field_lengths` (n,);
-    `field_counts` (f,) and `field_growth` (f,) have a row for each. Raises CraftmeshError for a further
-    length that is no LengthField.
+    The samples of its LengthFields are concatenated in `field_points` (n, 3) and `field_lengths` (n,);
+    `field_counts` (f,) and `field_growth` (f,) have one row per field. Raise CraftmeshError if
+    sizing.others contains anything else.
     """
     others = [other for other in sizing.others if isinstance(other, LengthField)]
     if len(others) < len(sizing.others):
-        raise CraftmeshError("a sizing within a sizing cannot be stored; expected fields of lengths alone")
+        raise CraftmeshError("a sizing within a sizing cannot be stored; use only LengthFields in others")
     growth = np.nan if sizing.growth is None else sizing.growth
     return {
         **{name: np.array(getattr(sizing, name), float) for name in NUMBERS},
@@ -34,7 +34,7 @@ def arrays_of(sizing: Sizing) -> dict[str, np.ndarray]:
 
 
 def sizing_of(arrays: Mapping[str, np.ndarray]) -> Sizing:
-    """Return the sizing function that `arrays_of` gave; raises CraftmeshError where it cannot be one."""
+    """Return the sizing function of arrays from `arrays_of`; raise CraftmeshError if they are invalid."""
     cuts = np.cumsum(arrays["field_counts"])[:-1]
     points = np.split(arrays["field_points"], cuts)
     lengths = np.split(arrays["field_lengths"], cuts)

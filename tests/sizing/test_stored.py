@@ -44,7 +44,7 @@ def test_a_sizing_comes_back_bit_for_bit(tmp_path_factory, seed, sources, fields
 def test_a_sizing_within_a_sizing_is_refused():
     inner = random_sizing(1, 2, 0, None)
     outer = Sizing(0.5, 1.0, 3.0, 8.0, 16.0, 1.0, np.zeros((1, 3)), others=(inner,))
-    with pytest.raises(CraftmeshError, match="expected fields of lengths alone"):
+    with pytest.raises(CraftmeshError, match="use only LengthFields"):
         arrays_of(outer)
 
 
